@@ -1,0 +1,47 @@
+# make run    set up and run the cross-check; writes report/index.html and report/agreement.json
+# make test   set up and run the test suite
+# make lint   style, types and import contracts
+# make lock   compile run.in and dev.in into the hashed lock files (needs uv)
+# make clean  remove everything the targets above made
+PYTHON ?= python3
+PY := .venv/bin/python
+PIP := $(PY) -m pip --disable-pip-version-check
+INSTALL := $(PIP) install --quiet --require-hashes --no-deps --only-binary :all:
+EDITABLE := $(PIP) install --quiet --no-deps --no-build-isolation --no-index -e .
+
+.PHONY: run test lint lock clean
+.DELETE_ON_ERROR:
+
+run: .venv/run.stamp
+	$(PY) -m crosscheck run --out report
+
+test: .venv/dev.stamp
+	$(PY) -m pytest
+
+lint: .venv/dev.stamp
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+	$(PY) -m mypy
+	.venv/bin/lint-imports
+
+lock:
+	uv pip compile run.in --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q -o run.lock
+	uv pip compile dev.in --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q -o dev.lock
+
+$(PY): tools/preflight.py
+	$(PYTHON) tools/preflight.py
+	test -x $@ || $(PYTHON) -m venv .venv
+	touch $@
+
+.venv/run.stamp: $(PY) run.lock pyproject.toml
+	$(INSTALL) -r run.lock
+	$(EDITABLE)
+	touch $@
+
+.venv/dev.stamp: .venv/run.stamp dev.lock
+	$(INSTALL) -r dev.lock
+	touch $@
+
+clean:
+	rm -rf .venv report build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks
+	find models analytic crosscheck tests benchmarks tools -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true

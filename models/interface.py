@@ -1,0 +1,86 @@
+"""What every model offers, whichever engine is behind it."""
+
+from __future__ import annotations
+
+from abc import ABC
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+
+from models.arm import Arm
+from models.errors import CannotDo, Diverged
+from models.loading import require_fit
+from models.scenario import Scenario
+from models.switches import Switches, switches
+
+STATE_ABILITIES = ("mass_matrix", "bias", "generalized_force", "acceleration")
+MESH_NAMES = ("x_sp", "x_pr")
+
+
+def gear_coordinates(joints: int) -> tuple[str, ...]:
+    """The paper's coordinates (Eq. 20): x_sp and x_pr [m] and theta [rad], joint by joint."""
+    names = (*MESH_NAMES, "theta_")
+    return tuple(f"{name}{joint}" for joint in range(1, joints + 1) for name in names)
+
+
+def link_coordinates(joints: int) -> tuple[str, ...]:
+    """The rigid arm's coordinates: theta [rad], joint by joint, relative."""
+    return tuple(f"theta_{joint}" for joint in range(1, joints + 1))
+
+
+class Model(ABC):
+    """Equations of motion M(q) a + bias(q, v) = f(t, q, v) of an arm in one experiment.
+
+    Arrays are float64. q and v, shape (n,), are in ``coordinates`` (SI units; angles relative to
+    the previous link), whatever coordinates the engine uses inside. ``abilities`` names the methods
+    that this model has; the others raise CannotDo.
+    """
+
+    name: ClassVar[str]
+    abilities: ClassVar[frozenset[str]]
+    coordinates: tuple[str, ...]
+
+    def __init__(
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
+    ) -> None:
+        require_fit(scenario, arm)
+        self.arm = arm
+        self.scenario = scenario
+        self.switches = chosen_switches or switches()
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        """M(q), shape (n, n)."""
+        raise CannotDo(f"{self.name} has no mass_matrix")
+
+    def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Coriolis and centrifugal force C(q, v) v, shape (n,), on the left of the equation."""
+        raise CannotDo(f"{self.name} has no bias")
+
+    def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Drive, mesh and damping force at time t [s], shape (n,), on the right."""
+        raise CannotDo(f"{self.name} has no generalized_force")
+
+    def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """q'' at time t [s], shape (n,)."""
+        raise CannotDo(f"{self.name} has no acceleration")
+
+    def simulate(self) -> xr.Dataset:
+        """Run the scenario from its start. Raises Diverged.
+
+        Returns a trajectory, see ``models.trajectory``.
+        """
+        raise CannotDo(f"{self.name} has no simulate")
+
+    def largest_stable_step(self) -> float:
+        """Largest step [s] with which this model's integrator stays stable; inf if adaptive."""
+        return float("inf")
+
+
+def require_finite(name: str, time: np.ndarray, *values: np.ndarray) -> None:
+    """Raise Diverged at the first time [s] at which a value, shape (times, ...), is not finite."""
+    finite = np.ones(len(time), dtype=bool)
+    for value in values:
+        finite &= np.isfinite(value.reshape(len(time), -1)).all(axis=1)
+    if not finite.all():
+        raise Diverged(name, float(time[np.argmin(finite)]))

@@ -1,0 +1,228 @@
+"""Arms, scenarios and switches from TOML files, built-in names and ``path=value`` settings."""
+
+from __future__ import annotations
+
+import copy
+import difflib
+import tomllib
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from models.arm import Arm
+from models.errors import InputError
+from models.scenario import Scenario, fit_to
+from models.switches import Switches
+
+Record = TypeVar("Record", bound=BaseModel)
+HERE = Path(__file__).parent
+SECTIONS = ("arm", "scenario", "switches")
+
+
+class Case(NamedTuple):
+    """Everything that defines one experiment."""
+
+    arm: Arm
+    scenario: Scenario
+    switches: Switches
+
+
+def builtin_arms() -> tuple[str, ...]:
+    """Names of the arms that come with the project."""
+    return _stems("arms")
+
+
+def builtin_scenarios() -> tuple[str, ...]:
+    """Names of the scenarios that come with the project."""
+    return _stems("scenarios")
+
+
+def load_arm(name: str) -> Arm:
+    """The arm of a built-in name or TOML file.
+
+    Raises InputError naming file, field, value and what is allowed.
+    """
+    return _validated(Arm, _read(name, "arms"), name)
+
+
+def load_scenario(name: str) -> Scenario:
+    """The scenario of a built-in name or TOML file. Raises InputError."""
+    return _validated(Scenario, _read(name, "scenarios"), name)
+
+
+def load_case(
+    arm: str,
+    scenario: str,
+    switches: dict[str, str] | None = None,
+    settings: Sequence[str] = (),
+) -> Case:
+    """Arm, scenario and switches, with ``path=value`` settings applied before validation.
+
+    A path is dotted, begins with ``arm``, ``scenario`` or ``switches`` and may use an index or
+    ``*`` in a list: ``arm.joints.*.backlash_m=2e-5``. Raises InputError.
+    """
+    data: dict[str, Any] = {
+        "arm": _read(arm, "arms"),
+        "scenario": _read(scenario, "scenarios"),
+        "switches": {key: value for key, value in (switches or {}).items() if value is not None},
+    }
+    for setting in settings:
+        _apply(data, setting)
+    case = Case(
+        _validated(Arm, data["arm"], arm),
+        _validated(Scenario, data["scenario"], scenario),
+        _validated(Switches, data["switches"], "switches"),
+    )
+    require_fit(case.scenario, case.arm)
+    return case
+
+
+def require_fit(scenario: Scenario, arm: Arm) -> None:
+    """Raise InputError unless the scenario's per-joint lists fit the arm."""
+    try:
+        fit_to(scenario, len(arm.joints))
+    except ValueError as error:
+        field, allowed = str(error).split("|", 1)
+        raise InputError(scenario.name, field, None, allowed) from None
+
+
+def _stems(folder: str) -> tuple[str, ...]:
+    return tuple(sorted(path.stem for path in (HERE / folder).glob("*.toml")))
+
+
+def _read(name: str, folder: str) -> dict[str, Any]:
+    """The raw TOML of a built-in name, else of a file."""
+    if name in _stems(folder):
+        return _parse(HERE / folder / f"{name}.toml", name)
+    path = Path(name)
+    if not path.exists():
+        known = ", ".join(_stems(folder))
+        raise InputError(name, "", None, f"no such file, nor built-in name ({known})")
+    return _parse(path, name)
+
+
+def _parse(path: Path, where: str) -> dict[str, Any]:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "not UTF-8 text"
+        raise InputError(where, "", None, f"cannot be read: {reason}") from None
+    if not text.strip():
+        raise InputError(where, "", None, "is empty; a TOML file is expected")
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(where, "", None, f"is not TOML: {_one_line(str(error))}") from None
+
+
+def _apply(data: dict[str, Any], setting: str) -> None:
+    path, equals, text = setting.partition("=")
+    keys = path.strip().split(".")
+    if not equals or len(keys) < 2 or keys[0] not in SECTIONS:
+        raise InputError(
+            "--set", setting, None, f"must be path=value, path beginning with {', '.join(SECTIONS)}"
+        )
+    targets = [data]
+    for depth, key in enumerate(keys[:-1]):
+        targets = [
+            child
+            for target in targets
+            for child in _children(target, key, ".".join(keys[: depth + 1]))
+        ]
+    for target in targets:
+        _assign(target, keys[-1], _value(text), path)
+
+
+def _children(target: Any, key: str, path: str) -> Iterable[Any]:
+    if isinstance(target, list):
+        return [target[index] for index in _indices(target, key, path)]
+    if not isinstance(target, dict) or key not in target:
+        raise InputError("--set", path, None, "no such entry")
+    return [target[key]]
+
+
+def _assign(target: Any, key: str, value: Any, path: str) -> None:
+    if isinstance(target, list):
+        for index in _indices(target, key, path):
+            target[index] = copy.deepcopy(value)
+    elif isinstance(target, dict):
+        target[key] = value
+    else:
+        raise InputError("--set", path, None, "no such entry")
+
+
+def _indices(target: list[Any], key: str, path: str) -> Sequence[int]:
+    if key == "*":
+        return range(len(target))
+    if not key.isdecimal() or int(key) >= len(target):
+        raise InputError("--set", path, None, f"index must be * or 0 to {len(target) - 1}")
+    return [int(key)]
+
+
+def _value(text: str) -> Any:
+    """A TOML value, or the bare text where it is none (so that names need no quotes)."""
+    try:
+        return tomllib.loads(f"value = {text.strip()}")["value"]
+    except (tomllib.TOMLDecodeError, KeyError):
+        return text.strip()
+
+
+def _validated(record: type[Record], data: dict[str, Any], where: str) -> Record:
+    try:
+        return record.model_validate(data)
+    except ValidationError as error:
+        raise _input_error(record, error.errors()[0], where) from None
+
+
+def _input_error(record: type[BaseModel], details: ErrorDetails, where: str) -> InputError:
+    location = [part for part in details["loc"] if not _is_union_tag(part)]
+    value: object = details["input"]
+    if details["type"] == "value_error":
+        field, _, allowed = str(details["ctx"]["error"]).partition("|")
+        value = value.get(field) if isinstance(value, dict) else None
+        return InputError(where, _dotted([*location, field]), value, allowed)
+    if details["type"] == "extra_forbidden":
+        return InputError(where, _dotted(location), value, _unknown_key(record, location))
+    if details["type"] == "missing":
+        return InputError(where, _dotted(location), None, "is missing; a value is required")
+    return InputError(where, _dotted(location), value, _one_line(details["msg"]))
+
+
+def _is_union_tag(part: object) -> bool:
+    return isinstance(part, str) and (
+        part in {"constant", "pd", "sinusoid", "table", "float"}
+        or part.startswith(("tuple[", "fun"))
+    )
+
+
+def _unknown_key(record: type[BaseModel], location: list[Any]) -> str:
+    allowed = sorted(_keys_at(record, location[:-1]))
+    close = difflib.get_close_matches(str(location[-1]), allowed, n=1, cutoff=0.4)
+    if close:
+        return f"unknown key; did you mean {close[0]}?"
+    return f"unknown key; allowed: {', '.join(allowed)}"
+
+
+def _keys_at(record: type[BaseModel], location: list[Any]) -> set[str]:
+    """Every key that the records below this place in the schema know."""
+    schema = record.model_json_schema()
+    node = schema
+    for part in location:
+        node = node["items"] if isinstance(part, int) else node["properties"][part]
+        node = schema["$defs"][node["$ref"].rsplit("/", 1)[1]] if "$ref" in node else node
+    variants = [schema["$defs"][v["$ref"].rsplit("/", 1)[1]] for v in node.get("oneOf", [])]
+    return {key for variant in [node, *variants] for key in variant.get("properties", {})}
+
+
+def _dotted(location: Sequence[Any]) -> str:
+    text = ""
+    for part in location:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
+    return text
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())

@@ -1,0 +1,139 @@
+"""The experiment as data: drive law, duration, start, step. Shared by every model."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from models.arm import Data, Finite, Positive
+
+# One number stands for all joints, a list for one number per joint.
+PerJoint = Finite | Annotated[tuple[Finite, ...], Field(min_length=1, strict=False)]
+Series = Annotated[tuple[Finite, ...], Field(min_length=2, strict=False)]
+
+
+class ConstantDrive(Data):
+    """T = const, output side."""
+
+    kind: Literal["constant"]
+    torque_N_m: PerJoint
+
+
+class PdDrive(Data):
+    """Eq. 23: T = P (target - theta) - D theta', sensing the link."""
+
+    kind: Literal["pd"]
+    target_rad: PerJoint
+    proportional_N_m_per_rad: PerJoint
+    derivative_N_m_s_per_rad: PerJoint
+
+
+class SinusoidDrive(Data):
+    """T = A sin(rate * t), or A sin(rate * sqrt(t)) as Section 4.1 prints it."""
+
+    kind: Literal["sinusoid"]
+    amplitude_N_m: PerJoint
+    rate_rad_per_s: PerJoint
+    argument: Literal["time", "sqrt_time"]
+
+
+class TableDrive(Data):
+    """T interpolated linearly between rows of a table, one column per joint."""
+
+    kind: Literal["table"]
+    time_s: Series
+    torque_N_m: Annotated[tuple[Series, ...], Field(min_length=1, strict=False)]
+
+    @model_validator(mode="after")
+    def _is_a_table(self) -> Self:
+        if any(later <= earlier for earlier, later in zip(self.time_s, self.time_s[1:])):
+            raise ValueError("time_s|must increase")
+        if any(len(column) != len(self.time_s) for column in self.torque_N_m):
+            raise ValueError(f"torque_N_m|each joint needs {len(self.time_s)} values, as time_s")
+        return self
+
+
+Drive = ConstantDrive | PdDrive | SinusoidDrive | TableDrive
+
+
+class Start(Data):
+    """State at t = 0. Mesh displacements start at first contact (x = b) or at the centre (x = 0).
+
+    The offsets, added to them, are for starts perturbed on purpose.
+    """
+
+    mesh: Literal["contact", "centre"] = "contact"
+    theta_rad: PerJoint = 0.0
+    theta_dot_rad_per_s: PerJoint = 0.0
+    sun_planet_offset_m: PerJoint = 0.0
+    planet_ring_offset_m: PerJoint = 0.0
+
+
+class Scenario(Data):
+    """One experiment on an arm.
+
+    ``step_s`` is the step of the fixed-step integrators and the base of the recording grid: a state
+    is kept every ``record_every`` steps, or every largest common divisor of that and the number of
+    steps, so that the last state is always on the grid.
+    """
+
+    schema_version: Literal[1]
+    name: Annotated[str, Field(min_length=1, max_length=80)]
+    title: str = ""
+    duration_s: Positive
+    step_s: Positive
+    record_every: Annotated[int, Field(ge=1)] = 10
+    start: Start = Start()
+    drive: Annotated[Drive, Field(discriminator="kind")]
+
+    @property
+    def steps(self) -> int:
+        """Number of steps in the duration."""
+        return round(self.duration_s / self.step_s)
+
+    @property
+    def stride(self) -> int:
+        """Steps between two recorded states."""
+        return math.gcd(self.steps, self.record_every)
+
+    @model_validator(mode="after")
+    def _whole_steps(self) -> Self:
+        steps = self.duration_s / self.step_s
+        if steps > 1e9:
+            raise ValueError(f"step_s|is too small: {steps:.3g} steps, at most 1e9 are allowed")
+        if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * max(1.0, steps):
+            raise ValueError(f"step_s|must divide duration_s = {self.duration_s:g}")
+        return self
+
+    @model_validator(mode="after")
+    def _table_covers_the_run(self) -> Self:
+        drive = self.drive
+        if isinstance(drive, TableDrive) and (
+            drive.time_s[0] > 0 or drive.time_s[-1] < self.duration_s
+        ):
+            raise ValueError(f"drive.time_s|must cover 0 to duration_s = {self.duration_s:g}")
+        return self
+
+
+def per_joint(value: float | tuple[float, ...], joints: int) -> tuple[float, ...]:
+    """The value for each joint: one number is repeated. Raises ValueError on another length."""
+    if isinstance(value, tuple):
+        if len(value) != joints:
+            raise ValueError(f"needs 1 or {joints} values, has {len(value)}")
+        return value
+    return (value,) * joints
+
+
+def fit_to(scenario: Scenario, joints: int) -> None:
+    """Check that every per-joint list of the scenario fits an arm of this many joints.
+
+    Raises ValueError ``field|what is allowed``.
+    """
+    for section, record in (("drive", scenario.drive), ("start", scenario.start)):
+        for field, value in record:
+            if not isinstance(value, tuple) or field == "time_s":
+                continue
+            if len(value) not in ({1, joints} if field != "torque_N_m" else {joints}):
+                raise ValueError(f"{section}.{field}|needs {joints} values, has {len(value)}")

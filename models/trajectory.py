@@ -1,0 +1,90 @@
+"""A trajectory: an xarray Dataset over time, joint and, for mesh variables, planet."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from models.errors import InputError
+from models.interface import Model
+
+SCHEMA_VERSION = 1
+_ABOUT = {
+    "theta": ("rad", "joint angle, relative to the previous link"),
+    "theta_dot": ("rad s-1", "joint rate"),
+    "theta_ddot": ("rad s-2", "joint acceleration"),
+    "torque": ("N m", "driving torque, output side"),
+    "x_sp": ("m", "displacement of the sun-planet mesh along the line of action"),
+    "x_pr": ("m", "displacement of the planet-ring mesh along the line of action"),
+    "F_sp": ("N", "elastic force of the sun-planet mesh, per planet, without damper"),
+    "F_pr": ("N", "elastic force of the planet-ring mesh, per planet, without damper"),
+    "kinetic_energy": ("J", "kinetic energy of all bodies"),
+}
+_DIMS = {2: ("time", "joint"), 3: ("time", "joint", "planet"), 1: ("time",)}
+
+
+def trajectory(model: Model, time: np.ndarray, **variables: np.ndarray) -> xr.Dataset:
+    """The Dataset of a run of ``model``.
+
+    time (times,) [s]. Variables, by the names in this module: theta, theta_dot, theta_ddot and
+    torque of shape (times, joints); x_sp, x_pr, F_sp, F_pr of shape (times, joints, planets);
+    kinetic_energy of shape (times,).
+    """
+    joints = len(model.arm.joints)
+    data = {
+        name: (_DIMS[values.ndim], values, dict(zip(("units", "long_name"), _ABOUT[name])))
+        for name, values in variables.items()
+    }
+    coords = {
+        "time": ("time", time, {"units": "s", "long_name": "time"}),
+        "joint": ("joint", np.arange(1, joints + 1), {"long_name": "joint number"}),
+    }
+    planets = max((values.shape[2] for values in variables.values() if values.ndim == 3), default=0)
+    if planets:
+        coords["planet"] = ("planet", np.arange(1, planets + 1), {"long_name": "planet number"})
+    return xr.Dataset(data, coords, attrs=_provenance(model))
+
+
+def _provenance(model: Model) -> dict[str, object]:
+    return {
+        "Conventions": "CF-1.11",
+        "schema_version": SCHEMA_VERSION,
+        "model": model.name,
+        "step_s": model.scenario.step_s,
+        "arm": json.dumps(model.arm.model_dump()),
+        "scenario": json.dumps(model.scenario.model_dump()),
+        "switches": json.dumps(model.switches.model_dump()),
+    }
+
+
+def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
+    """Write compressed NetCDF; the file appears whole or not at all. Raises InputError."""
+    try:
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".nc")
+        os.close(handle)
+    except OSError as error:
+        raise InputError(str(path), "", None, f"cannot be written: {error.strerror}") from None
+    try:
+        packed = {name: {"zlib": True, "complevel": 4} for name in dataset.data_vars}
+        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise InputError(str(path), "", None, f"cannot be written: {error.strerror}") from None
+    finally:
+        Path(temporary).unlink(missing_ok=True)
+
+
+def read_netcdf(path: Path) -> xr.Dataset:
+    """Read a trajectory wholly into memory. Raises InputError."""
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as dataset:
+            return dataset.load()
+    except (OSError, ValueError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(str(path), "", None, f"is not a readable trajectory: {reason}") from None

@@ -1,0 +1,40 @@
+"""Checks, with the standard library alone, what the wheels cannot bring themselves."""
+
+import ctypes
+import platform
+import sys
+
+MINIMUM = (3, 11)
+# `import exudyn` loads its window library, which links against these two.
+SYSTEM_LIBRARIES = {"libGL.so.1": "libgl1", "libX11.so.6": "libx11-6"}
+
+
+def missing_libraries() -> list[str]:
+    """Names of the Debian packages whose shared library cannot be loaded here."""
+    missing = []
+    for library, package in SYSTEM_LIBRARIES.items():
+        try:
+            ctypes.CDLL(library)
+        except OSError:
+            missing.append(package)
+    return missing
+
+
+def problem() -> str | None:
+    """One line on what stands in the way of the set-up, or None."""
+    if sys.version_info < MINIMUM:
+        return f"Python {platform.python_version()} is too old: 3.11 or newer is needed"
+    if sys.platform == "win32":
+        return "Pinocchio has no Windows wheel: run this inside WSL2"
+    if sys.platform.startswith("linux"):
+        packages = missing_libraries()
+        if packages:
+            install = " ".join(packages)
+            return f"Exudyn needs system libraries; run: apt-get update && apt-get install -y {install}"
+    return None
+
+
+if __name__ == "__main__":
+    line = problem()
+    if line is not None:
+        sys.exit(f"preflight: {line}")
