@@ -1,1 +1,1 @@
-"""."""
+"""The paper's dynamics, equation by equation, in the paper's coordinates."""

@@ -1,0 +1,170 @@
+"""Eq. 21 compiled: M(q) q'' + C(q, q') q' + D q' = F, and its fourth-order Runge-Kutta.
+
+All functions work in place on float64 arrays in SI units; `terms`, `gears` and `drive` are the
+flat records of analytic.terms, analytic.gears and models.drive.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from analytic.mesh_force import in_contact, mesh_force
+from analytic.mesh_frequency import mesh_phase
+from models.drive import joint_torque
+
+
+@njit(cache=True)
+def mass_matrix(terms, q, out):
+    """M(q) into out (n, n)."""
+    out[:] = 0.0
+    cosines = np.cos(terms.waves @ q)
+    for i in range(terms.mass.shape[0]):
+        row, col, wave = terms.mass[i]
+        out[row, col] += terms.mass_coeff[i] * cosines[wave]
+
+
+@njit(cache=True)
+def bias(terms, q, v, out):
+    """C(q, v) v into out (n,)."""
+    out[:] = 0.0
+    sines = np.sin(terms.waves @ q)
+    for i in range(terms.bias.shape[0]):
+        row, wave, a, b = terms.bias[i]
+        out[row] += terms.bias_coeff[i] * sines[wave] * v[a] * v[b]
+
+
+@njit(cache=True)
+def elastic_forces(gears, t, q, v, out):
+    """Elastic force per planet [N] of every mesh into out (meshes,)."""
+    for i in range(out.size):
+        x = q[gears.where[i]]
+        sine = mesh_sine(gears, i, t, q, v)
+        out[i] = mesh_force(
+            gears.dead_zone,
+            x,
+            sine,
+            gears.k_m[i],
+            gears.k_a[i],
+            gears.E[i],
+            gears.b[i],
+            gears.sigma[i],
+        )
+
+
+@njit(cache=True)
+def mesh_sine(gears, i, t, q, v):
+    """The sine of Eqs. 8 and 14 of mesh i."""
+    joint = gears.theta[i]
+    return np.sin(mesh_phase(gears.phase, gears.rate[i], gears.offset[i], t, q[joint], v[joint]))
+
+
+@njit(cache=True)
+def torques(drive, t, theta, theta_dot, out):
+    """Output-side torque [N m] of every joint into out (joints,)."""
+    for j in range(out.size):
+        out[j] = joint_torque(
+            drive.code,
+            drive.gains[j],
+            drive.table_time,
+            drive.table_torque[j],
+            t,
+            theta[j],
+            theta_dot[j],
+        )
+
+
+@njit(cache=True)
+def generalized_force(terms, gears, drive, t, q, v, out):
+    """F - D v of Eqs. 21-22 into out (n,)."""
+    joints = terms.drive_map.shape[1]
+    stride = q.size // joints
+    effort = np.empty(joints)
+    torques(drive, t, q[stride - 1 :: stride], v[stride - 1 :: stride], effort)
+    forces = np.empty(gears.where.size)
+    elastic_forces(gears, t, q, v, forces)
+    for row in range(q.size):
+        out[row] = 0.0
+        for j in range(joints):
+            out[row] += terms.drive_map[row, j] * effort[j]
+        for i in range(forces.size):
+            out[row] += terms.mesh_map[row, i] * forces[i]
+    for i in range(forces.size):
+        x = q[gears.where[i]]
+        if gears.damps_apart or in_contact(x, mesh_sine(gears, i, t, q, v), gears.E[i], gears.b[i]):
+            out[gears.where[i]] -= gears.d[i] * v[gears.where[i]]
+
+
+@njit(cache=True)
+def solve(matrix, right):
+    """Gaussian elimination with partial pivoting in place; the solution replaces `right`.
+
+    For the few unknowns here a call into LAPACK costs more than the elimination itself.
+    """
+    n = right.size
+    for column in range(n):
+        pivot = column + np.argmax(np.abs(matrix[column:, column]))
+        if pivot != column:
+            for k in range(column, n):
+                matrix[column, k], matrix[pivot, k] = matrix[pivot, k], matrix[column, k]
+            right[column], right[pivot] = right[pivot], right[column]
+        for row in range(column + 1, n):
+            factor = matrix[row, column] / matrix[column, column]
+            if factor != 0.0:
+                for k in range(column + 1, n):
+                    matrix[row, k] -= factor * matrix[column, k]
+                right[row] -= factor * right[column]
+    for row in range(n - 1, -1, -1):
+        for k in range(row + 1, n):
+            right[row] -= matrix[row, k] * right[k]
+        right[row] /= matrix[row, row]
+
+
+@njit(cache=True)
+def acceleration(terms, gears, drive, t, q, v, out):
+    """q'' into out (n,)."""
+    n = q.size
+    matrix, gyroscopic = np.empty((n, n)), np.empty(n)
+    mass_matrix(terms, q, matrix)
+    bias(terms, q, v, gyroscopic)
+    generalized_force(terms, gears, drive, t, q, v, out)
+    for row in range(n):
+        out[row] -= gyroscopic[row]
+    solve(matrix, out)
+
+
+@njit(cache=True)
+def runge_kutta_step(terms, gears, drive, t, h, q, v):
+    """One classical fourth-order step [s] of (q, v), in place."""
+    n = q.size
+    a = np.empty((4, n))
+    w = np.empty((4, n))
+    w[0] = v
+    acceleration(terms, gears, drive, t, q, w[0], a[0])
+    w[1] = v + h / 2 * a[0]
+    acceleration(terms, gears, drive, t + h / 2, q + h / 2 * w[0], w[1], a[1])
+    w[2] = v + h / 2 * a[1]
+    acceleration(terms, gears, drive, t + h / 2, q + h / 2 * w[1], w[2], a[2])
+    w[3] = v + h * a[2]
+    acceleration(terms, gears, drive, t + h, q + h * w[2], w[3], a[3])
+    q += h / 6 * (w[0] + 2 * w[1] + 2 * w[2] + w[3])
+    v += h / 6 * (a[0] + 2 * a[1] + 2 * a[2] + a[3])
+
+
+@njit(cache=True)
+def integrate(terms, gears, drive, q0, v0, step, steps, stride):
+    """States every `stride` steps: q and v of shape (steps // stride + 1, n).
+
+    Stops at the first record that is not finite; the records after it stay NaN.
+    """
+    records = steps // stride + 1
+    qs, vs = np.full((records, q0.size), np.nan), np.full((records, q0.size), np.nan)
+    q, v = q0.copy(), v0.copy()
+    qs[0], vs[0] = q, v
+    for k in range(steps):
+        runge_kutta_step(terms, gears, drive, k * step, step, q, v)
+        if (k + 1) % stride == 0:
+            if not (np.isfinite(q).all() and np.isfinite(v).all()):
+                break
+            qs[(k + 1) // stride], vs[(k + 1) // stride] = q, v
+    return qs, vs

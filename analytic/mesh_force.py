@@ -1,0 +1,30 @@
+"""The mesh force, Eqs. 4 and 15."""
+
+from __future__ import annotations
+
+from numba import njit
+
+from analytic.backlash import dead_zone, dead_zone_tanh
+from analytic.stiffness import fundamental
+from analytic.tooth_error import tooth_error
+
+EXACT, TANH = 0, 1
+
+
+@njit(cache=True)
+def mesh_force(law, x, sine, k_m, k_a, E, b, sigma):
+    """F = k f_k(x - e, b) [N] of one mesh.
+
+    Eq. 15 prints k (x - e); the clearance function of Eq. 4 has to stay in it.
+    """
+    gap = x - tooth_error(sine, E)
+    stiffness = fundamental(sine, k_m, k_a)
+    if law == TANH:
+        return stiffness * dead_zone_tanh(gap, b, sigma)
+    return stiffness * dead_zone(gap, b)
+
+
+@njit(cache=True)
+def in_contact(x, sine, E, b):
+    """Whether the teeth touch, by the exact clearance of Eq. 5."""
+    return abs(x - tooth_error(sine, E)) > b

@@ -1,0 +1,49 @@
+"""The mesh modes, linearised in full contact, and the step that Runge-Kutta can take on them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analytic import kernel
+from analytic.gears import Gears
+from analytic.terms import Terms
+from models.drive import PD, DriveData
+
+# RK4's stability function leaves the unit disc at 2.83 on the imaginary axis and 2.79 on the real.
+_LARGEST_RADIUS = 3.0
+
+
+def contact_eigenvalues(
+    terms: Terms, gears: Gears, drive: DriveData, q: np.ndarray, stiffness: np.ndarray
+) -> np.ndarray:
+    """Eigenvalues [1/s] at pose q with every mesh in contact, shape (2 n,).
+
+    stiffness [N/m], per mesh and planet; the controller's gains are included.
+    """
+    n = q.size
+    mass = np.empty((n, n))
+    kernel.mass_matrix(terms, q, mass)
+    position, rate = np.zeros((n, n)), np.zeros((n, n))
+    position[:, gears.where] = terms.mesh_map * stiffness
+    rate[gears.where, gears.where] = -gears.d
+    if drive.code == PD:
+        joints = terms.drive_map.shape[1]
+        sensed = np.arange(n // joints - 1, n, n // joints)
+        position[:, sensed] -= terms.drive_map * drive.gains[:, 1]
+        rate[:, sensed] -= terms.drive_map * drive.gains[:, 2]
+    zero, unit = np.zeros((n, n)), np.eye(n)
+    lower = np.linalg.solve(mass, np.hstack([position, rate]))
+    return np.linalg.eigvals(np.vstack([np.hstack([zero, unit]), lower]))
+
+
+def runge_kutta_limit(eigenvalues: np.ndarray) -> float:
+    """Largest step [s] for which RK4 amplifies no stable mode; inf if nothing moves."""
+    damped = eigenvalues[eigenvalues.real <= 0]
+    fastest = np.abs(damped).max(initial=0.0)
+    if fastest == 0:
+        return float("inf")
+    steps = np.linspace(0, _LARGEST_RADIUS / fastest, 3001)[1:]
+    z = steps[:, None] * damped
+    growth = np.abs(1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24).max(axis=1)
+    unstable = growth > 1 + 1e-9  # rounding of the rigid motion's zero eigenvalues
+    return float(steps[np.argmax(unstable) - 1]) if unstable.any() else float(steps[-1])
