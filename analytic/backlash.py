@@ -7,7 +7,7 @@ from numba import vectorize
 
 
 @vectorize(cache=True)
-def dead_zone(x, b):
+def dead_zone(x: float, b: float) -> float:
     """f_k(x, b) of Eq. 5 [m]: displacement beyond a clearance of half width b; x, b [m]."""
     if x > b:
         return x - b
@@ -17,7 +17,7 @@ def dead_zone(x, b):
 
 
 @vectorize(cache=True)
-def dead_zone_tanh(x, b, sigma):
+def dead_zone_tanh(x: float, b: float, sigma: float) -> float:
     """f_k(x, b) of Eq. 6 [m], the smooth stand-in; x, b [m], sigma [1/m]."""
     right = np.tanh(sigma * (x - b))
     left = np.tanh(sigma * (x + b))

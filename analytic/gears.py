@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -40,8 +41,10 @@ class Gears(NamedTuple):
 
 def no_gears() -> Gears:
     """A rigid arm: no mesh."""
-    nothing, nowhere = np.zeros(0), np.zeros(0, dtype=np.int64)
-    return Gears(nowhere, nowhere, *([nothing] * 8), ANGLE, EXACT, True)
+    nowhere, none = np.zeros(0, dtype=np.int64), np.zeros(0)
+    return Gears(
+        nowhere, nowhere, none, none, none, none, none, none, none, none, ANGLE, EXACT, True
+    )
 
 
 def gears(arm: Arm, switches: Switches) -> Gears:
@@ -49,7 +52,7 @@ def gears(arm: Arm, switches: Switches) -> Gears:
     meshes = range(2 * len(arm.joints))
     twice = [joint for joint in arm.joints for _ in range(2)]
 
-    def each(values) -> np.ndarray:
+    def each(values: Iterable[float]) -> np.ndarray:
         return np.array(list(values), dtype=float)
 
     return Gears(
@@ -82,8 +85,10 @@ def damping(joint: Joint) -> tuple[float, float]:
 
     From the damping ratio of each mesh against its own equivalent mass, where not given directly.
     """
-    if joint.damping_ratio is None:
-        return joint.sun_planet_damping_N_s_per_m, joint.planet_ring_damping_N_s_per_m
+    direct = (joint.sun_planet_damping_N_s_per_m, joint.planet_ring_damping_N_s_per_m)
+    if direct[0] is not None and direct[1] is not None:
+        return direct[0], direct[1]
+    assert joint.damping_ratio is not None  # the arm's own validation
     planets = joint.planet_count
     stiffness = planets * joint.mesh_stiffness_N_per_m
     return (

@@ -9,13 +9,15 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from analytic.gears import Gears
 from analytic.mesh_force import in_contact, mesh_force
 from analytic.mesh_frequency import mesh_phase
-from models.drive import joint_torque
+from analytic.terms import Terms
+from models.drive import DriveData, joint_torque
 
 
 @njit(cache=True)
-def mass_matrix(terms, q, out):
+def mass_matrix(terms: Terms, q: np.ndarray, out: np.ndarray) -> None:
     """M(q) into out (n, n)."""
     out[:] = 0.0
     cosines = np.cos(terms.waves @ q)
@@ -25,7 +27,7 @@ def mass_matrix(terms, q, out):
 
 
 @njit(cache=True)
-def bias(terms, q, v, out):
+def bias(terms: Terms, q: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
     """C(q, v) v into out (n,)."""
     out[:] = 0.0
     sines = np.sin(terms.waves @ q)
@@ -35,7 +37,7 @@ def bias(terms, q, v, out):
 
 
 @njit(cache=True)
-def elastic_forces(gears, t, q, v, out):
+def elastic_forces(gears: Gears, t: float, q: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
     """Elastic force per planet [N] of every mesh into out (meshes,)."""
     for i in range(out.size):
         x = q[gears.where[i]]
@@ -53,14 +55,16 @@ def elastic_forces(gears, t, q, v, out):
 
 
 @njit(cache=True)
-def mesh_sine(gears, i, t, q, v):
+def mesh_sine(gears: Gears, i: int, t: float, q: np.ndarray, v: np.ndarray) -> float:
     """The sine of Eqs. 8 and 14 of mesh i."""
     joint = gears.theta[i]
     return np.sin(mesh_phase(gears.phase, gears.rate[i], gears.offset[i], t, q[joint], v[joint]))
 
 
 @njit(cache=True)
-def torques(drive, t, theta, theta_dot, out):
+def torques(
+    drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndarray, out: np.ndarray
+) -> None:
     """Output-side torque [N m] of every joint into out (joints,)."""
     for j in range(out.size):
         out[j] = joint_torque(
@@ -75,7 +79,15 @@ def torques(drive, t, theta, theta_dot, out):
 
 
 @njit(cache=True)
-def generalized_force(terms, gears, drive, t, q, v, out):
+def generalized_force(
+    terms: Terms,
+    gears: Gears,
+    drive: DriveData,
+    t: float,
+    q: np.ndarray,
+    v: np.ndarray,
+    out: np.ndarray,
+) -> None:
     """F - D v of Eqs. 21-22 into out (n,)."""
     joints = terms.drive_map.shape[1]
     stride = q.size // joints
@@ -96,7 +108,7 @@ def generalized_force(terms, gears, drive, t, q, v, out):
 
 
 @njit(cache=True)
-def solve(matrix, right):
+def solve(matrix: np.ndarray, right: np.ndarray) -> None:
     """Gaussian elimination with partial pivoting in place; the solution replaces `right`.
 
     For the few unknowns here a call into LAPACK costs more than the elimination itself.
@@ -121,7 +133,15 @@ def solve(matrix, right):
 
 
 @njit(cache=True)
-def acceleration(terms, gears, drive, t, q, v, out):
+def acceleration(
+    terms: Terms,
+    gears: Gears,
+    drive: DriveData,
+    t: float,
+    q: np.ndarray,
+    v: np.ndarray,
+    out: np.ndarray,
+) -> None:
     """q'' into out (n,)."""
     n = q.size
     matrix, gyroscopic = np.empty((n, n)), np.empty(n)
@@ -134,7 +154,9 @@ def acceleration(terms, gears, drive, t, q, v, out):
 
 
 @njit(cache=True)
-def runge_kutta_step(terms, gears, drive, t, h, q, v):
+def runge_kutta_step(
+    terms: Terms, gears: Gears, drive: DriveData, t: float, h: float, q: np.ndarray, v: np.ndarray
+) -> None:
     """One classical fourth-order step [s] of (q, v), in place."""
     n = q.size
     a = np.empty((4, n))
@@ -152,7 +174,16 @@ def runge_kutta_step(terms, gears, drive, t, h, q, v):
 
 
 @njit(cache=True)
-def integrate(terms, gears, drive, q0, v0, step, steps, stride):
+def integrate(
+    terms: Terms,
+    gears: Gears,
+    drive: DriveData,
+    q0: np.ndarray,
+    v0: np.ndarray,
+    step: float,
+    steps: int,
+    stride: int,
+) -> tuple[np.ndarray, np.ndarray]:
     """States every `stride` steps: q and v of shape (steps // stride + 1, n).
 
     Stops at the first record that is not finite; the records after it stay NaN.

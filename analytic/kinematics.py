@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from models.arm import Joint
 
@@ -35,16 +35,20 @@ def stage_geometry(joint: Joint) -> StageGeometry:
     )
 
 
-def mesh_displacements(theta_s, theta_p, theta_c, r_s, r_p, r_cp):
+def mesh_displacements(
+    theta_s: Any, theta_p: Any, theta_c: Any, r_s: Any, r_p: Any, r_cp: Any
+) -> tuple[Any, Any]:
     """(x_sp, x_pr) [m] from gear angles [rad] relative to the ring's body, Eqs. 2-3.
 
-    theta_p counts positive against the carrier.
+    theta_p counts positive against the carrier. Numbers, arrays or symbols.
     """
     x_s, x_p, x_c = r_s * theta_s, r_p * theta_p, r_cp * theta_c
     return x_s - x_p - x_c, x_p - x_c
 
 
-def gear_angles(x_sp, x_pr, theta_c, r_s, r_p, r_cp):
+def gear_angles(
+    x_sp: Any, x_pr: Any, theta_c: Any, r_s: Any, r_p: Any, r_cp: Any
+) -> tuple[Any, Any]:
     """(theta_s, theta_p) [rad] from mesh displacements [m]: Eqs. 2-3 solved."""
     theta_p = (x_pr + r_cp * theta_c) / r_p
     theta_s = (x_sp + x_pr + 2 * r_cp * theta_c) / r_s

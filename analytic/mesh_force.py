@@ -12,7 +12,9 @@ EXACT, TANH = 0, 1
 
 
 @njit(cache=True)
-def mesh_force(law, x, sine, k_m, k_a, E, b, sigma):
+def mesh_force(
+    law: int, x: float, sine: float, k_m: float, k_a: float, E: float, b: float, sigma: float
+) -> float:
     """F = k f_k(x - e, b) [N] of one mesh.
 
     Eq. 15 prints k (x - e); the clearance function of Eq. 4 has to stay in it.
@@ -25,6 +27,6 @@ def mesh_force(law, x, sine, k_m, k_a, E, b, sigma):
 
 
 @njit(cache=True)
-def in_contact(x, sine, E, b):
+def in_contact(x: float, sine: float, E: float, b: float) -> bool:
     """Whether the teeth touch, by the exact clearance of Eq. 5."""
     return abs(x - tooth_error(sine, E)) > b

@@ -39,7 +39,9 @@ def ring_mesh_rate(joint: Joint, geometry: StageGeometry, ring_rate: str) -> flo
 
 
 @njit(cache=True)
-def mesh_phase(law, rate, offset, t, theta, theta_dot):
+def mesh_phase(
+    law: int, rate: float, offset: float, t: float, theta: float, theta_dot: float
+) -> float:
     """phi [rad]: the argument of the sines of Eqs. 8 and 14.
 
     OMEGA_T as the paper has it, current frequency times time; ANGLE its integral.

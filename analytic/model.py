@@ -186,12 +186,8 @@ class RigidModel(AnalyticModel):
         joints = len(arm.joints)
         self.coordinates = link_coordinates(joints)
         self.gears = no_gears()
-        self.terms = numeric_terms(
-            rigid_form(joints, self.level),
-            parameter_values(arm),
-            (),
-            rigid_variables(joints).torques,
-        )
+        form, torques = rigid_form(joints, self.level), rigid_variables(joints).torques
+        self.terms = numeric_terms(form, parameter_values(arm), (), torques)
 
 
 class RigidLinks(RigidModel):

@@ -45,7 +45,7 @@ def link_bodies(joint: int, joints: int) -> list[Body]:
     stage = stage_symbols(joint)
     angle = link_angles(joints)[joint - 1]
     origin = _joint_centre(joint)
-    bodies = [Body(f"link {joint}", stage.m, stage.I, angle, (*origin, stage.d))]
+    bodies = [Body(f"link {joint}", stage.m, stage.I_l, angle, (*origin, stage.d))]
     if joint == joints:
         bodies.append(Body("payload", m_payload, sp.S.Zero, angle, (*origin, stage.L)))
     return bodies

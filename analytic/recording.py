@@ -6,10 +6,15 @@ import numpy as np
 from numba import njit
 
 from analytic import kernel
+from analytic.gears import Gears
+from analytic.terms import Terms
+from models.drive import DriveData
 
 
 @njit(cache=True)
-def along(terms, gears, drive, time, qs, vs):
+def along(
+    terms: Terms, gears: Gears, drive: DriveData, time: np.ndarray, qs: np.ndarray, vs: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """(accelerations (times, n), mesh forces (times, meshes), torques (times, joints),
     kinetic energy (times,)) at recorded states qs, vs of shape (times, n)."""
     times, n = qs.shape

@@ -27,6 +27,6 @@ def square_wave(cycle: np.ndarray, k_min: float, k_max: float, contact_ratio: fl
 
 
 @vectorize(cache=True)
-def fundamental(sine, k_m, k_a):
+def fundamental(sine: float, k_m: float, k_a: float) -> float:
     """k of Eq. 8 [N/m]; sine: that of the mesh phase."""
     return k_m + k_a * sine

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ class StageSymbols(NamedTuple):
     """Symbols of one stage and the link that it drives.
 
     M_s, M_p, M_c: equivalent masses [kg]; m_s, m_p, m_c, m_r: masses [kg]; J_r: ring inertia
-    [kg m^2]; r_s, r_p, r_c, r_cp: radii [m]; n: ratio; N: planets; m, I, d, L: the link's mass
+    [kg m^2]; r_s, r_p, r_c, r_cp: radii [m]; n: ratio; N: planets; m, I_l, d, L: the link's mass
     [kg], inertia about its centre [kg m^2], centre [m] and length [m].
     """
 
@@ -34,7 +35,7 @@ class StageSymbols(NamedTuple):
     n: sp.Symbol
     N: sp.Symbol
     m: sp.Symbol
-    I: sp.Symbol
+    I_l: sp.Symbol
     d: sp.Symbol
     L: sp.Symbol
 
@@ -67,9 +68,8 @@ def geared_variables(joints: int) -> Variables:
     """The variables of Eqs. 20-22; mesh forces in the order F_sp1, F_pr1, F_sp2, ..."""
     names = [f"{name}{i}" for i in range(1, joints + 1) for name in ("x_sp", "x_pr", "theta_")]
     forces = [f"{name}{i}" for i in range(1, joints + 1) for name in ("F_sp", "F_pr")]
-    return Variables(
-        _reals(names), _reals(f"d{name}" for name in names), _reals(forces), _torques(joints)
-    )
+    rates = _reals(f"d{name}" for name in names)
+    return Variables(_reals(names), rates, _reals(forces), _torques(joints))
 
 
 @lru_cache
@@ -79,7 +79,7 @@ def rigid_variables(joints: int) -> Variables:
     return Variables(_reals(names), _reals(f"d{name}" for name in names), (), _torques(joints))
 
 
-def _reals(names) -> tuple[sp.Symbol, ...]:
+def _reals(names: Iterable[str]) -> tuple[sp.Symbol, ...]:
     return tuple(sp.Symbol(name, real=True) for name in names)
 
 

@@ -56,6 +56,9 @@ def numeric_terms(
     )
 
 
+Indexed = tuple[list[tuple[int, ...]], list[float]]
+
+
 class _Waves:
     """Numbers the distinct angle sums w . q; sign is the caller's business."""
 
@@ -74,8 +77,9 @@ class _Waves:
         return np.array(list(self.index), dtype=float).reshape(-1, len(self.q))
 
 
-def _mass_terms(form: Form, values: Mapping[sp.Symbol, float], waves: _Waves):
-    indices, coefficients = [], []
+def _mass_terms(form: Form, values: Mapping[sp.Symbol, float], waves: _Waves) -> Indexed:
+    indices: list[tuple[int, ...]] = []
+    coefficients: list[float] = []
     for (row, col), entry in _entries(form.mass_matrix):
         for term in _summands(entry, values):
             factor, rest = term.as_independent(*form.q, as_Add=False)
@@ -85,8 +89,9 @@ def _mass_terms(form: Form, values: Mapping[sp.Symbol, float], waves: _Waves):
     return indices, coefficients
 
 
-def _bias_terms(form: Form, values: Mapping[sp.Symbol, float], waves: _Waves):
-    indices, coefficients = [], []
+def _bias_terms(form: Form, values: Mapping[sp.Symbol, float], waves: _Waves) -> Indexed:
+    indices: list[tuple[int, ...]] = []
+    coefficients: list[float] = []
     for (row, _), entry in _entries(form.bias):
         for term in _summands(entry, values):
             factor, rest = term.as_independent(*form.q, *form.v, as_Add=False)
@@ -97,7 +102,7 @@ def _bias_terms(form: Form, values: Mapping[sp.Symbol, float], waves: _Waves):
     return indices, coefficients
 
 
-def _entries(matrix: sp.ImmutableMatrix):
+def _entries(matrix: sp.ImmutableMatrix) -> list[tuple[tuple[int, int], sp.Expr]]:
     return sorted(matrix.todok().items())
 
 

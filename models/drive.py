@@ -29,6 +29,7 @@ def drive_data(scenario: Scenario, joints: int) -> DriveData:
     """Flatten the scenario's drive for an arm with this many joints."""
     drive = scenario.drive
     table_time, table_torque = np.zeros(1), np.zeros((joints, 1))
+    columns: tuple[float | tuple[float, ...], ...] = ()
     if isinstance(drive, ConstantDrive):
         code, columns = CONSTANT, (drive.torque_N_m,)
     elif isinstance(drive, PdDrive):
@@ -42,7 +43,7 @@ def drive_data(scenario: Scenario, joints: int) -> DriveData:
         code = SINE_OF_TIME if drive.argument == "time" else SINE_OF_SQRT_TIME
         columns = (drive.amplitude_N_m, drive.rate_rad_per_s)
     else:
-        code, columns = TABLE, ()
+        code = TABLE
         table_time, table_torque = np.array(drive.time_s), np.array(drive.torque_N_m)
     gains = np.zeros((joints, 3))
     for column, value in enumerate(columns):
@@ -51,7 +52,15 @@ def drive_data(scenario: Scenario, joints: int) -> DriveData:
 
 
 @njit(cache=True)
-def joint_torque(code, gains, table_time, table_torque, t, theta, theta_dot):
+def joint_torque(
+    code: int,
+    gains: np.ndarray,
+    table_time: np.ndarray,
+    table_torque: np.ndarray,
+    t: float,
+    theta: float,
+    theta_dot: float,
+) -> float:
     """Output-side torque [N m] of one joint at time t [s], angle [rad] and rate [rad/s].
 
     gains (3,) and table_torque (rows,) are the joint's rows of DriveData.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -48,7 +49,7 @@ class TableDrive(Data):
 
     @model_validator(mode="after")
     def _is_a_table(self) -> Self:
-        if any(later <= earlier for earlier, later in zip(self.time_s, self.time_s[1:])):
+        if any(later <= earlier for earlier, later in pairwise(self.time_s)):
             raise ValueError("time_s|must increase")
         if any(len(column) != len(self.time_s) for column in self.torque_N_m):
             raise ValueError(f"torque_N_m|each joint needs {len(self.time_s)} values, as time_s")

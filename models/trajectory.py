@@ -37,7 +37,11 @@ def trajectory(model: Model, time: np.ndarray, **variables: np.ndarray) -> xr.Da
     """
     joints = len(model.arm.joints)
     data = {
-        name: (_DIMS[values.ndim], values, dict(zip(("units", "long_name"), _ABOUT[name])))
+        name: (
+            _DIMS[values.ndim],
+            values,
+            dict(zip(("units", "long_name"), _ABOUT[name], strict=True)),
+        )
         for name, values in variables.items()
     }
     coords = {
@@ -48,6 +52,11 @@ def trajectory(model: Model, time: np.ndarray, **variables: np.ndarray) -> xr.Da
     if planets:
         coords["planet"] = ("planet", np.arange(1, planets + 1), {"long_name": "planet number"})
     return xr.Dataset(data, coords, attrs=_provenance(model))
+
+
+def _attributes(name: str) -> dict[str, str]:
+    units, long_name = _ABOUT[name]
+    return {"units": units, "long_name": long_name}
 
 
 def _provenance(model: Model) -> dict[str, object]:

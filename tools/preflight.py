@@ -30,7 +30,7 @@ def problem() -> str | None:
         packages = missing_libraries()
         if packages:
             install = " ".join(packages)
-            return f"Exudyn needs system libraries; run: apt-get update && apt-get install -y {install}"
+            return f"Exudyn needs system libraries: apt-get update && apt-get install -y {install}"
     return None
 
 
