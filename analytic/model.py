@@ -12,6 +12,7 @@ from analytic.gears import Gears, gears, no_gears
 from analytic.lagrange import Form
 from analytic.physical import physical_form
 from analytic.recording import along
+from analytic.reference import solve
 from analytic.rigid import rigid_form
 from analytic.stability import contact_eigenvalues, runge_kutta_limit
 from analytic.symbols import geared_variables, parameter_values, rigid_variables
@@ -33,7 +34,7 @@ from models.trajectory import trajectory
 class AnalyticModel(Model):
     """Equations of motion from a symbolic form, evaluated by the compiled kernel."""
 
-    abilities = frozenset((*STATE_ABILITIES, "simulate"))
+    abilities = frozenset((*STATE_ABILITIES, "simulate", "reference"))
     terms: Terms
     gears: Gears
 
@@ -108,6 +109,14 @@ class AnalyticModel(Model):
         time = scenario.step_s * scenario.stride * np.arange(len(qs))
         require_finite(self.name, time, qs, vs)
         return self.record(time, qs, vs)
+
+    def reference(self, rtol: float) -> xr.Dataset:
+        """SciPy's DOP853 on the recording grid."""
+        scenario = self.scenario
+        grid = scenario.step_s * scenario.stride * np.arange(scenario.steps // scenario.stride + 1)
+        qs, vs = solve(self.terms, self.gears, self.drive, self.start(), grid, rtol)
+        require_finite(self.name, grid, qs, vs)
+        return self.record(grid, qs, vs)
 
     def record(self, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> xr.Dataset:
         """The trajectory through states qs, vs of shape (times, n) at `time` (times,) [s]."""

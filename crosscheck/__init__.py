@@ -1,1 +1,46 @@
-"""."""
+"""Cross-validation of geared-arm models: load, build, simulate, check."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+__version__ = "0.1.0"
+__all__ = [
+    "Agreement",
+    "Finding",
+    "InputError",
+    "build",
+    "check",
+    "load_arm",
+    "load_scenario",
+    "simulate",
+    "switches",
+]
+_HOME = {
+    "Agreement": "crosscheck.findings",
+    "Finding": "crosscheck.findings",
+    "InputError": "models.errors",
+    "switches": "models.switches",
+}
+
+
+def _require_own_neighbours() -> None:
+    """`models` and `analytic` are common names: make sure they are this project's."""
+    for name in ("models", "analytic"):
+        found = importlib.util.find_spec(name)
+        origin = found.origin if found else None
+        expected = Path(__file__).parent.parent / name / "__init__.py"
+        if origin is None or Path(origin).resolve() != expected.resolve():
+            raise ImportError(f"package {name!r} comes from {origin}, expected {expected}")
+
+
+_require_own_neighbours()
+
+
+def __getattr__(name: str) -> Any:
+    # Lazily, so that the command line starts without numpy, xarray or an engine.
+    if name not in __all__:
+        raise AttributeError(f"module 'crosscheck' has no attribute {name!r}")
+    return getattr(importlib.import_module(_HOME.get(name, "crosscheck.api")), name)

@@ -72,6 +72,10 @@ class Model(ABC):
         """
         raise CannotDo(f"{self.name} has no simulate")
 
+    def reference(self, rtol: float) -> xr.Dataset:
+        """Like simulate, by an adaptive integrator at this relative tolerance. Raises Diverged."""
+        raise CannotDo(f"{self.name} has no reference")
+
     def largest_stable_step(self) -> float:
         """Largest step [s] with which this model's integrator stays stable; inf if adaptive."""
         return float("inf")

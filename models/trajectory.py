@@ -37,12 +37,7 @@ def trajectory(model: Model, time: np.ndarray, **variables: np.ndarray) -> xr.Da
     """
     joints = len(model.arm.joints)
     data = {
-        name: (
-            _DIMS[values.ndim],
-            values,
-            dict(zip(("units", "long_name"), _ABOUT[name], strict=True)),
-        )
-        for name, values in variables.items()
+        name: (_DIMS[values.ndim], values, _attributes(name)) for name, values in variables.items()
     }
     coords = {
         "time": ("time", time, {"units": "s", "long_name": "time"}),

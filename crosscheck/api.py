@@ -1,0 +1,48 @@
+"""The Python API: what notebooks and the command line both use."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from crosscheck.findings import Agreement
+from crosscheck.registry import build
+from models.arm import Arm
+from models.errors import InputError
+from models.interface import Model
+from models.loading import load_arm, load_scenario
+
+__all__ = ["build", "check", "load_arm", "load_scenario", "require_stable_step", "simulate"]
+
+
+def simulate(model: Model, *, force: bool = False) -> xr.Dataset:
+    """Run a model's scenario; see models.trajectory for the Dataset.
+
+    Raises InputError if the model cannot simulate or its step is too large for the mesh modes
+    (not with ``force``), and Diverged.
+    """
+    if "simulate" not in model.abilities:
+        raise InputError("model", "", model.name, "has states only, it cannot simulate")
+    if not force:
+        require_stable_step(model)
+    return model.simulate()
+
+
+def require_stable_step(model: Model) -> None:
+    """Raise InputError unless the scenario's step is within the integrator's stability limit."""
+    limit = model.largest_stable_step()
+    if model.scenario.step_s > limit:
+        raise InputError(
+            model.scenario.name,
+            "step_s",
+            model.scenario.step_s,
+            f"the largest stable step of {model.name} is {limit:.3g} s (--force goes on)",
+        )
+
+
+def check(
+    arm: Arm | str = "paper-labelled", *, quick: bool = False, jobs: int = 1, seed: int = 0
+) -> Agreement:
+    """Run every check on an arm: states, trajectories, rigid levels. Raises InputError."""
+    from crosscheck.run import cross_check
+
+    return cross_check(arm, quick=quick, jobs=jobs, seed=seed).agreement

@@ -1,0 +1,1 @@
+"""Comparisons of models that know nothing but the common interface."""

@@ -1,0 +1,155 @@
+"""State by state: do two models give the same M, bias, force and acceleration?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crosscheck.findings import Finding, checked, failed
+from models.arm import Arm
+from models.interface import Model
+
+EPS = np.finfo(float).eps
+# Issue of principle: rounding of a few hundred operations, times how badly conditioned they are;
+# but never looser than this.
+ROUNDINGS = 1000
+LOOSEST = 1e-10
+UNITS = {
+    "mass_matrix": "1",
+    "bias": "1",
+    "generalized_force": "1",
+    "acceleration": "1",
+}
+
+
+class States(NamedTuple):
+    """t (count,) [s]; q, v (count, n) in a model's coordinates."""
+
+    t: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+
+
+def random_states(coordinates: Sequence[str], arm: Arm, count: int, seed: int) -> States:
+    """States on both flanks, in free play, at any pose, as brisk as the paper's runs."""
+    generator = np.random.default_rng(seed)
+    play = 3 * max(*(joint.backlash_m for joint in arm.joints), 2e-5)
+    angular = np.array([name.startswith("theta") for name in coordinates])
+    q_size, v_size = np.where(angular, np.pi, play), np.where(angular, 3.0, 0.1)
+    shape = (count, len(coordinates))
+    return States(
+        generator.uniform(0, 2, count),
+        generator.uniform(-1, 1, shape) * q_size,
+        generator.uniform(-1, 1, shape) * v_size,
+    )
+
+
+def compare_states(
+    case: str, models: Sequence[Model], quantities: Sequence[str], count: int, seed: int
+) -> Iterator[Finding]:
+    """A Finding per pair of models and quantity that both can give.
+
+    The models must share their coordinates. Each component is measured against its own root mean
+    square over the states, so that small components count as much as large ones.
+    """
+    states = random_states(models[0].coordinates, models[0].arm, count, seed)
+    for quantity in quantities:
+        able = [model for model in models if quantity in model.abilities]
+        values = {model.name: _evaluated(model, quantity, states) for model in able}
+        allowed = _tolerance(able[0], quantity, states)
+        for left, right in combinations(able, 2):
+            yield _compared(case, quantity, left.name, right.name, values, allowed, count)
+
+
+def _evaluated(model: Model, quantity: str, states: States) -> np.ndarray | Exception:
+    try:
+        return np.array([evaluate(model, quantity, *state) for state in zip(*states, strict=True)])
+    except Exception as error:  # a model that raises is a failed check, not a crash
+        return error
+
+
+def evaluate(model: Model, quantity: str, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """One of a model's four state functions at one state."""
+    if quantity == "mass_matrix":
+        return model.mass_matrix(q)
+    if quantity == "bias":
+        return model.bias(q, v)
+    if quantity == "generalized_force":
+        return model.generalized_force(t, q, v)
+    return model.acceleration(t, q, v)
+
+
+def _compared(
+    case: str,
+    quantity: str,
+    left: str,
+    right: str,
+    values: dict[str, np.ndarray | Exception],
+    allowed: tuple[float, str],
+    count: int,
+) -> Finding:
+    fields: dict[str, Any] = {
+        "id": f"states/{case}/{quantity}/{left}~{right}",
+        "quantity": quantity,
+        "unit": UNITS[quantity],
+        "left": left,
+        "right": right,
+        "metric": f"largest relative difference over {count} random states",
+    }
+    one, other = values[left], values[right]
+    for side in (one, other):
+        if isinstance(side, Exception):
+            return failed(note=f"{type(side).__name__}: {side}", **fields)
+    tolerance, basis = allowed
+    difference = relative_difference(np.asarray(one), np.asarray(other), quantity)
+    return checked(
+        measured=difference, tolerance=tolerance, basis=basis, relative=difference, **fields
+    )
+
+
+def relative_difference(one: np.ndarray, other: np.ndarray, quantity: str) -> float:
+    """Largest difference, component by component, over that component's size; nan if any is nan.
+
+    Arrays (count, n) or, for mass matrices, (count, n, n), where M_ij's size is sqrt(M_ii M_jj).
+    """
+    if quantity == "mass_matrix":
+        diagonal = np.sqrt(np.abs(np.einsum("kii->ki", one)))
+        size = diagonal[:, :, None] * diagonal[:, None, :]
+    else:
+        size = np.sqrt((one**2).mean(axis=0))
+    difference = np.abs(one - other)
+    # A component that is zero for all states (no centrifugal force on a mesh) must be so in both.
+    ratio = np.divide(difference, size, out=np.where(difference > 0, np.inf, 0.0), where=size > 0)
+    return float(ratio.max()) if np.isfinite(one).all() and np.isfinite(other).all() else np.nan
+
+
+def _tolerance(model: Model, quantity: str, states: States) -> tuple[float, str]:
+    conditioning, reason = 1.0, "1"
+    if quantity in ("generalized_force", "acceleration"):
+        conditioning = _play_conditioning(model.arm, model.coordinates, states)
+        reason = f"{conditioning:.0f} (arcs of the gears against the play between their teeth)"
+    if quantity == "acceleration":
+        inverse = _inverse_conditioning(model, states)
+        conditioning *= inverse
+        reason += f" x {inverse:.0f} (scaled mass matrix)"
+    tolerance = min(LOOSEST, ROUNDINGS * EPS * conditioning)
+    return tolerance, f"{ROUNDINGS} eps x conditioning {reason}, at most {LOOSEST:g}"
+
+
+def _play_conditioning(arm: Arm, coordinates: Sequence[str], states: States) -> float:
+    """A mesh displacement is a small difference of large arcs, in a model that turns its gears."""
+    mesh = [name.startswith("x_") for name in coordinates]
+    if not any(mesh):
+        return 1.0
+    pitch = max(joint.module_m * joint.ring_teeth / 2 for joint in arm.joints)
+    arcs = pitch * np.abs(states.q[:, ~np.array(mesh)]).max()
+    return float(arcs / np.sqrt((states.q[:, mesh] ** 2).mean()))
+
+
+def _inverse_conditioning(model: Model, states: States) -> float:
+    mass = model.mass_matrix(states.q[0])
+    scale = 1 / np.sqrt(np.abs(np.diag(mass)))
+    return float(np.linalg.cond(mass * scale[:, None] * scale))

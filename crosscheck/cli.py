@@ -1,0 +1,136 @@
+"""The command line: thin over crosscheck.api; heavy imports wait until a command needs them."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+
+from crosscheck import __version__
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    help="Cross-validate hand-derived equations of motion of geared arms.",
+    pretty_exceptions_enable=False,
+)
+
+ArmName = Annotated[str, typer.Argument(metavar="ARM", help="Built-in name or TOML file.")]
+
+
+class Phase(StrEnum):
+    """Phase law of the mesh."""
+
+    angle = "angle"
+    omega_t = "omega_t"
+
+
+class RingRate(StrEnum):
+    """Meshing frequency of the ring mesh."""
+
+    eq13 = "eq13"
+    corrected = "corrected"
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"crosscheck {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show it.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def run(
+    arm: ArmName = "paper-labelled",
+    out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("report"),
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer states, shorter runs.")] = False,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; all cores.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+) -> None:
+    """Cross-check all models of an arm; write index.html and agreement.json."""
+    from crosscheck.commands import run_command
+
+    raise typer.Exit(run_command(arm, out, quick, jobs or os.cpu_count() or 1, seed))
+
+
+@app.command()
+def simulate(
+    arm: ArmName,
+    model: Annotated[str, typer.Option(help="See `crosscheck list`.")],
+    scenario: Annotated[str, typer.Option(help="Built-in name or TOML file.")],
+    out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
+    t_end: Annotated[float | None, typer.Option(help="Duration [s].")] = None,
+    step: Annotated[float | None, typer.Option(help="Integration step [s].")] = None,
+    phase: Annotated[Phase | None, typer.Option(help="Phase law; angle.")] = None,
+    ring_rate: Annotated[RingRate | None, typer.Option(help="Follows the phase law.")] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="PATH=VALUE", help="As arm.joints.*.backlash_m=2e-5."),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Go on past the stable step.")] = False,
+) -> None:
+    """Simulate one model and write its trajectory."""
+    from crosscheck.commands import simulate_command
+
+    overrides = list(settings or [])
+    overrides += [f"scenario.duration_s={t_end!r}"] if t_end is not None else []
+    overrides += [f"scenario.step_s={step!r}"] if step is not None else []
+    chosen = {"phase": phase, "ring_rate": ring_rate}
+    named = {key: str(value) for key, value in chosen.items() if value is not None}
+    simulate_command(arm, model, scenario, named, overrides, out, force)
+
+
+@app.command("list")
+def list_() -> None:
+    """Show the arms, models and scenarios that come with the project."""
+    from crosscheck.commands import list_command
+
+    list_command()
+
+
+@app.command()
+def show(arm: ArmName) -> None:
+    """Show an arm's values and what follows from them, with units."""
+    from crosscheck.show import show_command
+
+    show_command(arm)
+
+
+def main() -> NoReturn:
+    """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (internal), 130."""
+    try:
+        code: Any = app(standalone_mode=False)
+    except (typer.Abort, KeyboardInterrupt):
+        _fail("interrupted", 130)
+    except Exception as error:
+        _explain(error)
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _explain(error: Exception) -> NoReturn:
+    from models.errors import Diverged, InputError
+
+    if isinstance(error, InputError | Diverged):
+        _fail(str(error), 2)
+    if hasattr(error, "format_message"):  # a usage error of typer's own command-line parser
+        _fail(f"{error.format_message()} (see crosscheck --help)", 2)
+    traceback.print_exception(error)
+    _fail("internal error, please report the lines above", 3)
+
+
+def _fail(line: str, code: int) -> NoReturn:
+    print(f"crosscheck: {' '.join(line.split())}", file=sys.stderr)
+    sys.exit(code)

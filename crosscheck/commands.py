@@ -1,0 +1,94 @@
+"""What the commands do, once the command line is parsed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from crosscheck.api import require_stable_step
+from crosscheck.api import simulate as simulate_model
+from crosscheck.output import require_writable, write_text
+from crosscheck.provenance import provenance
+from crosscheck.registry import MODELS, build
+from crosscheck.report.html import report_page
+from crosscheck.report.terminal import print_agreement
+from crosscheck.run import CrossCheck, cross_check
+from models.errors import InputError
+from models.loading import builtin_arms, builtin_scenarios, load_arm, load_case, load_scenario
+from models.trajectory import write_netcdf
+
+STDERR = Console(stderr=True)
+
+
+def run_command(arm: str, out: Path, quick: bool, jobs: int, seed: int) -> int:
+    """Cross-check an arm, write the report, print the table; returns the exit code."""
+    chosen = load_arm(arm)
+    require_writable(out)
+    with _progress() as progress:
+        task = progress.add_task("states", total=None)
+        total = 0
+
+        def told(what: str, left: int) -> None:
+            nonlocal total
+            total = max(total, left)
+            progress.update(task, description=what, total=total, completed=total - left)
+
+        result = cross_check(chosen, quick=quick, jobs=jobs, seed=seed, told=told)
+        progress.update(task, description="report")
+        _write_report(result, out)
+    print_agreement(result.agreement)
+    print(f"wrote {out / 'index.html'} and {out / 'agreement.json'}")
+    return result.agreement.exit_code
+
+
+def _write_report(result: CrossCheck, out: Path) -> None:
+    page = report_page(result)
+    write_text(out / "agreement.json", result.agreement.to_json())
+    write_text(out / "index.html", page)
+
+
+def simulate_command(
+    arm: str,
+    model: str,
+    scenario: str,
+    switches: dict[str, str],
+    settings: list[str],
+    out: Path,
+    force: bool,
+) -> None:
+    """Simulate one model into a NetCDF file."""
+    case = load_case(arm, scenario, switches, settings)
+    if out.is_dir():
+        raise InputError("--out", "", str(out), "is a folder; a file name is expected")
+    require_writable(out.parent)
+    built = build(model, *case)
+    if not force:
+        require_stable_step(built)
+    with STDERR.status(f"{model}, {case.scenario.name}, {case.scenario.duration_s:g} s"):
+        trajectory = simulate_model(built, force=True)
+    record = provenance(case.arm, 0, False)
+    trajectory.attrs |= {"provenance": json.dumps(record), "command": record["command"]}
+    write_netcdf(trajectory, out)
+    final = ", ".join(f"{angle:.9g}" for angle in trajectory["theta"].values[-1])
+    print(f"wrote {out}: {trajectory.sizes['time']} times, theta at the end {final} rad")
+
+
+def list_command() -> None:
+    """Print what `ARM`, `--model` and `--scenario` accept."""
+    table = Table("", "name", "title", box=None)
+    for name in builtin_arms():
+        table.add_row("arm", name, load_arm(name).title)
+    for name in MODELS:
+        table.add_row("model", name, "states only" if name == "pinocchio:gears" else "")
+    for name in builtin_scenarios():
+        table.add_row("scenario", name, load_scenario(name).title)
+    Console().print(table)
+
+
+def _progress() -> Progress:
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    return Progress(*columns, TimeElapsedColumn(), console=STDERR, transient=True)

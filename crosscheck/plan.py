@@ -1,0 +1,84 @@
+"""What a cross-check runs and compares, for any arm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from crosscheck.registry import RIGID_LEVELS, build
+from crosscheck.simulations import Simulation, nudged, with_step
+from models.arm import Arm
+from models.loading import Case, load_case, load_scenario
+from models.switches import Switches, switches
+
+# Long enough for the paper's events; the quick plan keeps the start impact and the first drive.
+FULL_S = {"constant-torque": 0.5, "pd": 3.0}
+QUICK_S = {"constant-torque": 0.05, "pd": 0.1}
+RIGID_STEP_S = 1e-4  # RK4 on the smooth rigid arm: its error is far below 1e-10 rad
+REFERENCE_RTOL, COARSE_RTOL = 1e-10, 1e-8
+MECHANISM = switches()
+PAPER_PHASE = switches(phase="omega_t")
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One scenario of the plan, with a short name for ids."""
+
+    name: str
+    case: Case
+
+
+def experiments(arm: Arm, quick: bool) -> list[Experiment]:
+    """Constant torque and PD under the angle law, constant torque under omega_t."""
+    durations = QUICK_S if quick else FULL_S
+    return [
+        Experiment("constant-torque", _case(arm, "constant-torque", durations, MECHANISM)),
+        Experiment("pd", _case(arm, "pd", durations, MECHANISM)),
+        Experiment(
+            "constant-torque-omega_t", _case(arm, "constant-torque", durations, PAPER_PHASE)
+        ),
+    ]
+
+
+def _case(arm: Arm, scenario: str, durations: dict[str, float], chosen: Switches) -> Case:
+    loaded = load_scenario(scenario).model_copy(update={"duration_s": durations[scenario]})
+    case = Case(arm, loaded, chosen)
+    limit = build("analytic:physical", *case).largest_stable_step()
+    step = loaded.step_s
+    while 2 * step > limit:  # the coarse run of the refinement takes twice the step
+        step /= 2
+    return case if step == loaded.step_s else with_step(case, step)
+
+
+def geared_simulations(experiment: Experiment) -> Iterator[Simulation]:
+    """Both engines' fixed-step runs, their refinements, the reference and a nudged start."""
+    case, name = experiment.case, experiment.name
+    step = case.scenario.step_s
+    for model in ("analytic:physical", "exudyn:tree"):
+        yield Simulation(f"{name}/{model}", model, case)
+    if experiment.case.switches != MECHANISM:
+        return
+    yield Simulation(f"{name}/exudyn:tree/coarse", "exudyn:tree", with_step(case, 2 * step))
+    yield Simulation(f"{name}/analytic:physical/nudged", "analytic:physical", nudged(case))
+    for label, rtol in (("reference", REFERENCE_RTOL), ("reference/coarse", COARSE_RTOL)):
+        yield Simulation(f"{name}/analytic:physical/{label}", "analytic:physical", case, rtol)
+
+
+def rigid_simulations(experiment: Experiment) -> Iterator[Simulation]:
+    """Every rigid level, in Pinocchio and analytically, with a refinement of each."""
+    if experiment.case.switches != MECHANISM:
+        return
+    case, name = experiment.case, experiment.name
+    for level in RIGID_LEVELS:
+        pinocchio, analytic = f"pinocchio:{level}", f"analytic:{level}"
+        yield Simulation(f"{name}/{pinocchio}", pinocchio, case, 1e-12)
+        yield Simulation(f"{name}/{pinocchio}/coarse", pinocchio, case, 1e-10)
+        fine = with_step(case, RIGID_STEP_S)
+        yield Simulation(f"{name}/{analytic}", analytic, fine)
+        yield Simulation(f"{name}/{analytic}/coarse", analytic, with_step(case, 2 * RIGID_STEP_S))
+
+
+def readings(arm: Arm) -> list[Arm]:
+    """State checks run for both readings of the paper's table, or for the user's arm alone."""
+    paper = [load_case(f"paper-{name}", "pd").arm for name in ("labelled", "swapped")]
+    return paper if arm in paper else [arm]

@@ -1,0 +1,47 @@
+"""The one place that knows which models exist and where."""
+
+from __future__ import annotations
+
+import importlib
+
+from models.arm import Arm
+from models.errors import InputError
+from models.interface import Model
+from models.scenario import Scenario
+from models.switches import Switches
+
+MODELS = {
+    "analytic:physical": ("analytic.model", "PhysicalModel"),
+    "analytic:links": ("analytic.model", "RigidLinks"),
+    "analytic:carriers": ("analytic.model", "RigidCarriers"),
+    "analytic:armature": ("analytic.model", "RigidArmature"),
+    "analytic:coupled": ("analytic.model", "RigidCoupled"),
+    "pinocchio:links": ("models.pinocchio_rigid", "PinocchioLinks"),
+    "pinocchio:carriers": ("models.pinocchio_rigid", "PinocchioCarriers"),
+    "pinocchio:armature": ("models.pinocchio_rigid", "PinocchioArmature"),
+    "pinocchio:coupled": ("models.pinocchio_rigid", "PinocchioCoupled"),
+    "pinocchio:gears": ("models.pinocchio_gears", "PinocchioGears"),
+    "exudyn:tree": ("models.exudyn_tree", "ExudynTree"),
+}
+RIGID_LEVELS = ("links", "carriers", "armature", "coupled")
+GEARED = ("analytic:physical", "pinocchio:gears", "exudyn:tree")
+
+
+def model_class(name: str) -> type[Model]:
+    """The class of a model name, its engine imported on first use.
+
+    Raises InputError for an unknown name or an engine that cannot be imported.
+    """
+    if name not in MODELS:
+        raise InputError("model", "", name, f"unknown; allowed: {', '.join(MODELS)}")
+    module, attribute = MODELS[name]
+    try:
+        return getattr(importlib.import_module(module), attribute)
+    except ImportError as error:
+        reason = " ".join(str(error).split())
+        raise InputError("model", "", name, f"its engine cannot be imported: {reason}") from None
+
+
+def build(name: str, arm: Arm, scenario: Scenario, switches: Switches | None = None) -> Model:
+    """The named model of this arm in this experiment. Raises InputError."""
+    return model_class(name)(arm, scenario, switches)

@@ -1,0 +1,77 @@
+"""The Agreement as one self-contained page."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import xarray as xr
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from crosscheck.findings import Finding
+from crosscheck.plan import RIGID_LEVELS
+from crosscheck.report import figures
+from crosscheck.report.matrix import cells
+from crosscheck.run import CrossCheck
+
+GEARED_PAIR = ("analytic:physical", "exudyn:tree")
+
+
+def report_page(result: CrossCheck) -> str:
+    """HTML text of the report, figures inlined."""
+    environment = Environment(
+        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
+    )
+    environment.filters["number"] = number
+    agreement = result.agreement
+    return environment.get_template("page.html.j2").render(
+        arm=result.arm,
+        agreement=agreement,
+        cells=cells(agreement.findings),
+        models=_models(agreement.checks),
+        headline=[f for f in agreement.checks if f.id.startswith(("at-2-s/pd/", "same-step/pd/"))],
+        deviations=_deviations(agreement.findings),
+        levels=RIGID_LEVELS,
+        charts=_charts(result),
+        provenance=agreement.provenance,
+    )
+
+
+def number(value: float | None) -> str:
+    """Three digits, for reading."""
+    return "" if value is None else f"{value:.3g}"
+
+
+def _models(checks: list[Finding]) -> list[str]:
+    """Every model that takes part in a check, in order of appearance."""
+    named = (name for check in checks for name in (check.left, check.right))
+    return list(dict.fromkeys(named))
+
+
+def _deviations(findings: Any) -> dict[str, dict[str, list[Finding]]]:
+    """experiment -> level -> Findings of how far that level is from the geared arm."""
+    table: dict[str, dict[str, list[Finding]]] = {}
+    for finding in findings:
+        if finding.id.startswith("deviation/"):
+            level = finding.left.split(":")[1]
+            table.setdefault(finding.id.split("/")[1], {}).setdefault(level, []).append(finding)
+    return table
+
+
+def _charts(result: CrossCheck) -> list[dict[str, Any]]:
+    """Per experiment: the runs of both engines, and the rigid levels' deviation."""
+    runs = {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
+    charts = []
+    for name in dict.fromkeys(key.split("/")[0] for key in result.runs):
+        pair = [runs.get(f"{name}/{model}") for model in GEARED_PAIR]
+        if pair[0] is None or pair[1] is None:
+            continue
+        rigid = {level: runs.get(f"{name}/pinocchio:{level}") for level in RIGID_LEVELS}
+        known = {level: run for level, run in rigid.items() if run is not None}
+        charts.append(
+            {
+                "name": name,
+                "runs": figures.run_figure(pair[0], pair[1]),
+                "levels": figures.level_figure(pair[0], known) if known else "",
+            }
+        )
+    return sorted(charts, key=lambda chart: chart["name"])
