@@ -44,7 +44,7 @@ def checked(*, measured: float, tolerance: float, resolved: bool = True, **field
     anything; `failed` where there is no number.
     """
     if not math.isfinite(measured):
-        return failed(note="the difference is not a number", basis="", **fields)
+        return failed(**{**fields, "note": "the difference is not a number"})
     verdict: Verdict = "agree" if measured <= tolerance else "differ"
     if verdict == "agree" and not resolved:
         verdict = "unresolved"

@@ -33,6 +33,14 @@ class States(NamedTuple):
     v: np.ndarray
 
 
+class Scale(NamedTuple):
+    """What a difference is measured against: inertia (n,), tolerance and where it comes from."""
+
+    inertia: np.ndarray
+    tolerance: float
+    basis: str
+
+
 def random_states(coordinates: Sequence[str], arm: Arm, count: int, seed: int) -> States:
     """States on both flanks, in free play, at any pose, as brisk as the paper's runs."""
     generator = np.random.default_rng(seed)
@@ -59,9 +67,9 @@ def compare_states(
     for quantity in quantities:
         able = [model for model in models if quantity in model.abilities]
         values = {model.name: _evaluated(model, quantity, states) for model in able}
-        allowed = _tolerance(able[0], quantity, states)
+        scale = _scale(able[0], quantity, states)
         for left, right in combinations(able, 2):
-            yield _compared(case, quantity, left.name, right.name, values, allowed, count)
+            yield _compared(case, quantity, left.name, right.name, values, scale, count)
 
 
 def _evaluated(model: Model, quantity: str, states: States) -> np.ndarray | Exception:
@@ -88,7 +96,7 @@ def _compared(
     left: str,
     right: str,
     values: dict[str, np.ndarray | Exception],
-    allowed: tuple[float, str],
+    scale: Scale,
     count: int,
 ) -> Finding:
     fields: dict[str, Any] = {
@@ -103,30 +111,49 @@ def _compared(
     for side in (one, other):
         if isinstance(side, Exception):
             return failed(note=f"{type(side).__name__}: {side}", **fields)
-    tolerance, basis = allowed
-    difference = relative_difference(np.asarray(one), np.asarray(other), quantity)
+    measured = relative_difference(np.asarray(one), np.asarray(other), quantity, scale.inertia)
     return checked(
-        measured=difference, tolerance=tolerance, basis=basis, relative=difference, **fields
+        measured=measured,
+        tolerance=scale.tolerance,
+        basis=scale.basis,
+        relative=measured,
+        **fields,
     )
 
 
-def relative_difference(one: np.ndarray, other: np.ndarray, quantity: str) -> float:
+def relative_difference(
+    one: np.ndarray, other: np.ndarray, quantity: str, inertia: np.ndarray
+) -> float:
     """Largest difference, component by component, over that component's size; nan if any is nan.
 
     Arrays (count, n) or, for mass matrices, (count, n, n), where M_ij's size is sqrt(M_ii M_jj).
+    inertia (n,): diagonal of a mass matrix, which makes components of different units comparable.
     """
+    if not (np.isfinite(one).all() and np.isfinite(other).all()):
+        return np.nan
     if quantity == "mass_matrix":
         diagonal = np.sqrt(np.abs(np.einsum("kii->ki", one)))
         size = diagonal[:, :, None] * diagonal[:, None, :]
     else:
-        size = np.sqrt((one**2).mean(axis=0))
-    difference = np.abs(one - other)
-    # A component that is zero for all states (no centrifugal force on a mesh) must be so in both.
-    ratio = np.divide(difference, size, out=np.where(difference > 0, np.inf, 0.0), where=size > 0)
-    return float(ratio.max()) if np.isfinite(one).all() and np.isfinite(other).all() else np.nan
+        weight = np.sqrt(inertia) if quantity != "acceleration" else 1 / np.sqrt(inertia)
+        size = component_sizes(one, weight)
+    return float((np.abs(one - other) / size).max())
 
 
-def _tolerance(model: Model, quantity: str, states: States) -> tuple[float, str]:
+def component_sizes(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Root mean square of each component, (n,), of values (count, n).
+
+    A component that vanishes at all states (no centrifugal force on a mesh) has no size of its
+    own: it gets the size that the others have, in units of `weight`.
+    """
+    own = np.sqrt((values**2).mean(axis=0))
+    shared = np.sqrt(((values / weight) ** 2).mean()) * weight
+    if not shared.any():
+        return np.ones_like(own)
+    return np.where(own > EPS * shared, own, shared)
+
+
+def _scale(model: Model, quantity: str, states: States) -> Scale:
     conditioning, reason = 1.0, "1"
     if quantity in ("generalized_force", "acceleration"):
         conditioning = _play_conditioning(model.arm, model.coordinates, states)
@@ -136,7 +163,8 @@ def _tolerance(model: Model, quantity: str, states: States) -> tuple[float, str]
         conditioning *= inverse
         reason += f" x {inverse:.0f} (scaled mass matrix)"
     tolerance = min(LOOSEST, ROUNDINGS * EPS * conditioning)
-    return tolerance, f"{ROUNDINGS} eps x conditioning {reason}, at most {LOOSEST:g}"
+    basis = f"{ROUNDINGS} eps x conditioning {reason}, at most {LOOSEST:g}"
+    return Scale(np.diag(model.mass_matrix(states.q[0])), tolerance, basis)
 
 
 def _play_conditioning(arm: Arm, coordinates: Sequence[str], states: States) -> float:
