@@ -71,8 +71,8 @@ def rigid_simulations(experiment: Experiment) -> Iterator[Simulation]:
     case, name = experiment.case, experiment.name
     for level in RIGID_LEVELS:
         pinocchio, analytic = f"pinocchio:{level}", f"analytic:{level}"
-        yield Simulation(f"{name}/{pinocchio}", pinocchio, case, 1e-12)
-        yield Simulation(f"{name}/{pinocchio}/coarse", pinocchio, case, 1e-10)
+        yield Simulation(f"{name}/{pinocchio}", pinocchio, case)
+        yield Simulation(f"{name}/{pinocchio}/coarse", pinocchio, case, 1e-11)
         fine = with_step(case, RIGID_STEP_S)
         yield Simulation(f"{name}/{analytic}", analytic, fine)
         yield Simulation(f"{name}/{analytic}/coarse", analytic, with_step(case, 2 * RIGID_STEP_S))

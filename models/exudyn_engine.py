@@ -1,0 +1,139 @@
+"""An Exudyn system in minimal coordinates: bodies on revolute joints, with custom connectors."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from typing import Any, NamedTuple
+
+import numpy as np
+
+os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")  # no run may depend on a user's file
+exudyn: Any = import_module("exudyn")  # Any: its stubs declare the solver's methods without self
+items: Any = import_module("exudyn.itemInterface")
+
+CURRENT, INITIAL = exudyn.ConfigurationType.Current, exudyn.ConfigurationType.Initial
+UserFunction = Callable[[object, float, int, list[float], list[float]], list[float]]
+
+
+class Body(NamedTuple):
+    """A body of the tree: planar inertia [kg m^2] about its com, com and joint in [m]."""
+
+    parent: int
+    joint_at: tuple[float, float]
+    mass: float
+    com_x: float
+    inertia: float
+
+
+class Engine:
+    """An assembled system: states in, mass matrix and right-hand side or advanced states out.
+
+    The engine's own clock counts from the last ``place``; the connectors add ``clock[0]``. Summing
+    0.00001 s over a whole run instead would drift by 1e-11 s in 3 s, and with it the step.
+    """
+
+    def __init__(self, bodies: Sequence[Body], forces: Sequence[UserFunction], clock: list[float]):
+        size = len(bodies)
+        self.clock = clock
+        self.container = exudyn.SystemContainer()
+        self.system = self.container.AddSystem()
+        node = self.system.AddNode(
+            items.NodeGenericODE2(
+                referenceCoordinates=[0.0] * size,
+                initialCoordinates=[0.0] * size,
+                initialCoordinates_t=[0.0] * size,
+                numberOfODE2Coordinates=size,
+            )
+        )
+        self.system.AddObject(_tree(node, bodies))
+        for force in forces:
+            self.system.AddObject(_connector(node, size, force))
+        self.system.Assemble()
+        self.settings = _settings()
+        self.solver = exudyn.MainSolverExplicit()
+        self.solver.InitializeSolver(self.system, self.settings)
+
+    def place(self, t: float, q: np.ndarray, v: np.ndarray) -> None:
+        """Put the system into a state."""
+        self.clock[0] = t
+        data = self.system.systemData
+        for configuration in (INITIAL, CURRENT):
+            data.SetTime(0.0, configuration)
+            data.SetODE2Coordinates(q, configuration)
+            data.SetODE2Coordinates_t(v, configuration)
+
+    def mass_matrix(self) -> np.ndarray:
+        """M of the state, shape (bodies, bodies)."""
+        self.solver.ComputeMassMatrix(self.system)
+        return np.array(self.solver.GetSystemMassMatrix())
+
+    def right_hand_side(self) -> np.ndarray:
+        """M q'' of the state, shape (bodies,)."""
+        self.solver.ComputeODE2RHS(self.system)
+        return np.array(self.solver.GetSystemResidual())
+
+    def linearized(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """M, K and D of M q'' + D q' + K q = 0 about the state, each (bodies, bodies)."""
+        mass, stiffness, damping = self.system.ComputeLinearizedSystem()
+        return np.array(mass), np.array(stiffness), np.array(damping)
+
+    def advance(self, steps: int, step_s: float) -> tuple[np.ndarray, np.ndarray]:
+        """q and v after this many steps of RK44 from the state.
+
+        Raises FloatingPointError if the solver fails or its result is not finite.
+        """
+        time = self.settings.timeIntegration
+        time.numberOfSteps, time.endTime = steps, steps * step_s
+        try:
+            solved = self.solver.SolveSystem(self.system, self.settings)
+        except (SystemError, exudyn.ExudynError) as error:  # how Ctrl-C in a connector comes out
+            if isinstance(error.__cause__, KeyboardInterrupt) or "KeyboardInterrupt" in str(error):
+                raise KeyboardInterrupt from None
+            raise
+        data = self.system.systemData
+        q, v = np.array(data.GetODE2Coordinates()), np.array(data.GetODE2Coordinates_t())
+        if not (solved and np.isfinite(q).all() and np.isfinite(v).all()):
+            raise FloatingPointError(self.solver.GetErrorString() or "not finite")
+        return q, v
+
+
+def _settings() -> Any:
+    settings = exudyn.SimulationSettings()
+    settings.solution.file.write = False
+    settings.solution.sensors.active = False
+    settings.timeIntegration.verboseMode = 0
+    settings.timeIntegration.solverType = exudyn.DynamicSolverType.RK44
+    settings.timeIntegration.explicit.computeEndOfStepAccelerations = False
+    return settings
+
+
+def _tree(node: int, bodies: Sequence[Body]) -> Any:
+    return items.ObjectKinematicTree(
+        nodeNumber=node,
+        jointTypes=[exudyn.JointType.RevoluteZ] * len(bodies),
+        linkParents=[body.parent for body in bodies],
+        jointTransformations=exudyn.Matrix3DList([np.eye(3)] * len(bodies)),
+        jointOffsets=exudyn.Vector3DList([np.array([*body.joint_at, 0.0]) for body in bodies]),
+        linkInertiasCOM=exudyn.Matrix3DList([np.diag([0, 0, body.inertia]) for body in bodies]),
+        linkCOMs=exudyn.Vector3DList([np.array([body.com_x, 0.0, 0.0]) for body in bodies]),
+        linkMasses=[body.mass for body in bodies],
+        gravity=[0.0, 0.0, 0.0],
+    )
+
+
+def _connector(node: int, size: int, force: UserFunction) -> Any:
+    return items.ObjectGenericODE2(
+        nodeNumbers=[node],
+        massMatrix=_nothing(size),
+        forceUserFunction=force,
+        visualization=items.VObjectGenericODE2(show=False),
+    )
+
+
+def _nothing(size: int) -> Any:
+    """A mass matrix of zeros, sparse: adding it costs nothing."""
+    zeros = exudyn.MatrixContainer()
+    zeros.SetWithSparseMatrix([], size, size)
+    return zeros

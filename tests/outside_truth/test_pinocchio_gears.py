@@ -1,0 +1,312 @@
+"""The gear tree against virtual work, Newton's third law, momentum and closed forms."""
+
+from __future__ import annotations
+
+from itertools import product
+from math import cos, pi, radians, sin, tanh
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from models.arm import Arm
+from models.loading import Case, load_case
+from models.pinocchio_gears import PinocchioGears
+from models.pinocchio_rigid import PinocchioCoupled
+from models.switches import switches
+
+EPS = np.finfo(float).eps
+COSINE = cos(radians(24.6))
+R_S, R_P, R_R = 0.0405 * COSINE, 0.054 * COSINE, 0.1485 * COSINE
+R_CP = R_S + R_P
+STIFFNESS, AMPLITUDE, ERROR, BACKLASH = 1e8, 2e7, 5e-6, 50e-6
+UNDAMPED = "arm.joints.*.damping_ratio=0.0"
+NO_DRIVE = "scenario.drive.torque_N_m=0.0"
+PLAIN = (
+    UNDAMPED,
+    NO_DRIVE,
+    "arm.joints.*.mesh_stiffness_amplitude_N_per_m=0.0",
+    "arm.joints.*.tooth_error_m=0.0",
+)
+
+angles = st.floats(-3, 3, allow_subnormal=False)
+displacements = st.floats(-2e-4, 2e-4, allow_subnormal=False)
+states = st.tuples(*[displacements, displacements, angles] * 2).map(np.array)
+
+
+def paper_case(*settings: str, **chosen: str) -> Case:
+    return load_case("paper-labelled", "constant-torque", chosen, settings)
+
+
+def dead_zone(x: float) -> float:
+    return max(x - BACKLASH, 0.0) + min(x + BACKLASH, 0.0)
+
+
+@st.composite
+def arms(draw: st.DrawFn) -> Arm:
+    """Arms of 1 to 4 joints with unequal stages and links."""
+    arm = load_case("paper-labelled", "constant-torque").arm
+    count = draw(st.integers(1, 4))
+    teeth = [(27, 36, 99, 3), (27, 36, 99, 2), (30, 30, 90, 4), (40, 20, 80, 3)]
+    keys = ("sun_teeth", "planet_teeth", "ring_teeth", "planet_count")
+    joints = [
+        arm.joints[0].model_copy(
+            update={
+                **dict(zip(keys, draw(st.sampled_from(teeth)), strict=True)),
+                "ring_inertia_kg_m2": draw(st.floats(0, 0.2)),
+            }
+        )
+        for _ in range(count)
+    ]
+    links = [
+        arm.links[0].model_copy(
+            update={"length_m": (length := draw(st.floats(0.3, 2))), "com_m": 0.4 * length}
+        )
+        for _ in range(count)
+    ]
+    return arm.model_copy(update={"joints": tuple(joints), "links": tuple(links)})
+
+
+@st.composite
+def arms_in_motion(draw: st.DrawFn) -> tuple[Arm, np.ndarray, np.ndarray]:
+    """An arm, its coordinates and their rates."""
+    arm = draw(arms())
+    joint = st.tuples(displacements, displacements, angles)
+    many = st.lists(joint, min_size=len(arm.joints), max_size=len(arm.joints))
+    q, v = (np.array(draw(many)).ravel() for _ in range(2))
+    return arm, q, v
+
+
+def gears(arm: Arm) -> PinocchioGears:
+    return PinocchioGears(arm, load_case("paper-labelled", "pd").scenario)
+
+
+@settings(max_examples=30, deadline=None)
+@given(arms_in_motion())
+def test_the_map_of_coordinates_has_an_inverse(moving):
+    arm, q, _ = moving
+    model = gears(arm)
+    # Displacements are differences of arcs of up to 3 rad on radii of up to 0.15 m.
+    np.testing.assert_allclose(model.from_tree(model.to_tree(q)), q, rtol=0, atol=20 * EPS)
+
+
+def test_gears_turn_as_in_the_paper():
+    """Eqs. 2 and 3; the planet counts against the carrier, and all relative to link 1."""
+    model, q = PinocchioGears(*paper_case()), np.array([1e-4, -2e-4, 0.3, 3e-4, 5e-5, -0.8])
+    tree = dict(zip(model.bodies[1:], model.to_tree(q), strict=True))
+    for joint, (x_sp, x_pr, theta) in enumerate(q.reshape(2, 3), 1):
+        theta_s = tree[f"sun_{joint}"]
+        theta_p = -(tree[f"planet_{joint}_2"] + theta)
+        # As in the test above.
+        assert R_S * theta_s - R_P * theta_p - R_CP * theta == pytest.approx(x_sp, abs=20 * EPS)
+        assert R_P * theta_p - R_CP * theta == pytest.approx(x_pr, abs=20 * EPS)
+
+
+def test_planets_of_a_stage_must_move_alike():
+    model = PinocchioGears(*paper_case())
+    tree = model.to_tree(np.ones(6))
+    tree[2] += 1e-3
+    with pytest.raises(ArithmeticError, match="planets of one stage move differently"):
+        model.from_tree(tree)
+
+
+@settings(max_examples=40, deadline=None)
+@given(arms_in_motion())
+def test_without_mesh_motion_it_is_the_rigid_arm_on_rolling_gears(moving):
+    """M and bias along x = 0 against mimic joints; unequal stages, 1 to 4 joints."""
+    arm, q, v = moving
+    geared, rigid = gears(arm), PinocchioCoupled(arm, load_case("paper-labelled", "pd").scenario)
+    along = np.kron(np.eye(len(arm.joints)), np.array([[0.0], [0.0], [1.0]]))
+    theta, theta_dot = q[2::3], v[2::3]
+    mass = rigid.mass_matrix(theta)
+    # Sums of some hundred products in another order.
+    close = {"rtol": 0, "atol": 100 * EPS * np.abs(mass).max()}
+    np.testing.assert_allclose(along.T @ geared.mass_matrix(q) @ along, mass, **close)
+    close["atol"] *= 1 + theta_dot @ theta_dot
+    bias = rigid.bias(theta, theta_dot)
+    np.testing.assert_allclose(along.T @ geared.bias(q, along @ theta_dot), bias, **close)
+
+
+@settings(max_examples=40, deadline=None)
+@given(arms_in_motion())
+def test_mass_matrix_is_positive_definite_and_its_change_is_the_bias(moving):
+    """v . bias = v M' v / 2: velocities do no work but through M(q)."""
+    arm, q, v = moving
+    model, h = gears(arm), 1e-3
+    assert np.linalg.eigvalsh(model.mass_matrix(q))[0] > 0
+    near, far = (
+        (model.mass_matrix(q + k * h * v) - model.mass_matrix(q - k * h * v)) / (2 * k * h)
+        for k in (1, 2)
+    )
+    change = v @ (4 * near - far) / 3 @ v / 2
+    size = np.linalg.norm(model.mass_matrix(q)) * (1 + v @ v) ** 1.5
+    # Fourth order in h |v|, up to 4 * 3 * 1e-3 with four joints of 3 rad/s: below 1e-7.
+    assert v @ model.bias(q, v) == pytest.approx(change, abs=1e-7 * size)
+
+
+@settings(max_examples=40, deadline=None)
+@given(arms_in_motion())
+def test_forward_dynamics_solve_the_equation_of_motion(moving):
+    """The articulated body algorithm on all bodies against M a + bias = f."""
+    arm, q, v = moving
+    model = gears(arm)
+    mass, force = model.mass_matrix(q), model.generalized_force(0.2, q, v)
+    found = model.acceleration(0.2, q, v)
+    expected = np.linalg.solve(mass, force - model.bias(q, v))
+    # Forces round to EPS of theirs on the way to either side; M magnifies as in its condition.
+    lightest = np.linalg.eigvalsh(mass)[0]
+    size = np.abs(force).max() + np.abs(model.bias(q, v)).max()
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1000 * EPS * size / lightest)
+
+
+@settings(max_examples=60, deadline=None)
+@given(states)
+def test_static_contact_forces_are_the_slope_of_the_spring_energy(q):
+    """Virtual work, constant stiffness, no error: V = 3 k/2 (f_k(x_sp)^2 + f_k(x_pr)^2)."""
+    force = PinocchioGears(*paper_case(*PLAIN)).generalized_force(0.0, q, np.zeros(6))
+    expected = np.zeros(6)
+    for joint in (0, 3):
+        expected[joint : joint + 2] = [-3 * STIFFNESS * dead_zone(x) for x in q[joint : joint + 2]]
+    # x is a difference of arcs of 1.3 m at most, so k x rounds to 3e8 * 1.3 EPS, a few times over;
+    # what the contacts exert on theta must cancel to that, too.
+    np.testing.assert_allclose(force, expected, rtol=0, atol=10 * 3e8 * 1.3 * EPS)
+
+
+@settings(max_examples=30, deadline=None)
+@given(arms_in_motion())
+def test_contact_forces_obey_newtons_third_law(moving):
+    """Over all bodies, base included, they sum to no force and, about the shoulder, no moment."""
+    arm, q, v = moving
+    model = gears(arm)
+    wrenches = model.contact_wrenches(0.2, q, v)
+    x, y = model.body_positions(q).T
+    moments = x * wrenches[:, 1] - y * wrenches[:, 0] + wrenches[:, 2]
+    # Sums of some fifty forces, on arms of up to 8 m.
+    size = 50 * EPS * (1 + np.abs(wrenches).max())
+    np.testing.assert_allclose(wrenches[:, :2].sum(axis=0), 0, atol=size)
+    assert moments.sum() == pytest.approx(0, abs=8 * size)
+
+
+@pytest.mark.parametrize("x", [1.5e-4, -1.5e-4])
+def test_a_contact_force_acts_along_the_line_of_action(x):
+    """Tangent to both base circles, and pushing the gears apart on either flank."""
+    model = PinocchioGears(*paper_case(*PLAIN))
+    names = model.bodies
+    planet = names.index("planet_1_1")  # on the x axis at theta = 0
+    magnitude = STIFFNESS * dead_zone(x)
+    # k x rounds as in the test of virtual work.
+    close = {"rel": 1e-12, "abs": 1e-9}
+
+    sun_mesh = model.contact_wrenches(0.0, np.array([x, 0, 0, 0, 0, 0]), np.zeros(6))
+    push_x, push_y, moment = sun_mesh[planet]
+    assert moment == pytest.approx(-R_P * magnitude, **close)
+    assert push_y == pytest.approx(magnitude * COSINE, **close)
+    assert push_x == pytest.approx(abs(magnitude) * sin(radians(24.6)), **close)
+    # Three planets around the sun: only a moment is left.
+    left = [0, 0, -3 * R_S * magnitude]
+    np.testing.assert_allclose(sun_mesh[names.index("sun_1")], left, rtol=1e-12, atol=1e-9)
+
+    ring_mesh = model.contact_wrenches(0.0, np.array([0, x, 0, 0, 0, 0]), np.zeros(6))
+    push_x, push_y, moment = ring_mesh[planet]
+    assert moment == pytest.approx(R_P * magnitude, **close)
+    assert push_y == pytest.approx(magnitude * COSINE, **close)
+    assert push_x == pytest.approx(-abs(magnitude) * sin(radians(24.6)), **close)
+    left = [0, 0, -3 * R_R * magnitude]
+    np.testing.assert_allclose(ring_mesh[0], left, rtol=1e-12, atol=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(states, states)
+def test_angular_momentum_changes_by_what_the_base_feels(q, v):
+    """H' = T_1 / n + (3 F_pr1 + d_pr x_pr1') r_r: motor and grounded ring of the shoulder."""
+    plain = [setting for setting in PLAIN if setting not in (UNDAMPED, NO_DRIVE)]
+    model = PinocchioGears(*paper_case(*plain))
+    # All bodies turning about the shoulder as one: the shoulder's ring is left behind.
+    turn = np.array([0, -R_R, 1, 0, 0, 0])
+    h = 1e-3
+    later, earlier = model.mass_matrix(q + h * v), model.mass_matrix(q - h * v)
+    change = turn @ ((later - earlier) / (2 * h) @ v)
+    momentum_rate = turn @ model.mass_matrix(q) @ model.acceleration(0.0, q, v) + change
+    damping = 0.1 * np.sqrt(3e8 * 3 * 0.66)
+    ring = (3 * STIFFNESS * dead_zone(q[1]) + damping * v[1]) * R_R
+    # Differences of second order in h |v| <= 4.5e-3, on at most 100 kg m^2 * 9 rad^2/s^2.
+    expected = 100 / (99 / 27 + 1) + ring
+    assert momentum_rate == pytest.approx(expected, abs=1000 * (3 * h) ** 2)
+
+
+def test_modes_of_a_stage_with_its_carrier_locked():
+    """1709.9 and 4466.6 Hz at the mean stiffness, found in two other ways."""
+    mass = PinocchioGears(*paper_case()).mass_matrix(np.zeros(6))[:2, :2]
+    squares = np.linalg.eigvals(3 * STIFFNESS * np.linalg.inv(mass))
+    found = np.sort(np.sqrt(squares)) / (2 * pi)
+    # The digits given.
+    np.testing.assert_allclose(found, [1709.9, 4466.6], rtol=0, atol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("phase", "rate", "zone"),
+    list(product(("angle", "omega_t"), ("eq13", "corrected"), ("exact", "tanh"))),
+)
+def test_mesh_force_follows_the_switches(phase, rate, zone):
+    """k f_k(x - e) with the phase of either law, 27 or 99 per turn of the relative joint angle."""
+    case = paper_case(
+        UNDAMPED,
+        NO_DRIVE,
+        "arm.joints.*.ring_mesh_phase_rad=0.4",
+        "arm.joints.*.tanh_sharpness_per_m=3e4",
+        phase=phase,
+        ring_rate=rate,
+        dead_zone=zone,
+    )
+    q = np.array([7e-5, -8e-5, 0.31, -6e-5, 9e-5, -0.2])
+    v = np.array([1e-3, 2e-3, 0.5, 0, 0, 0.7])
+    t = 1.3
+
+    def force(x: float, phi: float) -> float:
+        gap = x - ERROR * sin(phi)
+        left, right = tanh(3e4 * (gap - BACKLASH)), tanh(3e4 * (gap + BACKLASH))
+        smooth = gap + gap / 2 * (left - right) - BACKLASH / 2 * (left + right)
+        law = dead_zone(gap) if zone == "exact" else smooth
+        return (STIFFNESS + AMPLITUDE * sin(phi)) * law
+
+    ring = 27 if rate == "eq13" else 99
+    expected = np.zeros(6)
+    for i in (0, 3):
+        turned = q[i + 2] if phase == "angle" else v[i + 2] * t
+        expected[i] = -3 * force(q[i], 99 * turned)
+        expected[i + 1] = -3 * force(q[i + 1], ring * turned + 0.4)
+    found = PinocchioGears(*case).generalized_force(t, q, v)
+    # k x rounds as in the test of virtual work; 100 rad of phase round to 2e-14.
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-7)
+
+
+@pytest.mark.parametrize("x", [0.0, 6e-5])
+@pytest.mark.parametrize("damping", ["always", "contact"])
+@pytest.mark.parametrize(
+    ("given_damping", "d_sp", "d_pr"),
+    [((), 1224.745, 2437.212), ((300.0, 700.0), 300.0, 700.0)],
+)
+def test_dampers_act_in_every_mesh_or_in_contact_alone(x, damping, given_damping, d_sp, d_pr):
+    arm, scenario, _ = paper_case(*PLAIN[1:])
+    if given_damping:
+        names = ("sun_planet_damping_N_s_per_m", "planet_ring_damping_N_s_per_m")
+        update = {"damping_ratio": None, **dict(zip(names, given_damping, strict=True))}
+        joints = tuple(joint.model_copy(update=update) for joint in arm.joints)
+        arm = arm.model_copy(update={"joints": joints})
+    model = PinocchioGears(arm, scenario, switches(damping=damping))
+    q, v = np.array([x, x, 0.2, x, x, 0.1]), np.array([0.1, 0.2, 1.0, -0.3, 0.4, 0.5])
+    found = model.generalized_force(0.0, q, v) - model.generalized_force(0.0, q, 0 * v)
+    acts = damping == "always" or x > BACKLASH
+    expected = -acts * np.array([d_sp * 0.1, d_pr * 0.2, 0, d_sp * -0.3, d_pr * 0.4, 0])
+    # The digits given.
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9)
+
+
+def test_motor_torque_reaches_the_coordinates_by_the_suns():
+    """T/n on the sun is T / (n r_s) on both displacements and T on the joint angle."""
+    model = PinocchioGears(*paper_case())
+    found = model.generalized_force(0.0, np.zeros(6), np.zeros(6))
+    on_mesh = 100 / (99 / 27 + 1) / R_S
+    # A dozen roundings.
+    np.testing.assert_allclose(found, [on_mesh, on_mesh, 100] * 2, rtol=20 * EPS)

@@ -1,0 +1,247 @@
+"""The rigid arm against closed forms, conservation laws and numbers found in two other ways."""
+
+from __future__ import annotations
+
+from math import cos, radians
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import simpson
+
+from models.arm import Arm
+from models.errors import Diverged
+from models.loading import Case, load_case
+from models.pinocchio_rigid import (
+    PinocchioArmature,
+    PinocchioCarriers,
+    PinocchioCoupled,
+    PinocchioLinks,
+)
+
+LEVELS = [PinocchioLinks, PinocchioCarriers, PinocchioArmature, PinocchioCoupled]
+EPS = np.finfo(float).eps
+
+# theta_1, theta_2 [rad] at 0.5 s, labelled reading, from rest; found by a hand-derived Lagrangian
+# and by another rigid body code.
+AT_HALF_A_SECOND = {
+    "constant-torque": {
+        PinocchioLinks: ("-0.130090761282", "2.571391736575"),
+        PinocchioCarriers: ("-0.174473943705", "2.218547500412"),
+        PinocchioArmature: ("-0.175055362718", "2.206518617024"),
+        PinocchioCoupled: ("-0.174928501234", "2.205756855379"),
+    },
+    "pd": {
+        PinocchioLinks: ("0.329302979666", "0.358033620235"),
+        PinocchioCarriers: ("0.305579834134", "0.355461982810"),
+        PinocchioArmature: ("0.305537812591", "0.355457539297"),
+        PinocchioCoupled: ("0.305535475794", "0.355462200345"),
+    },
+}
+
+numbers = st.floats(-3, 3, allow_subnormal=False)
+
+
+def paper_case(scenario: str, *more: str) -> Case:
+    return load_case("paper-labelled", scenario, settings=["scenario.duration_s=0.5", *more])
+
+
+def single_joint(*more: str) -> Case:
+    """The shoulder alone, as a rod with the payload."""
+    case = load_case("paper-labelled", "constant-torque", settings=more)
+    return case._replace(arm=shortened(case.arm, 1))
+
+
+def shortened(arm: Arm, joints: int) -> Arm:
+    return arm.model_copy(update={"joints": arm.joints[:joints], "links": arm.links[:joints]})
+
+
+@st.composite
+def arms(draw: st.DrawFn) -> Arm:
+    """Arms of 1 to 4 joints with unequal links, planet numbers and ring inertias."""
+    arm = load_case("paper-labelled", "constant-torque").arm
+    count = draw(st.integers(1, 4))
+    joints = [
+        arm.joints[0].model_copy(
+            update={
+                "planet_count": draw(st.sampled_from([2, 3])),
+                "ring_inertia_kg_m2": draw(st.floats(0, 0.2)),
+            }
+        )
+        for _ in range(count)
+    ]
+    links = [
+        arm.links[0].model_copy(
+            update={"length_m": (length := draw(st.floats(0.3, 2))), "com_m": 0.4 * length}
+        )
+        for _ in range(count)
+    ]
+    return arm.model_copy(update={"joints": tuple(joints), "links": tuple(links)})
+
+
+@st.composite
+def arms_in_motion(draw: st.DrawFn) -> tuple[Arm, np.ndarray, np.ndarray]:
+    arm = draw(arms())
+    angles = st.lists(numbers, min_size=len(arm.joints), max_size=len(arm.joints))
+    return arm, np.array(draw(angles)), np.array(draw(angles))
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("scenario", AT_HALF_A_SECOND)
+def test_baseline_reproduces_every_printed_digit(scenario, level):
+    run = level(*paper_case(scenario)).simulate()
+    found = tuple(f"{theta:.12f}" for theta in run.theta.values[-1])
+    assert found == AT_HALF_A_SECOND[scenario][level]
+
+
+@pytest.mark.parametrize("theta_2", [0.0, 0.7, -2.0])
+def test_two_link_mass_matrix_is_the_textbook_one(theta_2):
+    arm, *rest = paper_case("pd")
+    (l1, l2), (m1, m2), payload = (1.0, 0.7), (27.0, 18.9), 10.0
+    a3 = m2 * l2**2 / 3 + payload * l2**2
+    a4 = l1 * (m2 * l2 / 2 + payload * l2) * cos(theta_2)
+    first = m1 * l1**2 / 3 + (m2 + payload) * l1**2 + a3 + 2 * a4
+    closed = np.array([[first, a3 + a4], [a3 + a4, a3]])
+    found = PinocchioLinks(arm, *rest).mass_matrix(np.array([0.3, theta_2]))
+    # Some twenty roundings on either side.
+    np.testing.assert_allclose(found, closed, rtol=50 * EPS)
+
+
+def test_levels_add_what_they_say():
+    """Closed forms of the steps between levels at theta_2 = 0.7, from Table I."""
+    case, q = paper_case("pd"), np.array([0.3, 0.7])
+    links, carriers, armature, coupled = (level(*case).mass_matrix(q) for level in LEVELS)
+    cosine = cos(radians(24.6))
+    r_s, r_p, r_c = 0.0405 * cosine, 0.054 * cosine, 0.0945
+    r_cp = r_c * cosine
+    carrier = 5.8 * r_cp**2 + 3 * 0.61 * r_c**2
+    joint_mass = 0.39 + 3 * 0.61 + 6.29 + 10
+    reflected = (4 * 0.5 + 3 * 0.66) * r_cp**2
+    spins = 0.5 * r_s**2 + 3 * 0.66 * r_p**2
+    cross = 2 * 0.5 * r_s * r_cp - 3 * 0.66 * r_p * r_cp
+    # Differences of entries of up to 100 kg m^2, each good to some roundings.
+    close = {"rtol": 0, "atol": 100 * 50 * EPS}
+    added = np.array([[2 * carrier + joint_mass, carrier], [carrier, carrier]])
+    np.testing.assert_allclose(carriers - links, added, **close)
+    np.testing.assert_allclose(armature - carriers, np.diag([reflected] * 2), **close)
+    coupling = np.array([[spins, cross], [cross, 0]])
+    np.testing.assert_allclose(coupled - armature, coupling, **close)
+
+
+def test_ring_inertia_turns_with_the_link_before_its_joint():
+    case = paper_case("pd")
+    heavy = paper_case("pd", "arm.joints.*.ring_inertia_kg_m2=0.18231")
+    q = np.array([0.3, 0.7])
+    for level in LEVELS[1:]:
+        change = level(*heavy).mass_matrix(q) - level(*case).mass_matrix(q)
+        # The shoulder's ring stands on the base. Entries up to 100 kg m^2, some roundings.
+        np.testing.assert_allclose(change, [[0.18231, 0], [0, 0]], rtol=0, atol=100 * 20 * EPS)
+    np.testing.assert_array_equal(
+        PinocchioLinks(*heavy).mass_matrix(q), PinocchioLinks(*case).mass_matrix(q)
+    )
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("scenario", ["constant-torque", "pd"])
+def test_kinetic_energy_is_the_work_of_the_drive(scenario, level):
+    run = level(*paper_case(scenario, "scenario.record_every=2")).simulate()
+    power = (run.torque * run.theta_dot).sum("joint")
+    work = simpson(power.values, x=run.time.values)
+    energy = run.kinetic_energy.values
+    # Recorded rates are interpolated to 3e-12 rad/s: times torques of 500 N m in 0.5 s, 1e-9 J.
+    # Simpson's rule, over 2e-5 s, adds 4e-11 J.
+    assert energy[-1] - energy[0] == pytest.approx(work, abs=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(arms_in_motion(), st.sampled_from(LEVELS))
+def test_mass_matrix_is_symmetric_and_positive_definite(moving, level):
+    arm, q, _ = moving
+    mass = level(arm, *load_case("paper-labelled", "pd")[1:]).mass_matrix(q)
+    np.testing.assert_array_equal(mass, mass.T)
+    assert np.linalg.eigvalsh(mass)[0] > 0
+
+
+@settings(max_examples=30, deadline=None)
+@given(arms_in_motion(), st.sampled_from(LEVELS))
+def test_power_of_the_drive_raises_the_kinetic_energy(moving, level):
+    """dT/dt = v M a + v M' v / 2 = v f: the bias does only what M' asks of it."""
+    arm, q, v = moving
+    model = level(arm, *load_case("paper-labelled", "pd")[1:])
+    h = 1e-3
+    near, far = (
+        (model.mass_matrix(q + k * h * v) - model.mass_matrix(q - k * h * v)) / (2 * k * h)
+        for k in (1, 2)
+    )
+    change = v @ (4 * near - far) / 3 @ v / 2
+    mass, acceleration = model.mass_matrix(q), model.acceleration(0.2, q, v)
+    size = np.linalg.norm(mass) * (1 + v @ v) * (1 + np.linalg.norm(v))
+    # Fourth order in h |v|, up to 4 * 3 * 1e-3 with four joints of 3 rad/s: below 1e-7.
+    power = v @ model.generalized_force(0.2, q, v)
+    assert v @ mass @ acceleration + change == pytest.approx(power, abs=1e-7 * size)
+
+
+@settings(max_examples=30, deadline=None)
+@given(arms_in_motion(), st.sampled_from(LEVELS))
+def test_acceleration_solves_the_equation_of_motion(moving, level):
+    arm, q, v = moving
+    model = level(arm, *load_case("paper-labelled", "pd")[1:])
+    mass, force = model.mass_matrix(q), model.generalized_force(0.2, q, v)
+    left = mass @ model.acceleration(0.2, q, v) + model.bias(q, v)
+    size = np.abs(force).max() + np.abs(model.bias(q, v)).max() + 1
+    # Rounding, as the condition of M may magnify it.
+    np.testing.assert_allclose(left, force, rtol=0, atol=100 * EPS * np.linalg.cond(mass) * size)
+
+
+def test_a_short_pulse_in_a_table_is_not_leapt_over():
+    """One joint at rest until 1 ms of torque at 0.3 s: theta is a cubic spline in closed form."""
+    case = single_joint("scenario.step_s=1e-3", "scenario.record_every=1")
+    corners = np.array([0.3, 0.3005, 0.301])
+    pulse = {"time_s": (0.0, *corners, 0.5), "torque_N_m": ((0.0, 0.0, 50.0, 0.0, 0.0),)}
+    experiment = {**case.scenario.model_dump(), "drive": {"kind": "table", **pulse}}
+    run = PinocchioLinks(case.arm, type(case.scenario).model_validate(experiment)).simulate()
+    slopes = 50 / 5e-4 * np.array([1, -2, 1])
+    since = np.maximum(run.time.values[:, None] - corners, 0)
+    theta = since**3 @ slopes / 6 / (27 / 3 + 10)
+    # Interpolation inside the long last step rounds to 2e-15 rad; a missed pulse loses 3e-4 rad.
+    np.testing.assert_allclose(run.theta.values[:, 0], theta, rtol=0, atol=1e-14)
+
+
+def test_square_root_of_time_costs_no_accuracy():
+    """One joint under A sin(w sqrt(t)): its rate in closed form."""
+    case = single_joint()
+    scenario = load_case("paper-labelled", "back-and-forth").scenario
+    run = PinocchioLinks(case.arm, scenario).simulate()
+    w, s = 62.83185307179586, np.sqrt(run.time.values)
+    rate = 2000 / (27 / 3 + 10) * 2 * (np.sin(w * s) - w * s * np.cos(w * s)) / w**2
+    # Rates of up to 5 rad/s, to the tolerance of the run, interpolation included.
+    np.testing.assert_allclose(run.theta_dot.values[:, 0], rate, rtol=0, atol=2e-11)
+
+
+def test_tolerance_can_be_changed_to_estimate_the_error():
+    model = PinocchioCoupled(*paper_case("constant-torque"))
+    fine = model.simulate()
+    difference = np.abs(model.reference(1e-9).theta - fine.theta).max()
+    assert 1e-13 < difference < 1e-7
+
+
+def test_recording_grid_is_the_scenarios():
+    run = PinocchioLinks(
+        *paper_case("pd", "scenario.duration_s=0.05", "scenario.record_every=7")
+    ).simulate()
+    # 5000 steps and 7 have no common divisor but 1.
+    np.testing.assert_array_equal(run.time, np.arange(5001) * 1e-5)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize(
+    ("scenario", "setting"),
+    [
+        ("constant-torque", "scenario.drive.torque_N_m=1e100"),
+        ("pd", "scenario.drive.derivative_N_m_s_per_rad=-4000.0"),
+    ],
+)
+def test_a_run_away_is_reported_as_divergence(scenario, setting, level):
+    with pytest.raises(Diverged, match=f"{level.name}: diverged at t ="):
+        level(*paper_case(scenario, setting)).simulate()
