@@ -10,7 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from crosscheck.findings import Finding
 from crosscheck.plan import RIGID_LEVELS
 from crosscheck.report import figures
-from crosscheck.report.matrix import cells
+from crosscheck.report.matrix import cells, groups
 from crosscheck.run import CrossCheck
 
 GEARED_PAIR = ("analytic:physical", "exudyn:tree")
@@ -23,11 +23,12 @@ def report_page(result: CrossCheck) -> str:
     )
     environment.filters["number"] = number
     agreement = result.agreement
+    found = cells(agreement.findings)
     return environment.get_template("page.html.j2").render(
         arm=result.arm,
         agreement=agreement,
-        cells=cells(agreement.findings),
-        models=_models(agreement.checks),
+        cells=found,
+        groups=groups(found),
         headline=[f for f in agreement.checks if f.id.startswith(("at-2-s/pd/", "same-step/pd/"))],
         deviations=_deviations(agreement.findings),
         levels=RIGID_LEVELS,
@@ -39,12 +40,6 @@ def report_page(result: CrossCheck) -> str:
 def number(value: float | None) -> str:
     """Three digits, for reading."""
     return "" if value is None else f"{value:.3g}"
-
-
-def _models(checks: list[Finding]) -> list[str]:
-    """Every model that takes part in a check, in order of appearance."""
-    named = (name for check in checks for name in (check.left, check.right))
-    return list(dict.fromkeys(named))
 
 
 def _deviations(findings: Any) -> dict[str, dict[str, list[Finding]]]:

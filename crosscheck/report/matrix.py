@@ -11,15 +11,21 @@ from crosscheck.findings import Finding, Verdict
 WORST_FIRST: tuple[Verdict, ...] = ("failed", "differ", "unresolved", "agree")
 
 
+FAMILIES = {"states": "at states", "same-step": "over runs", "refined": "by other integrators"}
+
+
 @dataclass(frozen=True)
 class Cell:
-    """What all checks between two models come to; digits of the worst relative difference."""
+    """What all checks between two models come to.
+
+    digits: per family of checks, the digits that its worst relative difference leaves in common.
+    """
 
     left: str
     right: str
     verdict: Verdict
     checks: int
-    digits: float | None
+    digits: dict[str, float]
 
 
 def cells(findings: Sequence[Finding]) -> list[Cell]:
@@ -34,8 +40,23 @@ def cells(findings: Sequence[Finding]) -> list[Cell]:
 
 def _cell(pair: tuple[str, str], checks: list[Finding]) -> Cell:
     verdict = min((check.verdict for check in checks), key=WORST_FIRST.index)
-    relative = [check.relative for check in checks if check.relative is not None]
-    return Cell(*pair, verdict, len(checks), digits(max(relative)) if relative else None)
+    worst: dict[str, float] = {}
+    for check in checks:
+        family = FAMILIES.get(check.id.split("/")[0])
+        if family is not None and check.relative is not None:
+            worst[family] = max(worst.get(family, 0.0), check.relative)
+    return Cell(*pair, verdict, len(checks), {name: digits(value) for name, value in worst.items()})
+
+
+def groups(found: Sequence[Cell]) -> list[list[str]]:
+    """Models that checks connect, directly or through others, in order of appearance."""
+    together: list[list[str]] = []
+    for cell in found:
+        touched = [group for group in together if cell.left in group or cell.right in group]
+        rest = [group for group in together if group not in touched]
+        names = [name for group in touched for name in group]
+        together = [*rest, list(dict.fromkeys([*names, cell.left, cell.right]))]
+    return together
 
 
 def digits(relative: float) -> float:

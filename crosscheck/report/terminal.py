@@ -24,7 +24,7 @@ def print_agreement(agreement: Agreement) -> None:
 def _matrix(agreement: Agreement) -> Table:
     table = Table("left", "right", "verdict", "checks", "digits in common", box=None)
     for cell in cells(agreement.findings):
-        digits = "" if cell.digits is None else f"{cell.digits:.1f}"
+        digits = ", ".join(f"{value:.1f} {family}" for family, value in cell.digits.items())
         verdict = f"[{COLOURS[cell.verdict]}]{cell.verdict}[/]"
         table.add_row(cell.left, cell.right, verdict, str(cell.checks), digits)
     return table
