@@ -8,9 +8,11 @@ import numpy as np
 import xarray as xr
 
 from analytic import kernel
+from analytic.energies import energies_form
 from analytic.gears import Gears, gears, no_gears
 from analytic.lagrange import Form
 from analytic.physical import physical_form
+from analytic.printed import printed_form
 from analytic.recording import along
 from analytic.reference import solve
 from analytic.rigid import rigid_form
@@ -19,6 +21,7 @@ from analytic.symbols import geared_variables, parameter_values, rigid_variables
 from analytic.terms import Terms, numeric_terms
 from models.arm import Arm
 from models.drive import drive_data
+from models.errors import InputError
 from models.interface import (
     STATE_ABILITIES,
     Model,
@@ -151,36 +154,70 @@ class AnalyticModel(Model):
         return repeated
 
 
-class GearedModel(AnalyticModel):
-    """A geared arm in the paper's coordinates."""
+class FormModel(AnalyticModel):
+    """A geared arm in the paper's coordinates, with any symbolic form of its equations."""
 
-    @classmethod
-    def form(cls, joints: int) -> Form:
-        """The symbolic equations of motion."""
-        raise NotImplementedError
+    name = "analytic:form"
 
     def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None, form: Form
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
-        joints = len(arm.joints)
-        variables = geared_variables(joints)
-        self.coordinates = gear_coordinates(joints)
+        variables = geared_variables(len(arm.joints))
+        self.coordinates = gear_coordinates(len(arm.joints))
         self.gears = gears(arm, self.switches)
         self.terms = numeric_terms(
-            self.form(joints), parameter_values(arm), variables.mesh_forces, variables.torques
+            form, parameter_values(arm), variables.mesh_forces, variables.torques
         )
 
 
-class PhysicalModel(GearedModel):
+class PhysicalModel(FormModel):
     """True absolute velocities of all bodies."""
 
     name = "analytic:physical"
 
-    @classmethod
-    def form(cls, joints: int) -> Form:
-        """See analytic.physical."""
-        return physical_form(joints)
+    def __init__(
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
+    ) -> None:
+        super().__init__(arm, scenario, chosen_switches, physical_form(len(arm.joints)))
+
+
+class PaperModel(FormModel):
+    """A form that the paper writes for two joints with three planets each.
+
+    Raises InputError for any other arm.
+    """
+
+    def __init__(
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None, form: Form
+    ) -> None:
+        planets = [joint.planet_count for joint in arm.joints]
+        if planets != [3, 3]:
+            allowed = f"analytic:{form.name} needs two joints with three planets each"
+            raise InputError(arm.name, "joints", None, allowed)
+        super().__init__(arm, scenario, chosen_switches, form)
+
+
+class PrintedModel(PaperModel):
+    """Eqs. 21-22 entry for entry."""
+
+    name = "analytic:printed"
+
+    def __init__(
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
+    ) -> None:
+        super().__init__(arm, scenario, chosen_switches, printed_form())
+
+
+class EnergiesModel(PaperModel):
+    """Eqs. 16-19 through Lagrange's equations."""
+
+    name = "analytic:energies"
+
+    def __init__(
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
+    ) -> None:
+        super().__init__(arm, scenario, chosen_switches, energies_form())
 
 
 class RigidModel(AnalyticModel):

@@ -109,6 +109,17 @@ def show(arm: ArmName) -> None:
     show_command(arm)
 
 
+@app.command()
+def errata(
+    arm: ArmName = "paper-labelled",
+    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+) -> None:
+    """Find the slips in the paper's equations, symbolically, and simulate their effects."""
+    from crosscheck.paper.command import errata_command
+
+    errata_command(arm, json_file)
+
+
 def main() -> NoReturn:
     """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (internal), 130."""
     try:

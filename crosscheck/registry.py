@@ -12,6 +12,8 @@ from models.switches import Switches
 
 MODELS = {
     "analytic:physical": ("analytic.model", "PhysicalModel"),
+    "analytic:energies": ("analytic.model", "EnergiesModel"),
+    "analytic:printed": ("analytic.model", "PrintedModel"),
     "analytic:links": ("analytic.model", "RigidLinks"),
     "analytic:carriers": ("analytic.model", "RigidCarriers"),
     "analytic:armature": ("analytic.model", "RigidArmature"),

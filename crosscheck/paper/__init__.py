@@ -1,0 +1,1 @@
+"""The paper on trial: its equations, figures and conclusions."""

@@ -1,0 +1,48 @@
+"""What the paper's commands do, once the command line is parsed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from crosscheck.output import require_writable, write_text
+from crosscheck.paper.errata import SCHEMA_VERSION, errata_records
+from crosscheck.provenance import provenance
+from models.errors import InputError
+from models.loading import load_arm
+
+
+def errata_command(arm_name: str, json_file: Path | None) -> None:
+    """Print the errata of an arm as a table, and write them as JSON if asked. Raises InputError."""
+    arm = load_arm(arm_name)
+    if json_file is not None:
+        if json_file.is_dir():
+            raise InputError("--json", "", str(json_file), "is a folder; a file name is expected")
+        require_writable(json_file.parent)
+    with Console(stderr=True).status("errata") as status:
+        records = errata_records(arm, lambda where: status.update(f"effect of {where}"))
+    Console().print(_table(records))
+    print(f"{len(records)} errata, arm {arm.name}")
+    if json_file is not None:
+        document = {
+            "schema_version": SCHEMA_VERSION,
+            "errata": records,
+            "provenance": provenance(arm, 0, False),
+        }
+        write_text(json_file, json.dumps(document, indent=1, allow_nan=False) + "\n")
+
+
+def _table(records: list[dict[str, Any]]) -> Table:
+    table = Table("where", "printed", "derived", "size", "effect: theta [rad], force [N]")
+    for record in records:
+        size = "" if record["size"] is None else f"{record['size']:.3g} {record['unit']}"
+        effects = "\n".join(
+            f"{name}: {effect['theta_rad']:.2g}, {effect['mesh_force_N']:.2g}"
+            for name, effect in record["effects"].items()
+        )
+        table.add_row(record["where"], record["printed"], record["derived"], size, effects)
+    return table

@@ -1,0 +1,68 @@
+"""One slip of the paper, and how much it matters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from crosscheck.checks.trajectories import largest_difference
+from models.interface import Model
+from models.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Two models of any scenario that differ in the slip alone: as printed, and put right."""
+
+    as_printed: Callable[[Scenario], Model]
+    put_right: Callable[[Scenario], Model]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Largest change over a run: joint angle [rad] and elastic mesh force per planet [N]."""
+
+    theta_rad: float
+    mesh_force_N: float
+
+
+@dataclass(frozen=True)
+class Erratum:
+    """What the paper prints, what follows from first principles, and the size of the difference.
+
+    size [unit]: for this arm, derived minus printed; relative: over the size of the quantity;
+    trial: what to simulate to see the effect, None where the slip is in the text alone.
+    """
+
+    where: str
+    kind: Literal["entry", "energy", "auxiliary", "table", "count", "symbol"]
+    printed: str
+    derived: str
+    size: float | None
+    unit: str
+    relative: float | None = None
+    trial: Trial | None = None
+
+
+def effect_of(trial: Trial, scenario: Scenario) -> Effect:
+    """Run both models through a scenario and compare. Raises Diverged."""
+    printed, right = (side(scenario).simulate() for side in (trial.as_printed, trial.put_right))
+    forces = [largest_difference(printed, right, force) for force in ("F_sp", "F_pr")]
+    return Effect(largest_difference(printed, right, "theta"), float(np.max(forces)))
+
+
+def as_record(erratum: Erratum, effects: Mapping[str, Effect]) -> dict[str, Any]:
+    """JSON-able: the trial gives way to its effects, by scenario."""
+    return {
+        "where": erratum.where,
+        "kind": erratum.kind,
+        "printed": erratum.printed,
+        "derived": erratum.derived,
+        "size": erratum.size,
+        "unit": erratum.unit,
+        "relative": erratum.relative,
+        "effects": {name: asdict(effect) for name, effect in effects.items()},
+    }

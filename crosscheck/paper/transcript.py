@@ -1,0 +1,64 @@
+"""What the paper's text says, as data: for a program to hold against itself."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Definition(NamedTuple):
+    """A symbol and the quantity that the paper gives it, and where."""
+
+    symbol: str
+    quantity: str
+    where: str
+
+
+DEFINITIONS = (
+    Definition("M", "inertia matrix", "Eqs. 1, 21"),
+    Definition("C", "velocity coupling matrix", "Eqs. 1, 21"),
+    Definition("D", "damping matrix", "Eqs. 1, 21"),
+    Definition("T", "driving torque", "Eqs. 1, 22"),
+    Definition("q", "generalized coordinates", "Eqs. 1, 20"),
+    Definition("n", "reduction ratio", "Section 2"),
+    Definition("z", "number of teeth", "Section 2"),
+    Definition("alpha", "pressure angle", "Eq. 2"),
+    Definition("r_s", "base radius of the sun", "Eq. 2"),
+    Definition("r_p", "base radius of a planet", "Eq. 2"),
+    Definition("r_c", "carrier radius", "Eq. 2"),
+    Definition("b", "half of the backlash clearance", "Section 2.1"),
+    Definition("k", "meshing stiffness", "Eq. 4"),
+    Definition("f_k", "clearance function", "Eqs. 4, 5"),
+    Definition("sigma", "sharpness of the tanh clearance function", "Eq. 6"),
+    Definition("T", "meshing period", "Eq. 7, Fig. 5"),
+    Definition("gamma", "phase difference among pairs", "Section 2.2"),
+    Definition("e", "contact ratio", "Eq. 7, Fig. 5"),
+    Definition("n", "number of harmonics", "Eq. 7"),
+    Definition("k_m", "mean meshing stiffness", "Eq. 8"),
+    Definition("k_a", "amplitude of the meshing stiffness", "Eq. 8"),
+    Definition("omega_e", "meshing circular frequency", "Eqs. 8, 9"),
+    Definition("e", "tooth profile error", "Eq. 14"),
+    Definition("E", "magnitude of the tooth profile error", "Eq. 14, Table I"),
+    Definition("T", "kinetic energy", "Eqs. 16-19"),
+    Definition("I", "rotary inertia", "Eqs. 16-19"),
+    Definition("m_p", "mass of a planet", "Eqs. 16, 18, m_j below Eq. 21"),
+    Definition("m_p", "payload mass", "Eq. 19, a_2 and a_3 below Eq. 21"),
+    Definition("m_payload", "payload mass", "Table I"),
+    Definition("L", "arm length", "Eqs. 17-19"),
+    Definition("l", "arm length", "Table I"),
+    Definition("d", "position of an arm's centre of mass", "Eqs. 17-19"),
+    Definition("m", "mass", "Section 2.4"),
+    Definition("J", "rotary inertia", "M = J / r^2 below Eq. 21"),
+    Definition("I'_c", "inertia turning with a link", "a_2 and a_3 below Eq. 21"),
+    Definition("I_cp", "inertia turning with a link", "below Eq. 21"),
+    Definition("a_2", "coefficient of M", "below Eq. 21"),
+    Definition("a_1", "cross-section of arm 1", "Table I"),
+    Definition("a_2", "cross-section of arm 2", "Table I"),
+    Definition("m", "module of the gears", "Table I"),
+    Definition("N", "reduction ratio", "Section 3"),
+    Definition("P", "proportional gain", "Eq. 23"),
+    Definition("D", "differential gain", "Eq. 23"),
+)
+# Section 3: the detailed model's initial values.
+INITIAL_VALUES = ("b", "b", "0", "b", "b", "0", "0", "0", "0", "0", "0")
+# Section 2.4 calls D diagonal and positive definite; Table I and the text give no entry of it.
+DAMPING_VALUES_GIVEN: tuple[str, ...] = ()
