@@ -33,6 +33,8 @@ from models.scenario import Scenario, per_joint
 from models.switches import Switches
 from models.trajectory import trajectory
 
+RIGID = 1e-3  # of the fastest mode: below it an eigenvalue is rounding of the rigid motion
+
 
 class AnalyticModel(Model):
     """Equations of motion from a symbolic form, evaluated by the compiled kernel."""
@@ -82,6 +84,13 @@ class AnalyticModel(Model):
             limits.append(runge_kutta_limit(poles))
         return min(limits)
 
+    def mesh_modes(self) -> np.ndarray:
+        """Undamped modes [Hz] in the start pose, ascending."""
+        undamped = self.gears._replace(d=np.zeros_like(self.gears.d))
+        pose, _ = self.start()
+        poles = contact_eigenvalues(self.terms, undamped, self.drive, pose, undamped.k_m)
+        return np.sort(poles.imag[poles.imag > RIGID * poles.imag.max()]) / (2 * np.pi)
+
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """(q, v) of the scenario's start, each of shape (n,)."""
         start, joints = self.scenario.start, len(self.arm.joints)
@@ -114,14 +123,16 @@ class AnalyticModel(Model):
         return self.record(time, qs, vs)
 
     def reference(self, rtol: float) -> xr.Dataset:
-        """SciPy's DOP853 on the recording grid."""
+        """SciPy's DOP853 on the recording grid, with the work done along the way."""
         scenario = self.scenario
         grid = scenario.step_s * scenario.stride * np.arange(scenario.steps // scenario.stride + 1)
-        qs, vs = solve(self.terms, self.gears, self.drive, self.start(), grid, rtol)
+        qs, vs, work = solve(self.terms, self.gears, self.drive, self.start(), grid, rtol)
         require_finite(self.name, grid, qs, vs)
-        return self.record(grid, qs, vs)
+        return self.record(grid, qs, vs, work=work[:, 0], work_turned_over=work[:, 1])
 
-    def record(self, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> xr.Dataset:
+    def record(
+        self, time: np.ndarray, qs: np.ndarray, vs: np.ndarray, **more: np.ndarray
+    ) -> xr.Dataset:
         """The trajectory through states qs, vs of shape (times, n) at `time` (times,) [s]."""
         accelerations, forces, torques, energy = along(
             self.terms, self.gears, self.drive, time, qs, vs
@@ -132,6 +143,7 @@ class AnalyticModel(Model):
             "theta_ddot": accelerations[:, self._theta],
             "torque": torques,
             "kinetic_energy": energy,
+            **more,
         }
         if self.gears.where.size:
             for offset, mesh in enumerate(("sp", "pr")):
@@ -158,6 +170,7 @@ class FormModel(AnalyticModel):
     """A geared arm in the paper's coordinates, with any symbolic form of its equations."""
 
     name = "analytic:form"
+    abilities = AnalyticModel.abilities | {"mesh_modes"}
 
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None, form: Form

@@ -22,31 +22,37 @@ def solve(
     start: tuple[np.ndarray, np.ndarray],
     time: np.ndarray,
     rtol: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """States q, v of shape (times, n) at `time` (times,) [s], from `start` at time[0].
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(q, v, work) at `time` (times,) [s], from `start` at time[0].
 
-    Rows that the integrator did not reach are NaN.
+    q, v (times, n); work (times, 2) [J]: done by all forces since the start, and turned over (the
+    integral of its rate's magnitude). Rows that the integrator did not reach are NaN.
     """
     n = start[0].size
-    rate = np.empty(2 * n)
+    rate, force = np.empty(2 * n + 2), np.empty(n)
 
     def right_side(t: float, state: np.ndarray) -> np.ndarray:
-        rate[:n] = state[n:]
-        kernel.acceleration(terms, gears, drive, t, state[:n], state[n:], rate[n:])
+        q, v = state[:n], state[n : 2 * n]
+        rate[:n] = v
+        kernel.acceleration(terms, gears, drive, t, q, v, rate[n : 2 * n])
+        kernel.generalized_force(terms, gears, drive, t, q, v, force)
+        rate[2 * n] = force @ v
+        rate[2 * n + 1] = np.abs(force) @ np.abs(v)
         return rate.copy()
 
-    size = np.ones(2 * n)
+    size = np.ones(2 * n + 2)
     size[gears.where] = _MESH_SIZE_M
     size[n + gears.where] = _MESH_RATE_M_PER_S
     solution = solve_ivp(
         right_side,
         (time[0], time[-1]),
-        np.concatenate(start),
+        np.concatenate((*start, np.zeros(2))),
         method="DOP853",
         t_eval=time,
         rtol=rtol,
         atol=rtol * size,
     )
-    states = np.full((time.size, 2 * n), np.nan)
+    states = np.full((time.size, 2 * n + 2), np.nan)
     states[: solution.y.shape[1]] = solution.y.T
-    return np.ascontiguousarray(states[:, :n]), np.ascontiguousarray(states[:, n:])
+    q, v, work = np.split(states, (n, 2 * n), axis=1)
+    return np.ascontiguousarray(q), np.ascontiguousarray(v), work

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from crosscheck.registry import RIGID_LEVELS, build
+from crosscheck.registry import PAPER_FORMS, RIGID_LEVELS, build
 from crosscheck.simulations import Simulation, nudged, with_step
 from models.arm import Arm
 from models.loading import Case, load_case, load_scenario
@@ -16,6 +16,8 @@ FULL_S = {"constant-torque": 0.5, "pd": 3.0}
 QUICK_S = {"constant-torque": 0.05, "pd": 0.1}
 RIGID_STEP_S = 1e-4  # RK4 on the smooth rigid arm: its error is far below 1e-10 rad
 REFERENCE_RTOL, COARSE_RTOL = 1e-10, 1e-8
+ORDER_S, ORDER_LEVELS = 0.004, 3
+ORDERS = {"analytic:physical": 4, "exudyn:tree": 4}  # fixed-step models and their formal orders
 MECHANISM = switches()
 PAPER_PHASE = switches(phase="omega_t")
 
@@ -76,6 +78,48 @@ def rigid_simulations(experiment: Experiment) -> Iterator[Simulation]:
         fine = with_step(case, RIGID_STEP_S)
         yield Simulation(f"{name}/{analytic}", analytic, fine)
         yield Simulation(f"{name}/{analytic}/coarse", analytic, with_step(case, 2 * RIGID_STEP_S))
+
+
+def form_simulations(experiment: Experiment) -> Iterator[Simulation]:
+    """The paper's own forms, where they cover the arm."""
+    if experiment.case.switches != MECHANISM or not covered_by_paper(experiment.case.arm):
+        return
+    for form in PAPER_FORMS:
+        yield Simulation(f"{experiment.name}/{form}", form, experiment.case)
+
+
+def covered_by_paper(arm: Arm) -> bool:
+    """Whether the paper's forms are about such an arm: two joints with three planets each."""
+    return [joint.planet_count for joint in arm.joints] == [3, 3]
+
+
+@dataclass(frozen=True)
+class OrderCase:
+    """A short run repeated at h, h/2, h/4 to see the order of an integrator."""
+
+    name: str
+    case: Case
+    smooth: bool
+
+
+def order_cases(arm: Arm) -> list[OrderCase]:
+    """Teeth in contact throughout, and teeth that meet after free play."""
+    loaded = load_scenario("constant-torque")
+    base = experiments(arm, quick=True)[0].case.scenario
+    cases = []
+    for name, mesh in (("order-smooth", "contact"), ("order-impact", "centre")):
+        update = {"duration_s": ORDER_S, "start": loaded.start.model_copy(update={"mesh": mesh})}
+        scenario = base.model_copy(update=update)
+        cases.append(OrderCase(name, Case(arm, scenario, MECHANISM), mesh == "contact"))
+    return cases
+
+
+def order_simulations(case: OrderCase) -> Iterator[Simulation]:
+    """Every fixed-step model at each of the three steps."""
+    for model in ORDERS:
+        for level in range(ORDER_LEVELS):
+            step = case.case.scenario.step_s / 2**level
+            yield Simulation(f"{case.name}/{model}/{level}", model, with_step(case.case, step))
 
 
 def readings(arm: Arm) -> list[Arm]:

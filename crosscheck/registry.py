@@ -26,6 +26,7 @@ MODELS = {
     "exudyn:tree": ("models.exudyn_tree", "ExudynTree"),
 }
 RIGID_LEVELS = ("links", "carriers", "armature", "coupled")
+PAPER_FORMS = ("analytic:energies", "analytic:printed")
 GEARED = ("analytic:physical", "pinocchio:gears", "exudyn:tree")
 
 

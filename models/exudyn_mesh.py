@@ -101,6 +101,11 @@ def stiffest(law: MeshLaw) -> MeshLaw:
     )
 
 
+def mean_spring(law: MeshLaw) -> MeshLaw:
+    """The law's mean stiffness alone: in contact everywhere, undamped."""
+    return stiffest(law)._replace(stiffness=law.stiffness, damping=0.0)
+
+
 def _stage_damping(joint: Joint, side: Side) -> float:
     """Damping [N s/m] of all N meshes of one side together: 2 zeta sqrt(N k_m * mass)."""
     planets, stiffness = joint.planet_count, joint.mesh_stiffness_N_per_m

@@ -9,7 +9,7 @@ is in ``models.exudyn_mesh``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,7 @@ from models.exudyn_mesh import (
     base_radius,
     deflection,
     elastic_forces,
+    mean_spring,
     mesh_law,
     ring_mesh,
     stiffest,
@@ -159,6 +160,9 @@ def _ratio(joint: Joint) -> float:
     return joint.ring_teeth / joint.sun_teeth + 1
 
 
+RIGID = 1e-3  # of the fastest mode: below it an eigenvalue is rounding of the rigid motion
+
+
 class ExudynTree(Model):
     """The geared arm as a tree of real bodies: links, suns and every single planet.
 
@@ -167,7 +171,7 @@ class ExudynTree(Model):
     """
 
     name = "exudyn:tree"
-    abilities = frozenset({*STATE_ABILITIES, "simulate"})
+    abilities = frozenset({*STATE_ABILITIES, "simulate", "mesh_modes"})
 
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
@@ -319,7 +323,16 @@ class ExudynTree(Model):
 
         The engine linearises its own tree, all meshes in contact at k_m + k_a, in the start pose.
         """
-        engine = self._engine([(stiffest(sun), stiffest(ring)) for sun, ring in self.laws])
+        return min(_stable_step(mode) for mode in self._eigenvalues(stiffest))
+
+    def mesh_modes(self) -> np.ndarray:
+        """Undamped mesh modes [Hz] in the start pose, the planets' own among them, ascending."""
+        modes = self._eigenvalues(mean_spring)
+        return np.sort(modes.imag[modes.imag > RIGID * modes.imag.max()]) / (2 * np.pi)
+
+    def _eigenvalues(self, linear: Callable[[MeshLaw], MeshLaw]) -> np.ndarray:
+        """Eigenvalues [1/s] of the engine's own linearisation in the start pose."""
+        engine = self._engine([(linear(sun), linear(ring)) for sun, ring in self.laws])
         q, _ = self.start()
         engine.place(0.0, q, np.zeros_like(q))
         mass, stiffness, damping = engine.linearized()
@@ -330,7 +343,7 @@ class ExudynTree(Model):
                 [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)],
             ]
         )
-        return min(_stable_step(mode) for mode in np.linalg.eigvals(system))
+        return np.linalg.eigvals(system)
 
 
 def _stable_step(eigenvalue: complex) -> float:

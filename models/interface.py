@@ -76,6 +76,13 @@ class Model(ABC):
         """Like simulate, by an adaptive integrator at this relative tolerance. Raises Diverged."""
         raise CannotDo(f"{self.name} has no reference")
 
+    def mesh_modes(self) -> np.ndarray:
+        """Frequencies [Hz], ascending, of the modes with every tooth in contact at mean stiffness.
+
+        Without mesh damping, with the drive's feedback, in the scenario's start pose.
+        """
+        raise CannotDo(f"{self.name} has no mesh_modes")
+
     def largest_stable_step(self) -> float:
         """Largest step [s] with which this model's integrator stays stable; inf if adaptive."""
         return float("inf")

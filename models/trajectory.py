@@ -24,6 +24,8 @@ _ABOUT = {
     "F_sp": ("N", "elastic force of the sun-planet mesh, per planet, without damper"),
     "F_pr": ("N", "elastic force of the planet-ring mesh, per planet, without damper"),
     "kinetic_energy": ("J", "kinetic energy of all bodies"),
+    "work": ("J", "work of drive, meshes and dampers since the start"),
+    "work_turned_over": ("J", "integral of the magnitude of every force's power"),
 }
 _DIMS = {2: ("time", "joint"), 3: ("time", "joint", "planet"), 1: ("time",)}
 
@@ -33,7 +35,7 @@ def trajectory(model: Model, time: np.ndarray, **variables: np.ndarray) -> xr.Da
 
     time (times,) [s]. Variables, by the names in this module: theta, theta_dot, theta_ddot and
     torque of shape (times, joints); x_sp, x_pr, F_sp, F_pr of shape (times, joints, planets);
-    kinetic_energy of shape (times,).
+    kinetic_energy, work and work_turned_over of shape (times,).
     """
     joints = len(model.arm.joints)
     data = {

@@ -159,6 +159,12 @@ def deviation(case: str, rigid: xr.Dataset, geared: xr.Dataset, arm: Arm) -> Ite
             yield _deviation(f"deviation/{case}/joint{joint}", one, other, quantity)
 
 
+def form_deviation(case: str, form: xr.Dataset, engine: xr.Dataset) -> Iterator[Finding]:
+    """How far a form of the equations that is not trusted is from an engine."""
+    for quantity in ("theta", "x_sp", "F_sp", "F_pr"):
+        yield _deviation(f"form/{case}", form, engine, quantity)
+
+
 def _deviation(case: str, rigid: xr.Dataset, geared: xr.Dataset, quantity: str) -> Finding:
     measured = largest_difference(rigid, geared, quantity)
     return measured_only(

@@ -28,7 +28,7 @@ def report_page(result: CrossCheck) -> str:
         arm=result.arm,
         agreement=agreement,
         cells=found,
-        groups=groups(found),
+        groups=groups([cell for cell in found if cell.between_models]),
         headline=[f for f in agreement.checks if f.id.startswith(("at-2-s/pd/", "same-step/pd/"))],
         deviations=_deviations(agreement.findings),
         levels=RIGID_LEVELS,

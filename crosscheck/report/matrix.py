@@ -27,15 +27,21 @@ class Cell:
     checks: int
     digits: dict[str, float]
 
+    @property
+    def between_models(self) -> bool:
+        """False for a model against a closed form or first principles."""
+        return ":" in self.left and ":" in self.right
+
 
 def cells(findings: Sequence[Finding]) -> list[Cell]:
-    """One Cell per pair of models that any check compares, in order of appearance."""
+    """One Cell per pair that any check compares, pairs of models first, else by appearance."""
     pairs: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
         if finding.kind == "check" and finding.left != finding.right:
             left, right = sorted((finding.left, finding.right))
             pairs.setdefault((left, right), []).append(finding)
-    return [_cell(pair, checks) for pair, checks in pairs.items()]
+    found = [_cell(pair, checks) for pair, checks in pairs.items()]
+    return sorted(found, key=lambda cell: not cell.between_models)
 
 
 def _cell(pair: tuple[str, str], checks: list[Finding]) -> Cell:

@@ -1,0 +1,113 @@
+"""Every comparison that needs no run: states, modes, invariants."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+
+from crosscheck.checks import invariants, modes, states
+from crosscheck.findings import Finding, failed
+from crosscheck.registry import GEARED, PAPER_FORMS, RIGID_LEVELS, build
+from models.arm import Arm
+from models.errors import InputError
+from models.interface import STATE_ABILITIES, Model
+from models.loading import load_scenario
+from models.switches import Switches, switches
+
+COUNT, QUICK_COUNT = 200, 20
+# Per switch setting; M and bias know no switch, so they are compared under one setting alone.
+SWITCH_COUNT, SWITCHED = 20, ("generalized_force", "acceleration")
+
+
+def state_findings(arm: Arm, quick: bool, seed: int) -> Iterator[Finding]:
+    """All comparisons of one arm that need no run."""
+    count = QUICK_COUNT if quick else COUNT
+    yield from geared_findings(arm, count, seed)
+    for level in RIGID_LEVELS:
+        names = (f"analytic:{level}", f"pinocchio:{level}")
+        case = f"{arm.name}/{level}"
+        models, missing = built(case, names, arm, switches())
+        yield from missing
+        if len(models) > 1:
+            yield from states.compare_states(case, models, STATE_ABILITIES, count, seed)
+    for chosen in () if quick else all_switches():
+        case = f"{arm.name}/{_label(chosen)}"
+        models, missing = built(case, GEARED, arm, chosen)
+        yield from missing
+        if len(models) > 1:
+            yield from states.compare_states(case, models, SWITCHED, SWITCH_COUNT, seed)
+
+
+def geared_findings(arm: Arm, count: int, seed: int) -> Iterator[Finding]:
+    """States, balances and modes of the geared models, and what the paper's forms differ by."""
+    case = f"{arm.name}/geared"
+    models, missing = built(case, GEARED, arm, switches())
+    yield from missing
+    if len(models) > 1:
+        yield from states.compare_states(case, models, STATE_ABILITIES, count, seed)
+    yield from invariants.invariants(arm.name, models, count, seed)
+    unforced, _ = built(case, GEARED, arm, switches(), "constant-torque")
+    yield from modes.compare_modes(arm.name, unforced)
+    yield from _locked_stages(arm)
+    for model in models[1:]:
+        for form in paper_forms(arm):
+            yield from states.measure_states(
+                case, form, model, ("mass_matrix", "bias", "acceleration"), count, seed
+            )
+
+
+def paper_forms(arm: Arm) -> list[Model]:
+    """The paper's own forms, for arms that they cover."""
+    try:
+        return [build(name, arm, load_scenario("pd")) for name in PAPER_FORMS]
+    except InputError:
+        return []
+
+
+def _locked_stages(arm: Arm) -> Iterator[Finding]:
+    for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
+        heavy = link.model_copy(update={"density_kg_per_m3": modes.LOCK * link.density_kg_per_m3})
+        one = arm.model_copy(update={"joints": (joint,), "links": (heavy,)})
+        models, _ = built("locked", GEARED, one, switches(), "constant-torque")
+        for model in models:
+            if "mesh_modes" in model.abilities:
+                yield from modes.locked_stage(f"{arm.name}/joint{number}", joint, model)
+
+
+def all_switches() -> list[Switches]:
+    """The sixteen combinations of the four switches."""
+    fields = ("phase", "ring_rate", "dead_zone", "damping")
+    values = (("angle", "omega_t"), ("eq13", "corrected"), ("exact", "tanh"), ("always", "contact"))
+    return [switches(**dict(zip(fields, chosen, strict=True))) for chosen in product(*values)]
+
+
+def _label(chosen: Switches) -> str:
+    return "-".join((chosen.phase, chosen.ring_rate, chosen.dead_zone, chosen.damping))
+
+
+def built(
+    case: str, names: Sequence[str], arm: Arm, chosen: Switches, scenario: str = "pd"
+) -> tuple[list[Model], list[Finding]]:
+    """The models that can be built, and a failed check for each that cannot."""
+    models: list[Model] = []
+    missing: list[Finding] = []
+    for name in names:
+        try:
+            models.append(build(name, arm, load_scenario(scenario), chosen))
+        except Exception as error:  # a missing or broken engine fails its checks
+            reason = f"{type(error).__name__}: {error}"
+            missing.append(missing_model(f"states/{case}", name, reason))
+    return models, missing
+
+
+def missing_model(where: str, model: str, reason: str) -> Finding:
+    """A model that cannot be built or run is a failed check, never a skipped one."""
+    return failed(
+        id=f"{where}/{model}",
+        quantity="model",
+        unit="1",
+        left=model,
+        right=model,
+        metric="the model can be built and run",
+        note=reason,
+    )
