@@ -1,7 +1,9 @@
 """Eq. 21 compiled: M(q) q'' + C(q, q') q' + D q' = F, and its fourth-order Runge-Kutta.
 
 All functions work in place on float64 arrays in SI units; `terms`, `gears` and `drive` are the
-flat records of analytic.terms, analytic.gears and models.drive.
+flat records of analytic.terms, analytic.gears and models.drive. Small functions are inlined:
+a call that passes records of arrays counts references to each of them, which costs more than what
+the function does (measured: 6.7 us a step without, 3.4 us with).
 """
 
 from __future__ import annotations
@@ -16,27 +18,38 @@ from analytic.terms import Terms
 from models.drive import DriveData, joint_torque
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
+def wave_angle(waves: np.ndarray, wave: int, q: np.ndarray) -> float:
+    """w . q [rad] of one wave; a loop, for it is too short to pay for a call into BLAS."""
+    angle = 0.0
+    for k in range(q.size):
+        angle += waves[wave, k] * q[k]
+    return angle
+
+
+@njit(cache=True, inline="always")
 def mass_matrix(terms: Terms, q: np.ndarray, out: np.ndarray) -> None:
     """M(q) into out (n, n)."""
     out[:] = 0.0
-    cosines = np.cos(terms.waves @ q)
+    cosines = np.empty(terms.waves.shape[0])
+    for wave in range(cosines.size):
+        cosines[wave] = np.cos(wave_angle(terms.waves, wave, q))
     for i in range(terms.mass.shape[0]):
-        row, col, wave = terms.mass[i]
+        row, col, wave = terms.mass[i, 0], terms.mass[i, 1], terms.mass[i, 2]
         out[row, col] += terms.mass_coeff[i] * cosines[wave]
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def bias(terms: Terms, q: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
     """C(q, v) v into out (n,)."""
     out[:] = 0.0
-    sines = np.sin(terms.waves @ q)
     for i in range(terms.bias.shape[0]):
-        row, wave, a, b = terms.bias[i]
-        out[row] += terms.bias_coeff[i] * sines[wave] * v[a] * v[b]
+        row, wave = terms.bias[i, 0], terms.bias[i, 1]
+        rates = v[terms.bias[i, 2]] * v[terms.bias[i, 3]]
+        out[row] += terms.bias_coeff[i] * np.sin(wave_angle(terms.waves, wave, q)) * rates
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def elastic_forces(gears: Gears, t: float, q: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
     """Elastic force per planet [N] of every mesh into out (meshes,)."""
     for i in range(out.size):
@@ -54,31 +67,30 @@ def elastic_forces(gears: Gears, t: float, q: np.ndarray, v: np.ndarray, out: np
         )
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def mesh_sine(gears: Gears, i: int, t: float, q: np.ndarray, v: np.ndarray) -> float:
     """The sine of Eqs. 8 and 14 of mesh i."""
     joint = gears.theta[i]
     return np.sin(mesh_phase(gears.phase, gears.rate[i], gears.offset[i], t, q[joint], v[joint]))
 
 
-@njit(cache=True)
-def torques(
-    drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndarray, out: np.ndarray
-) -> None:
-    """Output-side torque [N m] of every joint into out (joints,)."""
-    for j in range(out.size):
-        out[j] = joint_torque(
-            drive.code,
-            drive.gains[j],
-            drive.table_time,
-            drive.table_torque[j],
-            t,
-            theta[j],
-            theta_dot[j],
-        )
+@njit(cache=True, inline="always")
+def torque(drive: DriveData, j: int, t: float, q: np.ndarray, v: np.ndarray) -> float:
+    """Output-side torque [N m] of joint j; its angle is the last coordinate of the joint."""
+    joints = drive.gains.shape[0]
+    sensed = (j + 1) * (q.size // joints) - 1
+    return joint_torque(
+        drive.code,
+        drive.gains[j],
+        drive.table_time,
+        drive.table_torque[j],
+        t,
+        q[sensed],
+        v[sensed],
+    )
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def generalized_force(
     terms: Terms,
     gears: Gears,
@@ -89,25 +101,22 @@ def generalized_force(
     out: np.ndarray,
 ) -> None:
     """F - D v of Eqs. 21-22 into out (n,)."""
-    joints = terms.drive_map.shape[1]
-    stride = q.size // joints
-    effort = np.empty(joints)
-    torques(drive, t, q[stride - 1 :: stride], v[stride - 1 :: stride], effort)
+    out[:] = 0.0
+    for j in range(terms.drive_map.shape[1]):
+        effort = torque(drive, j, t, q, v)
+        for row in range(q.size):
+            out[row] += terms.drive_map[row, j] * effort
     forces = np.empty(gears.where.size)
     elastic_forces(gears, t, q, v, forces)
-    for row in range(q.size):
-        out[row] = 0.0
-        for j in range(joints):
-            out[row] += terms.drive_map[row, j] * effort[j]
-        for i in range(forces.size):
-            out[row] += terms.mesh_map[row, i] * forces[i]
     for i in range(forces.size):
+        for row in range(q.size):
+            out[row] += terms.mesh_map[row, i] * forces[i]
         x = q[gears.where[i]]
         if gears.damps_apart or in_contact(x, mesh_sine(gears, i, t, q, v), gears.E[i], gears.b[i]):
             out[gears.where[i]] -= gears.d[i] * v[gears.where[i]]
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def solve(matrix: np.ndarray, right: np.ndarray) -> None:
     """Gaussian elimination with partial pivoting in place; the solution replaces `right`.
 
@@ -115,7 +124,10 @@ def solve(matrix: np.ndarray, right: np.ndarray) -> None:
     """
     n = right.size
     for column in range(n):
-        pivot = column + np.argmax(np.abs(matrix[column:, column]))
+        pivot = column
+        for row in range(column + 1, n):
+            if abs(matrix[row, column]) > abs(matrix[pivot, column]):
+                pivot = row
         if pivot != column:
             for k in range(column, n):
                 matrix[column, k], matrix[pivot, k] = matrix[pivot, k], matrix[column, k]

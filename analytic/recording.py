@@ -18,14 +18,15 @@ def along(
     """(accelerations (times, n), mesh forces (times, meshes), torques (times, joints),
     kinetic energy (times,)) at recorded states qs, vs of shape (times, n)."""
     times, n = qs.shape
-    joints, stride = terms.drive_map.shape[1], n // terms.drive_map.shape[1]
+    joints = terms.drive_map.shape[1]
     accelerations, forces = np.empty((times, n)), np.empty((times, gears.where.size))
     efforts, energy, matrix = np.empty((times, joints)), np.empty(times), np.empty((n, n))
     for k in range(times):
         q, v = qs[k], vs[k]
         kernel.acceleration(terms, gears, drive, time[k], q, v, accelerations[k])
         kernel.elastic_forces(gears, time[k], q, v, forces[k])
-        kernel.torques(drive, time[k], q[stride - 1 :: stride], v[stride - 1 :: stride], efforts[k])
+        for j in range(joints):
+            efforts[k, j] = kernel.torque(drive, j, time[k], q, v)
         kernel.mass_matrix(terms, q, matrix)
         energy[k] = v @ (matrix @ v) / 2
     return accelerations, forces, efforts, energy
