@@ -9,6 +9,7 @@ from crosscheck.registry import PAPER_FORMS, RIGID_LEVELS, build
 from crosscheck.simulations import Simulation, nudged, with_step
 from models.arm import Arm
 from models.loading import Case, load_case, load_scenario
+from models.scenario import ConstantDrive
 from models.switches import Switches, switches
 
 # Long enough for the paper's events; the quick plan keeps the start impact and the first drive.
@@ -18,6 +19,8 @@ RIGID_STEP_S = 1e-4  # RK4 on the smooth rigid arm: its error is far below 1e-10
 REFERENCE_RTOL, COARSE_RTOL = 1e-10, 1e-8
 ORDER_S, ORDER_LEVELS = 0.004, 3
 ORDERS = {"analytic:physical": 4, "exudyn:tree": 4}  # fixed-step models and their formal orders
+# The constraint solver is of second order: the fastest mesh mode needs a microsecond or less.
+SHORT_S, SHORT_STEP_S = 0.005, 1e-6
 MECHANISM = switches()
 PAPER_PHASE = switches(phase="omega_t")
 
@@ -91,6 +94,31 @@ def form_simulations(experiment: Experiment) -> Iterator[Simulation]:
 def covered_by_paper(arm: Arm) -> bool:
     """Whether the paper's forms are about such an arm: two joints with three planets each."""
     return [joint.planet_count for joint in arm.joints] == [3, 3]
+
+
+def short_experiments(arm: Arm) -> list[Experiment]:
+    """A few milliseconds at fine steps, for the tier with constraints: both flanks of the teeth."""
+    scenario = load_scenario("constant-torque")
+    experiments = []
+    for name, torque in (("short-contact", 100.0), ("short-crossing", -100.0)):
+        drive = ConstantDrive(kind="constant", torque_N_m=torque)
+        update = {
+            "duration_s": SHORT_S,
+            "step_s": SHORT_STEP_S,
+            "record_every": 100,
+            "drive": drive,
+        }
+        case = Case(arm, scenario.model_copy(update=update), MECHANISM)
+        experiments.append(Experiment(name, case))
+    return experiments
+
+
+def short_simulations(experiment: Experiment) -> Iterator[Simulation]:
+    """Both Exudyn tiers, each at two steps."""
+    for model in ("exudyn:tree", "exudyn:bodies"):
+        for label, factor in (("", 1), ("/coarse", 2)):
+            case = with_step(experiment.case, factor * SHORT_STEP_S)
+            yield Simulation(f"{experiment.name}/{model}{label}", model, case)
 
 
 @dataclass(frozen=True)

@@ -24,10 +24,11 @@ MODELS = {
     "pinocchio:coupled": ("models.pinocchio_rigid", "PinocchioCoupled"),
     "pinocchio:gears": ("models.pinocchio_gears", "PinocchioGears"),
     "exudyn:tree": ("models.exudyn_tree", "ExudynTree"),
+    "exudyn:bodies": ("models.exudyn_bodies", "ExudynBodies"),
 }
 RIGID_LEVELS = ("links", "carriers", "armature", "coupled")
 PAPER_FORMS = ("analytic:energies", "analytic:printed")
-GEARED = ("analytic:physical", "pinocchio:gears", "exudyn:tree")
+GEARED = ("analytic:physical", "pinocchio:gears", "exudyn:tree", "exudyn:bodies")
 
 
 def model_class(name: str) -> type[Model]:

@@ -14,11 +14,13 @@ from crosscheck.plan import (
     order_simulations,
     readings,
     rigid_simulations,
+    short_experiments,
+    short_simulations,
 )
 from crosscheck.provenance import provenance
 from crosscheck.run_suite import order_findings, run_findings
 from crosscheck.simulations import Outcome, perform_all
-from crosscheck.state_suite import state_findings
+from crosscheck.state_suite import state_checks
 from models.arm import Arm
 from models.loading import load_arm
 
@@ -39,20 +41,23 @@ def cross_check(
 ) -> CrossCheck:
     """Run every check on an arm. Raises InputError for an arm that cannot be loaded."""
     arm = load_arm(arm) if isinstance(arm, str) else arm
-    plan, orders = experiments(arm, quick), order_cases(arm)
+    plan, shorts, orders = experiments(arm, quick), short_experiments(arm), order_cases(arm)
     families = (geared_simulations, rigid_simulations, form_simulations)
+    checks = [check for reading in readings(arm) for check in state_checks(reading, quick, seed)]
     simulations = [s for experiment in plan for family in families for s in family(experiment)]
+    simulations += [s for short in shorts for s in short_simulations(short)]
     simulations += [s for case in orders for s in order_simulations(case)]
-    left = len(simulations)
+    left = len(checks) + len(simulations)
 
     def done(key: str) -> None:
         nonlocal left
         left -= 1
         told(key, left)
 
-    told("states", left)
-    findings = [f for reading in readings(arm) for f in state_findings(reading, quick, seed)]
-    runs = perform_all(simulations, jobs, done)
-    findings += [f for experiment in plan for f in run_findings(experiment, runs)]
+    told("starting", left)
+    results = perform_all([*checks, *simulations], jobs, done)
+    findings = [finding for check in checks for finding in results[check.key]]
+    runs = {simulation.key: results[simulation.key] for simulation in simulations}
+    findings += [f for experiment in [*plan, *shorts] for f in run_findings(experiment, runs)]
     findings += [f for case in orders for f in order_findings(case, runs)]
     return CrossCheck(arm, Agreement(findings, provenance(arm, seed, quick)), runs)

@@ -24,6 +24,7 @@ def run_findings(experiment: Experiment, outcomes: Mapping[str, Outcome]) -> Ite
             yield missing_model(f"run/{key}", key.split("/")[1], str(outcome))
     runs = {key: run for key, run in outcomes.items() if isinstance(run, xr.Dataset)}
     yield from _geared_findings(name, runs)
+    yield from _tier_findings(name, runs)
     yield from _form_findings(name, runs)
     for level in RIGID_LEVELS:
         yield from _rigid_findings(experiment, level, runs)
@@ -58,6 +59,18 @@ def _geared_findings(name: str, runs: Runs) -> Iterator[Finding]:
     nudged = runs.get(f"{name}/analytic:physical/nudged")
     if nudged is not None:
         yield from trajectories.sensitivity(name, ours, nudged)
+
+
+def _tier_findings(name: str, runs: Runs) -> Iterator[Finding]:
+    """Exudyn's tier with constraints against its tree."""
+    tiers = [
+        [runs.get(f"{name}/{tier}{kind}") for kind in ("", "/coarse")]
+        for tier in ("exudyn:tree", "exudyn:bodies")
+    ]
+    (tree, coarse_tree), (bodies, coarse_bodies) = tiers
+    if tree is None or coarse_tree is None or bodies is None or coarse_bodies is None:
+        return
+    yield from trajectories.refined(name, (tree, coarse_tree), (bodies, coarse_bodies))
 
 
 def _form_findings(name: str, runs: Runs) -> Iterator[Finding]:

@@ -1,9 +1,10 @@
-"""The simulations of a cross-check: what to run, and running it on several processes."""
+"""The tasks of a cross-check: what to run, and running it on several processes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import joblib
 import numpy as np
@@ -12,6 +13,20 @@ import xarray as xr
 from crosscheck.registry import build
 from models.arm import Arm
 from models.loading import Case
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a simulation has no trajectory: the exception's name and message."""
+
+    kind: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.kind}: {self.message}"
+
+
+Outcome = xr.Dataset | Failure
 
 
 @dataclass(frozen=True)
@@ -29,43 +44,40 @@ class Simulation:
         per_step = 2e-4 if self.model.startswith("exudyn") else 1e-5
         return self.case.scenario.steps * per_step * (4 if self.rtol else 1)
 
-
-@dataclass(frozen=True)
-class Failure:
-    """Why a simulation has no trajectory: the exception's name and message."""
-
-    kind: str
-    message: str
-
-    def __str__(self) -> str:
-        return f"{self.kind}: {self.message}"
+    def perform(self) -> Outcome:
+        """The trajectory, or what prevented it: a failed check, not a crash."""
+        try:
+            model = build(self.model, *self.case)
+            return model.simulate() if self.rtol is None else model.reference(self.rtol)
+        except Exception as error:
+            return Failure(type(error).__name__, " ".join(str(error).split()))
 
 
-Outcome = xr.Dataset | Failure
+class Task(Protocol):
+    """A piece of work for another process, rough seconds long."""
+
+    @property
+    def key(self) -> str: ...
+
+    @property
+    def cost(self) -> float: ...
+
+    def perform(self) -> Any: ...
 
 
-def perform(simulation: Simulation) -> tuple[str, Outcome]:
-    """(key, trajectory), or what prevented it: a failed check, not a crash."""
-    try:
-        model = build(simulation.model, *simulation.case)
-        if simulation.rtol is None:
-            return simulation.key, model.simulate()
-        return simulation.key, model.reference(simulation.rtol)
-    except Exception as error:
-        return simulation.key, Failure(type(error).__name__, " ".join(str(error).split()))
-
-
-def perform_all(
-    simulations: Sequence[Simulation], jobs: int, done: Callable[[str], None]
-) -> dict[str, Outcome]:
-    """All outcomes by key; ``done`` is told each key as it finishes."""
-    longest_first = sorted(simulations, key=lambda simulation: -simulation.cost)
+def perform_all(tasks: Sequence[Task], jobs: int, done: Callable[[str], None]) -> dict[str, Any]:
+    """All results by key, in the tasks' order; ``done`` is told each key as it finishes."""
+    longest_first = sorted(tasks, key=lambda task: -task.cost)
     parallel = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
-    outcomes = {}
-    for key, outcome in parallel(joblib.delayed(perform)(item) for item in longest_first):
-        outcomes[key] = outcome
+    results = {}
+    for key, result in parallel(joblib.delayed(_perform)(task) for task in longest_first):
+        results[key] = result
         done(key)
-    return outcomes
+    return {task.key: results[task.key] for task in tasks}
+
+
+def _perform(task: Task) -> tuple[str, Any]:
+    return task.key, task.perform()
 
 
 def with_step(case: Case, step_s: float) -> Case:

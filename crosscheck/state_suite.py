@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import product
 
 from crosscheck.checks import invariants, modes, states
@@ -19,10 +20,44 @@ COUNT, QUICK_COUNT = 200, 20
 SWITCH_COUNT, SWITCHED = 20, ("generalized_force", "acceleration")
 
 
-def state_findings(arm: Arm, quick: bool, seed: int) -> Iterator[Finding]:
-    """All comparisons of one arm that need no run."""
-    count = QUICK_COUNT if quick else COUNT
-    yield from geared_findings(arm, count, seed)
+@dataclass(frozen=True)
+class StateChecks:
+    """One family of state checks on one arm, as a task: ``geared``, ``rigid`` or ``switches``."""
+
+    family: str
+    arm: Arm
+    quick: bool
+    seed: int
+
+    @property
+    def key(self) -> str:
+        """Unique among tasks."""
+        return f"states/{self.arm.name}/{self.family}"
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds."""
+        return {"geared": 5.0, "switches": 15.0, "rigid": 2.0}[self.family]
+
+    def perform(self) -> list[Finding]:
+        """The Findings."""
+        count = QUICK_COUNT if self.quick else COUNT
+        families = {
+            "geared": lambda: geared_findings(self.arm, count, self.seed),
+            "rigid": lambda: rigid_findings(self.arm, count, self.seed),
+            "switches": lambda: switched_findings(self.arm, self.seed),
+        }
+        return list(families[self.family]())
+
+
+def state_checks(arm: Arm, quick: bool, seed: int) -> list[StateChecks]:
+    """Everything about one arm that needs no run."""
+    families = ("geared", "rigid") if quick else ("geared", "rigid", "switches")
+    return [StateChecks(family, arm, quick, seed) for family in families]
+
+
+def rigid_findings(arm: Arm, count: int, seed: int) -> Iterator[Finding]:
+    """States of the rigid levels, analytic against Pinocchio."""
     for level in RIGID_LEVELS:
         names = (f"analytic:{level}", f"pinocchio:{level}")
         case = f"{arm.name}/{level}"
@@ -30,7 +65,11 @@ def state_findings(arm: Arm, quick: bool, seed: int) -> Iterator[Finding]:
         yield from missing
         if len(models) > 1:
             yield from states.compare_states(case, models, STATE_ABILITIES, count, seed)
-    for chosen in () if quick else all_switches():
+
+
+def switched_findings(arm: Arm, seed: int) -> Iterator[Finding]:
+    """Forces and accelerations of the geared models under every setting of the switches."""
+    for chosen in all_switches():
         case = f"{arm.name}/{_label(chosen)}"
         models, missing = built(case, GEARED, arm, chosen)
         yield from missing
@@ -46,6 +85,7 @@ def geared_findings(arm: Arm, count: int, seed: int) -> Iterator[Finding]:
     if len(models) > 1:
         yield from states.compare_states(case, models, STATE_ABILITIES, count, seed)
     yield from invariants.invariants(arm.name, models, count, seed)
+    yield from invariants.constraints(arm.name, models, count, seed)
     unforced, _ = built(case, GEARED, arm, switches(), "constant-torque")
     yield from modes.compare_modes(arm.name, unforced)
     yield from _locked_stages(arm)

@@ -83,6 +83,12 @@ class Model(ABC):
         """
         raise CannotDo(f"{self.name} has no mesh_modes")
 
+    def constraint_residual(
+        self, q: np.ndarray, v: np.ndarray, a: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """How far open a model's joints are: gaps [m], their rates [m/s], accelerations [m/s^2]."""
+        raise CannotDo(f"{self.name} has no constraint_residual")
+
     def largest_stable_step(self) -> float:
         """Largest step [s] with which this model's integrator stays stable; inf if adaptive."""
         return float("inf")

@@ -22,6 +22,7 @@ TOLERANCE = 1e-10
 BASIS = "rounding of the forces, as for accelerations"
 # Of the work done: two orders above what the reference integrator asks of each step.
 WORK_TOLERANCE = 1e-9
+GAP_TOLERANCE = 1e-12
 
 
 class Motion(NamedTuple):
@@ -74,6 +75,37 @@ def _balanced(
         relative=measured / size,
         **fields,
     )
+
+
+def constraints(case: str, models: Sequence[Model], count: int, seed: int) -> Iterator[Finding]:
+    """Joints that a model closes by constraint equations stay closed, at the model's own motion."""
+    for model in models:
+        if "constraint_residual" not in model.abilities:
+            continue
+        fields: dict[str, Any] = {
+            "id": f"invariants/{case}/constraints/{model.name}",
+            "quantity": "constraint residual",
+            "unit": "1",
+            "left": model.name,
+            "right": "closed joints",
+            "metric": f"largest gap, rate or acceleration over its size, {count} random states",
+        }
+        states = random_states(model.coordinates, model.arm, count, seed)
+        try:
+            gaps = [_widest_gap(model, *state) for state in zip(*states, strict=True)]
+        except Exception as error:  # a model that raises is a failed check
+            yield failed(note=f"{type(error).__name__}: {error}", **fields)
+            continue
+        basis = "rounding of places of a metre, rates and accelerations of their own size"
+        yield checked(measured=max(gaps), tolerance=GAP_TOLERANCE, basis=basis, **fields)
+
+
+def _widest_gap(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> float:
+    a = model.acceleration(t, q, v)
+    reach = sum(link.length_m for link in model.arm.links)
+    sizes = [max(1.0, reach * float(np.abs(vector[2::3]).max())) for vector in (v * 0, v, a)]
+    residuals = model.constraint_residual(q, v, a)
+    return max(float(np.abs(r).max()) / size for r, size in zip(residuals, sizes, strict=True))
 
 
 def _motion(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> Motion:

@@ -164,7 +164,7 @@ def component_sizes(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
     shared = np.sqrt(((values / weight) ** 2).mean()) * weight
     if not shared.any():
         return np.ones_like(own)
-    return np.where(own > EPS * shared, own, shared)
+    return np.where(own > ROUNDINGS * EPS * shared, own, shared)
 
 
 def _scale(model: Model, quantity: str, states: States) -> Scale:

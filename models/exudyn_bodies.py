@@ -1,0 +1,284 @@
+"""Exudyn model: every link, sun and planet a free rigid body, held by joints, pushed by teeth.
+
+Bodies and their poses are in ``models.exudyn_poses``, the contact of two gears, which sees nothing
+but poses, in ``models.exudyn_contact``. The engine holds the bodies together by constraints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from models.arm import Arm, Joint
+from models.drive import DriveData, drive_data, joint_torque
+from models.errors import Diverged
+from models.exudyn_bodies_engine import BodyEngine, Connector
+from models.exudyn_contact import Mesh, Side, mesh_of, push_bodies, readings
+from models.exudyn_poses import GROUND, PoseMap, Stage, bodies_of, ring_seat, stages_of
+from models.interface import STATE_ABILITIES, Model, gear_coordinates, require_finite
+from models.scenario import Scenario, per_joint
+from models.switches import Switches
+from models.trajectory import trajectory
+
+STANDS = (0.0, 0.0, 0.0)  # pose and velocity of the ground
+
+
+class Toothed(NamedTuple):
+    """A mesh and its four bodies: planet, carrier, wheel, previous link (for a ring, three)."""
+
+    mesh: Mesh
+    bodies: tuple[int, ...]
+
+
+def meshes_of(arm: Arm, chosen: Switches) -> list[list[list[Toothed]]]:
+    """The meshes by joint, side (sun, ring) and planet."""
+    return [
+        [
+            [
+                Toothed(
+                    mesh_of(joint, chosen, side, place, ring_seat(arm, number)),
+                    (planet, stage.link, *wheel, stage.previous),
+                )
+                for place, planet in enumerate(stage.planets)
+            ]
+            for side, wheel in wheels(stage)
+        ]
+        for number, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True))
+    ]
+
+
+def wheels(stage: Stage) -> tuple[tuple[Side, tuple[int, ...]], ...]:
+    """The central wheels of a joint and their own bodies; the ring is the previous link's."""
+    return ("sun", (stage.sun,)), ("ring", ())
+
+
+def teeth(toothed: Toothed) -> Connector:
+    """The connector of one mesh; what it does to the ground the ground bears."""
+    moving = tuple(body for body in toothed.bodies if body != GROUND)
+    mesh, ground, size = toothed.mesh, STANDS * (GROUND in toothed.bodies), 3 * len(moving)
+
+    def force(_: object, t: float, _item: int, q: list[float], q_t: list[float]) -> list[float]:
+        forces = push_bodies(mesh, t, np.array([*q, *ground]), np.array([*q_t, *ground]))
+        return forces[:size].tolist()
+
+    return Connector(moving, force)
+
+
+def motor(stage: Stage, joint: Joint, law: DriveData, place: int) -> Connector:
+    """T / n on the sun and back on the previous body, T from the link's angle and rate."""
+    ratio = joint.ring_teeth / joint.sun_teeth + 1
+    grounded = stage.previous == GROUND
+    moving = (stage.sun, stage.link) if grounded else (stage.sun, stage.link, stage.previous)
+    gains, table = law.gains[place], law.table_torque[place]
+
+    def force(_: object, t: float, _item: int, q: list[float], q_t: list[float]) -> list[float]:
+        theta, theta_dot = (q[5], q_t[5]) if grounded else (q[5] - q[8], q_t[5] - q_t[8])
+        torque = joint_torque(law.code, gains, law.table_time, table, t, theta, theta_dot)
+        on_sun = torque / ratio
+        return [0.0, 0.0, on_sun, 0.0, 0.0, 0.0, 0.0, 0.0, -on_sun][: len(q)]
+
+    return Connector(moving, force)
+
+
+class ExudynBodies(Model):
+    """The geared arm in redundant coordinates: three per body, and two constraints per joint.
+
+    Coordinates are the paper's (Eq. 20); a state has all planets of a stage alike and all joints
+    closed. The bodies' mass matrix, forces, constraints and motion are the engine's.
+    """
+
+    name = "exudyn:bodies"
+    abilities = frozenset({*STATE_ABILITIES, "simulate", "constraint_residual"})
+
+    def __init__(
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
+    ) -> None:
+        super().__init__(arm, scenario, chosen_switches)
+        self.coordinates = gear_coordinates(len(arm.joints))
+        self.stages = stages_of(arm)
+        self.poses = PoseMap(arm)
+        self.meshes = meshes_of(arm, self.switches)
+
+    @cached_property
+    def free(self) -> BodyEngine:
+        """The bodies on their joints without any force."""
+        return self._engine([])
+
+    @cached_property
+    def driven(self) -> BodyEngine:
+        """The bodies on their joints with meshes and motors."""
+        law = drive_data(self.scenario, len(self.stages))
+        motors = [
+            motor(stage, joint, law, place)
+            for place, (stage, joint) in enumerate(zip(self.stages, self.arm.joints, strict=True))
+        ]
+        contacts = [teeth(toothed) for joint in self.meshes for side in joint for toothed in side]
+        return self._engine(motors + contacts)
+
+    def _engine(self, connectors: Sequence[Connector]) -> BodyEngine:
+        zero = self.poses.pose(np.zeros(len(self.coordinates)))
+        return BodyEngine(bodies_of(self.arm), connectors, zero)
+
+    def _placed(self, engine: BodyEngine, t: float, q: np.ndarray, v: np.ndarray) -> BodyEngine:
+        engine.place(t, self.poses.pose(q), self.poses.velocity(q, v))
+        return engine
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        """M(q) = J^T M J, shape (n, n), J the derivative of the poses by q."""
+        jacobian = self.poses.jacobian(q)
+        mass = self._placed(self.free, 0.0, q, np.zeros_like(q)).mass_matrix()
+        return jacobian.T @ mass @ jacobian
+
+    def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """C(q, v) v = J^T (M J' v - f), shape (n,), f the engine's inertial forces."""
+        engine = self._placed(self.free, 0.0, q, v)
+        swing = self.poses.acceleration(q, v, np.zeros_like(v))
+        inertial = engine.mass_matrix() @ swing - engine.right_hand_side()
+        return self.poses.jacobian(q).T @ inertial
+
+    def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Drive, mesh and damping force at t [s], shape (n,): what the connectors add."""
+        return self.poses.jacobian(q).T @ self.body_forces(t, q, v)
+
+    def body_forces(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Forces [N] and torques [N m] of teeth and motors, (3 bodies,), about bodies' origins."""
+        driven, free = (self._placed(engine, t, q, v) for engine in (self.driven, self.free))
+        return driven.right_hand_side() - free.right_hand_side()
+
+    def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """q'' at t [s], shape (n,), from the engine's constrained equations of all bodies.
+
+        Raises ArithmeticError should equal planets not move alike.
+        """
+        return self.poses.paper(self.body_accelerations(t, q, v)[2::3])
+
+    def body_accelerations(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Accelerations of x, y and angle of every body at t [s], shape (3 bodies,)."""
+        return self.driven.solve(t, self.poses.pose(q), self.poses.velocity(q, v))[0]
+
+    def joint_forces(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """What its revolute joint does to every body at t [s], ground frame [N], (bodies, 2)."""
+        engine, pose = self.driven, self.poses.pose(q)
+        reactions = engine.solve(t, pose, self.poses.velocity(q, v))[1].reshape(-1, 2)
+        sign = np.diag(engine.joint_jacobian()[::2, ::3])  # of its own body in the gap: +1 or -1
+        return -sign[:, None] * reactions
+
+    def constraint_residual(
+        self, q: np.ndarray, v: np.ndarray, a: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """How far open the joints are at q, v, a: gaps [m], rates, accelerations, (2 joints,) each.
+
+        The engine evaluates its own constraints at this model's poses.
+        """
+        engine, pose, velocity = self.free, self.poses.pose(q), self.poses.velocity(q, v)
+        swing = engine.swing(0.0, pose, velocity)
+        engine.place(0.0, pose, velocity)
+        gaps, rates = engine.joints(), engine.joints(velocity_level=True)
+        pull = engine.joint_jacobian() @ self.poses.acceleration(q, v, a)
+        return gaps, rates, pull + swing
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """q and v at t = 0; no mesh slides."""
+        start, joints = self.scenario.start, self.arm.joints
+        contact = [joint.backlash_m * (start.mesh == "contact") for joint in joints]
+        offsets = start.sun_planet_offset_m, start.planet_ring_offset_m
+        q, v = np.zeros((len(joints), 3)), np.zeros((len(joints), 3))
+        q[:, 0], q[:, 1] = (np.add(contact, per_joint(each, len(joints))) for each in offsets)
+        q[:, 2] = per_joint(start.theta_rad, len(joints))
+        v[:, 2] = per_joint(start.theta_dot_rad_per_s, len(joints))
+        return q.ravel(), v.ravel()
+
+    def simulate(self) -> xr.Dataset:
+        """The trapezoidal rule at the scenario's step, all of it in the engine.
+
+        Meant for some milliseconds: 4.5 kHz are resolved to 1e-4 at 1 us. Mesh variables hold one
+        value per planet, NaN where a stage has fewer planets than another. Raises Diverged at the
+        first recorded time with a value that is not finite, or where the solver gave up.
+        """
+        run, (q, v) = self.scenario, self.start()
+        time = run.step_s * np.arange(0, run.steps + 1, run.stride)
+        pose, velocity = self.poses.pose(q), self.poses.velocity(q, v)
+        states = self.driven.run(pose, velocity, run.steps, run.step_s, run.stride)
+        require_finite(self.name, time[: len(states)], states)
+        if len(states) < len(time):
+            raise Diverged(self.name, float(time[len(states)]))
+        pose, velocity = states.swapaxes(0, 1)
+        accelerations, energy = np.empty((len(time), states.shape[2])), np.empty(len(time))
+        for row, (t, state) in enumerate(zip(time, states, strict=True)):
+            accelerations[row] = self.driven.solve(t, *state)[0]
+            energy[row] = state[1] @ self.driven.mass_matrix() @ state[1] / 2
+        return self._trajectory(time, pose, velocity, accelerations, energy)
+
+    def _trajectory(
+        self,
+        time: np.ndarray,
+        pose: np.ndarray,
+        velocity: np.ndarray,
+        acceleration: np.ndarray,
+        energy: np.ndarray,
+    ) -> xr.Dataset:
+        theta, theta_dot, theta_ddot = (
+            np.diff(values[:, 2::3][:, self.poses.links], axis=1, prepend=0.0)
+            for values in (pose, velocity, acceleration)
+        )
+        read = self._readings(time, pose, velocity)
+        return trajectory(
+            self,
+            time,
+            theta=theta,
+            theta_dot=theta_dot,
+            theta_ddot=theta_ddot,
+            torque=self._torques(time, theta, theta_dot),
+            x_sp=read[0, 0],
+            x_pr=read[1, 0],
+            F_sp=read[0, 1],
+            F_pr=read[1, 1],
+            kinetic_energy=energy,
+        )
+
+    def _readings(self, time: np.ndarray, pose: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """What the meshes saw: by side, (x [m], spring force [N]), time, joint and planet."""
+        planets = max(len(stage.planets) for stage in self.stages)
+        read = np.full((2, 2, len(time), len(self.stages), planets), np.nan)
+        for joint, sides in enumerate(self.meshes):
+            for side, toothed in enumerate(sides):
+                for planet, (mesh, bodies) in enumerate(toothed):
+                    seen = [_seen(values, bodies) for values in (pose, velocity)]
+                    read[side, :, :, joint, planet] = readings(mesh, time, *seen)
+        return read
+
+    def _torques(self, time: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
+        """Output-side torques [N m], shape (times, joints)."""
+        law = drive_data(self.scenario, len(self.stages))
+        torques = np.empty_like(theta)
+        for row, joint in np.ndindex(*theta.shape):
+            torques[row, joint] = joint_torque(
+                law.code,
+                law.gains[joint],
+                law.table_time,
+                law.table_torque[joint],
+                float(time[row]),
+                float(theta[row, joint]),
+                float(theta_dot[row, joint]),
+            )
+        return torques
+
+    def largest_stable_step(self) -> float:
+        """inf: the trapezoidal rule lets no decaying mode grow, whatever the step.
+
+        Accuracy sets the step instead: at h the rule slows a mode of omega by (omega h)^2 / 12.
+        """
+        return float("inf")
+
+
+def _seen(values: np.ndarray, bodies: Sequence[int]) -> np.ndarray:
+    """Columns of a mesh's bodies, the ground's zero, out of (times, 3 bodies)."""
+    by_body = values.reshape(len(values), -1, 3)
+    columns: list[Any] = [
+        np.zeros((len(values), 3)) if body == GROUND else by_body[:, body] for body in bodies
+    ]
+    return np.concatenate(columns, axis=1)

@@ -1,0 +1,280 @@
+"""Exudyn's separate bodies against mechanics that owes nothing to them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from models.arm import Arm
+from models.errors import Diverged
+from models.exudyn_bodies import ExudynBodies, Toothed
+from models.exudyn_contact import CARRIER, PLANET, WHEEL, look, mesh_forces
+from models.exudyn_poses import GROUND
+from models.loading import load_case
+
+EPSILON = np.finfo(float).eps
+ALPHA = np.radians(24.6)
+R_S, R_P, R_R = (3e-3 * teeth / 2 * np.cos(ALPHA) for teeth in (27, 36, 99))
+SPRINGS_ONLY = (
+    "arm.joints.*.mesh_stiffness_amplitude_N_per_m=0.0",
+    "arm.joints.*.tooth_error_m=0.0",
+    "arm.joints.*.damping_ratio=0.0",
+    "scenario.drive.torque_N_m=0.0",
+)
+
+
+def bodies(*settings: str, **switches: str) -> ExudynBodies:
+    case = load_case("paper-labelled", "constant-torque", switches, settings)
+    return ExudynBodies(*case)
+
+
+def first_joint_only(model: ExudynBodies) -> ExudynBodies:
+    data = model.arm.model_dump()
+    arm = Arm.model_validate({**data, "joints": data["joints"][:1], "links": data["links"][:1]})
+    return ExudynBodies(arm, model.scenario, model.switches)
+
+
+def random_states(count: int = 5) -> list[tuple[np.ndarray, np.ndarray]]:
+    """States with every mesh somewhere in or around its clearance."""
+    draw = np.random.default_rng(7)
+    scale = np.array([1e-4, 1e-4, 1.0] * 2)
+    return [(scale * draw.normal(size=6), scale * draw.normal(size=6)) for _ in range(count)]
+
+
+def every_mesh(model: ExudynBodies) -> list[tuple[str, int, Toothed]]:
+    return [
+        (name, 3 * joint + coordinate, toothed)
+        for joint, sides in enumerate(model.meshes)
+        for coordinate, (name, side) in enumerate(zip(("sun", "ring"), sides, strict=True))
+        for toothed in side
+    ]
+
+
+def seen(values: np.ndarray, toothed: Toothed) -> np.ndarray:
+    """Poses or rates of a mesh's bodies, the ground's zero."""
+    by_body = np.vstack([values.reshape(-1, 3), np.zeros(3)])
+    return by_body[list(toothed.bodies)].ravel()
+
+
+def placed(model: ExudynBodies, toothed: Toothed, q: np.ndarray, v: np.ndarray) -> tuple:
+    pose, velocity = model.poses.pose(q), model.poses.velocity(q, v)
+    return seen(pose, toothed), seen(velocity, toothed)
+
+
+def moments(places: np.ndarray, forces: np.ndarray) -> np.ndarray:
+    """About the shoulder, of forces and torques (..., 3) on bodies at places (..., at least 2)."""
+    x, y = places[..., 0], places[..., 1]
+    return x * forces[..., 1] - y * forces[..., 0] + forces[..., 2]
+
+
+def wheel_centre(model: ExudynBodies, toothed: Toothed, pose: np.ndarray) -> complex:
+    """The sun's own origin; of the ring's body, the far end of the previous link or the ground."""
+    x, y, angle = pose[3 * WHEEL : 3 * WHEEL + 3]
+    external, grounded = len(toothed.bodies) == 4, toothed.bodies[WHEEL] == GROUND
+    length = 0.0 if external or grounded else model.arm.links[0].length_m
+    return complex(x, y) + length * np.exp(1j * angle)
+
+
+def test_poses_and_rates_of_the_gears_show_the_papers_mesh_displacements():
+    model = bodies()
+    for q, v in random_states():
+        for _, coordinate, toothed in every_mesh(model):
+            contact = look(toothed.mesh, 0.0, *placed(model, toothed, q, v))
+            # Gears turned by some 10 rad, places of 1 m: a few roundings of 1e-16 m and 1e-15 m/s.
+            assert contact.x == pytest.approx(q[coordinate], rel=0, abs=1e-15)
+            assert contact.x_dot == pytest.approx(v[coordinate], rel=0, abs=1e-14)
+
+
+def test_gear_angles_are_those_of_rolling_circles_when_no_mesh_is_deflected():
+    link, sun, planet = first_joint_only(bodies()).poses.pose(np.array([0, 0, 0.3]))[2:9:3]
+    # Ratios of tooth numbers in closed form, a few roundings.
+    assert link == 0.3
+    assert sun == pytest.approx(0.3 * (1 + 99 / 27), rel=4 * EPSILON)
+    assert planet == pytest.approx(0.3 * (1 - 99 / 36), rel=4 * EPSILON)
+
+
+@pytest.mark.parametrize("settings", [(), ("arm.joints.0.planet_count=2",)])
+def test_joints_stay_closed_in_place_rate_and_acceleration(settings):
+    model = bodies(*settings)
+    draw = np.random.default_rng(3)
+    for q, v in random_states():
+        gaps = model.constraint_residual(q, v, draw.normal(size=6))
+        # Places, rates and accelerations near 1 in SI units: required 1e-12, a few roundings.
+        assert max(abs(gap).max() for gap in gaps) < 1e-14
+
+
+def test_an_open_joint_shows_in_the_engines_constraints():
+    model = bodies()
+    q, v = random_states()[0]
+    pose = model.poses.pose(q)
+    pose[3] += 1e-6
+    model.free.place(0.0, pose, model.poses.velocity(q, v))
+    # The sun's joint is the second; 1e-6 m added to places near 1 m.
+    np.testing.assert_allclose(abs(model.free.joints()[2:4]), [1e-6, 0], rtol=0, atol=1e-15)
+
+
+def test_accelerations_of_bodies_that_solve_the_engines_equations_keep_the_joints_closed():
+    model = bodies()
+    for q, v in random_states():
+        a = model.body_accelerations(0.1, q, v)
+        engine = model.driven
+        swing = engine.swing(0.1, model.poses.pose(q), model.poses.velocity(q, v))
+        engine.place(0.1, model.poses.pose(q), model.poses.velocity(q, v))
+        # Gears accelerate with up to 1e6 rad/s^2; the solve leaves roundings of that.
+        assert abs(engine.joint_jacobian() @ a + swing).max() < 1e-12 * abs(a).max()
+        mapped = model.poses.acceleration(q, v, model.acceleration(0.1, q, v))
+        np.testing.assert_allclose(a, mapped, rtol=0, atol=1e-11 * abs(a).max())
+
+
+def test_swing_is_the_rate_of_the_joints_velocities():
+    model, eps = bodies(), 1e-5
+    for q, v in random_states():
+        pose, velocity = model.poses.pose(q), model.poses.velocity(q, v)
+        engine, rates = model.free, []
+        for step in (eps, -eps):
+            engine.place(0.0, pose + step * velocity, velocity)
+            rates.append(engine.joints(velocity_level=True))
+        # Central differences: eps^2 omega^4 / 6 with omega up to 4 rad/s, and 1e-16 over eps.
+        expected = (rates[0] - rates[1]) / (2 * eps)
+        np.testing.assert_allclose(engine.swing(0.0, pose, velocity), expected, atol=1e-8)
+
+
+def test_action_and_reaction_of_a_mesh_cancel_wherever_the_bodies_are():
+    draw = np.random.default_rng(5)
+    for _, _, toothed in every_mesh(bodies()):
+        count = len(toothed.bodies)
+        pose, velocity = draw.normal(size=3 * count), draw.normal(size=3 * count)
+        forces = mesh_forces(toothed.mesh, 0.2, pose, velocity).reshape(-1, 3)
+        turning = moments(pose.reshape(-1, 3), forces)
+        # Two opposite forces at one point, with arms of a few metres: roundings of the larger.
+        largest = abs(forces).max()
+        assert largest > 0
+        np.testing.assert_allclose(forces[:, :2].sum(axis=0), 0, atol=4 * EPSILON * largest)
+        assert turning.sum() == pytest.approx(0, abs=50 * EPSILON * largest)
+
+
+def test_the_force_of_a_mesh_touches_both_base_circles_at_the_pressure_angle():
+    model = bodies()
+    for q, v in random_states():
+        for name, coordinate, toothed in every_mesh(model):
+            pose, velocity = placed(model, toothed, q, v)
+            forces = mesh_forces(toothed.mesh, 0.0, pose, velocity).reshape(-1, 3)
+            on_planet, about_planet = complex(*forces[PLANET, :2]), forces[PLANET, 2]
+            centre = wheel_centre(model, toothed, pose)
+            line = complex(*pose[3 * PLANET : 3 * PLANET + 2]) - centre
+            about_wheel = about_planet + (line.conjugate() * on_planet).imag
+            across = on_planet * line.conjugate() / abs(line)
+            size = abs(on_planet)
+            # Turned back into the frame of the line of centres: a few roundings.
+            close = {"rel": 1e-12, "abs": 1e-12 * size}
+            assert abs(about_wheel) == pytest.approx(
+                (R_S if name == "sun" else R_R) * size, **close
+            )
+            assert abs(about_planet) == pytest.approx(R_P * size, **close)
+            assert abs(across.imag) == pytest.approx(np.cos(ALPHA) * size, **close)
+            outwards = 1 if name == "sun" else -1
+            assert across.real == pytest.approx(outwards * np.sin(ALPHA) * size, **close)
+            assert not forces[CARRIER].any()
+            if abs(q[coordinate]) > 60e-6 and not v[coordinate] * q[coordinate] < 0:
+                assert np.sign(across.imag) == np.sign(q[coordinate])
+
+
+def test_bearings_and_teeth_accelerate_every_gear():
+    model = bodies()
+    mass = {"sun": 0.39, "planet": 0.61}
+    for q, v in random_states():
+        a = model.poses.acceleration(q, v, model.acceleration(0.0, q, v)).reshape(-1, 3)
+        teeth = model.body_forces(0.0, q, v).reshape(-1, 3)
+        bearings = model.joint_forces(0.0, q, v)
+        for stage in model.stages:
+            for gear, numbers in (("sun", [stage.sun]), ("planet", list(stage.planets))):
+                total = teeth[numbers, :2] + bearings[numbers]
+                # Teeth push with up to 2e4 N, and three of them balance on the sun.
+                np.testing.assert_allclose(total, mass[gear] * a[numbers, :2], atol=1e-8)
+
+
+def test_only_ring_and_motor_on_the_ground_turn_the_arm_about_the_shoulder():
+    model = bodies("scenario.drive.torque_N_m=[130.0, -70.0]")
+    for q, v in random_states():
+        forces = model.body_forces(0.0, q, v).reshape(-1, 3)
+        turning = moments(model.poses.pose(q).reshape(-1, 3), forces).sum()
+        ring = 0.0
+        for toothed in model.meshes[0][1]:
+            pose, velocity = placed(model, toothed, q, v)
+            pushes = mesh_forces(toothed.mesh, 0.0, pose, velocity).reshape(-1, 3)
+            ring += moments(pose.reshape(-1, 3)[PLANET], pushes[PLANET])
+        # Torques of up to 3e3 N m at the wheels, rounded.
+        assert turning == pytest.approx(130 / (1 + 99 / 27) + ring, rel=0, abs=1e-10)
+
+
+def test_power_of_the_forces_is_the_rate_of_the_kinetic_energy():
+    model = bodies()
+    for q, v in random_states():
+        a, eps = model.acceleration(0.2, q, v), 1e-6
+        later, earlier = (model.mass_matrix(q + h * v) for h in (eps, -eps))
+        rate = v @ model.mass_matrix(q) @ a + v @ (later - earlier) @ v / (4 * eps)
+        power = v @ model.generalized_force(0.2, q, v)
+        # Central differences leave eps^2 of 20 J/s and 1e-16 of 100 J over eps.
+        assert rate == pytest.approx(power, abs=1e-7)
+
+
+def test_mesh_modes_with_a_carrier_too_heavy_to_move():
+    settings = (*SPRINGS_ONLY, "arm.joints.*.backlash_m=0.0", "arm.links.0.density_kg_per_m3=1e9")
+    model = first_joint_only(bodies(*settings))
+    q = np.array([0.0, 0.0, 0.4])
+    engine = model.driven
+    engine.place(0.0, model.poses.pose(q), model.poses.velocity(q, np.zeros(3)))
+    hertz = np.sort(engine.system.ComputeODE2Eigenvalues(convert2Frequencies=True)[0])
+    planets_alone = np.sqrt(2 * 1e8 / 0.66) / (2 * np.pi)  # the sun at rest, two ways
+    expected = [1709.9, planets_alone, planets_alone, 4466.6]
+    # The outer two are known to five digits; the link has 1e7 kg, so nothing else adds to that.
+    assert abs(hertz[0]) < 5
+    np.testing.assert_allclose(hertz[-4:], expected, rtol=0, atol=0.06)
+
+
+def test_trapezoidal_rule_has_order_two_while_the_teeth_stay_in_contact():
+    settings = (
+        "scenario.duration_s=0.001",
+        "scenario.start.sun_planet_offset_m=2.2e-6",
+        "scenario.start.planet_ring_offset_m=2.2e-6",
+    )
+    runs = []
+    for every in (1, 2, 4):
+        step = f"scenario.step_s={4e-6 / every}"
+        run = bodies(*settings, step, f"scenario.record_every={5 * every}").simulate()
+        assert run.F_sp.values.min() > 0 < run.F_pr.values.min()
+        runs.append(np.stack([run.x_sp, run.x_pr]))
+    coarse, fine = abs(runs[0] - runs[1]).max(), abs(runs[1] - runs[2]).max()
+    # The fastest mode turns by 0.11 rad in the largest step, whose square is the next term's share.
+    assert np.log2(coarse / fine) == pytest.approx(2, abs=0.03)
+
+
+def test_records_belong_to_the_recorded_state_and_the_joints_hold():
+    model = bodies("scenario.duration_s=0.0005", "scenario.step_s=1e-6", "scenario.record_every=1")
+    run = model.simulate()
+    assert dict(run.sizes) == {"time": 501, "joint": 2, "planet": 3}
+    for record, rate in ((run.theta, run.theta_dot), (run.theta_dot, run.theta_ddot)):
+        differences = (record.values[2:] - record.values[:-2]) / 2e-6
+        # Mesh modes of 3e4 rad/s: central differences and the rule are off by (3e4 * 1e-6)^2 / 6.
+        off = abs(differences - rate.values[1:-1]).max()
+        assert off < 5e-4 * abs(rate).max()
+    np.testing.assert_array_equal(run.torque, 100.0)
+    q, v = model.start()
+    assert run.kinetic_energy[0] == 0.5 * v @ model.mass_matrix(q) @ v
+    pose, velocity = model.poses.pose(q), model.poses.velocity(q, v)
+    model.free.place(0.0, *model.driven.run(pose, velocity, 500, 1e-6, 500)[-1])
+    # Rates are held to rounding; places drift by what the rule leaves, far below the 5e-5 m of b.
+    assert abs(model.free.joints(velocity_level=True)).max() < 1e-12
+    assert abs(model.free.joints()).max() < 1e-12
+
+
+def test_a_step_without_solution_ends_the_run_in_silence_and_says_when(capfd):
+    model = bodies(
+        "scenario.duration_s=0.1",
+        "scenario.step_s=1e-3",
+        "scenario.start.theta_dot_rad_per_s=[50.0, -100.0]",
+    )
+    assert model.largest_stable_step() == np.inf
+    with pytest.raises(Diverged, match="exudyn:bodies: diverged at t = 0"):
+        model.simulate()
+    assert capfd.readouterr() == ("", "")
