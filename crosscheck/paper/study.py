@@ -17,13 +17,13 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.output import write_text
-from crosscheck.registry import build
+from crosscheck.paper.sources import code_hash
+from crosscheck.registry import build, model_class
 from crosscheck.simulations import perform_all
 from models.errors import Diverged
 from models.loading import Case, load_case
 from models.trajectory import read_netcdf, write_netcdf
 
-ROOT = Path(__file__).parents[2]
 PACKAGES = ("numpy", "scipy", "numba", "pin", "exudyn", "xarray", "sympy")
 PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
 
@@ -91,7 +91,7 @@ class Study:
     def runs(self, variants: Iterable[Variant], what: str = "runs") -> dict[Variant, xr.Dataset]:
         """Whole trajectories. Raises Diverged if one diverges."""
         wanted = list(dict.fromkeys(variants))
-        paths = {variant: self.folder / f"{_key(variant, 'run')}.nc" for variant in wanted}
+        paths = {variant: self.folder / f"{_key(variant)}.nc" for variant in wanted}
         tasks = [_RunTask(v, path) for v, path in paths.items() if not path.exists()]
         self._perform(tasks, len(wanted), what)
         return {variant: read_netcdf(path) for variant, path in paths.items()}
@@ -103,8 +103,7 @@ class Study:
 
         ``measure``: a function of a module. A run that diverges gives {"diverged_s": time}.
         """
-        name = f"{measure.__module__}.{measure.__qualname__}"
-        paths = [self.folder / f"{_key(variant, name)}.json" for variant in variants]
+        paths = [self.folder / f"{_key(variant, measure)}.json" for variant in variants]
         todo = dict(zip(paths, variants, strict=True))
         tasks = [_MeasureTask(v, measure, path) for path, v in todo.items() if not path.exists()]
         self._perform(tasks, len(todo), what)
@@ -182,22 +181,15 @@ def _cost(variant: Variant) -> float:
     return (variant.duration_s or 3.0) * (12 if variant.model.startswith("exudyn") else 0.5)
 
 
-def _key(variant: Variant, kind: str) -> str:
-    """Hash of everything that a result depends on."""
-    case = variant.case()
-    inputs = [record.model_dump_json() for record in case]
-    text = "\n".join([kind, variant.model, *inputs, code_hash(), *_versions()])
+def _key(variant: Variant, measure: Measure | None = None) -> str:
+    """Hash of everything that a result depends on: inputs, versions and the code that runs."""
+    inputs = [record.model_dump_json() for record in variant.case()]
+    modules = [model_class(variant.model).__module__, __name__]
+    if measure is not None:
+        inputs.append(measure.__qualname__)
+        modules.append(measure.__module__)
+    text = "\n".join([variant.model, *inputs, code_hash(*modules), *_versions()])
     return hashlib.sha256(text.encode()).hexdigest()[:32]
-
-
-@lru_cache
-def code_hash() -> str:
-    """Of all Python files that a simulation or a measure may run."""
-    digest = hashlib.sha256()
-    for folder in ("models", "analytic", "crosscheck/paper"):
-        for path in sorted((ROOT / folder).rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
 
 
 @lru_cache
