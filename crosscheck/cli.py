@@ -20,7 +20,16 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+baseline = typer.Typer(
+    no_args_is_help=True, help="Record a cross-check, and find out later what moved."
+)
+app.add_typer(baseline, name="baseline")
+
 ArmName = Annotated[str, typer.Argument(metavar="ARM", help="Built-in name or TOML file.")]
+Quick = Annotated[bool, typer.Option("--quick", help="Fewer states, shorter runs.")]
+Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; all cores.")]
+JUnit = Annotated[Path | None, typer.Option("--junit", help="JUnit XML file to write.")]
+Baselines = Annotated[Path, typer.Option("--dir", help="Folder of the records.")]
 
 
 class Phase(StrEnum):
@@ -64,6 +73,50 @@ def run(
     from crosscheck.commands import run_command
 
     raise typer.Exit(run_command(arm, out, quick, jobs or os.cpu_count() or 1, seed))
+
+
+@app.command()
+def validate(
+    arm: ArmName = "paper-labelled",
+    quick: Quick = False,
+    jobs: Jobs = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+    junit: JUnit = None,
+) -> None:
+    """Cross-check all models of an arm, without the report page."""
+    from crosscheck.validate import validate_command
+
+    code = validate_command(arm, quick, jobs or os.cpu_count() or 1, seed, json_file, junit)
+    raise typer.Exit(code)
+
+
+@baseline.command()
+def accept(
+    arm: ArmName = "paper-labelled",
+    folder: Baselines = Path("baselines"),
+    quick: Quick = False,
+    jobs: Jobs = None,
+    junit: JUnit = None,
+) -> None:
+    """Cross-check an arm and record the result, in place of an older record."""
+    from crosscheck.validate import accept_command
+
+    accept_command(arm, folder, quick, jobs or os.cpu_count() or 1, junit)
+
+
+@baseline.command()
+def check(
+    arm: ArmName = "paper-labelled",
+    folder: Baselines = Path("baselines"),
+    quick: Quick = False,
+    jobs: Jobs = None,
+    junit: JUnit = None,
+) -> None:
+    """Repeat a recorded cross-check and show what moved; exit code 1 if anything did."""
+    from crosscheck.validate import check_command
+
+    raise typer.Exit(check_command(arm, folder, quick, jobs or os.cpu_count() or 1, junit))
 
 
 @app.command()

@@ -6,12 +6,12 @@ import json
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from crosscheck.api import require_stable_step
 from crosscheck.api import simulate as simulate_model
 from crosscheck.output import require_writable, write_text
+from crosscheck.progress import shown_progress
 from crosscheck.provenance import provenance
 from crosscheck.registry import MODELS, build
 from crosscheck.report.html import report_page
@@ -28,17 +28,9 @@ def run_command(arm: str, out: Path, quick: bool, jobs: int, seed: int) -> int:
     """Cross-check an arm, write the report, print the table; returns the exit code."""
     chosen = load_arm(arm)
     require_writable(out)
-    with _progress() as progress:
-        task = progress.add_task("states", total=None)
-        total = 0
-
-        def told(what: str, left: int) -> None:
-            nonlocal total
-            total = max(total, left)
-            progress.update(task, description=what, total=total, completed=total - left)
-
+    with shown_progress() as told:
         result = cross_check(chosen, quick=quick, jobs=jobs, seed=seed, told=told)
-        progress.update(task, description="report")
+        told("report", 0)
         _write_report(result, out)
     print_agreement(result.agreement)
     print(f"wrote {out / 'index.html'} and {out / 'agreement.json'}")
@@ -87,8 +79,3 @@ def list_command() -> None:
     for name in builtin_scenarios():
         table.add_row("scenario", name, load_scenario(name).title)
     Console().print(table)
-
-
-def _progress() -> Progress:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    return Progress(*columns, TimeElapsedColumn(), console=STDERR, transient=True)

@@ -20,6 +20,7 @@ from analytic.model import PhysicalModel
 from analytic.symbols import geared_variables
 from crosscheck.paper import transcript
 from crosscheck.paper.erratum import Erratum, Trial
+from crosscheck.paper.typeset import tex
 from models.arm import Arm
 from models.switches import switches
 
@@ -73,7 +74,10 @@ def ring_mesh_frequency(arm: Arm) -> Iterator[Erratum]:
             where="Eq. 13",
             kind="auxiliary",
             printed=str(printed),
-            derived=f"{derived}, equal to Eq. 12: both meshes of a stage have one frequency",
+            derived=str(derived),
+            remark="equal to Eq. 12: both meshes of a stage have one frequency",
+            printed_tex=tex(printed),
+            derived_tex=tex(derived),
             size=rates["corrected"] - rates["eq13"],
             unit="cycles per carrier turn",
             trial=Trial(
@@ -97,7 +101,10 @@ def phase_of_a_varying_frequency(arm: Arm) -> Iterator[Erratum]:
             where="Eqs. 8, 14",
             kind="auxiliary",
             printed="sin(omega_e t)",
-            derived=f"sin(integral of omega_e dt): omega_e t advances too fast by {excess}",
+            derived="sin(integral of omega_e dt)",
+            remark=f"omega_e t advances too fast, by {excess}",
+            printed_tex=r"\sin(\omega_e t)",
+            derived_tex=r"\sin\left(\int_0^t \omega_e \, dt\right)",
             size=None,
             unit="rad/s",
             trial=Trial(
@@ -121,7 +128,10 @@ def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
             where="Eq. 15",
             kind="auxiliary",
             printed="F = k (x - e)",
-            derived="F = k f_k(x - e, b), as Eq. 4",
+            derived="F = k f_k(x - e, b)",
+            remark="as Eq. 4: teeth that are apart do not push",
+            printed_tex=r"F = k \, (x - e)",
+            derived_tex=r"F = k \, f_k(x - e, b)",
             size=force_at_edge,
             unit="N",
             trial=Trial(

@@ -44,5 +44,6 @@ def _table(records: list[dict[str, Any]]) -> Table:
             f"{name}: {effect['theta_rad']:.2g}, {effect['mesh_force_N']:.2g}"
             for name, effect in record["effects"].items()
         )
-        table.add_row(record["where"], record["printed"], record["derived"], size, effects)
+        derived = f"{record['derived']} {record['remark']}".strip()
+        table.add_row(record["where"], record["printed"], derived, size, effects)
     return table

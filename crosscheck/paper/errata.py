@@ -17,6 +17,7 @@ from analytic.symbols import geared_variables, parameter_values, stage_symbols
 from crosscheck.paper import compare, energy
 from crosscheck.paper.auxiliary import auxiliary_errata
 from crosscheck.paper.erratum import Erratum, Trial, as_record, effect_of
+from crosscheck.paper.typeset import tex
 from models.arm import Arm
 from models.interface import Model
 from models.loading import load_scenario
@@ -51,6 +52,8 @@ def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
             kind="entry",
             printed=f"... {difference.printed}",
             derived=f"... {difference.derived}",
+            printed_tex=tex(difference.printed),
+            derived_tex=tex(difference.derived),
             size=size,
             unit=_unit(difference),
             relative=relative,
@@ -94,6 +97,8 @@ def energy_errata(arm: Arm) -> Iterator[Erratum]:
             kind="energy",
             printed=str(sp.factor(difference.printed)),
             derived=str(sp.factor(difference.derived)),
+            printed_tex=tex(sp.factor(difference.printed)),
+            derived_tex=tex(sp.factor(difference.derived)),
             size=size,
             unit="kg m^2 in M_33",
             relative=relative,
@@ -141,24 +146,26 @@ def _with_form(arm: Arm, form: Form) -> Callable[[Scenario], Model]:
     return lambda scenario: FormModel(arm, scenario, None, form)
 
 
-def errata_records(arm: Arm, told: Callable[[str], None]) -> list[dict[str, Any]]:
+def errata_records(
+    arm: Arm, told: Callable[[str], None], duration_s: float = EFFECT_S
+) -> list[dict[str, Any]]:
     """All errata with their simulated effects, JSON-able; ``told`` hears of each trial."""
     records = []
     for erratum in find_errata(arm):
         told(erratum.where)
         effects = {
             scenario.name: effect_of(erratum.trial, scenario)
-            for scenario in effect_scenarios()
+            for scenario in effect_scenarios(duration_s)
             if erratum.trial is not None
         }
         records.append(as_record(erratum, effects))
     return [_finite(record) for record in records]
 
 
-def effect_scenarios() -> list[Scenario]:
-    """Half a second of constant torque, which stays on one flank, and of PD, which does not."""
+def effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:
+    """Constant torque, which stays on one flank, and PD, which in half a second does not."""
     names = ("constant-torque", "pd")
-    return [load_scenario(name).model_copy(update={"duration_s": EFFECT_S}) for name in names]
+    return [load_scenario(name).model_copy(update={"duration_s": duration_s}) for name in names]
 
 
 def _finite(record: dict[str, Any]) -> dict[str, Any]:

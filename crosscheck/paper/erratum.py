@@ -34,6 +34,7 @@ class Erratum:
     """What the paper prints, what follows from first principles, and the size of the difference.
 
     size [unit]: for this arm, derived minus printed; relative: over the size of the quantity;
+    remark: what the formulas do not say; printed_tex, derived_tex: the formulas as TeX, if any;
     trial: what to simulate to see the effect, None where the slip is in the text alone.
     """
 
@@ -45,6 +46,9 @@ class Erratum:
     unit: str
     relative: float | None = None
     trial: Trial | None = None
+    remark: str = ""
+    printed_tex: str = ""
+    derived_tex: str = ""
 
 
 def effect_of(trial: Trial, scenario: Scenario) -> Effect:
@@ -61,6 +65,9 @@ def as_record(erratum: Erratum, effects: Mapping[str, Effect]) -> dict[str, Any]
         "kind": erratum.kind,
         "printed": erratum.printed,
         "derived": erratum.derived,
+        "remark": erratum.remark,
+        "printed_tex": erratum.printed_tex,
+        "derived_tex": erratum.derived_tex,
         "size": erratum.size,
         "unit": erratum.unit,
         "relative": erratum.relative,

@@ -1,0 +1,89 @@
+"""`crosscheck paper`: all chapters on one page, and the numbers behind them."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from crosscheck.output import write_text
+from crosscheck.paper.chapter import Chapter
+from crosscheck.paper.sheet import markdown
+from crosscheck.paper.study import Study
+from crosscheck.provenance import provenance
+from models.loading import load_arm
+from models.trajectory import write_netcdf
+
+SCHEMA_VERSION = 1
+# In reading order; each module has a function chapter(study, quick) -> Chapter.
+CHAPTERS = (
+    "claims",
+    "phase",
+    "ladder",
+    "figures",
+    "accumulation",
+    "floating_base",
+    "controller",
+    "damping_fit",
+    "sheet",
+)
+QUICK_CHAPTERS = ("claims", "phase", "ladder", "figures", "controller", "sheet")
+
+
+def chapters(study: Study, quick: bool) -> list[Chapter]:
+    """Every chapter, or the quick report's selection of them."""
+    names = QUICK_CHAPTERS if quick else CHAPTERS
+    return [
+        importlib.import_module(f"crosscheck.paper.{name}").chapter(study, quick) for name in names
+    ]
+
+
+def write_paper(study: Study, out: Path) -> list[Chapter]:
+    """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
+    made = chapters(study, quick=False)
+    figures = importlib.import_module("crosscheck.paper.figures")
+    write_text(out / "paper.html", page(made, study))
+    write_text(out / "claims.json", records_json(made, study))
+    sheet = next(chapter for chapter in made if chapter.id == "errata")
+    write_text(out / "errata.md", markdown(sheet.records))
+    for name, run in figures.trajectories(study, False).items():
+        write_netcdf(run, out / f"{name}.nc")
+    return made
+
+
+def write_figures(study: Study, numbers: Sequence[int], out: Path) -> list[Chapter]:
+    """Write paper.html with these figures alone."""
+    figures = importlib.import_module("crosscheck.paper.figures")
+    html = "\n".join(figures.figure(study, number, False) for number in sorted(set(numbers)))
+    made = [Chapter("figures", "Figures", html)]
+    write_text(out / "paper.html", page(made, study))
+    return made
+
+
+def page(made: Sequence[Chapter], study: Study) -> str:
+    """The self-contained page."""
+    environment = Environment(
+        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
+    )
+    return environment.get_template("paper.html.j2").render(
+        chapters=made, provenance=_provenance(study)
+    )
+
+
+def records_json(made: Sequence[Chapter], study: Study) -> str:
+    """All chapters' records; but for the provenance identical for identical inputs."""
+    document = {
+        "schema_version": SCHEMA_VERSION,
+        "chapters": {chapter.id: chapter.records for chapter in made},
+        "provenance": _provenance(study),
+    }
+    return json.dumps(document, indent=1, allow_nan=False) + "\n"
+
+
+def _provenance(study: Study) -> dict[str, Any]:
+    cache = {"simulations_made": study.made, "simulations_from_cache": study.found}
+    return {**provenance(load_arm("paper-labelled"), 0, False), **cache}

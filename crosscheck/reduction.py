@@ -1,0 +1,234 @@
+"""A cross-check reduced to what a baseline records: verdicts, samples, and how far they may move.
+
+A repetition takes the same steps, so that its truncation error repeats too and rounding alone may
+differ: between machines, versions of a compiler, orders of summation. Only where the integrator
+chooses its own steps may rounding choose others, and the numerical uncertainty counts. A fixed-step
+run's own uncertainty is recorded beside the tolerance: 2e-8 m, for a backlash whose millionth is
+5e-11 m, would let real changes pass.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from crosscheck import __version__
+from crosscheck.baseline import Baseline, Extremes, Measurement, Provenance, Run, Sampled
+from crosscheck.checks.states import LOOSEST
+from crosscheck.checks.trajectories import MEANINGFUL, SAME_STEP, Limit, largest_difference
+from crosscheck.checks.trajectories import uncertainty as refinement
+from crosscheck.findings import Finding
+from crosscheck.run import CrossCheck
+from models.arm import Arm
+
+SAMPLED = ("theta", "theta_dot", "x_sp", "x_pr")
+EXTREMES = ("theta_ddot", "F_sp", "F_pr")
+INTERVALS = 20
+# What may stand behind experiment and model in the key of a run that is recorded for itself; the
+# others (another step, a nudged start) only measure the uncertainty of one that is.
+VARIANTS: tuple[list[str], ...] = ([], ["reference"])
+# Rounding growth of the same steps. Two engines on the paper's arm stay below these by a factor of
+# 30 and more over the full runs: 4.9e-14 rad, 4.9e-13 rad/s, 6.2e-9 rad/s2, 3.3e-15 m, 3.9e-7 N.
+# The implicit tier, started 1e-16 rad and 3e-17 m apart, stays below 2e-16 rad and 6e-17 m.
+_REPEATED = {name: limit.value for name, limit in SAME_STEP.items()} | {
+    "theta_dot": 1e-9,  # 1e-10 rad at the 10 1/s of the arm's own motion
+    "theta_ddot": 1.5e-6,  # 1.2e-5 N on the meshes, measured 0.11 rad/s2 per N
+}
+REPEATED = {
+    name: Limit(value, "the same steps again: rounding growth only, as between two engines")
+    for name, value in _REPEATED.items()
+}
+# A tolerance above these means nothing: the quantity is recorded, but not compared.
+WIDEST = MEANINGFUL | {
+    "theta_dot": Limit(1e-5, "1e-6 rad at the 10 1/s of the arm's own motion"),
+    "theta_ddot": Limit(6.6, "60 N on the meshes, measured 0.11 rad/s2 per N"),
+    "F_sp": Limit(60.0, "5e-7 m at the peak mesh stiffness of the paper's arm, 1.2e8 N/m"),
+    "F_pr": Limit(60.0, "5e-7 m at the peak mesh stiffness of the paper's arm, 1.2e8 N/m"),
+}
+# Every variable is rounded in every step, one ulp in the start only once.
+ROUNDINGS = 1000
+# For a measurement whose uncertainty nobody measured: of its own value, and of its quantity's size.
+UNKNOWN, UNKNOWN_OF_SIZE = 1e-6, 1e-10
+
+Datasets = dict[str, xr.Dataset]
+
+
+class Bound(NamedTuple):
+    """Tolerance of a repetition (None: not comparable), its reason, measured uncertainty."""
+
+    tolerance: float | None
+    basis: str
+    uncertainty: float | None = None
+
+
+def baseline_of(result: CrossCheck) -> Baseline:
+    """What to record of a cross-check."""
+    agreement = result.agreement
+    runs = datasets(result)
+    bounds = {key: bounds_of(key, runs) for key in runs if is_recorded(key)}
+    measurements = [f for f in agreement.findings if f.kind == "measurement"]
+    return Baseline(
+        project_version=__version__,
+        quick=agreement.provenance["quick"],
+        seed=agreement.provenance["seed"],
+        checks={finding.id: finding.verdict for finding in agreement.checks},
+        measurements={f.id: _measurement(f, bounds, result.arm) for f in measurements},
+        runs={key: _reduced(runs[key], bound) for key, bound in bounds.items()},
+        provenance=Provenance.model_validate(dict(agreement.provenance)),
+    )
+
+
+def datasets(result: CrossCheck) -> Datasets:
+    """The runs that have a trajectory."""
+    return {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
+
+
+def is_recorded(key: str) -> bool:
+    """Whether the run of this key is recorded for itself, not for what it says of another."""
+    return key.split("/")[2:] in VARIANTS
+
+
+def settings_of(run: xr.Dataset) -> tuple[dict[str, Any], dict[str, str]]:
+    """Scenario and switches of a run, as its Dataset states them."""
+    return json.loads(run.attrs["scenario"]), json.loads(run.attrs["switches"])
+
+
+def sample_times(run: xr.Dataset) -> np.ndarray:
+    """Indices of about 20 equally spaced records, first and last among them, shape (samples,)."""
+    return np.unique(np.linspace(0, run.sizes["time"] - 1, INTERVALS + 1).round().astype(int))
+
+
+def per_joint(run: xr.Dataset, quantity: str) -> np.ndarray:
+    """A quantity of planet 1, shape (times, joints), in its own unit."""
+    values = run[quantity]
+    return np.asarray(values.isel(planet=0) if "planet" in values.dims else values)
+
+
+def extreme_rows(run: xr.Dataset, quantity: str) -> np.ndarray:
+    """Per joint: number, minimum, its time [s], maximum, its time; shape (joints, 5)."""
+    values, time = per_joint(run, quantity), run["time"].values.round(10)
+    low, high = values.argmin(axis=0), values.argmax(axis=0)
+    joints = run["joint"].values
+    return np.column_stack([joints, values.min(axis=0), time[low], values.max(axis=0), time[high]])
+
+
+def bounds_of(key: str, runs: Datasets) -> dict[str, Bound]:
+    """Quantity -> how far a repetition of this run may move."""
+    run, coarse = runs[key], runs.get(f"{key}/coarse")
+    # A coarser run at the same step is one whose integrator chooses its own.
+    own_steps = coarse is not None and coarse.attrs["step_s"] == run.attrs["step_s"]
+    bounds = {}
+    for quantity in (name for name in (*SAMPLED, *EXTREMES) if name in run):
+        measured = None if coarse is None else refinement(run, coarse, quantity)
+        if own_steps:
+            limit = _adaptive(quantity, measured)
+        else:
+            limit = _repeated(quantity, _growth(key.split("/")[0], run, quantity, runs))
+        bounds[quantity] = _meaningful(quantity, limit, _short(measured))
+    return bounds
+
+
+def _growth(experiment: str, run: xr.Dataset, quantity: str, runs: Datasets) -> float | None:
+    """What one ulp in the start grows to in a geared run, whichever engine it is from."""
+    pair = [runs.get(f"{experiment}/analytic:physical{kind}") for kind in ("", "/nudged")]
+    if pair[0] is None or pair[1] is None or "x_sp" not in run:
+        return None
+    return largest_difference(pair[0], pair[1], quantity)
+
+
+def _adaptive(quantity: str, measured: float | None) -> Limit:
+    floor = REPEATED[quantity]
+    if measured is None or measured <= floor.value:
+        return floor._replace(basis="numerical uncertainty is less; no run is held to more digits")
+    basis = "numerical uncertainty by a coarser tolerance: the integrator chooses its own steps"
+    return Limit(measured, basis)
+
+
+def _repeated(quantity: str, growth: float | None) -> Limit:
+    floor = REPEATED[quantity]
+    if growth is None or ROUNDINGS * growth <= floor.value:
+        return floor
+    return Limit(ROUNDINGS * growth, f"{ROUNDINGS} x what one ulp in the start grows to")
+
+
+def _meaningful(quantity: str, limit: Limit, uncertainty: float | None) -> Bound:
+    widest = WIDEST[quantity]
+    if not limit.value <= widest.value:
+        reason = f"not compared: {limit.basis}, {limit.value:.2g}; {widest.value:g} at most"
+        return Bound(None, f"{reason}, {widest.basis}", uncertainty)
+    return Bound(_short(limit.value), limit.basis, uncertainty)
+
+
+def _short(value: float | None) -> float | None:
+    """Rounded up to three digits; None for what is no number."""
+    if value is None or not math.isfinite(value) or value == 0:
+        return 0.0 if value == 0 else None
+    digits = float(f"{value:.2e}")
+    return digits if digits >= value else float(f"{value * 1.005:.2e}")
+
+
+def _reduced(run: xr.Dataset, bounds: dict[str, Bound]) -> Run:
+    scenario, switches = settings_of(run)
+    at = sample_times(run)
+    sampled, extremes = {}, {}
+    for quantity, bound in bounds.items():
+        fields: dict[str, Any] = {"unit": run[quantity].attrs["units"], **bound._asdict()}
+        if quantity in SAMPLED:
+            rows = np.column_stack([run["time"].values[at].round(10), per_joint(run, quantity)[at]])
+            sampled[quantity] = Sampled(samples=rows.tolist(), **fields)
+        else:
+            rows = extreme_rows(run, quantity)
+            extremes[quantity] = Extremes(extremes=rows.tolist(), **fields)
+    return Run(scenario=scenario, switches=switches, sampled=sampled, extremes=extremes)
+
+
+def _measurement(finding: Finding, bounds: dict[str, dict[str, Bound]], arm: Arm) -> Measurement:
+    assert finding.measured is not None  # a measurement always has a number
+    bound = _measurement_bound(finding, bounds, arm)
+    return Measurement(unit=finding.unit, measured=finding.measured, **bound._asdict())
+
+
+def _measurement_bound(finding: Finding, bounds: dict[str, dict[str, Bound]], arm: Arm) -> Bound:
+    family, experiment = finding.id.split("/")[:2]
+    if family == "one-ulp" and finding.quantity in REPEATED:
+        # Rounding itself: its digits mean nothing, but it must stay below what matters.
+        return Bound(REPEATED[finding.quantity].value, "rounding: must stay below same-step limit")
+    if family == "states":
+        return Bound(LOOSEST, "states repeat to rounding: the loosest tolerance of state checks")
+    quantity = "theta" if finding.quantity == "tip" else finding.quantity
+    sides = [bounds.get(f"{experiment}/{model}", {}) for model in (finding.left, finding.right)]
+    own = [side[quantity].tolerance for side in sides if quantity in side]
+    if len(own) < 2:
+        return _unknown(finding)
+    known = [value for value in own if value is not None]
+    if len(known) < 2:
+        return Bound(None, "not compared: neither are the runs that it compares")
+    reach = _reach(arm) if finding.quantity == "tip" else 1.0
+    along = " in theta, along the links" if finding.quantity == "tip" else ""
+    return Bound(_short(sum(known) * reach), f"sum of both runs' tolerances{along}")
+
+
+def _unknown(finding: Finding) -> Bound:
+    value = abs(finding.measured or 0.0)
+    size = value / finding.relative if finding.relative else 0.0
+    tolerance = max(UNKNOWN * value, UNKNOWN_OF_SIZE * size)
+    basis = f"no uncertainty measured: {UNKNOWN:g} of it, or {UNKNOWN_OF_SIZE:g} of the quantity"
+    return Bound(_short(tolerance), basis)
+
+
+def _reach(arm: Arm) -> float:
+    """How far the tip moves [m] at most if every joint turns by one radian."""
+    return sum(number * link.length_m for number, link in enumerate(arm.links, start=1))
+
+
+def uncompared(baseline: Baseline) -> Iterator[str]:
+    """Quantities that are recorded but not comparable, as ``run quantity: reason``."""
+    for key, run in baseline.runs.items():
+        for quantity, record in (*run.sampled.items(), *run.extremes.items()):
+            if record.tolerance is None:
+                yield f"{key} {quantity}: {record.basis}"

@@ -1,0 +1,91 @@
+"""The Agreement as JUnit XML, which every build server shows."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+from xml.etree import ElementTree
+
+from crosscheck.findings import Agreement, Finding
+
+# XML 1.0 has no way to write these; an exception's message may hold them.
+_UNWRITABLE = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def junit_xml(agreement: Agreement, suite: str = "crosscheck") -> str:
+    """XML text: a test case per check, an ``error`` where it failed, measurements as properties."""
+    cases = [_case(finding) for finding in agreement.checks]
+    counts = {
+        "tests": str(len(cases)),
+        "failures": str(sum(case.find("failure") is not None for case in cases)),
+        "errors": str(sum(case.find("error") is not None for case in cases)),
+        "skipped": "0",
+        "time": "0",
+    }
+    root = ElementTree.Element("testsuites", counts)
+    only = ElementTree.SubElement(root, "testsuite", {"name": suite, **counts})
+    created = agreement.provenance.get("created")
+    if isinstance(created, str):
+        only.set("timestamp", created.partition("+")[0])
+    only.append(_properties(agreement))
+    only.extend(cases)
+    ElementTree.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + _text(root) + "\n"
+
+
+def _text(root: ElementTree.Element) -> str:
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _case(finding: Finding) -> ElementTree.Element:
+    family, _, rest = finding.id.partition("/")
+    experiment, _, name = rest.partition("/")
+    # Consumers take dots for packages.
+    classname = ".".join(part.replace(".", "_") for part in (family, experiment) if part)
+    case = ElementTree.Element(
+        "testcase",
+        {"classname": _clean(classname), "name": _clean(name or finding.id), "time": "0"},
+    )
+    summary = _summary(finding)
+    if finding.verdict != "agree":
+        kind = "error" if finding.verdict == "failed" else "failure"
+        verdict = {"type": finding.verdict, "message": _clean(f"{finding.verdict}: {summary}")}
+        ElementTree.SubElement(case, kind, verdict).text = _details(finding)
+    ElementTree.SubElement(case, "system-out").text = _clean(summary)
+    return case
+
+
+def _summary(finding: Finding) -> str:
+    if finding.measured is None or finding.tolerance is None:
+        return finding.note
+    numbers = f"measured {finding.measured:.6g}, allowed {finding.tolerance:.6g} {finding.unit}"
+    return f"{numbers} ({finding.basis}) {finding.note}".rstrip()
+
+
+def _details(finding: Finding) -> str:
+    fields = ("id", "quantity", "left", "right", "metric", "measured", "tolerance", "unit", "basis")
+    return _clean("\n".join(f"{name}: {getattr(finding, name)}" for name in (*fields, "note")))
+
+
+def _properties(agreement: Agreement) -> ElementTree.Element:
+    """Provenance, as far as it is text and numbers, and the measurements."""
+    properties = ElementTree.Element("properties")
+    for name, value in _scalars(agreement.provenance).items():
+        ElementTree.SubElement(properties, "property", {"name": name, "value": _clean(str(value))})
+    for finding in agreement.findings:
+        if finding.kind == "measurement":
+            value = f"{finding.measured!r} {finding.unit}"
+            named = {"name": _clean(finding.id), "value": _clean(value)}
+            ElementTree.SubElement(properties, "property", named)
+    return properties
+
+
+def _scalars(provenance: Mapping[str, Any]) -> dict[str, Any]:
+    versions = provenance.get("versions", {})
+    own = {name: value for name, value in provenance.items() if not isinstance(value, Mapping)}
+    return own | {f"version {name}": value for name, value in versions.items()}
+
+
+def _clean(text: str) -> str:
+    return _UNWRITABLE.sub("\N{REPLACEMENT CHARACTER}", text)

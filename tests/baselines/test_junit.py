@@ -1,0 +1,60 @@
+"""The JUnit view of an Agreement, read back as a build server reads it."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+from crosscheck.findings import Agreement, Finding, checked, failed, measured_only
+from crosscheck.report.junit import junit_xml
+
+FIELDS = {"quantity": "theta", "unit": "rad", "left": "a:b", "right": "c:d", "metric": "largest"}
+
+
+def _agreement() -> Agreement:
+    findings: list[Finding] = [
+        checked(id="same-step/pd/theta/a~b", measured=1e-12, tolerance=1e-10, basis="x", **FIELDS),
+        checked(id="same-step/pd/x.y/a~b", measured=1e-8, tolerance=1e-10, basis="<&>", **FIELDS),
+        checked(id="r/pd/x", measured=0.0, tolerance=1.0, resolved=False, basis="u", **FIELDS),
+        failed(id="run/pd/exudyn", note="RuntimeError: \x1b[31mno\x00 engine\ufffe", **FIELDS),
+        measured_only(id="deviation/pd/theta", measured=0.1, basis="", **FIELDS),
+    ]
+    return Agreement(findings, {"created": "2024-01-02T03:04:05+00:00", "versions": {"pin": "4"}})
+
+
+def test_counts_match_the_agreement() -> None:
+    root = ElementTree.fromstring(junit_xml(_agreement()).encode())
+    suite = root.find("testsuite")
+    assert suite is not None
+    for element in (root, suite):
+        counts = {key: element.get(key) for key in ("tests", "failures", "errors", "skipped")}
+        assert counts == {"tests": "4", "failures": "2", "errors": "1", "skipped": "0"}
+    assert len(suite.findall("testcase")) == 4
+    assert len(suite.findall("testcase/failure")) == 2
+    assert len(suite.findall("testcase/error")) == 1
+    assert suite.get("timestamp") == "2024-01-02T03:04:05"
+
+
+def test_a_failure_says_how_far_and_why() -> None:
+    suite = ElementTree.fromstring(junit_xml(_agreement())).find("testsuite")
+    assert suite is not None
+    agrees, differs, unresolved, broken = suite.findall("testcase")
+    assert agrees.get("classname") == "same-step.pd"
+    assert agrees.get("name") == "theta/a~b"
+    failure, error = differs.find("failure"), broken.find("error")
+    assert failure is not None
+    assert error is not None
+    assert failure.get("message") == "differ: measured 1e-08, allowed 1e-10 rad (<&>)"
+    assert "tolerance: 1e-10" in (failure.text or "")
+    assert [case.get("type") for case in unresolved.findall("failure")] == ["unresolved"]
+    assert error.get("message") == "failed: RuntimeError: \ufffd[31mno\ufffd engine\ufffd"
+
+
+def test_measurements_and_versions_are_properties() -> None:
+    root = ElementTree.fromstring(junit_xml(_agreement()))
+    found = {item.get("name"): item.get("value") for item in root.iter("property")}
+    assert found["deviation/pd/theta"] == "0.1 rad"
+    assert found["version pin"] == "4"
+
+
+def test_an_agreement_without_findings_is_a_suite_without_tests() -> None:
+    assert ElementTree.fromstring(junit_xml(Agreement([]))).get("tests") == "0"
