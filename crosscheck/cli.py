@@ -24,6 +24,8 @@ baseline = typer.Typer(
     no_args_is_help=True, help="Record a cross-check, and find out later what moved."
 )
 app.add_typer(baseline, name="baseline")
+cache = typer.Typer(no_args_is_help=True, help="Simulations kept from earlier runs.")
+app.add_typer(cache, name="cache")
 
 ArmName = Annotated[str, typer.Argument(metavar="ARM", help="Built-in name or TOML file.")]
 Quick = Annotated[bool, typer.Option("--quick", help="Fewer states, shorter runs.")]
@@ -171,6 +173,28 @@ def errata(
     from crosscheck.paper.command import errata_command
 
     errata_command(arm, json_file)
+
+
+@app.command()
+def paper(
+    figure: Annotated[
+        list[int] | None, typer.Option(help="A figure of the paper, 4 to 20; all chapters.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("paper-report"),
+    jobs: Jobs = None,
+) -> None:
+    """Reproduce the paper's figures and judge its claims; write paper.html and claims.json."""
+    from crosscheck.paper.command import paper_command
+
+    paper_command(figure or [], out, jobs or os.cpu_count() or 1)
+
+
+@cache.command()
+def clear() -> None:
+    """Remove the simulations that `crosscheck paper` kept."""
+    from crosscheck.paper.study import cache_folder, clear_cache
+
+    print(f"removed {clear_cache()} files from {cache_folder()}")
 
 
 def main() -> NoReturn:

@@ -1,8 +1,8 @@
-"""A progress bar on standard error for a cross-check under way."""
+"""A progress bar on standard error for long work under way."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
@@ -12,17 +12,31 @@ from crosscheck.run import Told
 
 
 @contextmanager
-def shown_progress() -> Iterator[Told]:
-    """What to hand to cross_check as ``told``; the bar disappears at the end."""
+def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
+    """A function to tell what is being done, how much is done, of how much.
+
+    The bar disappears at the end.
+    """
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     console = Console(stderr=True)
     with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as progress:
-        task = progress.add_task("states", total=None)
-        total = 0
+        task = progress.add_task("starting", total=None)
+
+        def told(what: str, done: int, total: int) -> None:
+            progress.update(task, description=what, completed=done, total=total)
+
+        yield told
+
+
+@contextmanager
+def shown_progress() -> Iterator[Told]:
+    """What to hand to cross_check as ``told``."""
+    total = 0
+    with progress_bar() as bar:
 
         def told(what: str, left: int) -> None:
             nonlocal total
             total = max(total, left)
-            progress.update(task, description=what, total=total, completed=total - left)
+            bar(what, total - left, total)
 
         yield told

@@ -11,9 +11,14 @@ from rich.table import Table
 
 from crosscheck.output import require_writable, write_text
 from crosscheck.paper.errata import SCHEMA_VERSION, errata_records
+from crosscheck.paper.report import write_figures, write_paper
+from crosscheck.paper.study import Study, cache_folder
+from crosscheck.progress import progress_bar
 from crosscheck.provenance import provenance
 from models.errors import InputError
 from models.loading import load_arm
+
+FIGURES = tuple(range(4, 21))
 
 
 def errata_command(arm_name: str, json_file: Path | None) -> None:
@@ -34,6 +39,22 @@ def errata_command(arm_name: str, json_file: Path | None) -> None:
             "provenance": provenance(arm, 0, False),
         }
         write_text(json_file, json.dumps(document, indent=1, allow_nan=False) + "\n")
+
+
+def paper_command(figures: list[int], out: Path, jobs: int) -> None:
+    """Write the paper's page, or some of its figures alone. Raises InputError."""
+    unknown = [number for number in figures if number not in FIGURES]
+    if unknown:
+        raise InputError("--figure", "", unknown[0], f"must be {FIGURES[0]} to {FIGURES[-1]}")
+    require_writable(out)
+    with progress_bar() as told:
+        study = Study(cache_folder(), jobs, told)
+        made = write_figures(study, figures, out) if figures else write_paper(study, out)
+    for chapter in made:
+        print(f"{chapter.title}: {len(chapter.records)} records")
+    print(
+        f"wrote {out / 'paper.html'}; {study.made} simulations made, {study.found} from the cache"
+    )
 
 
 def _table(records: list[dict[str, Any]]) -> Table:
