@@ -1,6 +1,8 @@
 # make run    set up and run the cross-check; writes report/index.html and report/agreement.json
 # make test   set up and run the test suite
 # make lint   style, types and import contracts
+# make bench  measure the speed of the models side by side
+# make paper  the paper's figures and claims: paper-report/paper.html
 # make lock   compile run.in and dev.in into the hashed lock files (needs uv)
 # make clean  remove everything the targets above made
 PYTHON ?= python3
@@ -9,7 +11,7 @@ PIP := $(PY) -m pip --disable-pip-version-check
 INSTALL := $(PIP) install --quiet --require-hashes --no-deps --only-binary :all:
 EDITABLE := $(PIP) install --quiet --no-deps --no-build-isolation --no-index -e .
 
-.PHONY: run test lint lock clean
+.PHONY: run test lint bench paper lock clean
 .DELETE_ON_ERROR:
 
 run: .venv/run.stamp
@@ -23,6 +25,12 @@ lint: .venv/dev.stamp
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
 	.venv/bin/lint-imports
+
+bench: .venv/dev.stamp
+	$(PY) -m pytest benchmarks/bench_models.py --benchmark-columns=median,min,max --benchmark-sort=name
+
+paper: .venv/run.stamp
+	$(PY) -m crosscheck paper --out paper-report
 
 lock:
 	uv pip compile run.in --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q -o run.lock
