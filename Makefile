@@ -36,12 +36,12 @@ lock:
 	uv pip compile run.in --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q -o run.lock
 	uv pip compile dev.in --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q -o dev.lock
 
-$(PY): tools/preflight.py
+.venv/venv.stamp: tools/preflight.py
 	$(PYTHON) tools/preflight.py
-	test -x $@ || $(PYTHON) -m venv .venv
+	test -x $(PY) || $(PYTHON) -m venv .venv
 	touch $@
 
-.venv/run.stamp: $(PY) run.lock pyproject.toml
+.venv/run.stamp: .venv/venv.stamp run.lock pyproject.toml
 	$(INSTALL) -r run.lock
 	$(EDITABLE)
 	touch $@
