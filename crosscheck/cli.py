@@ -127,8 +127,8 @@ def simulate(
     model: Annotated[str, typer.Option(help="See `crosscheck list`.")],
     scenario: Annotated[str, typer.Option(help="Built-in name or TOML file.")],
     out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
-    t_end: Annotated[float | None, typer.Option(help="Duration [s].")] = None,
-    step: Annotated[float | None, typer.Option(help="Integration step [s].")] = None,
+    t_end: Annotated[str | None, typer.Option(help="Duration [s].")] = None,
+    step: Annotated[str | None, typer.Option(help="Integration step [s].")] = None,
     phase: Annotated[Phase | None, typer.Option(help="Phase law; angle.")] = None,
     ring_rate: Annotated[RingRate | None, typer.Option(help="Follows the phase law.")] = None,
     settings: Annotated[
@@ -141,8 +141,8 @@ def simulate(
     from crosscheck.commands import simulate_command
 
     overrides = list(settings or [])
-    overrides += [f"scenario.duration_s={t_end!r}"] if t_end is not None else []
-    overrides += [f"scenario.step_s={step!r}"] if step is not None else []
+    overrides += [f"scenario.duration_s={t_end}"] if t_end is not None else []
+    overrides += [f"scenario.step_s={step}"] if step is not None else []
     chosen = {"phase": phase, "ring_rate": ring_rate}
     named = {key: str(value) for key, value in chosen.items() if value is not None}
     simulate_command(arm, model, scenario, named, overrides, out, force)
@@ -197,14 +197,19 @@ def clear() -> None:
     print(f"removed {clear_cache()} files from {cache_folder()}")
 
 
+INTERRUPTED = 130
+
+
 def main() -> NoReturn:
     """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (internal), 130."""
     try:
         code: Any = app(standalone_mode=False)
     except (typer.Abort, KeyboardInterrupt):
-        _fail("interrupted", 130)
+        _fail("interrupted", INTERRUPTED)
     except Exception as error:
         _explain(error)
+    if code == INTERRUPTED:  # the parser's own way to say so
+        _fail("interrupted", INTERRUPTED)
     sys.exit(code if isinstance(code, int) else 0)
 
 

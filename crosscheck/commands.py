@@ -56,10 +56,10 @@ def simulate_command(
     case = load_case(arm, scenario, switches, settings)
     if out.is_dir():
         raise InputError("--out", "", str(out), "is a folder; a file name is expected")
-    require_writable(out.parent)
     built = build(model, *case)
     if not force:
         require_stable_step(built)
+    require_writable(out.parent)
     with STDERR.status(f"{model}, {case.scenario.name}, {case.scenario.duration_s:g} s"):
         trajectory = simulate_model(built, force=True)
     record = provenance(case.arm, 0, False)

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from crosscheck.registry import PAPER_FORMS, RIGID_LEVELS, build
 from crosscheck.simulations import Simulation, nudged, with_step
 from models.arm import Arm
-from models.loading import Case, load_case, load_scenario
-from models.scenario import ConstantDrive
+from models.errors import InputError
+from models.loading import Case, load_arm, load_case, load_scenario
+from models.scenario import ConstantDrive, SinusoidDrive
 from models.switches import Switches, switches
 
 # Long enough for the paper's events; the quick plan keeps the start impact and the first drive.
@@ -23,6 +24,7 @@ ASYMPTOTIC = 4
 ORDERS = {"analytic:physical": 4, "exudyn:tree": 4}  # fixed-step models and their formal orders
 # The constraint solver is of second order: the fastest mesh mode needs a microsecond or less.
 SHORT_S, SHORT_STEP_S = 0.005, 1e-6
+PROBE_S = 0.05
 MECHANISM = switches()
 PAPER_PHASE = switches(phase="omega_t")
 
@@ -36,25 +38,46 @@ class Experiment:
 
 
 def experiments(arm: Arm, quick: bool) -> list[Experiment]:
-    """Constant torque and PD under the angle law, constant torque under omega_t."""
+    """Constant torque and PD under the angle law, constant torque under omega_t, the probe."""
     durations = QUICK_S if quick else FULL_S
-    return [
-        Experiment("constant-torque", _case(arm, "constant-torque", durations, MECHANISM)),
-        Experiment("pd", _case(arm, "pd", durations, MECHANISM)),
-        Experiment(
-            "constant-torque-omega_t", _case(arm, "constant-torque", durations, PAPER_PHASE)
-        ),
-    ]
+    chosen = (
+        ("constant-torque", "constant-torque", MECHANISM),
+        ("pd", "pd", MECHANISM),
+        ("constant-torque-omega_t", "constant-torque", PAPER_PHASE),
+    )
+    own = [Experiment(name, _case(arm, law, durations, phase)) for name, law, phase in chosen]
+    return [*own, probe_experiment()]
+
+
+def probe_experiment() -> Experiment:
+    """A drive that depends on time, differently on each joint, on the arm of unequal numbers."""
+    drive = SinusoidDrive(
+        kind="sinusoid",
+        amplitude_N_m=(150.0, 90.0),
+        rate_rad_per_s=(300.0, 170.0),
+        argument="time",
+    )
+    scenario = load_scenario("constant-torque")
+    update = {"name": "probe", "duration_s": PROBE_S, "drive": drive}
+    case = Case(load_arm("probe"), scenario.model_copy(update=update), PAPER_PHASE)
+    return Experiment("probe", case)
 
 
 def _case(arm: Arm, scenario: str, durations: dict[str, float], chosen: Switches) -> Case:
     loaded = load_scenario(scenario).model_copy(update={"duration_s": durations[scenario]})
     case = Case(arm, loaded, chosen)
-    limit = build("analytic:physical", *case).largest_stable_step()
-    step = loaded.step_s
+    step, limit = loaded.step_s, _stable_step(case)
     while 2 * step > limit:  # the coarse run of the refinement takes twice the step
         step /= 2
     return case if step == loaded.step_s else with_step(case, step)
+
+
+def _stable_step(case: Case) -> float:
+    """Of the analytic model; without it no limit is known, and its checks will say so."""
+    try:
+        return build("analytic:physical", *case).largest_stable_step()
+    except InputError:
+        return float("inf")
 
 
 def geared_simulations(experiment: Experiment) -> Iterator[Simulation]:

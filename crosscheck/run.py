@@ -20,7 +20,7 @@ from crosscheck.plan import (
 from crosscheck.provenance import provenance
 from crosscheck.run_suite import order_findings, run_findings
 from crosscheck.simulations import Outcome, perform_all
-from crosscheck.state_suite import state_checks
+from crosscheck.state_suite import probe_checks, state_checks
 from models.arm import Arm
 from models.loading import load_arm
 
@@ -44,6 +44,7 @@ def cross_check(
     plan, shorts, orders = experiments(arm, quick), short_experiments(arm), order_cases(arm)
     families = (geared_simulations, rigid_simulations, form_simulations)
     checks = [check for reading in readings(arm) for check in state_checks(reading, quick, seed)]
+    checks += probe_checks(quick, seed)
     simulations = [s for experiment in plan for family in families for s in family(experiment)]
     simulations += [s for short in shorts for s in short_simulations(short)]
     simulations += [s for case in orders for s in order_simulations(case)]

@@ -12,7 +12,8 @@ from crosscheck.registry import GEARED, PAPER_FORMS, RIGID_LEVELS, build
 from models.arm import Arm
 from models.errors import InputError
 from models.interface import STATE_ABILITIES, Model
-from models.loading import load_scenario
+from models.loading import load_arm, load_scenario
+from models.scenario import PdDrive, Scenario
 from models.switches import Switches, switches
 
 COUNT, QUICK_COUNT = 200, 20
@@ -52,6 +53,12 @@ class StateChecks:
 
 def state_checks(arm: Arm, quick: bool, seed: int) -> list[StateChecks]:
     """Everything about one arm that needs no run."""
+    return [StateChecks(family, arm, quick, seed) for family in ("geared", "rigid")]
+
+
+def probe_checks(quick: bool, seed: int) -> list[StateChecks]:
+    """The same on the arm of unequal numbers, which tells parameters apart; and the switches."""
+    arm = load_arm("probe")
     families = ("geared", "rigid") if quick else ("geared", "rigid", "switches")
     return [StateChecks(family, arm, quick, seed) for family in families]
 
@@ -86,7 +93,7 @@ def geared_findings(arm: Arm, count: int, seed: int) -> Iterator[Finding]:
         yield from states.compare_states(case, models, STATE_ABILITIES, count, seed)
     yield from invariants.invariants(arm.name, models, count, seed)
     yield from invariants.constraints(arm.name, models, count, seed)
-    unforced, _ = built(case, GEARED, arm, switches(), "constant-torque")
+    unforced, _ = built(case, GEARED, arm, switches(), load_scenario("constant-torque"))
     yield from modes.compare_modes(arm.name, unforced)
     yield from _locked_stages(arm)
     for model in models[1:]:
@@ -108,7 +115,7 @@ def _locked_stages(arm: Arm) -> Iterator[Finding]:
     for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
         heavy = link.model_copy(update={"density_kg_per_m3": modes.LOCK * link.density_kg_per_m3})
         one = arm.model_copy(update={"joints": (joint,), "links": (heavy,)})
-        models, _ = built("locked", GEARED, one, switches(), "constant-torque")
+        models, _ = built("locked", GEARED, one, switches(), load_scenario("constant-torque"))
         for model in models:
             if "mesh_modes" in model.abilities:
                 yield from modes.locked_stage(f"{arm.name}/joint{number}", joint, model)
@@ -126,18 +133,33 @@ def _label(chosen: Switches) -> str:
 
 
 def built(
-    case: str, names: Sequence[str], arm: Arm, chosen: Switches, scenario: str = "pd"
+    case: str, names: Sequence[str], arm: Arm, chosen: Switches, scenario: Scenario | None = None
 ) -> tuple[list[Model], list[Finding]]:
-    """The models that can be built, and a failed check for each that cannot."""
+    """The models that can be built, and a failed check for each that cannot.
+
+    Without a scenario: PD control with gains that differ from joint to joint.
+    """
     models: list[Model] = []
     missing: list[Finding] = []
     for name in names:
         try:
-            models.append(build(name, arm, load_scenario(scenario), chosen))
+            models.append(build(name, arm, scenario or unequal_gains(arm), chosen))
         except Exception as error:  # a missing or broken engine fails its checks
             reason = f"{type(error).__name__}: {error}"
             missing.append(missing_model(f"states/{case}", name, reason))
     return models, missing
+
+
+def unequal_gains(arm: Arm) -> Scenario:
+    """The PD scenario with other gains and targets at every joint."""
+    numbers = range(len(arm.joints))
+    drive = PdDrive(
+        kind="pd",
+        target_rad=tuple(0.5 + 0.1 * number for number in numbers),
+        proportional_N_m_per_rad=tuple(1000.0 - 110 * number for number in numbers),
+        derivative_N_m_s_per_rad=tuple(400.0 - 30 * number for number in numbers),
+    )
+    return load_scenario("pd").model_copy(update={"drive": drive})
 
 
 def missing_model(where: str, model: str, reason: str) -> Finding:

@@ -29,6 +29,6 @@ class CannotDo(NotImplementedError):
     """A model was asked for something outside its abilities."""
 
 
-def _short(value: object, limit: int = 60) -> str:
+def _short(value: object, limit: int = 200) -> str:
     text = repr(value).replace("\n", " ")
     return text if len(text) <= limit else text[: limit - 3] + "..."

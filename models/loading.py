@@ -14,7 +14,7 @@ from pydantic_core import ErrorDetails
 
 from models.arm import Arm
 from models.errors import InputError
-from models.scenario import Scenario, fit_to
+from models.scenario import Scenario, first_misfit
 from models.switches import Switches
 
 Record = TypeVar("Record", bound=BaseModel)
@@ -76,17 +76,19 @@ def load_case(
         _validated(Scenario, data["scenario"], scenario),
         _validated(Switches, data["switches"], "switches"),
     )
-    require_fit(case.scenario, case.arm)
+    require_fit(case.scenario, case.arm, scenario)
     return case
 
 
-def require_fit(scenario: Scenario, arm: Arm) -> None:
-    """Raise InputError unless the scenario's per-joint lists fit the arm."""
-    try:
-        fit_to(scenario, len(arm.joints))
-    except ValueError as error:
-        field, allowed = str(error).split("|", 1)
-        raise InputError(scenario.name, field, None, allowed) from None
+def require_fit(scenario: Scenario, arm: Arm, where: str = "") -> None:
+    """Raise InputError unless the scenario's per-joint lists fit the arm.
+
+    where: the file, if the scenario's name does not say it.
+    """
+    misfit = first_misfit(scenario, len(arm.joints))
+    if misfit is not None:
+        field, value, needed = misfit
+        raise InputError(where or scenario.name, field, value, needed)
 
 
 def _stems(folder: str) -> tuple[str, ...]:
@@ -174,7 +176,9 @@ def _validated(record: type[Record], data: dict[str, Any], where: str) -> Record
     try:
         return record.model_validate(data)
     except ValidationError as error:
-        raise _input_error(record, error.errors()[0], where) from None
+        # A misspelt key shows as unknown and as missing; the first says how it should be spelt.
+        worst = sorted(error.errors(), key=lambda details: details["type"] != "extra_forbidden")
+        raise _input_error(record, worst[0], where) from None
 
 
 def _input_error(record: type[BaseModel], details: ErrorDetails, where: str) -> InputError:

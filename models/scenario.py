@@ -127,14 +127,11 @@ def per_joint(value: float | tuple[float, ...], joints: int) -> tuple[float, ...
     return (value,) * joints
 
 
-def fit_to(scenario: Scenario, joints: int) -> None:
-    """Check that every per-joint list of the scenario fits an arm of this many joints.
-
-    Raises ValueError ``field|what is allowed``.
-    """
+def first_misfit(scenario: Scenario, joints: int) -> tuple[str, object, str] | None:
+    """(field, value, what is allowed) of the first list that does not fit so many joints."""
     for section, record in (("drive", scenario.drive), ("start", scenario.start)):
         for field, value in record:
-            if not isinstance(value, tuple) or field == "time_s":
+            if not isinstance(value, tuple) or field == "time_s" or len(value) == joints:
                 continue
-            if len(value) not in ({1, joints} if field != "torque_N_m" else {joints}):
-                raise ValueError(f"{section}.{field}|needs {joints} values, has {len(value)}")
+            return f"{section}.{field}", value, f"needs {joints} values, has {len(value)}"
+    return None

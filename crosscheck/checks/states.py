@@ -28,9 +28,9 @@ class States(NamedTuple):
 
 
 class Scale(NamedTuple):
-    """What a difference is measured against: inertia (n,), tolerance and where it comes from."""
+    """What a difference is measured against: natural sizes (n,), tolerance and its basis."""
 
-    inertia: np.ndarray
+    natural: np.ndarray
     tolerance: float
     basis: str
 
@@ -61,7 +61,7 @@ def compare_states(
     for quantity in quantities:
         able = [model for model in models if quantity in model.abilities]
         values = {model.name: _evaluated(model, quantity, states) for model in able}
-        scale = _scale(able[0], quantity, states)
+        scale = _scale_or_reason(able[0], quantity, states)
         for left, right in combinations(able, 2):
             yield _compared(case, quantity, left.name, right.name, values, scale, count)
 
@@ -78,7 +78,7 @@ def measure_states(
             yield failed(note="a model raised an exception", **fields)
             continue
         scale = _scale(left, quantity, states)
-        measured = relative_difference(one, other, quantity, scale.inertia)
+        measured = relative_difference(one, other, quantity, scale)
         yield measured_only(measured=measured, basis="", relative=measured, **fields)
 
 
@@ -106,15 +106,17 @@ def _compared(
     left: str,
     right: str,
     values: dict[str, np.ndarray | Exception],
-    scale: Scale,
+    scale: Scale | Exception,
     count: int,
 ) -> Finding:
     fields = _fields(case, quantity, left, right, count)
     one, other = values[left], values[right]
-    for side in (one, other):
-        if isinstance(side, Exception):
-            return failed(note=f"{type(side).__name__}: {side}", **fields)
-    measured = relative_difference(np.asarray(one), np.asarray(other), quantity, scale.inertia)
+    if isinstance(one, Exception) or isinstance(other, Exception) or isinstance(scale, Exception):
+        raised = next(side for side in (one, other, scale) if isinstance(side, Exception))
+        return failed(note=f"{type(raised).__name__}: {raised}", **fields)
+    if one.shape != other.shape:
+        return failed(note=f"shapes differ: {one.shape}, {other.shape}", **fields)
+    measured = relative_difference(one, other, quantity, scale)
     return checked(
         measured=measured,
         tolerance=scale.tolerance,
@@ -135,13 +137,10 @@ def _fields(case: str, quantity: str, left: str, right: str, count: int) -> dict
     }
 
 
-def relative_difference(
-    one: np.ndarray, other: np.ndarray, quantity: str, inertia: np.ndarray
-) -> float:
+def relative_difference(one: np.ndarray, other: np.ndarray, quantity: str, scale: Scale) -> float:
     """Largest difference, component by component, over that component's size; nan if any is nan.
 
     Arrays (count, n) or, for mass matrices, (count, n, n), where M_ij's size is sqrt(M_ii M_jj).
-    inertia (n,): diagonal of a mass matrix, which makes components of different units comparable.
     """
     if not (np.isfinite(one).all() and np.isfinite(other).all()):
         return np.nan
@@ -149,22 +148,45 @@ def relative_difference(
         diagonal = np.sqrt(np.abs(np.einsum("kii->ki", one)))
         size = diagonal[:, :, None] * diagonal[:, None, :]
     else:
-        weight = np.sqrt(inertia) if quantity != "acceleration" else 1 / np.sqrt(inertia)
-        size = component_sizes(one, weight)
+        size = component_sizes(one, scale.natural)
     return float((np.abs(one - other) / size).max())
 
 
-def component_sizes(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
+def component_sizes(values: np.ndarray, natural: np.ndarray) -> np.ndarray:
     """Root mean square of each component, (n,), of values (count, n).
 
-    A component that vanishes at all states (no centrifugal force on a mesh) has no size of its
-    own: it gets the size that the others have, in units of `weight`.
+    A component that vanishes at all states (no centrifugal force on a mesh, none at all on an arm
+    of one joint) has no size of its own: it gets its natural one.
     """
     own = np.sqrt((values**2).mean(axis=0))
-    shared = np.sqrt(((values / weight) ** 2).mean()) * weight
-    if not shared.any():
-        return np.ones_like(own)
-    return np.where(own > ROUNDINGS * EPS * shared, own, shared)
+    return np.where(own > ROUNDINGS * EPS * natural, own, natural)
+
+
+def _natural_sizes(model: Model, quantity: str, states: States) -> np.ndarray:
+    """What the arm's inertia and motion make of each component, (n,), or for M of its diagonal.
+
+    With m the diagonal of M and w the joint rates: a centrifugal force is of size sqrt(m_i m) w^2,
+    m the largest of the joints'; a force of size sqrt(m_i) and an acceleration of 1 / sqrt(m_i)
+    times what the model's other components share.
+    """
+    inertia = np.diag(model.mass_matrix(states.q[0]))
+    if not (inertia > 0).all():
+        raise ValueError(f"{model.name}: mass matrix with a diagonal that is not positive")
+    angular = np.array([name.startswith("theta") for name in model.coordinates])
+    if quantity in ("mass_matrix", "bias"):
+        rates = states.v[:, angular]
+        return np.sqrt(inertia * inertia[angular].max()) * float((rates**2).mean())
+    weight = np.sqrt(inertia) if quantity == "generalized_force" else 1 / np.sqrt(inertia)
+    values = np.array([evaluate(model, quantity, *s) for s in zip(*states, strict=True)])
+    shared = float(np.sqrt(((values / weight) ** 2).mean()))
+    return weight * (shared or 1.0)
+
+
+def _scale_or_reason(model: Model, quantity: str, states: States) -> Scale | Exception:
+    try:
+        return _scale(model, quantity, states)
+    except Exception as error:  # a model that raises is a failed check
+        return error
 
 
 def _scale(model: Model, quantity: str, states: States) -> Scale:
@@ -178,7 +200,7 @@ def _scale(model: Model, quantity: str, states: States) -> Scale:
         reason += f" x {inverse:.0f} (scaled mass matrix)"
     tolerance = min(LOOSEST, ROUNDINGS * EPS * conditioning)
     basis = f"{ROUNDINGS} eps x conditioning {reason}, at most {LOOSEST:g}"
-    return Scale(np.diag(model.mass_matrix(states.q[0])), tolerance, basis)
+    return Scale(_natural_sizes(model, quantity, states), tolerance, basis)
 
 
 def _play_conditioning(arm: Arm, coordinates: Sequence[str], states: States) -> float:

@@ -19,6 +19,9 @@ UNITS = {
     "F_sp": "N",
     "F_pr": "N",
     "tip": "m",
+    "theta_ddot": "rad s-2",
+    "torque": "N m",
+    "kinetic_energy": "J",
 }
 
 
@@ -38,6 +41,10 @@ SAME_STEP = {
     "x_pr": Limit(1e-13, _SAME_STEP),
     "F_sp": Limit(1.2e-5, "1e-13 m at the peak mesh stiffness of the paper's arm, 1.2e8 N/m"),
     "F_pr": Limit(1.2e-5, "1e-13 m at the peak mesh stiffness of the paper's arm, 1.2e8 N/m"),
+    "theta_dot": Limit(1e-9, "1e-10 rad at the 10 1/s of the arm's own motion"),
+    "theta_ddot": Limit(1.5e-6, "1.2e-5 N on the meshes, measured 0.11 rad/s2 per N"),
+    "torque": Limit(5e-7, "the PD gains, 1000 N m/rad and 400 N m s/rad, on theta and theta_dot"),
+    "kinetic_energy": Limit(5e-7, "1e-9 rad/s at the arm's largest momentum, 500 N m s"),
 }
 # An uncertainty above these would hide differences that the paper discusses.
 MEANINGFUL = {
@@ -91,9 +98,9 @@ def at_time(case: str, left: xr.Dataset, right: xr.Dataset, time_s: float) -> It
 
 
 def _at(run: xr.Dataset, time_s: float) -> xr.Dataset:
-    """The two records around one time, as a run of its own."""
+    """The record at one time and the one before, as a run of its own."""
     index = int(np.argmin(np.abs(run["time"].values - time_s)))
-    return run.isel(time=slice(index, index + 2))
+    return run.isel(time=slice(max(index - 1, 0), index + 1))
 
 
 def _difference(
