@@ -18,7 +18,7 @@ run: .venv/run.stamp
 	$(PY) -m crosscheck run --out report
 
 test: .venv/dev.stamp
-	$(PY) -m pytest
+	$(PY) -m pytest -n auto --dist loadscope
 
 lint: .venv/dev.stamp
 	$(PY) -m ruff check .

@@ -1,0 +1,140 @@
+"""Exudyn's separate bodies against the other engines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from analytic.model import PhysicalModel
+from crosscheck.checks.states import compare_states, random_states
+from crosscheck.checks.trajectories import largest_difference, refined
+from models.arm import Arm
+from models.exudyn_bodies import ExudynBodies
+from models.exudyn_tree import ExudynTree
+from models.interface import STATE_ABILITIES, Model
+from models.loading import load_case, load_scenario
+from models.pinocchio_gears import PinocchioGears
+from models.scenario import Scenario
+from models.switches import Switches, switches
+from tests.arms import arm_of
+from tests.engines.bodies_checks import joint_gaps, wrenches
+from tests.planted.faults import probe_arm, probe_scenario
+
+EVERY_SWITCH = [
+    switches(phase=phase, ring_rate=rate, dead_zone=zone, damping=damping)
+    for phase, rate, zone, damping in product(
+        ("angle", "omega_t"), ("eq13", "corrected"), ("exact", "tanh"), ("always", "contact")
+    )
+]
+IN_CONTACT = ("scenario.drive.torque_N_m=100.0",)
+CROSSING = (
+    "scenario.start.theta_dot_rad_per_s=[0.5, -1.0]",
+    "scenario.drive.torque_N_m=[100.0, -60.0]",
+)
+NO_TORQUE = "scenario.drive.torque_N_m=0.0"
+QUANTITIES = ("theta", "theta_dot", "x_sp", "x_pr", "F_sp", "F_pr")
+
+
+def states_agree(arm: Arm, scenario: Scenario, chosen: Switches, count: int) -> None:
+    models = [kind(arm, scenario, chosen) for kind in (ExudynBodies, PinocchioGears, PhysicalModel)]
+    for finding in compare_states("bodies", models, STATE_ABILITIES, count, seed=11):
+        # The checks' own tolerance, at most 1e-10 of each component; 7e-12 was measured.
+        assert finding.verdict == "agree", finding
+
+
+@pytest.mark.parametrize("chosen", EVERY_SWITCH, ids=lambda s: "-".join(dict(s).values()))
+def test_states_agree_under_every_switch(chosen: Switches):
+    states_agree(probe_arm(), probe_scenario("pd"), chosen, 10)
+
+
+@pytest.mark.parametrize("arm", ["paper-labelled", "paper-swapped"])
+def test_fifty_states_of_the_papers_arm_agree(arm: str):
+    states_agree(*load_case(arm, "constant-torque"), 50)
+
+
+def test_states_of_a_three_joint_arm_agree():
+    states_agree(arm_of(3), load_scenario("pd"), switches(), 10)
+
+
+def test_states_of_a_one_joint_arm_agree_and_its_bias_vanishes():
+    arm, scenario = arm_of(1), load_scenario("pd")
+    models = [kind(arm, scenario) for kind in (ExudynBodies, PinocchioGears)]
+    quantities = [quantity for quantity in STATE_ABILITIES if quantity != "bias"]
+    for finding in compare_states("bodies", models, quantities, 10, seed=11):
+        assert finding.verdict == "agree", finding
+    states = random_states(models[0].coordinates, arm, 10, seed=11)
+    for q, v in zip(states.q, states.v, strict=True):
+        # Centripetal forces of 40 kg at 0.5 m and 3 rad/s, near 200 N, cancel to their roundings.
+        np.testing.assert_allclose(models[0].bias(q, v), 0, atol=1e-12)
+
+
+def test_teeth_push_on_every_body_as_in_pinocchio():
+    scenario = load_case("paper-labelled", "constant-torque", {}, (NO_TORQUE,)).scenario
+    for chosen in (switches(), switches(phase="omega_t", dead_zone="tanh", damping="contact")):
+        one, other = (
+            kind(probe_arm(), scenario, chosen) for kind in (ExudynBodies, PinocchioGears)
+        )
+        finding = wrenches(one, other)
+        # Tolerance and reason are the check's; 6e-12 was measured.
+        assert finding.verdict == "agree", finding
+
+
+@pytest.mark.parametrize("joints", [1, 2, 3])
+def test_poses_keep_the_engines_joints_closed(joints: int):
+    finding = joint_gaps(ExudynBodies(arm_of(joints), load_scenario("pd")))
+    # Tolerance and reason are the check's.
+    assert finding.verdict == "agree", finding
+
+
+def run(
+    kind: type[Model], duration_s: float, step_s: float, settings: Sequence[str], **laws: str
+) -> xr.Dataset:
+    """Recorded every 10 us."""
+    grid = (
+        f"scenario.duration_s={duration_s}",
+        f"scenario.step_s={step_s}",
+        f"scenario.record_every={round(1e-5 / step_s)}",
+    )
+    return kind(
+        *load_case("paper-labelled", "constant-torque", laws, (*grid, *settings))
+    ).simulate()
+
+
+@pytest.mark.slow
+def test_five_milliseconds_in_contact_agree_to_richardsons_estimate():
+    coarse, fine = (run(ExudynBodies, 5e-3, step, IN_CONTACT) for step in (1e-6, 5e-7))
+    tree = run(ExudynTree, 5e-3, 1e-6, IN_CONTACT)
+    for quantity in QUANTITIES:
+        # Order 2 leaves a third of the last change; the tree's RK44 leaves 1e-3 of that. 1.25 is
+        # the safety factor of the grid convergence index where the order is known.
+        estimate = 1.25 * largest_difference(fine, coarse, quantity) / 3
+        assert 0 < largest_difference(fine, tree, quantity) < estimate
+        # With the second order taken out the fourth is left, (h omega)^2 = 2e-4 of it per order.
+        best = fine[quantity] + (fine[quantity] - coarse[quantity]) / 3
+        assert float(abs(best - tree[quantity]).max()) < 1e-2 * estimate
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("duration_s", "laws"),
+    [
+        (5e-3, {}),
+        (2e-3, {"phase": "omega_t", "dead_zone": "tanh"}),
+        (1e-3, {"damping": "contact"}),
+    ],
+    ids=["default", "omega_t-tanh", "contact"],
+)
+def test_milliseconds_across_the_clearance_agree_with_the_tree(duration_s, laws):
+    bodies, tree = (
+        [run(kind, duration_s, step, CROSSING, **laws) for step in steps]
+        for kind, steps in ((ExudynBodies, (5e-7, 1e-6)), (ExudynTree, (1e-6, 2e-6)))
+    )
+    assert tree[0].x_sp.values.min() < -5e-5 < 5e-5 < tree[0].x_sp.values.max()
+    for finding in refined("bodies", tuple(bodies), tuple(tree)):
+        # Each side's own uncertainty by refinement; dampers that jump at contact cost both solvers
+        # their order, after 1 ms too much of it for the difference to mean anything.
+        assert finding.verdict == "agree", finding

@@ -1,0 +1,119 @@
+"""The engines against each other, state by state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+import pytest
+
+from crosscheck.checks.states import compare_states
+from crosscheck.registry import GEARED, RIGID_LEVELS, build
+from models.arm import Arm
+from models.interface import STATE_ABILITIES
+from models.loading import load_scenario
+from models.switches import Switches, switches
+from tests.arms import PAPER, arm_of
+from tests.planted.faults import probe_arm
+
+COUNT, SEED = 20, 3
+LAWS = {
+    "phase": ("angle", "omega_t"),
+    "ring_rate": ("eq13", "corrected"),
+    "dead_zone": ("exact", "tanh"),
+    "damping": ("always", "contact"),
+}
+ALL_SWITCHES = [
+    switches(**dict(zip(LAWS, chosen, strict=True))) for chosen in product(*LAWS.values())
+]
+DIRECT = {
+    "damping_ratio": None,
+    "sun_planet_damping_N_s_per_m": 1300.0,
+    "planet_ring_damping_N_s_per_m": 700.0,
+}
+FOUR_PLANETS = {"sun_teeth": 30, "planet_teeth": 30, "ring_teeth": 90, "planet_count": 4}
+
+
+def paper_arm_with(*updates: dict[str, object]) -> Arm:
+    """The paper's arm, each joint with changes of its own."""
+    data = PAPER.model_dump()
+    joints = [joint | update for joint, update in zip(data["joints"], updates, strict=True)]
+    return Arm.model_validate(data | {"joints": joints})
+
+
+ARMS = {
+    "one joint": arm_of(1),
+    "two joints": arm_of(2, 1.3),
+    "three joints": arm_of(3),
+    "four joints": arm_of(4, 0.7),
+    "direct damping": paper_arm_with(DIRECT, DIRECT | {"sun_planet_damping_N_s_per_m": 0.0}),
+    "phase of the ring mesh": paper_arm_with(
+        {"ring_mesh_phase_rad": 3.141592653589793}, {"ring_mesh_phase_rad": -0.4}
+    ),
+    "inertia of the ring": paper_arm_with(
+        {"ring_inertia_kg_m2": 0.3}, {"ring_inertia_kg_m2": 0.18231}
+    ),
+    "unequal numbers of planets": paper_arm_with({}, FOUR_PLANETS),
+    "everything unequal": probe_arm(),
+    "no backlash": paper_arm_with({"backlash_m": 0.0}, {"backlash_m": 0.0}),
+}
+
+
+def disagreements(arm: Arm, names: Sequence[str], chosen: Switches) -> list[str]:
+    """The checks that are not green, at the tolerance that they earn."""
+    models = [build(name, arm, load_scenario("pd"), chosen) for name in names]
+    findings = list(compare_states("test", models, STATE_ABILITIES, COUNT, SEED))
+    pairs = len(names) * (len(names) - 1) // 2
+    assert len(findings) == pairs * len(STATE_ABILITIES)
+    return [f"{f.id}: {f.measured} > {f.tolerance}" for f in findings if f.verdict != "agree"]
+
+
+@pytest.mark.parametrize("chosen", ALL_SWITCHES, ids=lambda chosen: "-".join(dict(chosen).values()))
+def test_geared_models_agree_under_all_switches_and_both_readings(reading, chosen):
+    assert disagreements(reading, GEARED, chosen) == []
+
+
+@pytest.mark.parametrize("chosen", ALL_SWITCHES, ids=lambda chosen: "-".join(dict(chosen).values()))
+def test_geared_models_agree_under_all_switches_on_unequal_joints(chosen):
+    assert disagreements(probe_arm(), GEARED, chosen) == []
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_geared_models_agree_on_any_arm(name):
+    assert disagreements(ARMS[name], GEARED, switches()) == []
+
+
+def test_geared_models_agree_whichever_comes_first():
+    assert disagreements(probe_arm(), GEARED[::-1], switches()) == []
+
+
+@pytest.mark.parametrize("level", RIGID_LEVELS)
+def test_rigid_levels_agree_on_both_readings(reading, level):
+    assert disagreements(reading, (f"analytic:{level}", f"pinocchio:{level}"), switches()) == []
+
+
+@pytest.mark.parametrize("level", RIGID_LEVELS)
+@pytest.mark.parametrize("name", ["one joint", "three joints", "everything unequal"])
+def test_rigid_levels_agree_on_any_arm(name, level):
+    names = (f"analytic:{level}", f"pinocchio:{level}")
+    assert disagreements(ARMS[name], names, switches()) == []
+
+
+@pytest.mark.parametrize("switch", ["phase", "ring_rate", "dead_zone", "damping"])
+@pytest.mark.parametrize("model", GEARED)
+def test_every_switch_changes_the_forces_of_every_model(model, switch):
+    """A switch that did nothing would agree everywhere."""
+    default = switches(phase="angle", ring_rate="corrected")
+    other = {"phase": "omega_t", "ring_rate": "eq13", "dead_zone": "tanh", "damping": "contact"}
+    changed = default.model_copy(update={switch: other[switch]})
+    arm, scenario = probe_arm(), load_scenario("pd")
+    # A state with the shoulder's sun mesh in play and the rest in contact, all in motion.
+    q = [1e-5, 9e-5, 0.3, 8e-5, -9e-5, -0.7]
+    v = [0.03, -0.02, 0.9, 0.05, 0.04, -0.4]
+    state = 0.7, np.array(q), np.array(v)
+    one, two = (
+        build(model, arm, scenario, s).generalized_force(*state) for s in (default, changed)
+    )
+    # Damping of one mesh alone is 40 N; rounding, 1e-9 N.
+    assert abs(one - two).max() > 1

@@ -1,0 +1,142 @@
+"""The engines against each other, run by run."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from crosscheck.checks.trajectories import at_time, largest_difference, same_step
+from crosscheck.registry import build
+from models.arm import Arm
+from models.loading import load_case
+from models.scenario import Scenario
+from models.switches import Switches, switches
+from tests.arms import PAPER, arm_of
+from tests.planted.faults import probe_arm
+
+PAIR = ("analytic:physical", "exudyn:tree")
+OFFSETS = {"sun_planet_offset_m": 2.2e-6, "planet_ring_offset_m": 2.2e-6}
+CONSTANT = {"kind": "constant", "torque_N_m": 100.0}
+SINUSOID = {
+    "kind": "sinusoid",
+    "amplitude_N_m": 2000.0,
+    "rate_rad_per_s": 62.83185307179586,
+    "argument": "time",
+}
+TABLE = {
+    "kind": "table",
+    "time_s": [0.0, 0.003, 0.0042, 0.02],
+    "torque_N_m": [[0.0, 300.0, -200.0, 50.0], [100.0, -100.0, 400.0, 0.0]],
+}
+PD = {
+    "kind": "pd",
+    "target_rad": [0.5, -0.3],
+    "proportional_N_m_per_rad": [1000.0, 800.0],
+    "derivative_N_m_s_per_rad": [400.0, 300.0],
+}
+
+
+def experiment(drive: dict, duration_s: float = 0.01, step_s: float = 1e-5, **more) -> Scenario:
+    """A short scenario with this drive, the start at first contact unless stated."""
+    fields = {"duration_s": duration_s, "step_s": step_s, "record_every": 10, "drive": drive}
+    return Scenario.model_validate({"schema_version": 1, "name": "test", **fields, **more})
+
+
+def runs(arm: Arm, scenario: Scenario, chosen: Switches) -> list[xr.Dataset]:
+    return [build(name, arm, scenario, chosen).simulate() for name in PAIR]
+
+
+def disagreements(arm: Arm, scenario: Scenario, chosen: Switches | None = None) -> list[str]:
+    """Checks that are not green at the tolerances of a common step."""
+    left, right = runs(arm, scenario, chosen or switches())
+    findings = list(same_step("test", left, right))
+    return [f"{f.id}: {f.measured} > {f.tolerance}" for f in findings if f.verdict != "agree"]
+
+
+@pytest.mark.parametrize("phase", ["angle", "omega_t"])
+def test_constant_torque_agrees_through_every_impact(reading, phase):
+    chosen = switches(phase=phase)
+    assert disagreements(reading, experiment(CONSTANT, 0.05), chosen) == []
+
+
+@pytest.mark.parametrize("drive", [PD, SINUSOID, SINUSOID | {"argument": "sqrt_time"}, TABLE])
+def test_every_drive_law_agrees(drive):
+    assert disagreements(PAPER, experiment(drive)) == []
+
+
+@pytest.mark.parametrize(
+    "chosen",
+    [
+        switches(dead_zone="tanh"),
+        switches(damping="contact"),
+        switches(phase="omega_t", ring_rate="corrected"),
+        switches(ring_rate="eq13"),
+    ],
+    ids=["tanh", "contact", "omega_t corrected", "angle eq13"],
+)
+def test_every_switch_agrees_on_unequal_joints(chosen):
+    start = {"theta_dot_rad_per_s": [0.6, -0.9], **OFFSETS}
+    assert disagreements(probe_arm(), experiment(PD, start=start), chosen) == []
+
+
+@pytest.mark.parametrize("joints", [1, 3])
+def test_arms_of_other_sizes_agree(joints):
+    assert (
+        disagreements(arm_of(joints), experiment(CONSTANT | {"torque_N_m": [40.0] * joints})) == []
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_starts_perturbed_at_random_agree(seed):
+    draw = np.random.default_rng(seed)
+    start = {
+        "mesh": ("contact", "centre")[seed % 2],
+        "theta_rad": draw.uniform(-3, 3, 2).tolist(),
+        "theta_dot_rad_per_s": draw.uniform(-2, 2, 2).tolist(),
+        "sun_planet_offset_m": draw.uniform(-6e-5, 6e-5, 2).tolist(),
+        "planet_ring_offset_m": draw.uniform(-6e-5, 6e-5, 2).tolist(),
+    }
+    assert disagreements(PAPER, experiment(PD, start=start)) == []
+
+
+@pytest.mark.slow
+def test_pd_run_agrees_at_two_seconds():
+    arm, scenario, chosen = load_case(
+        "paper-labelled", "pd", settings=["scenario.duration_s=2.01", "scenario.record_every=1000"]
+    )
+    left, right = runs(arm, scenario, chosen)
+    findings = {f.quantity: f for f in at_time("test", left, right, 2.0)}
+    # Rounding through 200 000 steps; the tolerances are those of every common step.
+    limits = {quantity: findings[quantity].tolerance for quantity in ("theta", "x_sp", "x_pr")}
+    assert limits == {"theta": 1e-10, "x_sp": 1e-13, "x_pr": 1e-13}
+    assert {f.verdict for f in findings.values()} == {"agree"}
+
+
+def test_recorded_rates_accelerations_torques_and_energies_agree():
+    left, right = runs(PAPER, experiment(PD), switches())
+    # Over their largest values: angles agree to 1e-15 rad; mesh modes of 3e4 rad/s, twice
+    # differentiated, lift that by 1e9 against accelerations of 1e2 rad/s^2.
+    limits = {"theta_dot": 1e-10, "theta_ddot": 1e-8, "torque": 1e-12, "kinetic_energy": 1e-10}
+    for quantity, limit in limits.items():
+        size = float(abs(left[quantity]).max())
+        assert largest_difference(left, right, quantity) < limit * size, quantity
+
+
+def test_analytic_runge_kutta_has_order_four_while_the_teeth_stay_in_contact():
+    finest = 32
+    results = []
+    for every in (2, 4, 8, finest):
+        scenario = experiment(CONSTANT, 0.002, 2e-5 / every, start=OFFSETS, record_every=every)
+        run = build("analytic:physical", PAPER, scenario).simulate()
+        assert run.F_sp.values.min() > 0 < run.F_pr.values.min()
+        results.append(np.stack([run.x_sp, run.x_pr]))
+    errors = [abs(result - results[-1]).max() for result in results[:-1]]
+    # The fastest mode turns by 0.28 rad in the largest step, whose square is the next term's share.
+    np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 4, atol=0.1)
+
+
+def test_fixed_steps_converge_to_the_adaptive_reference():
+    model = build("analytic:physical", PAPER, experiment(CONSTANT, 0.01, 1e-6, record_every=100))
+    # Contact events leave order 1 or so of steps of 1e-6 s in meshes moving at 1e-2 m/s.
+    assert largest_difference(model.simulate(), model.reference(1e-11), "x_sp") < 1e-9

@@ -1,0 +1,258 @@
+"""Planting faults: one function of a model's own code with a piece of its text changed.
+
+The checks are handed the harmed model and an unharmed one from another engine. Compiled and
+remembered functions of the harmed model are replaced by their Python originals, so that a change
+reaches everything that uses it; the control run without a fault is made in the same way.
+"""
+
+from __future__ import annotations
+import __future__
+
+import inspect
+import sys
+import textwrap
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from importlib import import_module
+from types import ModuleType
+from typing import NamedTuple
+
+import pytest
+import xarray as xr
+
+from crosscheck.checks.invariants import energy_over_run, invariants
+from crosscheck.checks.states import compare_states
+from crosscheck.checks.trajectories import same_step
+from crosscheck.findings import Finding
+from crosscheck.registry import MODELS, build, model_class
+from models.arm import Arm
+from models.interface import STATE_ABILITIES, Model
+from models.scenario import Scenario
+from models.switches import switches
+from tests.arms import PAPER
+
+STATES, SEED = 5, 0
+PACKAGES = {"analytic": ("analytic",), "pinocchio": (), "exudyn": ("models.exudyn_mesh",)}
+Plant = Callable[[pytest.MonkeyPatch], None]
+Laws = tuple[tuple[str, str], ...]
+
+MASS, BIAS = "states/mass_matrix", "states/bias"
+FORCE, ACCELERATION = "states/generalized_force", "states/acceleration"
+OMEGA_T, EQ13 = (("phase", "omega_t"),), (("ring_rate", "eq13"),)
+TANH, CONTACT = (("dead_zone", "tanh"),), (("damping", "contact"),)
+
+
+class Fault(NamedTuple):
+    """A fault and the check that must see it.
+
+    red_check: kind and quantity of the check, as ``states/bias`` or ``same-step/theta``. laws:
+    switches, and drive a name in DRIVES, under which the fault can be seen.
+    """
+
+    name: str
+    plant: Plant
+    red_check: str
+    laws: Laws = ()
+    drive: str = "pd"
+
+
+def edit(place: str, old: str, new: str) -> Plant:
+    """``old`` becomes ``new`` in the function ``module:name`` or ``module:Class.name``."""
+
+    def plant(patch: pytest.MonkeyPatch) -> None:
+        module_name, name = place.split(":")
+        module = import_module(module_name)
+        owner, _, attribute = name.rpartition(".")
+        holder = getattr(module, owner) if owner else module
+        original = getattr(holder, attribute)
+        changed = _changed(inspect.unwrap(original), module, owner, old, new)
+        if owner:
+            patch.setattr(holder, attribute, changed)
+        else:
+            _rebind(patch, original, changed)
+
+    return plant
+
+
+def _changed(
+    function: Callable[..., object], module: ModuleType, owner: str, old: str, new: str
+) -> Callable[..., object]:
+    source = textwrap.dedent(inspect.getsource(function))
+    source = source[source.index("def ") :]
+    assert source.count(old) == 1, f"{function.__qualname__} has no single {old!r} to change"
+    source = source.replace(old, new).replace("super()", f"super({owner}, self)")
+    flags = __future__.annotations.compiler_flag
+    names: dict[str, Callable[..., object]] = {}
+    exec(compile(source, f"<{module.__name__}, changed>", "exec", flags), vars(module), names)
+    return names[function.__name__]
+
+
+def _rebind(patch: pytest.MonkeyPatch, original: object, changed: object) -> None:
+    """Put ``changed`` wherever the models have imported ``original``."""
+    for module in _modules(("analytic", "models")):
+        for name, value in list(vars(module).items()):
+            if value is original:
+                patch.setattr(module, name, changed)
+
+
+def _modules(packages: tuple[str, ...]) -> list[ModuleType]:
+    return [
+        module
+        for name, module in list(sys.modules.items())
+        if any(name == package or name.startswith(f"{package}.") for package in packages)
+    ]
+
+
+def interpret(patch: pytest.MonkeyPatch, model: str) -> None:
+    """Replace compiled and remembered functions of a model by their Python originals."""
+    model_class(model)  # a module first imported later would keep what is put in now
+    packages = PACKAGES[model.split(":")[0]]
+    for module in _modules(packages):
+        for value in list(vars(module).values()):
+            if getattr(value, "__module__", "").startswith(packages) and hasattr(
+                value, "__wrapped__"
+            ):
+                _rebind(patch, value, inspect.unwrap(value))
+    if "models.exudyn_mesh" in packages:
+        mesh = import_module("models.exudyn_mesh")
+        patch.setattr(mesh, "_mesh_force", mesh.mesh_force)
+
+
+def probe_arm() -> Arm:
+    """An arm on which no two numbers are equal that a fault might confuse."""
+    shoulder = {
+        "ring_inertia_kg_m2": 0.17,
+        "ring_mesh_phase_rad": 0.7,
+        "tooth_error_m": 3e-5,
+        "tanh_sharpness_per_m": 2e4,
+    }
+    elbow = {
+        "sun_teeth": 30,
+        "planet_teeth": 30,
+        "ring_teeth": 90,
+        "planet_count": 4,
+        "module_m": 0.0025,
+        "pressure_angle_deg": 20.0,
+        "sun_equivalent_mass_kg": 0.4,
+        "planet_equivalent_mass_kg": 0.7,
+        "carrier_equivalent_mass_kg": 5.1,
+        "sun_mass_kg": 0.36,
+        "planet_mass_kg": 0.52,
+        "carrier_mass_kg": 5.5,
+        "ring_mass_kg": 8.0,
+        "ring_inertia_kg_m2": 0.11,
+        "backlash_m": 4e-5,
+        "mesh_stiffness_N_per_m": 8e7,
+        "mesh_stiffness_amplitude_N_per_m": 1.5e7,
+        "tooth_error_m": 2e-5,
+        "ring_mesh_phase_rad": -0.4,
+        "damping_ratio": None,
+        "sun_planet_damping_N_s_per_m": 900.0,
+        "planet_ring_damping_N_s_per_m": 1700.0,
+        "tanh_sharpness_per_m": 3e4,
+    }
+    first, second = (joint.model_dump() for joint in PAPER.joints)
+    near, far = (link.model_dump() for link in PAPER.links)
+    return Arm.model_validate(
+        {
+            "schema_version": 1,
+            "name": "probe",
+            "payload_mass_kg": 7.0,
+            "joints": [first | shoulder, second | elbow],
+            "links": [near | {"com_m": 0.42}, far | {"com_m": 0.4, "cross_section_m2": 0.008}],
+        }
+    )
+
+
+DRIVES = {
+    "pd": {
+        "kind": "pd",
+        "target_rad": [0.5, -0.3],
+        "proportional_N_m_per_rad": [1000.0, 800.0],
+        "derivative_N_m_s_per_rad": [400.0, 300.0],
+    },
+    "sinusoid": {
+        "kind": "sinusoid",
+        "amplitude_N_m": [200.0, 150.0],
+        "rate_rad_per_s": [50.0, 70.0],
+        "argument": "time",
+    },
+}
+
+
+def probe_scenario(drive: str) -> Scenario:
+    """200 steps from a start in motion, off centre in every mesh."""
+    return Scenario.model_validate(
+        {
+            "schema_version": 1,
+            "name": "probe",
+            "duration_s": 2e-3,
+            "step_s": 1e-5,
+            "record_every": 10,
+            "start": {
+                "theta_rad": [0.3, -0.8],
+                "theta_dot_rad_per_s": [0.6, -0.9],
+                "sun_planet_offset_m": [2e-6, 5e-6],
+                "planet_ring_offset_m": [-3e-6, 4e-6],
+            },
+            "drive": DRIVES[drive],
+        }
+    )
+
+
+def probe_model(name: str, laws: Laws, drive: str) -> Model:
+    """The model in the experiment in which faults are sought."""
+    return build(name, probe_arm(), probe_scenario(drive), switches(**dict(laws)))
+
+
+unharmed = lru_cache(probe_model)  # never handed out with a fault planted in it
+
+
+@lru_cache
+def _unharmed_run(name: str, laws: Laws, drive: str) -> xr.Dataset:
+    return unharmed(name, laws, drive).simulate()
+
+
+def verdict(fault: Fault, harmed: str, partner: str) -> str:
+    """Verdict of the fault's check on two models, with whatever is planted in the first."""
+    kind, quantity = fault.red_check.split("/")
+    start = f"{kind}/planted/{quantity}/"
+    (finding,) = [
+        finding
+        for finding in _findings(fault, harmed, partner)
+        if finding.id.startswith(start) and harmed in finding.id
+    ]
+    return finding.verdict
+
+
+def _findings(fault: Fault, harmed: str, partner: str) -> Iterator[Finding]:
+    where = fault.laws, fault.drive
+    model = probe_model(harmed, *where)
+    if fault.red_check.startswith("states/"):
+        pair = {harmed: model, partner: unharmed(partner, *where)}
+        models = [pair[name] for name in MODELS if name in pair]  # as in a cross-check
+        yield from compare_states("planted", models, STATE_ABILITIES, STATES, SEED)
+    elif fault.red_check.startswith("same-step/"):
+        yield from same_step("planted", model.simulate(), _unharmed_run(partner, *where))
+    elif fault.red_check == "invariants/energy":
+        yield from energy_over_run("planted", model.reference(1e-10))
+    else:
+        yield from invariants("planted", [model], STATES, SEED)
+
+
+@lru_cache
+def _control(harmed: str, partner: str, red_check: str, laws: Laws, drive: str) -> str:
+    fault = Fault("none", lambda patch: None, red_check, laws, drive)
+    with pytest.MonkeyPatch.context() as patch:
+        interpret(patch, harmed)
+        return verdict(fault, harmed, partner)
+
+
+def assert_seen(fault: Fault, harmed: str, partner: str) -> None:
+    """The check agrees without the fault and differs with it; no fault merely raises."""
+    check = fault.red_check, fault.laws, fault.drive
+    assert _control(harmed, partner, *check) == "agree"
+    with pytest.MonkeyPatch.context() as patch:
+        interpret(patch, harmed)
+        fault.plant(patch)
+        assert verdict(fault, harmed, partner) == "differ"

@@ -1,0 +1,281 @@
+"""Faults in Exudyn's separate bodies, their contacts, joints and engine, and what sees each."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterable
+from functools import lru_cache
+
+import pytest
+
+from crosscheck.checks.states import compare_states
+from crosscheck.checks.trajectories import refined
+from crosscheck.findings import Finding
+from models import exudyn_bodies, exudyn_contact
+from models.exudyn_bodies import ExudynBodies
+from models.exudyn_tree import ExudynTree
+from models.interface import STATE_ABILITIES, Model
+from models.loading import load_case
+from models.pinocchio_gears import PinocchioGears
+from models.scenario import Scenario
+from models.switches import switches
+from tests.engines.bodies_checks import joint_gaps, wrenches
+from tests.planted.faults import (
+    ACCELERATION,
+    BIAS,
+    CONTACT,
+    EQ13,
+    FORCE,
+    MASS,
+    OMEGA_T,
+    SEED,
+    STATES,
+    TANH,
+    Fault,
+    Laws,
+    edit,
+    probe_arm,
+    probe_scenario,
+)
+
+BODIES, MESH = "models.exudyn_bodies:", "models.exudyn_contact:"
+POSES, ENGINE = "models.exudyn_poses:", "models.exudyn_bodies_engine:"
+WRENCHES, JOINTS = "bodies/wrenches", "bodies/joints"
+THETA, X_SP, X_PR = "refined/theta", "refined/x_sp", "refined/x_pr"
+
+
+PARTS = [
+    Fault("rod about its end", edit(POSES + "link_parts", "**2 / 12", "**2 / 3"), MASS),
+    Fault(
+        "ring of the wrong joint",
+        edit(POSES + "link_parts", "arm.joints[place + 1]", "arm.joints[place]"),
+        MASS,
+    ),
+    Fault("parallel axes forgotten", edit(ENGINE + "_part", "part.mass * part.x**2", "0.0"), MASS),
+    Fault("pitch for base radius", edit(POSES + "_gear_inertia", " * _cosine(joint)", ""), MASS),
+    Fault(
+        "planets not spread all round",
+        edit(POSES + "planet_seats", "joint.planet_count\n", "joint.planet_count * 0.9\n"),
+        MASS,
+    ),
+    Fault("planet's spin sign", edit(POSES + "turns_of", "base - along", "base + along"), MASS),
+    Fault(
+        "elbow's planets without the shoulder's rotation",
+        edit(POSES + "turns_of", "base - along", "-along"),
+        MASS,
+    ),
+    Fault(
+        "sun without the carrier's second turn",
+        edit(POSES + "turns_of", "along_planet + (r_s + r_p) * theta[place])", "along_planet)"),
+        MASS,
+    ),
+    Fault(
+        "sign of the inertial forces", edit(BODIES + "ExudynBodies.bias", "- eng", "+ eng"), BIAS
+    ),
+    Fault(
+        "no centripetal acceleration of the poses",
+        edit(POSES + "PoseMap.acceleration", " - spin**2", ""),
+        BIAS,
+    ),
+    Fault(
+        "no centripetal acceleration of the joints",
+        edit(
+            ENGINE + "BodyEngine.solve", "right_hand_side(), -swing", "right_hand_side(), 0 * swing"
+        ),
+        ACCELERATION,
+    ),
+    Fault(
+        "elbow hinged at the shoulder",
+        edit(ENGINE + "BodyEngine._add_bodies", "body.seat, first", "0j, first"),
+        JOINTS,
+    ),
+    Fault(
+        "lever of a body on the wrong link",
+        edit(POSES + "levers_of", "links.index(body.seat_body)", "0"),
+        JOINTS,
+    ),
+    Fault(
+        "rates of the poses without the previous links'",
+        edit(POSES + "PoseMap.velocity", "spin[self.links]", "v[2::3]"),
+        JOINTS,
+    ),
+]
+
+CONTACTS = [
+    Fault("ring as an external mesh", edit(MESH + "mesh_of", "else -1.0", "else 1.0"), FORCE),
+    Fault(
+        "r_c for r_s",
+        edit(MESH + "mesh_of", "sun_teeth if", "sun_teeth + joint.planet_teeth if"),
+        FORCE,
+    ),
+    Fault("deflection on the pitch circles", edit(MESH + "look", "mesh.cosine * (", "("), FORCE),
+    Fault(
+        "planet's turn against the line of centres lost",
+        edit(MESH + "look", "(planet.angle - turn)", "planet.angle"),
+        FORCE,
+    ),
+    Fault(
+        "full turns lost",
+        edit(MESH + "turned", " + 2 * np.pi * np.round((carrier - angle) / (2 * np.pi))", " + 0.0"),
+        FORCE,
+    ),
+    Fault("where the planet began forgotten", edit(MESH + "turned", "- direction", ""), FORCE),
+    Fault(
+        "elbow's ring at the shoulder",
+        edit(MESH + "mesh_of", "0.0 if sun else ring_at", "0.0"),
+        FORCE,
+    ),
+    Fault(
+        "ring does not turn with its body",
+        edit(MESH + "look", "np.exp(1j * body.angle)", "(1 + 0j)"),
+        FORCE,
+    ),
+    Fault(
+        "slip of the planet alone",
+        edit(MESH + "look", "slip = carried", "slip = 0 * carried"),
+        FORCE,
+    ),
+    Fault(
+        "wheel's reaction torque lost",
+        edit(MESH + "mesh_forces", "contact.wheel_lever, -push", "0j, -push"),
+        FORCE,
+    ),
+    Fault("wheel's reaction lost", edit(MESH + "mesh_forces", "-push", "0 * push"), FORCE),
+    Fault("sign of the reaction", edit(MESH + "mesh_forces", "-push", "push"), FORCE),
+    Fault(
+        "no radial part",
+        edit(MESH + "line_of_action", " + np.sign(flank) * mesh.side * mesh.sine * along", ""),
+        WRENCHES,
+    ),
+    Fault(
+        "one flank's radial part", edit(MESH + "line_of_action", "np.sign(flank) * ", ""), WRENCHES
+    ),
+    Fault("ring pulls its planets", edit(MESH + "line_of_action", "mesh.side * ", ""), WRENCHES),
+    Fault("every mesh with all damping", edit(MESH + "damping_of", " / count", ""), FORCE),
+    Fault("one planet's mass", edit(MESH + "damping_of", "mass = count * ", "mass = "), FORCE),
+    Fault("tooth error sign", edit(MESH + "elastic_force", "x - mesh", "x + mesh"), FORCE),
+    Fault("stiffness sign", edit(MESH + "elastic_force", "stiffness + ", "stiffness - "), FORCE),
+    Fault("one flank", edit(MESH + "dead_zone", "min(max(gap, -b), b)", "min(gap, b)"), FORCE),
+    Fault("sign of Eq. 6", edit(MESH + "rounded_dead_zone", "- below", "+ below"), FORCE, TANH),
+    Fault(
+        "contact without tooth error",
+        edit(MESH + "damping_force", " - mesh.error * contact.wave", ""),
+        FORCE,
+        CONTACT,
+    ),
+    Fault("phase of the link in space", edit(MESH + "mesh_wave", " - previous.angle", ""), FORCE),
+    Fault(
+        "clock of the link in space",
+        edit(MESH + "mesh_wave", "(carrier.spin - previous.spin)", "carrier.spin"),
+        FORCE,
+        OMEGA_T,
+    ),
+    Fault(
+        "ring phase lost",
+        edit(MESH + "mesh_of", "else joint.ring_mesh_phase_rad", "else 0.0"),
+        FORCE,
+    ),
+    Fault("sign in Eq. 13", edit(MESH + "teeth_passing", "- 1)", "+ 1)"), FORCE, EQ13),
+]
+
+MOTORS = [
+    Fault("torque without 1/n", edit(BODIES + "motor", "torque / ratio", "torque"), FORCE),
+    Fault("ratio without the ring", edit(BODIES + "motor", "sun_teeth + 1", "sun_teeth"), FORCE),
+    Fault("reaction lost", edit(BODIES + "motor", "-on_sun]", "0.0]"), FORCE),
+    Fault(
+        "reaction on the driven link",
+        edit(BODIES + "motor", "0.0, 0.0, 0.0, -on_sun]", "-on_sun, 0.0, 0.0, 0.0]"),
+        FORCE,
+    ),
+    Fault("angle in space sensed", edit(BODIES + "motor", "q[5] - q[8]", "q[5]"), FORCE),
+    Fault("shoulder's gains", edit(BODIES + "motor", "law.gains[place]", "law.gains[0]"), FORCE),
+]
+
+START = BODIES + "ExudynBodies.start"
+RUNS = [
+    Fault("start at rest", edit(START, "start.theta_dot_rad_per_s", "0.0"), THETA),
+    Fault("start in play", edit(START, '== "contact"', '== "centre"'), X_SP),
+    Fault(
+        "offsets swapped",
+        edit(
+            START,
+            "start.sun_planet_offset_m, start.planet_ring_offset_m",
+            "start.planet_ring_offset_m, start.sun_planet_offset_m",
+        ),
+        X_PR,
+    ),
+    Fault(
+        "engine starts with other rates",
+        edit(ENGINE + "BodyEngine.run", "(0.0, pose, velocity)", "(0.0, pose, 0.999 * velocity)"),
+        THETA,
+    ),
+    Fault(
+        "sides swapped in the record",
+        edit(BODIES + "ExudynBodies._trajectory", "x_sp=read[0, 0]", "x_sp=read[1, 0]"),
+        X_SP,
+    ),
+]
+
+FAULTS = [*PARTS, *CONTACTS, *MOTORS, *RUNS]
+
+
+def interpret(patch: pytest.MonkeyPatch) -> None:
+    """Compiled functions of the contact become their Python originals, which can be changed."""
+    for module in (exudyn_contact, exudyn_bodies):
+        for name, value in list(vars(module).items()):
+            if hasattr(value, "py_func") and value.__module__ == exudyn_contact.__name__:
+                patch.setattr(module, name, inspect.unwrap(value))
+        patch.setattr(module, "push_bodies", exudyn_contact.mesh_forces)
+
+
+def found(red_check: str, laws: Laws) -> Finding:
+    """The named check, with whatever is planted in the bodies."""
+    kind, quantity = red_check.split("/")
+    findings = {"states": _states, "refined": _refined, "bodies": _bodies}[kind](laws)
+    return next(finding for finding in findings if finding.quantity == quantity)
+
+
+def _model(kind: type[Model], scenario: Scenario, laws: Laws) -> Model:
+    return kind(probe_arm(), scenario, switches(**dict(laws)))
+
+
+def _states(laws: Laws) -> Iterable[Finding]:
+    models = [_model(kind, probe_scenario("pd"), laws) for kind in (PinocchioGears, ExudynBodies)]
+    return compare_states("planted", models, STATE_ABILITIES, STATES, SEED)
+
+
+def _bodies(laws: Laws) -> Iterable[Finding]:
+    settings = ("scenario.drive.torque_N_m=0.0",)
+    still = load_case("paper-labelled", "constant-torque", {}, settings).scenario
+    model = ExudynBodies(probe_arm(), still, switches(**dict(laws)))
+    return joint_gaps(model), wrenches(model, PinocchioGears(model.arm, still, model.switches))
+
+
+def _refined(laws: Laws) -> Iterable[Finding]:
+    bodies, tree = (
+        tuple(_model(kind, _short(step), laws).simulate() for step in (1e-6, 2e-6))
+        for kind in (ExudynBodies, ExudynTree)
+    )
+    return refined("planted", bodies, tree)
+
+
+def _short(step_s: float) -> Scenario:
+    """0.2 ms from the start in motion."""
+    grid = {"duration_s": 2e-4, "step_s": step_s, "record_every": round(2e-5 / step_s)}
+    return probe_scenario("pd").model_copy(update=grid)
+
+
+@lru_cache
+def _control(red_check: str, laws: Laws) -> str:
+    with pytest.MonkeyPatch.context() as patch:
+        interpret(patch)
+        return found(red_check, laws).verdict
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_fault_turns_its_check_red(fault: Fault, monkeypatch: pytest.MonkeyPatch):
+    assert _control(fault.red_check, fault.laws) == "agree"
+    if not fault.red_check.startswith("refined"):  # whole runs need the compiled functions' speed
+        interpret(monkeypatch)
+    fault.plant(monkeypatch)
+    assert found(fault.red_check, fault.laws).verdict == "differ"

@@ -1,0 +1,286 @@
+"""Faults in the Exudyn tree, its meshes and its engine, and the check that sees each."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.planted.faults import (
+    BIAS,
+    CONTACT,
+    EQ13,
+    FORCE,
+    MASS,
+    OMEGA_T,
+    TANH,
+    Fault,
+    assert_seen,
+    edit,
+)
+
+TREE, MESH, ENGINE = "models.exudyn_tree:", "models.exudyn_mesh:", "models.exudyn_engine:"
+THETA, X_SP, X_PR = "same-step/theta", "same-step/x_sp", "same-step/x_pr"
+F_SP, F_PR = "same-step/F_sp", "same-step/F_pr"
+SINUSOID = {"drive": "sinusoid"}
+
+BODIES = [
+    Fault("rod about its end", edit(TREE + "_link_parts", "**2 / 12", "**2 / 3"), MASS),
+    Fault(
+        "centre of mass at half length",
+        edit(TREE + "_link_parts", "(rod, link.com_m", "(rod, link.length_m / 2"),
+        MASS,
+    ),
+    Fault(
+        "payload at the elbow",
+        edit(TREE + "_link_parts", "payload_mass_kg, link.length_m", "payload_mass_kg, 0.0"),
+        MASS,
+    ),
+    Fault(
+        "carrier's inertia by the planet's radius",
+        edit(TREE + "_link_parts", "joint.sun_teeth + joint.planet_teeth", "joint.planet_teeth"),
+        MASS,
+    ),
+    Fault(
+        "ring of the wrong joint",
+        edit(TREE + "_link_parts", "arm.joints[place + 1]", "arm.joints[place]"),
+        MASS,
+    ),
+    Fault(
+        "ring without inertia", edit(TREE + "_link_parts", "outer.ring_inertia_kg_m2", "0.0"), MASS
+    ),
+    Fault(
+        "parallel axes forgotten",
+        edit(TREE + "_composite", "inertia.sum() + mass @ (x - com) ** 2", "inertia.sum()"),
+        MASS,
+    ),
+    Fault(
+        "sun on the link that it drives",
+        edit(
+            TREE + "_bodies",
+            "Body(parent, axis, joint.sun_mass_kg",
+            "Body(stage.link, (0.0, 0.0), joint.sun_mass_kg",
+        ),
+        MASS,
+    ),
+    Fault(
+        "sun's inertia by the planet's radius",
+        edit(TREE + "_bodies", "joint, joint.sun_teeth)", "joint, joint.planet_teeth)"),
+        MASS,
+    ),
+    Fault("planets on half the circle", edit(TREE + "_planets", "2 * np.pi", "np.pi"), MASS),
+    Fault(
+        "planets on the base circle",
+        edit(TREE + "_planets", "/ 2\n", "/ 2 * np.cos(np.radians(joint.pressure_angle_deg))\n"),
+        MASS,
+    ),
+    Fault(
+        "planets without orbit inertia",
+        edit(TREE + "_planets", "joint.planet_mass_kg, 0.0", "1e-9, 0.0"),
+        MASS,
+    ),
+    Fault(
+        "pitch for base radius",
+        edit(
+            MESH + "base_radius", "/ 2 * float(np.cos(np.radians(joint.pressure_angle_deg)))", "/ 2"
+        ),
+        MASS,
+    ),
+    Fault(
+        "planet's spin sign",
+        edit(TREE + "tree_from_paper", "-ring / planet", "ring / planet"),
+        MASS,
+    ),
+    Fault(
+        "sun turns in the link instead of its base",
+        edit(TREE + "tree_from_paper", "(sun + ring) / sun", "ring / sun"),
+        MASS,
+    ),
+    Fault(
+        "sign of the right-hand side",
+        edit(TREE + "ExudynTree.bias", "-self.from_paper.T", "self.from_paper.T"),
+        BIAS,
+    ),
+    Fault(
+        "Coriolis force of other rates",
+        edit(ENGINE + "Engine.place", "SetODE2Coordinates_t(v", "SetODE2Coordinates_t(v / 2"),
+        BIAS,
+    ),
+    Fault(
+        "gravity left on",
+        edit(ENGINE + "_tree", "[0.0, 0.0, 0.0],\n    )", "[0.0, -9.81, 0.0],\n    )"),
+        BIAS,
+    ),
+]
+
+FORCES = [
+    Fault("motor torque without 1/n", edit(TREE + "_motors", "torque / ratio", "torque"), FORCE),
+    Fault("ratio without the ring's turn", edit(TREE + "_ratio", " + 1", ""), FORCE),
+    Fault("motor on the link", edit(TREE + "_motors", "forces[sun]", "forces[link]"), FORCE),
+    Fault(
+        "motor with the shoulder's gains",
+        edit(TREE + "_motors", "law.gains[place]", "law.gains[0]"),
+        FORCE,
+    ),
+    Fault("motor's clock stands", edit(TREE + "_motors", "clock[0] + t", "t"), FORCE, **SINUSOID),
+    Fault(
+        "sun mesh without the carrier's reaction",
+        edit(MESH + "sun_mesh", "forces[link] = big * pull", "forces[link] = 0.0"),
+        FORCE,
+    ),
+    Fault(
+        "sun mesh without the sun's reaction",
+        edit(MESH + "sun_mesh", "forces[sun] = -big * pull", "forces[sun] = 0.0"),
+        FORCE,
+    ),
+    Fault("sign on the planet", edit(MESH + "sun_mesh", "-small * pull", "small * pull"), FORCE),
+    Fault("sign on the carrier", edit(MESH + "ring_mesh", "big * pull", "-big * pull"), FORCE),
+    Fault("sun mesh's clock stands", edit(MESH + "sun_mesh", "clock[0] + t", "t"), FORCE, OMEGA_T),
+    Fault(
+        "ring mesh as an external one",
+        edit(MESH + "mesh_law", "else -planet_radius", "else planet_radius"),
+        FORCE,
+    ),
+    Fault(
+        "ring's teeth for the planet's",
+        edit(MESH + "mesh_law", "else joint.ring_teeth", "else joint.planet_teeth"),
+        FORCE,
+    ),
+    Fault(
+        "every mesh has the damping of all",
+        edit(MESH + "mesh_law", " / joint.planet_count", ""),
+        FORCE,
+    ),
+    Fault(
+        "damping by one planet's mass",
+        edit(MESH + "_stage_damping", "planets * planet_mass", "planet_mass"),
+        FORCE,
+    ),
+    Fault(
+        "ring mesh with the sun mesh's direct damping",
+        edit(MESH + "_stage_damping", "joint.planet_ring_damping", "joint.sun_planet_damping"),
+        FORCE,
+    ),
+    Fault(
+        "ring phase lost",
+        edit(MESH + "mesh_law", "else joint.ring_mesh_phase_rad", "else 0.0"),
+        FORCE,
+    ),
+    Fault(
+        "corrected ring rate is Eq. 13's",
+        edit(MESH + "_phase_rate", ' or chosen.ring_rate == "corrected"', ""),
+        FORCE,
+    ),
+    Fault("sign in Eq. 13", edit(MESH + "_phase_rate", "planet - 1", "planet + 1"), FORCE, EQ13),
+    Fault(
+        "deflection without the carrier",
+        edit(MESH + "mesh_force", "(wheel - carrier)", "wheel"),
+        FORCE,
+    ),
+    Fault(
+        "damper by the absolute sun",
+        edit(MESH + "mesh_force", "(wheel_dot - carrier_dot)", "wheel_dot"),
+        FORCE,
+    ),
+    Fault("tooth error sign", edit(MESH + "elastic_force", "x - law", "x + law"), FORCE),
+    Fault(
+        "stiffness varies the other way",
+        edit(MESH + "elastic_force", "law[K_M] + law[K_A]", "law[K_M] - law[K_A]"),
+        FORCE,
+    ),
+    Fault(
+        "clearance on one flank only", edit(MESH + "clearance", "return x + b", "return 0.0"), FORCE
+    ),
+    Fault(
+        "clearance b instead of 2 b",
+        edit(
+            MESH + "elastic_force",
+            "clearance(gap, law[BACKLASH])\n    return",
+            "clearance(gap, law[BACKLASH] / 2)\n    return",
+        ),
+        FORCE,
+    ),
+    Fault(
+        "sign in the smooth clearance",
+        edit(MESH + "smooth_clearance", "upper - lower", "upper + lower"),
+        FORCE,
+        TANH,
+    ),
+    Fault(
+        "exact clearance whatever the switch",
+        edit(MESH + "mesh_law", 'chosen.dead_zone == "tanh"', "False"),
+        FORCE,
+        TANH,
+    ),
+    Fault(
+        "phase without time", edit(MESH + "mesh_sine", "theta_dot * t", "theta_dot"), FORCE, OMEGA_T
+    ),
+    Fault(
+        "phase by the clock whatever the switch",
+        edit(MESH + "mesh_law", 'chosen.phase == "omega_t"', "True"),
+        FORCE,
+    ),
+    Fault(
+        "dampers act in free play",
+        edit(MESH + "mesh_law", 'chosen.damping == "contact"', "False"),
+        FORCE,
+        CONTACT,
+    ),
+    Fault(
+        "contact judged without the tooth error",
+        edit(MESH + "damping_force", "x - law[ERROR] * sine", "x"),
+        FORCE,
+        CONTACT,
+    ),
+]
+
+RUNS = [
+    Fault("integrator of order 3", edit(ENGINE + "_settings", "RK44", "RK33"), X_SP),
+    Fault(
+        "steps 0.1 percent too long",
+        edit(ENGINE + "Engine.advance", "steps * step_s", "1.001 * steps * step_s"),
+        THETA,
+    ),
+    Fault(
+        "start at rest", edit(TREE + "ExudynTree.start", "start.theta_dot_rad_per_s", "0.0"), THETA
+    ),
+    Fault(
+        "start away from contact",
+        edit(TREE + "ExudynTree.start", '== "contact"', '== "centre"'),
+        X_SP,
+    ),
+    Fault(
+        "offsets of the start swapped",
+        edit(TREE + "ExudynTree.start", "start.planet_ring_offset_m", "start.sun_planet_offset_m"),
+        X_PR,
+    ),
+    Fault(
+        "clock of a run stands",
+        edit(TREE + "ExudynTree.simulate", "engine.place(t, q, v)", "engine.place(0.0, q, v)"),
+        X_SP,
+        OMEGA_T,
+    ),
+    Fault("motor's clock stands", edit(TREE + "_motors", "clock[0] + t", "t"), THETA, **SINUSOID),
+    Fault(
+        "ring mesh recorded with the sun",
+        edit(TREE + "ExudynTree._trajectory", "with_sun=side == 0", "with_sun=True"),
+        X_PR,
+    ),
+    Fault("sun's sign in the record", edit(MESH + "deflection", "wheel - q", "wheel + q"), X_SP),
+    Fault(
+        "forces recorded with the shoulder's phase",
+        edit(TREE + "ExudynTree._trajectory", "here], theta[:, place]", "here], theta[:, 0]"),
+        F_SP,
+    ),
+    Fault(
+        "forces recorded without the clock",
+        edit(TREE + "ExudynTree._trajectory", "law.array, time,", "law.array, 0 * time,"),
+        F_PR,
+        OMEGA_T,
+    ),
+]
+
+FAULTS = [*BODIES, *FORCES, *RUNS]
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_fault_turns_its_check_red(fault: Fault):
+    assert_seen(fault, "exudyn:tree", "analytic:physical")

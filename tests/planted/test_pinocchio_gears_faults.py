@@ -1,0 +1,275 @@
+"""Faults in the gear tree, and the check that sees each."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.planted.faults import (
+    ACCELERATION,
+    BIAS,
+    CONTACT,
+    EQ13,
+    FORCE,
+    MASS,
+    OMEGA_T,
+    TANH,
+    Fault,
+    Plant,
+    assert_seen,
+    edit,
+)
+
+
+def change(function: str, old: str, new: str) -> Plant:
+    return edit(f"models.pinocchio_gears:{function}", old, new)
+
+
+FAULTS = [
+    Fault(
+        "rod about its end",
+        change("_build", "length_m**2 / 12", "length_m**2 / 3"),
+        MASS,
+    ),
+    Fault(
+        "centre of mass at half length",
+        change("_build", "link.com_m, mass", "link.length_m / 2, mass"),
+        MASS,
+    ),
+    Fault(
+        "payload at the elbow",
+        change("_build", "places[-1], arm.payload", "0.0, arm.payload"),
+        MASS,
+    ),
+    Fault(
+        "gravity left on",
+        change("_build", "np.zeros(3)", "np.array([0.0, -9.81, 0.0])"),
+        BIAS,
+    ),
+    Fault(
+        "carrier's inertia by the sun's radius",
+        change(
+            "_add_gears", "equivalent_mass_kg * (r_s + r_p) ** 2", "equivalent_mass_kg * r_s**2"
+        ),
+        MASS,
+    ),
+    Fault(
+        "planets on the base circle",
+        change(
+            "_add_gears",
+            "radius = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2",
+            "radius = r_s + r_p",
+        ),
+        MASS,
+    ),
+    Fault(
+        "planets without orbit inertia",
+        change("_add_gears", "0.0, joint.planet_mass_kg", "0.0, 0.0"),
+        MASS,
+    ),
+    Fault(
+        "planet's inertia by the sun's radius",
+        change(
+            "_add_gears", "planet_equivalent_mass_kg * r_p**2", "planet_equivalent_mass_kg * r_s**2"
+        ),
+        MASS,
+    ),
+    Fault(
+        "sun's equivalent mass and mass swapped",
+        change(
+            "_add_gears",
+            "joint.sun_mass_kg, joint.sun_equivalent_mass_kg",
+            "joint.sun_equivalent_mass_kg, joint.sun_mass_kg",
+        ),
+        MASS,
+    ),
+    Fault(
+        "ring on the link that it drives",
+        change(
+            "_add_gears",
+            "_load(tree, previous, place, joint.ring",
+            "_load(tree, link, 0, joint.ring",
+        ),
+        MASS,
+    ),
+    Fault(
+        "planet's spin sign",
+        change("_to_tree", "-joint.ring_teeth / joint.planet", "joint.ring_teeth / joint.planet"),
+        MASS,
+    ),
+    Fault(
+        "sun turns in the link instead of its base",
+        change("_to_tree", "1 + joint.ring_teeth", "joint.ring_teeth"),
+        MASS,
+    ),
+    Fault(
+        "mass matrix without its lower half",
+        change("PinocchioGears.mass_matrix", "upper + np.triu(upper, 1).T", "upper"),
+        MASS,
+    ),
+    Fault(
+        "no Coriolis force",
+        change("PinocchioGears.bias", "self._data, angles, rates", "self._data, angles, 0 * rates"),
+        BIAS,
+    ),
+    Fault(
+        "motor torque without 1/n",
+        change("PinocchioGears._motor_torques", "output / self._ratios[i]", "output"),
+        FORCE,
+    ),
+    Fault(
+        "controller senses the sun",
+        change("PinocchioGears._motor_torques", "angles[self._links]", "angles[self._suns]"),
+        FORCE,
+    ),
+    Fault(
+        "contact without reaction",
+        change(
+            "PinocchioGears.contact_wrenches",
+            "((mesh.planet, 1.0), (mesh.central, -1.0))",
+            "((mesh.planet, 1.0),)",
+        ),
+        FORCE,
+    ),
+    Fault(
+        "sign in the moment",
+        change("PinocchioGears.contact_wrenches", "push[:, 1] - arm", "push[:, 1] + arm"),
+        FORCE,
+    ),
+    Fault(
+        "forces turned the wrong way",
+        change("PinocchioGears._local_forces", "pose.rotation.T @", "pose.rotation @"),
+        FORCE,
+    ),
+    Fault(
+        "no pressure angle",
+        change("_line_of_action", "mesh.cosine[:, None] * tangent", "tangent"),
+        FORCE,
+    ),
+    Fault(
+        "contact at the planet's share of the centre distance",
+        change("_mesh", "teeth / (joint.sun", "joint.planet_teeth / (joint.sun"),
+        FORCE,
+    ),
+    Fault(
+        "ring mesh as an external one",
+        change("_approach", "mesh.side * mesh.planet_radius", "mesh.planet_radius"),
+        FORCE,
+    ),
+    Fault(
+        "approach without the carrier",
+        change("_approach", " - angles[mesh.link - 1]", ""),
+        FORCE,
+    ),
+    Fault(
+        "tooth error sign",
+        change("PinocchioGears._mesh_forces", "- mesh.error * wave", "+ mesh.error * wave"),
+        FORCE,
+    ),
+    Fault(
+        "stiffness does not vary",
+        change("PinocchioGears._mesh_forces", "mesh.amplitude * wave", "0 * wave"),
+        FORCE,
+    ),
+    Fault(
+        "phase of the wrong joint",
+        change("PinocchioGears._mesh_phases", "turned[mesh.link - 1]", "turned[0]"),
+        FORCE,
+    ),
+    Fault(
+        "phase without time",
+        change("PinocchioGears._mesh_phases", "rates * t", "rates"),
+        FORCE,
+        OMEGA_T,
+    ),
+    Fault(
+        "ring phase on the sun mesh",
+        change(
+            "_mesh",
+            "0.0 if external else joint.ring_mesh",
+            "0.0 if not external else joint.ring_mesh",
+        ),
+        FORCE,
+    ),
+    Fault(
+        "corrected ring rate is Eq. 13's",
+        change("_ring_mesh_rate", 'ring_teeth if chosen.ring_rate == "corrected" else joint.', ""),
+        FORCE,
+    ),
+    Fault(
+        "ring rate of Eq. 13 is corrected",
+        change("_ring_mesh_rate", ' if chosen.ring_rate == "corrected" else joint.sun_teeth', ""),
+        FORCE,
+        EQ13,
+    ),
+    Fault(
+        "clearance b instead of 2 b",
+        change(
+            "_exact_dead_zone",
+            "-mesh.backlash, mesh.backlash",
+            "-mesh.backlash / 2, mesh.backlash / 2",
+        ),
+        FORCE,
+    ),
+    Fault(
+        "sign in the smooth clearance",
+        change("_tanh_dead_zone", "(left - right)", "(left + right)"),
+        FORCE,
+        TANH,
+    ),
+    Fault(
+        "exact clearance whatever the switch",
+        change("PinocchioGears._mesh_forces", 'if self.switches.dead_zone == "exact"', "if True"),
+        FORCE,
+        TANH,
+    ),
+    Fault(
+        "every mesh has the damping of all",
+        change(
+            "_mesh",
+            "_stage_damping(joint, external) / joint.planet_count",
+            "_stage_damping(joint, external)",
+        ),
+        FORCE,
+    ),
+    Fault(
+        "damping by one planet's mass",
+        change("_stage_damping", "else planets * joint.planet", "else joint.planet"),
+        FORCE,
+    ),
+    Fault(
+        "direct dampings swapped",
+        change("_stage_damping", "given[external]", "given[not external]"),
+        FORCE,
+    ),
+    Fault(
+        "dampers act in free play",
+        change("PinocchioGears._mesh_forces", '== "contact"', '== "never"'),
+        FORCE,
+        CONTACT,
+    ),
+    Fault(
+        "contact judged without the tooth error",
+        change(
+            "PinocchioGears._mesh_forces",
+            "np.abs(gap) > mesh.backlash",
+            "np.abs(_approach(mesh, angles)) > mesh.backlash",
+        ),
+        FORCE,
+        CONTACT,
+    ),
+    Fault(
+        "no contacts in the articulated body algorithm",
+        change("PinocchioGears.acceleration", "torques, contacts)", "torques)"),
+        ACCELERATION,
+    ),
+    Fault(
+        "ring's sign on the way back",
+        change("PinocchioGears.from_tree", "-r_r * theta", "r_r * theta"),
+        ACCELERATION,
+    ),
+]
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_fault_turns_its_check_red(fault: Fault):
+    assert_seen(fault, "pinocchio:gears", "analytic:physical")
