@@ -11,12 +11,15 @@ from rich.table import Table
 from crosscheck.api import require_stable_step
 from crosscheck.api import simulate as simulate_model
 from crosscheck.output import require_writable, write_text
-from crosscheck.progress import shown_progress
+from crosscheck.paper.report import chapters as paper_chapters
+from crosscheck.paper.study import Study, cache_folder
+from crosscheck.plan import is_the_papers
+from crosscheck.progress import progress_bar, shown_progress
 from crosscheck.provenance import provenance
 from crosscheck.registry import MODELS, build
 from crosscheck.report.html import report_page
 from crosscheck.report.terminal import print_agreement
-from crosscheck.run import CrossCheck, cross_check
+from crosscheck.run import cross_check
 from models.errors import InputError
 from models.loading import builtin_arms, builtin_scenarios, load_arm, load_case, load_scenario
 from models.trajectory import write_netcdf
@@ -30,17 +33,15 @@ def run_command(arm: str, out: Path, quick: bool, jobs: int, seed: int) -> int:
     require_writable(out)
     with shown_progress() as told:
         result = cross_check(chosen, quick=quick, jobs=jobs, seed=seed, told=told)
-        told("report", 0)
-        _write_report(result, out)
+    with progress_bar() as bar:
+        in_brief = not quick and is_the_papers(chosen)
+        brief = paper_chapters(Study(cache_folder(), jobs, bar), quick=True) if in_brief else []
+        page = report_page(result, brief)
+    write_text(out / "agreement.json", result.agreement.to_json())
+    write_text(out / "index.html", page)
     print_agreement(result.agreement)
     print(f"wrote {out / 'index.html'} and {out / 'agreement.json'}")
     return result.agreement.exit_code
-
-
-def _write_report(result: CrossCheck, out: Path) -> None:
-    page = report_page(result)
-    write_text(out / "agreement.json", result.agreement.to_json())
-    write_text(out / "index.html", page)
 
 
 def simulate_command(

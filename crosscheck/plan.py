@@ -9,7 +9,7 @@ from crosscheck.registry import PAPER_FORMS, RIGID_LEVELS, build
 from crosscheck.simulations import Simulation, nudged, with_step
 from models.arm import Arm
 from models.errors import InputError
-from models.loading import Case, load_arm, load_case, load_scenario
+from models.loading import Case, load_arm, load_scenario
 from models.scenario import ConstantDrive, SinusoidDrive
 from models.switches import Switches, switches
 
@@ -178,5 +178,14 @@ def order_simulations(case: OrderCase) -> Iterator[Simulation]:
 
 def readings(arm: Arm) -> list[Arm]:
     """State checks run for both readings of the paper's table, or for the user's arm alone."""
-    paper = [load_case(f"paper-{name}", "pd").arm for name in ("labelled", "swapped")]
-    return paper if arm in paper else [arm]
+    return papers_arms() if is_the_papers(arm) else [arm]
+
+
+def papers_arms() -> list[Arm]:
+    """Both readings of Table I."""
+    return [load_arm(f"paper-{name}") for name in ("labelled", "swapped")]
+
+
+def is_the_papers(arm: Arm) -> bool:
+    """Whether this is the paper's arm, in either reading."""
+    return arm in papers_arms()

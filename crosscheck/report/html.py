@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.findings import Finding
+from crosscheck.paper.chapter import Chapter
 from crosscheck.plan import RIGID_LEVELS
 from crosscheck.report import figures
 from crosscheck.report.matrix import cells, groups
@@ -16,8 +18,8 @@ from crosscheck.run import CrossCheck
 GEARED_PAIR = ("analytic:physical", "exudyn:tree")
 
 
-def report_page(result: CrossCheck) -> str:
-    """HTML text of the report, figures inlined."""
+def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
+    """HTML text of the report, figures inlined; the paper's chapters follow the comparison."""
     environment = Environment(
         loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
     )
@@ -33,6 +35,7 @@ def report_page(result: CrossCheck) -> str:
         deviations=_deviations(agreement.findings),
         levels=RIGID_LEVELS,
         charts=_charts(result),
+        chapters=chapters,
         provenance=agreement.provenance,
     )
 
