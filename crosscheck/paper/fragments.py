@@ -1,0 +1,34 @@
+"""Pieces of HTML that the attribution and hypothesis chapters share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+COLOURS = ("#1f5fa8", "#d1702c", "#2f8f5b", "#8a4fb0", "#b03050", "#5a6b7a", "#a08a20")
+
+
+def heading(text: str) -> str:
+    """A section's heading."""
+    return f"<h3>{escape(text)}</h3>"
+
+
+def paragraph(text: str) -> str:
+    """A paragraph of plain text."""
+    return f"<p>{escape(text)}</p>"
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
+    """A table of plain texts that scrolls by itself where it is too wide."""
+    title = f"<caption>{escape(caption)}</caption>" if caption else ""
+    lines = "".join(_row(row, "td") for row in rows)
+    return f'<div class="wide"><table>{title}{_row(head, "th")}{lines}</table></div>'
+
+
+def figure(svg: str, caption: str) -> str:
+    """A drawing with what it shows."""
+    return f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
+
+
+def _row(cells: Sequence[str], tag: str) -> str:
+    return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"

@@ -1,0 +1,159 @@
+"""The analytic model with what its scenario fixes set free: the clock, the start, the phase's rate.
+
+The mesh phase is written as one linear form per mesh: phi = offset + w . q (law `angle`), or
+phi = offset + (w . v) t (law `omega_t`), so that Eq. 11 in full is only another w than Eq. 12.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from analytic import kernel
+from analytic.gears import Gears, gears
+from analytic.kinematics import stage_geometry
+from analytic.mesh_frequency import ANGLE, OMEGA_T
+from analytic.model import FormModel, PhysicalModel
+from analytic.terms import Terms
+from models.arm import Arm
+from models.drive import DriveData, drive_data
+from models.loading import Case, load_scenario
+
+
+class Plant(NamedTuple):
+    """A geared arm in an experiment.
+
+    gears: with the phases kept in ``offset``, which is overwritten at every evaluation; weights
+    (meshes, n): w, in radians per metre or radian; offset (meshes,) [rad]; timed: law `omega_t`.
+    """
+
+    terms: Terms
+    gears: Gears
+    drive: DriveData
+    weights: np.ndarray
+    offset: np.ndarray
+    timed: bool
+
+
+def plant_of(model: FormModel, full_rate: bool = False) -> Plant:
+    """The model's plant; ``full_rate`` keeps the terms of Eq. 11 that Eq. 12 neglects."""
+    meshes = model.gears
+    weights = np.zeros((meshes.where.size, len(model.coordinates)))
+    weights[np.arange(meshes.where.size), meshes.theta] = meshes.rate
+    if full_rate:
+        weights += neglected_weights(model)
+    still = meshes._replace(
+        rate=np.zeros_like(meshes.rate), offset=meshes.offset.copy(), phase=ANGLE
+    )
+    timed = meshes.phase == OMEGA_T
+    return Plant(model.terms, still, model.drive, weights, meshes.offset.copy(), timed)
+
+
+def neglected_weights(model: FormModel) -> np.ndarray:
+    """Eq. 11 less Eq. 12 [rad/m], (meshes, n): z_s / r_s on x_sp and x_pr; z_p / r_p on x_pr."""
+    weights = np.zeros((model.gears.where.size, len(model.coordinates)))
+    for j, joint in enumerate(model.arm.joints):
+        geometry = stage_geometry(joint)
+        x_sp, x_pr = model.gears.where[2 * j : 2 * j + 2]
+        weights[2 * j, [x_sp, x_pr]] = joint.sun_teeth / geometry.r_s
+        weights[2 * j + 1, x_pr] = joint.planet_teeth / geometry.r_p
+    return weights
+
+
+def physical(case: Case) -> PhysicalModel:
+    """The analytic model of a case; arms that differ in their teeth alone share its symbols."""
+    toothless = tuple(joint.model_copy(update=_TEETH) for joint in case.arm.joints)
+    model = copy(_inertia(case.arm.model_copy(update={"joints": toothless})))
+    model.arm, model.scenario, model.switches = case
+    model.drive = drive_data(case.scenario, len(case.arm.joints))
+    model.gears = gears(case.arm, case.switches)
+    return model
+
+
+# What no entry of M and C contains: putting numbers into them takes as long as half a run.
+_TEETH = {
+    "damping_ratio": 0.0,
+    "backlash_m": 0.0,
+    "tooth_error_m": 0.0,
+    "mesh_stiffness_amplitude_N_per_m": 0.0,
+    "ring_mesh_phase_rad": 0.0,
+}
+
+
+@lru_cache
+def _inertia(arm: Arm) -> PhysicalModel:
+    return PhysicalModel(arm, load_scenario("pd"))
+
+
+@njit(cache=True, inline="always")
+def set_phases(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> None:
+    """phi of every mesh at time t [s] into the gears' ``offset``."""
+    for i in range(plant.offset.size):
+        total = 0.0
+        for k in range(q.size):
+            total += plant.weights[i, k] * (v[k] * t if plant.timed else q[k])
+        plant.gears.offset[i] = plant.offset[i] + total
+
+
+@njit(cache=True)
+def acceleration(plant: Plant, t: float, q: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
+    """q'' into out (n,)."""
+    set_phases(plant, t, q, v)
+    kernel.acceleration(plant.terms, plant.gears, plant.drive, t, q, v, out)
+
+
+@njit(cache=True)
+def forces_along(plant: Plant, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> np.ndarray:
+    """Elastic force per planet [N], (times, meshes), at states qs, vs (times, n)."""
+    out = np.empty((time.size, plant.offset.size))
+    for k in range(time.size):
+        set_phases(plant, time[k], qs[k], vs[k])
+        kernel.elastic_forces(plant.gears, time[k], qs[k], vs[k], out[k])
+    return out
+
+
+@njit(cache=True)
+def accelerations_along(
+    plant: Plant, time: np.ndarray, qs: np.ndarray, vs: np.ndarray
+) -> np.ndarray:
+    """q'' at states qs, vs (times, n)."""
+    out = np.empty_like(qs)
+    for k in range(time.size):
+        acceleration(plant, time[k], qs[k], vs[k], out[k])
+    return out
+
+
+@njit(cache=True)
+def integrate(
+    plant: Plant, clock: float, q0: np.ndarray, v0: np.ndarray, step: float, steps: int, stride: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """RK4 from any state, the clock at ``clock`` [s] at the start; q, v (steps // stride + 1, n).
+
+    Records after the state has ceased to be finite stay NaN.
+    """
+    n, records = q0.size, steps // stride + 1
+    qs, vs = np.full((records, n), np.nan), np.full((records, n), np.nan)
+    q, v, a, w = q0.copy(), v0.copy(), np.empty((4, n)), np.empty((4, n))
+    qs[0], vs[0] = q, v
+    h = step
+    for k in range(steps):
+        t = clock + k * h
+        w[0] = v
+        acceleration(plant, t, q, w[0], a[0])
+        w[1] = v + h / 2 * a[0]
+        acceleration(plant, t + h / 2, q + h / 2 * w[0], w[1], a[1])
+        w[2] = v + h / 2 * a[1]
+        acceleration(plant, t + h / 2, q + h / 2 * w[1], w[2], a[2])
+        w[3] = v + h * a[2]
+        acceleration(plant, t + h, q + h * w[2], w[3], a[3])
+        q += h / 6 * (w[0] + 2 * w[1] + 2 * w[2] + w[3])
+        v += h / 6 * (a[0] + 2 * a[1] + 2 * a[2] + a[3])
+        if (k + 1) % stride == 0:
+            if not (np.isfinite(q).all() and np.isfinite(v).all()):
+                break
+            qs[(k + 1) // stride], vs[(k + 1) // stride] = q, v
+    return qs, vs

@@ -1,0 +1,89 @@
+"""What decides hypothesis H1: thresholds and the functions that apply them.
+
+H1: the part of the third fluctuation that depends on the tooth error exists only under `omega_t`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+PRESENT_RAD_PER_S2 = 30.0  # a tenth of the 300 rad/s^2 that the paper reports
+ONSET_RAD_PER_S2 = 3.0  # a hundredth of them: where a growing vibration counts as begun
+CLOCK_N = 1e-9  # rounding of mesh forces of some 1e3 N, with room
+DEAD = 0.1  # of the vibration handed over
+SAME = {"onset_s": 0.05, "frequency_Hz": 0.03, "amplitude_rad_per_s2": 0.10}
+ONSET_PREDICTED = 0.05  # relative error of the predicted onset
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """One kind of evidence: its text, its numbers, and whether it speaks for H1 (None: not run)."""
+
+    html: str
+    records: list[dict[str, Any]] = field(default_factory=list)
+    supports: bool | None = None
+
+
+def error_part(with_error: float, without: float) -> float:
+    """What the tooth error adds to the third fluctuation's amplitude [rad/s^2]."""
+    return max(0.0, with_error - without)
+
+
+def where_present(parts: Mapping[str, Sequence[float]]) -> str:
+    """Under which phase law the tooth error's part [rad/s^2] is present in any cell.
+
+    parts: of every cell, by phase law. Returns `only with omega_t`, `only with angle`, `with both`
+    or `with neither`.
+    """
+    present = {law: any(p >= PRESENT_RAD_PER_S2 for p in cells) for law, cells in parts.items()}
+    if present["omega_t"] and present["angle"]:
+        return "with both"
+    if not any(present.values()):
+        return "with neither"
+    return "only with omega_t" if present["omega_t"] else "only with angle"
+
+
+def knows_the_clock(largest_change_N: float) -> bool:
+    """Whether a mesh force changes when the same motion happens at another time."""
+    return largest_change_N > CLOCK_N
+
+
+def dies(before: float, after: float) -> bool:
+    """Whether a vibration falls to a tenth of what was handed over."""
+    return after <= DEAD * before
+
+
+def relative_gaps(
+    one: Mapping[str, float | None], other: Mapping[str, float | None]
+) -> dict[str, float | None]:
+    """|other / one - 1| of the three medians that describe a vibration; None where one lacks."""
+    gaps: dict[str, float | None] = {}
+    for name in SAME:
+        left, right = one[name], other[name]
+        gaps[name] = None if not left or right is None else abs(right / left - 1)
+    return gaps
+
+
+def same_vibration(gaps: Mapping[str, float | None]) -> bool:
+    """Whether every gap is inside its limit."""
+    return all(gap is not None and gap <= SAME[name] for name, gap in gaps.items())
+
+
+def onset_is_predicted(predicted_s: float | None, simulated_s: float | None) -> bool:
+    """Both never begin, or both begin at nearly the same time."""
+    if predicted_s is None or simulated_s is None:
+        return predicted_s is simulated_s
+    return abs(predicted_s / simulated_s - 1) <= ONSET_PREDICTED
+
+
+def h1_verdict(maps: str, supports: Mapping[str, bool | None]) -> str:
+    """`holds` if the simulations say so and no kind of evidence that was run speaks against it.
+
+    maps: of ``where_present``; supports: the other kinds of evidence, None where not run.
+    """
+    if maps != "only with omega_t":
+        return "does not hold"
+    against = [name for name, supported in supports.items() if supported is False]
+    return "holds" if not against else f"holds in the simulations, but not in: {', '.join(against)}"
