@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -34,6 +35,12 @@ from models.switches import Switches
 from models.trajectory import trajectory
 
 RIGID = 1e-3  # of the fastest mode: below it an eigenvalue is rounding of the rigid motion
+
+
+@lru_cache(maxsize=128)  # an arm runs many experiments; its numbers go in once
+def _geared_terms(form: Form, arm: Arm) -> Terms:
+    variables = geared_variables(len(arm.joints))
+    return numeric_terms(form, parameter_values(arm), variables.mesh_forces, variables.torques)
 
 
 class AnalyticModel(Model):
@@ -176,12 +183,9 @@ class FormModel(AnalyticModel):
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None, form: Form
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
-        variables = geared_variables(len(arm.joints))
         self.coordinates = gear_coordinates(len(arm.joints))
         self.gears = gears(arm, self.switches)
-        self.terms = numeric_terms(
-            form, parameter_values(arm), variables.mesh_forces, variables.torques
-        )
+        self.terms = _geared_terms(form, arm)
 
 
 class PhysicalModel(FormModel):
