@@ -20,6 +20,7 @@ from crosscheck.paper.claims_cells import cells
 from crosscheck.paper.claims_rule import (
     DEFAULT_ZETA,
     Answer,
+    Cell,
     Claim,
     answers,
     verdict,
@@ -44,7 +45,20 @@ def chapter(study: Study, quick: bool) -> Chapter:
     records = [_record(name, *pair) for name, pair in zip(_names(), judged, strict=True)]
     zetas = sorted({cell.zeta for cell in simulated})
     return Chapter(
-        "claims", "The paper's statements, one by one", table_html(records, zetas), records
+        "claims",
+        "The paper's statements, one by one",
+        table_html(records, zetas, _left(simulated)),
+        records,
+    )
+
+
+def _left(simulated: Sequence[Cell]) -> tuple[float, float]:
+    """Largest third fluctuation under `angle`, and the largest loss of it without tooth error."""
+    numbers = [cell.numbers for cell in simulated if cell.phase == "angle"]
+    ablated = [n for n in numbers if "no_error.third" in n]
+    return (
+        max(n["pd.third"] for n in numbers),
+        max(n["pd.third"] - n["no_error.third"] for n in ablated),
     )
 
 

@@ -34,18 +34,22 @@ class Experiment(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
-    """Which cells are simulated, and with which sweeps of b and E [um] at ``swept`` zetas."""
+    """Which cells are simulated, and what at which damping ratios.
+
+    ablated: one effect left out; swept: backlashes, errors and extreme (3 s) [um], two planets;
+    shaken: back and forth for the backlashes ``back`` [um].
+    """
 
     readings: tuple[str, ...] = READINGS
     zetas: tuple[float, ...] = ZETAS
     swept: tuple[float, ...] = SWEPT_ZETAS
+    ablated: tuple[float, ...] = ZETAS
     shaken: tuple[float, ...] = (0.006, 0.05)
     planets: bool = True
     backlashes: tuple[str, ...] = ("5", "10", "25", "500", "1000")
     errors: tuple[str, ...] = ("0.8", "1.6", "3.2", "6.3")
     extreme: tuple[str, ...] = ("3000",)
     back: tuple[str, ...] = ("0", "50", "100", "500")
-    back_s: float = 2.0
 
 
 FULL = Plan()
@@ -53,13 +57,13 @@ QUICK = Plan(
     readings=READINGS[:1],
     zetas=(0.006, 0.05),
     swept=(0.006,),
+    ablated=(0.006,),
     shaken=(0.05,),
     backlashes=("5",),
     errors=("1.6", "6.3"),
     planets=False,
     extreme=(),
     back=("0", "50"),
-    back_s=1.0,
 )
 
 
@@ -68,7 +72,7 @@ def cells(study: Study, quick: bool) -> list[Cell]:
     plan = QUICK if quick else FULL
     known = {reading: statics(reading) for reading in plan.readings}
     found = [Cell(*where) for where in product(LAWS, plan.readings, plan.zetas)]
-    wanted = [(cell, experiment) for cell in found for experiment in _experiments(plan, cell)]
+    wanted = [(cell, experiment) for cell in found for experiment in experiments(plan, cell)]
     for measure in (constant_torque, whole, transient, back_and_forth):
         asked = [(cell, e) for cell, e in wanted if e.measure is measure]
         variants = [experiment.variant for _, experiment in asked]
@@ -89,13 +93,13 @@ def _share_defaults(cell: Cell) -> None:
         cell.numbers.add(f"E{DEFAULT_E_UM}", dict(own))
 
 
-def _experiments(plan: Plan, cell: Cell) -> Iterator[Experiment]:
+def experiments(plan: Plan, cell: Cell) -> Iterator[Experiment]:
     """What is simulated in a cell."""
     base = Variant(arm=cell.reading, phase=cell.phase, zeta=cell.zeta, record_every=RECORD_EVERY)
     constant = replace(base, scenario="constant-torque", record_every=10)
     yield Experiment("pd", base, whole)
     yield Experiment("constant", constant, constant_torque)
-    if cell.zeta in plan.swept or plan is FULL:
+    if cell.zeta in plan.ablated:
         yield from _ablations(base, constant)
     if cell.zeta in plan.swept:
         yield from _sweeps(plan, base)
@@ -121,16 +125,16 @@ def _sweeps(plan: Plan, base: Variant) -> Iterator[Experiment]:
     for b in plan.extreme:
         yield Experiment(f"b{b}", _set(base, "backlash_m", float(b) * 1e-6), whole)
     for error in plan.errors:
-        yield Experiment(f"E{error}", _set(short, "tooth_error_m", float(error) * 1e-6), transient)
+        name = "E" + error.replace(".", "_")
+        yield Experiment(name, _set(short, "tooth_error_m", float(error) * 1e-6), transient)
     if plan.planets:
         yield Experiment("two_planets", _set(short, "planet_count", 2), transient)
 
 
 def _shaken(plan: Plan, base: Variant) -> Iterator[Experiment]:
     """Fig. 15."""
-    longer = replace(base, duration_s=plan.back_s)
     for b in plan.back:
-        yield Experiment(f"back{b}", _set(longer, "backlash_m", float(b) * 1e-6), back_and_forth)
+        yield Experiment(f"back{b}", _set(base, "backlash_m", float(b) * 1e-6), back_and_forth)
 
 
 def _set(variant: Variant, field: str, value: float) -> Variant:

@@ -208,7 +208,7 @@ COURSE = (
         "3.2",
         13,
         "The pair returns to its first side at 1.5 s.",
-        "first positive mesh force after 1.3 s",
+        "first contact on the first side after the last on the other",
         "s",
         of("pd.return_s"),
         about(1.5, 0.05),

@@ -28,7 +28,7 @@ from models.scenario import PdDrive
 FIRST_S = (0.0, 0.25)
 SIDE_AFTER_S = 0.25  # the starting vibration no longer turns the mesh force
 IMPACT_S = 0.1  # what follows a side change within this time belongs to it
-RETURN_AFTER_S = 1.3  # the third fluctuation's own side changes are over
+RETURN_S = (1.3, 2.4)  # between the third fluctuation's side changes and the end's
 FOURTH_S = 0.4
 NEAR_S = 0.1  # stretch around the largest value that a spectrum is taken of
 BANDS = (0.02, 0.003, 0.005, 0.01, 0.05)  # settling bands, over the step of 30 degrees
@@ -257,11 +257,20 @@ def _positioning(run: xr.Dataset) -> dict[str, float | None]:
     return numbers
 
 
+def _return(time: np.ndarray, force: np.ndarray) -> float | None:
+    """Time [s] of the first contact on the first side after the last one on the other."""
+    part = signals.window(time, *RETURN_S)
+    other_side = np.flatnonzero(force[part] < 0)
+    if not other_side.size:
+        return None
+    after = slice(part.start + int(other_side[-1]), part.stop)
+    return signals.first_above(time[after], force[after], 0.0)
+
+
 def _fourth(run: xr.Dataset) -> dict[str, float | None]:
     """What happens when the teeth return to their first side."""
-    time, force = run["time"].values, first_planet(run["F_sp"])
-    after = signals.window(time, RETURN_AFTER_S, np.inf)
-    back = signals.first_above(time[after], force[after], 0.0)
+    time = run["time"].values
+    back = _return(time, first_planet(run["F_sp"]))
     if back is None:
         return {"return_s": None, "fourth": None, "speed_at_return": None}
     rigid = resampled(rigid_arm(run), "theta_ddot", time)[:, 0]

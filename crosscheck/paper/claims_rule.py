@@ -28,6 +28,8 @@ class NotSimulatedError(LookupError):
 class Known(dict[str, float]):
     """Numbers of a cell by ``experiment.quantity``; nan where a run has no such number.
 
+    An experiment named after a size has its decimal point as ``_``.
+
     Raises NotSimulatedError for an experiment that the cell does not have, KeyError for a quantity
     that no experiment measures.
     """
@@ -216,7 +218,12 @@ def largest(*names: str) -> Formula:
 
 def where(name: str, limits: Limits, formula: Formula) -> Formula:
     """The formula, but not a number where a condition on another number fails."""
-    return lambda n: formula(n) if limits(n[name]) else math.nan
+
+    def gated(n: Known) -> float:
+        value = formula(n)
+        return value if limits(n[name]) else math.nan
+
+    return gated
 
 
 def each(choices: Sequence[str], formula: Callable[[str], Formula]) -> dict[str, Formula]:
@@ -229,9 +236,9 @@ def along(family: str, quantity: str, n: Known) -> tuple[np.ndarray, np.ndarray]
 
     Raises NotSimulatedError with fewer than three of them.
     """
-    pattern = re.compile(rf"{family}([0-9.]+)\.{quantity}")
+    pattern = re.compile(rf"{family}([0-9_]+)\.{quantity}")
     matches = [match for match in map(pattern.fullmatch, n) if match is not None]
-    pairs = sorted((float(match[1]), n[match[0]]) for match in matches)
+    pairs = sorted((float(match[1].replace("_", ".")), n[match[0]]) for match in matches)
     if len(pairs) < 3:
         raise NotSimulatedError(f"{family}*.{quantity}")
     parameter, values = np.array(pairs).T

@@ -7,7 +7,9 @@ from crosscheck.paper.claims_section2 import DOUBLED, EXACT, HALVED, TORQUE_SHAR
 from crosscheck.paper.claims_statics import BENDS
 from crosscheck.registry import RIGID_LEVELS
 
-READ_OFF = 0.25  # a value that the paper rounds to one digit
+READ_OFF = 0.25
+# What rounds to the digit that the paper prints.
+TWO_HUNDREDTHS, ONE_HUNDREDTH, THIRTY = Limits(0.015, 0.025), Limits(0.005, 0.015), Limits(25, 35)
 TOLERABLE = 0.05  # of the half-circle stroke
 SLIGHT = 0.05  # of the largest angle
 RATIO = 99 / 27 + 1
@@ -62,7 +64,7 @@ DEVIATIONS = (
         "largest deviation of theta_1 in 0.5 s",
         "rad",
         each(RIGID_LEVELS, lambda level: of(f"constant.deviation_1_{level}_rad")),
-        about(0.02, READ_OFF),
+        TWO_HUNDREDTHS,
         LEVEL,
     ),
     Claim(
@@ -72,7 +74,7 @@ DEVIATIONS = (
         "largest deviation of theta_2 in 0.5 s",
         "rad",
         each(RIGID_LEVELS, lambda level: of(f"constant.deviation_2_{level}_rad")),
-        about(0.01, READ_OFF),
+        ONE_HUNDREDTH,
         LEVEL,
     ),
     Claim(
@@ -82,7 +84,7 @@ DEVIATIONS = (
         "tip displacement by these two angles",
         "mm",
         each(BENDS, lambda angle: of(f"static.bent_{angle}_mm")),
-        about(30, READ_OFF),
+        THIRTY,
         "the elbow's angle [deg]",
     ),
     Claim(
@@ -92,7 +94,7 @@ DEVIATIONS = (
         "largest tip deviation from the rigid model in 0.5 s",
         "mm",
         each(RIGID_LEVELS, lambda level: of(f"constant.tip_{level}_mm")),
-        about(30, READ_OFF),
+        THIRTY,
         LEVEL,
     ),
     Claim(

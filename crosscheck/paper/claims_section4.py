@@ -155,8 +155,8 @@ POSITION = (
     Claim(
         "4.1",
         15,
-        "It is the backlash that accumulates, not the arm's own sensitivity that shows.",
-        "growth of the error over the growth of a rigid arm's from a shift of 1e-6 rad",
+        "The error of the backlash itself accumulates over the swings.",
+        "growth of the error over that of a rigid arm started 1e-6 rad off",
         "1",
         each(SECONDS, growth_over_own),
         above(DOUBLED),

@@ -40,7 +40,7 @@ TOOTH_ERROR = (
         "The size of the tooth error hardly affects the positioning error.",
         "largest deviation from the rigid arm at 6.3 um",
         "rad",
-        of("E6.3.deviation_rad"),
+        of("E6_3.deviation_rad"),
         below(POSITION_RAD),
     ),
     Claim(
@@ -49,7 +49,7 @@ TOOTH_ERROR = (
         "The angular error is mostly unchanged when the tooth error grows.",
         "deviation at 6.3 um over that at 1.6 um",
         "1",
-        ratio("E6.3.deviation_rad", "E1.6.deviation_rad"),
+        ratio("E6_3.deviation_rad", "E1_6.deviation_rad"),
         about(1.0, 0.1),
     ),
     Claim(
@@ -76,7 +76,7 @@ TOOTH_ERROR = (
         "The size of the error has a remarkable influence on the fluctuation.",
         "third fluctuation at 6.3 um over that at 1.6 um, where there is one",
         "1",
-        where("E6.3.third", EXISTS, ratio("E6.3.third", "E1.6.third")),
+        where("E6_3.third", EXISTS, ratio("E6_3.third", "E1_6.third")),
         above(DOUBLED),
     ),
     Claim(
@@ -85,7 +85,7 @@ TOOTH_ERROR = (
         "Below 1 um there is no fluctuation.",
         "third fluctuation at 0.8 um",
         "rad/s²",
-        of("E0.8.third"),
+        of("E0_8.third"),
         below(MINOR),
     ),
     Claim(
@@ -94,7 +94,7 @@ TOOTH_ERROR = (
         "Minor fluctuations appear at 1.6 um.",
         "third fluctuation at 1.6 um",
         "rad/s²",
-        of("E1.6.third"),
+        of("E1_6.third"),
         Limits(MINOR, SEVERE / 2),
     ),
     Claim(
@@ -103,7 +103,7 @@ TOOTH_ERROR = (
         "The contact force grows with the error.",
         "rank correlation of the fast mesh force with E, where there is a fluctuation",
         "1",
-        where("E6.3.third", EXISTS, rank("E", "third_force_fast_N")),
+        where("E6_3.third", EXISTS, rank("E", "third_force_fast_N")),
         rises,
     ),
     Claim(
@@ -112,7 +112,7 @@ TOOTH_ERROR = (
         "Below 5 um the shoulder's 0 Hz line dominates.",
         "0 Hz over the largest fast line at 3.2 um",
         "1",
-        of("E3.2.static_over_line"),
+        of("E3_2.static_over_line"),
         above(1.0),
     ),
     Claim(
@@ -121,7 +121,7 @@ TOOTH_ERROR = (
         "Below 5 um the shoulder's fast components are a minor fluctuation.",
         "third fluctuation at 3.2 um",
         "rad/s²",
-        of("E3.2.third"),
+        of("E3_2.third"),
         Limits(MINOR, SEVERE / 2),
     ),
     Claim(
@@ -130,7 +130,7 @@ TOOTH_ERROR = (
         "The elbow's fast components exceed its 0 Hz line.",
         "0 Hz over the largest fast line at 3.2 um",
         "1",
-        of("E3.2.static_over_line_elbow"),
+        of("E3_2.static_over_line_elbow"),
         below(1.0),
     ),
     Claim(
@@ -139,7 +139,7 @@ TOOTH_ERROR = (
         "Above 5 um the self-excited fluctuation stands out.",
         "third fluctuation at 6.3 um",
         "rad/s²",
-        of("E6.3.third"),
+        of("E6_3.third"),
         above(SEVERE),
     ),
     Claim(
@@ -148,7 +148,7 @@ TOOTH_ERROR = (
         "Its components are those of Fig. 18.",
         "frequency at 6.3 um over that at 5 um, where there is a fluctuation",
         "1",
-        where("pd.third", EXISTS, ratio("E6.3.frequency_Hz", "pd.frequency_Hz")),
+        where("pd.third", EXISTS, ratio("E6_3.frequency_Hz", "pd.frequency_Hz")),
         about(1.0, 0.1),
     ),
     Claim(
@@ -157,7 +157,7 @@ TOOTH_ERROR = (
         "From 5 to 6.3 um the magnitude grows dramatically.",
         "third fluctuation at 6.3 um over that at 5 um, where there is one",
         "1",
-        where("E6.3.third", EXISTS, ratio("E6.3.third", "pd.third")),
+        where("E6_3.third", EXISTS, ratio("E6_3.third", "pd.third")),
         above(DOUBLED),
     ),
     Claim(
@@ -235,7 +235,7 @@ CONCLUSION = (
         "Tooth error must be kept as small as possible.",
         "rank correlation of the third fluctuation with E, where there is one",
         "1",
-        where("E6.3.third", EXISTS, rank("E", "third")),
+        where("E6_3.third", EXISTS, rank("E", "third")),
         rises,
     ),
 )

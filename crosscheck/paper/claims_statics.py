@@ -26,7 +26,7 @@ POSES, SEED = 20, 20150401
 HARMONICS = 400
 TARGET_RAD = math.radians(30)
 EXTREME_M = 6e-3  # Section 4.1's largest clearance
-BENDS = ("0", "60", "120")  # elbow angle [deg] at which joint errors are taken to the tip
+BENDS = ("0", "45", "90", "135")  # elbow angle [deg] at which joint errors are taken to the tip
 
 
 def statics(arm_name: str) -> Numbers:

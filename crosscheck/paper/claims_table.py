@@ -19,25 +19,46 @@ zeta, of which the paper says nothing. The value decides against the threshold b
 </em>: in every <code>angle</code> cell; <em>only with omega_t</em>: in some cell of the paper's law
 and in none of <code>angle</code>; <em>does not hold</em>: in none; <em>depends on</em>: what the
 paper leaves open. Values: default (zeta {default:g}, first choice of a free parameter), in brackets
-the range over damping and free parameter, then in how many cells the statement is true.</p>"""
+the range over damping and free parameter, then in how many cells the statement is true.
+<em>not simulated</em>: left to the full report.</p>"""
 
 
-def table_html(records: Sequence[dict[str, Any]], zetas: Sequence[float]) -> str:
-    counts = Counter(record["verdict"] for record in records)
-    tally = ", ".join(f"{name}: {counts[name]}" for name in VERDICTS if counts[name])
+COVERAGE = """<p><strong>{count} statements.</strong> Damping ratios: {zetas}; sweeps of backlash
+and tooth error and the run back and forth at fewer of them. What <code>angle</code> still shows
+after 0.5 s, up to {third:.3g} rad/s² where the damping is lowest, owes at most {due:.3g} rad/s² to
+the tooth error: a statement about &quot;the third fluctuation&quot; may there be true of another
+one, which the chapter on the controller examines.</p>"""
+
+
+def table_html(
+    records: Sequence[dict[str, Any]], zetas: Sequence[float], left: tuple[float, float]
+) -> str:
+    """The rule, the count of verdicts by section, and every claim's row.
+
+    left: the largest third fluctuation [rad/s^2] under `angle`, and its part due to tooth error.
+    """
+    sections = tuple(dict.fromkeys(record["section"] for record in records))
     sweep = ", ".join(f"{zeta:g}" for zeta in zetas)
-    return "\n".join(
-        [
-            INTRODUCTION.format(default=DEFAULT_ZETA),
-            f"<p><strong>{len(records)} statements. {escape(tally)}.</strong>"
-            f" Damping ratios: {sweep}; sweeps of backlash and tooth error, and the run back and"
-            " forth, at fewer of them (see the records).</p>",
-            *(
-                _section(section, records)
-                for section in dict.fromkeys(r["section"] for r in records)
-            ),
-        ]
+    parts = [
+        INTRODUCTION.format(default=DEFAULT_ZETA),
+        COVERAGE.format(count=len(records), zetas=sweep, third=left[0], due=left[1]),
+        _counts(sections, records),
+        *(_section(section, records) for section in sections),
+    ]
+    return "\n".join(parts)
+
+
+def _counts(sections: Sequence[str], records: Sequence[dict[str, Any]]) -> str:
+    """How many of each section's statements have which verdict."""
+    counts = Counter((record["section"], record["verdict"]) for record in records)
+    shown = [name for name in VERDICTS if any(counts[section, name] for section in sections)]
+    rows = [[section, *(counts[section, name] for name in shown)] for section in sections]
+    rows.append(["all", *(sum(counts[s, name] for s in sections) for name in shown)])
+    lines = "".join(
+        "<tr>" + "".join(f'<td class="n">{cell}</td>' for cell in row) + "</tr>" for row in rows
     )
+    titles = "".join(f"<th>{name}</th>" for name in ("section", *shown))
+    return f'<div class="wide"><table><tr>{titles}</tr>{lines}</table></div>'
 
 
 def _section(section: str, records: Sequence[dict[str, Any]]) -> str:
@@ -69,15 +90,15 @@ def _row(record: dict[str, Any]) -> str:
 
 
 def _law(record: dict[str, Any], law: str) -> str:
-    """Default, range and count of each reading under one law."""
+    """Each reading under one law: default, range where there is one, count of yes."""
     lines = []
     for name, group in record["values"].items():
         if name.startswith(f"{law}, "):
             reading = name.removeprefix(f"{law}, paper-")
-            span = f"[{_number(group['min'])}, {_number(group['max'])}]"
-            lines.append(
-                f"{reading}: {_number(group['default'])} {span} {group['yes']}/{group['cells']}"
-            )
+            low, high = _number(group["min"]), _number(group["max"])
+            span = "" if low == high == _number(group["default"]) else f" [{low}, {high}]"
+            count = f"{group['yes']}/{group['cells']}"
+            lines.append(f"{reading}: {_number(group['default'])}{span}; {count}")
     return "<br>".join(lines) or NONE
 
 

@@ -242,6 +242,7 @@ def _statement(by_law: dict[str, list[float]], found: Amplitudes, verdict: str) 
         f" {max(by_law['angle']):.1f} rad/s². What remains with E = 0, up to"
         f" {max(flutter):.0f} rad/s² at the smallest damping, is there under both laws: the"
         " starting and side-change impacts, kept alive by the controller (H6), no tooth error."
+        " The planets of a stage move as one here, as in the paper; section 3 frees them."
         " Maps: one start each, the scatter between starts stated in the table of the decisive"
         f" settings. Verdict: the tooth error's part is present {verdict}."
     )

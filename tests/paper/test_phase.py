@@ -19,12 +19,14 @@ from crosscheck.paper.phase_linear import (
     predicted_amplitude,
     unstable_intervals,
 )
+from crosscheck.paper.phase_planets import planet_spread
 from crosscheck.paper.phase_plant import integrate, neglected_weights, physical, plant_of
 from crosscheck.paper.phase_resonance import tongues
 from crosscheck.paper.phase_verdict import (
     CLOCK_N,
     DEAD,
     ONSET_PREDICTED,
+    OUT_OF_STEP_M,
     PRESENT_RAD_PER_S2,
     SAME,
     dies,
@@ -32,6 +34,7 @@ from crosscheck.paper.phase_verdict import (
     h1_verdict,
     knows_the_clock,
     onset_is_predicted,
+    planets_explain,
     relative_gaps,
     same_vibration,
     where_present,
@@ -81,6 +84,22 @@ def test_every_gap_must_be_inside_its_limit(name: str) -> None:
         other = {**one, name: one[name] * (1 + factor * SAME[name])}
         assert same_vibration(relative_gaps(one, other)) is expected
     assert not same_vibration(relative_gaps(one, {**one, name: None}))
+
+
+def test_planets_explain_only_if_holding_them_removes_the_difference() -> None:
+    above, below = ABOVE * OUT_OF_STEP_M, BELOW * OUT_OF_STEP_M
+    assert planets_explain(True, above, below)
+    assert not planets_explain(False, above, below)
+    assert not planets_explain(True, below, below)
+    assert not planets_explain(True, above, above)
+    assert not planets_explain(True, None, below)
+
+
+def test_planets_out_of_step_are_seen() -> None:
+    run = simulate(replace(SHORT, duration_s=0.001))
+    assert planet_spread(run) == 0.0
+    run["x_pr"][-1, 1, 2] += 1e-6
+    assert planet_spread(run) == pytest.approx(1e-6)
 
 
 def test_onset_predicted() -> None:
