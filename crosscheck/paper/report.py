@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.output import write_text
@@ -46,12 +47,17 @@ def write_paper(study: Study, out: Path) -> list[Chapter]:
     """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
     made = chapters(study, quick=False)
     figures = importlib.import_module("crosscheck.paper.figures")
-    write_text(out / "paper.html", page(made, study))
-    write_text(out / "claims.json", records_json(made, study))
     sheet = next(chapter for chapter in made if chapter.id == "errata")
-    write_text(out / "errata.md", markdown(sheet.records))
+    texts = {
+        "paper.html": page(made, study),
+        "claims.json": records_json(made, study),
+        "errata.md": markdown(sheet.records),
+    }
+    # Everything is ready before the first file appears.
     for name, run in figures.trajectories(study, False).items():
         write_netcdf(run, out / f"{name}.nc")
+    for name, text in texts.items():
+        write_text(out / name, text)
     return made
 
 
@@ -81,7 +87,14 @@ def records_json(made: Sequence[Chapter], study: Study) -> str:
         "chapters": {chapter.id: chapter.records for chapter in made},
         "provenance": _provenance(study),
     }
-    return json.dumps(document, indent=1, allow_nan=False) + "\n"
+    return json.dumps(document, indent=1, allow_nan=False, default=_plain) + "\n"
+
+
+def _plain(value: object) -> object:
+    """A NumPy scalar as Python's own. Raises TypeError for anything else."""
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"not JSON: {value!r}")
 
 
 def _provenance(study: Study) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from crosscheck.paper.chapter import Chapter
@@ -38,7 +39,7 @@ def test_one_figure_alone_makes_a_self_contained_page(cache: Path):
 
 
 def test_records_are_identical_but_for_the_provenance(tmp_path: Path):
-    made = [Chapter("x", "X", "<p>x</p>", [{"id": "x/1", "value": 1.5}])]
+    made = [Chapter("x", "X", "<p>x</p>", [{"id": "x/1", "value": np.float64(1.5)}])]
     first, second = (json.loads(records_json(made, Study(tmp_path))) for _ in range(2))
     assert first["chapters"] == second["chapters"] == {"x": [{"id": "x/1", "value": 1.5}]}
     assert "X" in page(made, Study(tmp_path))
