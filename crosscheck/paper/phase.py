@@ -9,7 +9,7 @@ from crosscheck.paper.fragments import heading, paragraph
 from crosscheck.paper.phase_clock import clock_test
 from crosscheck.paper.phase_engines import engines
 from crosscheck.paper.phase_handover import handover
-from crosscheck.paper.phase_maps import maps
+from crosscheck.paper.phase_maps import maps, parts_under
 from crosscheck.paper.phase_objections import objections
 from crosscheck.paper.phase_resonance import resonance
 from crosscheck.paper.phase_stability import stability
@@ -42,16 +42,12 @@ def chapter(study: Study, quick: bool) -> Chapter:
     if not quick:
         found["the handover"] = handover(study)
         found["resonance"] = resonance(study)
-        found["objections"] = objections(study, _largest_under_angle(simulated.records))
+        found["objections"] = objections(study, max(parts_under(simulated.records, "angle")))
     verdict = h1_verdict(present, {name: evidence.supports for name, evidence in found.items()})
     record = _record(verdict, present, found)
     html = [_introduction(verdict, record), *(evidence.html for evidence in found.values())]
     records = [record, *(r for evidence in found.values() for r in evidence.records)]
     return Chapter("phase", TITLE, "\n".join(html), records)
-
-
-def _largest_under_angle(records: list[dict[str, Any]]) -> float:
-    return max(r["error_part_rad_per_s2"] for r in records if r["phase"] == "angle")
 
 
 def _record(verdict: str, present: str, found: dict[str, Evidence]) -> dict[str, Any]:

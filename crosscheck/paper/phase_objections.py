@@ -12,7 +12,7 @@ from crosscheck.paper.fragments import heading, paragraph, table
 from crosscheck.paper.phase_experiments import Experiment, responses, third_amplitude
 from crosscheck.paper.phase_linear import base_motion, mesh_modes
 from crosscheck.paper.phase_plant import Plant
-from crosscheck.paper.phase_verdict import PRESENT_RAD_PER_S2, Evidence, error_part
+from crosscheck.paper.phase_verdict import PRESENT_RAD_PER_S2, Evidence, error_part, finite
 from crosscheck.paper.study import Study, Variant
 from models.drive import CONSTANT
 from models.loading import load_arm
@@ -117,8 +117,8 @@ def _record(
         "change": change.name,
         "zeta": zeta,
         "ring_rate": ring,
-        "omega_t_rad_per_s2": parts["omega_t"],
-        "angle_rad_per_s2": parts["angle"],
+        "omega_t_rad_per_s2": finite(parts["omega_t"]),
+        "angle_rad_per_s2": finite(parts["angle"]),
         "present_under_omega_t": parts["omega_t"] >= PRESENT_RAD_PER_S2,
         "present_under_angle": parts["angle"] >= PRESENT_RAD_PER_S2,
     }
@@ -156,8 +156,7 @@ def _row(record: dict[str, Any]) -> tuple[str, ...]:
         record["change"],
         f"{record['zeta']:g}",
         record["ring_rate"],
-        f"{record['omega_t_rad_per_s2']:.1f}",
-        f"{record['angle_rad_per_s2']:.1f}",
+        *(_shown(record[f"{law}_rad_per_s2"]) for law in LAWS),
     )
 
 
@@ -219,8 +218,13 @@ def _both(records: Sequence[dict[str, Any]], objection: str) -> str:
     )
 
 
-def _span(values: Sequence[float]) -> str:
-    return f"{min(values):.2g} to {max(values):.4g}"
+def _span(values: Sequence[float | None]) -> str:
+    known = [value for value in values if value is not None]
+    return f"{min(known):.2g} to {max(known):.4g}" if len(known) == len(values) else "diverging"
+
+
+def _shown(value: float | None) -> str:
+    return "diverged" if value is None else f"{value:.1f}"
 
 
 def _pairs(growth: Sequence[dict[str, Any]], one: str, other: str) -> str:

@@ -14,7 +14,7 @@ from crosscheck.paper import signals
 from crosscheck.paper.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.paper.phase_experiments import FILTER_EDGE_S, STRIDE, vibration
 from crosscheck.paper.phase_plant import Plant, accelerations_along, integrate, plant_of
-from crosscheck.paper.phase_verdict import Evidence
+from crosscheck.paper.phase_verdict import FAR, Evidence, is_far
 from crosscheck.paper.study import Study
 from crosscheck.registry import build
 from crosscheck.report.envelope import envelope
@@ -29,7 +29,6 @@ ZETAS = (0.003, 0.005, 0.007, 0.02, 0.05)  # of the tongues
 SPEEDS = np.linspace(15.0, 600.0, 400)  # rad/s
 STEP_S = 5e-6  # RK4's own damping of the highest mode stays below 0.1 1/s
 TONGUE_PER_S = 1.0  # growth that counts
-FAR = 5.0  # times the paper's fastest speed
 SCENARIOS = ("pd", "constant-torque", "back-and-forth")
 
 
@@ -64,7 +63,7 @@ def resonance(study: Study) -> Evidence:
         table(_TONGUE_HEAD, [_tongue_row(r) for r in records if r["id"].startswith("tongue")]),
         figure(_figure(ramps, growth, modes, ratio, speeds["pd"]), _caption()),
     ]
-    return Evidence("\n".join(text), records, lowest > FAR * speeds["pd"])
+    return Evidence("\n".join(text), records, is_far(float(lowest), speeds["pd"]))
 
 
 def _one_stage(zeta: float, amplitude: float | None = None) -> Arm:
@@ -254,8 +253,9 @@ def _statement(
         f" {speeds['back-and-forth']:.1f} back and forth: the PD run's teeth pass at"
         f" {ratio * speeds['pd'] / (2 * np.pi):.1f} Hz at most,"
         f" {lowest / speeds['pd']:.0f} times too slowly. The lowest speed at which k_a lets a"
-        f" vibration grow, at the smallest damping, is {tongue}. Verdict: nothing in the PD run"
-        f" is near a resonance under angle (limit: {FAR:g} times)."
+        f" vibration grow, at the smallest damping, is {tongue}. Verdict: the PD run"
+        f" {'stays far from' if is_far(lowest, speeds['pd']) else 'comes near'} a resonance under"
+        f" angle (limit: {FAR:g} times)."
     )
 
 

@@ -5,6 +5,7 @@ H1: the part of the third fluctuation that depends on the tooth error exists onl
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,6 +15,7 @@ ONSET_RAD_PER_S2 = 3.0  # a hundredth of them: where a growing vibration counts 
 CLOCK_N = 1e-9  # rounding of mesh forces of some 1e3 N, with room
 DEAD = 0.1  # of the vibration handed over
 SAME = {"onset_s": 0.05, "frequency_Hz": 0.03, "amplitude_rad_per_s2": 0.10}
+FAR = 5.0  # times the fastest speed
 OUT_OF_STEP_M = 5e-7  # a tenth of the tooth error of 5 um
 ONSET_PREDICTED = 0.05  # relative error of the predicted onset
 
@@ -30,6 +32,11 @@ class Evidence:
 def error_part(with_error: float, without: float) -> float:
     """What the tooth error adds to the third fluctuation's amplitude [rad/s^2]."""
     return max(0.0, with_error - without)
+
+
+def finite(value: float) -> float | None:
+    """The number for a record; None where a run diverged."""
+    return float(value) if math.isfinite(value) else None
 
 
 def where_present(parts: Mapping[str, Sequence[float]]) -> str:
@@ -54,6 +61,11 @@ def knows_the_clock(largest_change_N: float) -> bool:
 def dies(before: float, after: float) -> bool:
     """Whether a vibration falls to a tenth of what was handed over."""
     return after <= DEAD * before
+
+
+def is_far(resonance: float, fastest: float) -> bool:
+    """Whether the slowest resonance lies far above the fastest speed, both in rad/s."""
+    return bool(resonance > FAR * fastest)
 
 
 def relative_gaps(

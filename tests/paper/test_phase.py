@@ -25,13 +25,16 @@ from crosscheck.paper.phase_resonance import tongues
 from crosscheck.paper.phase_verdict import (
     CLOCK_N,
     DEAD,
+    FAR,
     ONSET_PREDICTED,
     OUT_OF_STEP_M,
     PRESENT_RAD_PER_S2,
     SAME,
     dies,
     error_part,
+    finite,
     h1_verdict,
+    is_far,
     knows_the_clock,
     onset_is_predicted,
     planets_explain,
@@ -84,6 +87,11 @@ def test_every_gap_must_be_inside_its_limit(name: str) -> None:
         other = {**one, name: one[name] * (1 + factor * SAME[name])}
         assert same_vibration(relative_gaps(one, other)) is expected
     assert not same_vibration(relative_gaps(one, {**one, name: None}))
+
+
+def test_far_from_a_resonance() -> None:
+    assert is_far(ABOVE * FAR, 1.0)
+    assert not is_far(BELOW * FAR, 1.0)
 
 
 def test_planets_explain_only_if_holding_them_removes_the_difference() -> None:
@@ -202,6 +210,8 @@ def test_a_diverged_run_has_no_finite_amplitude() -> None:
     nothing = np.full((10, 2), np.nan)
     assert third_amplitude(Response(np.arange(10.0), nothing, nothing[0], nothing[0])) == np.inf
     assert phase_maps.amplitude({"diverged_s": 0.1}) == np.inf
+    record = {"phase": "angle", "error_part_rad_per_s2": finite(np.inf)}
+    assert phase_maps.parts_under([record], "angle") == [np.inf]
 
 
 def test_a_tongue_opens_at_twice_a_modes_frequency_and_damping_closes_it() -> None:
