@@ -264,6 +264,8 @@ def _statement(records: list[dict[str, Any]]) -> str:
         f"Between 0.5 and 1.2 s the largest growth rate is {largest['omega_t']:.0f} 1/s under"
         f" omega_t and {largest['angle']:.1f} 1/s under angle. Frozen eigenvalues alone would call"
         " many short intervals unstable; what counts is the integral against the noise floor."
+        " The onset is that of the first burst; the largest vibration may follow in a later"
+        " interval, and its size, set by the loss of contact, is beyond linear theory."
         " Verdict: the vibration is foretold under omega_t and ruled out under angle"
         f" {'in every' if all(r['as_predicted'] for r in records) else 'not in every'} case."
     )
