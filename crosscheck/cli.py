@@ -192,7 +192,7 @@ def paper(
 @cache.command()
 def clear() -> None:
     """Remove the simulations that `crosscheck paper` kept."""
-    from crosscheck.paper.study import cache_folder, clear_cache
+    from crosscheck.studies.study import cache_folder, clear_cache
 
     print(f"removed {clear_cache()} files from {cache_folder()}")
 

@@ -12,7 +12,6 @@ from crosscheck.api import require_stable_step
 from crosscheck.api import simulate as simulate_model
 from crosscheck.output import require_writable, write_text
 from crosscheck.paper.report import chapters as paper_chapters
-from crosscheck.paper.study import Study, cache_folder
 from crosscheck.plan import is_the_papers
 from crosscheck.progress import progress_bar, shown_progress
 from crosscheck.provenance import provenance
@@ -20,6 +19,7 @@ from crosscheck.registry import MODELS, build
 from crosscheck.report.html import report_page
 from crosscheck.report.terminal import print_agreement
 from crosscheck.run import cross_check
+from crosscheck.studies.study import Study, cache_folder
 from models.errors import InputError
 from models.loading import builtin_arms, builtin_scenarios, load_arm, load_case, load_scenario
 from models.trajectory import write_netcdf

@@ -10,11 +10,11 @@ from rich.console import Console
 from rich.table import Table
 
 from crosscheck.output import require_writable, write_text
-from crosscheck.paper.errata import SCHEMA_VERSION, errata_records
+from crosscheck.paper.errata.finder import SCHEMA_VERSION, errata_records
 from crosscheck.paper.report import write_figures, write_paper
-from crosscheck.paper.study import Study, cache_folder
 from crosscheck.progress import progress_bar
 from crosscheck.provenance import provenance
+from crosscheck.studies.study import Study, cache_folder
 from models.errors import InputError
 from models.loading import load_arm
 

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.paper import signals
-from crosscheck.paper.study import Numbers
 from crosscheck.registry import build
+from crosscheck.studies.study import Numbers
 from models.arm import Arm
 from models.scenario import Scenario
 

@@ -12,27 +12,34 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.output import write_text
-from crosscheck.paper.chapter import Chapter
-from crosscheck.paper.sheet import markdown
-from crosscheck.paper.study import Study
+from crosscheck.paper.errata.sheet import markdown
 from crosscheck.provenance import provenance
+from crosscheck.report.chapter import Chapter
+from crosscheck.studies.study import Study
 from models.loading import load_arm
 from models.trajectory import write_netcdf
 
 SCHEMA_VERSION = 1
 # In reading order; each module has a function chapter(study, quick) -> Chapter.
 CHAPTERS = (
-    "claims",
-    "phase",
-    "ladder",
-    "figures",
-    "accumulation",
-    "floating_base",
-    "controller",
-    "damping_fit",
-    "sheet",
+    "claims.chapter",
+    "phase.chapter",
+    "hypotheses.ladder",
+    "figures.chapter",
+    "hypotheses.accumulation",
+    "hypotheses.floating_base",
+    "hypotheses.controller",
+    "hypotheses.damping_fit",
+    "errata.sheet",
 )
-QUICK_CHAPTERS = ("claims", "phase", "ladder", "figures", "controller", "sheet")
+QUICK_CHAPTERS = (
+    "claims.chapter",
+    "phase.chapter",
+    "hypotheses.ladder",
+    "figures.chapter",
+    "hypotheses.controller",
+    "errata.sheet",
+)
 
 
 def chapters(study: Study, quick: bool) -> list[Chapter]:
@@ -46,7 +53,7 @@ def chapters(study: Study, quick: bool) -> list[Chapter]:
 def write_paper(study: Study, out: Path) -> list[Chapter]:
     """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
     made = chapters(study, quick=False)
-    figures = importlib.import_module("crosscheck.paper.figures")
+    figures = importlib.import_module("crosscheck.paper.figures.chapter")
     sheet = next(chapter for chapter in made if chapter.id == "errata")
     texts = {
         "paper.html": page(made, study),
@@ -63,7 +70,7 @@ def write_paper(study: Study, out: Path) -> list[Chapter]:
 
 def write_figures(study: Study, numbers: Sequence[int], out: Path) -> list[Chapter]:
     """Write paper.html with these figures alone."""
-    figures = importlib.import_module("crosscheck.paper.figures")
+    figures = importlib.import_module("crosscheck.paper.figures.chapter")
     html = "\n".join(figures.figure(study, number, False) for number in sorted(set(numbers)))
     made = [Chapter("figures", "Figures", html)]
     write_text(out / "paper.html", page(made, study))

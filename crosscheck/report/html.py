@@ -9,9 +9,9 @@ import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.findings import Finding
-from crosscheck.paper.chapter import Chapter
 from crosscheck.plan import RIGID_LEVELS
 from crosscheck.report import figures
+from crosscheck.report.chapter import Chapter
 from crosscheck.report.matrix import cells, groups
 from crosscheck.run import CrossCheck
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crosscheck.paper import accumulation
+from crosscheck.paper.hypotheses import accumulation
 
 TIME = np.linspace(0, 2, 2001)
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from crosscheck.paper import ladder, ladder_rungs
-from crosscheck.paper.ladder_rungs import ORDERS, Ladder, contributions, rungs, variant
-from crosscheck.paper.study import simulate
+from crosscheck.paper.hypotheses import ladder, ladder_rungs
+from crosscheck.paper.hypotheses.ladder_rungs import ORDERS, Ladder, contributions, rungs, variant
+from crosscheck.studies.study import simulate
 
 
 def test_both_orders_climb_the_same_rungs():

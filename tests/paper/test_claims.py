@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.paper import claims, claims_measures, claims_pd
-from crosscheck.paper.claims_cells import FULL, experiments
-from crosscheck.paper.claims_rule import (
+from crosscheck.paper.claims import chapter as claims
+from crosscheck.paper.claims import measures as claims_measures
+from crosscheck.paper.claims import pd as claims_pd
+from crosscheck.paper.claims.cells import FULL, experiments
+from crosscheck.paper.claims.rule import (
     DAMPING,
     READING,
     Answer,
@@ -26,7 +28,7 @@ from crosscheck.paper.claims_rule import (
     verdict,
     where,
 )
-from crosscheck.paper.study import Study
+from crosscheck.studies.study import Study
 
 IDS = [f"{claim.section}: {claim.statement}" for claim in claims.CLAIMS]
 EXPERIMENTS = {e.name for e in experiments(FULL, Cell("angle", "paper-labelled", 0.006))}

@@ -8,9 +8,9 @@ import xarray as xr
 
 from analytic.model import PhysicalModel
 from analytic.stability import contact_eigenvalues
-from crosscheck.paper import controller, feedback
-from crosscheck.paper.feedback import SUN, Point
-from crosscheck.paper.study import Variant
+from crosscheck.paper.hypotheses import controller, feedback
+from crosscheck.paper.hypotheses.feedback import SUN, Point
+from crosscheck.studies.study import Variant
 
 
 @pytest.mark.parametrize("zeta", [0.003, 0.05])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.paper import damping_fit
-from crosscheck.paper.damping_fit import LARGEST_MISFIT, Statement
+from crosscheck.paper.hypotheses import damping_fit
+from crosscheck.paper.hypotheses.damping_fit import LARGEST_MISFIT, Statement
 
 STATEMENT = Statement("a", "10 to 40", 10.0, 40.0, 1.25)
 

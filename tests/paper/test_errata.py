@@ -12,8 +12,9 @@ from analytic.energies import energies_form, kinetic_energies
 from analytic.lagrange import Form
 from analytic.physical import physical_form
 from analytic.printed import printed_form
-from crosscheck.paper import auxiliary, compare, energy, errata, transcript
-from crosscheck.paper.erratum import effect_of
+from crosscheck.paper.errata import auxiliary, compare, energy, transcript
+from crosscheck.paper.errata import finder as errata
+from crosscheck.paper.errata.erratum import effect_of
 from models.errors import InputError
 from models.loading import load_arm
 from tests.arms import arm_of

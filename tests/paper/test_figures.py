@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.paper import figures, figures_measures, figures_verdicts
-from crosscheck.paper.figures_laws import figure_4, figure_5, limits, ratio_row
-from crosscheck.paper.figures_plate import Shelf
-from crosscheck.paper.figures_store import reduced
-from crosscheck.paper.study import Study, Variant
+from crosscheck.paper.figures import chapter as figures
+from crosscheck.paper.figures import measures as figures_measures
+from crosscheck.paper.figures import verdicts as figures_verdicts
+from crosscheck.paper.figures.laws import figure_4, figure_5, limits, ratio_row
+from crosscheck.paper.figures.plate import Shelf
+from crosscheck.paper.figures.store import reduced
+from crosscheck.studies.study import Study, Variant
 
 JUST = 1e-6
 TIME = np.arange(30000) * 4e-5

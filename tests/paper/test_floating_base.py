@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crosscheck.paper import floating_base
+from crosscheck.paper.hypotheses import floating_base
 from crosscheck.registry import build
 from models.loading import Case, load_case
 from models.pinocchio_floating import Base, PinocchioFloating

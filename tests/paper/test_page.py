@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.command import paper_command
+from crosscheck.paper.errata.sheet import chapter, markdown
 from crosscheck.paper.report import page, records_json
-from crosscheck.paper.sheet import chapter, markdown
-from crosscheck.paper.study import Study
+from crosscheck.report.chapter import Chapter
+from crosscheck.studies.study import Study
 from models.errors import InputError
 
 

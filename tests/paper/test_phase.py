@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.paper import phase_engines, phase_maps, phase_stability
-from crosscheck.paper.phase import chapter
-from crosscheck.paper.phase_experiments import Experiment, Response, third_amplitude, vibration
-from crosscheck.paper.phase_linear import (
+from crosscheck.paper.phase import engines as phase_engines
+from crosscheck.paper.phase import maps as phase_maps
+from crosscheck.paper.phase import stability as phase_stability
+from crosscheck.paper.phase.chapter import chapter
+from crosscheck.paper.phase.experiments import Experiment, Response, third_amplitude, vibration
+from crosscheck.paper.phase.linear import (
     Modes,
     base_motion,
     jacobian_error,
@@ -19,10 +21,10 @@ from crosscheck.paper.phase_linear import (
     predicted_amplitude,
     unstable_intervals,
 )
-from crosscheck.paper.phase_planets import planet_spread
-from crosscheck.paper.phase_plant import integrate, neglected_weights, physical, plant_of
-from crosscheck.paper.phase_resonance import tongues
-from crosscheck.paper.phase_verdict import (
+from crosscheck.paper.phase.planets import planet_spread
+from crosscheck.paper.phase.plant import integrate, neglected_weights, physical, plant_of
+from crosscheck.paper.phase.resonance import tongues
+from crosscheck.paper.phase.verdict import (
     CLOCK_N,
     DEAD,
     FAR,
@@ -42,7 +44,7 @@ from crosscheck.paper.phase_verdict import (
     same_vibration,
     where_present,
 )
-from crosscheck.paper.study import Study, Variant, simulate
+from crosscheck.studies.study import Study, Variant, simulate
 
 SHORT = Variant(zeta=0.02, phase="omega_t", ring_rate="corrected", duration_s=0.02)
 ABOVE, BELOW = 1.01, 0.99

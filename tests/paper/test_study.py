@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.paper import study as study_module
 from crosscheck.paper.fluctuation import excess_acceleration
-from crosscheck.paper.sources import code_hash
-from crosscheck.paper.study import Numbers, Study, Variant, clear_cache, simulate
+from crosscheck.studies import study as study_module
+from crosscheck.studies.sources import code_hash
+from crosscheck.studies.study import Numbers, Study, Variant, clear_cache, simulate
 
 SHORT = Variant(scenario="constant-torque", duration_s=0.002)
 

@@ -1,0 +1,103 @@
+"""The paper's kinetic energies against those of the bodies that they stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from analytic.energies import JOINTS, kinetic_energies, without_sine_squares
+from analytic.lagrange import Body, mass_matrix
+from analytic.physical import carrier_bodies, link_angles, link_bodies, spinning_bodies
+from analytic.symbols import geared_variables, m_payload, stage_symbols
+from crosscheck.paper.errata.compare import same
+
+
+@dataclass(frozen=True)
+class EnergyDifference:
+    """A kinetic energy that the paper gives and what its bodies have.
+
+    missing: derived minus printed energy [J], in the rates of the paper's coordinates; body: the
+    body concerned.
+    """
+
+    where: str
+    body: str
+    printed: sp.Expr
+    derived: sp.Expr
+
+    @property
+    def missing(self) -> sp.Expr:
+        """What the paper leaves out [J]."""
+        return sp.expand(self.derived - self.printed)
+
+
+def true_energies() -> dict[str, dict[str, sp.Expr]]:
+    """Per equation of the paper, the kinetic energy [J] of each body that it covers.
+
+    Eq. 17 carries the elbow joint's masses along with link 1, Eq. 18 turns them.
+    """
+    elbow = [*carrier_bodies(2, JOINTS), *spinning_bodies(2, JOINTS)]
+    payload_and_link = link_bodies(2, JOINTS)
+    return {
+        "Eq. 16": _energies([*carrier_bodies(1, JOINTS), *spinning_bodies(1, JOINTS)]),
+        "Eq. 17": _energies([*link_bodies(1, JOINTS), *map(_moving_only, elbow)]),
+        "Eq. 18": _energies([_turning_only(body) for body in elbow]),
+        "Eq. 19": _energies(payload_and_link),
+    }
+
+
+def differences() -> Iterator[EnergyDifference]:
+    """Every body whose share of an energy is not in the paper's expression for it.
+
+    A printed term belongs to the body whose inertia parameter it holds; what belongs to none is
+    reported as a body that does not exist.
+    """
+    for where, printed in kinetic_energies().items():
+        unclaimed = set(sp.Add.make_args(without_sine_squares(printed)))
+        for body, derived in true_energies()[where].items():
+            own = {term for term in unclaimed if _belongs(term, derived)}
+            unclaimed -= own
+            stated = sp.Add(*own)
+            if not same(stated, derived):
+                yield EnergyDifference(where, body, stated, derived)
+        if unclaimed:
+            yield EnergyDifference(where, "no body", sp.Add(*unclaimed), sp.S.Zero)
+
+
+def _belongs(term: sp.Expr, energy: sp.Expr) -> bool:
+    """Whether a term holds inertia parameters, and only such as this energy holds."""
+    own = _parameters(term)
+    return bool(own) and own <= _parameters(energy)
+
+
+def _parameters(expression: sp.Expr) -> frozenset[sp.Symbol]:
+    inertial = {
+        symbol
+        for joint in (1, 2)
+        for symbol in stage_symbols(joint)
+        if symbol.name.startswith(("M_", "m", "J_", "I_"))
+    }
+    return frozenset(expression.free_symbols & (inertial | {m_payload}))
+
+
+def _energies(bodies: list[Body]) -> dict[str, sp.Expr]:
+    """Kinetic energy [J] of each body that has any."""
+    variables = geared_variables(JOINTS)
+    rates = sp.Matrix(variables.v)
+    shares: dict[str, sp.Expr] = {}
+    for body in bodies:
+        mass = sp.Matrix(mass_matrix([body], link_angles(JOINTS), variables.q))
+        energy = sp.expand((rates.T * mass * rates)[0] / 2)
+        if energy != 0:
+            shares[body.name] = shares.get(body.name, sp.S.Zero) + energy
+    return shares
+
+
+def _moving_only(body: Body) -> Body:
+    return replace(body, inertia=sp.S.Zero)
+
+
+def _turning_only(body: Body) -> Body:
+    return replace(body, mass=sp.S.Zero, centre=())

@@ -1,0 +1,175 @@
+"""The errata finder: what the paper prints against its own premises and first principles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import sympy as sp
+
+from analytic.energies import JOINTS, energies_form
+from analytic.lagrange import Form, christoffel_bias
+from analytic.model import FormModel, PrintedModel
+from analytic.printed import printed_form
+from analytic.symbols import geared_variables, parameter_values, stage_symbols
+from crosscheck.paper.errata import compare, energy
+from crosscheck.paper.errata.auxiliary import auxiliary_errata
+from crosscheck.paper.errata.erratum import Erratum, Trial, as_record, effect_of
+from crosscheck.paper.errata.typeset import tex
+from models.arm import Arm
+from models.interface import Model
+from models.loading import load_scenario
+from models.scenario import Scenario
+
+SCHEMA_VERSION = 1
+EFFECT_S = 0.5
+
+
+def find_errata(
+    arm: Arm, printed: Form | None = None, derived: Form | None = None
+) -> list[Erratum]:
+    """Every slip, entries of Eqs. 21-22 first.
+
+    Another pair of forms can be given in place of the paper's own. Raises InputError for an arm
+    that the paper's equations do not cover.
+    """
+    PrintedModel(arm, load_scenario("pd"))  # refuses arms other than the paper's kind
+    given = printed or printed_form()
+    entries = entry_errata(arm, given, derived or energies_form())
+    return [*entries, *energy_errata(arm), *auxiliary_errata(arm)]
+
+
+def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
+    """Entries of M and F, and rows of C q', that do not follow from the energies."""
+    values = parameter_values(arm)
+    for difference in compare.differences(printed, derived):
+        size, relative = _size(difference, derived, values)
+        right = compare.corrected(printed, derived, difference)
+        yield Erratum(
+            where=difference.where,
+            kind="entry",
+            printed=f"... {difference.printed}",
+            derived=f"... {difference.derived}",
+            printed_tex=tex(difference.printed),
+            derived_tex=tex(difference.derived),
+            size=size,
+            unit=_unit(difference),
+            relative=relative,
+            trial=Trial(_with_form(arm, printed), _with_form(arm, right)),
+        )
+
+
+def _size(
+    difference: compare.EntryDifference, derived: Form, values: dict[sp.Symbol, float]
+) -> tuple[float | None, float | None]:
+    """Derived minus printed at theta = 0 and unit rates, forces and torques; and over the entry."""
+    at_zero = values | dict.fromkeys(derived.q, 0.0)
+    row, column = difference.entries[0]
+    whole = _number(getattr(derived, difference.matrix)[row, column], at_zero)
+    size = _number(difference.derived - difference.printed, at_zero)
+    return size, size / abs(whole) if whole else None
+
+
+def _unit(difference: compare.EntryDifference) -> str:
+    """Rows and columns of displacements [m] and of angles alternate as in Eq. 20."""
+    row, column = difference.entries[0]
+    angular = (row % 3 == 2) + (difference.matrix == "mass_matrix" and column % 3 == 2)
+    if difference.matrix == "mass_matrix":
+        return ("kg", "kg m", "kg m^2")[angular]
+    return ("N", "N m")[angular]
+
+
+def _number(expression: sp.Expr, values: dict[sp.Symbol, float]) -> float:
+    known = expression.subs(values)
+    return float(known.subs(dict.fromkeys(known.free_symbols, 1.0)))
+
+
+def energy_errata(arm: Arm) -> Iterator[Erratum]:
+    """Bodies whose kinetic energy Eqs. 16-19 do not state."""
+    values = parameter_values(arm)
+    for difference in energy.differences():
+        stated = _thin_ring_if_unknown(values, difference.missing)
+        size, relative = _energy_size(difference.missing, stated)
+        yield Erratum(
+            where=f"{difference.where}, {difference.body}",
+            kind="energy",
+            printed=str(sp.factor(difference.printed)),
+            derived=str(sp.factor(difference.derived)),
+            printed_tex=tex(sp.factor(difference.printed)),
+            derived_tex=tex(sp.factor(difference.derived)),
+            size=size,
+            unit="kg m^2 in M_33",
+            relative=relative,
+            trial=Trial(
+                _with_form(arm, energies_form()),
+                _with_form(arm, _with_energy(difference.missing.subs(stated))),
+            ),
+        )
+
+
+def _thin_ring_if_unknown(
+    values: dict[sp.Symbol, float], missing: sp.Expr
+) -> dict[sp.Symbol, float]:
+    """Table I gives no ring inertia: where it matters, a thin ring at its base radius."""
+    guessed = dict(values)
+    for joint in range(1, JOINTS + 1):
+        stage = stage_symbols(joint)
+        if stage.J_r in missing.free_symbols and values[stage.J_r] == 0:
+            radius = values[stage.r_s] + 2 * values[stage.r_p]
+            guessed[stage.J_r] = values[stage.m_r] * radius**2
+    return guessed
+
+
+def _energy_size(
+    missing: sp.Expr, values: dict[sp.Symbol, float]
+) -> tuple[float | None, float | None]:
+    """Share of M_33 [kg m^2] that is missing, and over M_33 with the arm stretched."""
+    dtheta_1 = geared_variables(JOINTS).v[2]
+    share = _number(sp.diff(missing, dtheta_1, 2), values)
+    whole = _number(
+        energies_form().mass_matrix[2, 2].subs(geared_variables(JOINTS).q[5], 0), values
+    )
+    return share, share / whole
+
+
+def _with_energy(missing: sp.Expr) -> Form:
+    """The energies form with this kinetic energy [J] added."""
+    form = energies_form()
+    mass = sp.Matrix(form.mass_matrix) + sp.hessian(missing, form.v)
+    mass = sp.ImmutableMatrix(mass.applyfunc(sp.expand))
+    return replace(form, mass_matrix=mass, bias=christoffel_bias(mass, form.q, form.v))
+
+
+def _with_form(arm: Arm, form: Form) -> Callable[[Scenario], Model]:
+    return lambda scenario: FormModel(arm, scenario, None, form)
+
+
+def errata_records(
+    arm: Arm, told: Callable[[str], None], duration_s: float = EFFECT_S
+) -> list[dict[str, Any]]:
+    """All errata with their simulated effects, JSON-able; ``told`` hears of each trial."""
+    records = []
+    for erratum in find_errata(arm):
+        told(erratum.where)
+        effects = {
+            scenario.name: effect_of(erratum.trial, scenario)
+            for scenario in effect_scenarios(duration_s)
+            if erratum.trial is not None
+        }
+        records.append(as_record(erratum, effects))
+    return [_finite(record) for record in records]
+
+
+def effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:
+    """Constant torque, which stays on one flank, and PD, which in half a second does not."""
+    names = ("constant-torque", "pd")
+    return [load_scenario(name).model_copy(update={"duration_s": duration_s}) for name in names]
+
+
+def _finite(record: dict[str, Any]) -> dict[str, Any]:
+    return {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in record.items()
+    }

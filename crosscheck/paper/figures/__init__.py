@@ -1,0 +1,1 @@
+"""The paper's Figures 4 to 20."""

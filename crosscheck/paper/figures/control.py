@@ -1,0 +1,239 @@
+"""Figures 10 to 13: PD control to 30 degrees."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+
+from crosscheck.paper import signals
+from crosscheck.paper.figures.measures import (
+    THIRD_S,
+    first_mesh,
+    impact,
+    side_changes,
+    swing,
+)
+from crosscheck.paper.figures.plate import (
+    COLOURS,
+    MICRO,
+    Plate,
+    Shelf,
+    Strip,
+    arm_of,
+    conditions,
+    law_figure,
+    table,
+)
+from crosscheck.paper.figures.runs import (
+    DERIVATIVE,
+    GAINS,
+    PROPORTIONAL,
+    control_run,
+    gain_run,
+)
+from crosscheck.paper.figures.verdicts import OVERSHOOT, by_law, near, restrained, verdict, visible
+from crosscheck.report.figures import new_figure, to_svg
+
+TARGET_RAD = np.pi / 6
+BANDS = (0.02, 0.01)
+SETTLED_S = 2.6  # Section 3.2
+SIDE_S, BACK_S = 0.3, 1.5  # Section 3.2: the teeth change sides, and return
+SIDE_TOLERANCE = 0.25  # the paper says "after 0.3 s"
+BACK_TOLERANCE = 0.1
+AFTER_THIRD_S = 1.4
+ZOOM_S = {"side change": (0.345, 0.385), "third fluctuation": (1.10, 1.11)}
+
+
+def figure_10(shelf: Shelf) -> Plate:
+    """Joint angles for several gains."""
+    gains = [*((p, GAINS[1]) for p in PROPORTIONAL), *((GAINS[0], d) for d in DERIVATIVE)]
+    variants = {gain: gain_run(*gain) for gain in gains}
+    runs = shelf.runs(variants.values(), 10)
+    measured = {gain: _response(runs[variant]) for gain, variant in variants.items()}
+    rows = [
+        (*gain, *(value for joint in m for value in joint.values())) for gain, m in measured.items()
+    ]
+    own = measured[GAINS]
+    per_joint = ("overshoot [%]", "within 2 % from [s]", "within 1 % from [s]")
+    head = ("P", "D", *(f"θ_{joint}: {name}" for joint in (1, 2) for name in per_joint))
+    overshoot = max(joint["overshoot_percent"] or 0.0 for joint in own)
+    settled = [joint["within_2_percent_s"] for joint in own]
+    return Plate(
+        10,
+        "joint angles with different gains",
+        _gains_svg({gain: runs[v] for gain, v in variants.items()}),
+        "P = 1000 and D = 400 bring both joints to 30 degrees without considerable overshoot, and"
+        " they stay there after 2.6 s. The other gains of the figure are not given in the text.",
+        "Gains other than 1000 and 400 are this project's choice (P in N m/rad, D in N m s/rad)."
+        f" At the paper's gains the largest overshoot is {overshoot:.1f} %."
+        f"{table(head, rows)}",
+        conditions(runs[variants[GAINS]], "Other gains as in the legend."),
+        {
+            f"no overshoot above {100 * OVERSHOOT:g} % at the paper's gains": verdict(
+                restrained(overshoot / 100)
+            ),
+            "both joints stay within 2 % after 2.6 s": verdict(
+                all(t is not None and t <= SETTLED_S for t in settled)
+            ),
+        },
+        {"gains": {f"P {p} D {d}": m for (p, d), m in measured.items()}},
+    )
+
+
+def _response(run: xr.Dataset) -> list[dict[str, float | None]]:
+    """Overshoot [%] and settling times [s] of every joint."""
+    time = run["time"].values
+    return [
+        {
+            "overshoot_percent": 100 * max(0.0, float(angle.max()) / TARGET_RAD - 1),
+            **{
+                f"within_{100 * band:g}_percent_s": signals.settling_time(
+                    time, angle, TARGET_RAD, band * TARGET_RAD
+                )
+                for band in BANDS
+            },
+        }
+        for angle in run["theta"].values.T
+    ]
+
+
+def _gains_svg(runs: dict[tuple[float, float], xr.Dataset]) -> str:
+    """(a), (b): P varies, shoulder and elbow; (c), (d): D varies."""
+    figure, grid = new_figure(2, 2, 2.3)
+    panels = iter("abcd")
+    for varied, row in enumerate(grid):
+        fixed = GAINS[1 - varied]
+        chosen = {gain[varied]: run for gain, run in runs.items() if gain[1 - varied] == fixed}
+        for joint, axes in enumerate(row):
+            for (gain, run), colour in zip(chosen.items(), COLOURS, strict=False):
+                degrees = np.degrees(run["theta"].values[:, joint])
+                axes.plot(run["time"], degrees, color=colour, label=f"{'PD'[varied]} = {gain}")
+            axes.axhline(np.degrees(TARGET_RAD), color="k", linewidth=0.6, linestyle=":")
+            title = f"({next(panels)}) {('shoulder', 'elbow')[joint]}, {'DP'[varied]} = {fixed}"
+            axes.set(xlabel="time [s]", ylabel="angle [deg]", title=title)
+        row[0].legend(frameon=False, loc="lower right")
+    return to_svg(figure)
+
+
+def figure_11(shelf: Shelf) -> Plate:
+    """Driving torques."""
+    runs = shelf.laws(11, control_run)
+    measured = {law: _torques(run) for law, run in runs.items()}
+    rows = [(law, *m["ripple_N_m"], *m["largest_N_m"]) for law, m in measured.items()]
+    names = ("ripple of T_{} [N m]", "largest |T_{}| [N m]")
+    head = ("phase law", *(name.format(joint) for name in names for joint in (1, 2)))
+    strips = _control_strips("T [N m]", lambda run: run["torque"].values)
+    return Plate(
+        11,
+        "driving torques under PD control",
+        law_figure(runs, strips),
+        "While the angles are smooth, the torques of both joints fluctuate at high frequency.",
+        "The ripple is half of the largest peak-to-peak value within 5 ms, in 0.5 to 1.2 s; it is D"
+        f" times the rate's, output side.{table(head, rows)}",
+        conditions(runs["angle"]),
+        {
+            "both torques ripple in 0.5 to 1.2 s": by_law(
+                {
+                    law: all(map(visible, m["ripple_N_m"], m["largest_N_m"]))
+                    for law, m in measured.items()
+                }
+            )
+        },
+        {"laws": measured},
+    )
+
+
+def _torques(run: xr.Dataset) -> dict[str, list[float]]:
+    time, torques = run["time"].values, run["torque"].values.T
+    return {
+        "ripple_N_m": [swing(time, torque, *THIRD_S) for torque in torques],
+        "largest_N_m": [signals.amplitude(torque) for torque in torques],
+    }
+
+
+def _control_strips(label: str, values: Callable[[xr.Dataset], np.ndarray]) -> list[Strip]:
+    return [Strip(label, values, (0.0, 3.0)), *(Strip(label, values, w) for w in ZOOM_S.values())]
+
+
+def figure_12(shelf: Shelf) -> Plate:
+    """x_sp1 under PD control."""
+    runs = shelf.laws(12, control_run)
+    measured = {law: _sides(run) for law, run in runs.items()}
+    rows = [(law, *m.values()) for law, m in measured.items()]
+    torque = runs["angle"]["torque"].values[:, 0]
+    brakes = signals.first_below(runs["angle"]["time"].values, torque, 0.0) or 0.0
+    head = ("phase law", "sides change at [s]", "and back at [s]", "changes in 0.5 to 1.4 s")
+    return Plate(
+        12,
+        "sun-planet displacement of the shoulder under PD control",
+        law_figure(runs, _control_strips("x_sp1 [µm]", lambda r: MICRO * first_mesh(r, "x_sp"))),
+        "After 0.3 s the displacement changes sign: the teeth mesh on the opposite side. In 1.5 s"
+        " they return.",
+        f"The shoulder's torque turns negative at {brakes:.3f} s: the arm begins to brake, and the"
+        " teeth change sides under either law. Later changes are a vibration's."
+        f"{table(head, rows)}",
+        conditions(runs["angle"]),
+        {
+            "the side changes near 0.3 s": by_law(
+                {law: near(m["first_s"], SIDE_S, SIDE_TOLERANCE) for law, m in measured.items()}
+            ),
+            "the teeth return near 1.5 s": by_law(
+                {law: near(m["back_s"], BACK_S, BACK_TOLERANCE) for law, m in measured.items()}
+            ),
+        },
+        {"laws": measured},
+    )
+
+
+def _sides(run: xr.Dataset) -> dict[str, float | None]:
+    time, backlash = run["time"].values, arm_of(run).joints[0].backlash_m
+    changes = side_changes(time, first_mesh(run, "x_sp"), backlash)
+    later = changes[changes > AFTER_THIRD_S]
+    between = (changes >= THIRD_S[0]) & (changes <= AFTER_THIRD_S)
+    return {
+        "first_s": float(changes[0]) if changes.size else None,
+        "back_s": float(later[0]) if later.size else None,
+        "between": int(between.sum()),
+    }
+
+
+def figure_13(shelf: Shelf) -> Plate:
+    """F_sp1 under PD control."""
+    runs = shelf.laws(13, control_run)
+    measured = {law: _forces(run) for law, run in runs.items()}
+    rows = [(law, *m.values()) for law, m in measured.items()]
+    head = (
+        "phase law",
+        "start peak [N]",
+        "contact at the other side [s]",
+        "its peak [N]",
+        "bouncing [s]",
+        "third fluctuation, ± [N]",
+    )
+    return Plate(
+        13,
+        "sun-planet force of the shoulder under PD control",
+        law_figure(runs, _control_strips("F_sp1 [N]", lambda run: first_mesh(run, "F_sp"))),
+        "The force changes its sign with the displacement, which excites the second fluctuation;"
+        " the third one follows no sudden excitation.",
+        "Elastic force per planet; ± is half of the largest peak-to-peak value in 5 ms."
+        f"{table(head, rows)}",
+        conditions(runs["angle"]),
+        {
+            "the force changes its sign near 0.3 s": by_law(
+                {law: near(m["contact_s"], SIDE_S, SIDE_TOLERANCE) for law, m in measured.items()}
+            )
+        },
+        {"laws": measured},
+    )
+
+
+def _forces(run: xr.Dataset) -> dict[str, float | None]:
+    time, force = run["time"].values, first_mesh(run, "F_sp")
+    return {
+        "start_peak_N": float(force[signals.window(time, 0, 0.1)].max()),
+        **impact(time, force),
+        "third_N": swing(time, force, *THIRD_S),
+    }

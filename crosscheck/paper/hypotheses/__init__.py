@@ -1,0 +1,1 @@
+"""Hypotheses H2 to H6 and the unknown damping."""

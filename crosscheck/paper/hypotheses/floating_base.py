@@ -1,0 +1,236 @@
+"""Hypothesis H5: how heavy must the base be for Section 2's fixed base?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from crosscheck.checks.trajectories import tip_position
+from crosscheck.registry import build
+from crosscheck.report.chapter import Chapter
+from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
+from crosscheck.simulations import perform_all
+from crosscheck.studies.study import Study
+from models.loading import Case, load_case
+from models.pinocchio_floating import Base, PinocchioFloating
+
+READING = "paper-labelled"
+SCENARIOS = {"constant-torque": "100 N m, 0.5 s", "pd": "PD to 30°, 3 s"}
+SIDES_M = (2.0, 1.0, 4.0)
+RATIOS = (5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 10000.0)
+FIXED_TOLERANCE = 1e-10  # relative, of the fixed arm's run
+LIMIT_M = 0.03  # what Section 3.1 calls considerable
+EVERY = "scenario.record_every=1000"  # 10 ms
+
+
+def chapter(study: Study, quick: bool) -> Chapter:
+    """Tip error of the fixed base over the base's mass; quick: constant torque, one cube."""
+    scenarios = list(SCENARIOS)[:1] if quick else list(SCENARIOS)
+    sides = SIDES_M[:1] if quick else SIDES_M
+    tasks = [_Flights(scenario, side) for scenario in scenarios for side in sides]
+    done: list[str] = []
+
+    def finished(key: str) -> None:
+        done.append(key)
+        study.told("H5, free-flying base", len(done), len(tasks))
+
+    results = perform_all(tasks, study.jobs, finished)
+    flights = [flight for rows in results.values() for flight in rows]
+    needs = [_need(flights, scenario, side) for scenario in scenarios for side in sides]
+    verdict = _verdict(needs)
+    html = [
+        _introduction(flights, needs, verdict),
+        figure(_drawing(flights), _CAPTION),
+        _need_table(needs),
+        _flight_table(flights),
+    ]
+    title = "A base that is free to fly (H5)"
+    return Chapter("floating_base", title, "\n".join(html), [verdict, *needs, *flights])
+
+
+_CAPTION = (
+    "Largest distance over the run between the tip on a free-flying base and on a fixed one,"
+    f" inertial frame; dotted: {1000 * LIMIT_M:g} mm. {READING}, rigid gears with rotor coupling."
+)
+
+
+@dataclass(frozen=True)
+class _Flights:
+    """Runs of one scenario on one cube, over its mass."""
+
+    scenario: str
+    side_m: float
+
+    @property
+    def key(self) -> str:
+        return f"{self.scenario}/cube {self.side_m:g} m"
+
+    @property
+    def cost(self) -> float:
+        return 3.0 if self.scenario == "pd" else 0.5
+
+    def perform(self) -> list[dict[str, Any]]:
+        case = load_case(READING, self.scenario, None, [EVERY])
+        fixed = build("pinocchio:coupled", *case).reference(FIXED_TOLERANCE)
+        return [self._flight(case, fixed, ratio) for ratio in RATIOS]
+
+    def _flight(self, case: Case, fixed: xr.Dataset, ratio: float) -> dict[str, Any]:
+        """ratio: base's mass over that of all that it carries."""
+        mass = ratio * arm_mass(case)
+        free = PinocchioFloating(case.arm, case.scenario, Base(mass, self.side_m)).simulate()
+        error = tip_error(free, fixed, case)
+        worst = int(np.argmax(error))
+        return {
+            "id": f"floating_base/{self.key}/ratio {ratio:g}",
+            "scenario": self.scenario,
+            "side_m": self.side_m,
+            "ratio": ratio,
+            "base_mass_kg": mass,
+            "largest_m": float(error[worst]),
+            "largest_at_s": float(free["time"].values[worst]),
+            "end_m": float(error[-1]),
+            "base_turn_rad": float(free["base"].values[-1, 2]),
+            "joint_error_rad": float(np.abs(free["theta"] - fixed["theta"]).max()),
+            "momentum_drift": float(np.abs(free["momentum"]).max()),
+        }
+
+
+def arm_mass(case: Case) -> float:
+    """Mass [kg] of all that the base carries."""
+    return PinocchioFloating(case.arm, case.scenario, Base(1.0)).arm_mass_kg
+
+
+def tip_error(free: xr.Dataset, fixed: xr.Dataset, case: Case) -> np.ndarray:
+    """Distance [m] (times,) in the inertial frame between the tips on the two bases."""
+    local = tip_position(free, case.arm).values
+    x, y, angle = free["base"].values.T
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    flying = np.column_stack([x, y]) + np.einsum("ijt,tj->ti", turn, local)
+    return np.linalg.norm(flying - tip_position(fixed, case.arm).values, axis=1)
+
+
+def needed_ratio(ratios: np.ndarray, errors: np.ndarray, limit: float) -> float | None:
+    """Ratio from which on the error stays below the limit, between samples by power law.
+
+    The smallest ratio if all are below; None if the largest ratio is not enough.
+    """
+    above = np.flatnonzero(errors >= limit)
+    if above.size == 0:
+        return float(ratios[0])
+    last = int(above[-1])
+    if last == ratios.size - 1:
+        return None
+    near = slice(last, last + 2)
+    x, y = np.log(ratios[near]), np.log(errors[near])
+    return float(np.exp(np.interp(-np.log(limit), -y, x)))
+
+
+def larger_is_enough(needs: list[float | None]) -> bool:
+    """Whether the smallest base of the sweep keeps every tip within the limit."""
+    return all(need is not None and need <= RATIOS[0] for need in needs)
+
+
+def _need(flights: list[dict[str, Any]], scenario: str, side: float) -> dict[str, Any]:
+    mine = [f for f in flights if (f["scenario"], f["side_m"]) == (scenario, side)]
+    ratios = np.array([f["ratio"] for f in mine])
+    largest, end = (np.array([f[name] for f in mine]) for name in ("largest_m", "end_m"))
+    return {
+        "id": f"floating_base/needed/{scenario}/cube {side:g} m",
+        "scenario": scenario,
+        "side_m": side,
+        "ratio": needed_ratio(ratios, largest, LIMIT_M),
+        "ratio_at_end": needed_ratio(ratios, end, LIMIT_M),
+        "error_times_ratio_m": float(largest[-1] * ratios[-1]),
+    }
+
+
+def _verdict(needs: list[dict[str, Any]]) -> dict[str, Any]:
+    ratios = [need["ratio"] for need in needs]
+    known = [ratio for ratio in ratios if ratio is not None]
+    return {
+        "id": "H5",
+        "verdict": "a larger base suffices"
+        if larger_is_enough(ratios)
+        else "a merely larger base does not suffice",
+        "lowest_needed_ratio": min(known, default=None),
+        "highest_needed_ratio": max(known) if len(known) == len(ratios) else None,
+    }
+
+
+def _introduction(
+    flights: list[dict[str, Any]], needs: list[dict[str, Any]], verdict: dict[str, Any]
+) -> str:
+    cases = "; ".join(
+        f"{SCENARIOS[need['scenario']]}, cube of {need['side_m']:g} m: {_ratio(need['ratio'])}"
+        for need in needs
+    )
+    mass = flights[0]["base_mass_kg"] / flights[0]["ratio"]
+    drift = max(flight["momentum_drift"] for flight in flights)
+    return (
+        heading("Question and experiment")
+        + paragraph(
+            "Section 2 fixes the base since it is heavier than the arm. Here the arm, with rigid"
+            " gears that couple their spin to what carries them, stands on a free homogeneous cube"
+            " that nothing holds or steers, the shoulder at the middle of a face; Pinocchio works"
+            f" out its motion. All that the base carries weighs {mass:.2f} kg. The tip's place in"
+            " the inertial frame is compared with that of the same arm on a fixed base, for bases"
+            f" of {RATIOS[0]:g} to {RATIOS[-1]:g} times that mass. Momentum, linear and angular,"
+            f" drifts by no more than {drift:.0e} N s and N m s in these runs."
+        )
+        + paragraph(
+            f"Verdict: {verdict['verdict']}. The tip stays within {1000 * LIMIT_M:g} mm of where a"
+            f" fixed base would have it from this many times the arm's mass on: {cases}. For heavy"
+            " bases the error falls as one over the mass."
+        )
+    )
+
+
+def _ratio(value: float | None) -> str:
+    if value is None:
+        return f"more than {RATIOS[-1]:g}"
+    return f"at most {value:g}" if value == RATIOS[0] else f"{value:.3g}"
+
+
+def _need_table(needs: list[dict[str, Any]]) -> str:
+    rows = [
+        [SCENARIOS[need["scenario"]], f"{need['side_m']:g}", _ratio(need["ratio"]),
+         _ratio(need["ratio_at_end"]), f"{need['error_times_ratio_m']:.3g}"]
+        for need in needs
+    ]  # fmt: skip
+    head = ["scenario", "cube [m]", "mass ratio, whole run", "mass ratio, at the end",
+            "error times ratio for a heavy base [m]"]  # fmt: skip
+    return table(head, rows, f"Base mass over arm mass from which the tip error is < {LIMIT_M:g} m")
+
+
+def _flight_table(flights: list[dict[str, Any]]) -> str:
+    rows = [
+        [f["scenario"], f"{f['side_m']:g}", f"{f['ratio']:g}", f"{f['base_mass_kg']:.4g}",
+         f"{1000 * f['largest_m']:.3g}", f"{f['largest_at_s']:.2f}", f"{1000 * f['end_m']:.3g}",
+         f"{f['base_turn_rad']:.3g}", f"{f['joint_error_rad']:.2g}"]
+        for f in flights if f["side_m"] == SIDES_M[0]
+    ]  # fmt: skip
+    head = ["scenario", "cube [m]", "ratio", "base [kg]", "largest tip error [mm]", "at [s]",
+            "at the end [mm]", "base turned [rad]", "joint angles moved [rad]"]  # fmt: skip
+    return table(head, rows, "The default cube, run by run")
+
+
+def _drawing(flights: list[dict[str, Any]]) -> str:
+    scenarios = list(dict.fromkeys(f["scenario"] for f in flights))
+    picture, grid = new_figure(1, 2, 2.9)
+    for axes, scenario in zip(grid[0], scenarios, strict=False):
+        for side, colour in zip(SIDES_M, COLOURS, strict=False):
+            mine = [f for f in flights if (f["scenario"], f["side_m"]) == (scenario, side)]
+            points = [(f["ratio"], 1000 * f["largest_m"]) for f in mine]
+            if points:
+                axes.plot(*np.array(points).T, "o-", color=colour, ms=3, label=f"cube {side:g} m")
+        axes.axhline(1000 * LIMIT_M, color="#555555", linestyle=":")
+        axes.set(xscale="log", yscale="log", xlabel="base mass / arm mass",
+                 ylabel="largest tip error [mm]", title=SCENARIOS[scenario])  # fmt: skip
+        axes.legend(frameon=False)
+    for axes in grid[0, len(scenarios) :]:
+        axes.set_visible(False)
+    return to_svg(picture)

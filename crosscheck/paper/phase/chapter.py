@@ -1,0 +1,78 @@
+"""Hypothesis H1: is the paper's "self-excited" fluctuation the teeth, or the formula's clock?"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from crosscheck.paper.phase.clock import clock_test
+from crosscheck.paper.phase.engines import engines
+from crosscheck.paper.phase.handover import handover
+from crosscheck.paper.phase.maps import maps, parts_under
+from crosscheck.paper.phase.objections import objections
+from crosscheck.paper.phase.resonance import resonance
+from crosscheck.paper.phase.stability import stability
+from crosscheck.paper.phase.verdict import Evidence, h1_verdict
+from crosscheck.report.chapter import Chapter
+from crosscheck.report.fragments import heading, paragraph
+from crosscheck.studies.study import Study
+
+TITLE = "The phase of the teeth (H1)"
+WRONG = (
+    "Eqs. 8 and 14 take the mesh phase as the present meshing frequency times the time since the"
+    " start, so that every change of speed, however small, shifts the teeth by an amount that grows"
+    " with the clock, and the tooth error becomes an ever stronger feedback of the speed that"
+    " excites the vibration by itself."
+)
+REPAIR = (
+    "Replace ω_e t by its integral, which is the number of teeth passed: sin(z_r θ_c) in both"
+    " meshes, θ_c being the joint's own angle; the vibration of Figs. 14 and 17 to 20 that"
+    " depends on the tooth error then does not occur at this arm's speeds."
+)
+
+
+def chapter(study: Study, quick: bool) -> Chapter:
+    """Six kinds of evidence and a referee's objections; quick: the clock, four runs, the modes."""
+    clock = clock_test(study)
+    simulated, present = maps(study, quick)
+    modes = stability(study, quick)
+    found = {"the clock test": clock, "simulation": simulated}
+    if not quick:
+        found["a second engine"] = engines(study)
+    found["stability"] = modes
+    if not quick:
+        found["the handover"] = handover(study)
+        found["resonance"] = resonance(study)
+        found["objections"] = objections(study, max(parts_under(simulated.records, "angle")))
+    verdict = h1_verdict(present, {name: evidence.supports for name, evidence in found.items()})
+    record = _record(verdict, present, found)
+    html = [_introduction(verdict, record), *(evidence.html for evidence in found.values())]
+    records = [record, *(r for evidence in found.values() for r in evidence.records)]
+    return Chapter("phase", TITLE, "\n".join(html), records)
+
+
+def _record(verdict: str, present: str, found: dict[str, Evidence]) -> dict[str, Any]:
+    return {
+        "id": "H1",
+        "verdict": verdict,
+        "tooth_error_part_present": present,
+        "evidence": {name: evidence.supports for name, evidence in found.items()},
+    }
+
+
+def _introduction(verdict: str, record: dict[str, Any]) -> str:
+    said = ", ".join(
+        f"{name} {'for' if supports else 'against'} it"
+        for name, supports in record["evidence"].items()
+    )
+    return "\n".join(
+        [
+            heading("What is wrong, and how to repair it"),
+            paragraph(f"{WRONG} {REPAIR}"),
+            paragraph(
+                "H1: the part of the third fluctuation that depends on the tooth error exists only"
+                " under omega_t (phase = meshing frequency times time, as printed) and not under"
+                " angle (phase = its integral)."
+                f" Verdict: H1 {verdict}. Evidence: {said}."
+            ),
+        ]
+    )

@@ -1,0 +1,149 @@
+"""Runs that no scenario file can state: another clock, start, drive, dampers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from crosscheck.paper import signals
+from crosscheck.paper.fluctuation import THIRD_S
+from crosscheck.paper.phase.plant import (
+    Plant,
+    accelerations_along,
+    integrate,
+    physical,
+    plant_of,
+)
+from crosscheck.registry import build
+from crosscheck.simulations import perform_all
+from crosscheck.studies.study import Study, Variant
+from models.loading import Case
+from models.scenario import TableDrive
+
+STRIDE = 2
+HIGH_PASS_HZ = 600.0  # between the controlled arm's motion and the mesh modes
+ORDER = 12  # each way: 1.7 kHz leaks less than 1e-5 through 3 kHz
+FILTER_EDGE_S = 0.02  # of the record's ends, which the filter does not see whole
+TABLE_STEP_S = 1e-3
+
+
+class Response(NamedTuple):
+    """time (times,) [s], counted from the law's own t = 0; theta_ddot (times, joints) [rad/s^2].
+
+    q, v (n,): the last state.
+    """
+
+    time: np.ndarray
+    theta_ddot: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A variant with something changed that is not in its files.
+
+    clock_s: what the clock shows at the start; after: start from the last state of that
+    experiment, its clock going on; full_rate: phases from Eq. 11 in full; damping: factors on the
+    dampers of sun and ring meshes; recorded: the rigid arm's torque played back, no feedback.
+    """
+
+    variant: Variant
+    clock_s: float = 0.0
+    after: Experiment | None = None
+    full_rate: bool = False
+    damping: tuple[float, float] = (1.0, 1.0)
+    recorded: bool = False
+
+    @property
+    def key(self) -> str:
+        """Different for different experiments."""
+        return repr(self)
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds."""
+        return 0.5 * (self.variant.duration_s or 3.0)
+
+    def plant(self) -> Plant:
+        """The arm under this experiment's laws."""
+        case = self.variant.case()
+        if self.recorded:
+            case = played_back(case)
+        plant = plant_of(physical(case), self.full_rate)
+        factors = np.tile(self.damping, len(case.arm.joints))
+        return plant._replace(gears=plant.gears._replace(d=plant.gears.d * factors))
+
+    def perform(self) -> Response:
+        """Run it."""
+        case, plant = self.variant.case(), self.plant()
+        clock, (q, v) = self.clock_s, physical(case).start()
+        if self.after is not None:
+            before = _performed(self.after)
+            clock, q, v = float(before.time[-1]), before.q, before.v
+        scenario = case.scenario
+        qs, vs = integrate(plant, clock, q, v, scenario.step_s, scenario.steps, STRIDE)
+        time = clock + scenario.step_s * STRIDE * np.arange(len(qs))
+        accelerations = accelerations_along(plant, time, qs, vs)
+        return Response(time, accelerations[:, np.unique(plant.gears.theta)], qs[-1], vs[-1])
+
+
+@lru_cache(maxsize=4)
+def _performed(experiment: Experiment) -> Response:
+    """What several experiments start from is run once."""
+    return experiment.perform()
+
+
+def played_back(case: Case) -> Case:
+    """The case with its drive replaced by the torque that the rigid arm needs in it."""
+    update = {"step_s": 1e-4, "record_every": round(TABLE_STEP_S / 1e-4)}
+    rigid = build("analytic:coupled", case.arm, case.scenario.model_copy(update=update)).simulate()
+    time = rigid["time"].values.copy()
+    time[-1] = max(time[-1], case.scenario.duration_s)
+    drive = TableDrive(
+        kind="table",
+        time_s=tuple(map(float, time)),
+        torque_N_m=tuple(tuple(map(float, column)) for column in rigid["torque"].values.T),
+    )
+    return case._replace(scenario=case.scenario.model_copy(update={"drive": drive}))
+
+
+def responses(
+    study: Study, experiments: Sequence[Experiment], what: str
+) -> dict[Experiment, Response]:
+    """All of them, on the study's processes."""
+    wanted = list(dict.fromkeys(experiments))
+    done = 0
+    study.told(what, done, len(wanted))
+
+    def finished(_: str) -> None:
+        nonlocal done
+        done += 1
+        study.told(what, done, len(wanted))
+
+    found = perform_all(wanted, study.jobs, finished)
+    return {experiment: found[experiment.key] for experiment in wanted}
+
+
+def vibration(time: np.ndarray, values: np.ndarray, above_hz: float = HIGH_PASS_HZ) -> np.ndarray:
+    """The fast part of a signal (times,): Butterworth, forth and back."""
+    rate = round(1 / (time[1] - time[0]))
+    sections = butter(ORDER, above_hz, "highpass", fs=rate, output="sos")
+    return sosfiltfilt(sections, values)
+
+
+def third_amplitude(response: Response) -> float:
+    """Largest shoulder vibration [rad/s^2] in the third fluctuation's window.
+
+    Infinite if the run diverged.
+    """
+    signal = response.theta_ddot[:, 0]
+    if not np.isfinite(signal).all():
+        return float("inf")
+    part = signals.window(response.time, THIRD_S[0], THIRD_S[1] - FILTER_EDGE_S)
+    return signals.amplitude(vibration(response.time, signal)[part])

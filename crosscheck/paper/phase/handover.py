@@ -1,0 +1,181 @@
+"""Evidence 5: the large vibration handed over to the other law."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from crosscheck.paper import signals
+from crosscheck.paper.fluctuation import THIRD_S
+from crosscheck.paper.phase.experiments import (
+    FILTER_EDGE_S,
+    Experiment,
+    Response,
+    responses,
+    vibration,
+)
+from crosscheck.paper.phase.verdict import Evidence, dies
+from crosscheck.report.figures import draw, new_figure, to_svg
+from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
+from crosscheck.studies.study import Study, Variant
+
+# zeta, ring rate; at the smallest the controller itself flutters.
+SETTINGS = ((0.003, "eq13"), (0.005, "eq13"), (0.007, "eq13"), (0.02, "corrected"))
+SHOWN = SETTINGS[1]
+AFTER_S = 0.4
+# After the handover: what is handed over, what is left soon and late.
+FIRST_S, SOON_S, LAST_S = (0.0, 0.01), (0.03, 0.04), (0.33, 0.38)
+NO_ERROR = "arm.joints.*.tooth_error_m=0.0"
+HEIRS = {"omega_t": (), "angle": (), "angle, E = 0": (NO_ERROR,)}
+Handovers = dict[tuple[float, str, str], Response]
+
+
+def handover(study: Study) -> Evidence:
+    """The state at the height of the vibration, continued under each law."""
+    before = {setting: _peak_s(study, *setting) for setting in SETTINGS}
+    wanted = {
+        (*setting, heir): _continued(*setting, heir, before[setting])
+        for setting in SETTINGS
+        for heir in HEIRS
+    }
+    found = responses(study, list(wanted.values()), "phase: handover")
+    runs = {name: found[experiment] for name, experiment in wanted.items()}
+    records = [_record(*name, run) for name, run in runs.items()]
+    text = [
+        heading("5. The vibration handed over"),
+        paragraph(_statement(records)),
+        table(
+            (
+                "zeta",
+                "ring rate of the start",
+                "continued under",
+                "at [s]",
+                "handed over [rad/s²]",
+                f"left after {SOON_S[0]:g} s [rad/s²]",
+                f"left after {LAST_S[0]:g} s [rad/s²]",
+                "dies",
+            ),
+            [_row(record) for record in records],
+        ),
+        figure(_figure(runs), _caption(before[SHOWN])),
+    ]
+    return Evidence("\n".join(text), records, _supports(records))
+
+
+def _variant(zeta: float, ring: str, duration_s: float) -> Variant:
+    return Variant(phase="omega_t", ring_rate=ring, zeta=zeta, duration_s=duration_s)
+
+
+def _peak_s(study: Study, zeta: float, ring: str) -> float:
+    """When the shoulder's vibration under omega_t is largest, in whole milliseconds."""
+    experiment = Experiment(_variant(zeta, ring, THIRD_S[1]))
+    run = responses(study, [experiment], "phase: handover")[experiment]
+    part = signals.window(run.time, THIRD_S[0], THIRD_S[1] - FILTER_EDGE_S)
+    fast = np.abs(vibration(run.time, run.theta_ddot[:, 0])[part])
+    return round(float(run.time[part][np.argmax(fast)]), 3)
+
+
+def _continued(zeta: float, ring: str, heir: str, at_s: float) -> Experiment:
+    law = heir.split(",")[0]
+    after = Experiment(_variant(zeta, ring, at_s))
+    variant = replace(
+        _variant(zeta, ring, AFTER_S),
+        phase=law,
+        ring_rate=ring if law == "omega_t" else "corrected",
+        settings=HEIRS[heir],
+    )
+    return Experiment(variant, after=after)
+
+
+def _record(zeta: float, ring: str, heir: str, run: Response) -> dict[str, Any]:
+    elapsed = run.time - run.time[0]
+    fast = vibration(run.time, run.theta_ddot[:, 0])
+    before, soon, after = (
+        signals.amplitude(fast[signals.window(elapsed, *window)])
+        for window in (FIRST_S, SOON_S, LAST_S)
+    )
+    return {
+        "id": f"handover/{zeta:g}/{heir}",
+        "zeta": zeta,
+        "ring_rate": ring,
+        "heir": heir,
+        "at_s": float(run.time[0]),
+        "before_rad_per_s2": before,
+        "soon_rad_per_s2": soon,
+        "after_rad_per_s2": after,
+        "dies": dies(before, after),
+    }
+
+
+def _supports(records: list[dict[str, Any]]) -> bool:
+    """Dies under `angle` wherever the controller itself does not flutter without tooth error."""
+    by = {(r["zeta"], r["heir"]): r["dies"] for r in records}
+    return all(by[zeta, "angle"] for zeta, _ in SETTINGS if by[zeta, "angle, E = 0"])
+
+
+def _row(record: dict[str, Any]) -> tuple[str, ...]:
+    return (
+        f"{record['zeta']:g}",
+        record["ring_rate"],
+        record["heir"],
+        f"{record['at_s']:.3f}",
+        f"{record['before_rad_per_s2']:.4g}",
+        f"{record['soon_rad_per_s2']:.3g}",
+        f"{record['after_rad_per_s2']:.3g}",
+        "yes" if record["dies"] else "no",
+    )
+
+
+def _statement(records: list[dict[str, Any]]) -> str:
+    dying = [f"{r['zeta']:g}" for r in records if r["heir"] == "angle" and r["dies"]]
+    living = [
+        f"zeta = {r['zeta']:g}: {r['before_rad_per_s2']:.0f} becomes"
+        f" {r['after_rad_per_s2']:.0f} rad/s²"
+        f" (without tooth error {_without(records, r['zeta']):.0f})"
+        for r in records
+        if r["heir"] == "angle" and not r["dies"]
+    ]
+    exception = (
+        f" It does not die at {'; '.join(living)}: with and without tooth error alike, the"
+        " controller's flutter (H6), which a large kick releases."
+        if living
+        else ""
+    )
+    return (
+        "Question: once there, does the large vibration keep itself alive under angle, so that only"
+        " a small start hides it? The state at the height of the vibration under omega_t becomes"
+        f" the start of a run under angle. Under angle it dies at zeta = {', '.join(dying)}."
+        f"{exception} Under omega_t it stays as long as a mode is unstable (section 4) and decays"
+        " when that interval is over. Verdict: there is"
+        f" {'no' if _supports(records) else 'a'} second, self-sustained state under angle that"
+        " needs the tooth error."
+    )
+
+
+def _without(records: list[dict[str, Any]], zeta: float) -> float:
+    return next(
+        r["after_rad_per_s2"] for r in records if r["zeta"] == zeta and r["heir"] == "angle, E = 0"
+    )
+
+
+def _figure(runs: Handovers) -> str:
+    drawing, grid = new_figure(1, len(HEIRS), 2.4)
+    for axes, heir, colour in zip(grid[0], HEIRS, COLOURS, strict=False):
+        run = runs[(*SHOWN, heir)]
+        draw(axes, run.time, run.theta_ddot[:, 0], heir, colour)
+        axes.set(title=f"continued under {heir}", xlabel="time [s]")
+    low = min(axes.get_ylim()[0] for axes in grid[0])
+    high = max(axes.get_ylim()[1] for axes in grid[0])
+    for axes in grid[0]:
+        axes.set_ylim(low, high)
+    grid[0, 0].set_ylabel("shoulder acceleration [rad/s²]")
+    return to_svg(drawing)
+
+
+def _caption(at_s: float) -> str:
+    return (
+        f"One state, taken at {at_s:.3f} s from the run under omega_t (zeta = {SHOWN[0]:g}, ring"
+        f" rate {SHOWN[1]}), continued under three laws; min-max bands."
+    )

@@ -1,0 +1,1 @@
+"""Sweeps and ensembles of simulations."""

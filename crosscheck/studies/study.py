@@ -1,0 +1,211 @@
+"""Simulations of the paper's study: named, run in parallel, kept on disk by all their inputs."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from crosscheck.output import write_text
+from crosscheck.registry import build, model_class
+from crosscheck.simulations import perform_all
+from crosscheck.studies.sources import code_hash
+from models.errors import Diverged
+from models.loading import Case, load_case
+from models.trajectory import read_netcdf, write_netcdf
+
+PACKAGES = ("numpy", "scipy", "numba", "pin", "exudyn", "xarray", "sympy")
+PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
+
+Numbers = dict[str, float | None]
+Measure = Callable[[xr.Dataset], Numbers]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One simulation: what differs from the built-in arm and scenario.
+
+    zeta: damping ratio of all joints; ring_rate None follows the phase law; settings:
+    ``path=value`` as on the command line; seed: perturb every mesh displacement of the start by up
+    to 1e-12 m; step_s and record_every as in the scenario.
+    """
+
+    scenario: str = "pd"
+    arm: str = "paper-labelled"
+    phase: str = "angle"
+    ring_rate: str | None = None
+    zeta: float = 0.05
+    model: str = "analytic:physical"
+    duration_s: float | None = None
+    settings: tuple[str, ...] = ()
+    seed: int | None = None
+    record_every: int = 2
+
+    def case(self) -> Case:
+        """Arm, scenario and switches. Raises InputError."""
+        switches = {"phase": self.phase}
+        if self.ring_rate is not None:
+            switches["ring_rate"] = self.ring_rate
+        settings = [f"arm.joints.*.damping_ratio={self.zeta!r}", *self.settings]
+        settings.append(f"scenario.record_every={self.record_every}")
+        if self.duration_s is not None:
+            settings.append(f"scenario.duration_s={self.duration_s!r}")
+        case = load_case(self.arm, self.scenario, switches, settings)
+        return case if self.seed is None else _perturbed(case, self.seed)
+
+
+def _perturbed(case: Case, seed: int) -> Case:
+    generator = np.random.default_rng(seed)
+    offsets = PERTURBATION_M * generator.uniform(-1, 1, (2, len(case.arm.joints)))
+    update = {
+        name: tuple(map(float, row))
+        for name, row in zip(("sun_planet_offset_m", "planet_ring_offset_m"), offsets, strict=True)
+    }
+    start = case.scenario.start.model_copy(update=update)
+    return case._replace(scenario=case.scenario.model_copy(update={"start": start}))
+
+
+@dataclass
+class Study:
+    """Runs variants and remembers them in a folder; tells how far it is.
+
+    told(what, done, total) is called before and after every simulation of a request.
+    """
+
+    folder: Path
+    jobs: int = 1
+    told: Callable[[str, int, int], None] = lambda what, done, total: None
+    made: int = field(default=0, init=False)
+    found: int = field(default=0, init=False)
+
+    def runs(self, variants: Iterable[Variant], what: str = "runs") -> dict[Variant, xr.Dataset]:
+        """Whole trajectories. Raises Diverged if one diverges."""
+        wanted = list(dict.fromkeys(variants))
+        paths = {variant: self.folder / f"{_key(variant)}.nc" for variant in wanted}
+        tasks = [_RunTask(v, path) for v, path in paths.items() if not path.exists()]
+        self._perform(tasks, len(wanted), what)
+        return {variant: read_netcdf(path) for variant, path in paths.items()}
+
+    def measures(
+        self, variants: Sequence[Variant], measure: Measure, what: str = "measures"
+    ) -> list[Numbers]:
+        """Numbers of each variant's trajectory, worked out where it ran; only they are kept.
+
+        ``measure``: a function of a module. A run that diverges gives {"diverged_s": time}.
+        """
+        paths = [self.folder / f"{_key(variant, measure)}.json" for variant in variants]
+        todo = dict(zip(paths, variants, strict=True))
+        tasks = [_MeasureTask(v, measure, path) for path, v in todo.items() if not path.exists()]
+        self._perform(tasks, len(todo), what)
+        return [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+
+    def _perform(self, tasks: Sequence[Any], wanted: int, what: str) -> None:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        done = wanted - len(tasks)
+        self.found += done
+        self.told(what, done, wanted)
+
+        def finished(_: str) -> None:
+            nonlocal done
+            done += 1
+            self.made += 1
+            self.told(what, done, wanted)
+
+        for error in perform_all(tasks, self.jobs, finished).values():
+            if error is not None:
+                raise error
+
+
+@dataclass(frozen=True)
+class _RunTask:
+    variant: Variant
+    path: Path
+
+    @property
+    def key(self) -> str:
+        return str(self.path)
+
+    @property
+    def cost(self) -> float:
+        return _cost(self.variant)
+
+    def perform(self) -> Exception | None:
+        try:
+            write_netcdf(simulate(self.variant), self.path)
+        except Exception as error:  # handed to the caller's process
+            return error
+        return None
+
+
+@dataclass(frozen=True)
+class _MeasureTask:
+    variant: Variant
+    measure: Measure
+    path: Path
+
+    @property
+    def key(self) -> str:
+        return str(self.path)
+
+    @property
+    def cost(self) -> float:
+        return _cost(self.variant)
+
+    def perform(self) -> Exception | None:
+        try:
+            numbers = self.measure(simulate(self.variant))
+        except Diverged as error:
+            numbers = {"diverged_s": error.time_s}
+        except Exception as error:  # handed to the caller's process
+            return error
+        write_text(self.path, json.dumps(numbers, allow_nan=False) + "\n")
+        return None
+
+
+def simulate(variant: Variant) -> xr.Dataset:
+    """The variant's trajectory. Raises InputError and Diverged."""
+    return build(variant.model, *variant.case()).simulate()
+
+
+def _cost(variant: Variant) -> float:
+    return (variant.duration_s or 3.0) * (12 if variant.model.startswith("exudyn") else 0.5)
+
+
+def _key(variant: Variant, measure: Measure | None = None) -> str:
+    """Hash of everything that a result depends on: inputs, versions and the code that runs."""
+    inputs = [record.model_dump_json() for record in variant.case()]
+    modules = [model_class(variant.model).__module__, __name__]
+    if measure is not None:
+        inputs.append(measure.__qualname__)
+        modules.append(measure.__module__)
+    text = "\n".join([variant.model, *inputs, code_hash(*modules), *_versions()])
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+@lru_cache
+def _versions() -> tuple[str, ...]:
+    return tuple(f"{name} {metadata.version(name)}" for name in PACKAGES)
+
+
+def cache_folder() -> Path:
+    """Where simulations are kept between runs: the user's cache folder."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "geararm-crosscheck"
+
+
+def clear_cache() -> int:
+    """Remove all kept simulations; returns how many files there were."""
+    folder = cache_folder()
+    count = sum(1 for path in folder.glob("*") if path.is_file()) if folder.exists() else 0
+    shutil.rmtree(folder, ignore_errors=True)
+    return count
