@@ -13,13 +13,13 @@ signed planet radius. (Eq. n) refers to the paper the arm is taken from.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numba import njit
 
 from models.arm import Joint
-from models.exudyn_engine import UserFunction
 from models.switches import Switches
 
 Side = Literal["sun", "ring"]
@@ -218,48 +218,69 @@ class Stage(NamedTuple):
     planets: tuple[int, ...]
 
 
-# Entered directly, past numba's choice among signatures: saves 0.2 us of 1.8 us per connector call.
-_mesh_force = mesh_force.compile("float64(float64[::1]" + 7 * ", float64" + ")")
+class Gearing(NamedTuple):
+    """All gear stages of an arm as flat arrays, one row per joint.
 
-
-def sun_mesh(
-    law: MeshLaw, stage: Stage, planet: int, size: int, clock: list[float]
-) -> UserFunction:
-    """Connector of a sun-planet mesh, planet being the planet's tree coordinate, of ``size``.
-
-    ``clock[0]`` [s] is added to the engine's time.
+    sun_laws, ring_laws (joints, 13): MeshLaw.array; places (joints, 4): tree coordinates of link,
+    sun and first planet, and the one after the last planet.
     """
-    numbers, big, small = law.array, law.wheel_radius, law.planet_radius
-    link, sun, forces = stage.link, stage.sun, [0.0] * size
 
-    def force(_: object, t: float, _item: int, q: list[float], q_t: list[float]) -> list[float]:
-        pull = _mesh_force(
-            numbers, clock[0] + t, q[sun], q[planet], q[link], q_t[sun], q_t[planet], q_t[link]
-        )
-        forces[link] = big * pull
-        forces[sun] = -big * pull
-        forces[planet] = -small * pull
-        return forces
-
-    return force
+    sun_laws: np.ndarray
+    ring_laws: np.ndarray
+    places: np.ndarray
 
 
-def ring_mesh(
-    law: MeshLaw, stage: Stage, planet: int, size: int, clock: list[float]
-) -> UserFunction:
-    """Connector of a ring-planet mesh, as ``sun_mesh``: the ring rests on the previous link."""
-    numbers, big, small = law.array, law.wheel_radius, law.planet_radius
-    link, forces = stage.link, [0.0] * size
+def gearing(stages: Sequence[Stage], laws: Sequence[tuple[MeshLaw, MeshLaw]]) -> Gearing:
+    """The stages with their laws, a pair (sun, ring) for each."""
+    suns, rings = (np.array([pair[side].array for pair in laws]) for side in (0, 1))
+    places = [(s.link, s.sun, s.planets[0], s.planets[-1] + 1) for s in stages]
+    return Gearing(suns, rings, np.array(places))
 
-    def force(_: object, t: float, _item: int, q: list[float], q_t: list[float]) -> list[float]:
-        pull = _mesh_force(
-            numbers, clock[0] + t, 0.0, q[planet], q[link], 0.0, q_t[planet], q_t[link]
-        )
-        forces[link] = big * pull
-        forces[planet] = -small * pull
-        return forces
 
-    return force
+@njit(cache=True)
+def add_sun_mesh(
+    law: np.ndarray,
+    t: float,
+    q: np.ndarray,
+    q_t: np.ndarray,
+    link: int,
+    sun: int,
+    planet: int,
+    forces: np.ndarray,
+) -> None:
+    """Spring and damper of one sun-planet mesh, onto the forces [N m] of the three it couples."""
+    pull = mesh_force(law, t, q[sun], q[planet], q[link], q_t[sun], q_t[planet], q_t[link])
+    forces[link] += law[WHEEL_RADIUS] * pull
+    forces[sun] -= law[WHEEL_RADIUS] * pull
+    forces[planet] -= law[PLANET_RADIUS] * pull
+
+
+@njit(cache=True)
+def add_ring_mesh(
+    law: np.ndarray,
+    t: float,
+    q: np.ndarray,
+    q_t: np.ndarray,
+    link: int,
+    planet: int,
+    forces: np.ndarray,
+) -> None:
+    """One ring-planet mesh, as ``add_sun_mesh``: the ring rests on the previous link."""
+    pull = mesh_force(law, t, 0.0, q[planet], q[link], 0.0, q_t[planet], q_t[link])
+    forces[link] += law[WHEEL_RADIUS] * pull
+    forces[planet] -= law[PLANET_RADIUS] * pull
+
+
+@njit(cache=True)
+def add_meshes(
+    gears: Gearing, t: float, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray
+) -> None:
+    """Every mesh spring of the arm at time t [s], onto the forces [N m] of the tree coordinates."""
+    for joint in range(len(gears.places)):
+        link, sun, first, after = gears.places[joint]
+        for planet in range(first, after):
+            add_sun_mesh(gears.sun_laws[joint], t, q, q_t, link, sun, planet, forces)
+            add_ring_mesh(gears.ring_laws[joint], t, q, q_t, link, planet, forces)
 
 
 def deflection(law: MeshLaw, stage: Stage, q: np.ndarray, with_sun: bool) -> np.ndarray:

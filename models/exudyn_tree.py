@@ -1,35 +1,39 @@
-"""Exudyn model: a kinematic tree of real bodies with one custom connector per gear mesh.
+"""Exudyn model: a kinematic tree of real bodies with a custom mesh-spring connector.
 
 Tree coordinates, in the order of ``_layout``: of every joint the link's angle relative to the
 previous link, the sun's relative to the previous link, each planet's relative to its carrier (the
 link), all counter-clockwise [rad]. The ring of a joint is part of the previous link, the carrier
-of the link. The engine computes the mass matrix, the inertial forces and the motion; the mesh law
-is in ``models.exudyn_mesh``.
+of the link. The engine computes the mass matrix, the inertial forces and the motion; the mesh
+springs are in ``models.exudyn_mesh``; one connector of the engine holds all of them and the motors,
+for a call from the engine into Python takes longer than to work out every mesh.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from numba import njit, typeof
 
 from models.arm import Arm, Joint
-from models.drive import drive_data, joint_torque
+from models.drive import DriveData, drive_data, joint_torque
 from models.errors import Diverged
 from models.exudyn_engine import Body, Engine, UserFunction
 from models.exudyn_mesh import (
+    Gearing,
     MeshLaw,
     Stage,
+    add_meshes,
     base_radius,
     deflection,
     elastic_forces,
+    gearing,
     mean_spring,
     mesh_law,
-    ring_mesh,
     stiffest,
-    sun_mesh,
 )
 from models.interface import STATE_ABILITIES, Model, gear_coordinates, require_finite
 from models.scenario import Scenario, per_joint
@@ -37,9 +41,6 @@ from models.switches import Switches
 from models.trajectory import trajectory
 
 PLANETS_AGREE = 1e-9  # of the largest; equal planets differ by the rounding of one linear solve
-_motor_torque = joint_torque.compile(
-    "float64(int64, float64[::1], float64[::1], float64[::1], float64, float64, float64)"
-)
 
 
 def _layout(arm: Arm) -> list[Stage]:
@@ -137,23 +138,58 @@ def _radii(joint: Joint) -> tuple[float, float, float]:
     return sun, planet, ring
 
 
-def _motors(arm: Arm, scenario: Scenario, size: int, clock: list[float]) -> UserFunction:
-    """All motors in one connector: T / n on each sun, T from the link's angle and rate."""
-    law = drive_data(scenario, len(arm.joints))
-    motors = [
-        (stage.link, stage.sun, law.gains[place], law.table_torque[place], _ratio(joint))
-        for place, (stage, joint) in enumerate(zip(_layout(arm), arm.joints, strict=True))
-    ]
-    forces = [0.0] * size
+@njit(cache=True)
+def add_motors(
+    drive: DriveData,
+    ratios: np.ndarray,
+    places: np.ndarray,
+    t: float,
+    q: np.ndarray,
+    q_t: np.ndarray,
+    forces: np.ndarray,
+) -> None:
+    """Every motor at time t [s]: T / n on its sun, T from the link's angle and rate."""
+    for joint in range(len(places)):
+        link, sun = places[joint, 0], places[joint, 1]
+        gains, table = drive.gains[joint], drive.table_torque[joint]
+        torque = joint_torque(drive.code, gains, drive.table_time, table, t, q[link], q_t[link])
+        forces[sun] += torque / ratios[joint]
+
+
+@njit(cache=True)
+def loads_on_tree(
+    gears: Gearing,
+    drive: DriveData,
+    ratios: np.ndarray,
+    t: float,
+    q: np.ndarray,
+    q_t: np.ndarray,
+    forces: np.ndarray,
+) -> None:
+    """All generalized forces [N m] on the tree at time t [s] into ``forces``."""
+    forces[:] = 0.0
+    add_meshes(gears, t, q, q_t, forces)
+    add_motors(drive, ratios, gears.places, t, q, q_t, forces)
+
+
+def _loads(
+    gears: Gearing, drive: DriveData, ratios: np.ndarray, size: int, clock: list[float]
+) -> UserFunction:
+    """The connector: ``clock[0]`` [s] is added to the engine's time."""
+    forces = np.zeros(size)
+    add = _entry(loads_on_tree, gears, drive, ratios, 0.0, forces, forces, forces)
 
     def force(_: object, t: float, _item: int, q: list[float], q_t: list[float]) -> list[float]:
-        now = clock[0] + t
-        for link, sun, gains, table, ratio in motors:
-            torque = _motor_torque(law.code, gains, law.table_time, table, now, q[link], q_t[link])
-            forces[sun] = torque / ratio
-        return forces
+        add(gears, drive, ratios, clock[0] + t, np.array(q), np.array(q_t), forces)
+        return forces.tolist()
 
     return force
+
+
+def _entry(function: Any, *arguments: object) -> Callable[..., None]:
+    """A compiled function for such arguments, past numba's choice among signatures (3 us)."""
+    compiled: Callable[..., None] = function.compile(tuple(typeof(a) for a in arguments))
+    return compiled
 
 
 def _ratio(joint: Joint) -> float:
@@ -198,12 +234,10 @@ class ExudynTree(Model):
 
     def _engine(self, laws: Sequence[tuple[MeshLaw, MeshLaw]]) -> Engine:
         bodies, clock = _bodies(self.arm), [0.0]
-        forces = [_motors(self.arm, self.scenario, len(bodies), clock)]
-        for stage, (sun_law, ring_law) in zip(self.stages, laws, strict=True):
-            for planet in stage.planets:
-                forces.append(sun_mesh(sun_law, stage, planet, len(bodies), clock))
-                forces.append(ring_mesh(ring_law, stage, planet, len(bodies), clock))
-        return Engine(bodies, forces, clock)
+        drive = drive_data(self.scenario, len(self.stages))
+        ratios = np.array([_ratio(joint) for joint in self.arm.joints])
+        loads = _loads(gearing(self.stages, laws), drive, ratios, len(bodies), clock)
+        return Engine(bodies, [loads], clock)
 
     def _placed(self, engine: Engine, t: float, q: np.ndarray, v: np.ndarray) -> Engine:
         engine.place(t, self.from_paper @ q, self.from_paper @ v)
@@ -313,7 +347,7 @@ class ExudynTree(Model):
         for row, joint in np.ndindex(*theta.shape):
             gains, table = law.gains[joint], law.table_torque[joint]
             angle, rate = float(theta[row, joint]), float(theta_dot[row, joint])
-            torques[row, joint] = _motor_torque(
+            torques[row, joint] = joint_torque(
                 law.code, gains, law.table_time, table, float(time[row]), angle, rate
             )
         return torques

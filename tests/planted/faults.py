@@ -32,7 +32,11 @@ from models.switches import switches
 from tests.arms import PAPER
 
 STATES, SEED = 5, 0
-PACKAGES = {"analytic": ("analytic",), "pinocchio": (), "exudyn": ("models.exudyn_mesh",)}
+PACKAGES = {
+    "analytic": ("analytic",),
+    "pinocchio": (),
+    "exudyn": ("models.exudyn_mesh", "models.exudyn_tree"),
+}
 Plant = Callable[[pytest.MonkeyPatch], None]
 Laws = tuple[tuple[str, str], ...]
 
@@ -113,9 +117,9 @@ def interpret(patch: pytest.MonkeyPatch, model: str) -> None:
                 value, "__wrapped__"
             ):
                 _rebind(patch, value, inspect.unwrap(value))
-    if "models.exudyn_mesh" in packages:
-        mesh = import_module("models.exudyn_mesh")
-        patch.setattr(mesh, "_mesh_force", mesh.mesh_force)
+    if "models.exudyn_tree" in packages:
+        tree = import_module("models.exudyn_tree")
+        patch.setattr(tree, "_entry", lambda function, *arguments: function)
 
 
 def probe_arm() -> Arm:

@@ -112,28 +112,61 @@ BODIES = [
 ]
 
 FORCES = [
-    Fault("motor torque without 1/n", edit(TREE + "_motors", "torque / ratio", "torque"), FORCE),
-    Fault("ratio without the ring's turn", edit(TREE + "_ratio", " + 1", ""), FORCE),
-    Fault("motor on the link", edit(TREE + "_motors", "forces[sun]", "forces[link]"), FORCE),
     Fault(
-        "motor with the shoulder's gains",
-        edit(TREE + "_motors", "law.gains[place]", "law.gains[0]"),
+        "motor torque without 1/n",
+        edit(TREE + "add_motors", "torque / ratios[joint]", "torque"),
         FORCE,
     ),
-    Fault("motor's clock stands", edit(TREE + "_motors", "clock[0] + t", "t"), FORCE, **SINUSOID),
+    Fault("ratio without the ring's turn", edit(TREE + "_ratio", " + 1", ""), FORCE),
+    Fault("motor on the link", edit(TREE + "add_motors", "forces[sun]", "forces[link]"), FORCE),
+    Fault(
+        "motor with the shoulder's gains",
+        edit(TREE + "add_motors", "drive.gains[joint]", "drive.gains[0]"),
+        FORCE,
+    ),
+    Fault("connector's clock stands", edit(TREE + "_loads", "clock[0] + t", "t"), FORCE, OMEGA_T),
+    Fault(
+        "motor's clock stands",
+        edit(TREE + "loads_on_tree", "gears.places, t", "gears.places, 0.0"),
+        FORCE,
+        **SINUSOID,
+    ),
     Fault(
         "sun mesh without the carrier's reaction",
-        edit(MESH + "sun_mesh", "forces[link] = big * pull", "forces[link] = 0.0"),
+        edit(MESH + "add_sun_mesh", "forces[link] += law[WHEEL_RADIUS]", "forces[link] += 0.0"),
         FORCE,
     ),
     Fault(
         "sun mesh without the sun's reaction",
-        edit(MESH + "sun_mesh", "forces[sun] = -big * pull", "forces[sun] = 0.0"),
+        edit(MESH + "add_sun_mesh", "forces[sun] -= law[WHEEL_RADIUS]", "forces[sun] -= 0.0"),
         FORCE,
     ),
-    Fault("sign on the planet", edit(MESH + "sun_mesh", "-small * pull", "small * pull"), FORCE),
-    Fault("sign on the carrier", edit(MESH + "ring_mesh", "big * pull", "-big * pull"), FORCE),
-    Fault("sun mesh's clock stands", edit(MESH + "sun_mesh", "clock[0] + t", "t"), FORCE, OMEGA_T),
+    Fault(
+        "sign on the planet",
+        edit(MESH + "add_sun_mesh", "forces[planet] -=", "forces[planet] +="),
+        FORCE,
+    ),
+    Fault(
+        "sign on the carrier",
+        edit(MESH + "add_ring_mesh", "forces[link] +=", "forces[link] -="),
+        FORCE,
+    ),
+    Fault(
+        "meshes of the shoulder everywhere",
+        edit(MESH + "add_meshes", "gears.sun_laws[joint]", "gears.sun_laws[0]"),
+        FORCE,
+    ),
+    Fault(
+        "last planet forgotten",
+        edit(MESH + "gearing", "s.planets[-1] + 1", "s.planets[-1]"),
+        FORCE,
+    ),
+    Fault(
+        "meshes' clock stands",
+        edit(TREE + "loads_on_tree", "add_meshes(gears, t", "add_meshes(gears, 0.0"),
+        FORCE,
+        OMEGA_T,
+    ),
     Fault(
         "ring mesh as an external one",
         edit(MESH + "mesh_law", "else -planet_radius", "else planet_radius"),
@@ -258,7 +291,7 @@ RUNS = [
         X_SP,
         OMEGA_T,
     ),
-    Fault("motor's clock stands", edit(TREE + "_motors", "clock[0] + t", "t"), THETA, **SINUSOID),
+    Fault("motor's clock stands", edit(TREE + "_loads", "clock[0] + t", "t"), THETA, **SINUSOID),
     Fault(
         "ring mesh recorded with the sun",
         edit(TREE + "ExudynTree._trajectory", "with_sun=side == 0", "with_sun=True"),
