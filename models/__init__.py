@@ -1,1 +1,7 @@
 """The arm and the experiment as data, and each engine's model of them."""
+
+from pathlib import Path
+
+from models.compiled import drop_outdated
+
+drop_outdated(Path(__file__).parent.parent)
