@@ -6,6 +6,7 @@ from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
+import sympy as sp
 import xarray as xr
 
 from analytic import kernel
@@ -18,7 +19,7 @@ from analytic.recording import along
 from analytic.reference import solve
 from analytic.rigid import rigid_form
 from analytic.stability import contact_eigenvalues, runge_kutta_limit
-from analytic.symbols import geared_variables, parameter_values, rigid_variables
+from analytic.symbols import Variables, geared_variables, parameter_values, rigid_variables
 from analytic.terms import Terms, numeric_terms
 from models.arm import Arm
 from models.drive import drive_data
@@ -37,10 +38,15 @@ from models.trajectory import trajectory
 RIGID = 1e-3  # of the fastest mode: below it an eigenvalue is rounding of the rigid motion
 
 
-@lru_cache(maxsize=128)  # an arm runs many experiments; its numbers go in once
-def _geared_terms(form: Form, arm: Arm) -> Terms:
-    variables = geared_variables(len(arm.joints))
-    return numeric_terms(form, parameter_values(arm), variables.mesh_forces, variables.torques)
+def _terms(form: Form, arm: Arm, variables: Variables) -> Terms:
+    return _terms_for(form, variables, tuple(parameter_values(arm).items()))
+
+
+@lru_cache(maxsize=128)  # arms of equal masses and radii share their terms, whatever the teeth do
+def _terms_for(
+    form: Form, variables: Variables, values: tuple[tuple[sp.Symbol, float], ...]
+) -> Terms:
+    return numeric_terms(form, dict(values), variables.mesh_forces, variables.torques)
 
 
 class AnalyticModel(Model):
@@ -185,7 +191,7 @@ class FormModel(AnalyticModel):
         super().__init__(arm, scenario, chosen_switches)
         self.coordinates = gear_coordinates(len(arm.joints))
         self.gears = gears(arm, self.switches)
-        self.terms = _geared_terms(form, arm)
+        self.terms = _terms(form, arm, geared_variables(len(arm.joints)))
 
 
 class PhysicalModel(FormModel):
@@ -249,8 +255,7 @@ class RigidModel(AnalyticModel):
         joints = len(arm.joints)
         self.coordinates = link_coordinates(joints)
         self.gears = no_gears()
-        form, torques = rigid_form(joints, self.level), rigid_variables(joints).torques
-        self.terms = numeric_terms(form, parameter_values(arm), (), torques)
+        self.terms = _terms(rigid_form(joints, self.level), arm, rigid_variables(joints))
 
 
 class RigidLinks(RigidModel):
