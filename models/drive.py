@@ -51,7 +51,7 @@ def drive_data(scenario: Scenario, joints: int) -> DriveData:
     return DriveData(code, gains, table_time, table_torque)
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def joint_torque(
     code: int,
     gains: np.ndarray,

@@ -42,6 +42,7 @@ from crosscheck.paper.phase.verdict import (
     planets_explain,
     relative_gaps,
     same_vibration,
+    second_engine_supports,
     where_present,
 )
 from crosscheck.studies.study import Study, Variant, simulate
@@ -103,6 +104,14 @@ def test_planets_explain_only_if_holding_them_removes_the_difference() -> None:
     assert not planets_explain(True, below, below)
     assert not planets_explain(True, above, above)
     assert not planets_explain(True, None, below)
+
+
+def test_second_engine_supports_if_it_shows_the_same_and_is_quiet_under_angle() -> None:
+    below, above = BELOW * PRESENT_RAD_PER_S2, ABOVE * PRESENT_RAD_PER_S2
+    assert second_engine_supports([True, True], [below, below])
+    assert not second_engine_supports([True, False], [below, below])
+    assert not second_engine_supports([True, True], [below, above])
+    assert not second_engine_supports([True, True], [below, None])
 
 
 def test_planets_out_of_step_are_seen() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from crosscheck.paper.phase.clock import clock_test
-from crosscheck.paper.phase.engines import engines
+from crosscheck.paper.phase.engines import engines, freed_planets
 from crosscheck.paper.phase.handover import handover
 from crosscheck.paper.phase.maps import maps, parts_under
 from crosscheck.paper.phase.objections import objections
@@ -34,18 +34,20 @@ def chapter(study: Study, quick: bool) -> Chapter:
     """Six kinds of evidence and a referee's objections; quick: the clock, four runs, the modes."""
     clock = clock_test(study)
     simulated, present = maps(study, quick)
-    modes = stability(study, quick)
+    modes, freed = stability(study, quick), ""
     found = {"the clock test": clock, "simulation": simulated}
     if not quick:
         found["a second engine"] = engines(study)
+        freed = freed_planets(found["a second engine"].records)
     found["stability"] = modes
     if not quick:
         found["the handover"] = handover(study)
         found["resonance"] = resonance(study)
-        found["objections"] = objections(study, max(parts_under(simulated.records, "angle")))
+        largest = max(parts_under(simulated.records, "angle"))
+        found["objections"] = objections(study, largest, freed)
     verdict = h1_verdict(present, {name: evidence.supports for name, evidence in found.items()})
     record = _record(verdict, present, found)
-    html = [_introduction(verdict, record), *(evidence.html for evidence in found.values())]
+    html = [_introduction(verdict, record, freed), *(evidence.html for evidence in found.values())]
     records = [record, *(r for evidence in found.values() for r in evidence.records)]
     return Chapter("phase", TITLE, "\n".join(html), records)
 
@@ -59,7 +61,7 @@ def _record(verdict: str, present: str, found: dict[str, Evidence]) -> dict[str,
     }
 
 
-def _introduction(verdict: str, record: dict[str, Any]) -> str:
+def _introduction(verdict: str, record: dict[str, Any], freed: str) -> str:
     said = ", ".join(
         f"{name} {'for' if supports else 'against'} it"
         for name, supports in record["evidence"].items()
@@ -72,7 +74,7 @@ def _introduction(verdict: str, record: dict[str, Any]) -> str:
                 "H1: the part of the third fluctuation that depends on the tooth error exists only"
                 " under omega_t (phase = meshing frequency times time, as printed) and not under"
                 " angle (phase = its integral)."
-                f" Verdict: H1 {verdict}. Evidence: {said}."
+                f" Verdict: H1 {verdict}. Evidence: {said}. {freed}"
             ),
         ]
     )

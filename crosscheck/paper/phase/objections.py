@@ -67,10 +67,11 @@ CHANGES = (
 )
 
 
-def objections(study: Study, largest_under_angle: float) -> Evidence:
+def objections(study: Study, largest_under_angle: float, freed_planets: str) -> Evidence:
     """Runs for every objection, with and without tooth error, under both laws.
 
     largest_under_angle: of the maps, the tooth error's largest part [rad/s^2] under `angle`.
+    freed_planets: what an engine with free planets adds, in words.
     """
     amplitudes = _amplitudes(study)
     records = [_record(change, setting, amplitudes) for change in CHANGES for setting in SETTINGS]
@@ -82,7 +83,7 @@ def objections(study: Study, largest_under_angle: float) -> Evidence:
             [_row(record) for record in records],
             "The tooth error's part of the third fluctuation [rad/s²], E = 5 µm less E = 0",
         ),
-        *_answers(records, growth, largest_under_angle),
+        *_answers(records, growth, largest_under_angle, freed_planets),
     ]
     supports = not any(record["present_under_angle"] for record in records)
     return Evidence("\n".join(text), [*records, *growth], supports)
@@ -161,7 +162,10 @@ def _row(record: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _answers(
-    records: Sequence[dict[str, Any]], growth: Sequence[dict[str, Any]], largest_under_angle: float
+    records: Sequence[dict[str, Any]],
+    growth: Sequence[dict[str, Any]],
+    largest_under_angle: float,
+    freed_planets: str,
 ) -> list[str]:
     arm = load_arm("paper-labelled")
     joint = arm.joints[0]
@@ -197,7 +201,8 @@ def _answers(
             f"“The planets are out of phase and cancel.” Not in this gear: {spacing} are whole"
             " numbers, so all planets mesh in phase, as the model has it. The ring meshes may be"
             f" shifted against the sun meshes: with shifts of π/2 and π"
-            f" {_both(records, PLANETS)}."
+            f" {_both(records, PLANETS)}. Moving out of step is another matter: section 3 frees"
+            f" every planet. {freed_planets}"
         ),
         paragraph(
             "“With Eq. 11 in full it goes away.” The rates of x_sp and x_pr are small against"

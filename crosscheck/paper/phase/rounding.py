@@ -73,9 +73,10 @@ def _integrate(
     """As analytic.kernel.integrate, noise (steps, n) added to q after every step."""
     records = noise.shape[0] // stride + 1
     qs, vs = np.empty((records, q.size)), np.empty((records, q.size))
+    room, between = kernel.scratch(terms), kernel.stages(q.size)
     qs[0], vs[0] = q, v
     for k in range(noise.shape[0]):
-        kernel.runge_kutta_step(terms, gears, drive, k * step, step, q, v)
+        kernel.runge_kutta_step(terms, gears, drive, k * step, step, q, v, room, between)
         q += noise[k]
         if (k + 1) % stride == 0:
             qs[(k + 1) // stride], vs[(k + 1) // stride] = q, v

@@ -95,6 +95,18 @@ def planets_explain(same_in_step: bool, apart_m: float | None, held_m: float | N
     return same_in_step and held_m < OUT_OF_STEP_M <= apart_m
 
 
+def second_engine_supports(
+    same_as_the_paper_counts: Sequence[bool], under_angle: Sequence[float | None]
+) -> bool:
+    """Whether another engine shows the same vibration at every setting, and none under `angle`.
+
+    same_as_the_paper_counts: the same with the planets free or, where they explain the difference,
+    held alike; under_angle: amplitudes [rad/s^2], None where a run diverged.
+    """
+    quiet = all(value is not None and value < PRESENT_RAD_PER_S2 for value in under_angle)
+    return quiet and all(same_as_the_paper_counts)
+
+
 def onset_is_predicted(predicted_s: float | None, simulated_s: float | None) -> bool:
     """Both never begin, or both begin at nearly the same time."""
     if predicted_s is None or simulated_s is None:
