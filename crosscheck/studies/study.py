@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
@@ -27,6 +27,7 @@ from models.trajectory import read_netcdf, write_netcdf
 PACKAGES = ("numpy", "scipy", "numba", "pin", "exudyn", "xarray", "sympy")
 PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
 
+Json = Any  # what json.dumps takes
 Numbers = dict[str, float | None]
 Measure = Callable[[xr.Dataset], Numbers]
 
@@ -75,6 +76,21 @@ def _perturbed(case: Case, seed: int) -> Case:
     return case._replace(scenario=case.scenario.model_copy(update={"start": start}))
 
 
+class Question(Protocol):
+    """Work that is not one variant's run: a frozen dataclass of a module.
+
+    inputs: all that its answer depends on besides code; cost: rough seconds.
+    """
+
+    @property
+    def inputs(self) -> str: ...
+
+    @property
+    def cost(self) -> float: ...
+
+    def answer(self) -> Json: ...
+
+
 @dataclass
 class Study:
     """Runs variants and remembers them in a folder; tells how far it is.
@@ -106,6 +122,14 @@ class Study:
         paths = [self.folder / f"{_key(variant, measure)}.json" for variant in variants]
         todo = dict(zip(paths, variants, strict=True))
         tasks = [_MeasureTask(v, measure, path) for path, v in todo.items() if not path.exists()]
+        self._perform(tasks, len(todo), what)
+        return [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+
+    def answers(self, questions: Sequence[Question], what: str) -> list[Json]:
+        """Of each question, worked out once and kept."""
+        paths = [self.folder / f"{_question_key(question)}.json" for question in questions]
+        todo = dict(zip(paths, questions, strict=True))
+        tasks = [_AnswerTask(q, path) for path, q in todo.items() if not path.exists()]
         self._perform(tasks, len(todo), what)
         return [json.loads(path.read_text(encoding="utf-8")) for path in paths]
 
@@ -172,6 +196,28 @@ class _MeasureTask:
         return None
 
 
+@dataclass(frozen=True)
+class _AnswerTask:
+    question: Question
+    path: Path
+
+    @property
+    def key(self) -> str:
+        return str(self.path)
+
+    @property
+    def cost(self) -> float:
+        return self.question.cost
+
+    def perform(self) -> Exception | None:
+        try:
+            answer = self.question.answer()
+        except Exception as error:  # handed to the caller's process
+            return error
+        write_text(self.path, json.dumps(answer, allow_nan=False) + "\n")
+        return None
+
+
 def simulate(variant: Variant) -> xr.Dataset:
     """The variant's trajectory. Raises InputError and Diverged."""
     return build(variant.model, *variant.case()).simulate()
@@ -182,13 +228,22 @@ def _cost(variant: Variant) -> float:
 
 
 def _key(variant: Variant, measure: Measure | None = None) -> str:
-    """Hash of everything that a result depends on: inputs, versions and the code that runs."""
-    inputs = [record.model_dump_json() for record in variant.case()]
+    inputs = [variant.model, *(record.model_dump_json() for record in variant.case())]
     modules = [model_class(variant.model).__module__, __name__]
     if measure is not None:
         inputs.append(measure.__qualname__)
         modules.append(measure.__module__)
-    text = "\n".join([variant.model, *inputs, code_hash(*modules), *_versions()])
+    return _hash(inputs, modules)
+
+
+def _question_key(question: Question) -> str:
+    kind = type(question)
+    return _hash([kind.__qualname__, question.inputs], [kind.__module__, __name__])
+
+
+def _hash(inputs: Sequence[str], modules: Sequence[str]) -> str:
+    """Of everything that a result depends on: inputs, versions and the code that runs."""
+    text = "\n".join([*inputs, code_hash(*modules), *_versions()])
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +112,27 @@ def test_seeds_move_the_start_by_less_than_a_picometre():
     assert 0 < np.abs(offsets).max() <= 1e-12
     assert Variant(seed=3).case() == Variant(seed=3).case()
     assert Variant(seed=3).case() != Variant(seed=4).case()
+
+
+@dataclass(frozen=True)
+class Square:
+    """A question without a simulation."""
+
+    number: float
+    cost: float = 0.0
+
+    @property
+    def inputs(self) -> str:
+        return repr(self.number)
+
+    def answer(self) -> float:
+        return self.number**2
+
+
+def test_an_answer_is_worked_out_once_for_its_inputs(study: Study):
+    assert study.answers([Square(2.0), Square(3.0)], "squares") == [4.0, 9.0]
+    assert study.answers([Square(3.0), Square(4.0)], "squares") == [9.0, 16.0]
+    assert (study.made, study.found) == (3, 1)
 
 
 def test_clearing_removes_what_was_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

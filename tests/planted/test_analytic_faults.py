@@ -198,7 +198,7 @@ FORCES = [
     ),
     Fault(
         "stiffness of the wrong mesh",
-        change("kernel:elastic_forces", "gears.k_m[i]", "gears.k_m[0]"),
+        change("kernel:elastic_force", "gears.k_m[i]", "gears.k_m[0]"),
         FORCE,
     ),
     Fault(
@@ -236,7 +236,7 @@ FORCES = [
     ),
     Fault(
         "Coriolis force pushes",
-        change("kernel:acceleration", "-= gyroscopic", "+= gyroscopic"),
+        change("kernel:acceleration_by", "-= room.gyroscopic", "+= room.gyroscopic"),
         ACCELERATION,
     ),
     Fault(
@@ -254,24 +254,22 @@ RUNS = [
     ),
     Fault(
         "Coriolis force pushes",
-        change("kernel:acceleration", "-= gyroscopic", "+= gyroscopic"),
+        change("kernel:acceleration_by", "-= room.gyroscopic", "+= room.gyroscopic"),
         "invariants/power",
     ),
     Fault(
         "weight of a stage",
-        change(
-            "kernel:runge_kutta_step", "(a[0] + 2 * a[1] + 2 * a[2]", "(a[0] + 2 * a[1] + 2 * a[1]"
-        ),
+        change("kernel:runge_kutta_step", "+ 2 * s.a[2, i]", "+ 2 * s.a[1, i]"),
         X_SP,
     ),
     Fault(
         "last stage at half the step",
-        change("kernel:runge_kutta_step", "q + h * w[2]", "q + h / 2 * w[2]"),
+        change("kernel:runge_kutta_step", "h if stage == 3 else h / 2", "h / 2"),
         X_SP,
     ),
     Fault(
         "stages without their time",
-        change("kernel:runge_kutta_step", "t + h / 2, q + h / 2 * w[0]", "t, q + h / 2 * w[0]"),
+        change("kernel:runge_kutta_step", "t + part,", "t,"),
         X_SP,
         OMEGA_T,
     ),

@@ -13,7 +13,6 @@ from crosscheck.registry import build
 from crosscheck.report.chapter import Chapter
 from crosscheck.report.figures import new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
-from crosscheck.simulations import perform_all
 from crosscheck.studies.study import Study
 from models.loading import Case, load_case
 from models.pinocchio_floating import Base, PinocchioFloating
@@ -32,14 +31,7 @@ def chapter(study: Study, quick: bool) -> Chapter:
     scenarios = list(SCENARIOS)[:1] if quick else list(SCENARIOS)
     sides = SIDES_M[:1] if quick else SIDES_M
     tasks = [_Flights(scenario, side) for scenario in scenarios for side in sides]
-    done: list[str] = []
-
-    def finished(key: str) -> None:
-        done.append(key)
-        study.told("H5, free-flying base", len(done), len(tasks))
-
-    results = perform_all(tasks, study.jobs, finished)
-    flights = [flight for rows in results.values() for flight in rows]
+    flights = [f for rows in study.answers(tasks, "H5, free-flying base") for f in rows]
     needs = [_need(flights, scenario, side) for scenario in scenarios for side in sides]
     verdict = _verdict(needs)
     html = [
@@ -66,15 +58,19 @@ class _Flights:
     side_m: float
 
     @property
-    def key(self) -> str:
-        return f"{self.scenario}/cube {self.side_m:g} m"
+    def case(self) -> Case:
+        return load_case(READING, self.scenario, None, [EVERY])
+
+    @property
+    def inputs(self) -> str:
+        return "\n".join([repr(self), *(record.model_dump_json() for record in self.case)])
 
     @property
     def cost(self) -> float:
         return 3.0 if self.scenario == "pd" else 0.5
 
-    def perform(self) -> list[dict[str, Any]]:
-        case = load_case(READING, self.scenario, None, [EVERY])
+    def answer(self) -> list[dict[str, Any]]:
+        case = self.case
         fixed = build("pinocchio:coupled", *case).reference(FIXED_TOLERANCE)
         return [self._flight(case, fixed, ratio) for ratio in RATIOS]
 
@@ -85,7 +81,7 @@ class _Flights:
         error = tip_error(free, fixed, case)
         worst = int(np.argmax(error))
         return {
-            "id": f"floating_base/{self.key}/ratio {ratio:g}",
+            "id": f"floating_base/{self.scenario}/cube {self.side_m:g} m/ratio {ratio:g}",
             "scenario": self.scenario,
             "side_m": self.side_m,
             "ratio": ratio,

@@ -38,7 +38,7 @@ def engines(study: Study) -> Evidence:
     """
     records = [_record(study, zeta, ring) for zeta, ring in SETTINGS]
     controls = [_control(study, record) for record in records if not record["same"]]
-    angle = [_under_angle(study, zeta, ring) for zeta, ring in SETTINGS]
+    angle = _under_angle(study)
     text = [
         heading("3. The same in Exudyn"),
         paragraph(_question()),
@@ -137,10 +137,14 @@ def _compared(
     }
 
 
-def _under_angle(study: Study, zeta: float, ring: str) -> dict[str, Any]:
-    one = replace(_variant(zeta, ring, "angle"), model=ENGINE, seed=1)
-    (numbers,) = study.measures([one], fluctuation_and_spread, "phase: Exudyn under angle")
-    return {"id": f"engine-angle/{ring}/{zeta:g}", "zeta": zeta, "ring_rate": ring, **numbers}
+def _under_angle(study: Study) -> list[dict[str, Any]]:
+    """One start at every setting."""
+    variants = [replace(_variant(*s, "angle"), model=ENGINE, seed=1) for s in SETTINGS]
+    found = study.measures(variants, fluctuation_and_spread, "phase: Exudyn under angle")
+    return [
+        {"id": f"engine-angle/{ring}/{zeta:g}", "zeta": zeta, "ring_rate": ring, **numbers}
+        for (zeta, ring), numbers in zip(SETTINGS, found, strict=True)
+    ]
 
 
 def _spread(numbers: Sequence[Numbers], name: str) -> Spread:

@@ -19,6 +19,7 @@ from crosscheck.paper.phase.plant import (
     physical,
     plant_of,
 )
+from crosscheck.paper.phase.verdict import finite
 from crosscheck.registry import build
 from crosscheck.simulations import perform_all
 from crosscheck.studies.study import Study, Variant
@@ -128,6 +129,25 @@ def responses(
 
     found = perform_all(wanted, study.jobs, finished)
     return {experiment: found[experiment.key] for experiment in wanted}
+
+
+@dataclass(frozen=True)
+class ThirdAmplitude:
+    """Largest shoulder vibration [rad/s^2] of an experiment's third fluctuation, None: diverged."""
+
+    experiment: Experiment
+
+    @property
+    def inputs(self) -> str:
+        records = self.experiment.variant.case()
+        return "\n".join([repr(self.experiment), *(r.model_dump_json() for r in records)])
+
+    @property
+    def cost(self) -> float:
+        return self.experiment.cost
+
+    def answer(self) -> float | None:
+        return finite(third_amplitude(self.experiment.perform()))
 
 
 def vibration(time: np.ndarray, values: np.ndarray, above_hz: float = HIGH_PASS_HZ) -> np.ndarray:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from crosscheck.paper.phase.experiments import Experiment, responses, third_amplitude
+from crosscheck.paper.phase.experiments import Experiment, ThirdAmplitude
 from crosscheck.paper.phase.linear import base_motion, mesh_modes
 from crosscheck.paper.phase.plant import Plant
 from crosscheck.paper.phase.verdict import PRESENT_RAD_PER_S2, Evidence, error_part, finite
@@ -100,8 +101,9 @@ def _amplitudes(study: Study) -> dict[Key, float]:
         for law in LAWS
         for with_error in (True, False)
     }
-    found = responses(study, list(wanted.values()), "phase: objections")
-    return {key: third_amplitude(found[experiment]) for key, experiment in wanted.items()}
+    questions = [ThirdAmplitude(experiment) for experiment in wanted.values()]
+    found = study.answers(questions, "phase: objections")
+    return {k: math.inf if a is None else a for k, a in zip(wanted, found, strict=True)}
 
 
 def _record(
