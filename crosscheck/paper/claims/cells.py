@@ -19,8 +19,8 @@ READINGS = ("paper-labelled", "paper-swapped")
 SHORT_S = 1.2  # Fig. 14's length
 RECORD_EVERY = 4  # 40 us: 17 samples per period even at 1.5 kHz
 DEFAULT_B_UM, DEFAULT_E_UM = "50", "5"
-# The lowest zeta keep the paper's law fluctuating, the highest is the default.
-ZETAS = (0.003, 0.004, 0.006, 0.01, 0.02, 0.05)
+# From where the controller flutters by itself to twice the default.
+ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
 SWEPT_ZETAS = (0.004, 0.006, 0.05)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from html import escape
 from typing import Any
@@ -22,17 +23,33 @@ INTRODUCTION = (
 )
 
 
+@dataclass(frozen=True)
+class Errata:
+    """The errata of a built-in arm, their effects simulated for so long."""
+
+    arm: str
+    duration_s: float
+
+    @property
+    def inputs(self) -> str:
+        return "\n".join([repr(self), load_arm(self.arm).model_dump_json()])
+
+    @property
+    def cost(self) -> float:
+        return 10 * self.duration_s
+
+    def answer(self) -> list[dict[str, Any]]:
+        found = errata_records(load_arm(self.arm), lambda where: None, self.duration_s)
+        return [{"id": f"erratum/{self.arm}/{record['where']}", **record} for record in found]
+
+
 def chapter(study: Study, quick: bool) -> Chapter:
     """The errata sheet for both readings of Table I (the quick one for the first alone)."""
     arms = ARMS[:1] if quick else ARMS
     duration = QUICK_S if quick else EFFECT_S
-    records = []
-    for place, name in enumerate(arms):
-        study.told(f"errata, {name}", place, len(arms))
-        found = errata_records(load_arm(name), lambda where: None, duration)
-        records += [{"id": f"erratum/{name}/{record['where']}", **record} for record in found]
-    first = [record for record in records if record["id"].startswith(f"erratum/{ARMS[0]}/")]
-    html = [f"<p>{INTRODUCTION} Runs of {duration:g} s, arm {ARMS[0]}.</p>", _table(first)]
+    found = study.answers([Errata(name, duration) for name in arms], "errata sheet")
+    records = [record for errata in found for record in errata]
+    html = [f"<p>{INTRODUCTION} Runs of {duration:g} s, arm {ARMS[0]}.</p>", _table(found[0])]
     html += [_readings(records)] if not quick else []
     html += [_contradictions(), _gaps()]
     return Chapter("errata", "Errata sheet", "\n".join(html), records)
