@@ -27,6 +27,7 @@ CHAPTERS = (
     "hypotheses.ladder",
     "figures.chapter",
     "hypotheses.accumulation",
+    "hypotheses.planet_spin",
     "hypotheses.floating_base",
     "hypotheses.controller",
     "hypotheses.damping_fit",

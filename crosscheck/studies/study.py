@@ -30,6 +30,7 @@ PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
 Json = Any  # what json.dumps takes
 Numbers = dict[str, float | None]
 Measure = Callable[[xr.Dataset], Numbers]
+Reduction = Callable[[xr.Dataset], xr.Dataset]
 
 
 @dataclass(frozen=True)
@@ -104,11 +105,16 @@ class Study:
     made: int = field(default=0, init=False)
     found: int = field(default=0, init=False)
 
-    def runs(self, variants: Iterable[Variant], what: str = "runs") -> dict[Variant, xr.Dataset]:
-        """Whole trajectories. Raises Diverged if one diverges."""
+    def runs(
+        self, variants: Iterable[Variant], what: str = "runs", keep: Reduction | None = None
+    ) -> dict[Variant, xr.Dataset]:
+        """Trajectories, whole or what ``keep`` keeps of them. Raises Diverged if one diverges.
+
+        ``keep``: a function of a module.
+        """
         wanted = list(dict.fromkeys(variants))
-        paths = {variant: self.folder / f"{_key(variant)}.nc" for variant in wanted}
-        tasks = [_RunTask(v, path) for v, path in paths.items() if not path.exists()]
+        paths = {variant: self.folder / f"{_key(variant, keep)}.nc" for variant in wanted}
+        tasks = [_RunTask(v, keep, path) for v, path in paths.items() if not path.exists()]
         self._perform(tasks, len(wanted), what)
         return {variant: read_netcdf(path) for variant, path in paths.items()}
 
@@ -153,6 +159,7 @@ class Study:
 @dataclass(frozen=True)
 class _RunTask:
     variant: Variant
+    keep: Reduction | None
     path: Path
 
     @property
@@ -165,7 +172,8 @@ class _RunTask:
 
     def perform(self) -> Exception | None:
         try:
-            write_netcdf(simulate(self.variant), self.path)
+            run = simulate(self.variant)
+            write_netcdf(run if self.keep is None else self.keep(run), self.path)
         except Exception as error:  # handed to the caller's process
             return error
         return None
@@ -227,7 +235,7 @@ def _cost(variant: Variant) -> float:
     return (variant.duration_s or 3.0) * (12 if variant.model.startswith("exudyn") else 0.5)
 
 
-def _key(variant: Variant, measure: Measure | None = None) -> str:
+def _key(variant: Variant, measure: Measure | Reduction | None = None) -> str:
     inputs = [variant.model, *(record.model_dump_json() for record in variant.case())]
     modules = [model_class(variant.model).__module__, __name__]
     if measure is not None:

@@ -64,8 +64,7 @@ class Shelf:
         """The variants' runs, for a figure."""
         wanted = list(dict.fromkeys(variants))
         missing = [variant for variant in wanted if variant not in self.held]
-        for variant, run in self.study.runs(missing, f"figure {number}").items():
-            self.held[variant] = first_planets(run)
+        self.held |= self.study.runs(missing, f"figure {number}", first_planets)
         return {variant: self.held[variant] for variant in wanted}
 
     def laws(self, number: int, variant: Callable[[str], Variant]) -> dict[str, xr.Dataset]:

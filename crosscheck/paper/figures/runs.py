@@ -21,12 +21,12 @@ GAINS = (1000, 400)  # Section 3.2
 SHORT_S = 1.2
 GAIN_STEP_S = 5e-5  # enough for angles that are drawn
 SMOOTH_RECORD = 20  # 0.2 ms: for angles and speeds, which have nothing at mesh frequencies
-CONTROL_RECORD = 4  # 25 kHz: 18 samples in a period of the third fluctuation
+FULL_RECORD = 1  # every step: no peak of a mesh force is cut
 
 
 def torque_run(phase: str, zeta: float) -> Variant:
-    """100 N m on both joints, every second step."""
-    return Variant("constant-torque", phase=phase, zeta=zeta)
+    """100 N m on both joints."""
+    return Variant("constant-torque", phase=phase, zeta=zeta, record_every=FULL_RECORD)
 
 
 def smooth_torque_run() -> Variant:
@@ -43,7 +43,7 @@ def rigid_run(scenario: str, level: str, duration_s: float | None = None) -> Var
 
 def control_run(phase: str) -> Variant:
     """The whole PD run."""
-    return Variant(phase=phase, zeta=LOW_ZETA, record_every=CONTROL_RECORD)
+    return Variant(phase=phase, zeta=LOW_ZETA, record_every=FULL_RECORD)
 
 
 def gain_run(proportional: float, derivative: float) -> Variant:
@@ -67,7 +67,7 @@ def size_run(phase: str, backlash_um: float = 50.0, error_um: float = 5.0) -> Va
         zeta=LOW_ZETA,
         duration_s=SHORT_S,
         settings=settings,
-        record_every=CONTROL_RECORD,
+        record_every=FULL_RECORD,
     )
 
 

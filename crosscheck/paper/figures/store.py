@@ -33,7 +33,7 @@ BIN_S = 0.01
 Windows = Mapping[str, tuple[float, float]]
 WINDOWS_S: dict[str, Windows] = {
     "constant-torque": {"start": (0.0, 0.02)},
-    "pd": {"start": (0.0, 0.02), "side change": (0.345, 0.385), "third": (1.1, 1.15)},
+    "pd": {"start": (0.0, 0.02), "side change": (0.345, 0.385), "third": (1.0, 1.2)},
     "back-and-forth": {},
 }
 
@@ -61,7 +61,7 @@ def trajectories(study: Study, quick: bool) -> dict[str, xr.Dataset]:
     named = stored_runs(quick)
     kept = {}
     for name, variant in named.items():
-        run = study.runs([variant], f"storing {name}")[variant]
+        run = study.runs([variant], f"storing {name}", first_planets)[variant]
         kept[name] = reduced(run, WINDOWS_S[variant.scenario])
     return kept
 
@@ -70,9 +70,8 @@ def reduced(run: xr.Dataset, windows: Windows, bin_s: float = BIN_S) -> xr.Datas
     """The samples in the windows [s], and elsewhere those where a variable has an extremum.
 
     Every sample of a window stays; outside, per bin and per column of every variable, the first
-    sample with its smallest and with its largest value. Of alike planets the first stays.
+    sample with its smallest and with its largest value.
     """
-    run = first_planets(run)
     kept = _extreme_samples(run, bin_s)
     for begin, end in windows.values():
         kept[signals.window(run["time"].values, begin, end)] = True
