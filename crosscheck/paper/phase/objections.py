@@ -76,7 +76,7 @@ def objections(study: Study, largest_under_angle: float, freed_planets: str) -> 
     """
     amplitudes = _amplitudes(study)
     records = [_record(change, setting, amplitudes) for change in CHANGES for setting in SETTINGS]
-    growth = [_growth_record(zeta, ring) for zeta, ring in SETTINGS]
+    growth = study.answers([Growth(*setting) for setting in SETTINGS], "phase: growth rates")
     text = [
         heading("What a referee would object"),
         table(
@@ -127,22 +127,43 @@ def _record(
     }
 
 
-def _growth_record(zeta: float, ring: str) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Growth:
     """Largest growth rate [1/s] in 0.5 to 1.2 s under `omega_t`, as it stands and changed."""
-    variant = Variant(phase="omega_t", ring_rate=ring, zeta=zeta, duration_s=1.2)
-    plain, full = (Experiment(variant, full_rate=rate).plant() for rate in (False, True))
-    free = plain._replace(drive=plain.drive._replace(code=CONSTANT))
-    no_error = Experiment(replace(variant, settings=(NO_ERROR,))).plant()
-    still = plain._replace(gears=plain.gears._replace(k_a=np.zeros_like(plain.gears.k_a)))
-    plants = {
-        "as_it_stands": plain,
-        "without_feedback": free,
-        "eq11_in_full": full,
-        "without_tooth_error": no_error,
-        "constant_stiffness": still,
-    }
-    growth = {f"{name}_per_s": _largest(plant, variant) for name, plant in plants.items()}
-    return {"id": f"objection/growth/{zeta:g}", "zeta": zeta, "ring_rate": ring, **growth}
+
+    zeta: float
+    ring: str
+
+    @property
+    def variant(self) -> Variant:
+        return Variant(phase="omega_t", ring_rate=self.ring, zeta=self.zeta, duration_s=1.2)
+
+    @property
+    def inputs(self) -> str:
+        return "\n".join([repr(self), *(r.model_dump_json() for r in self.variant.case())])
+
+    @property
+    def cost(self) -> float:
+        return 2.0
+
+    def answer(self) -> dict[str, Any]:
+        plain, full = (Experiment(self.variant, full_rate=rate).plant() for rate in (False, True))
+        free = plain._replace(drive=plain.drive._replace(code=CONSTANT))
+        no_error = Experiment(replace(self.variant, settings=(NO_ERROR,))).plant()
+        still = plain._replace(gears=plain.gears._replace(k_a=np.zeros_like(plain.gears.k_a)))
+        plants = {
+            "as_it_stands": plain,
+            "without_feedback": free,
+            "eq11_in_full": full,
+            "without_tooth_error": no_error,
+            "constant_stiffness": still,
+        }
+        return {
+            "id": f"objection/growth/{self.zeta:g}",
+            "zeta": self.zeta,
+            "ring_rate": self.ring,
+            **{f"{n}_per_s": _largest(plant, self.variant) for n, plant in plants.items()},
+        }
 
 
 def _largest(plant: Plant, variant: Variant) -> float:

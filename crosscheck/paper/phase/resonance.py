@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from crosscheck.registry import build
 from crosscheck.report.envelope import envelope
 from crosscheck.report.figures import BINS, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
-from crosscheck.studies.study import Study
+from crosscheck.studies.study import Question, Study
 from models.arm import Arm
 from models.loading import Case, load_case
 from models.scenario import ConstantDrive
@@ -39,19 +40,72 @@ class Ramp(NamedTuple):
     fast: np.ndarray
 
 
+@dataclass(frozen=True)
+class RunUp:
+    """The stage run up through both modes at a damping ratio."""
+
+    zeta: float
+
+    @property
+    def inputs(self) -> str:
+        return f"{self!r}\n{_files()}"
+
+    @property
+    def cost(self) -> float:
+        return RAMP_S
+
+    def answer(self) -> dict[str, Any]:
+        ramp, arm = _run_up(self.zeta), _one_stage(self.zeta)
+        away = np.abs(ramp.fast[signals.window(ramp.speed, 20.0, 60.0)])
+        speed, size = _drawn(ramp)
+        return {
+            "peaks": [_peak(ramp, 2 * np.pi * mode / _rate(arm)) for mode in _modes(arm)],
+            "away_rad_per_s2": float(away.max()),
+            "drawn_speed": speed.tolist(),
+            "drawn_size": size.tolist(),
+        }
+
+
+@dataclass(frozen=True)
+class Tongue:
+    """Floquet growth [1/s] over SPEEDS and at one slow speed [rad/s], at a damping ratio."""
+
+    zeta: float
+    slow: float
+
+    @property
+    def inputs(self) -> str:
+        return f"{self!r}\n{_files()}"
+
+    @property
+    def cost(self) -> float:
+        return 1.0
+
+    def answer(self) -> dict[str, Any]:
+        (slow,) = tongues(self.zeta, np.array([self.slow]))
+        return {"growth": tongues(self.zeta, SPEEDS).tolist(), "slow": float(slow)}
+
+
+def _files() -> str:
+    cases = [load_case("paper-labelled", name) for name in ("constant-torque", "pd")]
+    return "\n".join(record.model_dump_json() for case in cases for record in case)
+
+
 def resonance(study: Study) -> Evidence:
     """A run-up of one stage, Floquet theory of the stiffness, and the paper's own speeds."""
-    study.told("phase: run-up", 0, 1)
     arm = _one_stage(RAMP_ZETAS[0])
     ratio, modes = _rate(arm), _modes(arm)
     speeds = {name: _fastest(name) for name in SCENARIOS}
-    ramps = {zeta: _run_up(zeta) for zeta in RAMP_ZETAS}
-    growth = {zeta: tongues(zeta, SPEEDS) for zeta in ZETAS}
-    slow = {zeta: tongues(zeta, np.array([speeds["pd"]])) for zeta in ZETAS}
-    study.told("phase: run-up", 1, 1)
+    asked: list[Question] = [
+        *(RunUp(zeta) for zeta in RAMP_ZETAS),
+        *(Tongue(z, speeds["pd"]) for z in ZETAS),
+    ]
+    found = study.answers(asked, "phase: run-up and tongues")
+    ramps = dict(zip(RAMP_ZETAS, found, strict=False))
+    growth = dict(zip(ZETAS, found[len(RAMP_ZETAS) :], strict=True))
     records = [
-        *(_ramp_record(zeta, ramp, modes, ratio) for zeta, ramp in ramps.items()),
-        *(_tongue_record(zeta, growth[zeta], slow[zeta]) for zeta in ZETAS),
+        *(_ramp_record(zeta, ramp) for zeta, ramp in ramps.items()),
+        *(_tongue_record(zeta, rates) for zeta, rates in growth.items()),
         {"id": "resonance/speeds", **{f"{n}_rad_per_s": s for n, s in speeds.items()}},
         {"id": "resonance/modes", "modes_Hz": [float(m) for m in modes], "teeth": ratio},
     ]
@@ -59,7 +113,7 @@ def resonance(study: Study) -> Evidence:
     text = [
         heading("6. Where would tooth error resonate under angle?"),
         paragraph(_statement(speeds, modes, ratio, records)),
-        table(_HEAD, [_row(m, ratio, speeds, ramps) for m in modes]),
+        table(_HEAD, [_row(n, m, ratio, speeds, ramps) for n, m in enumerate(modes)]),
         table(_TONGUE_HEAD, [_tongue_row(r) for r in records if r["id"].startswith("tongue")]),
         figure(_figure(ramps, growth, modes, ratio, speeds["pd"]), _caption()),
     ]
@@ -173,19 +227,18 @@ def _peak(ramp: Ramp, speed: float) -> tuple[float, float]:
     return float(ramp.speed[part][np.argmax(fast)]), float(fast.max())
 
 
-def _ramp_record(zeta: float, ramp: Ramp, modes: np.ndarray, ratio: float) -> dict[str, Any]:
-    peaks = [_peak(ramp, 2 * np.pi * mode / ratio) for mode in modes]
-    away = np.abs(ramp.fast[signals.window(ramp.speed, 20.0, 60.0)])
+def _ramp_record(zeta: float, ramp: dict[str, Any]) -> dict[str, Any]:
     return {
         "id": f"run-up/{zeta:g}",
         "zeta": zeta,
-        "peak_speeds_rad_per_s": [speed for speed, _ in peaks],
-        "peaks_rad_per_s2": [size for _, size in peaks],
-        "below_resonance_rad_per_s2": float(away.max()),
+        "peak_speeds_rad_per_s": [speed for speed, _ in ramp["peaks"]],
+        "peaks_rad_per_s2": [size for _, size in ramp["peaks"]],
+        "below_resonance_rad_per_s2": ramp["away_rad_per_s2"],
     }
 
 
-def _tongue_record(zeta: float, growth: np.ndarray, slow: np.ndarray) -> dict[str, Any]:
+def _tongue_record(zeta: float, rates: dict[str, Any]) -> dict[str, Any]:
+    growth = np.array(rates["growth"])
     open_at = SPEEDS[growth > TONGUE_PER_S]
     return {
         "id": f"tongue/{zeta:g}",
@@ -193,7 +246,7 @@ def _tongue_record(zeta: float, growth: np.ndarray, slow: np.ndarray) -> dict[st
         "largest_growth_per_s": float(growth.max()),
         "at_rad_per_s": float(SPEEDS[np.argmax(growth)]),
         "lowest_open_rad_per_s": float(open_at[0]) if open_at.size else None,
-        "at_the_pd_runs_fastest_per_s": float(slow.max()),
+        "at_the_pd_runs_fastest_per_s": rates["slow"],
     }
 
 
@@ -213,10 +266,10 @@ _TONGUE_HEAD = (
 
 
 def _row(
-    mode: float, ratio: float, speeds: dict[str, float], ramps: dict[float, Ramp]
+    number: int, mode: float, ratio: float, speeds: dict[str, float], ramps: dict[float, Any]
 ) -> tuple[str, ...]:
     speed = 2 * np.pi * mode / ratio
-    peaks = [_peak(ramp, speed) for ramp in ramps.values()]
+    peaks = [ramp["peaks"][number] for ramp in ramps.values()]
     return (
         f"{mode:.1f}",
         f"{speed:.1f}",
@@ -259,9 +312,17 @@ def _statement(
     )
 
 
+def _drawn(ramp: Ramp) -> tuple[np.ndarray, np.ndarray]:
+    """Speed [rad/s] and largest vibration [rad/s^2] of every bin of a drawing."""
+    edge = signals.window(ramp.speed, 1.0, FASTEST_RAD_PER_S * (1 - FILTER_EDGE_S))
+    _, low, high = envelope(ramp.speed[edge], ramp.fast[edge], BINS)
+    speed = np.linspace(ramp.speed[edge][0], ramp.speed[edge][-1], low.size)
+    return speed, np.maximum(np.abs(low), np.abs(high))
+
+
 def _figure(
-    ramps: dict[float, Ramp],
-    growth: dict[float, np.ndarray],
+    ramps: dict[float, Any],
+    growth: dict[float, Any],
     modes: np.ndarray,
     ratio: float,
     fastest: float,
@@ -269,13 +330,11 @@ def _figure(
     drawing, grid = new_figure(2, 1, 2.3)
     above, below = grid[:, 0]
     for (zeta, ramp), colour in zip(ramps.items(), COLOURS, strict=False):
-        edge = signals.window(ramp.speed, 1.0, FASTEST_RAD_PER_S * (1 - FILTER_EDGE_S))
-        _, low, high = envelope(ramp.speed[edge], ramp.fast[edge], BINS)
-        speed = np.linspace(ramp.speed[edge][0], ramp.speed[edge][-1], low.size)
-        size = np.maximum(np.abs(low), np.abs(high))
-        above.semilogy(speed, size, color=colour, label=f"zeta = {zeta:g}")
+        above.semilogy(
+            ramp["drawn_speed"], ramp["drawn_size"], color=colour, label=f"zeta = {zeta:g}"
+        )
     for (zeta, rates), colour in zip(growth.items(), COLOURS, strict=False):
-        below.plot(SPEEDS, rates, color=colour, label=f"zeta = {zeta:g}")
+        below.plot(SPEEDS, rates["growth"], color=colour, label=f"zeta = {zeta:g}")
     for mode in modes:
         above.axvline(2 * np.pi * mode / ratio, color="black", ls="--", lw=0.8)
     for axes in (above, below):
