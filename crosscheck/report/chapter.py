@@ -11,9 +11,11 @@ class Chapter:
     """``html``: a fragment, headings from <h3> down, figures inlined as <svg>.
 
     ``records``: JSON-able numbers and verdicts, deterministic, each a dict with an ``id``.
+    ``outcome``: what came out, in one sentence for the top of the page.
     """
 
     id: str
     title: str
     html: str
     records: list[dict[str, Any]] = field(default_factory=list)
+    outcome: str = ""

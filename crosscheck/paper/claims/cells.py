@@ -21,6 +21,7 @@ RECORD_EVERY = 4  # 40 us: 17 samples per period even at 1.5 kHz
 DEFAULT_B_UM, DEFAULT_E_UM = "50", "5"
 # From where the controller flutters by itself to twice the default.
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
+ABLATED_ZETAS = (0.003, 0.004, 0.005, 0.006, 0.008, 0.01, 0.02, 0.05)
 SWEPT_ZETAS = (0.004, 0.006, 0.05)
 
 
@@ -43,7 +44,7 @@ class Plan:
     readings: tuple[str, ...] = READINGS
     zetas: tuple[float, ...] = ZETAS
     swept: tuple[float, ...] = SWEPT_ZETAS
-    ablated: tuple[float, ...] = ZETAS
+    ablated: tuple[float, ...] = ABLATED_ZETAS
     shaken: tuple[float, ...] = (0.006, 0.05)
     planets: bool = True
     backlashes: tuple[str, ...] = ("5", "10", "25", "500", "1000")

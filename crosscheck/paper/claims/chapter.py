@@ -42,7 +42,14 @@ def chapter(study: Study, quick: bool) -> Chapter:
         "The paper's statements, one by one",
         table_html(records, zetas, _left(simulated)),
         records,
+        _outcome(records),
     )
+
+
+def _outcome(records: Sequence[dict[str, Any]]) -> str:
+    counts = Counter(record["verdict"].split(" on ")[0] for record in records)
+    found = "; ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
+    return f"of {len(records)} statements, {found}."
 
 
 def _left(simulated: Sequence[Cell]) -> tuple[float, float]:

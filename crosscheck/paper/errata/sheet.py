@@ -52,7 +52,8 @@ def chapter(study: Study, quick: bool) -> Chapter:
     html = [f"<p>{INTRODUCTION} Runs of {duration:g} s, arm {ARMS[0]}.</p>", _table(found[0])]
     html += [_readings(records)] if not quick else []
     html += [_contradictions(), _gaps()]
-    return Chapter("errata", "Errata sheet", "\n".join(html), records)
+    outcome = f"{len(found[0])} slips, {len(CONTRADICTIONS)} contradictions, {len(GAPS)} gaps."
+    return Chapter("errata", "Errata sheet", "\n".join(html), records, outcome)
 
 
 def _table(records: list[dict[str, Any]]) -> str:

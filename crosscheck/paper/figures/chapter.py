@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 
 from crosscheck.paper.figures.control import figure_10, figure_11, figure_12, figure_13
@@ -46,7 +47,14 @@ def chapter(study: Study, quick: bool) -> Chapter:
     shelf = Shelf(study, quick)
     plates = [_made(shelf, number) for number in (QUICK_NUMBERS if quick else NUMBERS)]
     html = "\n".join([_introduction(), *(plate.html() for plate in plates)])
-    return Chapter("figures", "Figures 4 to 20", html, [plate.record() for plate in plates])
+    records = [plate.record() for plate in plates]
+    return Chapter("figures", "Figures 4 to 20", html, records, _outcome(plates))
+
+
+def _outcome(plates: list[Plate]) -> str:
+    counts = Counter(verdict for plate in plates for verdict in plate.verdicts.values())
+    found = "; ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
+    return f"of what they show, {found}."
 
 
 def figure(study: Study, number: int, quick: bool) -> str:

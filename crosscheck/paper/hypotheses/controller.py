@@ -42,7 +42,13 @@ def chapter(study: Study, quick: bool) -> Chapter:
     if sweep:
         html += [figure(drawing(survey, sweep), _CAPTION), sweep_table(sweep)]
     records = [verdict, check, *survey, *sweep]
-    return Chapter("controller", "The controller's own flutter (H6)", "\n".join(html), records)
+    outcome = (
+        f"H6 {verdict['verdict']}; in contact the loop is unstable below"
+        f" zeta = {verdict['lowest_threshold_zeta']:.4f} to"
+        f" {verdict['highest_threshold_zeta']:.4f}, depending on pose and reading."
+    )
+    title = "The controller's own flutter (H6)"
+    return Chapter("controller", title, "\n".join(html), records, outcome)
 
 
 _CAPTION = (

@@ -74,7 +74,11 @@ def chapter(study: Study, quick: bool) -> Chapter:
         _rigid_text(rigid),
     ]
     title = "The unknown damping"
-    return Chapter("damping_fit", title, "\n".join(html), [verdict, *rigid, *fits])
+    outcome = (
+        f"{verdict['verdict']}; the best, ζ = {verdict['zeta']:g} with {verdict['law']}, explains"
+        f" {verdict['explained']} of {len(STATEMENTS)} printed numbers."
+    )
+    return Chapter("damping_fit", title, "\n".join(html), [verdict, *rigid, *fits], outcome)
 
 
 _CAPTION = (

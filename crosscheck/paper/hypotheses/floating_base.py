@@ -41,7 +41,20 @@ def chapter(study: Study, quick: bool) -> Chapter:
         _flight_table(flights),
     ]
     title = "A base that is free to fly (H5)"
-    return Chapter("floating_base", title, "\n".join(html), [verdict, *needs, *flights])
+    needed = "; ".join(
+        f"{SCENARIOS[scenario]}, {_needed(needs, scenario)} times" for scenario in scenarios
+    )
+    outcome = f"{verdict['verdict']}; needed over the arm's mass: {needed}."
+    return Chapter("floating_base", title, "\n".join(html), [verdict, *needs, *flights], outcome)
+
+
+def _needed(needs: list[dict[str, Any]], scenario: str) -> str:
+    """Smallest and largest over the cubes."""
+    ratios = [need["ratio"] for need in needs if need["scenario"] == scenario]
+    if None in ratios:
+        return f"more than {RATIOS[-1]:g}"
+    low, high = min(ratios), max(ratios)
+    return _ratio(low) if low == high else f"{_ratio(low)} to {_ratio(high)}"
 
 
 _CAPTION = (

@@ -42,7 +42,15 @@ def chapter(study: Study, quick: bool) -> Chapter:
     html += [_share_table(records), _baseline_section(baselines)]
     records += baselines
     title = "What separates the rigid arm from the detailed one (H2)"
-    return Chapter("ladder", title, "\n".join(html), [*verdicts, *records])
+    return Chapter("ladder", title, "\n".join(html), [*verdicts, *records], _outcome(verdicts))
+
+
+def _outcome(verdicts: list[dict[str, Any]]) -> str:
+    h2, _, paper = verdicts
+    return (
+        f"H2 {h2['verdict']} as worded; nearly all of the largest deviations:"
+        f" {h2['dominant']}; all mesh effects at most {100 * paper['largest_mesh_share']:.1g} %."
+    )
 
 
 def _of(ladders: list[Ladder], scenario: str) -> list[Ladder]:

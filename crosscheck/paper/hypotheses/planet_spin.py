@@ -82,7 +82,8 @@ def chapter(study: Study, quick: bool) -> Chapter:
         paragraph(_answer(largest, verdict["verdict"])),
     ]
     title = "The elbow planets' spin (H4)"
-    return Chapter("planet_spin", title, "\n".join(text), [verdict, *found])
+    outcome = f"{verdict['verdict']}, at most {1000 * largest['tip_m']:.2g} mm at the tip."
+    return Chapter("planet_spin", title, "\n".join(text), [verdict, *found], outcome)
 
 
 _HEAD = (

@@ -49,7 +49,8 @@ def chapter(study: Study, quick: bool) -> Chapter:
     record = _record(verdict, present, found)
     html = [_introduction(verdict, record, freed), *(evidence.html for evidence in found.values())]
     records = [record, *(r for evidence in found.values() for r in evidence.records)]
-    return Chapter("phase", TITLE, "\n".join(html), records)
+    outcome = f"H1 {verdict}; the tooth error's part of the third fluctuation exists {present}."
+    return Chapter("phase", TITLE, "\n".join(html), records, outcome)
 
 
 def _record(verdict: str, present: str, found: dict[str, Evidence]) -> dict[str, Any]:

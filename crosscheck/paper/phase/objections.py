@@ -248,7 +248,15 @@ def _both(records: Sequence[dict[str, Any]], objection: str) -> str:
 
 def _span(values: Sequence[float | None]) -> str:
     known = [value for value in values if value is not None]
-    return f"{min(known):.2g} to {max(known):.4g}" if len(known) == len(values) else "diverging"
+    return (
+        f"{_short(min(known))} to {_short(max(known))}"
+        if len(known) == len(values)
+        else "diverging"
+    )
+
+
+def _short(value: float) -> str:
+    return f"{value:.0f}" if value >= 10 else f"{value:.2g}"
 
 
 def _shown(value: float | None) -> str:
