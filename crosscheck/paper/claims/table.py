@@ -23,11 +23,11 @@ the range over damping and free parameter, then in how many cells the statement 
 <em>not simulated</em>: left to the full report.</p>"""
 
 
-COVERAGE = """<p><strong>{count} statements.</strong> Damping ratios: {zetas}; sweeps of backlash
-and tooth error and the run back and forth at fewer of them. What <code>angle</code> still shows
-after 0.5 s, up to {third:.3g} rad/s² where the damping is lowest, owes at most {due:.3g} rad/s² to
-the tooth error: a statement about &quot;the third fluctuation&quot; may there be true of another
-one, which the chapter on the controller examines.</p>"""
+COVERAGE = """<p><strong>{count} statements.</strong> Damping ratios: {zetas}; ablations, sweeps of
+backlash and tooth error and the run back and forth at fewer of them. What <code>angle</code> still
+shows after 0.5 s, up to {third:.3g} rad/s² where the damping is lowest, owes at most {due:.3g}
+rad/s² to the tooth error: a statement about &quot;the third fluctuation&quot; may there be true of
+another one, which the chapter on the controller examines.</p>"""
 
 
 def table_html(
