@@ -19,7 +19,8 @@ QUICK_S = 0.05
 INTRODUCTION = (
     "Each slip was found by a program that derives the same quantity from the paper's own premises"
     " or from first principles. The effect is the largest change of a joint angle and of a mesh"
-    " force per planet when this one slip is put right and everything else stays."
+    " force per planet when this one slip is put right and everything else stays. What the phase of"
+    " Eqs. 8 and 14 does later in a run and with less damping has a chapter of its own."
 )
 
 
@@ -82,14 +83,14 @@ def _formula(tex: str, text: str) -> str:
 def _size(record: dict[str, Any]) -> str:
     if record["size"] is None:
         return ""
-    relative = "" if record["relative"] is None else f" ({100 * record['relative']:.2g} %)"
+    relative = "" if record["relative"] is None else f" ({100 * record['relative']:.3g} %)"
     return escape(f"{record['size']:.3g} {record['unit']}{relative}")
 
 
 def effects(record: dict[str, Any]) -> list[str]:
     """One line per scenario that was simulated."""
     return [
-        f"{name}: {effect['theta_rad']:.2g} rad, {effect['mesh_force_N']:.2g} N"
+        f"{name}: {effect['theta_rad']:.3g} rad, {effect['mesh_force_N']:.3g} N"
         for name, effect in record["effects"].items()
     ]
 

@@ -85,13 +85,13 @@ def _in_range(sizes: dict[str, float]) -> str:
 
 
 class Fluctuations(NamedTuple):
-    """Sizes of the three fluctuations; onset and frequency of the third."""
+    """Sizes of the three fluctuations; onset and frequency of the third, None if there is none."""
 
     first_rad_per_s2: float
     second_rad_per_s2: float
     third_rad_per_s2: float
     onset_s: float | None
-    frequency_Hz: float
+    frequency_Hz: float | None
 
 
 def _fluctuations(run: xr.Dataset, rigid: xr.Dataset) -> Fluctuations:
@@ -100,8 +100,10 @@ def _fluctuations(run: xr.Dataset, rigid: xr.Dataset) -> Fluctuations:
     smooth = np.interp(time, rigid["time"].values, rigid["theta_ddot"].values[:, 0])
     excess = run["theta_ddot"].values[:, 0] - smooth
     first, second, third = (excess[signals.window(time, *window)] for window in WINDOWS_S)
-    onset = signals.onset(time[signals.window(time, *THIRD_S)], third)
     sizes = (signals.amplitude(first), signals.amplitude(second), signals.amplitude(third))
+    if not fluctuates(sizes[2]):
+        return Fluctuations(*sizes, None, None)
+    onset = signals.onset(time[signals.window(time, *THIRD_S)], third)
     return Fluctuations(*sizes, onset, line(run, 0).frequency_Hz)
 
 
