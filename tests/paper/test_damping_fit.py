@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
 
+from crosscheck.paper.claims.cells import RECORD_EVERY
 from crosscheck.paper.hypotheses import damping_fit
 from crosscheck.paper.hypotheses.damping_fit import LARGEST_MISFIT, Statement
+from crosscheck.studies.study import Variant
 
 STATEMENT = Statement("a", "10 to 40", 10.0, 40.0, 1.25)
 
@@ -26,22 +27,9 @@ def test_explained_and_rms():
     assert damping_fit.rms([3.0, 4.0]) == pytest.approx(np.sqrt(12.5))
 
 
-def _run(x: np.ndarray, time: np.ndarray) -> xr.Dataset:
-    return xr.Dataset({"x_sp": (("time", "joint", "planet"), x[:, None, None])}, {"time": time})
-
-
-def test_torque_numbers_of_a_known_ripple():
-    time = np.arange(0, 0.5, 1e-4)
-    x = 52e-6 + 5e-6 * np.sin(2 * np.pi * 100 * time)
-    numbers = damping_fit.torque_numbers(_run(x, time))
-    assert numbers["middle_m"] == pytest.approx(52e-6)
-    assert numbers["ripple_m"] == pytest.approx(1e-5)
-
-
-def test_return_sees_through_chatter():
-    time = np.arange(0, 2, 1e-3)
-    x = np.where((time > 0.3) & (time < 1.5), -1.0, 1.0) + 1.5 * (-1.0) ** np.arange(time.size)
-    assert damping_fit._return(time, x) == pytest.approx(1.5, abs=0.006)
+def test_the_fit_shares_the_claims_runs():
+    plain = Variant(phase="omega_t", zeta=0.01, record_every=RECORD_EVERY)
+    assert damping_fit._variant("omega_t", "eq13", 0.01).case() == plain.case()
 
 
 def _fit(law: str, misfits: list[float]) -> dict:

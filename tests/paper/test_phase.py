@@ -28,6 +28,7 @@ from crosscheck.paper.phase.verdict import (
     CLOCK_N,
     DEAD,
     FAR,
+    NEAR,
     ONSET_PREDICTED,
     OUT_OF_STEP_M,
     PRESENT_RAD_PER_S2,
@@ -37,6 +38,7 @@ from crosscheck.paper.phase.verdict import (
     finite,
     h1_verdict,
     is_far,
+    is_near,
     knows_the_clock,
     onset_is_predicted,
     planets_explain,
@@ -104,6 +106,12 @@ def test_planets_explain_only_if_holding_them_removes_the_difference() -> None:
     assert not planets_explain(True, below, below)
     assert not planets_explain(True, above, above)
     assert not planets_explain(True, None, below)
+
+
+def test_near_the_threshold() -> None:
+    for edge, inside, outside in ((1 / NEAR, ABOVE, BELOW), (NEAR, BELOW, ABOVE)):
+        assert is_near(inside * edge * PRESENT_RAD_PER_S2)
+        assert not is_near(outside * edge * PRESENT_RAD_PER_S2)
 
 
 def test_second_engine_supports_if_it_shows_the_same_and_is_quiet_under_angle() -> None:

@@ -18,6 +18,7 @@ from crosscheck.studies.study import Numbers, Study, Variant
 READINGS = ("paper-labelled", "paper-swapped")
 SHORT_S = 1.2  # Fig. 14's length
 RECORD_EVERY = 4  # 40 us: 17 samples per period even at 1.5 kHz
+TORQUE_RECORD = 10  # constant torque and back and forth: nothing fast decides there
 DEFAULT_B_UM, DEFAULT_E_UM = "50", "5"
 # From where the controller flutters by itself to twice the default.
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
@@ -97,7 +98,7 @@ def _share_defaults(cell: Cell) -> None:
 def experiments(plan: Plan, cell: Cell) -> Iterator[Experiment]:
     """What is simulated in a cell."""
     base = Variant(arm=cell.reading, phase=cell.phase, zeta=cell.zeta, record_every=RECORD_EVERY)
-    constant = replace(base, scenario="constant-torque", record_every=10)
+    constant = replace(base, scenario="constant-torque", record_every=TORQUE_RECORD)
     yield Experiment("pd", base, whole)
     yield Experiment("constant", constant, constant_torque)
     if cell.zeta in plan.ablated:
@@ -105,7 +106,9 @@ def experiments(plan: Plan, cell: Cell) -> Iterator[Experiment]:
     if cell.zeta in plan.swept:
         yield from _sweeps(plan, base)
     if cell.zeta in plan.shaken:
-        yield from _shaken(plan, replace(base, scenario="back-and-forth", record_every=10))
+        yield from _shaken(
+            plan, replace(base, scenario="back-and-forth", record_every=TORQUE_RECORD)
+        )
 
 
 def _ablations(base: Variant, constant: Variant) -> Iterator[Experiment]:

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from crosscheck.paper import signals
-from crosscheck.paper.fluctuation import THIRD_S, excess_acceleration
+from crosscheck.paper.claims.cells import RECORD_EVERY, TORQUE_RECORD
+from crosscheck.paper.claims.measures import constant_torque
+from crosscheck.paper.claims.pd import whole
 from crosscheck.report.chapter import Chapter
 from crosscheck.report.figures import new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
@@ -18,13 +19,8 @@ from crosscheck.studies.study import Numbers, Study, Variant
 
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
 LAWS = (("omega_t", "eq13"), ("omega_t", "corrected"), ("angle", "eq13"), ("angle", "corrected"))
-PD_S = 1.75  # covers the return near 1.6 s
-LATE_S = (0.3, 0.5)  # of the constant-torque run
-START_S, IMPACT_S = 0.1, 0.1  # lengths of the first two fluctuations
-CHATTER_S = 0.01  # a side change is one of the displacement's mean over this time
 STABLE_S = 2.6  # Section 3.2: stable from here on
 RIGID = ("coupled", "links")
-EVERY = 5
 LARGEST_MISFIT = 5.0  # one statement that is wholly wrong does not drown the others
 EXPLAINED = 1.0
 
@@ -47,12 +43,13 @@ class Statement:
         return float(min(beyond / np.log(self.factor), LARGEST_MISFIT))
 
 
+# Names are those of the claims' measures, which define what is read off a run.
 STATEMENTS = (
-    Statement("middle_m", "constant torque: x_sp1 about 52 µm", 52e-6, 52e-6, 1.05),
-    Statement("ripple_m", "constant torque: ripple about 10 µm", 1e-5, 1e-5, 1.25),
-    Statement("first_rad_per_s2", "PD: first fluctuation 10 to 40 rad/s²", 10, 40, 1.25),
-    Statement("second_rad_per_s2", "PD: second fluctuation 10 to 40 rad/s²", 10, 40, 1.25),
-    Statement("third_rad_per_s2", "PD: third fluctuation up to 300 rad/s²", 300, 300, 1.25),
+    Statement("x_middle_um", "constant torque: x_sp1 about 52 µm", 52, 52, 1.05),
+    Statement("x_ripple_um", "constant torque: ripple about 10 µm", 10, 10, 1.25),
+    Statement("first", "PD: first fluctuation 10 to 40 rad/s²", 10, 40, 1.25),
+    Statement("second", "PD: second fluctuation 10 to 40 rad/s²", 10, 40, 1.25),
+    Statement("third", "PD: third fluctuation up to 300 rad/s²", 300, 300, 1.25),
     Statement("frequency_Hz", "PD: third fluctuation about 1500 Hz", 1500, 1500, 1.1),
     Statement("side_change_s", "PD: side change at 0.3 s", 0.3, 0.3, 1.17),
     Statement("return_s", "PD: return at 1.5 s", 1.5, 1.5, 1.05),
@@ -92,40 +89,6 @@ def _law(phase: str, rate: str) -> str:
     return f"{phase}, {rate}"
 
 
-def torque_numbers(run: xr.Dataset) -> Numbers:
-    """Middle [m] and peak-to-peak ripple [m] of x_sp1 late in the constant-torque run."""
-    time = run["time"].values
-    x = run["x_sp"].values[signals.window(time, *LATE_S), 0, 0]
-    return {"middle_m": float((x.max() + x.min()) / 2), "ripple_m": signals.peak_to_peak(x)}
-
-
-def pd_numbers(run: xr.Dataset) -> Numbers:
-    """Fluctuations [rad/s^2, Hz] and side changes [s] of the PD run."""
-    time, x = run["time"].values, run["x_sp"].values[:, 0, 0]
-    excess = excess_acceleration(run)[:, 0]
-    change = signals.first_below(time, x, 0.0)
-    second = signals.window(time, change or 0.0, (change or 0.0) + IMPACT_S)
-    third = signals.window(time, *THIRD_S)
-    peak = time[third][int(np.argmax(np.abs(excess[third])))]
-    near = signals.window(time, peak - 0.05, peak + 0.05)
-    return {
-        "first_rad_per_s2": signals.amplitude(excess[signals.window(time, 0.0, START_S)]),
-        "second_rad_per_s2": None if change is None else signals.amplitude(excess[second]),
-        "third_rad_per_s2": signals.amplitude(excess[third]),
-        "frequency_Hz": signals.dominant_frequency(time[near], excess[near]),
-        "side_change_s": change,
-        "return_s": _return(time, x),
-    }
-
-
-def _return(time: np.ndarray, x: np.ndarray) -> float | None:
-    """Last time [s] at which x, less its chatter, crosses from below zero to above."""
-    width = round(CHATTER_S / (time[1] - time[0]))
-    mean = np.convolve(x, np.ones(width) / width, mode="valid")
-    rises = np.flatnonzero((mean[:-1] < 0) & (mean[1:] >= 0))
-    return float(time[rises[-1] + 1 + width // 2]) if rises.size else None
-
-
 def rigid_numbers(run: xr.Dataset) -> Numbers:
     """First two sign changes [s] of the shoulder's torque; distance [rad] at STABLE_S."""
     time, torque = run["time"].values, run["torque"].values[:, 0]
@@ -141,29 +104,23 @@ def rigid_numbers(run: xr.Dataset) -> Numbers:
 
 def _fits(study: Study, cells: Sequence[tuple[str, str, float]]) -> list[dict[str, Any]]:
     torque = study.measures(
-        [_variant("constant-torque", *cell) for cell in cells],
-        torque_numbers,
+        [_variant(*cell, scenario="constant-torque", record_every=TORQUE_RECORD) for cell in cells],
+        constant_torque,
         "damping fit, constant torque",
     )
-    pd = study.measures(
-        [_variant("pd", *cell, duration_s=PD_S) for cell in cells],
-        pd_numbers,
-        "damping fit, PD",
-    )
+    pd = study.measures([_variant(*cell) for cell in cells], whole, "damping fit, PD")
     return [_fit(cell, {**one, **two}) for cell, one, two in zip(cells, torque, pd, strict=True)]
 
 
 def _variant(
-    scenario: str, phase: str, rate: str, zeta: float, duration_s: float | None = None
+    phase: str,
+    rate: str,
+    zeta: float,
+    scenario: str = "pd",
+    record_every: int = RECORD_EVERY,
 ) -> Variant:
-    return Variant(
-        scenario,
-        phase=phase,
-        ring_rate=rate,
-        zeta=zeta,
-        duration_s=duration_s,
-        record_every=EVERY,
-    )
+    """The claims' own run at this ratio, so that those which they have are not made again."""
+    return Variant(scenario, phase=phase, ring_rate=rate, zeta=zeta, record_every=record_every)
 
 
 def _rigid(study: Study) -> list[dict[str, Any]]:
@@ -246,7 +203,7 @@ def _best_table(best: list[dict[str, Any]]) -> str:
         for s in STATEMENTS
     ]
     head = ["statement", *(f"{f['law']}: ζ = {f['zeta']:g}" for f in best)]
-    return table(head, rows, "Measured (misfit) at each law's best ζ, SI units")
+    return table(head, rows, "Measured (misfit) at each law's best ζ, in the statement's units")
 
 
 def _rigid_text(rigid: list[dict[str, Any]]) -> str:

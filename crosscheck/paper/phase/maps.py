@@ -13,10 +13,12 @@ from matplotlib.colors import LogNorm
 
 from crosscheck.paper.fluctuation import third_fluctuation
 from crosscheck.paper.phase.verdict import (
+    NEAR,
     PRESENT_RAD_PER_S2,
     Evidence,
     error_part,
     finite,
+    is_near,
     where_present,
 )
 from crosscheck.report.figures import new_figure, to_svg
@@ -91,6 +93,8 @@ def maps(study: Study, quick: bool) -> tuple[Evidence, str]:
     """The evidence, and under which law the tooth error's part is present."""
     cells = _quick_cells() if quick else _all_cells()
     found = measured(study, cells)
+    if not quick:
+        found |= _again(study, found)
     parts = [cell for cell in found if cell.error_um > 0 and cell.without_error in found]
     records = [_record(cell, found) for cell in parts]
     by_law = {law: parts_under(records, law) for law in ("omega_t", "angle")}
@@ -160,9 +164,23 @@ def amplitude(numbers: Numbers) -> float:
     return float("inf") if value is None else value
 
 
+def _again(study: Study, found: Amplitudes) -> Amplitudes:
+    """Cells of one start whose part lies near the threshold, from several starts."""
+    near = [
+        cell
+        for cell, (first, *others) in found.items()
+        if cell.error_um > 0
+        and not others
+        and is_near(error_part(first, found[cell.without_error][0]))
+    ]
+    wanted = dict.fromkeys(c for cell in near for c in (cell, cell.without_error))
+    seeded = measured(study, [replace(cell, seeds=SEEDS) for cell in wanted])
+    return {replace(cell, seeds=0): runs for cell, runs in seeded.items()}
+
+
 def _record(cell: Cell, found: Amplitudes) -> dict[str, Any]:
     with_error, without = found[cell], found[cell.without_error]
-    part = error_part(float(np.median(with_error)), float(np.median(without)))
+    part = error_part(_median(with_error), _median(without))
     return {
         "id": f"map/{cell.id}",
         "arm": cell.arm,
@@ -195,6 +213,10 @@ _HEAD = (
 )
 
 
+def _median(runs: Sequence[float]) -> float:
+    return float(np.median(runs))
+
+
 def _row(record: dict[str, Any]) -> tuple[str, ...]:
     numbers = [
         record[f"{name}_rad_per_s2"]
@@ -222,8 +244,13 @@ def _tables(records: list[dict[str, Any]]) -> list[str]:
     seeded = [_row(r) for r in records if r["starts"] > 1]
     swapped = [_row(r) for r in records if r["arm"] != "paper-labelled"]
     return [
-        table(_HEAD, seeded, f"Decisive settings, {SEEDS} starts perturbed by up to 1e-12 m"),
-        table(_HEAD, swapped, "The other reading of Table I, one start"),
+        table(
+            _HEAD,
+            seeded,
+            f"Decisive settings, and those within a factor of {NEAR:g} of the threshold: {SEEDS}"
+            " starts perturbed by up to 1e-12 m",
+        ),
+        table(_HEAD, swapped, "The other reading of Table I"),
     ]
 
 
@@ -247,21 +274,22 @@ def _statement(by_law: dict[str, list[float]], found: Amplitudes, verdict: str) 
         " stiffness. Values far above 1000 rad/s² are a regime of its own, teeth hammering on both"
         " sides, which the controller can sustain by itself once kicked (section 5)."
         " The planets of a stage move as one here, as in the paper; section 3 frees them."
-        " Maps: one start each, the scatter between starts stated in the table of the decisive"
-        f" settings. Verdict: the tooth error's part is present {verdict}."
+        f" Maps: one start, or the median of {SEEDS} where the first lies within a factor of"
+        f" {NEAR:g} of the threshold; the table below states the scatter."
+        f" Verdict: the tooth error's part is present {verdict}."
     )
 
 
 def _error_map(found: Amplitudes) -> str:
     drawing, grid = new_figure(1, len(LAWS), 3.0)
     for axes, (law, ring) in zip(grid[0], LAWS, strict=True):
-        values = [[found[Cell(law, ring, z, e)][0] for z in ZETAS] for e in ERRORS_UM]
+        values = [[_median(found[Cell(law, ring, z, e)]) for z in ZETAS] for e in ERRORS_UM]
         _heat(axes, np.array(values), ZETAS, ERRORS_UM)
         axes.set(title=f"{law}, {ring}", xlabel="zeta")
     grid[0, 0].set_ylabel("E [µm]")
     caption = (
         "Amplitude of the third fluctuation [rad/s²] over damping and tooth error; labelled"
-        " reading, b = 50 µm. Bottom row, E = 0: the controller's flutter alone. One start each."
+        " reading, b = 50 µm. Bottom row, E = 0: the controller's flutter alone."
     )
     return figure(to_svg(drawing), caption)
 
@@ -271,7 +299,7 @@ def _backlash_map(found: Amplitudes) -> str:
     for axes, (law, ring) in zip(grid[0], LAWS, strict=True):
         cells = [[Cell(law, ring, z, backlash_um=b) for z in BACKLASH_ZETAS] for b in BACKLASHES_UM]
         parts = [
-            [error_part(found[cell][0], found[cell.without_error][0]) for cell in row]
+            [error_part(_median(found[cell]), _median(found[cell.without_error])) for cell in row]
             for row in cells
         ]
         _heat(axes, np.array(parts), BACKLASH_ZETAS, BACKLASHES_UM)
@@ -279,7 +307,7 @@ def _backlash_map(found: Amplitudes) -> str:
     grid[0, 0].set_ylabel("b [µm]")
     caption = (
         "The tooth error's part of the third fluctuation [rad/s²], E = 5 µm less E = 0, over"
-        " damping and backlash; labelled reading. One start each."
+        " damping and backlash; labelled reading."
     )
     return figure(to_svg(drawing), caption)
 

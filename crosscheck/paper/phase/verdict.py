@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 PRESENT_RAD_PER_S2 = 30.0  # a tenth of the 300 rad/s^2 that the paper reports
+NEAR = 3.0  # times or a part of it: another start may decide otherwise
 ONSET_RAD_PER_S2 = 3.0  # a hundredth of them: where a growing vibration counts as begun
 CLOCK_N = 1e-9  # rounding of mesh forces of some 1e3 N, with room
 DEAD = 0.1  # of the vibration handed over
@@ -32,6 +33,11 @@ class Evidence:
 def error_part(with_error: float, without: float) -> float:
     """What the tooth error adds to the third fluctuation's amplitude [rad/s^2]."""
     return max(0.0, with_error - without)
+
+
+def is_near(part: float) -> bool:
+    """Whether a part [rad/s^2] lies so near to the threshold that several starts are asked."""
+    return PRESENT_RAD_PER_S2 / NEAR <= part <= PRESENT_RAD_PER_S2 * NEAR
 
 
 def finite(value: float) -> float | None:
