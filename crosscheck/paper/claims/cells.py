@@ -22,7 +22,7 @@ TORQUE_RECORD = 10  # constant torque and back and forth: nothing fast decides t
 DEFAULT_B_UM, DEFAULT_E_UM = "50", "5"
 # From where the controller flutters by itself to twice the default.
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
-ABLATED_ZETAS = (0.003, 0.004, 0.005, 0.006, 0.008, 0.01, 0.02, 0.05)
+ABLATED_ZETAS = (0.003, 0.004, 0.006, 0.01, 0.02, 0.05)
 SWEPT_ZETAS = (0.004, 0.006, 0.05)
 
 

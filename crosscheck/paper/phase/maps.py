@@ -173,8 +173,7 @@ def _again(study: Study, found: Amplitudes) -> Amplitudes:
         and not others
         and is_near(error_part(first, found[cell.without_error][0]))
     ]
-    wanted = dict.fromkeys(c for cell in near for c in (cell, cell.without_error))
-    seeded = measured(study, [replace(cell, seeds=SEEDS) for cell in wanted])
+    seeded = measured(study, [replace(cell, seeds=SEEDS) for cell in near])
     return {replace(cell, seeds=0): runs for cell, runs in seeded.items()}
 
 
