@@ -16,11 +16,11 @@ from typing import Any, Protocol
 import numpy as np
 import xarray as xr
 
-from crosscheck.output import write_text
+from crosscheck.output import require_writable, write_text
 from crosscheck.registry import build, model_class
 from crosscheck.simulations import perform_all
 from crosscheck.studies.sources import code_hash
-from models.errors import Diverged
+from models.errors import Diverged, InputError
 from models.loading import Case, load_case
 from models.trajectory import read_netcdf, write_netcdf
 
@@ -129,7 +129,7 @@ class Study:
         todo = dict(zip(paths, variants, strict=True))
         tasks = [_MeasureTask(v, measure, path) for path, v in todo.items() if not path.exists()]
         self._perform(tasks, len(todo), what)
-        return [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+        return [_kept(path) for path in paths]
 
     def answers(self, questions: Sequence[Question], what: str) -> list[Json]:
         """Of each question, worked out once and kept."""
@@ -137,10 +137,10 @@ class Study:
         todo = dict(zip(paths, questions, strict=True))
         tasks = [_AnswerTask(q, path) for path, q in todo.items() if not path.exists()]
         self._perform(tasks, len(todo), what)
-        return [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+        return [_kept(path) for path in paths]
 
     def _perform(self, tasks: Sequence[Any], wanted: int, what: str) -> None:
-        self.folder.mkdir(parents=True, exist_ok=True)
+        require_writable(self.folder)
         done = wanted - len(tasks)
         self.found += done
         self.told(what, done, wanted)
@@ -224,6 +224,15 @@ class _AnswerTask:
             return error
         write_text(self.path, json.dumps(answer, allow_nan=False) + "\n")
         return None
+
+
+def _kept(path: Path) -> Json:
+    """What was written there. Raises InputError if the file has been damaged since."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        reason = f"is damaged ({error}); `crosscheck cache clear` removes it"
+        raise InputError(str(path), "", None, reason) from None
 
 
 def simulate(variant: Variant) -> xr.Dataset:

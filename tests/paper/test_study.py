@@ -13,6 +13,7 @@ from crosscheck.paper.fluctuation import excess_acceleration
 from crosscheck.studies import study as study_module
 from crosscheck.studies.sources import code_hash
 from crosscheck.studies.study import Numbers, Study, Variant, clear_cache, simulate
+from models.errors import InputError
 
 SHORT = Variant(scenario="constant-torque", duration_s=0.002)
 
@@ -133,6 +134,20 @@ def test_an_answer_is_worked_out_once_for_its_inputs(study: Study):
     assert study.answers([Square(2.0), Square(3.0)], "squares") == [4.0, 9.0]
     assert study.answers([Square(3.0), Square(4.0)], "squares") == [9.0, 16.0]
     assert (study.made, study.found) == (3, 1)
+
+
+def test_a_damaged_file_is_named(study: Study):
+    study.answers([Square(2.0)], "squares")
+    (kept,) = study.folder.glob("*.json")
+    kept.write_text("4.", encoding="utf-8")
+    with pytest.raises(InputError, match=f"{kept.name}.*cache clear"):
+        study.answers([Square(2.0)], "squares")
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path):
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="file/cache: cannot be written"):
+        Study(tmp_path / "file" / "cache").answers([Square(2.0)], "squares")
 
 
 def test_clearing_removes_what_was_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
