@@ -8,7 +8,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any, Protocol
@@ -114,8 +114,8 @@ class Study:
         """
         wanted = list(dict.fromkeys(variants))
         paths = {variant: self.folder / f"{_key(variant, keep)}.nc" for variant in wanted}
-        tasks = [_RunTask(v, keep, path) for v, path in paths.items() if not path.exists()]
-        self._perform(tasks, len(wanted), what)
+        tasks = [_Task(path, _cost(v), partial(_write_run, v, keep)) for v, path in paths.items()]
+        self._perform(tasks, what)
         return {variant: read_netcdf(path) for variant, path in paths.items()}
 
     def measures(
@@ -127,103 +127,81 @@ class Study:
         """
         paths = [self.folder / f"{_key(variant, measure)}.json" for variant in variants]
         todo = dict(zip(paths, variants, strict=True))
-        tasks = [_MeasureTask(v, measure, path) for path, v in todo.items() if not path.exists()]
-        self._perform(tasks, len(todo), what)
+        self._perform(
+            [
+                _Task(path, _cost(v), partial(_write_measure, v, measure))
+                for path, v in todo.items()
+            ],
+            what,
+        )
         return [_kept(path) for path in paths]
 
     def answers(self, questions: Sequence[Question], what: str) -> list[Json]:
         """Of each question, worked out once and kept."""
         paths = [self.folder / f"{_question_key(question)}.json" for question in questions]
         todo = dict(zip(paths, questions, strict=True))
-        tasks = [_AnswerTask(q, path) for path, q in todo.items() if not path.exists()]
-        self._perform(tasks, len(todo), what)
+        tasks = [_Task(path, q.cost, partial(_write_answer, q)) for path, q in todo.items()]
+        self._perform(tasks, what)
         return [_kept(path) for path in paths]
 
-    def _perform(self, tasks: Sequence[Any], wanted: int, what: str) -> None:
+    def _perform(self, tasks: Sequence[_Task], what: str) -> None:
+        """Those whose results are not there yet."""
         require_writable(self.folder)
-        done = wanted - len(tasks)
+        missing = [task for task in tasks if not task.path.exists()]
+        done = len(tasks) - len(missing)
         self.found += done
-        self.told(what, done, wanted)
+        self.told(what, done, len(tasks))
 
         def finished(_: str) -> None:
             nonlocal done
             done += 1
             self.made += 1
-            self.told(what, done, wanted)
+            self.told(what, done, len(tasks))
 
-        for error in perform_all(tasks, self.jobs, finished).values():
+        for error in perform_all(missing, self.jobs, finished).values():
             if error is not None:
                 raise error
 
 
 @dataclass(frozen=True)
-class _RunTask:
-    variant: Variant
-    keep: Reduction | None
+class _Task:
+    """Work that leaves its result in a file, for another process."""
+
     path: Path
+    cost: float
+    make: Callable[[Path], None]
 
     @property
     def key(self) -> str:
         return str(self.path)
 
-    @property
-    def cost(self) -> float:
-        return _cost(self.variant)
-
     def perform(self) -> Exception | None:
         try:
-            run = simulate(self.variant)
-            write_netcdf(run if self.keep is None else self.keep(run), self.path)
+            self.make(self.path)
         except Exception as error:  # handed to the caller's process
             return error
         return None
 
 
-@dataclass(frozen=True)
-class _MeasureTask:
-    variant: Variant
-    measure: Measure
-    path: Path
-
-    @property
-    def key(self) -> str:
-        return str(self.path)
-
-    @property
-    def cost(self) -> float:
-        return _cost(self.variant)
-
-    def perform(self) -> Exception | None:
-        try:
-            numbers = self.measure(simulate(self.variant))
-        except Diverged as error:
-            numbers = {"diverged_s": error.time_s}
-        except Exception as error:  # handed to the caller's process
-            return error
-        write_text(self.path, json.dumps(numbers, allow_nan=False) + "\n")
-        return None
+def _write_run(variant: Variant, keep: Reduction | None, path: Path) -> None:
+    run = simulate(variant)
+    write_netcdf(run if keep is None else keep(run), path)
 
 
-@dataclass(frozen=True)
-class _AnswerTask:
-    question: Question
-    path: Path
+def _write_measure(variant: Variant, measure: Measure, path: Path) -> None:
+    try:
+        numbers = measure(simulate(variant))
+    except Diverged as error:
+        numbers = {"diverged_s": error.time_s}
+    _write_json(numbers, path)
 
-    @property
-    def key(self) -> str:
-        return str(self.path)
 
-    @property
-    def cost(self) -> float:
-        return self.question.cost
+def _write_answer(question: Question, path: Path) -> None:
+    _write_json(question.answer(), path)
 
-    def perform(self) -> Exception | None:
-        try:
-            answer = self.question.answer()
-        except Exception as error:  # handed to the caller's process
-            return error
-        write_text(self.path, json.dumps(answer, allow_nan=False) + "\n")
-        return None
+
+def _write_json(value: Json, path: Path) -> None:
+    write_text(path, json.dumps(value, allow_nan=False) + "\n")
 
 
 def _kept(path: Path) -> Json:
