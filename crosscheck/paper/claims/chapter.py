@@ -48,8 +48,8 @@ def chapter(study: Study, quick: bool) -> Chapter:
 
 def _outcome(records: Sequence[dict[str, Any]]) -> str:
     counts = Counter(record["verdict"].split(" on ")[0] for record in records)
-    found = "; ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
-    return f"of {len(records)} statements, {found}."
+    found = "; ".join(f"{verdict}: {count}" for verdict, count in counts.most_common())
+    return f"of {len(records)} statements: {found}."
 
 
 def _left(simulated: Sequence[Cell]) -> tuple[float, float]:

@@ -53,8 +53,8 @@ def chapter(study: Study, quick: bool) -> Chapter:
 
 def _outcome(plates: list[Plate]) -> str:
     counts = Counter(verdict for plate in plates for verdict in plate.verdicts.values())
-    found = "; ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
-    return f"of what they show, {found}."
+    found = "; ".join(f"{verdict}: {count}" for verdict, count in counts.most_common())
+    return f"of what they show: {found}."
 
 
 def figure(study: Study, number: int, quick: bool) -> str:
