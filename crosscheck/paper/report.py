@@ -13,14 +13,18 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.output import write_text
 from crosscheck.paper.errata.sheet import markdown
+from crosscheck.paper.scale import FULL, QUICK, Scale
+from crosscheck.paper.undefined import UNDEFINED
 from crosscheck.provenance import provenance
 from crosscheck.report.chapter import Chapter
+from crosscheck.report.fragments import paragraph
 from crosscheck.studies.study import Study
+from models.errors import Diverged
 from models.loading import load_arm
 from models.trajectory import write_netcdf
 
 SCHEMA_VERSION = 1
-# In reading order; each module has a function chapter(study, quick) -> Chapter.
+# In reading order; each module has a function chapter(study, scale) -> Chapter.
 CHAPTERS = (
     "claims.chapter",
     "phase.chapter",
@@ -45,15 +49,32 @@ QUICK_CHAPTERS = (
 
 def chapters(study: Study, quick: bool) -> list[Chapter]:
     """Every chapter, or the quick report's selection of them."""
-    names = QUICK_CHAPTERS if quick else CHAPTERS
-    return [
-        importlib.import_module(f"crosscheck.paper.{name}").chapter(study, quick) for name in names
-    ]
+    return _chapters(study, QUICK if quick else FULL)
 
 
-def write_paper(study: Study, out: Path) -> list[Chapter]:
+def _chapters(study: Study, scale: Scale) -> list[Chapter]:
+    return [_chapter(study, name, scale) for name in (QUICK_CHAPTERS if scale.quick else CHAPTERS)]
+
+
+def _chapter(study: Study, name: str, scale: Scale) -> Chapter:
+    """One of them; if a run that it cannot do without diverges, a chapter that says so."""
+    module = importlib.import_module(f"crosscheck.paper.{name}")
+    try:
+        made: Chapter = module.chapter(study, scale)
+    except Diverged as error:
+        return _without(module.ID, module.TITLE, str(error))
+    return made
+
+
+def _without(chapter_id: str, title: str, reason: str) -> Chapter:
+    text = f"Undefined: a run that this chapter rests on has no result ({reason})."
+    record = {"id": chapter_id, "verdict": UNDEFINED}
+    return Chapter(chapter_id, title, paragraph(text), [record], text)
+
+
+def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[Chapter]:
     """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
-    made = chapters(study, quick=False)
+    made = _chapters(study, scale)
     figures = importlib.import_module("crosscheck.paper.figures.chapter")
     sheet = next(chapter for chapter in made if chapter.id == "errata")
     texts = {
@@ -62,7 +83,7 @@ def write_paper(study: Study, out: Path) -> list[Chapter]:
         "errata.md": markdown(sheet.records),
     }
     # Everything is ready before the first file appears.
-    for name, run in figures.trajectories(study, False).items():
+    for name, run in figures.trajectories(study, scale).items():
         write_netcdf(run, out / f"{name}.nc")
     for name, text in texts.items():
         write_text(out / name, text)
@@ -72,8 +93,8 @@ def write_paper(study: Study, out: Path) -> list[Chapter]:
 def write_figures(study: Study, numbers: Sequence[int], out: Path) -> list[Chapter]:
     """Write paper.html with these figures alone."""
     figures = importlib.import_module("crosscheck.paper.figures.chapter")
-    html = "\n".join(figures.figure(study, number, False) for number in sorted(set(numbers)))
-    made = [Chapter("figures", "Figures", html)]
+    html = "\n".join(figures.figure(study, number) for number in sorted(set(numbers)))
+    made = [Chapter(figures.ID, "Figures", html)]
     write_text(out / "paper.html", page(made, study))
     return made
 

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from crosscheck.report.envelope import envelope
+from crosscheck.report.fragments import COLOURS
 
 BINS = 900
 STYLE: dict[Any, Any] = {
@@ -25,6 +26,7 @@ STYLE: dict[Any, Any] = {
     "lines.linewidth": 1.2,
 }
 MICRO, KILO = 1e6, 1e-3
+NOT_REACHED = "the run ends before"
 
 
 def to_svg(figure: Figure) -> str:
@@ -52,6 +54,19 @@ def draw(axes: Axes, time: np.ndarray, values: np.ndarray, label: str, colour: s
     axes.fill_between(centres, low, high, label=label, color=colour, linewidth=0.6, alpha=0.75)
 
 
+def not_reached(axes: Axes) -> None:
+    """Say that nothing is drawn since no run gets there."""
+    axes.text(0.5, 0.5, NOT_REACHED, ha="center", va="center", transform=axes.transAxes)
+
+
+def log_y(axes: Axes) -> None:
+    """A logarithmic scale for the lines drawn, where one has anything to show on it."""
+    if any((np.asarray(line.get_ydata(), dtype=float) > 0).any() for line in axes.lines):
+        axes.set_yscale("log")
+    else:
+        not_reached(axes)
+
+
 def run_figure(ours: xr.Dataset, theirs: xr.Dataset) -> str:
     """Two models over one run: what they did on the left, their difference on the right."""
     figure, grid = new_figure(4)
@@ -64,7 +79,7 @@ def run_figure(ours: xr.Dataset, theirs: xr.Dataset) -> str:
     for axes, (quantity, scale, label, difference_label) in zip(grid, rows, strict=True):
         one, other = (_first_planet(run[quantity]) for run in (ours, theirs))
         time = ours["time"].values
-        for joint, colour in zip(range(one.shape[1]), _colours(), strict=False):
+        for joint, colour in zip(range(one.shape[1]), COLOURS, strict=False):
             draw(axes[0], time, scale * one[:, joint], f"joint {joint + 1}", colour)
             gap = np.maximum(np.abs(one[:, joint] - other[:, joint]), 1e-20)
             draw(axes[1], time, gap, f"joint {joint + 1}", colour)
@@ -81,7 +96,7 @@ def level_figure(geared: xr.Dataset, rigid: Mapping[str, xr.Dataset]) -> str:
     joints = geared["joint"].size
     figure, grid = new_figure(1, joints, 2.6)
     for joint, axes in enumerate(grid[0]):
-        for colour, (level, run) in zip(_colours(), rigid.items(), strict=False):
+        for colour, (level, run) in zip(COLOURS, rigid.items(), strict=False):
             gap = run["theta"].values[:, joint] - geared["theta"].values[:, joint]
             axes.plot(
                 geared["time"].values, np.maximum(np.abs(gap), 1e-12), color=colour, label=level
@@ -95,7 +110,3 @@ def level_figure(geared: xr.Dataset, rigid: Mapping[str, xr.Dataset]) -> str:
 
 def _first_planet(values: xr.DataArray) -> np.ndarray:
     return (values.isel(planet=0) if "planet" in values.dims else values).values
-
-
-def _colours() -> list[str]:
-    return ["#1f5fa8", "#d1702c", "#2f8f5b", "#8a4fb0", "#b03050", "#5a6b7a", "#a08a20"]

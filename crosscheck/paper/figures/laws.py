@@ -6,9 +6,10 @@ import numpy as np
 
 from analytic.backlash import dead_zone, dead_zone_tanh
 from analytic.stiffness import fundamental, square_wave, square_wave_series
-from crosscheck.paper.figures.plate import COLOURS, MICRO, Plate, Shelf, table
+from crosscheck.paper.figures.plate import MICRO, Plate, Shelf, table
 from crosscheck.paper.figures.verdicts import accurate, same, verdict
 from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.fragments import COLOURS
 from models.loading import load_arm
 
 ARM = "paper-labelled"
@@ -41,10 +42,11 @@ def figure_4(shelf: Shelf) -> Plate:
         " enough it is called sufficiently accurate. No value of sigma is given.",
         "The deviation falls as 1 / sigma. Eq. 6 is not monotone: just below contact it pulls the"
         " teeth together, which no clearance does (the dip at the right). All runs of this report"
-        f" use Eq. 5.{table(head, rows)}",
+        " use Eq. 5.",
         f"b {MICRO * b:g} µm; sigma as in the legend.",
         {f"accurate at sigma = {SHARPNESS_PER_M[-1]:g} 1/m": verdict(accurate(sharpest, b))},
         {"deviation_um": {f"{row[0]:g}": row[2] for row in rows}},
+        table(head, rows),
     )
 
 
@@ -84,7 +86,7 @@ def figure_5(shelf: Shelf) -> Plate:
         f" {high - low:.4g} N/m, k_max = {high:.4g}, k_min = {low:.4g} N/m. Eq. 7 with one harmonic"
         f" differs from Eq. 8 by {gap:.2g} N/m, with {MANY} harmonics from the square wave by"
         f" {100 * limit:.2g} % away from its jumps. Eq. 8 keeps {100 * kept:.1f} % of the wave's"
-        f" variance.{table(head, rows)}"
+        " variance."
     )
     return Plate(
         5,
@@ -100,6 +102,7 @@ def figure_5(shelf: Shelf) -> Plate:
             "Eq. 7 is the series of the square wave": verdict(limit < AWAY),
         },
         {"k_max_N_per_m": high, "k_min_N_per_m": low, "variance_kept": kept},
+        table(head, rows),
     )
 
 
