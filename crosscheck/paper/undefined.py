@@ -77,12 +77,14 @@ def extreme(values: Iterable[float | None], choose: Callable[[list[float]], floa
     return choose(found) if found else math.nan
 
 
+def defined(value: float | np.floating | None) -> float | None:
+    """A plain float, or None for what is undefined."""
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
 def finite(numbers: Mapping[str, float | None]) -> Numbers:
     """Plain floats, None for what is undefined."""
-    return {
-        name: float(value) if value is not None and math.isfinite(value) else None
-        for name, value in numbers.items()
-    }
+    return {name: defined(value) for name, value in numbers.items()}
 
 
 def recorded(value: Any) -> Any:
@@ -91,6 +93,4 @@ def recorded(value: Any) -> Any:
         return {name: recorded(inner) for name, inner in value.items()}
     if isinstance(value, list | tuple):
         return [recorded(inner) for inner in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value
+    return defined(value) if isinstance(value, float | np.floating) else value

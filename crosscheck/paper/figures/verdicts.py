@@ -150,13 +150,13 @@ def falls(sizes: Sequence[float], values: Sequence[float]) -> bool:
 @where_known
 def fluctuation_falls(sizes: Sequence[float], forces_N: Sequence[float]) -> bool:
     """Fig. 17: there is a fluctuation of the mesh force, and it recedes as the sizes grow."""
-    return max(forces_N) >= FORCE_N and falls(sizes, forces_N)
+    return max(forces_N) >= FORCE_N and rank_correlation(sizes, forces_N) <= -TREND
 
 
 @where_known
 def fluctuation_rises(sizes: Sequence[float], forces_N: Sequence[float]) -> bool:
     """Fig. 19: there is a fluctuation of the mesh force, and it grows with the sizes."""
-    return max(forces_N) >= FORCE_N and rises(sizes, forces_N)
+    return max(forces_N) >= FORCE_N and rank_correlation(sizes, forces_N) >= TREND
 
 
 def appears_at(sizes: Sequence[float], forces_N: Sequence[float]) -> float | None:
