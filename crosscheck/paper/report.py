@@ -17,6 +17,7 @@ from crosscheck.paper.scale import FULL, QUICK, Scale
 from crosscheck.paper.undefined import UNDEFINED
 from crosscheck.provenance import provenance
 from crosscheck.report.chapter import Chapter
+from crosscheck.report.figures import sound_links
 from crosscheck.report.fragments import paragraph
 from crosscheck.studies.study import Study
 from models.errors import Diverged
@@ -104,9 +105,8 @@ def page(made: Sequence[Chapter], study: Study) -> str:
     environment = Environment(
         loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
     )
-    return environment.get_template("paper.html.j2").render(
-        chapters=made, provenance=_provenance(study)
-    )
+    template = environment.get_template("paper.html.j2")
+    return sound_links(template.render(chapters=made, provenance=_provenance(study)))
 
 
 def records_json(made: Sequence[Chapter], study: Study) -> str:

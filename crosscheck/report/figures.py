@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import io
+import itertools
+import re
 from collections.abc import Mapping
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -25,6 +28,7 @@ STYLE: dict[Any, Any] = {
     "axes.spines.right": False,
     "lines.linewidth": 1.2,
 }
+LEGEND_LETTERS, KEY_LETTERS = 120, 9  # that fit beside each other; as wide as an entry's line
 MICRO, KILO = 1e6, 1e-3
 NOT_REACHED = "the run ends before"
 
@@ -35,7 +39,27 @@ def to_svg(figure: Figure) -> str:
     with mpl.rc_context(STYLE):
         figure.savefig(stream, format="svg", metadata={"Date": None})
     text = stream.getvalue()
-    return text[text.index("<svg") :]
+    return _IMAGE_ID.sub(r"\1", text[text.index("<svg") :])
+
+
+def sound_links(html: str) -> str:
+    """The page with no two drawings sharing an id, and no link to what is not on it.
+
+    Ids of the n-th drawing begin with its number; of a link that leads nowhere the text stays.
+    """
+    numbers = itertools.count(1)
+
+    def numbered(svg: re.Match[str]) -> str:
+        return _ID.sub(rf"\1s{next(numbers)}-", svg[0])
+
+    there = set(re.findall(r'\bid="([^"]+)"', html))
+    return _LINK.sub(lambda link: link[0 if link[1] in there else 2], _SVG.sub(numbered, html))
+
+
+_IMAGE_ID = re.compile(r'(<image\b[^>]*?) id="[^"]*"')  # like images get like ids
+_SVG = re.compile(r"<svg\b.*?</svg>", re.DOTALL)
+_LINK = re.compile(r'<a href="#([^"]+)">(.*?)</a>')
+_ID = re.compile(r'(\bid="|xlink:href="#|url\(#)')
 
 
 def new_figure(rows: int, columns: int = 2, height: float = 2.1) -> tuple[Figure, np.ndarray]:
@@ -43,6 +67,18 @@ def new_figure(rows: int, columns: int = 2, height: float = 2.1) -> tuple[Figure
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.2, height * rows), layout="constrained")
         return figure, figure.subplots(rows, columns, squeeze=False)
+
+
+def legend(figure: Figure, *axes: Axes) -> None:
+    """What the axes' lines are, told once below the whole drawing, where no curve can be."""
+    entries: dict[str, Artist] = {}
+    for one in axes:
+        for artist, name in zip(*one.get_legend_handles_labels(), strict=True):
+            entries.setdefault(name, artist)
+    columns = max(1, min(len(entries), LEGEND_LETTERS // (max(map(len, entries)) + KEY_LETTERS)))
+    figure.legend(
+        entries.values(), entries, loc="outside lower center", ncols=columns, frameon=False
+    )
 
 
 def draw(axes: Axes, time: np.ndarray, values: np.ndarray, label: str, colour: str) -> None:
@@ -85,7 +121,7 @@ def run_figure(ours: xr.Dataset, theirs: xr.Dataset) -> str:
             draw(axes[1], time, gap, f"joint {joint + 1}", colour)
         axes[0].set_ylabel(label)
         axes[1].set(ylabel=difference_label, yscale="log")
-    grid[0, 0].legend(loc="best", frameon=False)
+    legend(figure, grid[0, 0])
     for axes in grid[-1]:
         axes.set_xlabel("time [s]")
     return to_svg(figure)
@@ -104,7 +140,7 @@ def level_figure(geared: xr.Dataset, rigid: Mapping[str, xr.Dataset]) -> str:
         axes.set(
             yscale="log", xlabel="time [s]", ylabel="|deviation| [rad]", title=f"joint {joint + 1}"
         )
-    grid[0, 0].legend(frameon=False)
+    legend(figure, grid[0, 0])
     return to_svg(figure)
 
 

@@ -60,7 +60,8 @@ def _left(simulated: Sequence[Cell]) -> tuple[float, float]:
 
     Of the runs that have one; nan if none has.
     """
-    numbers = [cell.numbers for cell in simulated if cell.phase == "angle"]
+    angle = [cell.numbers for cell in simulated if cell.phase == "angle"]
+    numbers = [n for n in angle if n.simulated("pd")]
     ablated = [n for n in numbers if n.simulated("no_error")]
     return (
         extreme((n["pd.third"] for n in numbers), max),

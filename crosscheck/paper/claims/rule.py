@@ -168,10 +168,10 @@ def verdict(given: Sequence[Answer], free: str = "") -> Verdict:
     Undefined cells are counted and have no say; if no cell of `angle` is defined, neither is the
     verdict.
     """
-    if not any(answer.phase == "angle" for answer in given):
-        return Verdict("not simulated")
     defined = [answer for answer in given if answer.yes is not None]
     undefined = len(given) - len(defined)
+    if not any(answer.phase == "angle" for answer in given):
+        return Verdict("not simulated", (), undefined)
     angle = [answer for answer in defined if answer.phase == "angle"]
     if not angle:
         return Verdict(UNDEFINED, (), undefined)

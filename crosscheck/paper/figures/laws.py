@@ -8,7 +8,7 @@ from analytic.backlash import dead_zone, dead_zone_tanh
 from analytic.stiffness import fundamental, square_wave, square_wave_series
 from crosscheck.paper.figures.plate import MICRO, Plate, Shelf, table
 from crosscheck.paper.figures.verdicts import accurate, same, verdict
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 from models.loading import load_arm
 
@@ -61,7 +61,7 @@ def _clearance_svg(x: np.ndarray, b: float) -> str:
     edge = MICRO * b
     grid[0, 1].set(xlim=(0.4 * edge, 1.6 * edge), ylim=(-0.2 * edge, 0.6 * edge))
     grid[0, 1].set_title("the edge of the clearance")
-    grid[0, 0].legend(frameon=False)
+    legend(figure, grid[0, 0])
     return to_svg(figure)
 
 
@@ -133,11 +133,9 @@ def _stiffness_svg(
     for axes in grid[0]:
         axes.plot(cycle, wave, "k--", label="square wave", linewidth=1.6)
         axes.set(xlabel="t / T", ylabel="k [N/m]")
-    for n, colour in zip(HARMONICS[1:], COLOURS, strict=False):
-        grid[0, 0].plot(cycle, series[n], color=colour, label=f"Eq. 7, n = {n}", linewidth=1.0)
-    grid[0, 1].plot(cycle, series[1], color=COLOURS[0], label="Eq. 7, n = 1")
-    grid[0, 1].plot(cycle, eq8, ":", color=COLOURS[1], label="Eq. 8", linewidth=2.4)
-    for axes in grid[0]:
-        axes.set_ylim(top=1.12 * wave.max())
-        axes.legend(frameon=False, loc="upper center", ncols=4, fontsize=8)
+    for n, colour in zip(HARMONICS, COLOURS, strict=False):
+        axes = grid[0, int(n == 1)]
+        axes.plot(cycle, series[n], color=colour, label=f"Eq. 7, n = {n}", linewidth=1.0)
+    grid[0, 1].plot(cycle, eq8, ":", color=COLOURS[4], label="Eq. 8", linewidth=2.4)
+    legend(figure, *grid[0])
     return to_svg(figure)

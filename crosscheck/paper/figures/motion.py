@@ -29,7 +29,7 @@ from crosscheck.paper.figures.verdicts import (
     verdict,
 )
 from crosscheck.paper.undefined import all_of, quotient, shown
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 
 WINDOWS_S = ((0.0, 0.1), (0.3, 0.5), THIRD_S)  # of the three fluctuations
@@ -171,5 +171,5 @@ def _error_svg(time: np.ndarray, errors: dict[float, np.ndarray]) -> str:
         grid[0, 1].plot(time, np.maximum(np.abs(error), 1e-8), color=colour, linewidth=0.8)
     grid[0, 0].set(xlabel="time [s]", ylabel="Δθ_1 [rad]")
     grid[0, 1].set(xlabel="time [s]", ylabel="|Δθ_1| [rad]", yscale="log")
-    grid[0, 0].legend(frameon=False)
+    legend(figure, grid[0, 0])
     return to_svg(figure)

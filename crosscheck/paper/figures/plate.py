@@ -13,12 +13,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from crosscheck.paper import signals
-from crosscheck.paper.figures.runs import LAWS
+from crosscheck.paper.figures.runs import LAWS, first_planets
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, recorded, shown
 from crosscheck.report import fragments
 from crosscheck.report.envelope import envelope
-from crosscheck.report.figures import BINS, new_figure, not_reached, to_svg
+from crosscheck.report.figures import BINS, legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
 from crosscheck.studies.study import Study, Variant
 from models.arm import Arm
@@ -97,11 +97,6 @@ class Shelf:
         return {law: {size: runs[v] for size, v in row.items()} for law, row in variants.items()}
 
 
-def first_planets(run: xr.Dataset) -> xr.Dataset:
-    """The run with one planet per joint: the paper's model moves all of a joint alike."""
-    return run.isel(planet=[0]) if "planet" in run.dims else run
-
-
 class Strip(NamedTuple):
     """One row of a figure over both phase laws: a quantity in a window [s]."""
 
@@ -124,13 +119,15 @@ def law_figure(
         grid[0, column].set_title(LAWS[law])
         for axes, strip in zip(grid[:, column], strips, strict=True):
             draw_strip(axes, run, strip)
+            axes.locator_params(axis="x", nbins=6)
             if overlay is not None:
                 overlay(axes, run, strip.window)
         for zoom in strips[1:]:
             grid[0, column].axvspan(*zoom.window, color="#d9a400", alpha=0.35, linewidth=0)
         grid[-1, column].set_xlabel("time [s]")
     same_scale(grid)
-    grid[0, 0].legend(loc="best", frameon=False)
+    if len(grid[0, 0].get_legend_handles_labels()[1]) > 1:
+        legend(figure, grid[0, 0])
     return to_svg(figure)
 
 

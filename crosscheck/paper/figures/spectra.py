@@ -35,11 +35,12 @@ from crosscheck.paper.figures.verdicts import (
 )
 from crosscheck.paper.undefined import all_of, known
 from crosscheck.report.envelope import envelope
-from crosscheck.report.figures import log_y, new_figure, to_svg
+from crosscheck.report.figures import legend, log_y, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 
 Sweep = Mapping[str, Mapping[float, xr.Dataset]]
 Lines = dict[float, list[Line]]  # size -> shoulder, elbow
+FAINTEST = 1e-6  # rad/s^2: what is drawn of a spectrum
 DRAWN = 300  # points of a spectrum: the largest line of every 20 Hz
 STATED_HZ, TOLERANCE = 1500.0, 0.15  # "approximately", Section 4.1
 PAPERS_B_UM, CONTINUOUS_UM = 50.0, 500
@@ -192,7 +193,9 @@ def _spectra_svg(sweep: Sweep, symbol: str) -> str:
             axes.set(ylabel=f"{('shoulder', 'elbow')[joint]} [rad/s²]")
             log_y(axes)
     same_scale(grid)
-    grid[0, -1].legend(frameon=False, fontsize=7, ncols=2)
+    for axes in grid.flat:
+        axes.set_ylim(bottom=max(FAINTEST, axes.get_ylim()[0]))
+    legend(figure, grid[0, 0])
     return to_svg(figure)
 
 

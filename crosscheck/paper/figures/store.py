@@ -10,7 +10,6 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.paper import signals
-from crosscheck.paper.figures.plate import first_planets
 from crosscheck.paper.figures.runs import (
     BACKLASHES_UM,
     DRIVEN_UM,
@@ -23,6 +22,7 @@ from crosscheck.paper.figures.runs import (
     control_run,
     driven_run,
     error_run,
+    first_planets,
     rigid_run,
     smooth_torque_run,
     torque_run,

@@ -40,7 +40,7 @@ from crosscheck.paper.figures.verdicts import (
     verdict,
 )
 from crosscheck.paper.undefined import quotient, shown
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 
 LATE_S = (0.1, 0.5)
@@ -158,10 +158,9 @@ def _deviation_svg(
         ylabel=f"|{label.split()[0]}| {label.split()[1]}",
         yscale="log",
         title="all rigid levels (joint 2 dashed)",
-        ylim=(1e-11, None),
     )
     left.legend(frameon=False)
-    right.legend(frameon=False, loc="lower center", ncols=4, fontsize=8)
+    legend(figure, right)
     return to_svg(figure)
 
 

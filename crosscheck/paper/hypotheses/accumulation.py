@@ -12,7 +12,7 @@ from crosscheck.paper import signals
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import all_of, percent, quotient, recorded, shown, where_known, word
 from crosscheck.report.chapter import Chapter
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study, Variant
 
@@ -65,7 +65,7 @@ def _outcome(verdict: dict[str, Any], printed: dict[str, Any]) -> str:
 
 
 _CAPTION = (
-    "Shoulder angle with backlash b less that without (solid, b in µm), and what the rigid arm's"
+    "Shoulder angle with backlash b less that without (solid), and what the rigid arm's"
     f" sensitivity alone makes of b = 50 µm (dashed; four coefficients fitted in {LEARNT_S[0]:g} to"
     f" {LEARNT_S[1]:g} s). Running maxima; right: the same errors over b. ζ = 0.05, E = 5 µm."
 )
@@ -302,15 +302,15 @@ def _drawing(cases: list[Accumulation]) -> str:
     picture, grid = new_figure(len(cases), 2, 2.9)
     for row, case in zip(grid, cases, strict=True):
         for (b, error), colour in zip(case.errors.items(), COLOURS, strict=True):
-            row[0].plot(case.time, _running(error[:, 0]), color=colour, label=f"{1e6 * b:g}")
+            row[0].plot(case.time, _running(error[:, 0]), color=colour, label=f"b {1e6 * b:g} µm")
             row[1].plot(case.time, error[:, 0] / b, color=colour, lw=0.9)
         predicted = rigid_prediction(case.time, case.errors[REFERENCE_M], case.sensitivity)
-        row[0].plot(case.time, _running(predicted[:, 0]), "k--", lw=1, label="rigid, 50")
+        row[0].plot(case.time, _running(predicted[:, 0]), "k--", lw=1, label="rigid, b 50 µm")
         row[1].plot(case.time, predicted[:, 0] / REFERENCE_M, "k--", lw=1)
         bound = 1.3 * signals.amplitude(case.errors[REFERENCE_M][case.time <= SMALL_S[1], 0])
         row[0].set(yscale="log", ylim=(1e-10, 10), xlabel="time [s]", ylabel="|Δθ₁| [rad]",
                    title=f"T = {ARGUMENTS[case.argument]}")  # fmt: skip
         row[1].set(xlim=(0, SMALL_S[1]), ylim=np.array([-1, 1]) * bound / REFERENCE_M,
                    xlabel="time [s]", ylabel="Δθ₁ / b [rad/m]")  # fmt: skip
-    grid[0, 0].legend(frameon=False, fontsize=7, ncols=2)
+    legend(picture, grid[0, 0])
     return to_svg(picture)

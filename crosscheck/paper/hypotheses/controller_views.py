@@ -10,7 +10,7 @@ from matplotlib.ticker import NullFormatter
 
 from crosscheck.paper.hypotheses.feedback import SUN
 from crosscheck.paper.undefined import shown, word
-from crosscheck.report.figures import log_y, new_figure, to_svg
+from crosscheck.report.figures import legend, log_y, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, heading, paragraph, table
 
 Record = dict[str, Any]
@@ -90,6 +90,7 @@ def drawing(survey: list[Record], sweep: list[Record]) -> str:
     _thresholds(grid[0, 0], [r for r in link if _by_pose(r)], "elbow_deg", "elbow angle [°]")
     _thresholds(grid[0, 1], at_zero, "D_N_m_s_per_rad", "D [N m s/rad]")
     _vibration(grid[0, 2], sweep)
+    legend(picture, grid[0, 0], grid[0, 2])
     return to_svg(picture)
 
 
@@ -98,12 +99,11 @@ def _thresholds(axes: Axes, records: list[Record], abscissa: str, label: str) ->
         points = sorted((r[abscissa], r["zeta"]) for r in records if r["arm"] == arm)
         axes.plot(*np.array(points).T, "o-", color=colour, label=arm, ms=3)
     axes.set(xlabel=label, ylabel="threshold ζ", ylim=(0, None))
-    axes.legend(frameon=False)
 
 
 def _vibration(axes: Axes, sweep: list[Record]) -> None:
     kinds = dict.fromkeys((r["damping"], r["tooth_error_m"]) for r in sweep)
-    for (damping, error), colour in zip(kinds, COLOURS, strict=False):
+    for (damping, error), colour in zip(kinds, COLOURS[2:], strict=False):
         mine = [r for r in sweep if (r["damping"], r["tooth_error_m"]) == (damping, error)]
         sizes = [r["amplitude_rad_per_s2"] or np.nan for r in mine]
         label = f"{damping}, E = {1e6 * error:g} µm"
@@ -111,4 +111,3 @@ def _vibration(axes: Axes, sweep: list[Record]) -> None:
     axes.set(xscale="log", xlabel="ζ", ylabel="vibration [rad/s²]")
     log_y(axes)
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.legend(frameon=False, fontsize=7)

@@ -16,7 +16,7 @@ from crosscheck.paper.claims.pd import whole
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, finite, known, shown
 from crosscheck.report.chapter import Chapter
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Numbers, Study, Variant
 
@@ -41,8 +41,11 @@ class Statement:
     factor: float
 
     def misfit(self, measured: float | None) -> float:
-        """0 inside the interval, 1 at the factor beyond it, on a log scale; capped."""
-        if measured is None or measured <= 0:
+        """0 inside the interval, 1 at the factor beyond it, on a log scale; capped.
+
+        The largest where nothing is measured: such a run does not explain the number.
+        """
+        if measured is None or not known(measured) or measured <= 0:
             return LARGEST_MISFIT
         beyond = max(np.log(self.low / measured), np.log(measured / self.high), 0.0)
         return float(min(beyond / np.log(self.factor), LARGEST_MISFIT))
@@ -275,5 +278,5 @@ def _drawing(fits: list[dict[str, Any]]) -> str:
     grid[0, 1].set(
         xscale="log", xlabel="ζ", ylabel="statements explained", ylim=(0, len(STATEMENTS))
     )
-    grid[0, 0].legend(frameon=False)
+    legend(picture, grid[0, 0])
     return to_svg(picture)

@@ -13,7 +13,7 @@ from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import known
 from crosscheck.registry import build
 from crosscheck.report.chapter import Chapter
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study
 from models.loading import Case, load_case, load_scenario
@@ -244,5 +244,5 @@ def _drawing(flights: list[dict[str, Any]]) -> str:
         axes.axhline(1000 * LIMIT_M, color="#555555", linestyle=":")
         axes.set(xscale="log", yscale="log", xlabel="base mass / arm mass",
                  ylabel="largest tip error [mm]", title=SCENARIOS[scenario])  # fmt: skip
-        axes.legend(frameon=False)
+    legend(picture, grid[0, 0])
     return to_svg(picture)

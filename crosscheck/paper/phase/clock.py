@@ -14,7 +14,7 @@ from crosscheck.paper.phase.plant import forces_along, physical, plant_of
 from crosscheck.paper.phase.verdict import Evidence, knows_the_clock
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import defined, shown
-from crosscheck.report.figures import KILO, draw, new_figure, to_svg
+from crosscheck.report.figures import KILO, draw, legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study, Variant
 
@@ -162,7 +162,7 @@ def _figure(
         grid[1, column].set(xlabel="time since the start [s]")
     grid[0, 0].set_ylabel("F_sp1, same motion [kN]")
     grid[1, 0].set_ylabel("shoulder acceleration [rad/s²]")
-    grid[0, 1].legend(frameon=False, fontsize=7)
+    legend(drawing, grid[0, 1])
     for row in grid:
         low = min(axes.get_ylim()[0] for axes in row)
         high = max(axes.get_ylim()[1] for axes in row)

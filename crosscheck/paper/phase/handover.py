@@ -18,7 +18,7 @@ from crosscheck.paper.phase.experiments import (
 )
 from crosscheck.paper.phase.verdict import Evidence, dies
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import all_of, defined, shown, word
+from crosscheck.paper.undefined import all_of, defined, known, shown, word
 from crosscheck.report.figures import draw, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study, Variant
@@ -76,12 +76,12 @@ def _variant(zeta: float, ring: str, duration_s: float) -> Variant:
 def _peak_s(study: Study, zeta: float, ring: str, scale: Scale) -> float | None:
     """When the shoulder's vibration under omega_t is largest, in whole milliseconds.
 
-    None if the run ends before the third fluctuation.
+    None if the run diverged or ends before the third fluctuation.
     """
     experiment = Experiment(scale.cut(_variant(zeta, ring, THIRD_S[1])))
     run = responses(study, [experiment], "phase: handover")[experiment]
     part = signals.window(run.time, THIRD_S[0], THIRD_S[1] - FILTER_EDGE_S)
-    if part.stop <= part.start:
+    if part.stop <= part.start or not known(run.theta_ddot):
         return None
     fast = np.abs(vibration(run.time, run.theta_ddot[:, 0])[part])
     return round(float(run.time[part][np.argmax(fast)]), 3)

@@ -21,7 +21,7 @@ from crosscheck.paper.phase.verdict import (
     where_present,
 )
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import UNDEFINED, defined, extreme, shown
+from crosscheck.paper.undefined import UNDEFINED, defined, extreme, known, shown
 from crosscheck.report.figures import new_figure, to_svg
 from crosscheck.report.fragments import figure, heading, paragraph, table
 from crosscheck.studies.study import Numbers, Study, Variant
@@ -346,6 +346,13 @@ def _backlash_map(found: Amplitudes) -> str:
     return figure(to_svg(drawing), caption)
 
 
+def _in_cell(value: float) -> str:
+    """Short enough for a cell: thousands as k."""
+    if known(value):
+        return f"{value:.0f}" if value < 1e4 else f"{value / 1e3:.0f}k"
+    return "div." if value == math.inf else "-"
+
+
 def _heat(axes: Axes, values: np.ndarray, columns: Sequence[float], rows: Sequence[float]) -> None:
     """Numbers on colours; every map has the same scale, 1 to 1000 rad/s^2."""
     axes.imshow(
@@ -357,8 +364,7 @@ def _heat(axes: Axes, values: np.ndarray, columns: Sequence[float], rows: Sequen
     )
     for (row, column), value in np.ndenumerate(values):
         shade = "white" if value > 200 else "black"
-        text = shown(value, ".0f", "div." if value == math.inf else "-")
-        axes.text(column, row, text, ha="center", va="center", fontsize=6.5, color=shade)
+        axes.text(column, row, _in_cell(value), ha="center", va="center", fontsize=6.5, color=shade)
     axes.set_xticks(range(len(columns)), [f"{c:g}" for c in columns], fontsize=6.5)
     axes.set_yticks(range(len(rows)), [f"{r:g}" for r in rows], fontsize=7)
     axes.grid(visible=False)

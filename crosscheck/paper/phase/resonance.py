@@ -19,7 +19,7 @@ from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import defined, shown
 from crosscheck.registry import build
 from crosscheck.report.envelope import envelope
-from crosscheck.report.figures import BINS, log_y, new_figure, to_svg
+from crosscheck.report.figures import BINS, legend, log_y, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Question, Study
 from models.arm import Arm
@@ -339,18 +339,18 @@ def _figure(
 ) -> str:
     drawing, grid = new_figure(2, 1, 2.3)
     above, below = grid[:, 0]
-    for (zeta, ramp), colour in zip(ramps.items(), COLOURS, strict=False):
-        drawn = (ramp["drawn_speed"], ramp["drawn_size"])
-        above.plot(*drawn, color=colour, label=f"zeta = {zeta:g}")
+    colours = dict(zip(ZETAS, COLOURS, strict=False))
+    for zeta, ramp in ramps.items():
+        above.plot(ramp["drawn_speed"], ramp["drawn_size"], color=colours[zeta])
     log_y(above)
-    for (zeta, rates), colour in zip(growth.items(), COLOURS, strict=False):
-        below.plot(SPEEDS, rates["growth"], color=colour, label=f"zeta = {zeta:g}")
+    for zeta, rates in growth.items():
+        below.plot(SPEEDS, rates["growth"], color=colours[zeta], label=f"zeta = {zeta:g}")
+    legend(drawing, below)
     for mode in modes:
         above.axvline(2 * np.pi * mode / ratio, color="black", ls="--", lw=0.8)
     for axes in (above, below):
         axes.axvspan(0.0, fastest, color="#b03050", alpha=0.8)
         axes.set_xlim(-5.0, None)
-        axes.legend(frameon=False, fontsize=7)
     below.axhline(0.0, color="black", lw=0.6)
     above.set_ylabel("vibration, run-up [rad/s²]")
     below.set(xlabel="carrier speed [rad/s]", ylabel="Floquet growth rate [1/s]")

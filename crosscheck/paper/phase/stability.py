@@ -31,7 +31,7 @@ from crosscheck.paper.phase.linear import (
 from crosscheck.paper.phase.verdict import ONSET_RAD_PER_S2, Evidence, onset_is_predicted
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, all_of, extreme, known, shown, word
-from crosscheck.report.figures import draw, new_figure, to_svg
+from crosscheck.report.figures import draw, legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study, Variant
 
@@ -115,7 +115,7 @@ def _first_and_floor(run: Response, modes: Modes) -> tuple[np.ndarray, np.ndarra
     """What every mode, (modes,) [rad/s^2], starts from and never falls below.
 
     The simulated vibration at BEGIN_S and its smallest value after; that above 3 kHz for the modes
-    above 3 kHz, which decay faster. nan if the run ends before.
+    above 3 kHz, which decay faster. nan if the run diverged or ends before.
     """
     part = signals.window(run.time, BEGIN_S, DURATION_S - FILTER_EDGE_S)
     if part.stop <= part.start:
@@ -146,7 +146,7 @@ def _after(time: np.ndarray, values: np.ndarray) -> float | None:
 
 def _record(case: Case) -> dict[str, Any]:
     third = signals.window(case.base.time, *THIRD_S)
-    reached = third.stop > third.start
+    reached = third.stop > third.start and known(case.run.theta_ddot)
     part = signals.window(case.base.time, BEGIN_S, DURATION_S)
     predicted = _after(case.base.time[part], case.predicted)
     simulated = _after(case.run.time, case.envelope)
@@ -313,7 +313,7 @@ def _figure(cases: list[Case]) -> str:
     )
     for axes, label in zip(grid[:, 0], labels, strict=True):
         axes.set_ylabel(label)
-    grid[0, 0].legend(frameon=False)
+    legend(drawing, grid[0, 0])
     return to_svg(drawing)
 
 

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from crosscheck.paper.undefined import UNDEFINED, all_of, known, where_known
+from crosscheck.paper.undefined import UNDEFINED, all_of, known, quotient, where_known
 
 PRESENT_RAD_PER_S2 = 30.0  # a tenth of the 300 rad/s^2 that the paper reports
 NEAR = 3.0  # times or a part of it: another start may decide otherwise
@@ -141,7 +141,7 @@ def onset_is_predicted(predicted_s: float | None, simulated_s: float | None) -> 
     """Both never begin, or both begin at nearly the same time."""
     if predicted_s is None or simulated_s is None:
         return predicted_s is simulated_s
-    return abs(predicted_s / simulated_s - 1) <= ONSET_PREDICTED
+    return abs(quotient(predicted_s, simulated_s) - 1) <= ONSET_PREDICTED
 
 
 def h1_verdict(maps: str, supports: Mapping[str, bool | None]) -> str:
