@@ -15,8 +15,8 @@ from crosscheck.paper.figures import measures as figures_measures
 from crosscheck.paper.figures import verdicts as figures_verdicts
 from crosscheck.paper.figures.laws import figure_4, figure_5, limits, ratio_row
 from crosscheck.paper.figures.plate import Shelf
-from crosscheck.paper.figures.runs import first_planets
 from crosscheck.paper.figures.store import reduced
+from crosscheck.paper.reductions import first_planets
 from crosscheck.paper.scale import QUICK
 from crosscheck.studies.study import Study, Variant
 

@@ -13,7 +13,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from crosscheck.paper import signals
-from crosscheck.paper.figures.runs import LAWS, first_planets
+from crosscheck.paper.figures.runs import LAWS
+from crosscheck.paper.reductions import first_planets
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, recorded, shown
 from crosscheck.report import fragments

@@ -22,11 +22,11 @@ from crosscheck.paper.figures.runs import (
     control_run,
     driven_run,
     error_run,
-    first_planets,
     rigid_run,
     smooth_torque_run,
     torque_run,
 )
+from crosscheck.paper.reductions import first_planets
 from crosscheck.paper.scale import Scale
 from crosscheck.studies.study import Study, Variant
 from models.errors import Diverged

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.paper import signals
+from crosscheck.paper.reductions import angles
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import all_of, percent, quotient, recorded, shown, where_known, word
 from crosscheck.report.chapter import Chapter
@@ -75,7 +76,7 @@ def _run(study: Study, argument: str, scale: Scale) -> Accumulation:
     rigid = scale.cut(_variant(argument, "coupled"))
     nudged = [scale.cut(_variant(argument, "coupled", *_nudge(cause))) for cause in range(4)]
     geared = {b: scale.cut(_geared(argument, b)) for b in (0.0, *BACKLASHES_M)}
-    runs = study.runs([rigid, *nudged, *geared.values()], f"H3, back and forth, {argument}")
+    runs = study.runs([rigid, *nudged, *geared.values()], f"H3, back and forth, {argument}", angles)
     theta = {variant: run["theta"].values for variant, run in runs.items()}
     plain = theta[geared[0.0]]
     return Accumulation(

@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.checks.trajectories import SAFETY, tip_position
+from crosscheck.paper.reductions import angles
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import quotient
 from crosscheck.studies.study import Study, Variant
@@ -140,7 +141,7 @@ def climb(study: Study, scenario: str, arm: str, order: str, scale: Scale) -> La
         grid: [scale.cut(variant(f, scenario, arm, grid)) for f in chain] for grid in (FINE, COARSE)
     }
     runs = study.runs(
-        [v for row in variants.values() for v in row], f"ladder {order}, {scenario}, {arm}"
+        [v for row in variants.values() for v in row], f"ladder {order}, {scenario}, {arm}", angles
     )
     fine, coarse = ([runs[v] for v in row] for row in variants.values())
     geometry = variants[FINE][0].case().arm
