@@ -6,7 +6,7 @@ import shlex
 from pathlib import Path
 
 from crosscheck.baseline import baseline_path, read_baseline, write_baseline
-from crosscheck.output import require_writable, write_text
+from crosscheck.output import require_file, write_text
 from crosscheck.progress import shown_progress
 from crosscheck.reduction import baseline_of, uncompared
 from crosscheck.regression import compare
@@ -15,7 +15,6 @@ from crosscheck.report.moved import print_moved
 from crosscheck.report.terminal import print_agreement
 from crosscheck.run import CrossCheck, cross_check
 from models.arm import Arm
-from models.errors import InputError
 from models.loading import load_arm
 
 
@@ -81,7 +80,5 @@ def _checked(arm: Arm, quick: bool, jobs: int, seed: int) -> CrossCheck:
 def _require_files(*paths: Path | None) -> None:
     """Raise InputError unless each can be written: before the work, not after it."""
     for path in paths:
-        if path is not None and path.is_dir():
-            raise InputError(str(path), "", None, "is a folder; a file name is expected")
         if path is not None:
-            require_writable(path.parent)
+            require_file(path)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import io
 import json
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -68,29 +67,27 @@ def _provenance(model: Model) -> dict[str, object]:
     }
 
 
-def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
-    """Write compressed NetCDF; the file appears whole or not at all. Raises InputError."""
-    try:
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".nc")
-        os.close(handle)
-    except OSError as error:
-        raise InputError(str(path), "", None, f"cannot be written: {error.strerror}") from None
-    try:
-        packed = {name: {"zlib": True, "complevel": 4} for name in dataset.data_vars}
-        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise InputError(str(path), "", None, f"cannot be written: {error.strerror}") from None
-    finally:
-        Path(temporary).unlink(missing_ok=True)
+def netcdf(dataset: xr.Dataset) -> bytes:
+    """The content of a compressed NetCDF file.
+
+    Made in memory: HDF5 does not survive a disk that becomes full.
+    """
+    packed = {name: {"zlib": True, "complevel": 4} for name in dataset.data_vars}
+    content = io.BytesIO()
+    dataset.to_netcdf(content, engine="h5netcdf", encoding=packed)
+    return content.getvalue()
 
 
 def read_netcdf(path: Path) -> xr.Dataset:
     """Read a trajectory wholly into memory. Raises InputError."""
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            return dataset.load()
+        return from_netcdf(path.read_bytes())
     except (OSError, ValueError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(str(path), "", None, f"is not a readable trajectory: {reason}") from None
+
+
+def from_netcdf(content: bytes) -> xr.Dataset:
+    """The trajectory in the content of a NetCDF file, wholly in memory."""
+    with xr.open_dataset(io.BytesIO(content), engine="h5netcdf") as dataset:
+        return dataset.load()
