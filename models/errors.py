@@ -16,6 +16,9 @@ class InputError(ValueError):
         shown = "" if value is None else f" = {_short(value)}"
         super().__init__(f"{named}{shown}: {allowed}")
 
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, str, object, str]]:
+        return type(self), (self.where, self.field, self.value, self.allowed)
+
 
 class Diverged(ArithmeticError):
     """A simulation left the range in which its numbers mean anything."""
@@ -23,6 +26,13 @@ class Diverged(ArithmeticError):
     def __init__(self, model: str, time_s: float) -> None:
         self.model, self.time_s = model, time_s
         super().__init__(f"{model}: diverged at t = {time_s:.6g} s")
+
+    def __reduce__(self) -> tuple[type[Diverged], tuple[str, float]]:
+        return type(self), (self.model, self.time_s)
+
+
+class Unfinished(RuntimeError):
+    """A simulation came to no end: its process died or hung, or it raised."""
 
 
 class CannotDo(NotImplementedError):
