@@ -31,6 +31,11 @@ PAPER_FORMS = ("analytic:energies", "analytic:printed")
 GEARED = ("analytic:physical", "pinocchio:gears", "exudyn:tree", "exudyn:bodies")
 
 
+def home(name: str) -> tuple[str, str]:
+    """Module and class of a model; nothing is imported."""
+    return MODELS[name]
+
+
 def model_class(name: str) -> type[Model]:
     """The class of a model name, its engine imported on first use.
 
