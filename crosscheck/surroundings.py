@@ -58,7 +58,7 @@ def _open_if_closed(descriptor: int) -> None:
     try:
         os.fstat(descriptor)
     except OSError:
-        os.open(os.devnull, os.O_RDWR)
+        os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
 
 
 def _tolerant(descriptor: int, given: Any) -> io.TextIOWrapper:

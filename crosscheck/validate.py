@@ -15,6 +15,7 @@ from crosscheck.report.moved import print_moved
 from crosscheck.report.terminal import print_agreement
 from crosscheck.run import CrossCheck, cross_check
 from models.arm import Arm
+from models.errors import InputError
 from models.loading import load_arm
 
 
@@ -79,6 +80,8 @@ def _checked(arm: Arm, quick: bool, jobs: int, seed: int) -> CrossCheck:
 
 def _require_files(*paths: Path | None) -> None:
     """Raise InputError unless each can be written: before the work, not after it."""
-    for path in paths:
-        if path is not None:
-            require_file(path)
+    targets = []
+    for path in filter(None, paths):
+        if require_file(path) in targets:
+            raise InputError(str(path), "", None, "is given twice; each needs a file")
+        targets.append(require_file(path))

@@ -15,7 +15,7 @@ import json
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cache, lru_cache
+from functools import cache
 from pathlib import Path
 
 from crosscheck.registry import MODELS, home
@@ -284,7 +284,7 @@ def _is_dotted(text: str) -> bool:
     return "." in text and all(part.isidentifier() for part in text.split("."))
 
 
-@lru_cache
+@cache
 def _data() -> dict[str, list[Path]]:
     """The files of every built-in arm's or scenario's name."""
     named: dict[str, list[Path]] = {}

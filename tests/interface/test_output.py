@@ -147,6 +147,13 @@ def test_a_report_that_cannot_be_written_is_refused_before_the_work(
     assert_one_line(crosscheck(command, "--out", tmp_path / name), str(tmp_path), words[name])
 
 
+def test_one_file_for_two_things_is_refused(crosscheck, tmp_path, monkeypatch):
+    monkeypatch.setattr(validate, "cross_check", None)
+    (tmp_path / "link").symlink_to("a")
+    arguments = ("validate", "--json", tmp_path / "a", "--junit", tmp_path / "link")
+    assert_one_line(crosscheck(*arguments), "link: is given twice")
+
+
 def test_several_files_appear_together_or_not_at_all(tmp_path):
     (tmp_path / "old").write_text("old")
 

@@ -33,7 +33,6 @@ CUTS: dict[tuple[str, str], Any] = {
     (f"{PAPER}.hypotheses.floating_base", "RATIOS"): (10.0,),
     (f"{PAPER}.hypotheses.planet_spin", "DURATIONS_S"): {"pd": 1e-3},
     (f"{PAPER}.phase.resonance", "RAMP_S"): 0.01,
-    (f"{PAPER}.phase.resonance", "STEP_S"): 1e-4,
     (f"{PAPER}.phase.linear", "BASE_STEP_S"): 0.01,
     (f"{PAPER}.phase.objections", "THIRD_EVERY"): 10,
 }
@@ -95,7 +94,6 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "errata": question("errata.sheet.Errata", "paper-labelled", 1e-4),
     "planet spin": question("hypotheses.planet_spin.SpinCost", "paper-labelled", "pd"),
     "run-up": question("phase.resonance.RunUp", 0.02),
-    "tongue": question("phase.resonance.Tongue", 0.02, 50.0),
     "growth": question("phase.objections.Growth", 0.02, "eq13"),
     "third amplitude": third_amplitude,
 }
