@@ -22,7 +22,7 @@ from models.exudyn_poses import GROUND, PoseMap, Stage, bodies_of, ring_seat, st
 from models.interface import STATE_ABILITIES, Model, gear_coordinates, require_finite
 from models.scenario import Scenario, per_joint
 from models.switches import Switches
-from models.trajectory import trajectory
+from models.trajectory import recorded_times, trajectory
 
 STANDS = (0.0, 0.0, 0.0)  # pose and velocity of the ground
 
@@ -200,7 +200,7 @@ class ExudynBodies(Model):
         first recorded time with a value that is not finite, or where the solver gave up.
         """
         run, (q, v) = self.scenario, self.start()
-        time = run.step_s * np.arange(0, run.steps + 1, run.stride)
+        time = recorded_times(run)
         pose, velocity = self.poses.pose(q), self.poses.velocity(q, v)
         states = self.driven.run(pose, velocity, run.steps, run.step_s, run.stride)
         require_finite(self.name, time[: len(states)], states)

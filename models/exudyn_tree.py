@@ -38,7 +38,7 @@ from models.exudyn_mesh import (
 from models.interface import STATE_ABILITIES, Model, gear_coordinates, require_finite
 from models.scenario import Scenario, per_joint
 from models.switches import Switches
-from models.trajectory import trajectory
+from models.trajectory import recorded_times, trajectory
 
 PLANETS_AGREE = 1e-9  # of the largest; equal planets differ by the rounding of one linear solve
 
@@ -290,7 +290,7 @@ class ExudynTree(Model):
         Raises Diverged at the first recorded time with a value that is not finite.
         """
         engine, run = self._driven, self.scenario
-        time = run.step_s * np.arange(0, run.steps + 1, run.stride)
+        time = recorded_times(run)
         q, v = self.start()
         states = np.empty((len(time), 3, len(q)))
         energy = np.empty(len(time))

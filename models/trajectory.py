@@ -12,6 +12,7 @@ import xarray as xr
 
 from models.errors import InputError
 from models.interface import Model
+from models.scenario import Scenario
 
 SCHEMA_VERSION = 1
 _ABOUT = {
@@ -49,6 +50,11 @@ def trajectory(model: Model, time: np.ndarray, **variables: np.ndarray) -> xr.Da
     if planets:
         coords["planet"] = ("planet", np.arange(1, planets + 1), {"long_name": "planet number"})
     return xr.Dataset(data, coords, attrs=_provenance(model))
+
+
+def recorded_times(scenario: Scenario) -> np.ndarray:
+    """Times [s] at which every run of a scenario is recorded, first and last step among them."""
+    return scenario.step_s * np.arange(0, scenario.steps + 1, scenario.stride)
 
 
 def _attributes(name: str) -> dict[str, str]:

@@ -18,8 +18,8 @@ import xarray as xr
 
 from crosscheck.output import require_writable, write_text
 from crosscheck.registry import build, model_class
-from crosscheck.simulations import perform_all
 from crosscheck.studies.sources import code_hash
+from crosscheck.workers import perform_all
 from models.errors import Diverged, InputError
 from models.loading import Case, load_case
 from models.trajectory import read_netcdf, write_netcdf

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from crosscheck.simulations import Failure, perform_all
 
 import analytic.model
 from crosscheck import cli, validate
@@ -21,7 +22,6 @@ from crosscheck.reduction import WIDEST, baseline_of
 from crosscheck.regression import changed_since, compare
 from crosscheck.run import CrossCheck
 from crosscheck.run_suite import run_findings
-from crosscheck.simulations import Failure, perform_all
 from models.arm import Arm
 from models.errors import InputError
 from models.loading import Case, load_arm, load_scenario

@@ -21,8 +21,8 @@ from crosscheck.paper.phase.plant import (
 )
 from crosscheck.paper.phase.verdict import finite
 from crosscheck.registry import build
-from crosscheck.simulations import perform_all
 from crosscheck.studies.study import Study, Variant
+from crosscheck.workers import perform_all
 from models.loading import Case
 from models.scenario import TableDrive
 
