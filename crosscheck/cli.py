@@ -12,6 +12,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from crosscheck import __version__
+from crosscheck.interruption import exit_code, farewell
 
 app = typer.Typer(
     add_completion=False,
@@ -197,19 +198,19 @@ def clear() -> None:
     print(f"removed {clear_cache()} files from {cache_folder()}")
 
 
-INTERRUPTED = 130
+PARSERS_INTERRUPTED = 130  # its own way to say that there was a KeyboardInterrupt
 
 
 def main() -> NoReturn:
-    """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (internal), 130."""
+    """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (internal), 130, 143."""
     try:
         code: Any = app(standalone_mode=False)
     except (typer.Abort, KeyboardInterrupt):
-        _fail("interrupted", INTERRUPTED)
+        code = PARSERS_INTERRUPTED
     except Exception as error:
         _explain(error)
-    if code == INTERRUPTED:  # the parser's own way to say so
-        _fail("interrupted", INTERRUPTED)
+    if code == PARSERS_INTERRUPTED:
+        _fail(farewell(), exit_code())
     sys.exit(code if isinstance(code, int) else 0)
 
 

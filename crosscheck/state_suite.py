@@ -43,7 +43,7 @@ def rigid(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
     """States of the rigid levels, analytic against Pinocchio; each level's own invariants."""
     for level in RIGID_LEVELS:
         models = (f"analytic:{level}", f"pinocchio:{level}")
-        spots = [_Spot(f"{arm.name}/{level}", name, _case(arm), count, seed) for name in models]
+        spots = [Spot(f"{arm.name}/{level}", name, _case(arm), count, seed) for name in models]
         for spot in spots:
             yield from _own(spot)
         yield from pairs(spots, STATE_ABILITIES)
@@ -53,18 +53,18 @@ def switched(arm: Arm, seed: int) -> Iterator[Comparison]:
     """Forces and accelerations of the geared models under every setting of the switches."""
     for chosen in all_switches():
         where, case = f"{arm.name}/{_label(chosen)}", Case(arm, unequal_gains(arm), chosen)
-        spots = [_Spot(where, name, case, SWITCH_COUNT, seed) for name in GEARED]
+        spots = [Spot(where, name, case, SWITCH_COUNT, seed) for name in GEARED]
         yield from pairs(spots, SWITCHED)
 
 
 def geared(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
     """States, balances and modes of the geared models, and what the paper's forms differ by."""
     where = f"{arm.name}/geared"
-    spots = [_Spot(where, name, _case(arm), count, seed) for name in GEARED]
+    spots = [Spot(where, name, _case(arm), count, seed) for name in GEARED]
     yield from pairs(spots, STATE_ABILITIES)
     for spot in spots:
         yield from _own(spot)
-        yield from _balances(spot)
+        yield from balances(spot)
     yield from _closed_joints(spots)
     yield from mode_comparisons(arm)
     yield from _locked_stages(arm)
@@ -77,7 +77,7 @@ def covered_by_paper(arm: Arm) -> bool:
     return [joint.planet_count for joint in arm.joints] == [3, 3]
 
 
-class _Spot:
+class Spot:
     """A model at random states: the evaluations that comparisons of it ask for."""
 
     def __init__(self, where: str, model: str, case: Case, count: int, seed: int) -> None:
@@ -97,25 +97,25 @@ class _Spot:
         return states.Setting(arm, coordinates, drawn)
 
 
-def pairs(spots: Sequence[_Spot], quantities: Sequence[str]) -> Iterator[Comparison]:
+def pairs(spots: Sequence[Spot], quantities: Sequence[str]) -> Iterator[Comparison]:
     """A comparison per quantity and pair of models; their coordinates are the same."""
     for quantity in quantities:
         for left, right in combinations(spots, 2):
             yield _pair("states", quantity, left, right, states.compare_values)
 
 
-def _forms(spots: Sequence[_Spot]) -> Iterator[Comparison]:
+def _forms(spots: Sequence[Spot]) -> Iterator[Comparison]:
     """How far each of the paper's own forms is from each engine."""
     for other in spots:
         for form in PAPER_FORMS:
             case = Case(other.case.arm, load_scenario("pd"), switches())
-            left = _Spot(other.where, form, case, other.count, other.seed)
-            right = _Spot(other.where, other.model, case, other.count, other.seed)
+            left = Spot(other.where, form, case, other.count, other.seed)
+            right = Spot(other.where, other.model, case, other.count, other.seed)
             for quantity in FORM_QUANTITIES:
                 yield _pair("form-states", quantity, left, right, states.measure_values)
 
 
-def _pair(family: str, quantity: str, left: _Spot, right: _Spot, judge: states.Judge) -> Comparison:
+def _pair(family: str, quantity: str, left: Spot, right: Spot, judge: states.Judge) -> Comparison:
     key = Key(family, left.where, quantity, left.model, right.model)
     metric = f"largest relative difference over {left.count} random states"
     needs = [spot.of(name) for name in ("mass_matrix", quantity) for spot in (left, right)]
@@ -129,7 +129,7 @@ def _pair(family: str, quantity: str, left: _Spot, right: _Spot, judge: states.J
     return Comparison(About(key, "1", metric), tuple(dict.fromkeys(needs)), judged)
 
 
-def _own(spot: _Spot) -> Iterator[Comparison]:
+def _own(spot: Spot) -> Iterator[Comparison]:
     """What one model owes to itself."""
     mass, bias, symbols = (spot.of(name) for name in ("mass_matrix", "bias", CHRISTOFFEL))
     over = f"{spot.count} random states"
@@ -162,7 +162,7 @@ def _own(spot: _Spot) -> Iterator[Comparison]:
     yield _promises(spot)
 
 
-def _promises(spot: _Spot) -> Comparison:
+def _promises(spot: Spot) -> Comparison:
     """A model must say of itself all that the registry says of it: users ask the model."""
     task, promised = Evaluation(spot.model, spot.case, ABILITIES), MODELS[spot.model].promises
 
@@ -176,7 +176,7 @@ def _promises(spot: _Spot) -> Comparison:
     return Comparison(About(key, "1", "abilities missing", "the registry"), (task,), judged)
 
 
-def _balances(spot: _Spot) -> Iterator[Comparison]:
+def balances(spot: Spot) -> Iterator[Comparison]:
     """Power and angular momentum, from everything that the model says of a state."""
     needs = tuple(spot.of(quantity) for quantity in STATE_ABILITIES)
     for name, unit, balance in (
@@ -189,12 +189,12 @@ def _balances(spot: _Spot) -> Iterator[Comparison]:
         yield Comparison(about, needs, partial(_balanced, spot, balance))
 
 
-def _balanced(spot: _Spot, balance: invariants.Balance, about: About, results: Results) -> Finding:
+def _balanced(spot: Spot, balance: invariants.Balance, about: About, results: Results) -> Finding:
     given = invariants.Answered(*(results.need(spot.of(name)) for name in STATE_ABILITIES))
     return balance(about, given, spot.setting, spot.case.scenario)
 
 
-def _closed_joints(spots: Sequence[_Spot]) -> Iterator[Comparison]:
+def _closed_joints(spots: Sequence[Spot]) -> Iterator[Comparison]:
     for spot in spots:
         if "constraint_residual" in MODELS[spot.model].promises:
             task = spot.of("constraint_residual")

@@ -18,18 +18,21 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkProcess
 from types import TracebackType
 from typing import Any, Self
 
+from crosscheck.interruption import leftovers
 from crosscheck.tasks import Failure, Task, failure
 
 FORK = multiprocessing.get_context("fork")
 # A task may take this long [s], and this many times its rough cost on top.
 PATIENCE_S, PATIENCE = 60.0, 50.0
 PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux's prctl
+SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 
 def perform_all(tasks: Sequence[Task], jobs: int, done: Callable[[Any], None]) -> dict[Any, Any]:
@@ -68,6 +71,7 @@ class Workers:
         self.crew: list[_Worker] = []
 
     def __enter__(self) -> Self:
+        leftovers.append(self._dismiss)
         return self
 
     def __exit__(
@@ -76,9 +80,12 @@ class Workers:
         error: BaseException | None,
         at: TracebackType | None,
     ) -> None:
-        for worker in self.crew:
-            worker.kill()
-        self.crew.clear()
+        leftovers.remove(self._dismiss)
+        self._dismiss()
+
+    def _dismiss(self) -> None:
+        while self.crew:
+            self.crew.pop().kill()
 
     def perform(self, tasks: Sequence[Task], done: Callable[[Any], None]) -> dict[Any, Any]:
         """Results by key; a task whose worker died or was too slow has a Failure."""
@@ -98,12 +105,18 @@ class Workers:
         idle = [worker for worker in self.crew if worker.task is None]
         while waiting and (idle or len(self.crew) < self.jobs):
             worker = idle.pop() if idle else self._hired()
-            worker.give(waiting.pop())
+            with suppress(OSError):  # it has died idle, and will be found dead
+                worker.give(waiting.pop())
 
     def _hired(self) -> _Worker:
         here, there = FORK.Pipe()
         process = FORK.Process(target=_serve, args=(there, os.getpid()), daemon=True)
-        process.start()
+        # No signal in between, when the child would still answer it as its parent does.
+        signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+        try:
+            process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
         there.close()
         worker = _Worker(process, here)
         self.crew.append(worker)
@@ -169,6 +182,7 @@ def _settle_down(parent: int) -> None:
     """Die with the parent, leave signals to it, say nothing, leave no core file."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PARENT_DEATH_SIGNAL, signal.SIGKILL)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree
 
@@ -43,7 +44,8 @@ def _case(finding: Finding) -> ElementTree.Element:
     key = finding.about.key
     # Consumers take dots for packages.
     classname = ".".join(part.replace(".", "_") for part in (key.family, key.case) if part)
-    named = {"classname": _clean(classname), "name": _clean(key.id), "time": "0"}
+    name = replace(key, family="", case="").id
+    named = {"classname": _clean(classname), "name": _clean(name), "time": "0"}
     case = ElementTree.Element("testcase", named)
     summary = _summary(finding)
     if finding.verdict != "agree":

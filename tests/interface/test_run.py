@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -147,7 +148,8 @@ def test_agreement_is_the_same_again_on_any_number_of_processes(arm_file):
 )
 @pytest.mark.usefixtures("brief")
 def test_engine_that_cannot_be_imported_is_a_failed_check(monkeypatch, model, module):
-    monkeypatch.setitem(registry.MODELS, model, (module, "Nothing"))
+    entry = replace(registry.MODELS[model], module=module, attribute="Nothing")
+    monkeypatch.setitem(registry.MODELS, model, entry)
     agreement = package.check(arm_of(1), quick=True)
     failed = [f for f in agreement.findings if f.verdict == "failed" and model in (f.left, f.right)]
     assert failed
