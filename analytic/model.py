@@ -160,7 +160,9 @@ class AnalyticModel(Model):
         }
         if self.gears.where.size:
             for offset, mesh in enumerate(("sp", "pr")):
-                variables[f"x_{mesh}"] = self._per_planet(qs[:, self.gears.where[offset::2]])
+                where = self.gears.where[offset::2]
+                variables[f"x_{mesh}"] = self._per_planet(qs[:, where])
+                variables[f"x_{mesh}_dot"] = self._per_planet(vs[:, where])
                 variables[f"F_{mesh}"] = self._per_planet(forces[:, offset::2])
         return trajectory(self, time, **variables)
 

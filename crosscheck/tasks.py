@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.checks.answers import answers
+from crosscheck.checks.consistency import require_consistent
 from crosscheck.checks.records import require_complete
 from crosscheck.registry import MODELS, build
 from models.interface import Model
@@ -84,7 +85,8 @@ class Simulation:
         try:
             model = built(self.model, self.case)
             run = model.simulate() if self.rtol is None else model.reference(self.rtol)
-            require_complete(run, self.case, geared=MODELS[self.model].role != "rigid")
+            require_complete(run, self.model, self.case, geared=MODELS[self.model].role != "rigid")
+            require_consistent(run, model)
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
             return failure(error)
         return run

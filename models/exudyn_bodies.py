@@ -235,15 +235,17 @@ class ExudynBodies(Model):
             torque=self._torques(time, theta, theta_dot),
             x_sp=read[0, 0],
             x_pr=read[1, 0],
+            x_sp_dot=read[0, 2],
+            x_pr_dot=read[1, 2],
             F_sp=read[0, 1],
             F_pr=read[1, 1],
             kinetic_energy=energy,
         )
 
     def _readings(self, time: np.ndarray, pose: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """What the meshes saw: by side, (x [m], spring force [N]), time, joint and planet."""
+        """What the meshes saw: by side, (x [m], spring force [N], x' [m/s]), time, joint, planet."""
         planets = max(len(stage.planets) for stage in self.stages)
-        read = np.full((2, 2, len(time), len(self.stages), planets), np.nan)
+        read = np.full((2, 3, len(time), len(self.stages), planets), np.nan)
         for joint, sides in enumerate(self.meshes):
             for side, toothed in enumerate(sides):
                 for planet, (mesh, bodies) in enumerate(toothed):

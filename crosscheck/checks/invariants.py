@@ -105,7 +105,7 @@ def _power_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
     """
     supplied, size = 0.0, 0.0
     for joint, torque in enumerate(motion.torques):
-        radius, ratio = _sun(arm, joint)
+        radius, ratio = sun_of(arm, joint)
         dx_sp, dx_pr, dtheta = motion.v[3 * joint : 3 * joint + 3]
         motor = torque / ratio
         sun_rate = (dx_sp + dx_pr) / radius + ratio * dtheta
@@ -121,7 +121,7 @@ def _angular_momentum_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
 
     Turning the whole arm turns the first ring's teeth past its planets: x_pr1 changes by -r_r.
     """
-    radius, ratio = _sun(arm, 0)
+    radius, ratio = sun_of(arm, 0)
     ring = radius * arm.joints[0].ring_teeth / arm.joints[0].sun_teeth
     motor = motion.torques[0] / ratio
     rate = motion.inertial[2] - ring * motion.inertial[1]
@@ -129,7 +129,7 @@ def _angular_momentum_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
     return float(rate - motor - on_teeth * ring), float(abs(motor) + abs(on_teeth * ring))
 
 
-def _sun(arm: Arm, joint: int) -> tuple[float, float]:
+def sun_of(arm: Arm, joint: int) -> tuple[float, float]:
     """(base radius of the sun [m], speed ratio) from the arm's own numbers."""
     data = arm.joints[joint]
     pitch = data.module_m * data.sun_teeth / 2

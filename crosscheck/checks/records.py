@@ -12,8 +12,8 @@ from models.loading import Case
 from models.trajectory import recorded_times
 
 RIGID = ("theta", "theta_dot", "theta_ddot", "torque", "kinetic_energy")
-GEARED = (*RIGID, "x_sp", "x_pr", "F_sp", "F_pr")
-BY_PLANET = ("x_sp", "x_pr", "F_sp", "F_pr")
+BY_PLANET = ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr")
+GEARED = (*RIGID, *BY_PLANET)
 BY_JOINT = ("theta", "theta_dot", "theta_ddot", "torque")
 SAME_TIME_S = 1e-10  # k h and 2 k (h / 2) are the same time
 
@@ -22,7 +22,7 @@ class Incomplete(ValueError):
     """A run that lacks something, or has it in another form."""
 
 
-def require_complete(run: object, case: Case, *, geared: bool) -> None:
+def require_complete(run: object, model: str, case: Case, *, geared: bool) -> None:
     """Raise Incomplete unless a run covers its scenario's grid, joints, planets and variables.
 
     Every value must be a finite float64; mesh variables are NaN beyond a joint's own planets.
@@ -32,6 +32,9 @@ def require_complete(run: object, case: Case, *, geared: bool) -> None:
     missing = next(_missing(run, case, GEARED if geared else RIGID), None)
     if missing is not None:
         raise Incomplete(missing)
+    told, step = run.attrs.get("model"), run.attrs.get("step_s")
+    if told != model or step != case.scenario.step_s:
+        raise Incomplete(f"the run says it is of model {told!r} and step {step!r}")
 
 
 def _missing(run: xr.Dataset, case: Case, variables: tuple[str, ...]) -> Iterator[str]:
@@ -46,9 +49,6 @@ def _missing(run: xr.Dataset, case: Case, variables: tuple[str, ...]) -> Iterato
     yield from (_misshapen(run, name) for name in variables if _misshapen(run, name))
     for name in variables:
         yield from _not_finite(run, name, case.arm)
-    model, step = run.attrs.get("model"), run.attrs.get("step_s")
-    if not isinstance(model, str) or step != case.scenario.step_s:
-        yield f"the run says it is of model {model!r} and step {step!r}"
 
 
 def _off_grid(run: xr.Dataset, case: Case) -> Iterator[str]:
