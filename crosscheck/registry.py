@@ -24,8 +24,8 @@ class Entry:
     """A model: where its class is, and what a cross-check may count on.
 
     role: ``geared`` must agree with every other geared model; a ``form`` is the paper's and is
-    measured against them; ``rigid`` has no gears. promises: methods it has; a cross-check plans by
-    these and never by what the class says of itself, so that nothing it lacks goes unnoticed.
+    measured against them; ``rigid`` has no gears. promises: methods that a cross-check uses; it
+    plans by these and never by what the class says of itself, so that nothing goes unnoticed.
     order: of its fixed-step integrator, None for one that chooses its steps. free_planets: whether
     every planet moves by itself inside. call_s: rough cost [s] of a step or state.
     """
@@ -43,8 +43,8 @@ class Entry:
         return link_coordinates(joints) if self.role == "rigid" else gear_coordinates(joints)
 
 
-def _analytic(attribute: str, role: Role, *more: str) -> Entry:
-    return Entry("analytic.model", attribute, role, BOTH_WAYS.union(more), order=4)
+def _analytic(attribute: str, role: Role, promises: frozenset[str] = RUNS) -> Entry:
+    return Entry("analytic.model", attribute, role, promises, order=4)
 
 
 def _pinocchio(attribute: str) -> Entry:
@@ -52,9 +52,9 @@ def _pinocchio(attribute: str) -> Entry:
 
 
 MODELS = {
-    "analytic:physical": _analytic("PhysicalModel", "geared", "mesh_modes"),
-    "analytic:energies": _analytic("EnergiesModel", "form", "mesh_modes"),
-    "analytic:printed": _analytic("PrintedModel", "form", "mesh_modes"),
+    "analytic:physical": _analytic("PhysicalModel", "geared", BOTH_WAYS | {"mesh_modes"}),
+    "analytic:energies": _analytic("EnergiesModel", "form"),
+    "analytic:printed": _analytic("PrintedModel", "form"),
     "analytic:links": _analytic("RigidLinks", "rigid"),
     "analytic:carriers": _analytic("RigidCarriers", "rigid"),
     "analytic:armature": _analytic("RigidArmature", "rigid"),
@@ -100,14 +100,19 @@ def promising(ability: str, among: tuple[str, ...]) -> tuple[str, ...]:
 GEARED, PAPER_FORMS = names("geared"), names("form")
 
 
+def entry_of(name: str) -> Entry:
+    """What stands here of a model. Raises InputError for an unknown name."""
+    if name not in MODELS:
+        raise InputError("model", "", name, f"unknown; allowed: {', '.join(MODELS)}")
+    return MODELS[name]
+
+
 def model_class(name: str) -> type[Model]:
     """The class of a model name, its engine imported on first use.
 
     Raises InputError for an unknown name or an engine that cannot be imported.
     """
-    if name not in MODELS:
-        raise InputError("model", "", name, f"unknown; allowed: {', '.join(MODELS)}")
-    entry = MODELS[name]
+    entry = entry_of(name)
     try:
         return getattr(importlib.import_module(entry.module), entry.attribute)
     except ImportError as error:

@@ -23,7 +23,7 @@ from models.switches import Switches, switches
 COUNT, QUICK_COUNT = 200, 20
 # Per switch setting; M and bias know no switch, so they are compared under one setting alone.
 SWITCH_COUNT, SWITCHED = 20, ("generalized_force", "acceleration")
-FORM_QUANTITIES = ("mass_matrix", "bias", "acceleration")
+FORM_QUANTITIES = STATE_ABILITIES
 
 
 def state_comparisons(arm: Arm, quick: bool, seed: int) -> list[Comparison]:

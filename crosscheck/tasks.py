@@ -13,10 +13,12 @@ from typing import Any, Protocol
 import numpy as np
 import xarray as xr
 
+from crosscheck.api import simulate
 from crosscheck.checks.answers import answers
 from crosscheck.checks.consistency import require_consistent
 from crosscheck.checks.records import require_complete
 from crosscheck.registry import MODELS, build
+from models.errors import Diverged, InputError
 from models.interface import Model
 from models.loading import Case
 
@@ -129,3 +131,29 @@ Outcome = xr.Dataset | np.ndarray | Failure
 def built(name: str, case: Case) -> Model:
     """The model of a case; every process remembers the last few."""
     return build(name, *case)
+
+
+@dataclass(frozen=True)
+class Request:
+    """A run that a user asks for by name; ``force`` goes on past the stable step."""
+
+    model: str
+    case: Case
+    force: bool
+
+    @property
+    def key(self) -> Request:
+        """Itself."""
+        return self
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds; a user may well ask for a run of hours."""
+        return 3600.0
+
+    def perform(self) -> xr.Dataset | InputError | Diverged:
+        """The trajectory, or what is wrong with the request or its run."""
+        try:
+            return simulate(build(self.model, *self.case), force=self.force)
+        except (InputError, Diverged) as error:
+            return error

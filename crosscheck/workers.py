@@ -10,6 +10,7 @@ worker dies.
 from __future__ import annotations
 
 import ctypes
+import faulthandler
 import multiprocessing
 import os
 import resource
@@ -32,6 +33,7 @@ FORK = multiprocessing.get_context("fork")
 # A task may take this long [s], and this many times its rough cost on top.
 PATIENCE_S, PATIENCE = 60.0, 50.0
 PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux's prctl
+CLOSING_S = 5.0  # from the end of a process's pipes to the end of the process
 SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 
@@ -143,7 +145,8 @@ class Workers:
         except Exception as error:  # a result that cannot be put together again here
             return failure(error)
         self.crew.remove(worker)
-        late = worker.process.is_alive()
+        late = time.monotonic() >= worker.until
+        worker.process.join(0 if late else CLOSING_S)
         worker.kill()
         if late:
             allowed = PATIENCE_S + PATIENCE * task.cost
@@ -184,6 +187,7 @@ def _settle_down(parent: int) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    faulthandler.disable()
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PARENT_DEATH_SIGNAL, signal.SIGKILL)
     threading.Thread(target=_watch, args=(parent,), daemon=True).start()

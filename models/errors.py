@@ -16,6 +16,10 @@ class InputError(ValueError):
         shown = "" if value is None else f" = {_short(value)}"
         super().__init__(f"{named}{shown}: {allowed}")
 
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, str, object, str]]:
+        """So that it can be sent from one process to another."""
+        return InputError, (self.where, self.field, self.value, self.allowed)
+
 
 class Diverged(ArithmeticError):
     """A simulation left the range in which its numbers mean anything."""
@@ -23,6 +27,10 @@ class Diverged(ArithmeticError):
     def __init__(self, model: str, time_s: float) -> None:
         self.model, self.time_s = model, time_s
         super().__init__(f"{model}: diverged at t = {time_s:.6g} s")
+
+    def __reduce__(self) -> tuple[type[Diverged], tuple[str, float]]:
+        """So that it can be sent from one process to another."""
+        return Diverged, (self.model, self.time_s)
 
 
 class CannotDo(NotImplementedError):

@@ -243,7 +243,7 @@ class ExudynBodies(Model):
         )
 
     def _readings(self, time: np.ndarray, pose: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """What the meshes saw: by side, (x [m], spring force [N], x' [m/s]), time, joint, planet."""
+        """What the meshes saw: by side, (x [m], spring [N], x' [m/s]), time, joint and planet."""
         planets = max(len(stage.planets) for stage in self.stages)
         read = np.full((2, 3, len(time), len(self.stages), planets), np.nan)
         for joint, sides in enumerate(self.meshes):

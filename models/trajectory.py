@@ -37,8 +37,8 @@ def trajectory(model: Model, time: np.ndarray, **variables: np.ndarray) -> xr.Da
     """The Dataset of a run of ``model``.
 
     time (times,) [s]. Variables, by the names in this module: theta, theta_dot, theta_ddot and
-    torque of shape (times, joints); x_sp, x_pr, x_sp_dot, x_pr_dot, F_sp, F_pr of shape (times, joints, planets);
-    kinetic_energy, work and work_turned_over of shape (times,).
+    torque of shape (times, joints); x_sp, x_pr, x_sp_dot, x_pr_dot, F_sp and F_pr of shape (times,
+    joints, planets); kinetic_energy, work and work_turned_over of shape (times,).
     """
     joints = len(model.arm.joints)
     data = {

@@ -12,11 +12,10 @@ from models.drive import drive_data, joint_torque
 from models.interface import Model
 
 TIMES = 20
-# The record's own numbers, worked out once more: forces carry the rounding of displacements read
-# from angles, eps x 0.1 m x 1e8 N/m = 2e-9 N of some 100 N, and accelerations that of forces.
-TOLERANCE = 1e-8
+# The record's own numbers, worked out once more, a few hundred operations apart.
+TOLERANCE = 1e-9
 # Lumped coordinates say all of a state only while the planets of a stage move alike [m, m/s].
-ALIKE_M, ALIKE_M_PER_S = 1e-13, 1e-9
+ALIKE = {"x_sp": 1e-13, "x_pr": 1e-13, "x_sp_dot": 1e-9, "x_pr_dot": 1e-9}
 
 
 class Inconsistent(ValueError):
@@ -32,14 +31,42 @@ def require_consistent(run: xr.Dataset, model: Model) -> None:
     at = [k for k in _chosen(run) if _planets_move_alike(run, k)]
     q, v = (_states(run, model, suffix) for suffix in ("", "_dot"))
     again = [_worked_out(model, float(run["time"][k]), q[k], v[k]) for k in at]
-    for name in again[0]:
+    sizes = _sizes(run, model, q[0])
+    for name, size in sizes.items():
         recorded = run[name].values[at]
         recorded = recorded[:, :, 0] if recorded.ndim == 3 else recorded
-        size = float(np.nanmax(np.abs(run[name].values)))
         apart = float(np.abs(recorded - np.array([values[name] for values in again])).max())
         if not apart <= TOLERANCE * size:
             off = f"{apart:.3g} of {size:.3g} {run[name].attrs.get('units', '')}"
             raise Inconsistent(f"{name} does not follow from the recorded states: off by {off}")
+
+
+def _sizes(run: xr.Dataset, model: Model, q: np.ndarray) -> dict[str, float]:
+    """What each variable's difference is measured against.
+
+    A force in free play is the rest of what the motor and the bodies' inertia leave of each other,
+    and near contact it is rounding of the arcs from which displacements are read; an acceleration
+    is what forces of that size do to the links.
+    """
+    sizes = {name: _largest(run[name]) for name in ("theta_ddot", "torque", "kinetic_energy")}
+    if "F_sp" not in run:
+        return sizes
+    joints, angular = model.arm.joints, angles_among(model.coordinates)
+    suns = [sun_of(model.arm, number) for number in range(len(joints))]
+    motor = max(sizes["torque"] / (radius * ratio) for radius, ratio in suns)
+    arc = max(joint.module_m * joint.ring_teeth for joint in joints) * (1 + _largest(run["theta"]))
+    stiffest = max(j.mesh_stiffness_N_per_m + j.mesh_stiffness_amplitude_N_per_m for j in joints)
+    force = motor + float(np.finfo(float).eps) * arc * stiffest / TOLERANCE
+    sizes |= {name: _largest(run[name]) + force for name in ("F_sp", "F_pr")}
+    lever = max(
+        radius * ratio * j.planet_count for (radius, ratio), j in zip(suns, joints, strict=True)
+    )
+    inertia = np.diag(model.mass_matrix(q))[angular].min()
+    return sizes | {"theta_ddot": sizes["theta_ddot"] + sizes["F_sp"] * lever / inertia}
+
+
+def _largest(values: xr.DataArray) -> float:
+    return float(np.nanmax(np.abs(values.values)))
 
 
 def _chosen(run: xr.Dataset) -> list[int]:
@@ -47,13 +74,7 @@ def _chosen(run: xr.Dataset) -> list[int]:
 
 
 def _planets_move_alike(run: xr.Dataset, k: int) -> bool:
-    limits = {
-        "x_sp": ALIKE_M,
-        "x_pr": ALIKE_M,
-        "x_sp_dot": ALIKE_M_PER_S,
-        "x_pr_dot": ALIKE_M_PER_S,
-    }
-    for name, limit in limits.items():
+    for name, limit in ALIKE.items():
         values = run[name].values[k] if name in run else np.zeros((1, 1))
         if (np.nanmax(values, axis=1) - np.nanmin(values, axis=1)).max() > limit:
             return False

@@ -45,10 +45,14 @@ class Answered(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """One state, what moves it and how it moves: M a + bias [n], force [n], torques [joints]."""
+    """One state, what moves it and how it moves: M a + bias [n], force [n], torques [joints].
+
+    summed [n]: the magnitudes whose sum ``inertial`` is, |M| |a| + |bias|; their rounding stays.
+    """
 
     v: np.ndarray
     inertial: np.ndarray
+    summed: np.ndarray
     force: np.ndarray
     torques: np.ndarray
 
@@ -85,16 +89,18 @@ def _balanced(about: About, pairs: list[tuple[float, float]]) -> Finding:
 
 def _motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[Motion]:
     drive = drive_data(scenario, len(setting.arm.joints))
-    inertial = np.einsum("kij,kj->ki", given.mass_matrix, given.acceleration) + given.bias
-    states = zip(*setting.states, inertial, given.generalized_force, strict=True)
-    for t, q, v, moved, force in states:
+    mass, a, bias = given.mass_matrix, given.acceleration, given.bias
+    inertial = np.einsum("kij,kj->ki", mass, a) + bias
+    summed = np.einsum("kij,kj->ki", np.abs(mass), np.abs(a)) + np.abs(bias)
+    states = zip(*setting.states, inertial, summed, given.generalized_force, strict=True)
+    for t, q, v, moved, magnitude, force in states:
         torques = [
             joint_torque(drive.code, gains, drive.table_time, table, t, theta, theta_dot)
             for gains, table, theta, theta_dot in zip(
                 drive.gains, drive.table_torque, q[2::3], v[2::3], strict=True
             )
         ]
-        yield Motion(v, moved, force, np.array(torques))
+        yield Motion(v, moved, magnitude, force, np.array(torques))
 
 
 def _power_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
@@ -103,7 +109,7 @@ def _power_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
     v . (M a + bias) is the rate of v . M v / 2. A motor turns its sun n times as fast as the link,
     and by the mesh displacements; its torque reaches a mesh row of the force as T / (n r_s).
     """
-    supplied, size = 0.0, 0.0
+    supplied, size = 0.0, float(np.abs(motion.v) @ motion.summed)
     for joint, torque in enumerate(motion.torques):
         radius, ratio = sun_of(arm, joint)
         dx_sp, dx_pr, dtheta = motion.v[3 * joint : 3 * joint + 3]
@@ -126,7 +132,8 @@ def _angular_momentum_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
     motor = motion.torques[0] / ratio
     rate = motion.inertial[2] - ring * motion.inertial[1]
     on_teeth = motor / radius - motion.force[1]
-    return float(rate - motor - on_teeth * ring), float(abs(motor) + abs(on_teeth * ring))
+    size = motion.summed[2] + ring * motion.summed[1] + abs(motor) + abs(on_teeth * ring)
+    return float(rate - motor - on_teeth * ring), float(size)
 
 
 def sun_of(arm: Arm, joint: int) -> tuple[float, float]:
