@@ -35,7 +35,11 @@ def state_comparisons(arm: Arm, quick: bool, seed: int) -> list[Comparison]:
 def probe_comparisons(arm: Arm, quick: bool, seed: int) -> list[Comparison]:
     """The same on the arm of unequal numbers, which tells parameters apart; and the switches."""
     probe = load_arm("probe")
-    own = [] if arm == probe else state_comparisons(probe, quick, seed)
+    if arm == probe:
+        return [] if quick else list(switched(probe, seed))
+    if arm.name == probe.name:  # a user's own of that name
+        probe = probe.model_copy(update={"name": "built-in-probe"})
+    own = state_comparisons(probe, quick, seed)
     return own if quick else [*own, *switched(probe, seed)]
 
 

@@ -14,8 +14,6 @@ from tests.arms import PAPER
 from tests.planted.mutations import Campaign, Mutant, brief, mutants
 
 pytestmark = pytest.mark.slow
-# Wrong answers that no check can see, and why that is right.
-UNSEEN: dict[str, str] = {}
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +32,7 @@ def test_the_unharmed_models_pass(campaign):
 def test_every_wrong_answer_of_a_model_turns_a_check_of_it_red(campaign, model, monkeypatch):
     wrong = mutants(model)
     unseen = [str(mutant) for mutant in wrong if not _is_seen(campaign, mutant, monkeypatch)]
-    assert [name for name in unseen if name not in UNSEEN] == []
+    assert unseen == []
     assert len(wrong) > 100
 
 
