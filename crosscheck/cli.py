@@ -13,6 +13,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from crosscheck import __version__
+from crosscheck.interruption import exit_code, farewell
 from crosscheck.surroundings import closing_code, prepare
 
 app = typer.Typer(
@@ -200,21 +201,21 @@ def clear() -> None:
     print(f"removed {clear_store(cache_folder())} files from {cache_folder()}")
 
 
-INTERRUPTED = 130
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+PARSERS_INTERRUPTED = 130  # its own way to say that there was a KeyboardInterrupt
 
 
 def main() -> NoReturn:
-    """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (internal), 130."""
+    """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (internal), 130, 143."""
     try:
         prepare()
         code: Any = app(standalone_mode=False)
     except (typer.Abort, KeyboardInterrupt):
-        _fail("interrupted", INTERRUPTED)
+        code = PARSERS_INTERRUPTED
     except Exception as error:
         _explain(error)
-    if code == INTERRUPTED:  # the parser's own way to say so
-        _fail("interrupted", INTERRUPTED)
+    if code == PARSERS_INTERRUPTED:
+        _fail(farewell(), exit_code())
     sys.exit(closing_code(code if isinstance(code, int) else 0))
 
 

@@ -6,20 +6,22 @@ import json
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
-from crosscheck.api import require_stable_step
-from crosscheck.api import simulate as simulate_model
 from crosscheck.output import require_file, write_files
 from crosscheck.paper.report import chapters as paper_chapters
 from crosscheck.plan import is_the_papers
 from crosscheck.progress import progress_bar, shown_progress
 from crosscheck.provenance import provenance
-from crosscheck.registry import MODELS, build
+from crosscheck.registry import MODELS, entry_of
 from crosscheck.report.html import report_page
 from crosscheck.report.terminal import print_agreement
 from crosscheck.run import cross_check
 from crosscheck.studies.study import Study, cache_folder
+from crosscheck.tasks import Failure, Request
+from crosscheck.workers import perform_all
+from models.errors import Unfinished
 from models.loading import builtin_arms, builtin_scenarios, load_arm, load_case, load_scenario
 from models.trajectory import netcdf
 
@@ -55,12 +57,16 @@ def simulate_command(
 ) -> None:
     """Simulate one model into a NetCDF file."""
     case = load_case(arm, scenario, switches, settings)
-    built = build(model, *case)
-    if not force:
-        require_stable_step(built)
+    entry_of(model)
     require_file(out, "--out")
-    with STDERR.status(f"{model}, {case.scenario.name}, {case.scenario.duration_s:g} s"):
-        trajectory = simulate_model(built, force=True)
+    request = Request(model, case, force)
+    about = escape(f"{model}, {case.scenario.name}, {case.scenario.duration_s:g} s")
+    with STDERR.status(about):
+        trajectory = perform_all([request], 1, lambda key: None)[request]
+    if isinstance(trajectory, Failure):
+        raise Unfinished(f"{model}: {trajectory}")
+    if isinstance(trajectory, Exception):
+        raise trajectory
     record = provenance(case.arm, 0, False)
     trajectory.attrs |= {"provenance": json.dumps(record), "command": record["command"]}
     write_files({out: netcdf(trajectory)})

@@ -9,13 +9,14 @@ import stat
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
+from crosscheck.interruption import leftovers
 from models.errors import InputError
 
 # Under a name that begins so, a file grows until it takes its place.
 DRAFT = ".crosscheck-"
-_growing: set[Path] = set()
 
 
 def require_writable(folder: Path) -> None:
@@ -92,19 +93,14 @@ def draft(folder: Path, mode: int = 0o666) -> Iterator[Draft]:
     Raises OSError.
     """
     new = _locked(folder, mode)
-    _growing.add(new.path)
+    drop = partial(new.path.unlink, missing_ok=True)
+    leftovers.append(drop)
     try:
         yield new
     finally:
         os.close(new.handle)
-        new.path.unlink(missing_ok=True)
-        _growing.discard(new.path)
-
-
-def remove_growing() -> None:
-    """Remove this process's own drafts, if it has to end without unwinding."""
-    for path in list(_growing):
-        path.unlink(missing_ok=True)
+        drop()
+        leftovers.remove(drop)
 
 
 def _locked(folder: Path, mode: int) -> Draft:

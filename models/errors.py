@@ -17,7 +17,8 @@ class InputError(ValueError):
         super().__init__(f"{named}{shown}: {allowed}")
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, str, object, str]]:
-        return type(self), (self.where, self.field, self.value, self.allowed)
+        """So that it can be sent from one process to another."""
+        return InputError, (self.where, self.field, self.value, self.allowed)
 
 
 class Diverged(ArithmeticError):
@@ -28,7 +29,8 @@ class Diverged(ArithmeticError):
         super().__init__(f"{model}: diverged at t = {time_s:.6g} s")
 
     def __reduce__(self) -> tuple[type[Diverged], tuple[str, float]]:
-        return type(self), (self.model, self.time_s)
+        """So that it can be sent from one process to another."""
+        return Diverged, (self.model, self.time_s)
 
 
 class Unfinished(RuntimeError):

@@ -11,6 +11,7 @@ import xarray as xr
 
 from models.errors import InputError
 from models.interface import Model
+from models.scenario import Scenario
 
 SCHEMA_VERSION = 1
 _ABOUT = {
@@ -20,6 +21,8 @@ _ABOUT = {
     "torque": ("N m", "driving torque, output side"),
     "x_sp": ("m", "displacement of the sun-planet mesh along the line of action"),
     "x_pr": ("m", "displacement of the planet-ring mesh along the line of action"),
+    "x_sp_dot": ("m s-1", "rate of x_sp"),
+    "x_pr_dot": ("m s-1", "rate of x_pr"),
     "F_sp": ("N", "elastic force of the sun-planet mesh, per planet, without damper"),
     "F_pr": ("N", "elastic force of the planet-ring mesh, per planet, without damper"),
     "kinetic_energy": ("J", "kinetic energy of all bodies"),
@@ -33,8 +36,8 @@ def trajectory(model: Model, time: np.ndarray, **variables: np.ndarray) -> xr.Da
     """The Dataset of a run of ``model``.
 
     time (times,) [s]. Variables, by the names in this module: theta, theta_dot, theta_ddot and
-    torque of shape (times, joints); x_sp, x_pr, F_sp, F_pr of shape (times, joints, planets);
-    kinetic_energy, work and work_turned_over of shape (times,).
+    torque of shape (times, joints); x_sp, x_pr, x_sp_dot, x_pr_dot, F_sp and F_pr of shape (times,
+    joints, planets); kinetic_energy, work and work_turned_over of shape (times,).
     """
     joints = len(model.arm.joints)
     data = {
@@ -48,6 +51,11 @@ def trajectory(model: Model, time: np.ndarray, **variables: np.ndarray) -> xr.Da
     if planets:
         coords["planet"] = ("planet", np.arange(1, planets + 1), {"long_name": "planet number"})
     return xr.Dataset(data, coords, attrs=_provenance(model))
+
+
+def recorded_times(scenario: Scenario) -> np.ndarray:
+    """Times [s] at which every run of a scenario is recorded, first and last step among them."""
+    return scenario.step_s * np.arange(0, scenario.steps + 1, scenario.stride)
 
 
 def _attributes(name: str) -> dict[str, str]:

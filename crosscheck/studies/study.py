@@ -15,10 +15,11 @@ import xarray as xr
 
 from crosscheck.provenance import version
 from crosscheck.registry import home
-from crosscheck.simulations import Failure, perform_all
 from crosscheck.studies.sources import code_hash
 from crosscheck.studies.store import Store
 from crosscheck.studies.variant import Measure, Numbers, Variant, measured, simulate
+from crosscheck.tasks import Failure, failure
+from crosscheck.workers import perform_all
 from models.errors import Diverged, InputError, Unfinished
 from models.places import cache_folder
 from models.trajectory import from_netcdf, netcdf
@@ -161,7 +162,7 @@ class _Task:
         except (InputError, Diverged) as error:  # handed to the caller's process
             return error
         except Exception as error:
-            return Failure(type(error).__name__, " ".join(str(error).split()))
+            return failure(error)
         try:
             self.store.put(self.key, content)
         except OSError as error:

@@ -17,7 +17,8 @@ import pytest
 import xarray as xr
 
 from crosscheck import commands, validate
-from crosscheck.output import draft, remove_growing, require_file, write_files, write_text
+from crosscheck.interruption import leftovers
+from crosscheck.output import draft, require_file, write_files, write_text
 from crosscheck.paper import command as paper
 from models.errors import InputError
 from models.trajectory import netcdf, read_netcdf
@@ -124,7 +125,7 @@ def test_it_is_refused_before_the_work(
 ):
     words = obstacles(tmp_path)[name]
     for module, work in (
-        (commands, "simulate_model"),
+        (commands, "perform_all"),
         (validate, "cross_check"),
         (paper, "errata_records"),
     ):
@@ -183,7 +184,7 @@ def test_a_disk_too_full_for_compiled_code_is_one_line(crosscheck, tmp_path, mon
     def compiling(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")  # as numba does
 
-    monkeypatch.setattr(commands, "simulate_model", compiling)
+    monkeypatch.setattr(commands, "perform_all", compiling)
     answer = crosscheck(*SIMULATE, "--out", tmp_path / "run.nc")
     assert_one_line(answer, "a file cannot be written: No space left on device")
 
@@ -226,8 +227,10 @@ with draft(Path({str(tmp_path)!r})) as new:
 def test_a_process_that_ends_without_unwinding_can_clear_up(tmp_path):
     with draft(tmp_path) as new:
         new.write(b"half")
-        remove_growing()
+        for clear in leftovers:
+            clear()
         assert list(tmp_path.iterdir()) == []
+    assert leftovers == []
 
 
 def test_many_writers_of_one_file_leave_one_of_them(tmp_path):

@@ -13,10 +13,10 @@ import xarray as xr
 
 from crosscheck.paper.fluctuation import excess_acceleration
 from crosscheck.paper.phase import experiments
-from crosscheck.simulations import Failure
 from crosscheck.studies import study as study_module
 from crosscheck.studies.study import Numbers, Study, Variant, run_key
 from crosscheck.studies.variant import simulate
+from crosscheck.tasks import Failure
 from models.errors import Diverged, InputError, Unfinished
 from models.loading import HERE, load_arm
 

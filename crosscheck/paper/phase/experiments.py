@@ -21,8 +21,9 @@ from crosscheck.paper.phase.plant import (
 )
 from crosscheck.paper.phase.verdict import finite
 from crosscheck.registry import build
-from crosscheck.simulations import Failure, perform_all
 from crosscheck.studies.study import Study, Variant
+from crosscheck.tasks import Failure
+from crosscheck.workers import perform_all
 from models.errors import Unfinished
 from models.loading import Case
 from models.scenario import TableDrive
