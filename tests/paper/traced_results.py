@@ -104,8 +104,6 @@ class Traced(importlib.machinery.SourceFileLoader):
 
     def get_code(self, fullname: str) -> Any:
         path = Path(self.get_filename(fullname))
-        if ROOT not in path.parents:
-            return super().get_code(fullname)
         tree = ast.parse(path.read_text(encoding="utf-8"))
         note = ast.parse(f"called_files.add({str(path.relative_to(ROOT))!r})").body
         for node in ast.walk(tree):
@@ -122,13 +120,17 @@ def traced() -> dict[str, dict[str, list[str]]]:
         importlib.import_module(library)
     numba = importlib.import_module("numba")
     numba.njit, numba.vectorize = uncompiled, lambda **_: importlib.import_module("numpy").vectorize
-    details = (importlib.machinery.SourceFileLoader, importlib.machinery.SOURCE_SUFFIXES)
-    hook = importlib.machinery.FileFinder.path_hook((Traced, details[1]))
-    sys.path_hooks.insert(0, hook)
+    sys.path_hooks.insert(0, finder)
     sys.path_importer_cache.clear()
-    return {
-        name: in_child(lambda result=result: looked_at(result)) for name, result in RESULTS.items()
-    }
+    return {name: in_child(partial(looked_at, result)) for name, result in RESULTS.items()}
+
+
+def finder(folder: str) -> Any:
+    """For the project's folders alone."""
+    if ROOT not in (Path(folder), *Path(folder).parents):
+        raise ImportError
+    suffixes = importlib.machinery.SOURCE_SUFFIXES
+    return importlib.machinery.FileFinder(folder, (Traced, suffixes))
 
 
 def uncompiled(*given: Any, **_: Any) -> Any:
