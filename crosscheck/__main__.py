@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import NoReturn
 
-from crosscheck.interruption import deaf, exit_code, farewell, listen
+from crosscheck.interruption import deaf, exit_code, farewell, leave_if_stopped, listen
 
 
 def main() -> NoReturn:
@@ -20,6 +20,7 @@ def main() -> NoReturn:
         sys.exit(exit_code())
     finally:
         deaf()  # all is said and written: nothing is left to interrupt
+        leave_if_stopped()
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable
 from types import FrameType
@@ -34,6 +35,18 @@ def deaf() -> None:
 def exit_code() -> int:
     """What the shell expects of a program that a signal has ended: 130 or 143."""
     return 128 + (_received[0] if _received else signal.SIGINT)
+
+
+def leave_if_stopped() -> None:
+    """End at once with that code if such a signal has come.
+
+    Python itself ends by SIGINT, whatever the exit code, where a KeyboardInterrupt has once passed
+    through code that a C extension had run, as some do while they are imported.
+    """
+    if _received:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(exit_code())
 
 
 def farewell() -> str:
