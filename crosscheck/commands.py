@@ -6,22 +6,20 @@ import json
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
 
 from crosscheck.api import require_stable_step
 from crosscheck.api import simulate as simulate_model
 from crosscheck.output import require_writable, write_text
-from crosscheck.paper.report import chapters as paper_chapters
 from crosscheck.plan import is_the_papers
 from crosscheck.progress import progress_bar, shown_progress
 from crosscheck.provenance import provenance
-from crosscheck.registry import MODELS, build
+from crosscheck.registry import build
 from crosscheck.report.html import report_page
 from crosscheck.report.terminal import print_agreement
 from crosscheck.run import cross_check
 from crosscheck.studies.study import Study, cache_folder
 from models.errors import InputError
-from models.loading import builtin_arms, builtin_scenarios, load_arm, load_case, load_scenario
+from models.loading import load_arm, load_case
 from models.trajectory import write_netcdf
 
 STDERR = Console(stderr=True)
@@ -29,6 +27,8 @@ STDERR = Console(stderr=True)
 
 def run_command(arm: str, out: Path, quick: bool, jobs: int, seed: int) -> int:
     """Cross-check an arm, write the report, print the table; returns the exit code."""
+    from crosscheck.paper.report import chapters as paper_chapters  # a second of imports
+
     chosen = load_arm(arm)
     require_writable(out)
     with shown_progress() as told:
@@ -68,15 +68,3 @@ def simulate_command(
     write_netcdf(trajectory, out)
     final = ", ".join(f"{angle:.9g}" for angle in trajectory["theta"].values[-1])
     print(f"wrote {out}: {trajectory.sizes['time']} times, theta at the end {final} rad")
-
-
-def list_command() -> None:
-    """Print what `ARM`, `--model` and `--scenario` accept."""
-    table = Table("", "name", "title", box=None)
-    for name in builtin_arms():
-        table.add_row("arm", name, load_arm(name).title)
-    for name in MODELS:
-        table.add_row("model", name, "states only" if name == "pinocchio:gears" else "")
-    for name in builtin_scenarios():
-        table.add_row("scenario", name, load_scenario(name).title)
-    Console().print(table)

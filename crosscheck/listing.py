@@ -1,0 +1,21 @@
+"""`crosscheck list`: what the other commands accept; it imports no engine and no number cruncher."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.table import Table
+
+from crosscheck.registry import MODELS
+from models.loading import builtin_arms, builtin_scenarios, load_arm, load_scenario
+
+
+def list_command() -> None:
+    """Print what `ARM`, `--model` and `--scenario` accept."""
+    table = Table("", "name", "title", box=None)
+    for name in builtin_arms():
+        table.add_row("arm", name, load_arm(name).title)
+    for name in MODELS:
+        table.add_row("model", name, "states only" if name == "pinocchio:gears" else "")
+    for name in builtin_scenarios():
+        table.add_row("scenario", name, load_scenario(name).title)
+    Console().print(table)
