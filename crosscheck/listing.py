@@ -1,4 +1,4 @@
-"""`crosscheck list`: what the other commands accept; it imports no engine and no number cruncher."""
+"""`crosscheck list`: what other commands accept. It waits for no engine and no numbers."""
 
 from __future__ import annotations
 

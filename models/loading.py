@@ -26,6 +26,7 @@ DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
 UNION_TAGS = {"constant", "pd", "sinusoid", "table", "number", "list"}  # of the schema's unions
 EXPECTED = {
     "model_type": "must be a table",
+    "model_attributes_type": "must be a table",
     "tuple_type": "must be a list",
     "union_tag_not_found": "must be a table with a kind",
 }
@@ -268,4 +269,3 @@ def _dotted(location: Sequence[Any]) -> str:
     for part in location:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
     return text
-

@@ -27,12 +27,35 @@ class Data(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
 
-@dataclass(frozen=True)
-class Within:
-    """Metadata of a number's type: from `least` to `most`, in `unit`; zero too if `or_zero`.
+class Limit:
+    """Metadata of a type that holds its values to what ``str`` of it says.
 
-    The JSON schema shows it as the field's description, the error of a number outside as well.
+    The JSON schema shows that as the field's description, the error of another value as well.
     """
+
+    def allows(self, value: Any) -> bool:
+        """Whether a value is inside; one of another type is the type's own business."""
+        raise NotImplementedError
+
+    def _checked(self, value: Any) -> Any:
+        if not self.allows(value):
+            raise PydanticCustomError("limit", "must be {limit}", {"limit": str(self)})
+        return value
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self._checked, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return {**handler(schema), "description": str(self)}
+
+
+@dataclass(frozen=True)
+class Within(Limit):
+    """A number from `least` to `most`, in `unit`; zero too if `or_zero`."""
 
     least: float
     most: float
@@ -43,28 +66,16 @@ class Within:
         ends = dict.fromkeys(map(short, (self.least, self.most)))  # one, if they are the same
         return f"{'0, or ' * self.or_zero}{' to '.join(ends)} {self.unit}".rstrip()
 
-    def allows(self, value: float) -> bool:
+    def allows(self, value: Any) -> bool:
         """Whether a number is inside; none that is not finite is."""
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            return True
         return self.least <= value <= self.most or (self.or_zero and value == 0)
-
-    def _checked(self, value: Any) -> Any:
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if number and not self.allows(value):
-            raise PydanticCustomError("range", "must be {range}", {"range": str(self)})
-        return value
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(self._checked, handler(source))
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        return {**handler(schema), "description": str(self)}
 
 
 @dataclass(frozen=True)
-class Printable:
-    """Metadata of a text's type: its longest length, and whether it may be empty."""
+class Printable(Limit):
+    """A text of one line, up to `longest` characters; it may be empty if `may_be_empty`."""
 
     longest: int
     may_be_empty: bool = False
@@ -73,14 +84,11 @@ class Printable:
         least = 0 if self.may_be_empty else 1
         return f"{least} to {self.longest} printable characters, not blanks alone"
 
-    def _checked(self, text: str) -> str:
-        blank = not text.strip() and not (self.may_be_empty and text == "")
-        if blank or len(text) > self.longest or not text.isprintable():
-            raise PydanticCustomError("text", "must be {range}", {"range": str(self)})
-        return text
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_after_validator_function(self._checked, handler(source))
+    def allows(self, value: Any) -> bool:
+        """Whether a text is such."""
+        if not isinstance(value, str) or (self.may_be_empty and value == ""):
+            return True
+        return bool(value.strip()) and len(value) <= self.longest and value.isprintable()
 
 
 def short(value: float) -> str:
@@ -126,7 +134,8 @@ Sharpness = Annotated[float, Within(1, 1e15, "1/m")]
 Phase = Annotated[float, Within(-1000, 1000, "rad")]
 
 Torque = Annotated[float, Within(-1e9, 1e9, "N m")]
-Gain = Annotated[float, Within(-1e12, 1e12, "N m/rad, N m s/rad")]
+Gain = Annotated[float, Within(-1e12, 1e12, "N m/rad")]
+RateGain = Annotated[float, Within(-1e12, 1e12, "N m s/rad")]
 Angle = Annotated[float, Within(-1e4, 1e4, "rad")]
 AngularRate = Annotated[float, Within(-1e4, 1e4, "rad/s")]
 DriveRate = Annotated[float, Within(-1e6, 1e6, "rad/s")]

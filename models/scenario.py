@@ -19,6 +19,7 @@ from models.quantities import (
     Name,
     Offset,
     PerJoint,
+    RateGain,
     SchemaVersion,
     Step,
     TableTime,
@@ -28,7 +29,7 @@ from models.quantities import (
 )
 
 MOST_STEPS = 1e9  # an hour of the compiled integrator
-# A state of the paper's arm takes 430 bytes in a run, one of seven joints with eight planets 2.6 kB.
+# A state takes 430 bytes of a run for the paper's arm, 2.6 kB for seven joints with eight planets.
 MOST_RECORDS = 1e6
 # Of a sinusoid's phase in a step [rad], six steps a period: with fewer the integrators with a fixed
 # step see another drive than the adaptive ones.
@@ -49,7 +50,7 @@ class PdDrive(Data):
     kind: Literal["pd"]
     target_rad: PerJoint[Angle]
     proportional_N_m_per_rad: PerJoint[Gain]
-    derivative_N_m_s_per_rad: PerJoint[Gain]
+    derivative_N_m_s_per_rad: PerJoint[RateGain]
 
 
 class SinusoidDrive(Data):
