@@ -14,8 +14,9 @@ from pydantic import ConfigDict, Field, ValidationError, model_validator
 from crosscheck import __version__
 from crosscheck.findings import Verdict
 from crosscheck.output import write_text
-from models.arm import Arm, Data, Finite, NotNegative
+from models.arm import Arm
 from models.errors import InputError
+from models.quantities import Data, Finite, NotNegative
 
 SCHEMA_VERSION = 1
 WIDTH = 100

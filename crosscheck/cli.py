@@ -32,7 +32,7 @@ app.add_typer(cache, name="cache")
 
 ArmName = Annotated[str, typer.Argument(metavar="ARM", help="Built-in name or TOML file.")]
 Quick = Annotated[bool, typer.Option("--quick", help="Fewer states, shorter runs.")]
-Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; all cores.")]
+Jobs = Annotated[int | None, typer.Option(min=1, max=1000, help="Processes; all cores.")]
 JUnit = Annotated[Path | None, typer.Option("--junit", help="JUnit XML file to write.")]
 Baselines = Annotated[Path, typer.Option("--dir", help="Folder of the records.")]
 
@@ -70,8 +70,8 @@ def _options(
 def run(
     arm: ArmName = "paper-labelled",
     out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("report"),
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer states, shorter runs.")] = False,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; all cores.")] = None,
+    quick: Quick = False,
+    jobs: Jobs = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
 ) -> None:
     """Cross-check all models of an arm; write index.html and agreement.json."""
@@ -130,8 +130,8 @@ def simulate(
     model: Annotated[str, typer.Option(help="See `crosscheck list`.")],
     scenario: Annotated[str, typer.Option(help="Built-in name or TOML file.")],
     out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
-    t_end: Annotated[str | None, typer.Option(help="Duration [s].")] = None,
-    step: Annotated[str | None, typer.Option(help="Integration step [s].")] = None,
+    t_end: Annotated[str | None, typer.Option(help="Duration in seconds.")] = None,
+    step: Annotated[str | None, typer.Option(help="Integration step in seconds.")] = None,
     phase: Annotated[Phase | None, typer.Option(help="Phase law; angle.")] = None,
     ring_rate: Annotated[RingRate | None, typer.Option(help="Follows the phase law.")] = None,
     settings: Annotated[
@@ -154,7 +154,7 @@ def simulate(
 @app.command("list")
 def list_() -> None:
     """Show the arms, models and scenarios that come with the project."""
-    from crosscheck.commands import list_command
+    from crosscheck.listing import list_command
 
     list_command()
 
@@ -235,5 +235,7 @@ def _explain(error: Exception) -> NoReturn:
 
 
 def _fail(line: str, code: int) -> NoReturn:
-    print(f"crosscheck: {' '.join(line.split())}", file=sys.stderr)
+    from models.errors import PROGRAM, one_line
+
+    print(one_line(f"{PROGRAM}{line}"), file=sys.stderr)
     sys.exit(code)

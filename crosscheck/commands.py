@@ -7,14 +7,12 @@ from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from crosscheck.output import require_file, write_files
-from crosscheck.paper.report import chapters as paper_chapters
 from crosscheck.plan import is_the_papers
 from crosscheck.progress import progress_bar, shown_progress
 from crosscheck.provenance import provenance
-from crosscheck.registry import MODELS, entry_of
+from crosscheck.registry import entry_of
 from crosscheck.report.html import report_page
 from crosscheck.report.terminal import print_agreement
 from crosscheck.run import cross_check
@@ -22,7 +20,7 @@ from crosscheck.studies.study import Study, cache_folder
 from crosscheck.tasks import Failure, Request
 from crosscheck.workers import perform_all
 from models.errors import Unfinished
-from models.loading import builtin_arms, builtin_scenarios, load_arm, load_case, load_scenario
+from models.loading import load_arm, load_case
 from models.trajectory import netcdf
 
 STDERR = Console(stderr=True)
@@ -30,6 +28,8 @@ STDERR = Console(stderr=True)
 
 def run_command(arm: str, out: Path, quick: bool, jobs: int, seed: int) -> int:
     """Cross-check an arm, write the report, print the table; returns the exit code."""
+    from crosscheck.paper.report import chapters as paper_chapters  # a second of imports
+
     chosen = load_arm(arm)
     files = out / "index.html", out / "agreement.json"
     for file in files:
@@ -72,15 +72,3 @@ def simulate_command(
     write_files({out: netcdf(trajectory)})
     final = ", ".join(f"{angle:.9g}" for angle in trajectory["theta"].values[-1])
     print(f"wrote {out}: {trajectory.sizes['time']} times, theta at the end {final} rad")
-
-
-def list_command() -> None:
-    """Print what `ARM`, `--model` and `--scenario` accept."""
-    table = Table("", "name", "title", box=None)
-    for name in builtin_arms():
-        table.add_row("arm", name, load_arm(name).title)
-    for name in MODELS:
-        table.add_row("model", name, "states only" if name == "pinocchio:gears" else "")
-    for name in builtin_scenarios():
-        table.add_row("scenario", name, load_scenario(name).title)
-    Console().print(table)

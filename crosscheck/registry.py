@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Literal
 
@@ -126,6 +128,20 @@ def model_class(name: str) -> type[Model]:
         raise InputError("model", "", name, f"its engine cannot be imported: {reason}") from None
 
 
+@contextmanager
+def usable_numbers(what: str, arm: Arm) -> Iterator[None]:
+    """Raise InputError naming what is made of which arm, where its numbers break the arithmetic."""
+    from numpy.linalg import LinAlgError
+
+    try:
+        yield
+    except (ArithmeticError, LinAlgError) as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise InputError(arm.name, "", None, f"{what} cannot use its numbers: {reason}") from None
+
+
 def build(name: str, arm: Arm, scenario: Scenario, switches: Switches | None = None) -> Model:
     """The named model of this arm in this experiment. Raises InputError."""
-    return model_class(name)(arm, scenario, switches)
+    model = model_class(name)
+    with usable_numbers(name, arm):
+        return model(arm, scenario, switches)
