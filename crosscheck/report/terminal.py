@@ -8,7 +8,7 @@ from rich.text import Text
 
 from crosscheck.findings import Agreement, Finding
 from crosscheck.report.matrix import cells
-from crosscheck.report.words import counted, outcome, printable
+from crosscheck.report.words import outcome, printable, tally
 
 COLOURS = {"agree": "green", "differ": "red", "unresolved": "yellow", "failed": "red"}
 
@@ -19,13 +19,7 @@ def print_agreement(agreement: Agreement) -> None:
     console.print(_matrix(agreement))
     for finding in agreement.red:
         console.print(_line(finding), soft_wrap=True, highlight=False)
-    print(_tally(agreement))
-
-
-def _tally(agreement: Agreement) -> str:
-    total = len(agreement.checks)
-    agreeing = total - len(agreement.red)
-    return f"{agreeing} of {counted(total, 'check')} agree{'s' if total == 1 else ''}"
+    print(tally(agreement))
 
 
 def _matrix(agreement: Agreement) -> Table:

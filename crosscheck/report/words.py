@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from crosscheck.findings import Finding
+from crosscheck.findings import Agreement, Finding
 
 
 def counted(number: int, noun: str) -> str:
     """Such as `1 check` or `2 checks`."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def tally(agreement: Agreement) -> str:
+    """How many of the checks agree."""
+    total = len(agreement.checks)
+    agreeing = total - len(agreement.red)
+    return f"{agreeing} of {counted(total, 'check')} agree{'s' if total == 1 else ''}"
 
 
 def outcome(finding: Finding) -> str:

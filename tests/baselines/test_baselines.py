@@ -15,10 +15,10 @@ import xarray as xr
 import analytic.model
 from crosscheck.baseline import WIDEST, arm_digest
 from crosscheck.baseline_file import baseline_path, read_baseline, write_baseline
-from crosscheck.findings import checked
+from crosscheck.findings import Agreement, checked
 from crosscheck.reduction import baseline_of, unrecorded
 from crosscheck.regression import changed_since
-from crosscheck.report.words import counted, outcome, printable
+from crosscheck.report.words import counted, outcome, printable, tally
 from crosscheck.run import CrossCheck
 from crosscheck.tasks import Failure, RunKey
 from models.arm import Arm
@@ -31,9 +31,11 @@ from tests.baselines.short import (
     RENEW,
     about,
     edited,
+    green,
     held_against,
     measurement,
     moved,
+    red,
     short_check,
     with_findings,
     with_run,
@@ -324,6 +326,8 @@ def test_an_unresolved_check_does_not_read_like_a_pass() -> None:
 
 
 def test_words() -> None:
+    assert tally(Agreement([green()])) == "1 of 1 check agrees"
+    assert tally(Agreement([green(), red()])) == "1 of 2 checks agree"
     assert [counted(number, "check") for number in (0, 1, 2)] == ["0 checks", "1 check", "2 checks"]
     assert printable("a ä\x1b[2J\n") == r"a ä\x1b[2J\n"
 
