@@ -12,7 +12,7 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from crosscheck import __version__
+from crosscheck import LARGEST_SEED, __version__
 from crosscheck.interruption import exit_code, farewell
 from crosscheck.surroundings import closing_code, prepare
 
@@ -34,6 +34,7 @@ ArmName = Annotated[str, typer.Argument(metavar="ARM", help="Built-in name or TO
 Quick = Annotated[bool, typer.Option("--quick", help="Fewer states, shorter runs.")]
 Jobs = Annotated[int | None, typer.Option(min=1, max=1000, help="Processes; all cores.")]
 JUnit = Annotated[Path | None, typer.Option("--junit", help="JUnit XML file to write.")]
+Seed = Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the random states.")]
 Baselines = Annotated[Path, typer.Option("--dir", help="Folder of the records.")]
 
 
@@ -72,7 +73,7 @@ def run(
     out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("report"),
     quick: Quick = False,
     jobs: Jobs = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+    seed: Seed = 0,
 ) -> None:
     """Cross-check all models of an arm; write index.html and agreement.json."""
     from crosscheck.commands import run_command
@@ -85,7 +86,7 @@ def validate(
     arm: ArmName = "paper-labelled",
     quick: Quick = False,
     jobs: Jobs = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+    seed: Seed = 0,
     json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
     junit: JUnit = None,
 ) -> None:
@@ -103,11 +104,15 @@ def accept(
     quick: Quick = False,
     jobs: Jobs = None,
     junit: JUnit = None,
+    with_red: Annotated[
+        bool, typer.Option("--with-red", help="Record red checks as known differences.")
+    ] = False,
 ) -> None:
-    """Cross-check an arm and record the result, in place of an older record."""
+    """Cross-check an arm and record the result, in place of an older record, unless it is red."""
     from crosscheck.validate import accept_command
 
-    accept_command(arm, folder, quick, jobs or os.cpu_count() or 1, junit)
+    code = accept_command(arm, folder, quick, jobs or os.cpu_count() or 1, junit, with_red)
+    raise typer.Exit(code)
 
 
 @baseline.command()

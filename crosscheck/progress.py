@@ -19,7 +19,7 @@ def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
     """
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn())
     console = Console(stderr=True)
-    hidden = not console.is_terminal
+    hidden = not console.is_interactive
     bar = Progress(*columns, TimeElapsedColumn(), console=console, transient=True, disable=hidden)
     with bar as progress:
         task = progress.add_task("starting", total=None)

@@ -85,10 +85,11 @@ class Simulation:
     def perform(self) -> xr.Dataset | Failure:
         """The whole trajectory, or what prevented it: a failed check, not a crash."""
         try:
-            model = built(self.model, self.case)
+            entry, model = MODELS[self.model], built(self.model, self.case)
             run = model.simulate() if self.rtol is None else model.reference(self.rtol)
-            require_complete(run, self.model, self.case, geared=MODELS[self.model].role != "rigid")
-            require_consistent(run, model)
+            require_complete(run, self.model, self.case, geared=entry.role != "rigid")
+            constrained = "constraint_residual" in entry.promises
+            require_consistent(run, model, constrained=constrained)
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
             return failure(error)
         return run

@@ -13,6 +13,7 @@ from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report import figures
 from crosscheck.report.chapter import Chapter
 from crosscheck.report.matrix import cells, groups
+from crosscheck.report.words import counted, tally
 from crosscheck.run import CrossCheck
 from crosscheck.run_suite import FIXED_STEP, MIDWAY_S
 from crosscheck.tasks import RunKey
@@ -25,7 +26,7 @@ def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
     environment = Environment(
         loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
     )
-    environment.filters["number"] = number
+    environment.filters |= {"number": number, "counted": counted, "tally": tally}
     agreement = result.agreement
     found = cells(agreement.findings)
     return environment.get_template("page.html.j2").render(

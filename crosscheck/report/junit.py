@@ -9,7 +9,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from crosscheck.findings import Agreement, Finding
-from crosscheck.report.matrix import too_loose
+from crosscheck.report.words import outcome
 
 # XML 1.0 has no way to write these; an exception's message may hold them.
 _UNWRITABLE = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -57,10 +57,7 @@ def _case(finding: Finding) -> ElementTree.Element:
 
 
 def _summary(finding: Finding) -> str:
-    if finding.measured is None or finding.tolerance is None:
-        return finding.note
-    numbers = f"measured {finding.measured:.6g}, allowed {finding.tolerance:.6g} {finding.unit}"
-    return f"{numbers}{too_loose(finding)} ({finding.basis}) {finding.note}".rstrip()
+    return f"{outcome(finding)} ({finding.basis})" if finding.basis else outcome(finding)
 
 
 def _details(finding: Finding) -> str:

@@ -68,10 +68,3 @@ def groups(found: Sequence[Cell]) -> list[list[str]]:
 def digits(relative: float) -> float:
     """Decimal digits that a relative difference leaves in common, at most a double's 16."""
     return 16.0 if relative <= 1e-16 else max(0.0, -math.log10(relative))
-
-
-def too_loose(finding: Finding) -> str:
-    """What to say of a check that is within a tolerance which means nothing."""
-    if finding.verdict != "unresolved":
-        return ""
-    return ": the tolerance itself is too wide to decide anything"

@@ -7,7 +7,8 @@ from rich.table import Table
 from rich.text import Text
 
 from crosscheck.findings import Agreement, Finding
-from crosscheck.report.matrix import cells, too_loose
+from crosscheck.report.matrix import cells
+from crosscheck.report.words import outcome, printable, tally
 
 COLOURS = {"agree": "green", "differ": "red", "unresolved": "yellow", "failed": "red"}
 
@@ -18,14 +19,7 @@ def print_agreement(agreement: Agreement) -> None:
     console.print(_matrix(agreement))
     for finding in agreement.red:
         console.print(_line(finding), soft_wrap=True, highlight=False)
-    print(counted(agreement))
-
-
-def counted(agreement: Agreement) -> str:
-    """How many of the checks agree, as a sentence."""
-    total = len(agreement.checks)
-    agreeing = total - len(agreement.red)
-    return f"{agreeing} of 1 check agrees" if total == 1 else f"{agreeing} of {total} checks agree"
+    print(tally(agreement))
 
 
 def _matrix(agreement: Agreement) -> Table:
@@ -39,8 +33,5 @@ def _matrix(agreement: Agreement) -> Table:
 
 def _line(finding: Finding) -> Text:
     """Names and notes are text, never markup, whatever brackets they hold."""
-    measured = "" if finding.measured is None else f" measured {finding.measured:.3g}"
-    allowed = "" if finding.tolerance is None else f", allowed {finding.tolerance:.3g}"
-    unit = f" {finding.unit}" if measured else ""
-    told = f" {finding.id}:{measured}{allowed}{unit}{too_loose(finding)} {finding.note}"
+    told = printable(f" {finding.id}: {outcome(finding)}")
     return Text.assemble((finding.verdict, COLOURS[finding.verdict]), told)

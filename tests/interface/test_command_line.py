@@ -71,7 +71,8 @@ def test_interruption_is_exit_code_130(crosscheck, monkeypatch):
     assert crosscheck("list") == (130, "", "crosscheck: interrupted\n")
 
 
-def test_interruption_inside_the_engine_is_exit_code_130(short, monkeypatch, tmp_path):
+def test_interruption_that_an_engine_makes_up_is_its_own_failure(short, monkeypatch, tmp_path):
+    """Ctrl-C is for the program to answer; a worker never sees it."""
     calls = []
 
     def interrupted(*numbers: object) -> None:
@@ -81,7 +82,8 @@ def test_interruption_inside_the_engine_is_exit_code_130(short, monkeypatch, tmp
 
     monkeypatch.setattr(exudyn_tree, "_entry", lambda *_: interrupted)
     answer = short(model="exudyn:tree")
-    assert answer.code == 130
+    assert answer.code == 3
+    assert answer.err == "crosscheck: exudyn:tree: KeyboardInterrupt\n"
     assert list(tmp_path.iterdir()) == []
 
 
