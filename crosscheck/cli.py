@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import traceback
@@ -12,6 +13,8 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from crosscheck import __version__
+from crosscheck.interruption import exit_code, farewell
+from crosscheck.surroundings import closing_code, prepare
 
 app = typer.Typer(
     add_completion=False,
@@ -192,34 +195,41 @@ def paper(
 @cache.command()
 def clear() -> None:
     """Remove the simulations that `crosscheck paper` kept."""
-    from crosscheck.studies.study import cache_folder, clear_cache
+    from crosscheck.studies.store import clear as clear_store
+    from models.places import cache_folder
 
-    print(f"removed {clear_cache()} files from {cache_folder()}")
+    print(f"removed {clear_store(cache_folder())} files from {cache_folder()}")
 
 
-INTERRUPTED = 130
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+PARSERS_INTERRUPTED = 130  # its own way to say that there was a KeyboardInterrupt
 
 
 def main() -> NoReturn:
-    """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (internal), 130."""
+    """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (internal), 130, 143."""
     try:
+        prepare()
         code: Any = app(standalone_mode=False)
     except (typer.Abort, KeyboardInterrupt):
-        _fail("interrupted", INTERRUPTED)
+        code = PARSERS_INTERRUPTED
     except Exception as error:
         _explain(error)
-    if code == INTERRUPTED:  # the parser's own way to say so
-        _fail("interrupted", INTERRUPTED)
-    sys.exit(code if isinstance(code, int) else 0)
+    if code == PARSERS_INTERRUPTED:
+        _fail(farewell(), exit_code())
+    sys.exit(closing_code(code if isinstance(code, int) else 0))
 
 
 def _explain(error: Exception) -> NoReturn:
-    from models.errors import Diverged, InputError
+    from models.errors import Diverged, InputError, Unfinished
 
     if isinstance(error, InputError | Diverged):
         _fail(str(error), 2)
     if hasattr(error, "format_message"):  # a usage error of typer's own command-line parser
         _fail(f"{error.format_message()} (see crosscheck --help)", 2)
+    if isinstance(error, OSError) and error.errno in DISK_FULL:
+        _fail(f"a file cannot be written: {error.strerror}", 2)
+    if isinstance(error, Unfinished):
+        _fail(str(error), 3)
     traceback.print_exception(error)
     _fail("internal error, please report the lines above", 3)
 

@@ -14,8 +14,8 @@ def list_command() -> None:
     table = Table("", "name", "title", box=None)
     for name in builtin_arms():
         table.add_row("arm", name, load_arm(name).title)
-    for name in MODELS:
-        table.add_row("model", name, "states only" if name == "pinocchio:gears" else "")
+    for name, entry in MODELS.items():
+        table.add_row("model", name, "" if "simulate" in entry.promises else "states only")
     for name in builtin_scenarios():
         table.add_row("scenario", name, load_scenario(name).title)
     Console().print(table)

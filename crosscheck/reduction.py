@@ -12,6 +12,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,14 +25,16 @@ from crosscheck.checks.trajectories import MEANINGFUL, SAME_STEP, Limit, largest
 from crosscheck.checks.trajectories import uncertainty as refinement
 from crosscheck.findings import Finding
 from crosscheck.run import CrossCheck
+from crosscheck.run_suite import ANALYTIC
+from crosscheck.tasks import RunKey
 from models.arm import Arm
 
 SAMPLED = ("theta", "theta_dot", "x_sp", "x_pr")
 EXTREMES = ("theta_ddot", "F_sp", "F_pr")
 INTERVALS = 20
-# What may stand behind experiment and model in the key of a run that is recorded for itself; the
-# others (another step, a nudged start) only measure the uncertainty of one that is.
-VARIANTS: tuple[list[str], ...] = ([], ["reference"])
+# Runs that are recorded for themselves, and the run that measures the uncertainty of each; all
+# others (another step, a nudged start) are not recorded.
+COARSER = {"": "coarse", "reference": "reference-coarse"}
 # Rounding growth of the same steps. Two engines on the paper's arm stay below these by a factor of
 # 30 and more over the full runs: 4.9e-14 rad, 4.9e-13 rad/s, 6.2e-9 rad/s2, 3.3e-15 m, 3.9e-7 N.
 # The implicit tier, started 1e-16 rad and 3e-17 m apart, stays below 2e-16 rad and 6e-17 m.
@@ -55,7 +58,7 @@ ROUNDINGS = 1000
 # For a measurement whose uncertainty nobody measured: of its own value, and of its quantity's size.
 UNKNOWN, UNKNOWN_OF_SIZE = 1e-6, 1e-10
 
-Datasets = dict[str, xr.Dataset]
+Datasets = dict[RunKey, xr.Dataset]
 
 
 class Bound(NamedTuple):
@@ -64,6 +67,9 @@ class Bound(NamedTuple):
     tolerance: float | None
     basis: str
     uncertainty: float | None = None
+
+
+Bounds = dict[RunKey, dict[str, Bound]]
 
 
 def baseline_of(result: CrossCheck) -> Baseline:
@@ -78,7 +84,7 @@ def baseline_of(result: CrossCheck) -> Baseline:
         seed=agreement.provenance["seed"],
         checks={finding.id: finding.verdict for finding in agreement.checks},
         measurements={f.id: _measurement(f, bounds, result.arm) for f in measurements},
-        runs={key: _reduced(runs[key], bound) for key, bound in bounds.items()},
+        runs={str(key): _reduced(runs[key], bound) for key, bound in bounds.items()},
         provenance=Provenance.model_validate(dict(agreement.provenance)),
     )
 
@@ -88,9 +94,9 @@ def datasets(result: CrossCheck) -> Datasets:
     return {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
 
 
-def is_recorded(key: str) -> bool:
+def is_recorded(key: RunKey) -> bool:
     """Whether the run of this key is recorded for itself, not for what it says of another."""
-    return key.split("/")[2:] in VARIANTS
+    return key.variant in COARSER
 
 
 def settings_of(run: xr.Dataset) -> tuple[dict[str, Any], dict[str, str]]:
@@ -117,9 +123,9 @@ def extreme_rows(run: xr.Dataset, quantity: str) -> np.ndarray:
     return np.column_stack([joints, values.min(axis=0), time[low], values.max(axis=0), time[high]])
 
 
-def bounds_of(key: str, runs: Datasets) -> dict[str, Bound]:
+def bounds_of(key: RunKey, runs: Datasets) -> dict[str, Bound]:
     """Quantity -> how far a repetition of this run may move."""
-    run, coarse = runs[key], runs.get(f"{key}/coarse")
+    run, coarse = runs[key], runs.get(replace(key, variant=COARSER[key.variant]))
     # A coarser run at the same step is one whose integrator chooses its own.
     own_steps = coarse is not None and coarse.attrs["step_s"] == run.attrs["step_s"]
     bounds = {}
@@ -128,14 +134,14 @@ def bounds_of(key: str, runs: Datasets) -> dict[str, Bound]:
         if own_steps:
             limit = _adaptive(quantity, measured)
         else:
-            limit = _repeated(quantity, _growth(key.split("/")[0], run, quantity, runs))
+            limit = _repeated(quantity, _growth(key.experiment, run, quantity, runs))
         bounds[quantity] = _meaningful(quantity, limit, _short(measured))
     return bounds
 
 
 def _growth(experiment: str, run: xr.Dataset, quantity: str, runs: Datasets) -> float | None:
     """What one ulp in the start grows to in a geared run, whichever engine it is from."""
-    pair = [runs.get(f"{experiment}/analytic:physical{kind}") for kind in ("", "/nudged")]
+    pair = [runs.get(RunKey(experiment, ANALYTIC, kind)) for kind in ("", "nudged")]
     if pair[0] is None or pair[1] is None or "x_sp" not in run:
         return None
     return largest_difference(pair[0], pair[1], quantity)
@@ -187,21 +193,21 @@ def _reduced(run: xr.Dataset, bounds: dict[str, Bound]) -> Run:
     return Run(scenario=scenario, switches=switches, sampled=sampled, extremes=extremes)
 
 
-def _measurement(finding: Finding, bounds: dict[str, dict[str, Bound]], arm: Arm) -> Measurement:
+def _measurement(finding: Finding, bounds: Bounds, arm: Arm) -> Measurement:
     assert finding.measured is not None  # a measurement always has a number
     bound = _measurement_bound(finding, bounds, arm)
     return Measurement(unit=finding.unit, measured=finding.measured, **bound._asdict())
 
 
-def _measurement_bound(finding: Finding, bounds: dict[str, dict[str, Bound]], arm: Arm) -> Bound:
-    family, experiment = finding.id.split("/")[:2]
-    if family == "one-ulp" and finding.quantity in REPEATED:
+def _measurement_bound(finding: Finding, bounds: Bounds, arm: Arm) -> Bound:
+    key = finding.about.key
+    if key.family == "one-ulp" and finding.quantity in REPEATED:
         # Rounding itself: its digits mean nothing, but it must stay below what matters.
         return Bound(REPEATED[finding.quantity].value, "rounding: must stay below same-step limit")
-    if family == "states":
+    if key.family == "form-states":
         return Bound(LOOSEST, "states repeat to rounding: the loosest tolerance of state checks")
     quantity = "theta" if finding.quantity == "tip" else finding.quantity
-    sides = [bounds.get(f"{experiment}/{model}", {}) for model in (finding.left, finding.right)]
+    sides = [bounds.get(RunKey(key.case, model), {}) for model in (key.left, key.right)]
     own = [side[quantity].tolerance for side in sides if quantity in side]
     if len(own) < 2:
         return _unknown(finding)

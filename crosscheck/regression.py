@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.baseline import Baseline, Bounded, Run, differences
-from crosscheck.findings import Agreement, Finding, checked, failed, measured_only
-from crosscheck.reduction import datasets, extreme_rows, is_recorded, per_joint, settings_of
+from crosscheck.findings import About, Agreement, Finding, Key, checked, failed, measured_only
+from crosscheck.reduction import extreme_rows, is_recorded, per_joint, settings_of
 from crosscheck.run import CrossCheck
-from crosscheck.simulations import Failure
+from crosscheck.tasks import Failure, RunKey
 
 BEST_FIRST = ("agree", "unresolved", "differ", "failed")
 DIGEST = 12  # digits of a hash that a reader compares
@@ -25,8 +25,9 @@ def compare(baseline: Baseline, result: CrossCheck) -> Agreement:
     was made with other settings. ``left`` is ``recorded``, ``right`` the model.
     """
     findings = [*_verdicts(baseline, result.agreement), *_measurements(baseline, result.agreement)]
-    for key in sorted({*baseline.runs, *filter(is_recorded, result.runs)}):
-        findings += _run_findings(key, baseline.runs.get(key), result)
+    now = {str(key): key for key in result.runs if is_recorded(key)}
+    for name in sorted({*baseline.runs, *now}):
+        findings += _run_findings(name, baseline.runs.get(name), now.get(name), result)
     record = baseline.provenance.model_dump(mode="json")
     return Agreement(findings, {**result.agreement.provenance, "recorded": record})
 
@@ -53,21 +54,21 @@ def _brief(name: str, value: Any) -> str:
 def _verdicts(baseline: Baseline, agreement: Agreement) -> Iterator[Finding]:
     now = {finding.id: finding for finding in agreement.checks}
     for name in sorted({*baseline.checks, *now}):
-        fields = _fields("recorded-verdict", name, now.get(name), "verdict", "1")
+        about = _about("recorded-verdict", name, now.get(name), "verdict", "1")
         if name not in now:
-            yield failed(note=f"disappeared; was {baseline.checks[name]}", **fields)
+            yield failed(about, f"disappeared; was {baseline.checks[name]}")
         elif name not in baseline.checks:
-            yield failed(note=f"appeared: {now[name].verdict}, nothing on record", **fields)
+            yield failed(about, f"appeared: {now[name].verdict}, nothing on record")
         else:
-            yield _verdict(baseline.checks[name], now[name], fields)
+            yield _verdict(baseline.checks[name], now[name], about)
 
 
-def _verdict(was: str, finding: Finding, fields: dict[str, Any]) -> Finding:
+def _verdict(was: str, finding: Finding, about: About) -> Finding:
     steps = BEST_FIRST.index(finding.verdict) - BEST_FIRST.index(was)
     way = "worse" if steps > 0 else "better"
     note = f"{way}: {was} -> {finding.verdict} {finding.note}".strip() if steps else ""
     return checked(
-        measured=float(abs(steps)), tolerance=0.0, basis="the same verdict", note=note, **fields
+        about, measured=float(abs(steps)), tolerance=0.0, basis="the same verdict", note=note
     )
 
 
@@ -76,32 +77,34 @@ def _measurements(baseline: Baseline, agreement: Agreement) -> Iterator[Finding]
     for name in sorted({*baseline.measurements, *now}):
         finding, record = now.get(name), baseline.measurements.get(name)
         unit = finding.unit if finding else record.unit if record else ""
-        fields = _fields("recorded-measurement", name, finding, "measurement", unit)
+        about = _about("recorded-measurement", name, finding, "measurement", unit)
         if finding is None or finding.measured is None:
-            yield failed(note="disappeared", **fields)
+            yield failed(about, "disappeared")
         elif record is None:
-            yield failed(note="appeared: nothing on record", **fields)
+            yield failed(about, "appeared: nothing on record")
         else:
-            yield _number(record, record.measured, finding.measured, "", fields)
+            yield _number(record, record.measured, finding.measured, "", about)
 
 
-def _run_findings(key: str, record: Run | None, result: CrossCheck) -> Iterator[Finding]:
-    run = datasets(result).get(key)
+def _run_findings(
+    name: str, record: Run | None, key: RunKey | None, result: CrossCheck
+) -> Iterator[Finding]:
+    outcome = None if key is None else result.runs[key]
+    run = outcome if isinstance(outcome, xr.Dataset) else None
     if record is None:
         if run is not None:
-            yield failed(note="appeared: nothing on record", **_run_fields(key, "run", "1"))
+            yield failed(_run_about(name, "run", "1"), "appeared: nothing on record")
         return
     if run is None:
-        outcome = result.runs.get(key)
         why = str(outcome) if isinstance(outcome, Failure) else "no longer part of the plan"
-        yield failed(note=f"disappeared: {why}", **_run_fields(key, "run", "1"))
+        yield failed(_run_about(name, "run", "1"), f"disappeared: {why}")
         return
     moved = _moved_settings(record, run)
     if moved:
         note = f"other settings, numbers not compared: {'; '.join(moved)}"
-        yield failed(note=note, **_run_fields(key, "settings", "1"))
+        yield failed(_run_about(name, "settings", "1"), note)
         return
-    yield from _quantities(key, record, run)
+    yield from _quantities(name, record, run)
 
 
 def _moved_settings(record: Run, run: xr.Dataset) -> list[str]:
@@ -121,18 +124,18 @@ def _quantities(key: str, record: Run, run: xr.Dataset) -> Iterator[Finding]:
 def _compared(
     key: str, quantity: str, record: Bounded, rows: np.ndarray, run: xr.Dataset
 ) -> Finding:
-    fields = _run_fields(key, quantity, record.unit)
+    about = _run_about(key, quantity, record.unit)
     if quantity not in run:
-        return failed(note="disappeared: the run has no such quantity", **fields)
+        return failed(about, "disappeared: the run has no such quantity")
     now = extreme_rows(run, quantity) if rows.shape[1] == 5 else _samples(run, quantity, rows[:, 0])
     if now is None or now.shape != rows.shape:
-        return failed(note="the record's rows do not fit the run", **fields)
+        return failed(about, "the record's rows do not fit the run")
     columns = np.array([1, 3]) if rows.shape[1] == 5 else np.arange(1, rows.shape[1])
     apart = np.abs(now - rows)[:, columns]
     row, place = np.unravel_index(int(apart.argmax()), apart.shape)
     column = int(columns[place])
     where = _place(rows[row], column)
-    return _number(record, float(rows[row, column]), float(now[row, column]), where, fields)
+    return _number(record, float(rows[row, column]), float(now[row, column]), where, about)
 
 
 def _samples(run: xr.Dataset, quantity: str, times: np.ndarray) -> np.ndarray | None:
@@ -150,44 +153,33 @@ def _place(row: np.ndarray, column: int) -> str:
     return f"joint {column} at {row[0]:g} s"
 
 
-def _number(
-    record: Bounded, was: float, is_now: float, where: str, fields: dict[str, Any]
-) -> Finding:
+def _number(record: Bounded, was: float, is_now: float, where: str, about: About) -> Finding:
     apart = abs(is_now - was)
     note = f"{where}: {was:.12g} -> {is_now:.12g}".removeprefix(": ")
     if record.uncertainty is not None and record.uncertainty > (record.tolerance or 0.0):
         note += f" (numerical uncertainty {record.uncertainty:g})"
-    values: dict[str, Any] = {
-        "measured": apart,
-        "basis": record.basis,
-        "note": note,
-        "relative": apart / abs(was) if was else None,
-        **fields,
-    }
+    relative = apart / abs(was) if was else None
     if record.tolerance is None:
-        return measured_only(**values)
-    return checked(tolerance=record.tolerance, **values)
+        return measured_only(
+            about, measured=apart, basis=record.basis, relative=relative, note=note
+        )
+    return checked(
+        about,
+        measured=apart,
+        tolerance=record.tolerance,
+        basis=record.basis,
+        relative=relative,
+        note=note,
+    )
 
 
-def _fields(
-    family: str, name: str, finding: Finding | None, quantity: str, unit: str
-) -> dict[str, Any]:
-    return {
-        "id": f"{family}/{name}",
-        "quantity": finding.quantity if finding else quantity,
-        "unit": unit,
-        "left": "recorded",
-        "right": f"{finding.left}~{finding.right}" if finding else "now",
-        "metric": f"change of the {quantity}",
-    }
+def _about(family: str, name: str, finding: Finding | None, quantity: str, unit: str) -> About:
+    key = Key(family, name, "", "")
+    models = f"{finding.left}~{finding.right}" if finding else "now"
+    return About(key, unit, f"change of the {quantity} of {models}", "the record")
 
 
-def _run_fields(key: str, quantity: str, unit: str) -> dict[str, Any]:
-    return {
-        "id": f"recorded-run/{key}/{quantity}",
-        "quantity": quantity,
-        "unit": unit,
-        "left": "recorded",
-        "right": key.split("/", 1)[-1],
-        "metric": "largest absolute change",
-    }
+def _run_about(name: str, quantity: str, unit: str) -> About:
+    return About(
+        Key("recorded-run", name, quantity, ""), unit, "largest absolute change", "the record"
+    )

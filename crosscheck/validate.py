@@ -6,7 +6,7 @@ import shlex
 from pathlib import Path
 
 from crosscheck.baseline import baseline_path, read_baseline, write_baseline
-from crosscheck.output import require_writable, write_text
+from crosscheck.output import require_file, write_text
 from crosscheck.progress import shown_progress
 from crosscheck.reduction import baseline_of, uncompared
 from crosscheck.regression import compare
@@ -80,8 +80,8 @@ def _checked(arm: Arm, quick: bool, jobs: int, seed: int) -> CrossCheck:
 
 def _require_files(*paths: Path | None) -> None:
     """Raise InputError unless each can be written: before the work, not after it."""
-    for path in paths:
-        if path is not None and path.is_dir():
-            raise InputError(str(path), "", None, "is a folder; a file name is expected")
-        if path is not None:
-            require_writable(path.parent)
+    targets = []
+    for path in filter(None, paths):
+        if require_file(path) in targets:
+            raise InputError(str(path), "", None, "is given twice; each needs a file")
+        targets.append(require_file(path))

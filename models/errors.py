@@ -24,6 +24,10 @@ class InputError(ValueError):
         whole = [_printable(_cut(part, LONGEST_LINE)) for part in parts]
         super().__init__("".join(_fitted(whole, LONGEST_LINE - len(PROGRAM))))
 
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, str, object, str]]:
+        """So that it can be sent from one process to another."""
+        return InputError, (self.where, self.field, self.value, self.allowed)
+
 
 class Diverged(ArithmeticError):
     """A simulation left the range in which its numbers mean anything."""
@@ -31,6 +35,14 @@ class Diverged(ArithmeticError):
     def __init__(self, model: str, time_s: float) -> None:
         self.model, self.time_s = model, time_s
         super().__init__(f"{model}: diverged at t = {time_s:.6g} s")
+
+    def __reduce__(self) -> tuple[type[Diverged], tuple[str, float]]:
+        """So that it can be sent from one process to another."""
+        return Diverged, (self.model, self.time_s)
+
+
+class Unfinished(RuntimeError):
+    """A simulation came to no end: its process died or hung, or it raised."""
 
 
 class CannotDo(NotImplementedError):

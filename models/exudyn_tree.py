@@ -38,7 +38,7 @@ from models.exudyn_mesh import (
 from models.interface import STATE_ABILITIES, Model, gear_coordinates, require_finite
 from models.scenario import Scenario, per_joint
 from models.switches import Switches
-from models.trajectory import trajectory
+from models.trajectory import recorded_times, trajectory
 
 # [kg] For a body without mass, whose inertia may still count: the engine divides by a body's mass.
 # No sum with a number of an arm notices so little.
@@ -294,7 +294,7 @@ class ExudynTree(Model):
         Raises Diverged at the first recorded time with a value that is not finite.
         """
         engine, run = self._driven, self.scenario
-        time = run.step_s * np.arange(0, run.steps + 1, run.stride)
+        time = recorded_times(run)
         q, v = self.start()
         states = np.empty((len(time), 3, len(q)))
         energy = np.empty(len(time))
@@ -322,11 +322,12 @@ class ExudynTree(Model):
         theta, theta_dot = q[:, links], v[:, links]
         planets = max(len(stage.planets) for stage in self.stages)
         x = np.full((2, len(time), len(links), planets), np.nan)
-        force = x.copy()
+        x_dot, force = x.copy(), x.copy()
         for place, (stage, laws) in enumerate(zip(self.stages, self.laws, strict=True)):
             here = slice(len(stage.planets))
             for side, law in enumerate(laws):
                 x[side, :, place, here] = deflection(law, stage, q, with_sun=side == 0)
+                x_dot[side, :, place, here] = deflection(law, stage, v, with_sun=side == 0)
                 force[side, :, place, here] = elastic_forces(
                     law.array, time, x[side, :, place, here], theta[:, place], theta_dot[:, place]
                 )
@@ -339,6 +340,8 @@ class ExudynTree(Model):
             torque=self._torques(time, theta, theta_dot),
             x_sp=x[0],
             x_pr=x[1],
+            x_sp_dot=x_dot[0],
+            x_pr_dot=x_dot[1],
             F_sp=force[0],
             F_pr=force[1],
             kinetic_energy=energy,

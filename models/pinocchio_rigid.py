@@ -21,7 +21,7 @@ from models.errors import Diverged, InputError
 from models.interface import STATE_ABILITIES, Model, link_coordinates, require_finite
 from models.scenario import Scenario, TableDrive, per_joint
 from models.switches import Switches
-from models.trajectory import trajectory
+from models.trajectory import recorded_times, trajectory
 
 # Of DOP853. Inside its steps, which can be 10 ms long, recorded states are interpolated at a lower
 # order: in the 0.5 s runs of the paper's arm 1e-13 keeps 2e-13 rad and 3e-12 rad/s on the whole
@@ -90,7 +90,7 @@ class PinocchioLinks(Model):
     def reference(self, rtol: float) -> xr.Dataset:
         """``simulate`` at another relative tolerance, at least 2.3e-14. Raises Diverged."""
         scenario = self.scenario
-        time = np.arange(0, scenario.steps + 1, scenario.stride) * scenario.step_s
+        time = recorded_times(scenario)
         theta, theta_dot = np.split(self._integrate(time, rtol), 2, axis=1)
         require_finite(self.name, time, theta, theta_dot)
         states = list(zip(time, theta, theta_dot, strict=True))

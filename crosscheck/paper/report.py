@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from crosscheck.output import write_text
+from crosscheck.output import write_files, write_text
 from crosscheck.paper.errata.sheet import markdown
 from crosscheck.provenance import provenance
 from crosscheck.report.chapter import Chapter
 from crosscheck.studies.study import Study
 from models.loading import load_arm
-from models.trajectory import write_netcdf
+from models.trajectory import netcdf
 
 SCHEMA_VERSION = 1
+PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
 # In reading order; each module has a function chapter(study, quick) -> Chapter.
 CHAPTERS = (
     "claims.chapter",
@@ -51,21 +52,25 @@ def chapters(study: Study, quick: bool) -> list[Chapter]:
     ]
 
 
+def paper_files(out: Path) -> list[Path]:
+    """All that ``write_paper`` writes."""
+    figures = importlib.import_module("crosscheck.paper.figures.store")
+    runs = [f"{name}.nc" for name in figures.stored_runs(quick=False)]
+    return [out / name for name in (PAGE, CLAIMS, ERRATA, *runs)]
+
+
 def write_paper(study: Study, out: Path) -> list[Chapter]:
     """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
     made = chapters(study, quick=False)
     figures = importlib.import_module("crosscheck.paper.figures.chapter")
     sheet = next(chapter for chapter in made if chapter.id == "errata")
-    texts = {
-        "paper.html": page(made, study),
-        "claims.json": records_json(made, study),
-        "errata.md": markdown(sheet.records),
+    contents: dict[Path, str | bytes] = {
+        out / f"{name}.nc": netcdf(run) for name, run in figures.trajectories(study, False).items()
     }
-    # Everything is ready before the first file appears.
-    for name, run in figures.trajectories(study, False).items():
-        write_netcdf(run, out / f"{name}.nc")
-    for name, text in texts.items():
-        write_text(out / name, text)
+    contents[out / PAGE] = page(made, study)
+    contents[out / CLAIMS] = records_json(made, study)
+    contents[out / ERRATA] = markdown(sheet.records)
+    write_files(contents)
     return made
 
 
@@ -74,7 +79,7 @@ def write_figures(study: Study, numbers: Sequence[int], out: Path) -> list[Chapt
     figures = importlib.import_module("crosscheck.paper.figures.chapter")
     html = "\n".join(figures.figure(study, number, False) for number in sorted(set(numbers)))
     made = [Chapter("figures", "Figures", html)]
-    write_text(out / "paper.html", page(made, study))
+    write_text(out / PAGE, page(made, study))
     return made
 
 

@@ -12,7 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from crosscheck.report.envelope import envelope
+from crosscheck.envelope import envelope
 
 BINS = 900
 STYLE: dict[Any, Any] = {

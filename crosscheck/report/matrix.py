@@ -48,7 +48,7 @@ def _cell(pair: tuple[str, str], checks: list[Finding]) -> Cell:
     verdict = min((check.verdict for check in checks), key=WORST_FIRST.index)
     worst: dict[str, float] = {}
     for check in checks:
-        family = FAMILIES.get(check.id.split("/")[0])
+        family = FAMILIES.get(check.about.key.family)
         if family is not None and check.relative is not None:
             worst[family] = max(worst.get(family, 0.0), check.relative)
     return Cell(*pair, verdict, len(checks), {name: digits(value) for name, value in worst.items()})
@@ -68,3 +68,10 @@ def groups(found: Sequence[Cell]) -> list[list[str]]:
 def digits(relative: float) -> float:
     """Decimal digits that a relative difference leaves in common, at most a double's 16."""
     return 16.0 if relative <= 1e-16 else max(0.0, -math.log10(relative))
+
+
+def too_loose(finding: Finding) -> str:
+    """What to say of a check that is within a tolerance which means nothing."""
+    if finding.verdict != "unresolved":
+        return ""
+    return ": the tolerance itself is too wide to decide anything"

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from crosscheck.findings import Agreement, Finding
-from crosscheck.report.matrix import cells
+from crosscheck.report.matrix import cells, too_loose
 
 COLOURS = {"agree": "green", "differ": "red", "unresolved": "yellow", "failed": "red"}
 
@@ -17,24 +18,29 @@ def print_agreement(agreement: Agreement) -> None:
     console.print(_matrix(agreement))
     for finding in agreement.red:
         console.print(_line(finding), soft_wrap=True, highlight=False)
-    agreeing = len(agreement.checks) - len(agreement.red)
-    print(f"{agreeing} of {len(agreement.checks)} checks agree")
+    print(counted(agreement))
+
+
+def counted(agreement: Agreement) -> str:
+    """How many of the checks agree, as a sentence."""
+    total = len(agreement.checks)
+    agreeing = total - len(agreement.red)
+    return f"{agreeing} of 1 check agrees" if total == 1 else f"{agreeing} of {total} checks agree"
 
 
 def _matrix(agreement: Agreement) -> Table:
     table = Table("left", "right", "verdict", "checks", "digits in common", box=None)
     for cell in cells(agreement.findings):
         digits = ", ".join(f"{value:.1f} {family}" for family, value in cell.digits.items())
-        verdict = f"[{COLOURS[cell.verdict]}]{cell.verdict}[/]"
-        table.add_row(cell.left, cell.right, verdict, str(cell.checks), digits)
+        verdict = Text(cell.verdict, COLOURS[cell.verdict])
+        table.add_row(Text(cell.left), Text(cell.right), verdict, str(cell.checks), digits)
     return table
 
 
-def _line(finding: Finding) -> str:
+def _line(finding: Finding) -> Text:
+    """Names and notes are text, never markup, whatever brackets they hold."""
     measured = "" if finding.measured is None else f" measured {finding.measured:.3g}"
     allowed = "" if finding.tolerance is None else f", allowed {finding.tolerance:.3g}"
     unit = f" {finding.unit}" if measured else ""
-    return (
-        f"[{COLOURS[finding.verdict]}]{finding.verdict}[/] {finding.id}:"
-        f"{measured}{allowed}{unit} {finding.note}"
-    )
+    told = f" {finding.id}:{measured}{allowed}{unit}{too_loose(finding)} {finding.note}"
+    return Text.assemble((finding.verdict, COLOURS[finding.verdict]), told)

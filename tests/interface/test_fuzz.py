@@ -13,7 +13,10 @@ from pathlib import Path
 import pytest
 import typer
 
+from crosscheck.api import require_stable_step
 from crosscheck.cli import main
+from crosscheck.registry import build
+from crosscheck.tasks import Request
 from models.errors import LONGEST_LINE
 from tests.draws import fresh_seed
 from tests.interface.fuzz import Draw, draw
@@ -25,14 +28,19 @@ WORK = {
     "validate": "crosscheck.validate.cross_check",
     "baseline accept": "crosscheck.validate.cross_check",
     "baseline check": "crosscheck.validate.cross_check",
-    "simulate": "crosscheck.commands.simulate_model",
+    "simulate": "crosscheck.commands.perform_all",
     "errata": "crosscheck.paper.command.errata_records",
     "show": None,
 }
 
 
-def accepted(*_: object, **__: object) -> None:
-    """In place of the work."""
+def accepted(*tasks: object, **_: object) -> None:
+    """In place of the work: of a simulation all but the run itself."""
+    for task in tasks:
+        if isinstance(task, list) and isinstance(task[0], Request):
+            model = build(task[0].model, *task[0].case)
+            if not task[0].force:
+                require_stable_step(model)
     raise typer.Exit(0)
 
 

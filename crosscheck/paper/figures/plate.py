@@ -12,9 +12,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from crosscheck.envelope import envelope
 from crosscheck.paper import signals
 from crosscheck.paper.figures.runs import LAWS
-from crosscheck.report.envelope import envelope
 from crosscheck.report.figures import BINS, new_figure, to_svg
 from crosscheck.studies.study import Study, Variant
 from models.arm import Arm

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from crosscheck.envelope import envelope
 from crosscheck.paper import signals
 from crosscheck.paper.figures.measures import HIGHEST_HZ, SPECTRUM_S, Line, line, spectrum_part
 from crosscheck.paper.figures.plate import COLOURS, Plate, Shelf, conditions, same_scale, table
@@ -26,7 +27,6 @@ from crosscheck.paper.figures.verdicts import (
     rises,
     stands_out,
 )
-from crosscheck.report.envelope import envelope
 from crosscheck.report.figures import new_figure, to_svg
 
 Sweep = Mapping[str, Mapping[float, xr.Dataset]]
