@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Self
 
-from pydantic import Field, model_validator
+from pydantic import FailFast, model_validator
 
 from models.quantities import (
     Area,
@@ -35,6 +35,7 @@ from models.quantities import (
     StiffnessPart,
     Title,
     ToothCount,
+    UpToSeven,
     short,
 )
 
@@ -172,8 +173,8 @@ class Arm(Data):
     name: Name
     title: Title = ""
     payload_mass_kg: Mass
-    joints: Annotated[tuple[Joint, ...], Field(min_length=1, max_length=7, strict=False)]
-    links: Annotated[tuple[Link, ...], Field(min_length=1, max_length=7, strict=False)]
+    joints: Annotated[tuple[Joint, ...], UpToSeven, FailFast()]
+    links: Annotated[tuple[Link, ...], UpToSeven, FailFast()]
 
     @model_validator(mode="after")
     def _a_link_per_joint(self) -> Self:

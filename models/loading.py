@@ -21,7 +21,7 @@ from models.switches import Switches
 Record = TypeVar("Record", bound=BaseModel)
 HERE = Path(__file__).parent
 SECTIONS = ("arm", "scenario", "switches")
-LARGEST_FILE = 10_000_000  # bytes; a table of 100,000 rows for seven joints takes eight million
+LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes as many
 DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
 UNION_TAGS = {"constant", "pd", "sinusoid", "table", "number", "list"}  # of the schema's unions
 EXPECTED = {

@@ -100,11 +100,11 @@ def _form(value: object) -> str:
     return "list" if isinstance(value, list | tuple) else "number"
 
 
+UpToSeven = Field(min_length=1, max_length=7, strict=False)  # joints, or what goes by joint
 Number = TypeVar("Number")
 # One number stands for all joints, a list for one number per joint.
 PerJoint = Annotated[
-    Annotated[Number, Tag("number")]
-    | Annotated[tuple[Number, ...], Field(min_length=1, max_length=7, strict=False), Tag("list")],
+    Annotated[Number, Tag("number")] | Annotated[tuple[Number, ...], UpToSeven, Tag("list")],
     Discriminator(_form),
 ]
 

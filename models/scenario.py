@@ -6,7 +6,7 @@ import math
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import FailFast, Field, model_validator
 
 from models.quantities import (
     Angle,
@@ -25,6 +25,7 @@ from models.quantities import (
     TableTime,
     Title,
     Torque,
+    UpToSeven,
     short,
 )
 
@@ -34,7 +35,7 @@ MOST_RECORDS = 1e6
 # Of a sinusoid's phase in a step [rad], six steps a period: with fewer the integrators with a fixed
 # step see another drive than the adaptive ones.
 MOST_TURN = 1.0
-Rows = Field(min_length=2, max_length=100_000, strict=False)
+Rows = Field(min_length=2, max_length=50_000, strict=False)
 
 
 class ConstantDrive(Data):
@@ -66,9 +67,9 @@ class TableDrive(Data):
     """T interpolated linearly between rows of a table, one column per joint."""
 
     kind: Literal["table"]
-    time_s: Annotated[tuple[TableTime, ...], Rows]
+    time_s: Annotated[tuple[TableTime, ...], Rows, FailFast()]
     torque_N_m: Annotated[
-        tuple[Annotated[tuple[Torque, ...], Rows], ...], Field(min_length=1, strict=False)
+        tuple[Annotated[tuple[Torque, ...], Rows, FailFast()], ...], UpToSeven, FailFast()
     ]
 
     @model_validator(mode="after")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -36,22 +37,30 @@ class Draw(NamedTuple):
 
 
 def mangled(text: str, generator: random.Random) -> str:
-    """A TOML text after one to three accidents."""
-    accidents = (new_value, new_value, new_value, new_key, new_line, lost_line, doubled_line,
-                 torn, scratched)  # fmt: skip
-    for _ in range(generator.randint(1, 3)):
+    """A TOML text after up to two accidents."""
+    accidents = (new_value, new_value, new_value, scaled, scaled, new_key, new_line, lost_line,
+                 doubled_line, torn, scratched)  # fmt: skip
+    for _ in range(generator.choice((0, 1, 1, 2))):
         text = generator.choice(accidents)(text, generator)
     return text
 
 
+def scaled(text: str, generator: random.Random) -> str:
+    """A number up to twice as large, or half."""
+    factor = 2 ** generator.uniform(-1, 1)
+    return _changed(
+        text, r"(?m)(?<== )[\d.e+-]+$", lambda old: repr(float(old) * factor), generator
+    )
+
+
 def new_value(text: str, generator: random.Random) -> str:
     """Another value behind a key."""
-    return _changed(text, r"(?m)(?<== )[^#\n]+", _value(generator), generator)
+    return _changed(text, r"(?m)(?<== )[^#\n]+", lambda _: _value(generator), generator)
 
 
 def new_key(text: str, generator: random.Random) -> str:
     """Another key."""
-    return _changed(text, r"(?m)^\w+(?= =)", generator.choice(KEYS), generator)
+    return _changed(text, r"(?m)^\w+(?= =)", lambda _: generator.choice(KEYS), generator)
 
 
 def new_line(text: str, generator: random.Random) -> str:
@@ -91,12 +100,12 @@ def scratched(text: str, generator: random.Random) -> str:
     return text
 
 
-def _changed(text: str, pattern: str, new: str, generator: random.Random) -> str:
+def _changed(text: str, pattern: str, new: Callable[[str], str], generator: random.Random) -> str:
     found = list(re.finditer(pattern, text))
     if not found:
         return text
     one = generator.choice(found)
-    return text[: one.start()] + new + text[one.end() :]
+    return text[: one.start()] + new(one.group()) + text[one.end() :]
 
 
 def _value(generator: random.Random) -> str:
@@ -113,53 +122,72 @@ def setting(generator: random.Random) -> str:
     return f"{'.'.join(parts)}{equals}{_value(generator)}".replace("\x00", "")
 
 
+def mostly(right: Sequence[str], wrong: Sequence[str], generator: random.Random) -> str:
+    """One of the right ones, or now and then a wrong one."""
+    return generator.choice(right if generator.random() < 0.85 else wrong)
+
+
 def draw(command: str, folder: Path, generator: random.Random) -> Draw:
     """A command line of this command, and files in the folder that it reads."""
-    files = {}
-    arm = generator.choice(("paper-labelled", "probe", "nobody", "", "/dev/null", str(folder)))
-    if generator.random() < 0.8:
-        arm = str(folder / "arm.toml")
-        files[folder / "arm.toml"] = mangled(generator.choice(ARMS), generator)
-    arguments = [*command.split(), arm, *_options(command, folder, generator)]
-    if command == "simulate" and generator.random() < 0.5:
-        file = folder / "scenario.toml"
-        files[file] = mangled(generator.choice(SCENARIOS), generator)
-        arguments += ["--scenario", str(file)]
+    files = {folder / "arm.toml": mangled(generator.choice(ARMS), generator)}
+    wrong = ("paper-labelled", "nobody", "", "/dev/null", "/dev/zero", str(folder))
+    arm = mostly([str(folder / "arm.toml")], wrong, generator)
+    options = _simulate if command == "simulate" else _options(command)
+    chosen = options(folder, generator)
+    if "scenario.toml" in str(chosen):
+        files[folder / "scenario.toml"] = mangled(generator.choice(SCENARIOS), generator)
+    arguments = [*command.split(), arm, *(part for option in chosen for part in option)]
     return Draw([argument.replace("\x00", "") for argument in arguments], files)
 
 
-def _options(command: str, folder: Path, generator: random.Random) -> list[str]:
-    """Some of the command's options, with values right and wrong."""
-    number = generator.choice((*NUMBERS[:-8], "0.01", "1e-6", "words", "", "\u0663"))
-    count = generator.choice(("1", "2", "0", "-1", "1e3", "99999999999999999999", "\u0663", "x"))
-    file = str(folder / generator.choice(("out/a.json", "arm.toml/a", "", ".", "a.json")))
-    records = ["--dir", str(folder / generator.choice(("records", "arm.toml", "")))]
-    known: dict[str, tuple[list[str], ...]] = {
-        "run": (["--quick"], ["--jobs", count], ["--seed", count], ["--out", file]),
-        "validate": (["--quick"], ["--jobs", count], ["--seed", count], ["--json", file]),
-        "baseline accept": (["--quick"], ["--jobs", count], records, ["--junit", file]),
-        "baseline check": (["--quick"], ["--jobs", count], records, ["--junit", file]),
-        "errata": (["--json", file],),
-        "show": ((["--fast"],) if generator.random() < 0.05 else ()),
-        "simulate": (
-            ["--t-end", number],
-            ["--step", number],
-            ["--phase", generator.choice(("angle", "omega_t", "beta"))],
-            ["--set", setting(generator)],
-            ["--set", setting(generator)],
-            ["--force"],
-        ),
-    }
-    chosen = [part for option in known[command] if generator.random() < 0.3 for part in option]
-    if command == "simulate":
-        models = (
-            "analytic:physical",
-            "analytic:coupled",
-            "exudyn:tree",
-            "nobody",
-            "pinocchio:links",
-        )
-        scenarios = ("pd", "constant-torque", "back-and-forth", "waltz", "")
-        chosen += ["--model", generator.choice(models), "--scenario", generator.choice(scenarios)]
-        chosen += ["--out", file or "a.nc"]
-    return chosen
+def _options(command: str) -> Callable[[Path, random.Random], list[list[str]]]:
+    """What draws some of a command's options, with values right and wrong."""
+
+    def drawn(folder: Path, generator: random.Random) -> list[list[str]]:
+        count = mostly(("1", "2"), ("0", "-1", "1e3", "9" * 20, "\u0663", "x", ""), generator)
+        file = mostly(("out/a.json", "a.json"), ("arm.toml/a", "", ".", "a/../.."), generator)
+        known = {
+            "--quick": [],
+            "--jobs": [count],
+            "--seed": [count],
+            "--out": [str(folder / file)],
+            "--json": [str(folder / file)],
+            "--junit": [str(folder / file)],
+            "--dir": [str(folder / mostly(("records",), ("arm.toml", ""), generator))],
+            "--fast": [],
+        }
+        usual = KNOWN[command] if generator.random() < 0.95 else tuple(known)
+        return [[name, *known[name]] for name in usual if generator.random() < 0.3]
+
+    return drawn
+
+
+KNOWN = {
+    "run": ("--quick", "--jobs", "--seed", "--out"),
+    "validate": ("--quick", "--jobs", "--seed", "--json", "--junit"),
+    "baseline accept": ("--quick", "--jobs", "--dir", "--junit"),
+    "baseline check": ("--quick", "--jobs", "--dir", "--junit"),
+    "errata": ("--json",),
+    "show": (),
+}
+
+
+def _simulate(folder: Path, generator: random.Random) -> list[list[str]]:
+    """Options of `simulate`."""
+    models = ("analytic:physical", "analytic:coupled", "exudyn:tree", "pinocchio:links")
+    scenarios = ("pd", "constant-torque", "back-and-forth", str(folder / "scenario.toml"))
+    number = mostly(("0.01", "1e-5", "5e-6", "2"), (*NUMBERS[:-8], "words", "\u0663"), generator)
+    some = [
+        ["--t-end", number],
+        ["--step", number],
+        ["--phase", mostly(("angle", "omega_t"), ("beta", ""), generator)],
+        ["--set", setting(generator)],
+        ["--set", setting(generator)],
+        ["--force"],
+    ]
+    return [
+        ["--model", mostly(models, ("nobody", "pinocchio:gears", ""), generator)],
+        ["--scenario", mostly(scenarios, ("waltz", ""), generator)],
+        ["--out", str(folder / mostly(("a.nc", "out/a.nc"), ("", "arm.toml/a.nc"), generator))],
+        *(option for option in some if generator.random() < 0.25),
+    ]

@@ -289,7 +289,7 @@ FILES = {
     "link in a circle": (lambda path: path.symlink_to(path), "cannot be read"),
     "broken link": (lambda path: path.symlink_to("nowhere"), "no such file"),
     "pipe": (os.mkfifo, "not a regular file"),
-    "100 MB": (big_file, "more than 10 MB"),
+    "100 MB": (big_file, "more than 4 MB"),
 }
 
 

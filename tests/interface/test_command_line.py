@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from crosscheck import __version__, commands
+from crosscheck import __version__, listing
 from crosscheck.registry import MODELS
 from models import exudyn_tree
 from models.loading import builtin_arms, builtin_scenarios
@@ -67,7 +67,7 @@ def test_interruption_is_exit_code_130(crosscheck, monkeypatch):
     def interrupted() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(commands, "list_command", interrupted)
+    monkeypatch.setattr(listing, "list_command", interrupted)
     assert crosscheck("list") == (130, "", "crosscheck: interrupted\n")
 
 
@@ -91,7 +91,7 @@ def test_internal_error_is_exit_code_3_with_its_traceback(crosscheck, monkeypatc
     def broken() -> None:
         raise RuntimeError("a bug")
 
-    monkeypatch.setattr(commands, "list_command", broken)
+    monkeypatch.setattr(listing, "list_command", broken)
     answer = crosscheck("list")
     assert answer.code == 3
     assert "Traceback" in answer.err

@@ -74,7 +74,7 @@ BODIES = [
     ),
     Fault(
         "planets without orbit inertia",
-        edit(TREE + "_planets", "joint.planet_mass_kg, 0.0", "1e-9, 0.0"),
+        edit(TREE + "_planets", "joint.planet_mass_kg or NO_MASS", "1e-9"),
         MASS,
     ),
     Fault(
