@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.paper import signals
+from crosscheck.paper.undefined import finite
 from crosscheck.registry import build
 from crosscheck.studies.study import Numbers
 from models.arm import Arm
@@ -43,16 +44,21 @@ def rigid_run(run: xr.Dataset, level: str = "coupled") -> xr.Dataset:
 def third_fluctuation(run: xr.Dataset) -> Numbers:
     """Amplitude [rad/s^2], onset [s] and dominant frequency [Hz] of the shoulder's excess.
 
-    In 0.5 to 1.2 s; the frequency is that of the 0.1 s around the largest value.
+    In 0.5 to 1.2 s; the frequency is that of the 0.1 s around the largest value. All undefined in a
+    run that ends before.
     """
     time = run["time"].values
     part = signals.window(time, *THIRD_S)
     time, excess = time[part], excess_acceleration(run)[part, 0]
+    if not time.size:
+        return dict.fromkeys(("amplitude_rad_per_s2", "onset_s", "frequency_Hz"))
     centre = time[int(np.argmax(np.abs(excess)))]
     begin = min(max(centre - 0.05, time[0]), time[-1] - 0.1)
     near = signals.window(time, begin, begin + 0.1)
-    return {
-        "amplitude_rad_per_s2": signals.amplitude(excess),
-        "onset_s": signals.onset(time, excess),
-        "frequency_Hz": signals.dominant_frequency(time[near], excess[near]),
-    }
+    return finite(
+        {
+            "amplitude_rad_per_s2": signals.amplitude(excess),
+            "onset_s": signals.onset(time, excess),
+            "frequency_Hz": signals.dominant_frequency(time[near], excess[near]),
+        }
+    )

@@ -13,15 +13,20 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.output import write_files, write_text
 from crosscheck.paper.errata.sheet import markdown
+from crosscheck.paper.scale import FULL, QUICK, Scale
+from crosscheck.paper.undefined import UNDEFINED
 from crosscheck.provenance import provenance
 from crosscheck.report.chapter import Chapter
+from crosscheck.report.figures import sound_links
+from crosscheck.report.fragments import paragraph
 from crosscheck.studies.study import Study
+from models.errors import Diverged
 from models.loading import load_arm
 from models.trajectory import netcdf
 
 SCHEMA_VERSION = 1
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
-# In reading order; each module has a function chapter(study, quick) -> Chapter.
+# In reading order; each module has a function chapter(study, scale) -> Chapter.
 CHAPTERS = (
     "claims.chapter",
     "phase.chapter",
@@ -46,26 +51,43 @@ QUICK_CHAPTERS = (
 
 def chapters(study: Study, quick: bool) -> list[Chapter]:
     """Every chapter, or the quick report's selection of them."""
-    names = QUICK_CHAPTERS if quick else CHAPTERS
-    return [
-        importlib.import_module(f"crosscheck.paper.{name}").chapter(study, quick) for name in names
-    ]
+    return _chapters(study, QUICK if quick else FULL)
 
 
-def paper_files(out: Path) -> list[Path]:
+def paper_files(out: Path, scale: Scale = FULL) -> list[Path]:
     """All that ``write_paper`` writes."""
     figures = importlib.import_module("crosscheck.paper.figures.store")
-    runs = [f"{name}.nc" for name in figures.stored_runs(quick=False)]
+    runs = [f"{name}.nc" for name in figures.stored_runs(scale)]
     return [out / name for name in (PAGE, CLAIMS, ERRATA, *runs)]
 
 
-def write_paper(study: Study, out: Path) -> list[Chapter]:
+def _chapters(study: Study, scale: Scale) -> list[Chapter]:
+    return [_chapter(study, name, scale) for name in (QUICK_CHAPTERS if scale.quick else CHAPTERS)]
+
+
+def _chapter(study: Study, name: str, scale: Scale) -> Chapter:
+    """One of them; if a run that it cannot do without diverges, a chapter that says so."""
+    module = importlib.import_module(f"crosscheck.paper.{name}")
+    try:
+        made: Chapter = module.chapter(study, scale)
+    except Diverged as error:
+        return _without(module.ID, module.TITLE, str(error))
+    return made
+
+
+def _without(chapter_id: str, title: str, reason: str) -> Chapter:
+    text = f"Undefined: a run that this chapter rests on has no result ({reason})."
+    record = {"id": chapter_id, "verdict": UNDEFINED}
+    return Chapter(chapter_id, title, paragraph(text), [record], text)
+
+
+def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[Chapter]:
     """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
-    made = chapters(study, quick=False)
+    made = _chapters(study, scale)
     figures = importlib.import_module("crosscheck.paper.figures.chapter")
     sheet = next(chapter for chapter in made if chapter.id == "errata")
     contents: dict[Path, str | bytes] = {
-        out / f"{name}.nc": netcdf(run) for name, run in figures.trajectories(study, False).items()
+        out / f"{name}.nc": netcdf(run) for name, run in figures.trajectories(study, scale).items()
     }
     contents[out / PAGE] = page(made, study)
     contents[out / CLAIMS] = records_json(made, study)
@@ -77,8 +99,8 @@ def write_paper(study: Study, out: Path) -> list[Chapter]:
 def write_figures(study: Study, numbers: Sequence[int], out: Path) -> list[Chapter]:
     """Write paper.html with these figures alone."""
     figures = importlib.import_module("crosscheck.paper.figures.chapter")
-    html = "\n".join(figures.figure(study, number, False) for number in sorted(set(numbers)))
-    made = [Chapter("figures", "Figures", html)]
+    html = "\n".join(figures.figure(study, number) for number in sorted(set(numbers)))
+    made = [Chapter(figures.ID, "Figures", html)]
     write_text(out / PAGE, page(made, study))
     return made
 
@@ -88,9 +110,8 @@ def page(made: Sequence[Chapter], study: Study) -> str:
     environment = Environment(
         loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
     )
-    return environment.get_template("paper.html.j2").render(
-        chapters=made, provenance=_provenance(study)
-    )
+    template = environment.get_template("paper.html.j2")
+    return sound_links(template.render(chapters=made, provenance=_provenance(study)))
 
 
 def records_json(made: Sequence[Chapter], study: Study) -> str:

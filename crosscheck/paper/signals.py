@@ -1,12 +1,14 @@
 """Numbers that decide what a signal does: events, amplitudes, frequencies, settling.
 
-All functions take plain arrays, time [s] of shape (times,) equally spaced, and return plain floats;
-``None`` or nan where the event does not happen.
+All functions take plain arrays, time [s] of shape (times,) equally spaced, and return plain floats:
+a time is None where the event does not happen, a size nan where there are no samples.
 """
 
 from __future__ import annotations
 
 import numpy as np
+
+SPECTRUM_SAMPLES = 4  # fewer leave nothing of a Hann window but its middle
 
 
 def window(time: np.ndarray, begin: float, end: float) -> slice:
@@ -16,18 +18,28 @@ def window(time: np.ndarray, begin: float, end: float) -> slice:
 
 def amplitude(values: np.ndarray) -> float:
     """Largest magnitude."""
-    return float(np.abs(values).max())
+    return float(np.abs(values).max()) if values.size else np.nan
 
 
 def peak_to_peak(values: np.ndarray) -> float:
     """Largest minus smallest value."""
-    return float(np.ptp(values))
+    return float(np.ptp(values)) if values.size else np.nan
+
+
+def middle(values: np.ndarray) -> float:
+    """Half way between the largest and the smallest value."""
+    return float(values.max() + values.min()) / 2 if values.size else np.nan
+
+
+def mean(values: np.ndarray) -> float:
+    """Of all samples."""
+    return float(values.mean()) if values.size else np.nan
 
 
 def onset(time: np.ndarray, values: np.ndarray, fraction: float = 0.5) -> float | None:
     """First time [s] at which the magnitude reaches this fraction of its largest value."""
     size = np.abs(values)
-    if size.max() == 0:
+    if size.max(initial=0.0) == 0:
         return None
     return float(time[np.argmax(size >= fraction * size.max())])
 
@@ -44,7 +56,12 @@ def first_above(time: np.ndarray, values: np.ndarray, level: float) -> float | N
 
 
 def spectrum(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(frequency [Hz], single-sided amplitude) of the values less their mean, Hann window."""
+    """(frequency [Hz], single-sided amplitude) of the values less their mean, Hann window.
+
+    Both empty if there are too few samples for one frequency.
+    """
+    if values.size < SPECTRUM_SAMPLES:
+        return np.empty(0), np.empty(0)
     centred = values - values.mean()
     weights = np.hanning(values.size)
     amplitudes = 2 * np.abs(np.fft.rfft(centred * weights)) / weights.sum()
@@ -52,9 +69,14 @@ def spectrum(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def dominant_frequency(time: np.ndarray, values: np.ndarray, above_hz: float = 100.0) -> float:
-    """Frequency [Hz] of the largest line above ``above_hz``, refined by a parabola through it."""
+    """Frequency [Hz] of the largest line above ``above_hz``, refined by a parabola through it.
+
+    nan if there is none.
+    """
     frequency, amplitudes = spectrum(time, values)
     first = int(np.searchsorted(frequency, above_hz))
+    if amplitudes[first:].max(initial=0.0) == 0:
+        return np.nan
     peak = first + int(np.argmax(amplitudes[first:]))
     if peak in (0, amplitudes.size - 1):
         return float(frequency[peak])
@@ -65,7 +87,9 @@ def dominant_frequency(time: np.ndarray, values: np.ndarray, above_hz: float = 1
 
 def settling_time(time: np.ndarray, values: np.ndarray, target: float, band: float) -> float | None:
     """Time [s] after which values stay within target +- band; None if they do not at the end."""
-    outside = np.abs(values - target) > band
+    if not time.size:
+        return None
+    outside = ~(np.abs(values - target) <= band)
     if not outside.any():
         return float(time[0])
     last = int(np.flatnonzero(outside)[-1])

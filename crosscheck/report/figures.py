@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import io
+import itertools
+import re
 from collections.abc import Mapping
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from crosscheck.envelope import envelope
+from crosscheck.report.fragments import COLOURS
 
 BINS = 900
 STYLE: dict[Any, Any] = {
@@ -24,7 +28,9 @@ STYLE: dict[Any, Any] = {
     "axes.spines.right": False,
     "lines.linewidth": 1.2,
 }
+LEGEND_LETTERS, KEY_LETTERS = 120, 9  # that fit beside each other; as wide as an entry's line
 MICRO, KILO = 1e6, 1e-3
+NOT_REACHED = "the run ends before"
 
 
 def to_svg(figure: Figure) -> str:
@@ -33,7 +39,27 @@ def to_svg(figure: Figure) -> str:
     with mpl.rc_context(STYLE):
         figure.savefig(stream, format="svg", metadata={"Date": None})
     text = stream.getvalue()
-    return text[text.index("<svg") :]
+    return _IMAGE_ID.sub(r"\1", text[text.index("<svg") :])
+
+
+def sound_links(html: str) -> str:
+    """The page with no two drawings sharing an id, and no link to what is not on it.
+
+    Ids of the n-th drawing begin with its number; of a link that leads nowhere the text stays.
+    """
+    numbers = itertools.count(1)
+
+    def numbered(svg: re.Match[str]) -> str:
+        return _ID.sub(rf"\1s{next(numbers)}-", svg[0])
+
+    there = set(re.findall(r'\bid="([^"]+)"', html))
+    return _LINK.sub(lambda link: link[0 if link[1] in there else 2], _SVG.sub(numbered, html))
+
+
+_IMAGE_ID = re.compile(r'(<image\b[^>]*?) id="[^"]*"')  # like images get like ids
+_SVG = re.compile(r"<svg\b.*?</svg>", re.DOTALL)
+_LINK = re.compile(r'<a href="#([^"]+)">(.*?)</a>')
+_ID = re.compile(r'(\bid="|xlink:href="#|url\(#)')
 
 
 def new_figure(rows: int, columns: int = 2, height: float = 2.1) -> tuple[Figure, np.ndarray]:
@@ -43,6 +69,18 @@ def new_figure(rows: int, columns: int = 2, height: float = 2.1) -> tuple[Figure
         return figure, figure.subplots(rows, columns, squeeze=False)
 
 
+def legend(figure: Figure, *axes: Axes) -> None:
+    """What the axes' lines are, told once below the whole drawing, where no curve can be."""
+    entries: dict[str, Artist] = {}
+    for one in axes:
+        for artist, name in zip(*one.get_legend_handles_labels(), strict=True):
+            entries.setdefault(name, artist)
+    columns = max(1, min(len(entries), LEGEND_LETTERS // (max(map(len, entries)) + KEY_LETTERS)))
+    figure.legend(
+        entries.values(), entries, loc="outside lower center", ncols=columns, frameon=False
+    )
+
+
 def draw(axes: Axes, time: np.ndarray, values: np.ndarray, label: str, colour: str) -> None:
     """A line, or a min-max band where there are more samples than the page can show."""
     if time.size <= 2 * BINS:
@@ -50,6 +88,19 @@ def draw(axes: Axes, time: np.ndarray, values: np.ndarray, label: str, colour: s
         return
     centres, low, high = envelope(time, values, BINS)
     axes.fill_between(centres, low, high, label=label, color=colour, linewidth=0.6, alpha=0.75)
+
+
+def not_reached(axes: Axes) -> None:
+    """Say that nothing is drawn since no run gets there."""
+    axes.text(0.5, 0.5, NOT_REACHED, ha="center", va="center", transform=axes.transAxes)
+
+
+def log_y(axes: Axes) -> None:
+    """A logarithmic scale for the lines drawn, where one has anything to show on it."""
+    if any((np.asarray(line.get_ydata(), dtype=float) > 0).any() for line in axes.lines):
+        axes.set_yscale("log")
+    else:
+        not_reached(axes)
 
 
 def run_figure(ours: xr.Dataset, theirs: xr.Dataset) -> str:
@@ -64,13 +115,13 @@ def run_figure(ours: xr.Dataset, theirs: xr.Dataset) -> str:
     for axes, (quantity, scale, label, difference_label) in zip(grid, rows, strict=True):
         one, other = (_first_planet(run[quantity]) for run in (ours, theirs))
         time = ours["time"].values
-        for joint, colour in zip(range(one.shape[1]), _colours(), strict=False):
+        for joint, colour in zip(range(one.shape[1]), COLOURS, strict=False):
             draw(axes[0], time, scale * one[:, joint], f"joint {joint + 1}", colour)
             gap = np.maximum(np.abs(one[:, joint] - other[:, joint]), 1e-20)
             draw(axes[1], time, gap, f"joint {joint + 1}", colour)
         axes[0].set_ylabel(label)
         axes[1].set(ylabel=difference_label, yscale="log")
-    grid[0, 0].legend(loc="best", frameon=False)
+    legend(figure, grid[0, 0])
     for axes in grid[-1]:
         axes.set_xlabel("time [s]")
     return to_svg(figure)
@@ -81,7 +132,7 @@ def level_figure(geared: xr.Dataset, rigid: Mapping[str, xr.Dataset]) -> str:
     joints = geared["joint"].size
     figure, grid = new_figure(1, joints, 2.6)
     for joint, axes in enumerate(grid[0]):
-        for colour, (level, run) in zip(_colours(), rigid.items(), strict=False):
+        for colour, (level, run) in zip(COLOURS, rigid.items(), strict=False):
             gap = run["theta"].values[:, joint] - geared["theta"].values[:, joint]
             axes.plot(
                 geared["time"].values, np.maximum(np.abs(gap), 1e-12), color=colour, label=level
@@ -89,13 +140,9 @@ def level_figure(geared: xr.Dataset, rigid: Mapping[str, xr.Dataset]) -> str:
         axes.set(
             yscale="log", xlabel="time [s]", ylabel="|deviation| [rad]", title=f"joint {joint + 1}"
         )
-    grid[0, 0].legend(frameon=False)
+    legend(figure, grid[0, 0])
     return to_svg(figure)
 
 
 def _first_planet(values: xr.DataArray) -> np.ndarray:
     return (values.isel(planet=0) if "planet" in values.dims else values).values
-
-
-def _colours() -> list[str]:
-    return ["#1f5fa8", "#d1702c", "#2f8f5b", "#8a4fb0", "#b03050", "#5a6b7a", "#a08a20"]

@@ -29,7 +29,7 @@ def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
     environment.filters |= {"number": number, "counted": counted, "tally": tally}
     agreement = result.agreement
     found = cells(agreement.findings)
-    return environment.get_template("page.html.j2").render(
+    page = environment.get_template("page.html.j2").render(
         arm=result.arm,
         agreement=agreement,
         cells=found,
@@ -40,6 +40,7 @@ def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
         chapters=chapters,
         provenance=agreement.provenance,
     )
+    return figures.sound_links(page)
 
 
 def number(value: float | None) -> str:

@@ -28,6 +28,7 @@ from crosscheck.paper.claims.rule import (
     verdict,
     where,
 )
+from crosscheck.paper.scale import QUICK
 from crosscheck.studies.study import Study
 
 IDS = [f"{claim.section}: {claim.statement}" for claim in claims.CLAIMS]
@@ -87,7 +88,7 @@ def test_threshold_has_two_sides(claim):
             step = 1e-6 * max(abs(end), 1e-12)
             assert claim.decide(end + inward * step)
             assert not claim.decide(end - inward * step)
-    assert not claim.decide(math.nan)
+    assert claim.decide(math.nan) is None
 
 
 @pytest.mark.parametrize("claim", claims.CLAIMS, ids=IDS)
@@ -99,7 +100,7 @@ def test_claim_can_be_answered_both_ways(claim):
     for _ in range(DRAWS):
         numbers = Synthetic(claim, generator)
         seen |= {a.yes for a in answers(claim, [Cell("angle", "x", 0.006, numbers)])}
-        if seen == {True, False}:
+        if seen >= {True, False}:
             return
     pytest.fail(f"only {seen}")
 
@@ -249,7 +250,7 @@ def test_side_changes_ignore_free_flight():
 
 @pytest.mark.slow
 def test_quick_chapter(tmp_path: Path):
-    chapter = claims.chapter(Study(tmp_path), quick=True)
+    chapter = claims.chapter(Study(tmp_path), QUICK)
     assert len(chapter.records) == len(claims.CLAIMS)
     assert len({record["id"] for record in chapter.records}) == len(chapter.records)
     json.dumps(chapter.records, allow_nan=False)

@@ -14,8 +14,10 @@ from crosscheck.paper.figures import chapter as figures
 from crosscheck.paper.figures import measures as figures_measures
 from crosscheck.paper.figures import verdicts as figures_verdicts
 from crosscheck.paper.figures.laws import figure_4, figure_5, limits, ratio_row
-from crosscheck.paper.figures.plate import Shelf, first_planets
+from crosscheck.paper.figures.plate import Shelf
+from crosscheck.paper.figures.runs import first_planets
 from crosscheck.paper.figures.store import reduced
+from crosscheck.paper.scale import QUICK
 from crosscheck.studies.study import Study, Variant
 
 JUST = 1e-6
@@ -45,7 +47,7 @@ THRESHOLDS = {
     "accurate": (lambda x: figures_verdicts.accurate(x, 1.0), -figures_verdicts.ACCURATE),
     "same": (lambda x: figures_verdicts.same(x, 1.0), -figures_verdicts.SAME),
     "explains": (lambda x: figures_verdicts.explains(x, 1.0), figures_verdicts.EXPLAINS),
-    "converges": (lambda x: figures_verdicts.converges(x, 1.0), -figures_verdicts.CONVERGED),
+    "converges": (lambda x: figures_verdicts.converges(1.0, x, 1.0), -figures_verdicts.CONVERGED),
     "fluctuates": (figures_verdicts.fluctuates, figures_verdicts.ACCELERATION),
     "stands_out": (figures_verdicts.stands_out, figures_verdicts.LINE),
     "visible": (lambda x: figures_verdicts.visible(x, 1.0), figures_verdicts.TORQUE),
@@ -68,7 +70,7 @@ def test_thresholds_from_both_sides(name: str) -> None:
 def test_near_and_in_range() -> None:
     assert figures_verdicts.near(1.09, 1.0, 0.1)
     assert not figures_verdicts.near(1.11, 1.0, 0.1)
-    assert not figures_verdicts.near(None, 1.0, 0.1)
+    assert figures_verdicts.near(None, 1.0, 0.1) is None
     assert figures_verdicts.in_range(49.0, 10.0, 40.0)
     assert not figures_verdicts.in_range(51.0, 10.0, 40.0)
     assert not figures_verdicts.in_range(7.0, 10.0, 40.0)
@@ -162,7 +164,7 @@ def test_limits_give_the_fundamental_its_size(contact_ratio: float) -> None:
 
 
 def test_drawn_laws_are_deterministic_and_hold(tmp_path: Path) -> None:
-    shelf = Shelf(Study(tmp_path), True)
+    shelf = Shelf(Study(tmp_path), QUICK)
     for draw in (figure_4, figure_5):
         plate = draw(shelf)
         assert plate.html() == draw(shelf).html()
@@ -190,7 +192,7 @@ def test_reduction_keeps_windows_and_extrema() -> None:
 
 def test_shelf_reads_a_run_once(tmp_path: Path) -> None:
     study = Study(tmp_path)
-    shelf = Shelf(study, True)
+    shelf = Shelf(study, QUICK)
     variant = Variant("constant-torque", duration_s=1e-3)
     first = shelf.runs([variant], 8)[variant]
     assert shelf.runs([variant], 9)[variant] is first
@@ -201,7 +203,7 @@ def test_shelf_reads_a_run_once(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_quick_chapter(tmp_path: Path) -> None:
     study = Study(tmp_path, 2)
-    chapter = figures.chapter(study, quick=True)
+    chapter = figures.chapter(study, QUICK)
     assert [record["id"] for record in chapter.records] == [
         f"figure-{number}" for number in figures.QUICK_NUMBERS
     ]
@@ -209,7 +211,7 @@ def test_quick_chapter(tmp_path: Path) -> None:
     assert re.findall(r'<h3 id="figure-(\d+)"', chapter.html) == [
         str(number) for number in figures.QUICK_NUMBERS
     ]
-    assert figures.chapter(study, quick=True) == chapter
+    assert figures.chapter(study, QUICK) == chapter
     verdicts = {record["id"]: record["verdicts"] for record in chapter.records}
     assert verdicts["figure-14"]["third fluctuation"] == "only with omega_t"
     assert verdicts["figure-6"]["the deviation comes from the mesh"] == "does not hold"

@@ -11,6 +11,7 @@ import pytest
 from crosscheck.paper.command import paper_command
 from crosscheck.paper.errata.sheet import chapter, markdown
 from crosscheck.paper.report import page, records_json
+from crosscheck.paper.scale import QUICK
 from crosscheck.report.chapter import Chapter
 from crosscheck.studies.study import Study
 from models.errors import InputError
@@ -46,7 +47,7 @@ def test_records_are_identical_but_for_the_provenance(tmp_path: Path):
 
 
 def test_errata_sheet_says_the_same_as_a_page_and_as_markdown(tmp_path: Path):
-    sheet = chapter(Study(tmp_path), quick=True)
+    sheet = chapter(Study(tmp_path), QUICK)
     text = markdown(sheet.records)
     for record in sheet.records:
         assert record["where"].replace("|", r"\|") in text

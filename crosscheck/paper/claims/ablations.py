@@ -8,9 +8,10 @@ from crosscheck.paper.claims.rule import (
     about,
     above,
     below,
+    difference,
     largest,
     of,
-    over_largest,
+    over,
     ratio,
     where,
 )
@@ -50,7 +51,7 @@ SIZES = (
         "Internal excitation is more severe than meshing impacts.",
         "third fluctuation over the larger of the first two",
         "1",
-        over_largest("pd.third", "pd.first", "pd.second"),
+        over(of("pd.third"), largest("pd.first", "pd.second")),
         above(1.0),
     ),
     Claim(
@@ -179,7 +180,7 @@ ABLATIONS = (
         "Tooth error is the main source of internal excitation.",
         "third fluctuation lost without tooth error less that lost with constant stiffness",
         "rad/s²",
-        lambda n: n["constant_stiffness.third"] - n["no_error.third"],
+        difference("constant_stiffness.third", "no_error.third"),
         above(EVIDENT),
     ),
     Claim(
@@ -188,7 +189,7 @@ ABLATIONS = (
         "Varying stiffness intensifies the fluctuation.",
         "third fluctuation less that with constant stiffness",
         "rad/s²",
-        lambda n: n["pd.third"] - n["constant_stiffness.third"],
+        difference("pd.third", "constant_stiffness.third"),
         above(EVIDENT),
     ),
     Claim(

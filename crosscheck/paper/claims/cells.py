@@ -13,6 +13,7 @@ from crosscheck.paper.claims.measures import back_and_forth, constant_torque
 from crosscheck.paper.claims.pd import transient, whole
 from crosscheck.paper.claims.rule import LAWS, Cell
 from crosscheck.paper.claims.statics import statics
+from crosscheck.paper.scale import Scale
 from crosscheck.studies.study import Numbers, Study, Variant
 
 READINGS = ("paper-labelled", "paper-swapped")
@@ -69,15 +70,15 @@ QUICK = Plan(
 )
 
 
-def cells(study: Study, quick: bool) -> list[Cell]:
+def cells(study: Study, scale: Scale) -> list[Cell]:
     """Every cell with its numbers."""
-    plan = QUICK if quick else FULL
+    plan = QUICK if scale.quick else FULL
     known = {reading: statics(reading) for reading in plan.readings}
     found = [Cell(*where) for where in product(LAWS, plan.readings, plan.zetas)]
     wanted = [(cell, experiment) for cell in found for experiment in experiments(plan, cell)]
     for measure in (constant_torque, whole, transient, back_and_forth):
         asked = [(cell, e) for cell, e in wanted if e.measure is measure]
-        variants = [experiment.variant for _, experiment in asked]
+        variants = [scale.cut(experiment.variant) for _, experiment in asked]
         numbers = study.measures(variants, measure, "claims: " + measure.__name__.replace("_", " "))
         for (cell, experiment), values in zip(asked, numbers, strict=True):
             cell.numbers.add(experiment.name, values)

@@ -18,9 +18,12 @@ from crosscheck.paper.claims.rule import (
     verdict,
 )
 from crosscheck.paper.claims.table import table_html
+from crosscheck.paper.scale import Scale
+from crosscheck.paper.undefined import extreme
 from crosscheck.report.chapter import Chapter
 from crosscheck.studies.study import Study
 
+ID, TITLE = "claims", "The paper's statements, one by one"
 CLAIMS: tuple[Claim, ...] = (
     *section2.CLAIMS,
     *section3.CLAIMS,
@@ -31,15 +34,15 @@ CLAIMS: tuple[Claim, ...] = (
 )
 
 
-def chapter(study: Study, quick: bool) -> Chapter:
+def chapter(study: Study, scale: Scale) -> Chapter:
     """The claims, their values in all cells and their verdicts."""
-    simulated = cells(study, quick)
+    simulated = cells(study, scale)
     judged = [(claim, answers(claim, simulated)) for claim in CLAIMS]
     records = [_record(name, *pair) for name, pair in zip(_names(), judged, strict=True)]
     zetas = sorted({cell.zeta for cell in simulated})
     return Chapter(
-        "claims",
-        "The paper's statements, one by one",
+        ID,
+        TITLE,
         table_html(records, zetas, _left(simulated)),
         records,
         _outcome(records),
@@ -53,12 +56,16 @@ def _outcome(records: Sequence[dict[str, Any]]) -> str:
 
 
 def _left(simulated: Sequence[Cell]) -> tuple[float, float]:
-    """Largest third fluctuation under `angle`, and the largest loss of it without tooth error."""
-    numbers = [cell.numbers for cell in simulated if cell.phase == "angle"]
-    ablated = [n for n in numbers if "no_error.third" in n]
+    """Largest third fluctuation under `angle`, and the largest loss of it without tooth error.
+
+    Of the runs that have one; nan if none has.
+    """
+    angle = [cell.numbers for cell in simulated if cell.phase == "angle"]
+    numbers = [n for n in angle if n.simulated("pd")]
+    ablated = [n for n in numbers if n.simulated("no_error")]
     return (
-        max(n["pd.third"] for n in numbers),
-        max(n["pd.third"] - n["no_error.third"] for n in ablated),
+        extreme((n["pd.third"] for n in numbers), max),
+        extreme((n["pd.third"] - n["no_error.third"] for n in ablated), max),
     )
 
 
@@ -85,11 +92,12 @@ def _record(name: str, claim: Claim, given: Sequence[Answer]) -> dict[str, Any]:
         "values": _groups(claim, given),
         "verdict": judged.verdict,
         "depends_on": list(judged.depends_on),
+        "undefined": judged.undefined,
     }
 
 
 def _groups(claim: Claim, given: Sequence[Answer]) -> dict[str, dict[str, Any]]:
-    """By law and reading: default, range over the damping and the free parameter, yes of cells."""
+    """By law and reading: default, range over damping and free parameter, cells' answers."""
     groups: dict[str, list[Answer]] = {}
     for answer in given:
         groups.setdefault(f"{answer.phase}, {answer.reading}", []).append(answer)
@@ -105,6 +113,7 @@ def _summary(group: Sequence[Answer], first_choice: str) -> dict[str, Any]:
         "min": min(finite, default=None),
         "max": max(finite, default=None),
         "zetas": sorted({answer.zeta for answer in group}),
-        "yes": sum(answer.yes for answer in group),
+        "yes": sum(answer.yes is True for answer in group),
+        "undefined": sum(answer.yes is None for answer in group),
         "cells": len(group),
     }

@@ -12,7 +12,9 @@ from crosscheck.paper.claims.rule import (
     each,
     largest,
     of,
+    over,
     ratio,
+    smallest,
     where,
 )
 from crosscheck.paper.claims.section2 import DOUBLED, EVIDENT, HALVED, VISIBLE_SHARE
@@ -25,6 +27,7 @@ FIRST_TWO = Limits(10, 40)  # rad/s^2, as printed
 FEW = 0.05  # of the largest
 HIGH_HZ = 100.0
 EXISTS = above(EVIDENT)
+THREE = ("pd.first", "pd.second", "pd.third")
 BAND_NAMES = tuple(f"{band:g}" for band in BANDS)
 
 POSITIONING = (
@@ -129,7 +132,7 @@ COURSE = (
         "The shoulder's acceleration fluctuates severely.",
         "largest fluctuation over the rigid arm's largest acceleration",
         "1",
-        lambda n: max(n["pd.first"], n["pd.second"], n["pd.third"]) / n["pd.rigid_peak"],
+        over(largest(*THREE), of("pd.rigid_peak")),
         above(1.0),
     ),
     Claim(
@@ -138,7 +141,7 @@ COURSE = (
         "There are three fluctuations in the first 1.2 s.",
         "smallest of the three",
         "rad/s²",
-        lambda n: min(n["pd.first"], n["pd.second"], n["pd.third"]),
+        smallest(*THREE),
         above(MINOR),
     ),
     Claim(
@@ -237,7 +240,7 @@ COURSE = (
         "The fourth is smaller than the previous three.",
         "the fourth over the smallest of them",
         "1",
-        lambda n: n["pd.fourth"] / min(n["pd.first"], n["pd.second"], n["pd.third"]),
+        over(of("pd.fourth"), smallest(*THREE)),
         below(1.0),
     ),
     Claim(

@@ -1,6 +1,7 @@
 """The numbers of one run that the paper's statements are about: torque-driven experiments.
 
-Mesh quantities are those of the shoulder's sun-planet pair, first planet.
+Mesh quantities are those of the shoulder's sun-planet pair, first planet. Every measure has all its
+numbers for every run: None for what the run does not last for, or what does not happen in it.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from analytic.kinematics import StageGeometry, stage_geometry
 from crosscheck.checks.trajectories import tip_position
 from crosscheck.paper import signals
 from crosscheck.paper.fluctuation import RIGID_STEP_S
+from crosscheck.paper.undefined import finite, quotient
 from crosscheck.registry import RIGID_LEVELS, build
 from crosscheck.studies.study import Numbers
 from models.arm import Arm
@@ -29,7 +31,9 @@ TURN_M = 2e-6  # a turning point of the ripple of 2 E = 10 um
 DECAYED = 0.1  # of the largest value
 RINGING_S = 0.0012  # two periods of the slower mesh mode
 SMOOTHING_S = 0.01  # slower than the meshes' vibrations, faster than the arm's motion
-EARLY_S = (0.1, 0.3)  # back and forth: errors are small; the last 0.2 s of each second after it
+# Back and forth: errors are small; then the last 0.2 s of each second.
+ERROR_WINDOWS_S = {"early": (0.1, 0.3), "1_s": (0.8, 1.0), "2_s": (1.8, 2.0)}
+FEWEST = 3  # samples that a straight trend can be taken off
 OWN_SHIFT_RAD = 1e-6  # small enough to stay in proportion for 2 s
 NO_MESH = {
     "backlash_m": 0.0,
@@ -51,14 +55,14 @@ def constant_torque(run: xr.Dataset) -> Numbers:
     return finite(
         {
             **_deviations(run),
-            "x_middle_um": 0.5e6 * (x[late].max() + x[late].min()),
-            "x_ripple_um": 1e6 * np.ptp(x[late]),
+            "x_middle_um": 1e6 * signals.middle(x[late]),
+            "x_ripple_um": 1e6 * signals.peak_to_peak(x[late]),
             "vibration_decay_s": decay(time, fast(time, force, RINGING_S)),
-            "x_ripple_over_2E": np.ptp(x[late]) / (2 * error) if error else None,
+            "x_ripple_over_2E": quotient(signals.peak_to_peak(x[late]), 2 * error),
             "force_at_start_N": abs(force[0]),
-            "force_overshoot": force.max() / force[late].mean(),
-            "force_decay": ripple(force[start]) / ripple(force[late]),
-            "turns_gained": _turns(time, x, HALFWAY_S, np.inf) - _turns(time, x, 0, HALFWAY_S),
+            "force_overshoot": quotient(force.max(), signals.mean(force[late])),
+            "force_decay": quotient(ripple(force[start]), ripple(force[late])),
+            "turns_gained": _turns_gained(time, x),
             "speeding_up": (np.diff(speed) > 0).mean(),
             "stiffness_correlation": _stiffness_correlation(run, late),
             "torque_gain": _torque_gain(run, late),
@@ -79,13 +83,11 @@ def back_and_forth(run: xr.Dataset) -> Numbers:
         for shift in (0.0, OWN_SHIFT_RAD)
     )
     gaps = {"error": run["theta"].values[:, 0] - rigid, "own": shifted - rigid}
-    ends = np.arange(1, round(time[-1]) + 1)
-    windows = {"early": EARLY_S, **{f"{end}_s": (end - 0.2, end) for end in ends}}
     return finite(
         {
             f"{kind}_{name}": signals.amplitude(gap[signals.window(time, *limits)])
             for kind, gap in gaps.items()
-            for name, limits in windows.items()
+            for name, limits in ERROR_WINDOWS_S.items()
         }
     )
 
@@ -105,12 +107,19 @@ def _deviations(run: xr.Dataset) -> dict[str, float]:
         numbers |= {
             f"deviation_1_{level}_rad": gap[:, 0].max(),
             f"deviation_2_{level}_rad": gap[:, 1].max(),
-            f"growth_{level}": distance[half:].max() / distance[:half].max(),
+            f"growth_{level}": quotient(distance[half:].max(), distance[:half].max()),
             f"tip_{level}_mm": 1e3 * distance.max(),
-            f"relative_{level}": gap.max() / np.abs(run["theta"].values).max(),
+            f"relative_{level}": quotient(gap.max(), np.abs(run["theta"].values).max()),
             f"stroke_share_{level}": gap.max() / np.pi,
         }
     return numbers
+
+
+def _turns_gained(time: np.ndarray, values: np.ndarray) -> float:
+    """Turning points after HALFWAY_S less those before; nan if the run ends there."""
+    if time[-1] <= HALFWAY_S:
+        return np.nan
+    return _turns(time, values, HALFWAY_S, np.inf) - _turns(time, values, 0, HALFWAY_S)
 
 
 def _turns(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> int:
@@ -122,10 +131,7 @@ def _turns(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> in
 def _stiffness_correlation(run: xr.Dataset, part: slice) -> float:
     """Of the mesh force with the mesh stiffness, both less their straight trend."""
     force = first_planet(run["F_sp"])[part]
-    sine = np.sin(mesh_phase(run)[part])
-    step = np.arange(force.size)
-    flat = [values - np.polyval(np.polyfit(step, values, 1), step) for values in (force, sine)]
-    return float(np.corrcoef(flat[0], flat[1])[0, 1])
+    return correlation(_flat(force), _flat(np.sin(mesh_phase(run)[part])))
 
 
 def _torque_gain(run: xr.Dataset, part: slice) -> float:
@@ -134,7 +140,7 @@ def _torque_gain(run: xr.Dataset, part: slice) -> float:
     stage, planets = geometry(run), arm.joints[0].planet_count
     forces = first_planet(run["F_sp"])[part] + first_planet(run["F_pr"])[part]
     motor = run["torque"].values[part, 0] / stage.n
-    return float(planets * stage.r_cp * forces.mean() / motor.mean())
+    return quotient(planets * stage.r_cp * signals.mean(forces), signals.mean(motor))
 
 
 def mesh_phase(run: xr.Dataset) -> np.ndarray:
@@ -206,20 +212,28 @@ def fast(time: np.ndarray, values: np.ndarray, over_s: float = SMOOTHING_S) -> n
 
 
 def decay(time: np.ndarray, values: np.ndarray) -> float:
-    """Time [s] from the largest value until the last one above a tenth of it."""
+    """Time [s] from the largest value until the last one above a tenth of it; nan if all are 0."""
     size = np.abs(values)
+    if size.max(initial=0.0) == 0:
+        return np.nan
     return float(time[np.flatnonzero(size >= DECAYED * size.max())[-1]] - time[size.argmax()])
 
 
 def ripple(values: np.ndarray) -> float:
     """Peak to peak less the straight trend, so that a slow drift does not count."""
+    return signals.peak_to_peak(_flat(values))
+
+
+def _flat(values: np.ndarray) -> np.ndarray:
+    """Less their straight trend; nothing is left of too few to have one."""
+    if values.size < FEWEST:
+        return np.empty(0)
     step = np.arange(values.size)
-    return signals.peak_to_peak(values - np.polyval(np.polyfit(step, values, 1), step))
+    return values - np.polyval(np.polyfit(step, values, 1), step)
 
 
-def finite(numbers: dict[str, float | None]) -> Numbers:
-    """Plain floats, None for what does not exist."""
-    return {
-        name: float(value) if value is not None and np.isfinite(value) else None
-        for name, value in numbers.items()
-    }
+def correlation(one: np.ndarray, other: np.ndarray) -> float:
+    """Pearson's; nan where one of them does not vary."""
+    if one.size < FEWEST or np.ptp(one) == 0 or np.ptp(other) == 0:
+        return np.nan
+    return float(np.corrcoef(one, other)[0, 1])

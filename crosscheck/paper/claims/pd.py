@@ -12,9 +12,9 @@ import xarray as xr
 from crosscheck.paper import signals
 from crosscheck.paper.claims.measures import (
     RING_CYCLES,
+    correlation,
     decay,
     fast,
-    finite,
     first_planet,
     geometry,
     recorded,
@@ -22,6 +22,7 @@ from crosscheck.paper.claims.measures import (
     rigid_arm,
 )
 from crosscheck.paper.fluctuation import THIRD_S
+from crosscheck.paper.undefined import finite, quotient
 from crosscheck.studies.study import Numbers
 from models.scenario import PdDrive
 
@@ -76,7 +77,7 @@ def _side_change(time: np.ndarray, force: np.ndarray) -> tuple[float, float]:
     if side is None:
         return float("nan"), float("nan")
     held = np.flatnonzero(force[: int(np.searchsorted(time, side))] > 0)
-    return side, float(time[held[-1]])
+    return side, float(time[held[-1]]) if held.size else float("nan")
 
 
 def _third_window(time: np.ndarray, side: float) -> slice:
@@ -98,7 +99,7 @@ def _impacts(
     }
     if not np.isfinite(side):
         return numbers | dict.fromkeys(_SECOND)
-    at = int(np.searchsorted(time, side))
+    parting, meeting = np.searchsorted(time, (left, side))
     change = signals.window(time, side, side + IMPACT_S)
     onset = signals.onset(time[change], excess[change])
     return numbers | {
@@ -106,7 +107,7 @@ def _impacts(
         "second_decay_s": decay(time[change], excess[change]),
         "second_delay_s": None if onset is None else onset - side,
         "second_force_N": signals.amplitude(force[change]),
-        "jump_um": 1e6 * (x[np.searchsorted(time, left)] - x[at]),
+        "jump_um": 1e6 * (x[parting] - x[meeting]) if np.isfinite(left) else None,
         "flight_s": side - left,
         "other_side_um": 1e6 * x[change].min(),
     }
@@ -128,48 +129,68 @@ def _third(
 ) -> dict[str, float | None]:
     """Sizes [rad/s^2] and course of the third fluctuation."""
     window, shoulder = time[part], excess[part, 0]
+    if not window.size:
+        return dict.fromkeys(_THIRD)
     beginning = signals.amplitude(shoulder[: np.searchsorted(window, window[0] + NEAR_S)])
     onset = signals.onset(window, shoulder)
     return {
         "third": signals.amplitude(shoulder),
         "third_elbow": signals.amplitude(excess[part, 1]),
-        "third_growth": signals.amplitude(shoulder) / beginning,
+        "third_growth": quotient(signals.amplitude(shoulder), beginning),
         "third_gap_s": None if onset is None else onset - side,
     }
+
+
+_THIRD = ("third", "third_elbow", "third_growth", "third_gap_s")
 
 
 def _spectra(run: xr.Dataset, excess: np.ndarray, part: slice) -> dict[str, float | None]:
     """Lines of both joints' accelerations in the 0.1 s around the third fluctuation's peak."""
     time = run["time"].values[part]
+    if not time.size:
+        return {f"{name}{joint}{unit}": None for joint in _JOINTS for name, unit in _SPECTRAL}
     centre = time[int(np.abs(excess[part, 0]).argmax())]
     begin = min(max(centre - NEAR_S / 2, time[0]), time[-1] - NEAR_S)
     near = part.start + np.flatnonzero((time >= begin) & (time < begin + NEAR_S))
     numbers: dict[str, float | None] = {}
-    for joint, name in enumerate(("", "_elbow")):
+    for joint, name in enumerate(_JOINTS):
         values = excess[near, joint]
         static = abs(run["theta_ddot"].values[near, joint].mean())
         frequency, lines = signals.spectrum(run["time"].values[near], values)
         peak = signals.dominant_frequency(run["time"].values[near], values)
         numbers |= {
             f"frequency{name}_Hz": peak,
-            f"overtone{name}": _line(frequency, lines, 2 * peak) / _line(frequency, lines, peak),
+            f"overtone{name}": quotient(
+                _line(frequency, lines, 2 * peak), _line(frequency, lines, peak)
+            ),
             f"low_share{name}": _share(frequency, lines, LOWEST_HZ, LOW_HZ),
             f"line_share{name}": _share(frequency, lines, peak - LINE_HZ, peak + LINE_HZ),
-            f"static_over_line{name}": static / _line(frequency, lines, peak),
+            f"static_over_line{name}": quotient(static, _line(frequency, lines, peak)),
         }
     return numbers
 
 
+_JOINTS = ("", "_elbow")
+_SPECTRAL = (
+    ("frequency", "_Hz"),
+    ("overtone", ""),
+    ("low_share", ""),
+    ("line_share", ""),
+    ("static_over_line", ""),
+)
+
+
 def _line(frequency: np.ndarray, lines: np.ndarray, at: float) -> float:
-    """Largest line within LINE_HZ of a frequency."""
-    return float(lines[np.abs(frequency - at) <= LINE_HZ].max(initial=1e-300))
+    """Largest line within LINE_HZ of a frequency; nan for none."""
+    near = lines[np.abs(frequency - at) <= LINE_HZ]
+    return float(near.max(initial=1e-300)) if np.isfinite(at) else np.nan
 
 
 def _share(frequency: np.ndarray, lines: np.ndarray, low: float, high: float) -> float:
-    """Share of the energy above LOWEST_HZ that lies between two frequencies."""
+    """Share of the energy above LOWEST_HZ that lies between two frequencies; nan without energy."""
     energy = lines**2 * (frequency >= LOWEST_HZ)
     inside = (frequency >= low) & (frequency <= high)
-    return float(energy[inside].sum() / (energy.sum() + 1e-300))
+    return quotient(float(energy[inside].sum()), float(energy.sum()))
 
 
 def _loads(run: xr.Dataset, excess: np.ndarray, part: slice) -> dict[str, float | None]:
@@ -181,19 +202,25 @@ def _loads(run: xr.Dataset, excess: np.ndarray, part: slice) -> dict[str, float 
     return {
         "third_force_N": signals.amplitude(force[part]),
         "third_force_fast_N": signals.amplitude(fast(time, force)[part]),
-        "torque_fast_1": signals.amplitude(shaken[0][part]) / signals.amplitude(torque[:, 0]),
-        "torque_fast_2": signals.amplitude(shaken[1][part]) / signals.amplitude(torque[:, 1]),
+        "torque_fast_1": _share_of_largest(shaken[0][part], torque[:, 0]),
+        "torque_fast_2": _share_of_largest(shaken[1][part], torque[:, 1]),
         "torque_follows": _envelopes_correlate(time, shaken[0][part], excess[part]),
-        "speed_fast": signals.amplitude(fast(time, speed)[part]) / signals.amplitude(speed),
-        "side_changes": float(_side_changes(force[part])),
+        "speed_fast": _share_of_largest(fast(time, speed)[part], speed),
+        "side_changes": float(_side_changes(force[part])) if force[part].size else None,
     }
+
+
+def _share_of_largest(part: np.ndarray, whole: np.ndarray) -> float:
+    return quotient(signals.amplitude(part), signals.amplitude(whole))
 
 
 def _envelopes_correlate(time: np.ndarray, one: np.ndarray, other: np.ndarray) -> float:
     """Correlation of the largest magnitudes in every 10 ms."""
+    if not one.size:
+        return np.nan
     bins = np.arange(0, one.size, round(0.01 / (time[1] - time[0])))
     peaks = [np.maximum.reduceat(np.abs(values), bins) for values in (one, other)]
-    return float(np.corrcoef(peaks[0], peaks[1])[0, 1])
+    return correlation(peaks[0], peaks[1])
 
 
 def _side_changes(force: np.ndarray) -> int:
@@ -203,18 +230,19 @@ def _side_changes(force: np.ndarray) -> int:
 
 
 def _contacts(run: xr.Dataset, windows: tuple[slice, ...]) -> dict[str, float | None]:
-    """In how many windows the acceleration passes zero, and the teeth part; share of time apart."""
+    """In how many windows the acceleration passes zero, and the teeth part; share of time apart.
+
+    Windows are counted if there are all.
+    """
     force, acceleration = first_planet(run["F_sp"]), run["theta_ddot"].values[:, 0]
     begun = signals.window(run["time"].values, START_S, np.inf)
-    return {
-        "zero_windows": float(sum(np.ptp(np.sign(acceleration[w])) > 0 for w in _some(windows))),
-        "apart_windows": float(sum((force[w] == 0).any() for w in _some(windows))),
-        "apart_share": float((force[begun] == 0).mean()),
+    shares: dict[str, float | None] = {"apart_share": signals.mean(force[begun] == 0)}
+    if any(window.stop <= window.start for window in windows):
+        return shares | dict.fromkeys(("zero_windows", "apart_windows"))
+    return shares | {
+        "zero_windows": float(sum(np.ptp(np.sign(acceleration[w])) > 0 for w in windows)),
+        "apart_windows": float(sum((force[w] == 0).any() for w in windows)),
     }
-
-
-def _some(windows: tuple[slice, ...]) -> list[slice]:
-    return [window for window in windows if window.stop > window.start]
 
 
 def _mesh_rates(run: xr.Dataset) -> dict[str, float | None]:
@@ -228,9 +256,9 @@ def _mesh_rates(run: xr.Dataset) -> dict[str, float | None]:
     r_cp = geometry(run).r_cp
     top = np.abs(speed[:, 0]).max()
     return {
-        "mesh_rate_over_speed": np.abs([sp_rate, pr_rate]).max() / top,
-        "neglected_in_eq11": np.abs(sp_rate + pr_rate).max() / (2 * r_cp * top),
-        "mesh_over_gross": np.abs([x_sp, x_pr]).max() / (2 * r_cp * np.ptp(theta[:, 0])),
+        "mesh_rate_over_speed": quotient(np.abs([sp_rate, pr_rate]).max(), top),
+        "neglected_in_eq11": quotient(np.abs(sp_rate + pr_rate).max(), 2 * r_cp * top),
+        "mesh_over_gross": quotient(np.abs([x_sp, x_pr]).max(), 2 * r_cp * np.ptp(theta[:, 0])),
         "phase_gap_rad": RING_CYCLES * np.abs(speed[:, 0] * time - theta[:, 0]).max(),
     }
 

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import spearmanr
 
+from crosscheck.paper.undefined import UNDEFINED
 from crosscheck.studies.study import Numbers
 
 LAWS = ("omega_t", "angle")
@@ -26,21 +27,29 @@ class NotSimulatedError(LookupError):
 
 
 class Known(dict[str, float]):
-    """Numbers of a cell by ``experiment.quantity``; nan where a run has no such number.
+    """Numbers of a cell by ``experiment.quantity``; nan where a run has no such number or diverged.
 
-    An experiment named after a size has its decimal point as ``_``.
+    An experiment named after a size has its decimal point as ``_``. Numbers come as NumPy's, so
+    that a division by zero is not finite and not an exception.
 
     Raises NotSimulatedError for an experiment that the cell does not have, KeyError for a quantity
     that no experiment measures.
     """
 
+    def __getitem__(self, name: str) -> float:
+        return np.float64(super().__getitem__(name))
+
     def __missing__(self, name: str) -> float:
         experiment = name.split(".")[0]
         if f"{experiment}.diverged_s" in self:
             return math.nan
-        if any(known.startswith(f"{experiment}.") for known in self):
+        if self.simulated(experiment):
             raise KeyError(name)
         raise NotSimulatedError(name)
+
+    def simulated(self, experiment: str) -> bool:
+        """Whether the cell has it."""
+        return any(known.startswith(f"{experiment}.") for known in self)
 
     def add(self, experiment: str, numbers: Numbers) -> None:
         """Take over an experiment's numbers."""
@@ -63,13 +72,13 @@ class Cell:
 
 @dataclass(frozen=True)
 class Limits:
-    """The threshold of a claim: yes if low < value < high."""
+    """The threshold of a claim: yes if low < value < high, None if the value is undefined."""
 
     low: float = -math.inf
     high: float = math.inf
 
-    def __call__(self, value: float) -> bool:
-        return self.low < value < self.high
+    def __call__(self, value: float) -> bool | None:
+        return bool(self.low < value < self.high) if math.isfinite(value) else None
 
     def __str__(self) -> str:
         if math.isinf(self.low):
@@ -98,7 +107,7 @@ class Claim:
 
     value: the formula over a cell's numbers, or one formula for each ``choice`` of ``free``, a
     parameter that the paper does not give (the first choice is the default). decide: when the value
-    supports the statement. Not a number never does.
+    supports the statement. A value that is not finite neither does nor does not.
     """
 
     section: str
@@ -117,25 +126,25 @@ class Claim:
 
 
 class Answer(NamedTuple):
-    """A claim in one cell under one choice of its free parameter."""
+    """A claim in one cell under one choice of its free parameter; ``yes`` None: undefined."""
 
     phase: str
     reading: str
     zeta: float
     choice: str
     value: float
-    yes: bool
+    yes: bool | None
 
 
 class Verdict(NamedTuple):
-    """holds, only with omega_t, does not hold, depends or not simulated; and on what it depends."""
+    """holds, only with omega_t, does not hold, depends, undefined or not simulated.
+
+    depends_on: the parameters that decide; undefined: how many answers are.
+    """
 
     verdict: str
     depends_on: tuple[str, ...] = ()
-
-    def __str__(self) -> str:
-        on = ", ".join(self.depends_on)
-        return f"depends on {on}" if self.depends_on else self.verdict
+    undefined: int = 0
 
 
 def answers(claim: Claim, cells: Sequence[Cell]) -> list[Answer]:
@@ -154,16 +163,24 @@ def answers(claim: Claim, cells: Sequence[Cell]) -> list[Answer]:
 
 
 def verdict(given: Sequence[Answer], free: str = "") -> Verdict:
-    """The rule over all cells: what holds must hold in every cell of the law `angle`."""
-    angle = [answer for answer in given if answer.phase == "angle"]
+    """The rule over all cells: what holds must hold in every cell of the law `angle`.
+
+    Undefined cells are counted and have no say; if no cell of `angle` is defined, neither is the
+    verdict.
+    """
+    defined = [answer for answer in given if answer.yes is not None]
+    undefined = len(given) - len(defined)
+    if not any(answer.phase == "angle" for answer in given):
+        return Verdict("not simulated", (), undefined)
+    angle = [answer for answer in defined if answer.phase == "angle"]
     if not angle:
-        return Verdict("not simulated")
+        return Verdict(UNDEFINED, (), undefined)
     if all(answer.yes for answer in angle):
-        return Verdict("holds")
+        return Verdict("holds", (), undefined)
     if any(answer.yes for answer in angle):
-        return Verdict("depends", _deciding(angle, free))
-    only = any(answer.yes for answer in given)
-    return Verdict("only with omega_t" if only else "does not hold")
+        return Verdict("depends", _deciding(angle, free), undefined)
+    only = any(answer.yes for answer in defined)
+    return Verdict("only with omega_t" if only else "does not hold", (), undefined)
 
 
 def _deciding(given: Sequence[Answer], free: str) -> tuple[str, ...]:
@@ -196,28 +213,49 @@ def of(name: str) -> Formula:
     return lambda n: n[name]
 
 
+def difference(one: str, other: str) -> Formula:
+    """One number less another."""
+    return lambda n: n[one] - n[other]
+
+
+def size(formula: Formula) -> Formula:
+    """Its magnitude."""
+    return lambda n: abs(formula(n))
+
+
+def over(one: Formula, other: Formula) -> Formula:
+    """One formula over another."""
+    return lambda n: one(n) / other(n)
+
+
 def ratio(one: str, other: str) -> Formula:
     """One number over another."""
-    return lambda n: float(np.float64(n[one]) / n[other])
-
-
-def over_largest(one: str, *others: str) -> Formula:
-    """One number over the largest of the others."""
-    return lambda n: float(np.float64(n[one]) / max(n[other] for other in others))
+    return over(of(one), of(other))
 
 
 def smallest(*names: str) -> Formula:
     """The smallest of several numbers; not a number if one is not."""
-    return lambda n: float(np.min([n[name] for name in names]))
+    return lambda n: np.min([n[name] for name in names])
 
 
 def largest(*names: str) -> Formula:
     """The largest of several numbers; not a number if one is not."""
-    return lambda n: float(np.max([n[name] for name in names]))
+    return lambda n: np.max([n[name] for name in names])
+
+
+def diverges(experiment: str) -> Formula:
+    """1 if the experiment's run diverged, 0 if it did not."""
+
+    def formula(n: Known) -> float:
+        if not n.simulated(experiment):
+            raise NotSimulatedError(experiment)
+        return float(f"{experiment}.diverged_s" in n)
+
+    return formula
 
 
 def where(name: str, limits: Limits, formula: Formula) -> Formula:
-    """The formula, but not a number where a condition on another number fails."""
+    """The formula; not a number where a condition on another number fails or is undefined."""
 
     def gated(n: Known) -> float:
         value = formula(n)
@@ -234,34 +272,48 @@ def each(choices: Sequence[str], formula: Callable[[str], Formula]) -> dict[str,
 def along(family: str, quantity: str, n: Known) -> tuple[np.ndarray, np.ndarray]:
     """(parameter, quantity) of the experiments family<parameter>, ascending.
 
-    Raises NotSimulatedError with fewer than three of them.
+    One that diverged is there, with nan. Raises NotSimulatedError with fewer than three of them.
     """
-    pattern = re.compile(rf"{family}([0-9_]+)\.{quantity}")
-    matches = [match for match in map(pattern.fullmatch, n) if match is not None]
-    pairs = sorted((float(match[1].replace("_", ".")), n[match[0]]) for match in matches)
-    if len(pairs) < 3:
+    matches = [re.match(rf"({family}([0-9_]+))\.", name) for name in n]
+    members = {match[1]: float(match[2].replace("_", ".")) for match in matches if match}
+    if len(members) < 3:
         raise NotSimulatedError(f"{family}*.{quantity}")
-    parameter, values = np.array(pairs).T
-    return parameter, values
+    ascending = sorted(members, key=members.__getitem__)
+    return (
+        np.array([members[name] for name in ascending]),
+        np.array([n[f"{name}.{quantity}"] for name in ascending]),
+    )
 
 
 def rank(family: str, quantity: str) -> Formula:
-    """Rank correlation of a quantity with the parameter of a family of experiments."""
+    """Rank correlation of a quantity with the parameter of a family of experiments.
+
+    Not a number if one of them has no such number, or all have the same.
+    """
 
     def formula(n: Known) -> float:
-        parameter, values = along(family, quantity, n)
-        if not np.isfinite(values).all() or np.ptp(values) == 0:
-            return math.nan
-        return float(spearmanr(parameter, values).statistic)
+        return rank_correlation(*along(family, quantity, n))
 
     return formula
+
+
+def rank_correlation(parameter: np.ndarray, values: np.ndarray) -> float:
+    """Spearman's; not a number if a value is not, or all are the same."""
+    if not np.isfinite(values).all() or np.ptp(values) == 0:
+        return math.nan
+    return float(spearmanr(parameter, values).statistic)
+
+
+def least(family: str, quantity: str) -> Formula:
+    """Smallest value in a family of experiments; not a number if one is not."""
+    return lambda n: along(family, quantity, n)[1].min()
+
+
+def greatest(family: str, quantity: str) -> Formula:
+    """Largest value in a family of experiments; not a number if one is not."""
+    return lambda n: along(family, quantity, n)[1].max()
 
 
 def spread(family: str, quantity: str) -> Formula:
     """Largest over smallest value in a family of experiments."""
-
-    def formula(n: Known) -> float:
-        _, values = along(family, quantity, n)
-        return float(values.max() / values.min())
-
-    return formula
+    return over(greatest(family, quantity), least(family, quantity))

@@ -2,7 +2,20 @@
 
 from __future__ import annotations
 
-from crosscheck.paper.claims.rule import Claim, about, above, below, each, largest, of, ratio, where
+from crosscheck.paper.claims.rule import (
+    Claim,
+    about,
+    above,
+    below,
+    difference,
+    diverges,
+    each,
+    largest,
+    of,
+    over,
+    ratio,
+    where,
+)
 from crosscheck.paper.claims.statics import BASE_MASSES, CONTACT_RATIOS, SIGMAS
 
 SEVERE = 100.0  # rad/s^2: four times the rigid arm's own largest acceleration
@@ -37,7 +50,7 @@ ABSTRACT = (
         "Tooth error is the main cause of severe acceleration fluctuations.",
         "part of the third fluctuation that vanishes with the tooth error",
         "rad/s²",
-        lambda n: n["pd.third"] - n["no_error.third"],
+        difference("pd.third", "no_error.third"),
         above(SEVERE),
     ),
     Claim(
@@ -98,7 +111,7 @@ BACKLASH = (
         "Backlash excites fluctuation.",
         "second fluctuation less that without backlash",
         "rad/s²",
-        lambda n: n["pd.second"] - n["no_backlash.second"],
+        difference("pd.second", "no_backlash.second"),
         above(1.0),
     ),
     Claim(
@@ -125,9 +138,9 @@ BACKLASH = (
         "Backlash cannot be left out of a planetary gear train's model.",
         "largest fluctuation, third or second, with backlash over that without",
         "1",
-        lambda n: (
-            max(n["pd.second"], n["pd.third"])
-            / max(n["no_backlash.second"], n["no_backlash.third"])
+        over(
+            largest("pd.second", "pd.third"),
+            largest("no_backlash.second", "no_backlash.third"),
         ),
         above(DOUBLED),
     ),
@@ -156,7 +169,7 @@ BACKLASH = (
         "Eq. 5's corners may make the numerical solution diverge.",
         "runs with the exact dead zone that diverge, of one per cell",
         "1",
-        lambda n: float("pd.diverged_s" in n),
+        diverges("pd"),
         above(HALVED),
     ),
     Claim(
@@ -196,7 +209,7 @@ STIFFNESS = (
         "The varying stiffness also excites fluctuation.",
         "third fluctuation less that with constant stiffness",
         "rad/s²",
-        lambda n: n["pd.third"] - n["constant_stiffness.third"],
+        difference("pd.third", "constant_stiffness.third"),
         above(1.0),
     ),
     Claim(

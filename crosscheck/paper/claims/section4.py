@@ -14,10 +14,15 @@ from crosscheck.paper.claims.rule import (
     above,
     along,
     below,
+    difference,
     each,
+    greatest,
+    least,
     of,
+    over,
     rank,
     ratio,
+    size,
     spread,
     where,
 )
@@ -45,24 +50,28 @@ def worst(n: Known) -> np.ndarray:
 def edges_over_least(n: Known) -> float:
     """Smaller of the worst forces at the least and the largest backlash, over the least of all."""
     forces = worst(n)
-    return float(min(forces[0], forces[-1]) / forces.min())
+    return float(np.minimum(forces[0], forces[-1]) / forces.min())
 
 
 def default_over_least(n: Known) -> float:
     """Worst force at b = 50 um over the least of all backlashes."""
-    backlashes, _ = along("b", "third", n)
-    forces = worst(n)
-    return float(forces[list(backlashes).index(50.0)] / forces.min())
+    default = np.maximum(n["b50.second_force_N"], n["b50.third_force_N"])
+    return float(default / worst(n).min())
 
 
 def growth_over_own(second: str) -> Formula:
     """Growth of the back-and-forth error since 0.1 to 0.3 s over the rigid arm's own."""
 
-    def formula(n: Known) -> float:
-        error = n[f"back50.error_{second}_s"] / n["back50.error_early"]
-        return error / (n[f"back50.own_{second}_s"] / n["back50.own_early"])
+    error, own = (
+        ratio(f"back50.{kind}_{second}_s", f"back50.{kind}_early") for kind in ("error", "own")
+    )
+    return over(error, own)
 
-    return formula
+
+def severe_least_over_greatest(n: Known) -> float:
+    """Smallest over largest third fluctuation of all backlashes; nan unless one is severe."""
+    largest = greatest("b", "third")(n)
+    return float(least("b", "third")(n) / largest) if largest > SEVERE else float("nan")
 
 
 BEGINNING = (
@@ -81,7 +90,7 @@ BEGINNING = (
         "Fluctuations from the start cannot be avoided.",
         "smallest first fluctuation of all backlashes",
         "rad/s²",
-        lambda n: float(along("b", "first", n)[1].min()),
+        least("b", "first"),
         above(MINOR),
     ),
     Claim(
@@ -90,7 +99,7 @@ BEGINNING = (
         "Fluctuations from meshing impacts cannot be avoided.",
         "smallest second fluctuation of all backlashes",
         "rad/s²",
-        lambda n: float(along("b", "second", n)[1].min()),
+        least("b", "second"),
         above(MINOR),
     ),
 )
@@ -129,7 +138,7 @@ POSITION = (
         "In closed loop the final error converges to zero, even with 6 mm.",
         "final error of theta_1 with 6 mm less that with 100 um",
         "rad",
-        lambda n: abs(n["b3000.final_1_rad"] - n["pd.final_1_rad"]),
+        size(difference("b3000.final_1_rad", "pd.final_1_rad")),
         below(CLOSED_LOOP_RAD),
     ),
     Claim(
@@ -138,7 +147,7 @@ POSITION = (
         "Driven back and forth, the error accumulates.",
         "largest error of the last 0.2 s over that from 0.1 to 0.3 s",
         "1",
-        each(SECONDS, lambda s: lambda n: n[f"back50.error_{s}_s"] / n["back50.error_early"]),
+        each(SECONDS, lambda s: ratio(f"back50.error_{s}_s", "back50.error_early")),
         above(DOUBLED),
         DURATION,
     ),
@@ -264,11 +273,7 @@ FLUCTUATION = (
         "A suitable clearance suppresses severe fluctuation.",
         "smallest over largest third fluctuation of all backlashes, where 5 um fluctuates severely",
         "1",
-        lambda n: (
-            1 / spread("b", "third")(n)
-            if along("b", "third", n)[1].max() > SEVERE
-            else float("nan")
-        ),
+        severe_least_over_greatest,
         below(SUPPRESSED),
     ),
 )

@@ -13,9 +13,13 @@ from crosscheck.paper.claims.rule import (
     above,
     along,
     below,
+    difference,
+    greatest,
     largest,
     of,
+    over,
     rank,
+    rank_correlation,
     ratio,
     where,
 )
@@ -28,9 +32,8 @@ QUICKLY_S = 0.1
 
 def overall(n: Known) -> float:
     """Rank of the largest fluctuation after the start with the backlash."""
-    values = np.maximum(along("b", "second", n)[1], along("b", "third", n)[1])
-    numbers = Known({f"b{i}.any": value for i, value in enumerate(values)})
-    return rank("b", "any")(numbers)
+    backlashes, second = along("b", "second", n)
+    return rank_correlation(backlashes, np.maximum(second, along("b", "third", n)[1]))
 
 
 TOOTH_ERROR = (
@@ -175,7 +178,7 @@ TOOTH_ERROR = (
         "Tiny errors result in tremendous fluctuations.",
         "largest third fluctuation of all tooth errors",
         "rad/s²",
-        lambda n: float(along("E", "third", n)[1].max()),
+        greatest("E", "third"),
         above(SEVERE),
     ),
 )
@@ -196,9 +199,9 @@ CONCLUSION = (
         "Backlash is the cause of the excitation.",
         "largest of the first two fluctuations, without over with backlash",
         "1",
-        lambda n: (
-            max(n["no_backlash.first"], n["no_backlash.second"])
-            / max(n["pd.first"], n["pd.second"])
+        over(
+            largest("no_backlash.first", "no_backlash.second"),
+            largest("pd.first", "pd.second"),
         ),
         below(HALVED),
     ),
@@ -217,7 +220,7 @@ CONCLUSION = (
         "Tooth error results in a self-excited fluctuation.",
         "part of the third fluctuation that vanishes with the tooth error",
         "rad/s²",
-        lambda n: n["pd.third"] - n["no_error.third"],
+        difference("pd.third", "no_error.third"),
         above(EVIDENT),
     ),
     Claim(
@@ -226,7 +229,7 @@ CONCLUSION = (
         "A small backlash intensifies it.",
         "third fluctuation at b = 5 um less that at 50 um",
         "rad/s²",
-        lambda n: n["b5.third"] - n["pd.third"],
+        difference("b5.third", "pd.third"),
         above(EVIDENT),
     ),
     Claim(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -29,6 +30,7 @@ EXTREME_M = 6e-3  # Section 4.1's largest clearance
 BENDS = ("0", "45", "90", "135")  # elbow angle [deg] at which joint errors are taken to the tip
 
 
+@lru_cache
 def statics(arm_name: str) -> Numbers:
     """All numbers of an arm that follow from its data alone."""
     arm = load_arm(arm_name)

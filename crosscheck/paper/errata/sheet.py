@@ -10,10 +10,12 @@ from typing import Any
 from crosscheck.paper.errata.finder import EFFECT_S, errata_records
 from crosscheck.paper.errata.referee import CONTRADICTIONS, GAPS
 from crosscheck.paper.errata.typeset import formula_svg
+from crosscheck.paper.scale import Scale
 from crosscheck.report.chapter import Chapter
 from crosscheck.studies.study import Study
 from models.loading import load_arm
 
+ID, TITLE = "errata", "Errata sheet"
 ARMS = ("paper-labelled", "paper-swapped")
 QUICK_S = 0.05
 INTRODUCTION = (
@@ -44,17 +46,17 @@ class Errata:
         return [{"id": f"erratum/{self.arm}/{record['where']}", **record} for record in found]
 
 
-def chapter(study: Study, quick: bool) -> Chapter:
+def chapter(study: Study, scale: Scale) -> Chapter:
     """The errata sheet for both readings of Table I (the quick one for the first alone)."""
-    arms = ARMS[:1] if quick else ARMS
-    duration = QUICK_S if quick else EFFECT_S
+    arms = ARMS[:1] if scale.quick else ARMS
+    duration = scale.seconds(QUICK_S if scale.quick else EFFECT_S)
     found = study.answers([Errata(name, duration) for name in arms], "errata sheet")
     records = [record for errata in found for record in errata]
     html = [f"<p>{INTRODUCTION} Runs of {duration:g} s, arm {ARMS[0]}.</p>", _table(found[0])]
-    html += [_readings(records)] if not quick else []
+    html += [_readings(records)] if not scale.quick else []
     html += [_contradictions(), _gaps()]
     outcome = f"{len(found[0])} slips, {len(CONTRADICTIONS)} contradictions, {len(GAPS)} gaps."
-    return Chapter("errata", "Errata sheet", "\n".join(html), records, outcome)
+    return Chapter(ID, TITLE, "\n".join(html), records, outcome)
 
 
 def _table(records: list[dict[str, Any]]) -> str:

@@ -9,13 +9,15 @@ from crosscheck.paper.figures.control import figure_10, figure_11, figure_12, fi
 from crosscheck.paper.figures.forces import figure_16, figure_17, figure_19
 from crosscheck.paper.figures.laws import figure_4, figure_5
 from crosscheck.paper.figures.motion import figure_14, figure_15
-from crosscheck.paper.figures.plate import Plate, Shelf
+from crosscheck.paper.figures.plate import Plate, Shelf, undrawn
 from crosscheck.paper.figures.runs import LAWS, LOW_ZETA, ZETA
 from crosscheck.paper.figures.spectra import figure_18, figure_20
 from crosscheck.paper.figures.store import trajectories
 from crosscheck.paper.figures.torque import figure_6, figure_7, figure_8, figure_9
+from crosscheck.paper.scale import FULL, Scale
 from crosscheck.report.chapter import Chapter
 from crosscheck.studies.study import Study
+from models.errors import Diverged
 
 __all__ = ["NUMBERS", "chapter", "figure", "trajectories"]
 
@@ -39,16 +41,17 @@ PLATES: dict[int, Callable[[Shelf], Plate]] = {
     20: figure_20,
 }
 NUMBERS = tuple(PLATES)
+ID, TITLE = "figures", "Figures 4 to 20"
 QUICK_NUMBERS = (4, 5, 6, 8, 14, 17)
 
 
-def chapter(study: Study, quick: bool) -> Chapter:
-    """All figures, or six of them. Raises Diverged if a run does."""
-    shelf = Shelf(study, quick)
-    plates = [_made(shelf, number) for number in (QUICK_NUMBERS if quick else NUMBERS)]
+def chapter(study: Study, scale: Scale) -> Chapter:
+    """All figures, or six of them."""
+    shelf = Shelf(study, scale)
+    plates = [_made(shelf, number) for number in (QUICK_NUMBERS if scale.quick else NUMBERS)]
     html = "\n".join([_introduction(), *(plate.html() for plate in plates)])
     records = [plate.record() for plate in plates]
-    return Chapter("figures", "Figures 4 to 20", html, records, _outcome(plates))
+    return Chapter(ID, TITLE, html, records, _outcome(plates))
 
 
 def _outcome(plates: list[Plate]) -> str:
@@ -57,14 +60,18 @@ def _outcome(plates: list[Plate]) -> str:
     return f"of what they show: {found}."
 
 
-def figure(study: Study, number: int, quick: bool) -> str:
+def figure(study: Study, number: int, scale: Scale = FULL) -> str:
     """One figure as html. Raises KeyError for a number that is not in NUMBERS."""
-    return _made(Shelf(study, quick), number).html()
+    return _made(Shelf(study, scale), number).html()
 
 
 def _made(shelf: Shelf, number: int) -> Plate:
+    """The plate; one without a drawing if a run behind it diverges."""
     shelf.study.told(f"figure {number}", 0, 1)
-    plate = PLATES[number](shelf)
+    try:
+        plate = PLATES[number](shelf)
+    except Diverged as error:
+        plate = undrawn(number, str(error))
     shelf.study.told(f"figure {number}", 1, 1)
     return plate
 
@@ -78,6 +85,7 @@ def _introduction() -> str:
         f" fluctuation can show; elsewhere zeta is {ZETA:g}. The paper gives no damping. Signals"
         " too fast for the page are drawn as bands from minima to maxima; shaded parts are enlarged"
         " below. A verdict here is about the figure at its parameters: <i>holds</i> (under angle),"
-        " <i>only with omega_t</i>, <i>only with angle</i> or <i>does not hold</i>; the claims"
-        " table has the wider ranges.</p>"
+        " <i>only with omega_t</i>, <i>only with angle</i>, <i>does not hold</i> or"
+        " <i>undefined</i>, where a run does not show what it is about; the claims table has the"
+        " wider ranges.</p>"
     )

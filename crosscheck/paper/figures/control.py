@@ -16,7 +16,6 @@ from crosscheck.paper.figures.measures import (
     swing,
 )
 from crosscheck.paper.figures.plate import (
-    COLOURS,
     MICRO,
     Plate,
     Shelf,
@@ -34,7 +33,9 @@ from crosscheck.paper.figures.runs import (
     gain_run,
 )
 from crosscheck.paper.figures.verdicts import OVERSHOOT, by_law, near, restrained, verdict, visible
+from crosscheck.paper.undefined import all_of, extreme
 from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.fragments import COLOURS
 
 TARGET_RAD = np.pi / 6
 BANDS = (0.02, 0.01)
@@ -58,8 +59,7 @@ def figure_10(shelf: Shelf) -> Plate:
     own = measured[GAINS]
     per_joint = ("overshoot [%]", "within 2 % from [s]", "within 1 % from [s]")
     head = ("P", "D", *(f"θ_{joint}: {name}" for joint in (1, 2) for name in per_joint))
-    overshoot = max(joint["overshoot_percent"] or 0.0 for joint in own)
-    settled = [joint["within_2_percent_s"] for joint in own]
+    overshoot = extreme((joint["overshoot_percent"] for joint in own), max)
     return Plate(
         10,
         "joint angles with different gains",
@@ -67,19 +67,26 @@ def figure_10(shelf: Shelf) -> Plate:
         "P = 1000 and D = 400 bring both joints to 30 degrees without considerable overshoot, and"
         " they stay there after 2.6 s. The other gains of the figure are not given in the text.",
         "Gains other than 1000 and 400 are this project's choice (P in N m/rad, D in N m s/rad)."
-        f" At the paper's gains the largest overshoot is {overshoot:.1f} %."
-        f"{table(head, rows)}",
+        f" At the paper's gains the largest overshoot is {overshoot:.1f} %.",
         conditions(runs[variants[GAINS]], "Other gains as in the legend."),
         {
             f"no overshoot above {100 * OVERSHOOT:g} % at the paper's gains": verdict(
                 restrained(overshoot / 100)
             ),
             "both joints stay within 2 % after 2.6 s": verdict(
-                all(t is not None and t <= SETTLED_S for t in settled)
+                _settled(runs[variants[GAINS]], [joint["within_2_percent_s"] for joint in own])
             ),
         },
         {"gains": {f"P {p} D {d}": m for (p, d), m in measured.items()}},
+        table(head, rows),
     )
+
+
+def _settled(run: xr.Dataset, times: list[float | None]) -> bool | None:
+    """Whether all joints have settled by SETTLED_S; None if the run ends before."""
+    if run["time"].values[-1] < SETTLED_S:
+        return None
+    return all(time is not None and time <= SETTLED_S for time in times)
 
 
 def _response(run: xr.Dataset) -> list[dict[str, float | None]]:
@@ -131,17 +138,18 @@ def figure_11(shelf: Shelf) -> Plate:
         law_figure(runs, strips),
         "While the angles are smooth, the torques of both joints fluctuate at high frequency.",
         "The ripple is half of the largest peak-to-peak value within 5 ms, in 0.5 to 1.2 s; it is D"
-        f" times the rate's, output side.{table(head, rows)}",
+        " times the rate's, output side.",
         conditions(runs["angle"]),
         {
             "both torques ripple in 0.5 to 1.2 s": by_law(
                 {
-                    law: all(map(visible, m["ripple_N_m"], m["largest_N_m"]))
+                    law: all_of(map(visible, m["ripple_N_m"], m["largest_N_m"]))
                     for law, m in measured.items()
                 }
             )
         },
         {"laws": measured},
+        table(head, rows),
     )
 
 
@@ -163,7 +171,7 @@ def figure_12(shelf: Shelf) -> Plate:
     measured = {law: _sides(run) for law, run in runs.items()}
     rows = [(law, *m.values()) for law, m in measured.items()]
     torque = runs["angle"]["torque"].values[:, 0]
-    brakes = signals.first_below(runs["angle"]["time"].values, torque, 0.0) or 0.0
+    brakes = signals.first_below(runs["angle"]["time"].values, torque, 0.0)
     head = ("phase law", "sides change at [s]", "and back at [s]", "changes in 0.5 to 1.4 s")
     return Plate(
         12,
@@ -171,9 +179,7 @@ def figure_12(shelf: Shelf) -> Plate:
         law_figure(runs, _control_strips("x_sp1 [µm]", lambda r: MICRO * first_mesh(r, "x_sp"))),
         "After 0.3 s the displacement changes sign: the teeth mesh on the opposite side. In 1.5 s"
         " they return.",
-        f"The shoulder's torque turns negative at {brakes:.3f} s: the arm begins to brake, and the"
-        " teeth change sides under either law. Later changes are a vibration's."
-        f"{table(head, rows)}",
+        f"{_braking(brakes)} Later changes are a vibration's.",
         conditions(runs["angle"]),
         {
             "the side changes near 0.3 s": by_law(
@@ -184,6 +190,16 @@ def figure_12(shelf: Shelf) -> Plate:
             ),
         },
         {"laws": measured},
+        table(head, rows),
+    )
+
+
+def _braking(at_s: float | None) -> str:
+    if at_s is None:
+        return "The shoulder's torque does not turn negative in this run."
+    return (
+        f"The shoulder's torque turns negative at {at_s:.3f} s: the arm begins to brake, and the"
+        " teeth change sides under either law."
     )
 
 
@@ -218,8 +234,7 @@ def figure_13(shelf: Shelf) -> Plate:
         law_figure(runs, _control_strips("F_sp1 [N]", lambda run: first_mesh(run, "F_sp"))),
         "The force changes its sign with the displacement, which excites the second fluctuation;"
         " the third one follows no sudden excitation.",
-        "Elastic force per planet; ± is half of the largest peak-to-peak value in 5 ms."
-        f"{table(head, rows)}",
+        "Elastic force per planet; ± is half of the largest peak-to-peak value in 5 ms.",
         conditions(runs["angle"]),
         {
             "the force changes its sign near 0.3 s": by_law(
@@ -227,6 +242,7 @@ def figure_13(shelf: Shelf) -> Plate:
             )
         },
         {"laws": measured},
+        table(head, rows),
     )
 
 

@@ -18,7 +18,6 @@ from crosscheck.paper.figures.measures import (
     third_force,
 )
 from crosscheck.paper.figures.plate import (
-    COLOURS,
     Plate,
     Shelf,
     arm_of,
@@ -39,11 +38,14 @@ from crosscheck.paper.figures.verdicts import (
     FORCE_N,
     appears_at,
     by_law,
+    falls,
     fluctuation_falls,
     fluctuation_rises,
     rises,
 )
+from crosscheck.paper.undefined import UNDEFINED, known
 from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.fragments import COLOURS
 
 Sweep = Mapping[str, Mapping[float, xr.Dataset]]
 IMPACT_WINDOW_S = (0.34, 0.46)
@@ -69,7 +71,7 @@ def figure_16(shelf: Shelf) -> Plate:
         "A larger backlash makes the impact more severe, and it comes later and lasts shorter.",
         "The first contact at the other side after 0.2 s, its largest force, and how long the teeth"
         " keep parting in the 0.1 s after it. A contact near 0.2 s is no side change but vibration"
-        f" that already throws the teeth across a small clearance.{table(head, rows)}",
+        " that already throws the teeth across a small clearance.",
         conditions(sweep["angle"][50], "b as at the panels."),
         {
             "the impact grows with b": _trend(measured, "peak_N", 1),
@@ -77,13 +79,14 @@ def figure_16(shelf: Shelf) -> Plate:
             "it lasts shorter": _trend(measured, "bouncing_s", -1),
         },
         {"laws": {law: _keyed("b", row) for law, row in measured.items()}},
+        table(head, rows),
     )
 
 
 def _trend(measured: Mapping[str, Mapping[float, dict]], name: str, sign: int) -> str:
     return by_law(
         {
-            law: rises(list(row), [sign * (m[name] or 0.0) for m in row.values()])
+            law: (rises if sign > 0 else falls)(list(row), [m[name] for m in row.values()])
             for law, row in measured.items()
         }
     )
@@ -91,16 +94,16 @@ def _trend(measured: Mapping[str, Mapping[float, dict]], name: str, sign: int) -
 
 def figure_17(shelf: Shelf) -> Plate:
     """F_sp1 over b in the third fluctuation."""
-    sizes = QUICK_BACKLASHES_UM if shelf.quick else BACKLASHES_UM
+    sizes = QUICK_BACKLASHES_UM if shelf.scale.quick else BACKLASHES_UM
     sweep = shelf.sweep(17, sizes, backlash_run)
-    forces, text = _third(shelf, sweep, "b")
+    forces, swings = _third(shelf, sweep, "b")
     return Plate(
         17,
         "shoulder mesh force in the third fluctuation, for several backlashes",
         small_multiples(sweep, "b", THIRD_S),
         "The fluctuation recedes as the backlash grows; a small backlash keeps the teeth hitting"
         " both sides of it.",
-        text,
+        HOW_READ,
         conditions(sweep["angle"][50], "b as at the panels, each with its own scale."),
         {
             "a fluctuation that recedes as b grows": by_law(
@@ -111,24 +114,25 @@ def figure_17(shelf: Shelf) -> Plate:
             )
         },
         {"laws": {law: _keyed("b", row) for law, row in forces.items()}},
+        swings,
     )
 
 
 def figure_19(shelf: Shelf) -> Plate:
     """F_sp1 over E in the third fluctuation."""
     sweep = shelf.sweep(19, ERRORS_UM, error_run)
-    forces, text = _third(shelf, sweep, "E")
+    forces, swings = _third(shelf, sweep, "E")
     starts = {law: appears_at(list(row), list(row.values())) for law, row in forces.items()}
-    first = {law: "none" if at is None else f"{at:g} µm" for law, at in starts.items()}
+    first = {law: _first(at, forces[law]) for law, at in starts.items()}
     return Plate(
         19,
         "shoulder mesh force in the third fluctuation, for several tooth errors",
         small_multiples(sweep, "E", THIRD_S),
         "Below 1 µm nothing is excited, at 1.6 µm a minor fluctuation appears, and the force"
         " evidently grows with the error.",
-        f"{text}<p>The smallest error at which the force swings by more than {FORCE_N:.0f} N (what"
-        f" moves the shoulder by 100 rad/s²): {first['omega_t']} under omega_t, {first['angle']}"
-        " under angle.</p>",
+        f"{HOW_READ} The smallest error at which the force swings by more than {FORCE_N:.0f} N"
+        f" (what moves the shoulder by 100 rad/s²): {first['omega_t']} under omega_t,"
+        f" {first['angle']} under angle.",
         conditions(sweep["angle"][5], "E as at the panels, each with its own scale."),
         {
             "a fluctuation that grows with E": by_law(
@@ -142,13 +146,27 @@ def figure_19(shelf: Shelf) -> Plate:
             "laws": {law: _keyed("E", row) for law, row in forces.items()},
             "appears_at_um": starts,
         },
+        swings,
     )
 
 
+def _first(at_um: float | None, forces: Mapping[float, float]) -> str:
+    if not known(*forces.values()):
+        return UNDEFINED
+    return "none" if at_um is None else f"{at_um:g} µm"
+
+
+HOW_READ = (
+    "± is half of the largest peak-to-peak value within 5 ms, in 0.5 to 1.2 s. Where the kinetic"
+    " energy exceeds the drive's work, the meshes themselves feed energy in. The half step tells"
+    " whether the integration resolves the swing or only its size."
+)
+
+
 def _third(shelf: Shelf, sweep: Sweep, symbol: str) -> tuple[dict[str, dict[float, float]], str]:
-    """Swing of F_sp1 [N] by law and size, and what to say of it."""
+    """Swing of F_sp1 [N] by law and size, and the table of it."""
     forces = {law: {s: force_swing(run) for s, run in row.items()} for law, row in sweep.items()}
-    halved = {} if shelf.quick or symbol != "b" else _halved(shelf)
+    halved = {} if shelf.scale.quick or symbol != "b" else _halved(shelf)
     peaks = {
         law: {size: energy_peak(run, _carrier_radii(run)) for size, run in row.items()}
         for law, row in sweep.items()
@@ -166,13 +184,7 @@ def _third(shelf: Shelf, sweep: Sweep, symbol: str) -> tuple[dict[str, dict[floa
         "drive's work till then [J]",
         "± F_sp1 at half the step [N]",
     )
-    text = (
-        "± is half of the largest peak-to-peak value within 5 ms, in 0.5 to 1.2 s. Where the"
-        " kinetic energy exceeds the drive's work, the meshes themselves feed energy in. The half"
-        " step tells whether the integration resolves the swing or only its size."
-        f"{table(head, rows)}"
-    )
-    return forces, text
+    return forces, table(head, rows)
 
 
 def _carrier_radii(run: xr.Dataset) -> tuple[float, ...]:
@@ -186,7 +198,9 @@ def _halved(shelf: Shelf) -> dict[tuple[str, float], float | None]:
         run = backlash_run("omega_t", size)
         settings = (*run.settings, HALF_STEP)
         finer.append(replace(run, settings=settings, record_every=2 * run.record_every))
-    numbers = shelf.study.measures(finer, third_force, "half the step")
+    numbers = shelf.study.measures(
+        [shelf.scale.cut(run) for run in finer], third_force, "half the step"
+    )
     swings = (n.get("force_swing_N") for n in numbers)
     return {("omega_t", size): swing for size, swing in zip(HALVED_UM, swings, strict=True)}
 

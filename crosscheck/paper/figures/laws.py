@@ -6,9 +6,10 @@ import numpy as np
 
 from analytic.backlash import dead_zone, dead_zone_tanh
 from analytic.stiffness import fundamental, square_wave, square_wave_series
-from crosscheck.paper.figures.plate import COLOURS, MICRO, Plate, Shelf, table
+from crosscheck.paper.figures.plate import MICRO, Plate, Shelf, table
 from crosscheck.paper.figures.verdicts import accurate, same, verdict
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.figures import legend, new_figure, to_svg
+from crosscheck.report.fragments import COLOURS
 from models.loading import load_arm
 
 ARM = "paper-labelled"
@@ -41,10 +42,11 @@ def figure_4(shelf: Shelf) -> Plate:
         " enough it is called sufficiently accurate. No value of sigma is given.",
         "The deviation falls as 1 / sigma. Eq. 6 is not monotone: just below contact it pulls the"
         " teeth together, which no clearance does (the dip at the right). All runs of this report"
-        f" use Eq. 5.{table(head, rows)}",
+        " use Eq. 5.",
         f"b {MICRO * b:g} µm; sigma as in the legend.",
         {f"accurate at sigma = {SHARPNESS_PER_M[-1]:g} 1/m": verdict(accurate(sharpest, b))},
         {"deviation_um": {f"{row[0]:g}": row[2] for row in rows}},
+        table(head, rows),
     )
 
 
@@ -59,7 +61,7 @@ def _clearance_svg(x: np.ndarray, b: float) -> str:
     edge = MICRO * b
     grid[0, 1].set(xlim=(0.4 * edge, 1.6 * edge), ylim=(-0.2 * edge, 0.6 * edge))
     grid[0, 1].set_title("the edge of the clearance")
-    grid[0, 0].legend(frameon=False)
+    legend(figure, grid[0, 0])
     return to_svg(figure)
 
 
@@ -84,7 +86,7 @@ def figure_5(shelf: Shelf) -> Plate:
         f" {high - low:.4g} N/m, k_max = {high:.4g}, k_min = {low:.4g} N/m. Eq. 7 with one harmonic"
         f" differs from Eq. 8 by {gap:.2g} N/m, with {MANY} harmonics from the square wave by"
         f" {100 * limit:.2g} % away from its jumps. Eq. 8 keeps {100 * kept:.1f} % of the wave's"
-        f" variance.{table(head, rows)}"
+        " variance."
     )
     return Plate(
         5,
@@ -100,6 +102,7 @@ def figure_5(shelf: Shelf) -> Plate:
             "Eq. 7 is the series of the square wave": verdict(limit < AWAY),
         },
         {"k_max_N_per_m": high, "k_min_N_per_m": low, "variance_kept": kept},
+        table(head, rows),
     )
 
 
@@ -130,11 +133,9 @@ def _stiffness_svg(
     for axes in grid[0]:
         axes.plot(cycle, wave, "k--", label="square wave", linewidth=1.6)
         axes.set(xlabel="t / T", ylabel="k [N/m]")
-    for n, colour in zip(HARMONICS[1:], COLOURS, strict=False):
-        grid[0, 0].plot(cycle, series[n], color=colour, label=f"Eq. 7, n = {n}", linewidth=1.0)
-    grid[0, 1].plot(cycle, series[1], color=COLOURS[0], label="Eq. 7, n = 1")
-    grid[0, 1].plot(cycle, eq8, ":", color=COLOURS[1], label="Eq. 8", linewidth=2.4)
-    for axes in grid[0]:
-        axes.set_ylim(top=1.12 * wave.max())
-        axes.legend(frameon=False, loc="upper center", ncols=4, fontsize=8)
+    for n, colour in zip(HARMONICS, COLOURS, strict=False):
+        axes = grid[0, int(n == 1)]
+        axes.plot(cycle, series[n], color=colour, label=f"Eq. 7, n = {n}", linewidth=1.0)
+    grid[0, 1].plot(cycle, eq8, ":", color=COLOURS[4], label="Eq. 8", linewidth=2.4)
+    legend(figure, *grid[0])
     return to_svg(figure)

@@ -10,6 +10,7 @@ from scipy.ndimage import uniform_filter1d
 
 from crosscheck.envelope import envelope
 from crosscheck.paper import signals
+from crosscheck.paper.undefined import finite, known, quotient
 from crosscheck.studies.study import Numbers
 
 THIRD_S = (0.5, 1.2)
@@ -29,8 +30,10 @@ def first_mesh(run: xr.Dataset, quantity: str) -> np.ndarray:
 
 
 def swing(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> float:
-    """Half of the largest peak-to-peak value within 5 ms, in the window [s]."""
+    """Half of the largest peak-to-peak value within 5 ms, in the window [s]; nan if it is empty."""
     part = signals.window(time, begin, end)
+    if part.stop <= part.start:
+        return np.nan
     bins = max(1, round((end - begin) / BIN_S))
     _, low, high = envelope(time[part], values[part], bins)
     return float((high - low).max() / 2)
@@ -43,7 +46,7 @@ def force_swing(run: xr.Dataset) -> float:
 
 def third_force(run: xr.Dataset) -> Numbers:
     """The same, for a run that is not kept."""
-    return {"force_swing_N": force_swing(run)}
+    return finite({"force_swing_N": force_swing(run)})
 
 
 def energy_peak(run: xr.Dataset, r_cp: tuple[float, ...]) -> tuple[float, float]:
@@ -88,15 +91,21 @@ def impact(time: np.ndarray, force: np.ndarray, after_s: float = 0.2) -> Numbers
 def cycles(time: np.ndarray, values: np.ndarray, middle: float, level: float) -> float:
     """Slow cycles: half the number of passages from middle - level to middle + level or back.
 
-    Values are averaged over 2.5 ms first: the mesh's free vibration does not count.
+    Values are averaged over 2.5 ms first: the mesh's free vibration does not count. nan for a run
+    that ends before.
     """
+    if not known(middle) or time.size <= 1:
+        return np.nan
     width = max(1, round(FREE_VIBRATION_S / (time[1] - time[0])))
     smooth = uniform_filter1d(values, width, mode="nearest")
     return side_changes(time, smooth - middle, level / SIDE).size / 2
 
 
 class Line(NamedTuple):
-    """The largest line of a spectrum above 100 Hz: where, how large, and over the median."""
+    """The largest line of a spectrum above 100 Hz: where, how large, and over the median.
+
+    nan where there is no line.
+    """
 
     frequency_Hz: float
     size_rad_per_s2: float
@@ -108,9 +117,13 @@ def line(run: xr.Dataset, joint: int) -> Line:
     time, values = spectrum_part(run, joint)
     frequency, amplitudes = signals.spectrum(time, values)
     heard = amplitudes[(frequency >= LOWEST_HZ) & (frequency <= HIGHEST_HZ)]
+    if not heard.size:
+        return Line(np.nan, np.nan, np.nan)
     largest = float(heard.max())
     median = float(np.median(heard))
-    return Line(signals.dominant_frequency(time, values, LOWEST_HZ), largest, largest / median)
+    return Line(
+        signals.dominant_frequency(time, values, LOWEST_HZ), largest, quotient(largest, median)
+    )
 
 
 def spectrum_part(run: xr.Dataset, joint: int) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from crosscheck.paper import fluctuation, signals
 from crosscheck.paper.figures.measures import THIRD_S, line
 from crosscheck.paper.figures.plate import (
-    COLOURS,
     Plate,
     Shelf,
     Strip,
@@ -29,7 +28,9 @@ from crosscheck.paper.figures.verdicts import (
     rises,
     verdict,
 )
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.paper.undefined import all_of, quotient, shown
+from crosscheck.report.figures import legend, new_figure, to_svg
+from crosscheck.report.fragments import COLOURS
 
 WINDOWS_S = ((0.0, 0.1), (0.3, 0.5), THIRD_S)  # of the three fluctuations
 ZOOMS_S = ((0.0, 0.02), (0.345, 0.385), (1.10, 1.11))
@@ -68,8 +69,8 @@ def figure_14(shelf: Shelf) -> Plate:
         "Numbers are the largest detailed less rigid (coupled) acceleration in 0 to 0.1, 0.3 to 0.5"
         " and 0.5 to 1.2 s; the onset is where half of it is reached, the frequency that of 1.0 to"
         " 1.2 s. With the phase as the"
-        f" integral of the mesh frequency the third one is {third['angle']:.3g} rad/s², with"
-        f" frequency times time {third['omega_t']:.3g} rad/s².{table(head, rows)}",
+        f" integral of the mesh frequency the third one is {shown(third['angle'])} rad/s², with"
+        f" frequency times time {shown(third['omega_t'])} rad/s².",
         conditions(runs["angle"]),
         {
             f"first fluctuation {IMPACTS[0]:g} to {IMPACTS[1]:g} rad/s²": _in_range(firsts),
@@ -77,6 +78,7 @@ def figure_14(shelf: Shelf) -> Plate:
             "third fluctuation": by_law({law: fluctuates(size) for law, size in third.items()}),
         },
         {"laws": {law: m._asdict() for law, m in measured.items()}},
+        table(head, rows),
     )
 
 
@@ -123,16 +125,15 @@ def figure_15(shelf: Shelf) -> Plate:
     ranked = [rises(list(DRIVEN_UM), [sizes[b][q] for b in DRIVEN_UM]) for q in range(4)]
     ordered = [number for number, yes in enumerate(ranked, start=1) if yes]
     per_size = [sizes[b][1] / b for b in DRIVEN_UM]
-    spread = max(per_size) / min(per_size)
-    growth = [sizes[b][2] / sizes[b][1] for b in DRIVEN_UM]
-    rank_table = table(head, [(b, *s) for b, s in sizes.items()])
+    spread = quotient(max(per_size), min(per_size))
+    growth = [quotient(sizes[b][2], sizes[b][1]) for b in DRIVEN_UM]
     seen = (
         "Largest |Δθ_1| [rad] in each quarter of the run. The errors of different backlash rank by"
         f" b in these quarters: {', '.join(map(str, ordered)) or 'none'}. Divided by b they differ"
-        f" by a factor of {spread:.2f} in the second; from there to the third they grow by factors"
-        f" of {min(growth):.3g} to {max(growth):.3g}. Torque in open loop draws nothing back:"
-        " growth that does not depend on b is the arm's own sensitivity to any disturbance, which"
-        f" hypothesis H3 tests.{rank_table}"
+        f" by a factor of {shown(spread, '.2f')} in the second; from there to the third they grow"
+        f" by factors of {shown(min(growth))} to {shown(max(growth))}. Torque in open loop draws"
+        " nothing back: growth that does not depend on b is the arm's own sensitivity to any"
+        " disturbance, which hypothesis H3 tests."
     )
     return Plate(
         15,
@@ -145,9 +146,9 @@ def figure_15(shelf: Shelf) -> Plate:
         conditions(runs[variants[50]], "b as in the legend; Δ: detailed less rigid (coupled)."),
         {
             "the error accumulates, every b": verdict(
-                all(accumulates(size[0], size[-1]) for size in sizes.values())
+                all_of(accumulates(size[0], size[-1]) for size in sizes.values())
             ),
-            "the error increases with b, every quarter": verdict(all(ranked)),
+            "the error increases with b, every quarter": verdict(all_of(ranked)),
             "while small it is proportional to b": verdict(proportional(spread)),
         },
         {
@@ -155,6 +156,7 @@ def figure_15(shelf: Shelf) -> Plate:
             "spread": spread,
             "growth": growth,
         },
+        table(head, [(b, *s) for b, s in sizes.items()]),
     )
 
 
@@ -169,5 +171,5 @@ def _error_svg(time: np.ndarray, errors: dict[float, np.ndarray]) -> str:
         grid[0, 1].plot(time, np.maximum(np.abs(error), 1e-8), color=colour, linewidth=0.8)
     grid[0, 0].set(xlabel="time [s]", ylabel="Δθ_1 [rad]")
     grid[0, 1].set(xlabel="time [s]", ylabel="|Δθ_1| [rad]", yscale="log")
-    grid[0, 0].legend(frameon=False)
+    legend(figure, grid[0, 0])
     return to_svg(figure)

@@ -14,20 +14,24 @@ from matplotlib.axes import Axes
 
 from crosscheck.envelope import envelope
 from crosscheck.paper import signals
-from crosscheck.paper.figures.runs import LAWS
-from crosscheck.report.figures import BINS, new_figure, to_svg
+from crosscheck.paper.figures.runs import LAWS, first_planets
+from crosscheck.paper.scale import Scale
+from crosscheck.paper.undefined import UNDEFINED, recorded, shown
+from crosscheck.report import fragments
+from crosscheck.report.figures import BINS, legend, new_figure, not_reached, to_svg
+from crosscheck.report.fragments import COLOURS
 from crosscheck.studies.study import Study, Variant
 from models.arm import Arm
 
-COLOURS = ("#1f5fa8", "#d1702c", "#2f8f5b", "#8a4fb0", "#b03050", "#5a6b7a", "#a08a20")
 MICRO = 1e6
 
 
 @dataclass(frozen=True)
 class Plate:
-    """``paper``: what it says, paraphrased; ``seen``: here; ``values``: parameters; html allowed.
+    """``paper``: what it says, paraphrased; ``seen``: here; ``values``: parameters; plain text.
 
-    ``verdicts``: statement -> verdict; ``numbers``: JSON-able.
+    ``verdicts``: statement -> verdict; ``numbers``: JSON-able; ``table``: html that follows what is
+    seen.
     """
 
     number: int
@@ -38,18 +42,29 @@ class Plate:
     values: str
     verdicts: dict[str, str]
     numbers: dict[str, Any] = field(default_factory=dict)
+    table: str = ""
 
     def html(self) -> str:
         """From <h3> down."""
         said = "; ".join(f"{escape(s)}: <b>{escape(v)}</b>" for s, v in self.verdicts.items())
-        parts = {"The paper": self.paper, "Here": self.seen, "Verdict": f"{said}."}
-        lines = [f"<p><b>{name}.</b> {text}</p>" for name, text in parts.items()]
-        head = f'<h3 id="figure-{self.number}">Figure {self.number}: {self.title}</h3>'
-        return "\n".join([head, self.svg, *lines, f"<p><small>{self.values}</small></p>"])
+        title = escape(f"Figure {self.number}: {self.title}")
+        drawing = fragments.figure(self.svg, self.values) if self.svg else ""
+        paper = f"<p><b>The paper.</b> {escape(self.paper)}</p>" if self.paper else ""
+        seen = f"<p><b>Here.</b> {escape(self.seen)}</p>"
+        head = f'<h3 id="figure-{self.number}">{title}</h3>'
+        parts = [head, drawing, paper, seen, self.table, f"<p><b>Verdict.</b> {said}.</p>"]
+        return "\n".join(part for part in parts if part)
 
     def record(self) -> dict[str, Any]:
-        """Numbers and verdicts."""
-        return {"id": f"figure-{self.number}", "verdicts": self.verdicts, **self.numbers}
+        """Numbers and verdicts; None for what is undefined."""
+        numbers = recorded(self.numbers)
+        return {"id": f"figure-{self.number}", "verdicts": self.verdicts, **numbers}
+
+
+def undrawn(number: int, reason: str) -> Plate:
+    """A plate that says why there is nothing to see."""
+    seen = f"A run behind this figure has no result: {reason}."
+    return Plate(number, "not drawn", "", "", seen, "", {"what the figure shows": UNDEFINED})
 
 
 @dataclass
@@ -57,15 +72,15 @@ class Shelf:
     """The study's trajectories, each read once, planets being all alike without the repetitions."""
 
     study: Study
-    quick: bool
+    scale: Scale
     held: dict[Variant, xr.Dataset] = field(default_factory=dict)
 
     def runs(self, variants: Iterable[Variant], number: int) -> dict[Variant, xr.Dataset]:
-        """The variants' runs, for a figure."""
-        wanted = list(dict.fromkeys(variants))
-        missing = [variant for variant in wanted if variant not in self.held]
+        """The variants' runs, cut to the scale, for a figure. Raises Diverged."""
+        wanted = {variant: self.scale.cut(variant) for variant in variants}
+        missing = [variant for variant in wanted.values() if variant not in self.held]
         self.held |= self.study.runs(missing, f"figure {number}", first_planets)
-        return {variant: self.held[variant] for variant in wanted}
+        return {variant: self.held[cut] for variant, cut in wanted.items()}
 
     def laws(self, number: int, variant: Callable[[str], Variant]) -> dict[str, xr.Dataset]:
         """Phase law -> run."""
@@ -80,11 +95,6 @@ class Shelf:
         variants = {law: {size: variant(law, size) for size in sizes} for law in LAWS}
         runs = self.runs([v for row in variants.values() for v in row.values()], number)
         return {law: {size: runs[v] for size, v in row.items()} for law, row in variants.items()}
-
-
-def first_planets(run: xr.Dataset) -> xr.Dataset:
-    """The run with one planet per joint: the paper's model moves all of a joint alike."""
-    return run.isel(planet=[0]) if "planet" in run.dims else run
 
 
 class Strip(NamedTuple):
@@ -109,13 +119,15 @@ def law_figure(
         grid[0, column].set_title(LAWS[law])
         for axes, strip in zip(grid[:, column], strips, strict=True):
             draw_strip(axes, run, strip)
+            axes.locator_params(axis="x", nbins=6)
             if overlay is not None:
                 overlay(axes, run, strip.window)
         for zoom in strips[1:]:
             grid[0, column].axvspan(*zoom.window, color="#d9a400", alpha=0.35, linewidth=0)
         grid[-1, column].set_xlabel("time [s]")
     same_scale(grid)
-    grid[0, 0].legend(loc="best", frameon=False)
+    if len(grid[0, 0].get_legend_handles_labels()[1]) > 1:
+        legend(figure, grid[0, 0])
     return to_svg(figure)
 
 
@@ -123,17 +135,20 @@ def draw_strip(axes: Axes, run: xr.Dataset, strip: Strip) -> None:
     """Every column of the strip's values, (times,) or (times, joints)."""
     time = run["time"].values
     part = signals.window(time, *strip.window)
-    values = strip.values(run)[part].reshape(time[part].size, -1)
-    for joint, colour in zip(range(values.shape[1]), COLOURS, strict=False):
-        name = f"joint {joint + 1}" if values.shape[1] > 1 else "shoulder"
-        band(axes, time[part], values[:, joint], name, colour)
-    axes.set(ylabel=strip.label, xlim=(time[part][0], time[part][-1]))
+    values = strip.values(run)
+    columns = values.reshape(time.size, -1).T
+    for joint, (column, colour) in enumerate(zip(columns, COLOURS, strict=False), start=1):
+        name = f"joint {joint}" if len(columns) > 1 else "shoulder"
+        band(axes, time[part], column[part], name, colour)
+    axes.set(ylabel=strip.label, xlim=strip.window)
 
 
 def band(
     axes: Axes, time: np.ndarray, values: np.ndarray, label: str, colour: str, bins: int = BINS
 ) -> None:
-    """A line, or from two samples a bin on the band from minima to maxima."""
+    """A line, or from two samples a bin on the band from minima to maxima; words if no samples."""
+    if not time.size:
+        not_reached(axes)
     if time.size <= 2 * bins:
         axes.plot(time, values, label=label, color=colour, linewidth=1.0)
         return
@@ -150,18 +165,12 @@ def same_scale(grid: np.ndarray) -> None:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table; floats with four digits, None as a dash."""
-    cells = "".join(
-        "<tr>" + "".join(f"<td>{_cell(value)}</td>" for value in row) + "</tr>" for row in rows
-    )
-    titles = "".join(f"<th>{escape(title)}</th>" for title in head)
-    return f'<div class="wide"><table><tr>{titles}</tr>{cells}</table></div>'
+    """A table; floats with four digits, a dash for what is undefined."""
+    return fragments.table(head, [[_cell(value) for value in row] for row in rows])
 
 
 def _cell(value: object) -> str:
-    if value is None:
-        return "-"
-    return f"{value:.4g}" if isinstance(value, float) else escape(str(value))
+    return shown(value, ".4g", "-") if value is None or isinstance(value, float) else str(value)
 
 
 def arm_of(run: xr.Dataset) -> Arm:
@@ -184,7 +193,7 @@ def conditions(run: xr.Dataset, more: str = "") -> str:
         f"{run.attrs['model']}, RK4 with {run.attrs['step_s']:g} s",
         f"drive: {drive}",
     ]
-    return escape("; ".join(parts)) + f".{' ' + more if more else ''}"
+    return f"{'; '.join(parts)}.{' ' + more if more else ''}"
 
 
 def _short(value: object) -> str:

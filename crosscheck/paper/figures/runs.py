@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import xarray as xr
+
 from crosscheck.studies.study import Variant
 
 LAWS = {"omega_t": "omega_t, ring rate as Eq. 13", "angle": "angle"}
@@ -85,3 +87,8 @@ def backlash_run(phase: str, backlash_um: float) -> Variant:
 def error_run(phase: str, error_um: float) -> Variant:
     """A PD run of the tooth error sweep."""
     return size_run(phase, error_um=error_um)
+
+
+def first_planets(run: xr.Dataset) -> xr.Dataset:
+    """The run with one planet per joint: the paper's model moves all of a joint alike."""
+    return run.isel(planet=[0]) if "planet" in run.dims else run

@@ -10,7 +10,13 @@ import xarray as xr
 from crosscheck.envelope import envelope
 from crosscheck.paper import signals
 from crosscheck.paper.figures.measures import HIGHEST_HZ, SPECTRUM_S, Line, line, spectrum_part
-from crosscheck.paper.figures.plate import COLOURS, Plate, Shelf, conditions, same_scale, table
+from crosscheck.paper.figures.plate import (
+    Plate,
+    Shelf,
+    conditions,
+    same_scale,
+    table,
+)
 from crosscheck.paper.figures.runs import (
     BACKLASHES_UM,
     ERRORS_UM,
@@ -23,14 +29,18 @@ from crosscheck.paper.figures.verdicts import (
     by_law,
     continuous,
     falls,
+    larger,
     near,
     rises,
     stands_out,
 )
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.paper.undefined import all_of, known
+from crosscheck.report.figures import legend, log_y, new_figure, to_svg
+from crosscheck.report.fragments import COLOURS
 
 Sweep = Mapping[str, Mapping[float, xr.Dataset]]
 Lines = dict[float, list[Line]]  # size -> shoulder, elbow
+FAINTEST = 1e-6  # rad/s^2: what is drawn of a spectrum
 DRAWN = 300  # points of a spectrum: the largest line of every 20 Hz
 STATED_HZ, TOLERANCE = 1500.0, 0.15  # "approximately", Section 4.1
 PAPERS_B_UM, CONTINUOUS_UM = 50.0, 500
@@ -48,7 +58,7 @@ def figure_18(shelf: Shelf) -> Plate:
         "The fundamental is near 1500 Hz with several multiples; it drifts down as the backlash"
         " grows, and above 500 µm the spectrum is continuous. The elbow's magnitude is much greater"
         " than the shoulder's.",
-        _text("b", lines),
+        HOW_READ,
         conditions(sweep["angle"][PAPERS_B_UM], "b as in the legend."),
         {
             f"a line near {STATED_HZ:g} Hz at b = {PAPERS_B_UM:g} µm": by_law(
@@ -63,6 +73,7 @@ def figure_18(shelf: Shelf) -> Plate:
             "the elbow's line is larger than the shoulder's": by_law(_elbow(lines)),
         },
         {"laws": {law: _keyed("b", row) for law, row in lines.items()}},
+        _table("b", lines),
     )
 
 
@@ -77,12 +88,14 @@ def figure_20(shelf: Shelf) -> Plate:
         "Below 5 µm there are minor chaotic components, above it the self-excited fluctuation shows"
         " with the components of Fig. 18; from 5 to 6.3 µm it increases dramatically. The elbow's"
         " high frequencies are larger than the shoulder's.",
-        _text("E", lines),
+        HOW_READ,
         conditions(sweep["angle"][5], "E as in the legend."),
         {
             "a fluctuation that grows with E": by_law(
                 {
-                    law: stands_out(_shoulder(row).max()) and rises(list(row), list(_shoulder(row)))
+                    law: all_of(
+                        (stands_out(_shoulder(row).max()), rises(list(row), _shoulder(row)))
+                    )
                     for law, row in lines.items()
                 }
             ),
@@ -90,6 +103,7 @@ def figure_20(shelf: Shelf) -> Plate:
             "the elbow's line is larger than the shoulder's": by_law(_elbow(lines)),
         },
         {"laws": {law: _keyed("E", row) for law, row in lines.items()}},
+        _table("E", lines),
     )
 
 
@@ -101,8 +115,10 @@ def _shoulder(lines: Lines) -> np.ndarray:
     return np.array([shoulder.size_rad_per_s2 for shoulder, _ in lines.values()])
 
 
-def _drifts(lines: Lines) -> bool:
+def _drifts(lines: Lines) -> bool | None:
     """Among the backlashes at which there is a fluctuation, at least three."""
+    if not known(_shoulder(lines)):
+        return None
     found = {
         b: shoulder.frequency_Hz
         for b, (shoulder, _) in lines.items()
@@ -111,30 +127,34 @@ def _drifts(lines: Lines) -> bool:
     return len(found) >= 3 and falls(list(found), list(found.values()))
 
 
-def _near_stated(line: Line) -> bool:
-    return stands_out(line.size_rad_per_s2) and near(line.frequency_Hz, STATED_HZ, TOLERANCE)
+def _near_stated(line: Line) -> bool | None:
+    return all_of((stands_out(line.size_rad_per_s2), near(line.frequency_Hz, STATED_HZ, TOLERANCE)))
 
 
-def _fades(lines: Lines) -> bool:
+def _fades(lines: Lines) -> bool | None:
     """A continuous spectrum from 500 um on, lines below."""
-    return all(continuous(s.prominence) == (b >= CONTINUOUS_UM) for b, (s, _) in lines.items())
+    return _as_wanted({b: continuous(s.prominence) for b, (s, _) in lines.items()}, CONTINUOUS_UM)
 
 
-def _elbow(lines: Mapping[str, Lines]) -> dict[str, bool]:
+def _elbow(lines: Mapping[str, Lines]) -> dict[str, bool | None]:
     return {
-        law: all(
-            elbow.size_rad_per_s2 > shoulder.size_rad_per_s2 for shoulder, elbow in row.values()
+        law: all_of(
+            larger(elbow.size_rad_per_s2, shoulder.size_rad_per_s2)
+            for shoulder, elbow in row.values()
         )
         for law, row in lines.items()
     }
 
 
-def _minor_below(lines: Lines, size_um: float = 5) -> bool:
+def _minor_below(lines: Lines, size_um: float = 5) -> bool | None:
     """No fluctuation below a size, and one from it on."""
-    return all(
-        stands_out(shoulder.size_rad_per_s2) == (size >= size_um)
-        for size, (shoulder, _) in lines.items()
-    )
+    found = {size: stands_out(s.size_rad_per_s2) for size, (s, _) in lines.items()}
+    return _as_wanted(found, size_um)
+
+
+def _as_wanted(found: Mapping[float, bool | None], from_um: float) -> bool | None:
+    """No below a size, yes from it on."""
+    return all_of(None if yes is None else yes == (size >= from_um) for size, yes in found.items())
 
 
 def _keyed(symbol: str, row: Lines) -> dict[str, dict[str, dict[str, float]]]:
@@ -144,8 +164,13 @@ def _keyed(symbol: str, row: Lines) -> dict[str, dict[str, dict[str, float]]]:
     }
 
 
-def _text(symbol: str, lines: Mapping[str, Lines]) -> str:
-    begin, end = SPECTRUM_S
+HOW_READ = (
+    f"Window {SPECTRUM_S[0]:g} to {SPECTRUM_S[1]:g} s, mean removed (so nothing stands at 0 Hz),"
+    f" Hann; largest line above 100 Hz. A line of {LINE:g} rad/s² counts as a fluctuation."
+)
+
+
+def _table(symbol: str, lines: Mapping[str, Lines]) -> str:
     rows = [
         (law, size, *shoulder, *elbow)
         for law, row in lines.items()
@@ -153,11 +178,7 @@ def _text(symbol: str, lines: Mapping[str, Lines]) -> str:
     ]
     columns = ("line [Hz]", "size [rad/s²]", "over the median")
     joints = [f"{j}, {u}" for j in ("shoulder", "elbow") for u in columns]
-    return (
-        f"Window {begin:g} to {end:g} s, mean removed (so nothing stands at 0 Hz), Hann; largest"
-        f" line above 100 Hz. A line of {LINE:g} rad/s² counts as a fluctuation."
-        f"{table(('phase law', f'{symbol} [µm]', *joints), rows)}"
-    )
+    return table(("phase law", f"{symbol} [µm]", *joints), rows)
 
 
 def _spectra_svg(sweep: Sweep, symbol: str) -> str:
@@ -167,12 +188,22 @@ def _spectra_svg(sweep: Sweep, symbol: str) -> str:
         grid[-1, column].set_xlabel("frequency [Hz]")
         for joint, axes in enumerate(grid[:, column]):
             for (size, run), colour in zip(row.items(), COLOURS, strict=False):
-                frequency, amplitudes = signals.spectrum(*spectrum_part(run, joint))
-                kept = frequency <= HIGHEST_HZ
-                centres, _, high = envelope(frequency[kept], amplitudes[kept], DRAWN)
                 label = f"{symbol} {size:g} µm"
-                axes.plot(centres, high, color=colour, label=label, linewidth=0.8)
-            axes.set(yscale="log", ylabel=f"{('shoulder', 'elbow')[joint]} [rad/s²]")
+                axes.plot(*_drawn(run, joint), color=colour, label=label, linewidth=0.8)
+            axes.set(ylabel=f"{('shoulder', 'elbow')[joint]} [rad/s²]")
+            log_y(axes)
     same_scale(grid)
-    grid[0, -1].legend(frameon=False, fontsize=7, ncols=2)
+    for axes in grid.flat:
+        axes.set_ylim(bottom=max(FAINTEST, axes.get_ylim()[0]))
+    legend(figure, grid[0, 0])
     return to_svg(figure)
+
+
+def _drawn(run: xr.Dataset, joint: int) -> tuple[np.ndarray, np.ndarray]:
+    """Frequency [Hz] and largest amplitude of every bin of a drawing."""
+    frequency, amplitudes = signals.spectrum(*spectrum_part(run, joint))
+    kept = frequency <= HIGHEST_HZ
+    if not kept.any():
+        return np.empty(0), np.empty(0)
+    centres, _, high = envelope(frequency[kept], amplitudes[kept], DRAWN)
+    return centres, high

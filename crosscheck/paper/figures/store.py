@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 
 import numpy as np
 import xarray as xr
 
 from crosscheck.paper import signals
-from crosscheck.paper.figures.plate import first_planets
 from crosscheck.paper.figures.runs import (
     BACKLASHES_UM,
     DRIVEN_UM,
@@ -22,11 +22,14 @@ from crosscheck.paper.figures.runs import (
     control_run,
     driven_run,
     error_run,
+    first_planets,
     rigid_run,
     smooth_torque_run,
     torque_run,
 )
+from crosscheck.paper.scale import Scale
 from crosscheck.studies.study import Study, Variant
+from models.errors import Diverged
 
 # Extrema are kept per bin and variable.
 BIN_S = 0.01
@@ -38,14 +41,14 @@ WINDOWS_S: dict[str, Windows] = {
 }
 
 
-def stored_runs(quick: bool) -> dict[str, Variant]:
+def stored_runs(scale: Scale) -> dict[str, Variant]:
     """File name (without suffix) -> variant."""
-    sizes = QUICK_BACKLASHES_UM if quick else BACKLASHES_UM
+    sizes = QUICK_BACKLASHES_UM if scale.quick else BACKLASHES_UM
     named = {"constant-torque-angles": smooth_torque_run()}
     for law in LAWS:
         named[f"constant-torque-{law}"] = torque_run(law, LOW_ZETA)
         named |= {f"pd-{law}-b-{b:g}um": backlash_run(law, b) for b in sizes}
-    if quick:
+    if scale.quick:
         return named
     for law in LAWS:
         named[f"pd-{law}"] = control_run(law)
@@ -56,13 +59,14 @@ def stored_runs(quick: bool) -> dict[str, Variant]:
     return named
 
 
-def trajectories(study: Study, quick: bool) -> dict[str, xr.Dataset]:
-    """File name -> reduced run; all from the study, which remembers them."""
-    named = stored_runs(quick)
+def trajectories(study: Study, scale: Scale) -> dict[str, xr.Dataset]:
+    """File name -> reduced run, from the study, which remembers them; none where one diverges."""
     kept = {}
-    for name, variant in named.items():
-        run = study.runs([variant], f"storing {name}", first_planets)[variant]
-        kept[name] = reduced(run, WINDOWS_S[variant.scenario])
+    for name, wanted in stored_runs(scale).items():
+        variant = scale.cut(wanted)
+        with suppress(Diverged):
+            run = study.runs([variant], f"storing {name}", first_planets)[variant]
+            kept[name] = reduced(run, WINDOWS_S[variant.scenario])
     return kept
 
 

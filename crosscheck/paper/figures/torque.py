@@ -13,7 +13,6 @@ from crosscheck.checks.trajectories import tip_position
 from crosscheck.paper import signals
 from crosscheck.paper.figures.measures import cycles, first_mesh, swing
 from crosscheck.paper.figures.plate import (
-    COLOURS,
     MICRO,
     Plate,
     Shelf,
@@ -36,10 +35,13 @@ from crosscheck.paper.figures.verdicts import (
     by_law,
     converges,
     explains,
+    grows,
     near,
     verdict,
 )
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.paper.undefined import quotient, shown
+from crosscheck.report.figures import legend, new_figure, to_svg
+from crosscheck.report.fragments import COLOURS
 
 LATE_S = (0.1, 0.5)
 # Section 3.1.
@@ -64,13 +66,13 @@ def figure_6(shelf: Shelf) -> Plate:
     ]
     head = ("rigid arm", "largest |Δθ_1| [rad]", "largest |Δθ_2| [rad]", "tip at the end [mm]")
     names = [f"{stated:g} rad at {_at(t)}" for stated, t in zip(STATED_RAD, passed, strict=True)]
-    part = max(rows[-1][1:3]) / max(rows[0][1:3])
+    part = quotient(max(rows[-1][1:3]), max(rows[0][1:3]))
     seen = (
         f"Against the links alone the deviations pass the stated {names[0]} (shoulder) and"
         f" {names[1]} (elbow). The levels put into the rigid arm what its gears weigh, step by"
         " step: joint masses and carriers, reflected inertia, its coupling with the base's spin."
-        f" What is left against the last one, {max(rows[-1][1:3]):.2g} rad or {part:.1g} of the"
-        f" whole, is the mesh's own part.{table(head, rows)}"
+        f" What is left against the last one, {max(rows[-1][1:3]):.2g} rad or {shown(part, '.1g')}"
+        " of the whole, is the mesh's own part."
     )
     return Plate(
         6,
@@ -85,6 +87,7 @@ def figure_6(shelf: Shelf) -> Plate:
             "the tip is 30 mm off": verdict(near(rows[0][3] / 1e3, STATED_TIP_M, 0.25)),
         },
         {"levels": {row[0]: _named(row) for row in rows}, "passed_s": passed},
+        table(head, rows),
     )
 
 
@@ -101,17 +104,18 @@ def figure_7(shelf: Shelf) -> Plate:
         "deviation of joint rates under constant torque",
         _deviation_svg(geared, rigid, "theta_dot", "Δω [rad/s]"),
         "Shown beside Fig. 6, without numbers, as the effect of the gear train.",
-        f"The mesh's own part is again what is left against the last level.{table(head, rows)}",
+        "The mesh's own part is again what is left against the last level.",
         conditions(geared, "Δ: detailed less rigid; baseline of the paper: links."),
         {"the deviation comes from the mesh": _by_mesh(rows)},
         {"levels": {row[0]: {"joint_1": row[1], "joint_2": row[2]} for row in rows}},
+        table(head, rows),
     )
 
 
 def _levels(shelf: Shelf, number: int) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
     variants = {
         level: rigid_run("constant-torque", level)
-        for level in (QUICK_LEVELS if shelf.quick else LEVELS)
+        for level in (QUICK_LEVELS if shelf.scale.quick else LEVELS)
     }
     runs = shelf.runs([smooth_torque_run(), *variants.values()], number)
     return runs[smooth_torque_run()], {level: runs[v] for level, v in variants.items()}
@@ -131,7 +135,7 @@ def _named(row: tuple) -> dict[str, float]:
 
 
 def _at(time: float | None) -> str:
-    return "no time" if time is None else f"{time:.3f} s"
+    return "no time of this run" if time is None else f"{time:.3f} s"
 
 
 def _deviation_svg(
@@ -154,10 +158,9 @@ def _deviation_svg(
         ylabel=f"|{label.split()[0]}| {label.split()[1]}",
         yscale="log",
         title="all rigid levels (joint 2 dashed)",
-        ylim=(1e-11, None),
     )
     left.legend(frameon=False)
-    right.legend(frameon=False, loc="lower center", ncols=4, fontsize=8)
+    legend(figure, right)
     return to_svg(figure)
 
 
@@ -182,7 +185,6 @@ def figure_8(shelf: Shelf) -> Plate:
         " varying stiffness takes away: statics give both numbers under either law. The frequency"
         f" is that of the teeth, at most {mesh_Hz:.1f} Hz under angle, and not of a vibration; the"
         " elbow's reaction turns the shoulder back and stops it again: it does not only rise."
-        f"{table(head, rows)}"
     )
     return Plate(
         8,
@@ -196,10 +198,11 @@ def figure_8(shelf: Shelf) -> Plate:
             "mid-range 52 µm": _both(measured, "middle_m", STATED_X_M, 0.01),
             "ripple about 10 µm": _both(measured, "ripple_m", STATED_RIPPLE_M, 0.2),
             "the frequency rises with time": by_law(
-                {law: bool(np.all(np.diff(m["cycles"]) > 0)) for law, m in measured.items()}
+                {law: grows(m["cycles"]) for law, m in measured.items()}
             ),
         },
         {"static_um": MICRO * static, "mesh_Hz": mesh_Hz, "laws": measured},
+        table(head, rows),
     )
 
 
@@ -209,7 +212,7 @@ _ENDS_S = (0.1, 0.2, 0.3, 0.4, 0.5)
 def _displacement(run: xr.Dataset) -> dict:
     time, x = run["time"].values, first_mesh(run, "x_sp")
     late = x[signals.window(time, *LATE_S)]
-    middle = float(late.max() + late.min()) / 2
+    middle = signals.middle(late)
     parts = [signals.window(time, end - 0.1, end) for end in _ENDS_S]
     return {
         "middle_m": middle,
@@ -232,22 +235,26 @@ def figure_9(shelf: Shelf) -> Plate:
     runs = shelf.laws(9, lambda law: torque_run(law, LOW_ZETA))
     measured = {law: _force(run) for law, run in runs.items()}
     rows = [(law, *force) for law, force in measured.items()]
-    ripple = max(force.late_ripple_N / force.late_mean_N for force in measured.values())
+    ripple = max(quotient(force.late_ripple_N, force.late_mean_N) for force in measured.values())
     head = ("phase law", "start peak [N]", "late mean [N]", "late ripple [N]", "converged at [s]")
     return Plate(
         9,
         "sun-planet force of the shoulder under constant torque",
         law_figure(runs, _strips("F_sp1 [N]", "F_sp", 1.0)),
         "F_sp1 follows the same trend as x_sp1: an impact at the start, then convergence.",
-        f"From {LATE_S[0]:g} s on the force ripples by {ripple:.2g} of its mean: the displacement"
-        f" follows the tooth error of Fig. 8, the force need not.{table(head, rows)}",
+        f"From {LATE_S[0]:g} s on the force ripples by {shown(ripple, '.2g')} of its mean: the"
+        " displacement follows the tooth error of Fig. 8, the force need not.",
         conditions(runs["angle"], "Force per planet, without its damper."),
         {
             "a starting impact that converges": by_law(
-                {law: converges(force.converged_s, LATE_S[1]) for law, force in measured.items()}
+                {
+                    law: converges(force.late_mean_N, force.converged_s, LATE_S[1])
+                    for law, force in measured.items()
+                }
             )
         },
         {"laws": {law: force._asdict() for law, force in measured.items()}},
+        table(head, rows),
     )
 
 
@@ -262,7 +269,7 @@ class Force(NamedTuple):
 
 def _force(run: xr.Dataset) -> Force:
     time, force = run["time"].values, first_mesh(run, "F_sp")
-    late = float(force[signals.window(time, *LATE_S)].mean())
+    late = signals.mean(force[signals.window(time, *LATE_S)])
     return Force(
         float(force[signals.window(time, 0, 0.01)].max()),
         late,

@@ -8,11 +8,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from crosscheck.paper import signals
+from crosscheck.paper.scale import Scale
+from crosscheck.paper.undefined import all_of, percent, quotient, recorded, shown, where_known, word
 from crosscheck.report.chapter import Chapter
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study, Variant
 
+ID, TITLE = "accumulation", "Errors that accumulate back and forth (H3)"
 ARGUMENTS = {"sqrt_time": "2000 sin(20π√t), as printed", "time": "2000 sin(20πt), likely meant"}
 BACKLASHES_M = (5e-6, 1e-5, 2.5e-5, 5e-5, 5e-4, 1e-3, 3e-3)  # the paper's set for b
 REFERENCE_M = 5e-5
@@ -38,10 +42,9 @@ class Accumulation:
     rest: np.ndarray
 
 
-def chapter(study: Study, quick: bool) -> Chapter:
+def chapter(study: Study, scale: Scale) -> Chapter:
     """Growth, prediction, linearity and order of the backlash error, for both drive laws."""
-    arguments = list(ARGUMENTS)[:1] if quick else list(ARGUMENTS)
-    cases = [_run(study, argument) for argument in arguments]
+    cases = [_run(study, argument, scale) for argument in ARGUMENTS]
     records = [_record(case) for case in cases]
     html = [
         _introduction(records),
@@ -49,31 +52,29 @@ def chapter(study: Study, quick: bool) -> Chapter:
         _summary(records),
         *(_sizes(case) for case in cases),
     ]
-    title = "Errors that accumulate back and forth (H3)"
     verdict = _verdict(records)
-    return Chapter(
-        "accumulation", title, "\n".join(html), [verdict, *records], _outcome(verdict, records[0])
-    )
+    outcome = _outcome(verdict, records[0])
+    return Chapter(ID, TITLE, "\n".join(html), [verdict, *map(recorded, records)], outcome)
 
 
 def _outcome(verdict: dict[str, Any], printed: dict[str, Any]) -> str:
     return (
-        f"H3 {verdict['verdict']}; the rigid arm's own sensitivity foretells the error of"
-        f" b = 50 µm within {100 * printed['prediction_misfit']:.1f} % up to {SMALL_S[1]:g} s."
+        f"H3 {verdict['verdict']}; misfit of what the rigid arm's own sensitivity foretells of"
+        f" b = 50 µm up to {SMALL_S[1]:g} s: {percent(printed['prediction_misfit'])}."
     )
 
 
 _CAPTION = (
-    "Shoulder angle with backlash b less that without (solid, b in µm), and what the rigid arm's"
+    "Shoulder angle with backlash b less that without (solid), and what the rigid arm's"
     f" sensitivity alone makes of b = 50 µm (dashed; four coefficients fitted in {LEARNT_S[0]:g} to"
     f" {LEARNT_S[1]:g} s). Running maxima; right: the same errors over b. ζ = 0.05, E = 5 µm."
 )
 
 
-def _run(study: Study, argument: str) -> Accumulation:
-    rigid = _variant(argument, "coupled")
-    nudged = [_variant(argument, "coupled", *_nudge(cause)) for cause in range(4)]
-    geared = {b: _geared(argument, b) for b in (0.0, *BACKLASHES_M)}
+def _run(study: Study, argument: str, scale: Scale) -> Accumulation:
+    rigid = scale.cut(_variant(argument, "coupled"))
+    nudged = [scale.cut(_variant(argument, "coupled", *_nudge(cause))) for cause in range(4)]
+    geared = {b: scale.cut(_geared(argument, b)) for b in (0.0, *BACKLASHES_M)}
     runs = study.runs([rigid, *nudged, *geared.values()], f"H3, back and forth, {argument}")
     theta = {variant: run["theta"].values for variant, run in runs.items()}
     plain = theta[geared[0.0]]
@@ -109,8 +110,10 @@ def _nudge(cause: int) -> list[str]:
 
 
 def growth_rate(time: np.ndarray, values: np.ndarray) -> float:
-    """Exponential rate [1/s] of the running maximum of |values| within SMALL_S."""
+    """Exponential rate [1/s] of the running maximum of |values| within SMALL_S; nan if not run."""
     part = (time >= SMALL_S[0]) & (time < SMALL_S[1])
+    if part.sum() < 2:
+        return np.nan
     return float(np.polyfit(time[part], np.log(_running(values)[part]), 1)[0])
 
 
@@ -119,9 +122,14 @@ def _running(values: np.ndarray) -> np.ndarray:
 
 
 def rigid_prediction(time: np.ndarray, error: np.ndarray, sensitivity: np.ndarray) -> np.ndarray:
-    """The combination (times, 2) of sensitivities that fits the error (times, 2) in LEARNT_S."""
+    """The combination (times, 2) of sensitivities that fits the error (times, 2) in LEARNT_S.
+
+    nan if the run ends before.
+    """
     part = (time >= LEARNT_S[0]) & (time < LEARNT_S[1])
     causes = sensitivity.shape[2]
+    if 2 * part.sum() < causes:
+        return np.full(error.shape, np.nan)
     fit = np.linalg.lstsq(sensitivity[part].reshape(-1, causes), error[part].ravel(), rcond=None)
     return sensitivity @ fit[0]
 
@@ -132,14 +140,16 @@ def linearity(time: np.ndarray, errors: dict[float, np.ndarray]) -> float:
     scaled = {b: error[part, 0] / b for b, error in errors.items()}
     reference = scaled[REFERENCE_M]
     gap = max(np.abs(values - reference).max() for values in scaled.values())
-    return float(gap / np.abs(reference).max())
+    return quotient(gap, np.abs(reference).max())
 
 
 def ordered_share(
     time: np.ndarray, errors: dict[float, np.ndarray], begin: float, end: float
 ) -> float:
-    """Part of the time in [begin, end] in which a larger b means a larger |error|."""
+    """Part of the time in [begin, end] in which a larger b means a larger |error|; nan for none."""
     part = (time >= begin) & (time <= end)
+    if not part.any():
+        return np.nan
     sizes = np.abs([errors[b][part, 0] for b in sorted(errors)])
     return float((np.diff(sizes, axis=0) > 0).all(axis=0).mean())
 
@@ -147,19 +157,20 @@ def ordered_share(
 def _record(case: Accumulation) -> dict[str, Any]:
     error = case.errors[REFERENCE_M]
     predicted = rigid_prediction(case.time, error, case.sensitivity)
-    at = int(np.searchsorted(case.time, SMALL_S[1] - 1e-9))
     ahead = (case.time >= LEARNT_S[1]) & (case.time <= SMALL_S[1])
-    misfit = np.abs(predicted - error)[ahead, 0].max() / np.abs(error[ahead, 0]).max()
+    misfit = quotient(
+        signals.amplitude((predicted - error)[ahead, 0]), signals.amplitude(error[ahead, 0])
+    )
     elbow = case.sensitivity[:, 0, 1]
     numbers: dict[str, Any] = {
         "id": f"accumulation/{case.argument}",
         "error_growth_per_s": growth_rate(case.time, error[:, 0]),
         "rigid_growth_per_s": growth_rate(case.time, elbow),
-        "rigid_sensitivity_at_1.2_s": float(np.abs(elbow[at])),
+        "rigid_sensitivity_at_1.2_s": abs(_at(case.time, elbow, SMALL_S[1])),
         "largest_rigid_sensitivity": float(np.abs(elbow).max()),
-        "prediction_misfit": float(misfit),
-        "error_at_1.2_s_rad": float(error[at, 0]),
-        "predicted_at_1.2_s_rad": float(predicted[at, 0]),
+        "prediction_misfit": misfit,
+        "error_at_1.2_s_rad": _at(case.time, error[:, 0], SMALL_S[1]),
+        "predicted_at_1.2_s_rad": _at(case.time, predicted[:, 0], SMALL_S[1]),
         "nonlinearity": linearity(case.time, case.errors),
         "ordered_before": ordered_share(case.time, case.errors, *SMALL_S),
         "ordered_after": ordered_share(case.time, case.errors, SMALL_S[1], float(case.time[-1])),
@@ -169,15 +180,44 @@ def _record(case: Accumulation) -> dict[str, Any]:
     }
     return numbers | {
         "own_sensitivity": is_own_sensitivity(numbers),
-        "linear": numbers["nonlinearity"] <= LINEAR,
-        "ordered": numbers["ordered_after"] >= ORDERED,
+        "linear": is_linear(numbers["nonlinearity"]),
+        "ordered": is_ordered(numbers["ordered_after"]),
     }
 
 
-def is_own_sensitivity(numbers: dict[str, Any]) -> bool:
+def _at(time: np.ndarray, values: np.ndarray, instant: float) -> float:
+    """The value (times,) at an instant [s]; nan if the run ends before."""
+    if time[-1] < instant - 1e-9:
+        return np.nan
+    return float(values[np.searchsorted(time, instant - 1e-9)])
+
+
+def is_own_sensitivity(numbers: dict[str, Any]) -> bool | None:
     """The rigid arm foretells the backlash error, and both grow at one rate."""
-    rates = numbers["error_growth_per_s"] / numbers["rigid_growth_per_s"]
-    return bool(abs(rates - 1) <= SAME_RATE and numbers["prediction_misfit"] <= SAME_SIZE)
+    rates = quotient(numbers["error_growth_per_s"], numbers["rigid_growth_per_s"])
+    return all_of((_same_rate(rates), _same_size(numbers["prediction_misfit"])))
+
+
+@where_known
+def _same_rate(rates: float) -> bool:
+    return abs(rates - 1) <= SAME_RATE
+
+
+@where_known
+def _same_size(misfit: float) -> bool:
+    return misfit <= SAME_SIZE
+
+
+@where_known
+def is_linear(nonlinearity: float) -> bool:
+    """The error is proportional to the backlash."""
+    return nonlinearity <= LINEAR
+
+
+@where_known
+def is_ordered(share: float) -> bool:
+    """A larger backlash means a larger error for nearly all the time."""
+    return share >= ORDERED
 
 
 def _verdict(records: list[dict[str, Any]]) -> dict[str, Any]:
@@ -185,7 +225,7 @@ def _verdict(records: list[dict[str, Any]]) -> dict[str, Any]:
     printed = records[0]
     return {
         "id": "H3",
-        "verdict": "holds" if printed["own_sensitivity"] else "does not hold",
+        "verdict": word(printed["own_sensitivity"], "holds", "does not hold"),
         "linear_in_b": printed["linear"],
         "ordered_in_b_later": printed["ordered"],
     }
@@ -203,23 +243,21 @@ def _introduction(records: list[dict[str, Any]]) -> str:
         " its later course."
     )
     answer = (
-        f"H3 {'holds' if printed['own_sensitivity'] else 'does not hold'} for the drive as printed."
+        f"H3 {word(printed['own_sensitivity'], 'holds', 'does not hold')} for the drive as printed."
         f" Between {SMALL_S[0]:g} and {SMALL_S[1]:g} s the error of b = 50 µm grows at"
-        f" {printed['error_growth_per_s']:.2f} 1/s and the rigid arm's, nudged at the elbow, at"
-        f" {printed['rigid_growth_per_s']:.2f} 1/s; the rigid prediction misses by"
-        f" {100 * printed['prediction_misfit']:.1f} % of the largest error up to {SMALL_S[1]:g} s"
-        f" (error there {printed['error_at_1.2_s_rad']:.3g} rad, foretold"
-        f" {printed['predicted_at_1.2_s_rad']:.3g} rad). While small the error is"
-        f" {'' if printed['linear'] else 'not '}linear in b (error over b differs by at most"
-        f" {100 * printed['nonlinearity']:.1f} % from 5 to 3000 µm); later it is"
-        f" {'' if printed['ordered'] else 'not '}ordered in b: a larger b means a larger error in"
-        f" {100 * printed['ordered_before']:.0f} % of the time before {SMALL_S[1]:g} s and in"
-        f" {100 * printed['ordered_after']:.0f} % after."
+        f" {shown(printed['error_growth_per_s'], '.2f')} 1/s and the rigid arm's, nudged at the"
+        f" elbow, at {shown(printed['rigid_growth_per_s'], '.2f')} 1/s; the rigid prediction misses"
+        f" by {percent(printed['prediction_misfit'])} of the largest error up to {SMALL_S[1]:g} s"
+        f" (error there {shown(printed['error_at_1.2_s_rad'])} rad, foretold"
+        f" {shown(printed['predicted_at_1.2_s_rad'])} rad). Linear in b while small:"
+        f" {word(printed['linear'])} (error over b differs by at most"
+        f" {percent(printed['nonlinearity'])} from 5 to 3000 µm). Ordered in b later:"
+        f" {word(printed['ordered'])}, a larger b means a larger error in"
+        f" {percent(printed['ordered_before'], '.0f')} of the time before {SMALL_S[1]:g} s and in"
+        f" {percent(printed['ordered_after'], '.0f')} after."
     )
-    parts = [heading("Question and experiment"), paragraph(question), paragraph(answer)]
-    if len(records) > 1:
-        parts.append(paragraph(_other_drive(*records[:2])))
-    return "\n".join(parts)
+    other = _other_drive(*records)
+    return heading("Question and experiment") + "".join(map(paragraph, (question, answer, other)))
 
 
 def _other_drive(printed: dict[str, Any], meant: dict[str, Any]) -> str:
@@ -235,10 +273,11 @@ def _other_drive(printed: dict[str, Any], meant: dict[str, Any]) -> str:
 def _summary(records: list[dict[str, Any]]) -> str:
     rows = [
         [ARGUMENTS[record["id"].split("/")[1]],
-         f"{record['error_growth_per_s']:.2f}", f"{record['rigid_growth_per_s']:.2f}",
-         f"{record['rigid_sensitivity_at_1.2_s']:.3g}",
-         f"{100 * record['prediction_misfit']:.1f}", f"{100 * record['nonlinearity']:.1f}",
-         f"{100 * record['ordered_before']:.0f}", f"{100 * record['ordered_after']:.0f}",
+         shown(record["error_growth_per_s"], ".2f"), shown(record["rigid_growth_per_s"], ".2f"),
+         shown(record["rigid_sensitivity_at_1.2_s"]),
+         shown(100 * record["prediction_misfit"], ".1f"),
+         shown(100 * record["nonlinearity"], ".1f"),
+         shown(100 * record["ordered_before"], ".0f"), shown(100 * record["ordered_after"], ".0f"),
          f"{record['geared_minus_rigid_without_backlash_rad']:.2g}"]
         for record in records
     ]  # fmt: skip
@@ -251,9 +290,8 @@ def _summary(records: list[dict[str, Any]]) -> str:
 
 def _sizes(case: Accumulation) -> str:
     instants = (0.4, 0.8, 1.2, 1.6, 2.0)
-    indices = [int(np.argmin(np.abs(case.time - t))) for t in instants]
     rows = [
-        [f"{1e6 * b:g}", *(f"{error[i, 0]:.3g}" for i in indices)]
+        [f"{1e6 * b:g}", *(shown(_at(case.time, error[:, 0], t)) for t in instants)]
         for b, error in case.errors.items()
     ]
     head = ["b [µm]", *(f"Δθ₁ at {t:g} s [rad]" for t in instants)]
@@ -264,15 +302,15 @@ def _drawing(cases: list[Accumulation]) -> str:
     picture, grid = new_figure(len(cases), 2, 2.9)
     for row, case in zip(grid, cases, strict=True):
         for (b, error), colour in zip(case.errors.items(), COLOURS, strict=True):
-            row[0].plot(case.time, _running(error[:, 0]), color=colour, label=f"{1e6 * b:g}")
+            row[0].plot(case.time, _running(error[:, 0]), color=colour, label=f"b {1e6 * b:g} µm")
             row[1].plot(case.time, error[:, 0] / b, color=colour, lw=0.9)
         predicted = rigid_prediction(case.time, case.errors[REFERENCE_M], case.sensitivity)
-        row[0].plot(case.time, _running(predicted[:, 0]), "k--", lw=1, label="rigid, 50")
+        row[0].plot(case.time, _running(predicted[:, 0]), "k--", lw=1, label="rigid, b 50 µm")
         row[1].plot(case.time, predicted[:, 0] / REFERENCE_M, "k--", lw=1)
-        bound = 1.3 * np.abs(case.errors[REFERENCE_M][case.time <= SMALL_S[1], 0]).max()
+        bound = 1.3 * signals.amplitude(case.errors[REFERENCE_M][case.time <= SMALL_S[1], 0])
         row[0].set(yscale="log", ylim=(1e-10, 10), xlabel="time [s]", ylabel="|Δθ₁| [rad]",
                    title=f"T = {ARGUMENTS[case.argument]}")  # fmt: skip
         row[1].set(xlim=(0, SMALL_S[1]), ylim=np.array([-1, 1]) * bound / REFERENCE_M,
                    xlabel="time [s]", ylabel="Δθ₁ / b [rad/m]")  # fmt: skip
-    grid[0, 0].legend(frameon=False, fontsize=7, ncols=2)
+    legend(picture, grid[0, 0])
     return to_svg(picture)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -16,10 +17,13 @@ from crosscheck.paper.hypotheses.controller_views import (
     sweep_table,
 )
 from crosscheck.paper.hypotheses.feedback import SUN, Point, growth, threshold
+from crosscheck.paper.scale import Scale
+from crosscheck.paper.undefined import finite, where_known, word
 from crosscheck.report.chapter import Chapter
 from crosscheck.report.fragments import figure, heading, paragraph
 from crosscheck.studies.study import Numbers, Study, Variant
 
+ID, TITLE = "controller", "The controller's own flutter (H6)"
 READINGS = ("paper-labelled", "paper-swapped")
 ELBOWS_DEG = (0, 30, 60, 90, 120, 150, 180)
 GAINS = ((1000.0, 0.0), (500.0, 400.0), (4000.0, 400.0), (1000.0, 100.0), (1000.0, 200.0),
@@ -32,11 +36,11 @@ GROWTH_TOLERANCE = 0.1  # measured growth against the frozen eigenvalues' mean
 GROWTH_S, GROWTH_ZETA = (0.1, 0.4), 0.003
 
 
-def chapter(study: Study, quick: bool) -> Chapter:
+def chapter(study: Study, scale: Scale) -> Chapter:
     """Thresholds from eigenvalues and the growth check; full: also the sweep over zeta and E."""
-    survey = _survey(quick)
-    check = _growth_check(study)
-    sweep = [] if quick else _sweep(study)
+    survey = _survey(scale.quick)
+    check = _growth_check(study, scale)
+    sweep = [] if scale.quick else _sweep(study, scale)
     verdict = _verdict(survey, check, sweep)
     html = [_introduction(verdict), *survey_tables(survey), growth_text(check)]
     if sweep:
@@ -47,8 +51,7 @@ def chapter(study: Study, quick: bool) -> Chapter:
         f" zeta = {verdict['lowest_threshold_zeta']:.4f} to"
         f" {verdict['highest_threshold_zeta']:.4f}, depending on pose and reading."
     )
-    title = "The controller's own flutter (H6)"
-    return Chapter("controller", title, "\n".join(html), records, outcome)
+    return Chapter(ID, TITLE, "\n".join(html), records, outcome)
 
 
 _CAPTION = (
@@ -98,13 +101,15 @@ def _threshold_record(point: Point) -> dict[str, Any]:
 def growth_rate(run: xr.Dataset) -> Numbers:
     """Exponential growth [1/s] of the shoulder's mesh vibration within GROWTH_S, and its mean pose.
 
-    From the peaks of x_sp1 less its running mean over 5 ms.
+    From the peaks of x_sp1 less its running mean over 5 ms. None in a run that ends before.
     """
     time, x = run["time"].values, run["x_sp"].values[:, 0, 0]
     width = round(5e-3 / (time[1] - time[0]))
-    vibration = np.abs(x - np.convolve(x, np.ones(width) / width, mode="same"))
     part = signals.window(time, *GROWTH_S)
-    blocks = vibration[part].size // width
+    blocks = time[part].size // width
+    if blocks < 2:
+        return {"growth_per_s": None, "elbow_rad": None}
+    vibration = np.abs(x - np.convolve(x, np.ones(width) / width, mode="same"))
     peaks = vibration[part][: blocks * width].reshape(blocks, width).max(axis=1)
     middles = time[part][: blocks * width].reshape(blocks, width).mean(axis=1)
     return {
@@ -113,7 +118,7 @@ def growth_rate(run: xr.Dataset) -> Numbers:
     }
 
 
-def _growth_check(study: Study) -> dict[str, Any]:
+def _growth_check(study: Study, scale: Scale) -> dict[str, Any]:
     """The same feedback simulated without play, tooth error and stiffness variation."""
     smooth = ("backlash_m", "tooth_error_m", "mesh_stiffness_amplitude_N_per_m")
     variant = Variant(
@@ -121,20 +126,25 @@ def _growth_check(study: Study) -> dict[str, Any]:
         duration_s=GROWTH_S[1] + 0.05,
         settings=tuple(f"arm.joints.*.{name}=0.0" for name in smooth),
     )
-    (measured,) = study.measures([variant], growth_rate, "H6, growth without play")
-    elbow, rate = (float(measured[name] or 0.0) for name in ("elbow_rad", "growth_per_s"))
-    predicted, frequency = growth(Point(elbow_rad=elbow), GROWTH_ZETA)
-    return {
+    (measured,) = study.measures([scale.cut(variant)], growth_rate, "H6, growth without play")
+    elbow, rate = (measured.get(name) for name in ("elbow_rad", "growth_per_s"))
+    record: dict[str, Any] = {
         "id": "controller/growth",
         "zeta": GROWTH_ZETA,
-        "elbow_deg": float(np.degrees(elbow)),
+        "elbow_deg": None,
         "measured_per_s": rate,
-        "predicted_per_s": predicted,
-        "frequency_Hz": frequency,
-        "verdict": "agree" if growth_agrees(rate, predicted) else "differ",
+        "predicted_per_s": None,
+        "frequency_Hz": None,
     }
+    if elbow is not None:
+        predicted, frequency = growth(Point(elbow_rad=elbow), GROWTH_ZETA)
+        there = {"predicted_per_s": predicted, "frequency_Hz": frequency}
+        record |= {"elbow_deg": float(np.degrees(elbow)), **there}
+    agrees = growth_agrees(rate, record["predicted_per_s"])
+    return record | {"verdict": word(agrees, "agree", "differ")}
 
 
+@where_known
 def growth_agrees(measured: float, predicted: float) -> bool:
     """Whether a simulated growth rate is the linear model's."""
     return abs(measured - predicted) <= GROWTH_TOLERANCE * abs(predicted)
@@ -145,21 +155,25 @@ def sustained(run: xr.Dataset) -> Numbers:
     time = run["time"].values
     part = signals.window(time, *SETTLED_S)
     excess = excess_acceleration(run)[part, 0]
-    return {
-        "amplitude_rad_per_s2": signals.amplitude(excess),
-        "frequency_Hz": signals.dominant_frequency(time[part], excess),
-    }
+    return finite(
+        {
+            "amplitude_rad_per_s2": signals.amplitude(excess),
+            "frequency_Hz": signals.dominant_frequency(time[part], excess),
+        }
+    )
 
 
-def _sweep(study: Study) -> list[dict[str, Any]]:
+def _sweep(study: Study, scale: Scale) -> list[dict[str, Any]]:
     """Simulated vibration over zeta for both damping switches, with and without tooth error."""
     cells = [(zeta, damping, E) for damping in ("always", "contact") for zeta in ZETAS
              for E in (0.0, 5e-6)]  # fmt: skip
     variants = [
-        Variant(
-            zeta=zeta,
-            duration_s=SETTLED_S[1],
-            settings=(f"arm.joints.*.tooth_error_m={E!r}", f"switches.damping={damping}"),
+        scale.cut(
+            Variant(
+                zeta=zeta,
+                duration_s=SETTLED_S[1],
+                settings=(f"arm.joints.*.tooth_error_m={E!r}", f"switches.damping={damping}"),
+            )
         )
         for zeta, damping, E in cells
     ]
@@ -179,14 +193,18 @@ def _sweep(study: Study) -> list[dict[str, Any]]:
     ]
 
 
-def flutters(numbers: Numbers) -> bool:
-    """Sustained vibration, or a run that did not survive it."""
-    size = numbers.get("amplitude_rad_per_s2")
-    return size is None or size > FLUTTER_RAD_PER_S2
+def flutters(numbers: Numbers) -> bool | None:
+    """Sustained vibration, or a run that did not survive it; None for a run that ends before."""
+    if "diverged_s" in numbers:
+        return True
+    size = numbers["amplitude_rad_per_s2"]
+    return None if size is None else size > FLUTTER_RAD_PER_S2
 
 
-def independent_of_error(sweep: list[dict[str, Any]]) -> bool:
+def independent_of_error(sweep: list[dict[str, Any]]) -> bool | None:
     """The signature: the same settings flutter with and without tooth error, and some do."""
+    if any(record["flutters"] is None for record in sweep):
+        return None
     places = [
         {
             (r["damping"], r["zeta"])
@@ -208,24 +226,27 @@ def cured_at_the_sun(survey: list[dict[str, Any]]) -> bool:
 def _verdict(
     survey: list[dict[str, Any]], check: dict[str, Any], sweep: list[dict[str, Any]]
 ) -> dict[str, Any]:
-    parts = {
+    parts: dict[str, bool | None] = {
         "sensing at the sun removes it": cured_at_the_sun(survey),
-        "growth as predicted": check["verdict"] == "agree",
+        "growth as predicted": growth_agrees(check["measured_per_s"], check["predicted_per_s"]),
     }
     if sweep:
         parts["independent of E"] = independent_of_error(sweep)
     paper = [r["zeta"] for r in survey if _is_the_papers(r)]
     return {
         "id": "H6",
-        "verdict": "holds"
-        if all(parts.values())
-        else "holds in part"
-        if any(parts.values())
-        else "does not hold",
+        "verdict": _in_words(parts.values()),
         "parts": parts,
         "lowest_threshold_zeta": min(paper),
         "highest_threshold_zeta": max(paper),
     }
+
+
+def _in_words(parts: Collection[bool | None]) -> str:
+    """Holds, in part, or not at all; undefined if that hangs on what is."""
+    if True in parts and False in parts:
+        return "holds in part"
+    return word(None if None in parts else all(parts), "holds", "does not hold")
 
 
 def _is_the_papers(record: dict[str, Any]) -> bool:
@@ -234,9 +255,7 @@ def _is_the_papers(record: dict[str, Any]) -> bool:
 
 
 def _introduction(verdict: dict[str, Any]) -> str:
-    parts = "; ".join(
-        f"{name}: {'yes' if holds else 'no'}" for name, holds in verdict["parts"].items()
-    )
+    parts = "; ".join(f"{name}: {word(holds)}" for name, holds in verdict["parts"].items())
     return (
         heading("Question and experiment")
         + paragraph(

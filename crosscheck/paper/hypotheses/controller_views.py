@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import NullFormatter
 
 from crosscheck.paper.hypotheses.feedback import SUN
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.paper.undefined import shown, word
+from crosscheck.report.figures import legend, log_y, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, heading, paragraph, table
 
 Record = dict[str, Any]
@@ -51,9 +52,10 @@ def growth_text(check: Record) -> str:
     """The linear model against a simulation without play."""
     return heading("Does it grow as fast as the eigenvalues say?") + paragraph(
         f"Without play, tooth error and stiffness variation, at ζ = {check['zeta']:g}, x_sp1's"
-        f" vibration grows at {check['measured_per_s']:.2f} 1/s; the eigenvalues at the mean pose"
-        f" (elbow {check['elbow_deg']:.1f}°) say {check['predicted_per_s']:.2f} 1/s at"
-        f" {check['frequency_Hz']:.0f} Hz: they {check['verdict']}."
+        f" vibration grows at {shown(check['measured_per_s'], '.2f')} 1/s; the eigenvalues at the"
+        f" mean pose (elbow {shown(check['elbow_deg'], '.1f')}°) say"
+        f" {shown(check['predicted_per_s'], '.2f')} 1/s at"
+        f" {shown(check['frequency_Hz'], '.0f')} Hz. Verdict: {check['verdict']}."
     )
 
 
@@ -65,8 +67,8 @@ def sweep_table(sweep: list[Record]) -> str:
             f"{r['zeta']:g}",
             f"{1e6 * r['tooth_error_m']:g}",
             _size(r),
-            "" if r["frequency_Hz"] is None else f"{r['frequency_Hz']:.0f}",
-            "goes on" if r["flutters"] else "dies",
+            shown(r["frequency_Hz"], ".0f", ""),
+            word(r["flutters"], "goes on", "dies"),
         ]
         for r in sweep
     ]
@@ -75,9 +77,9 @@ def sweep_table(sweep: list[Record]) -> str:
 
 
 def _size(record: Record) -> str:
-    if record["amplitude_rad_per_s2"] is None:
+    if record["diverged_s"] is not None:
         return f"diverged at {record['diverged_s']:.2f} s"
-    return f"{record['amplitude_rad_per_s2']:.3g}"
+    return shown(record["amplitude_rad_per_s2"])
 
 
 def drawing(survey: list[Record], sweep: list[Record]) -> str:
@@ -88,6 +90,7 @@ def drawing(survey: list[Record], sweep: list[Record]) -> str:
     _thresholds(grid[0, 0], [r for r in link if _by_pose(r)], "elbow_deg", "elbow angle [°]")
     _thresholds(grid[0, 1], at_zero, "D_N_m_s_per_rad", "D [N m s/rad]")
     _vibration(grid[0, 2], sweep)
+    legend(picture, grid[0, 0], grid[0, 2])
     return to_svg(picture)
 
 
@@ -96,20 +99,15 @@ def _thresholds(axes: Axes, records: list[Record], abscissa: str, label: str) ->
         points = sorted((r[abscissa], r["zeta"]) for r in records if r["arm"] == arm)
         axes.plot(*np.array(points).T, "o-", color=colour, label=arm, ms=3)
     axes.set(xlabel=label, ylabel="threshold ζ", ylim=(0, None))
-    axes.legend(frameon=False)
 
 
 def _vibration(axes: Axes, sweep: list[Record]) -> None:
     kinds = dict.fromkeys((r["damping"], r["tooth_error_m"]) for r in sweep)
-    for (damping, error), colour in zip(kinds, COLOURS, strict=False):
-        points = [
-            (r["zeta"], r["amplitude_rad_per_s2"])
-            for r in sweep
-            if (r["damping"], r["tooth_error_m"]) == (damping, error)
-            and r["amplitude_rad_per_s2"] is not None
-        ]
+    for (damping, error), colour in zip(kinds, COLOURS[2:], strict=False):
+        mine = [r for r in sweep if (r["damping"], r["tooth_error_m"]) == (damping, error)]
+        sizes = [r["amplitude_rad_per_s2"] or np.nan for r in mine]
         label = f"{damping}, E = {1e6 * error:g} µm"
-        axes.plot(*np.array(points).T, "o-", color=colour, label=label, ms=3)
-    axes.set(xscale="log", yscale="log", xlabel="ζ", ylabel="vibration [rad/s²]")
+        axes.plot([r["zeta"] for r in mine], sizes, "o-", color=colour, label=label, ms=3)
+    axes.set(xscale="log", xlabel="ζ", ylabel="vibration [rad/s²]")
+    log_y(axes)
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.legend(frameon=False, fontsize=7)

@@ -9,17 +9,22 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from crosscheck.paper import signals
 from crosscheck.paper.claims.cells import RECORD_EVERY, TORQUE_RECORD
 from crosscheck.paper.claims.measures import constant_torque
 from crosscheck.paper.claims.pd import whole
+from crosscheck.paper.scale import Scale
+from crosscheck.paper.undefined import UNDEFINED, finite, known, shown
 from crosscheck.report.chapter import Chapter
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Numbers, Study, Variant
 
+ID, TITLE = "damping_fit", "The unknown damping"
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
 LAWS = (("omega_t", "eq13"), ("omega_t", "corrected"), ("angle", "eq13"), ("angle", "corrected"))
 STABLE_S = 2.6  # Section 3.2: stable from here on
+REVERSALS = ("side_change_s", "return_s")
 RIGID = ("coupled", "links")
 LARGEST_MISFIT = 5.0  # one statement that is wholly wrong does not drown the others
 EXPLAINED = 1.0
@@ -36,8 +41,11 @@ class Statement:
     factor: float
 
     def misfit(self, measured: float | None) -> float:
-        """0 inside the interval, 1 at the factor beyond it, on a log scale; capped."""
-        if measured is None or measured <= 0:
+        """0 inside the interval, 1 at the factor beyond it, on a log scale; capped.
+
+        The largest where nothing is measured: such a run does not explain the number.
+        """
+        if measured is None or not known(measured) or measured <= 0:
             return LARGEST_MISFIT
         beyond = max(np.log(self.low / measured), np.log(measured / self.high), 0.0)
         return float(min(beyond / np.log(self.factor), LARGEST_MISFIT))
@@ -56,13 +64,13 @@ STATEMENTS = (
 )
 
 
-def chapter(study: Study, quick: bool) -> Chapter:
-    """Misfit over the damping sweep for both phase laws and ring rates; quick: the paper's own."""
-    laws = LAWS[:1] if quick else LAWS
-    fits = _fits(study, [(phase, rate, zeta) for phase, rate in laws for zeta in ZETAS])
-    best = [min((f for f in fits if f["law"] == _law(*law)), key=_misfit) for law in laws]
+def chapter(study: Study, scale: Scale) -> Chapter:
+    """Misfit over the damping sweep for both phase laws and ring rates."""
+    cells = [(phase, rate, zeta) for phase, rate in LAWS for zeta in ZETAS]
+    fits = _fits(study, cells, scale)
+    best = [min((f for f in fits if f["law"] == _law(*law)), key=_misfit) for law in LAWS]
     verdict = _verdict(best)
-    rigid = _rigid(study)
+    rigid = _rigid(study, scale)
     html = [
         _introduction(verdict),
         figure(_drawing(fits), _CAPTION),
@@ -70,12 +78,11 @@ def chapter(study: Study, quick: bool) -> Chapter:
         _misfit_table(fits),
         _rigid_text(rigid),
     ]
-    title = "The unknown damping"
     outcome = (
         f"{verdict['verdict']}; the best, ζ = {verdict['zeta']:g} with {verdict['law']}, explains"
         f" {verdict['explained']} of {len(STATEMENTS)} printed numbers."
     )
-    return Chapter("damping_fit", title, "\n".join(html), [verdict, *rigid, *fits], outcome)
+    return Chapter(ID, TITLE, "\n".join(html), [verdict, *rigid, *fits], outcome)
 
 
 _CAPTION = (
@@ -92,24 +99,29 @@ def _law(phase: str, rate: str) -> str:
 def rigid_numbers(run: xr.Dataset) -> Numbers:
     """First two sign changes [s] of the shoulder's torque; distance [rad] at STABLE_S."""
     time, torque = run["time"].values, run["torque"].values[:, 0]
-    changes = time[1:][np.diff(np.sign(torque)) != 0]
-    at = int(np.argmin(np.abs(time - STABLE_S)))
-    distance = np.abs(run["theta"].values[at] - np.pi / 6).max()
-    return {
-        "side_change_s": float(changes[0]),
-        "return_s": float(changes[1]),
-        "distance_rad": float(distance),
-    }
-
-
-def _fits(study: Study, cells: Sequence[tuple[str, str, float]]) -> list[dict[str, Any]]:
-    torque = study.measures(
-        [_variant(*cell, scenario="constant-torque", record_every=TORQUE_RECORD) for cell in cells],
-        constant_torque,
-        "damping fit, constant torque",
+    changes = [float(t) for t in time[1:][np.diff(np.sign(torque)) != 0]]
+    side_change, back = (*changes, None, None)[:2]
+    off = run["theta"].values[signals.window(time, STABLE_S, np.inf)] - np.pi / 6
+    return finite(
+        {
+            "side_change_s": side_change,
+            "return_s": back,
+            "distance_rad": signals.amplitude(off[:1]),
+        }
     )
-    pd = study.measures([_variant(*cell) for cell in cells], whole, "damping fit, PD")
-    return [_fit(cell, {**one, **two}) for cell, one, two in zip(cells, torque, pd, strict=True)]
+
+
+def _fits(
+    study: Study, cells: Sequence[tuple[str, str, float]], scale: Scale
+) -> list[dict[str, Any]]:
+    pd = [scale.cut(_variant(*cell)) for cell in cells]
+    torque = [
+        scale.cut(_variant(*cell, scenario="constant-torque", record_every=TORQUE_RECORD))
+        for cell in cells
+    ]
+    ones = study.measures(torque, constant_torque, "damping fit, constant torque")
+    others = study.measures(pd, whole, "damping fit, PD")
+    return [_fit(cell, {**one, **two}) for cell, one, two in zip(cells, ones, others, strict=True)]
 
 
 def _variant(
@@ -123,11 +135,15 @@ def _variant(
     return Variant(scenario, phase=phase, ring_rate=rate, zeta=zeta, record_every=record_every)
 
 
-def _rigid(study: Study) -> list[dict[str, Any]]:
-    variants = [Variant(model=f"analytic:{level}", record_every=100) for level in RIGID]
+def _rigid(study: Study, scale: Scale) -> list[dict[str, Any]]:
+    variants = [scale.cut(Variant(model=f"analytic:{level}", record_every=100)) for level in RIGID]
     measured = study.measures(variants, rigid_numbers, "damping fit, rigid arm")
     return [
-        {"id": f"damping_fit/rigid/{level}", "level": level, **numbers}
+        {
+            "id": f"damping_fit/rigid/{level}",
+            "level": level,
+            **{name: numbers.get(name) for name in (*REVERSALS, "distance_rad")},
+        }
         for level, numbers in zip(RIGID, measured, strict=True)
     ]
 
@@ -208,20 +224,27 @@ def _best_table(best: list[dict[str, Any]]) -> str:
 
 def _rigid_text(rigid: list[dict[str, Any]]) -> str:
     times = "; ".join(
-        f"{r['level']} {r['side_change_s']:.3f} and {r['return_s']:.3f} s" for r in rigid
+        f"{r['level']} {shown(r['side_change_s'], '.3f')} and {shown(r['return_s'], '.3f')} s"
+        for r in rigid
     )
     return heading("What no damping can move") + paragraph(
         "The meshes change sides soon after the shoulder's torque changes sign, and when it does is"
         f" the rigid arm's affair. By rigid level: {times}. The paper's 0.3 and 1.5 s lie nearer"
         f" to level {_nearest(rigid)}. Settling does not depend on ζ either and is left out of"
         f" the fit: at {STABLE_S:g} s the angles are within"
-        f" {1e3 * rigid[0]['distance_rad']:.2f} mrad of 30°, so it is a matter of the band."
+        f" {_milli(rigid[0]['distance_rad'])} mrad of 30°, so it is a matter of the band."
     )
+
+
+def _milli(value: float | None) -> str:
+    return shown(None if value is None else 1e3 * value, ".2f")
 
 
 def _nearest(rigid: list[dict[str, Any]]) -> str:
     """The level whose two torque reversals are nearest to the paper's, on a log scale."""
-    stated = {s.name: s.low for s in STATEMENTS if s.name in ("side_change_s", "return_s")}
+    if not known(*(record[name] for record in rigid for name in REVERSALS)):
+        return UNDEFINED
+    stated = {s.name: s.low for s in STATEMENTS if s.name in REVERSALS}
 
     def distance(record: dict[str, Any]) -> float:
         return rms([float(np.log(record[name] / value)) for name, value in stated.items()])
@@ -255,5 +278,5 @@ def _drawing(fits: list[dict[str, Any]]) -> str:
     grid[0, 1].set(
         xscale="log", xlabel="ζ", ylabel="statements explained", ylim=(0, len(STATEMENTS))
     )
-    grid[0, 0].legend(frameon=False)
+    legend(picture, grid[0, 0])
     return to_svg(picture)

@@ -15,41 +15,61 @@ from crosscheck.paper.hypotheses.ladder_rungs import (
     Ladder,
     climb,
 )
+from crosscheck.paper.scale import Scale
+from crosscheck.paper.undefined import (
+    UNDEFINED,
+    extreme,
+    known,
+    percent,
+    quotient,
+    recorded,
+    shown,
+    where_known,
+    word,
+)
 from crosscheck.report.chapter import Chapter
 from crosscheck.report.fragments import figure, heading, paragraph, table
 from crosscheck.studies.study import Study
 
+ID, TITLE = "ladder", "What separates the rigid arm from the detailed one (H2)"
 READINGS = ("paper-labelled", "paper-swapped")
 SCENARIOS = {"constant-torque": "100 N m on both joints, 0.5 s", "pd": "PD 1000/400 to 30°, 3 s"}
 # What Section 3.1 reads off Fig. 6, in the order of QUANTITIES [rad, rad, m].
 PAPER = {"theta_1": 0.02, "theta_2": 0.01, "tip": 0.03}
+# (scenario, reading, order)
+CLIMBS = (
+    *((scenario, READINGS[0], order) for scenario in SCENARIOS for order in ORDERS),
+    ("constant-torque", READINGS[1], "A"),
+)
+QUICK_CLIMBS = CLIMBS[:1]
 NEARLY_ALL = 0.9  # of the whole deviation
 SAME_SIZE = 2.0  # factor within which a value read off a figure counts as reproduced
 LEVELS = ("links", "carriers", "armature", "coupled")  # the first rungs of order A
 _QUANTITY_NAMES = {"theta_1": "θ₁", "theta_2": "θ₂", "tip": "tip"}
 
 
-def chapter(study: Study, quick: bool) -> Chapter:
+def chapter(study: Study, scale: Scale) -> Chapter:
     """The ladder; quick: constant torque in one order, labelled reading."""
-    ladders = _quick_ladders(study) if quick else _all_ladders(study)
+    climbs = QUICK_CLIMBS if scale.quick else CLIMBS
+    ladders = [climb(study, *which, scale) for which in climbs]
     records = [record for ladder in ladders for record in records_of(ladder)]
-    shown = [ladder for ladder in ladders if ladder.arm == READINGS[0]]
+    drawn = [ladder for ladder in ladders if ladder.arm == READINGS[0]]
     baselines = [row for ladder in _of(ladders, "constant-torque") for row in _baselines(ladder)]
     verdicts = verdicts_of(records)
     html = [_introduction(ladders), _verdict_text(verdicts)]
     for name in SCENARIOS:
-        html += [_scenario(name, chosen) for chosen in [_of(shown, name)] if chosen]
+        html += [_scenario(name, chosen) for chosen in [_of(drawn, name)] if chosen]
     html += [_share_table(records), _baseline_section(baselines)]
     records += baselines
-    title = "What separates the rigid arm from the detailed one (H2)"
-    return Chapter("ladder", title, "\n".join(html), [*verdicts, *records], _outcome(verdicts))
+    found = [recorded(record) for record in (*verdicts, *records)]
+    return Chapter(ID, TITLE, "\n".join(html), found, _outcome(verdicts))
 
 
 def _outcome(verdicts: list[dict[str, Any]]) -> str:
     h2, _, paper = verdicts
     return (
-        f"H2 {h2['verdict']} as worded; nearly all of the largest deviations:"
-        f" {h2['dominant']}; all mesh effects at most {100 * paper['largest_mesh_share']:.1g} %."
+        f"H2 {h2['verdict']} as worded; nearly all of the largest deviations: {h2['dominant']};"
+        f" all mesh effects at most {percent(paper['largest_mesh_share'], '.1g')}."
     )
 
 
@@ -57,17 +77,10 @@ def _of(ladders: list[Ladder], scenario: str) -> list[Ladder]:
     return [ladder for ladder in ladders if ladder.scenario == scenario]
 
 
-def _quick_ladders(study: Study) -> list[Ladder]:
-    return [climb(study, "constant-torque", READINGS[0], "A")]
-
-
-def _all_ladders(study: Study) -> list[Ladder]:
-    ladders = [climb(study, scenario, READINGS[0], o) for scenario in SCENARIOS for o in ORDERS]
-    return [*ladders, climb(study, "constant-torque", READINGS[1], "A")]
-
-
 def dominant(shares: dict[str, float]) -> str:
     """The group that alone explains nearly all of a deviation; else "none alone"."""
+    if not known(*shares.values()):
+        return UNDEFINED
     alone = [group for group, share in shares.items() if share >= NEARLY_ALL]
     return alone[0] if len(alone) == 1 else "none alone"
 
@@ -118,14 +131,13 @@ def records_of(ladder: Ladder) -> list[dict[str, Any]]:
 def verdicts_of(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """H2 as stated, and the paper's attribution to the gear meshes, at the largest deviations."""
     decisive = [record for record in records if record["instant"] == "largest"]
-    lows = {g: min(record["shares"][g] for record in records) for g in GROUPS}
-    highs = {g: max(record["shares"][g] for record in records) for g in GROUPS}
-    causes = {record["dominant"] for record in decisive}
-    cause = causes.pop() if len(causes) == 1 else "none alone"
+    lows = {g: extreme((record["shares"][g] for record in records), min) for g in GROUPS}
+    highs = {g: extreme((record["shares"][g] for record in records), max) for g in GROUPS}
+    cause = _common({record["dominant"] for record in decisive})
     return [
         {
             "id": "H2",
-            "verdict": "holds" if cause == "reflected inertia" else "does not hold",
+            "verdict": _whether(cause, "reflected inertia"),
             "dominant": cause,
             "lowest_share": lows,
             "highest_share": highs,
@@ -133,25 +145,41 @@ def verdicts_of(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
         _from_carriers(decisive),
         {
             "id": "H2/paper",
-            "verdict": "holds" if cause == "meshes" else "does not hold",
+            "verdict": _whether(cause, "meshes"),
             "largest_mesh_share": max(abs(lows["meshes"]), abs(highs["meshes"])),
         },
     ]
+
+
+def _common(causes: set[str]) -> str:
+    """The one cause; undefined if one is."""
+    if UNDEFINED in causes:
+        return UNDEFINED
+    return causes.pop() if len(causes) == 1 else "none alone"
+
+
+def _whether(cause: str, said: str) -> str:
+    return word(None if cause == UNDEFINED else cause == said, "holds", "does not hold")
 
 
 def _from_carriers(decisive: list[dict[str, Any]]) -> dict[str, Any]:
     """H2 for a baseline that already has joint masses and carriers: order A, constant torque."""
     kept = [r for r in decisive if (r["order"], r["scenario"]) == ("A", "constant-torque")]
     rest = [
-        r["shares"]["reflected inertia"] / (1 - r["shares"]["joint masses and carriers"])
+        quotient(r["shares"]["reflected inertia"], 1 - r["shares"]["joint masses and carriers"])
         for r in kept
     ]
     return {
         "id": "H2/from-carriers",
-        "verdict": "holds" if min(rest) >= NEARLY_ALL else "does not hold",
-        "lowest_share": min(rest),
-        "highest_share": max(rest),
+        "verdict": word(_all_nearly_all(rest), "holds", "does not hold"),
+        "lowest_share": extreme(rest, min),
+        "highest_share": extreme(rest, max),
     }
+
+
+@where_known
+def _all_nearly_all(shares: list[float]) -> bool:
+    return min(shares) >= NEARLY_ALL
 
 
 def _introduction(ladders: list[Ladder]) -> str:
@@ -173,7 +201,7 @@ def _verdict_text(verdicts: list[dict[str, Any]]) -> str:
     low, high = h2["lowest_share"], h2["highest_share"]
 
     def span(group: str) -> str:
-        return f"{100 * low[group]:.2f} to {100 * high[group]:.2f} %"
+        return f"{percent(low[group], '.2f')} to {percent(high[group], '.2f')}"
 
     spans = "; ".join(f"{group} {span(group)}" for group in GROUPS if group != "meshes")
     return paragraph(
@@ -181,10 +209,11 @@ def _verdict_text(verdicts: list[dict[str, Any]]) -> str:
         f" largest deviation is explained by: {h2['dominant']}. Ranges over both instants, all"
         f" quantities, scenarios, readings and orders run here: {spans}. The paper's attribution to"
         f" the meshes {paper['verdict']}: all mesh effects together never exceed"
-        f" {100 * paper['largest_mesh_share']:.1g} %. For a baseline that has the joint masses and"
-        f" carriers already, H2 {above['verdict']}: reflected inertia is then"
-        f" {100 * above['lowest_share']:.0f} to {100 * above['highest_share']:.0f} % of what is"
-        " left under constant torque (above 100 % where the printed slips pull the other way)."
+        f" {percent(paper['largest_mesh_share'], '.1g')}. For a baseline that has the joint masses"
+        f" and carriers already, H2 {above['verdict']}: reflected inertia is then"
+        f" {percent(above['lowest_share'], '.0f')} to {percent(above['highest_share'], '.0f')} of"
+        " what is left under constant torque (above 100 % where the printed slips pull the other"
+        " way)."
     )
 
 
@@ -235,7 +264,7 @@ def _share_table(records: list[dict[str, Any]]) -> str:
             record["order"],
             _QUANTITY_NAMES[record["quantity"]],
             f"{record['time_s']:.3f}",
-            *(f"{100 * record['shares'][group]:.3g}" for group in GROUPS),
+            *(shown(100 * record["shares"][group]) for group in GROUPS),
             record["dominant"],
         ]
         for record in records

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from crosscheck.paper.hypotheses.ladder_rungs import LABELS, QUANTITIES, Ladder
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 
 _SHOWN = {"theta_1": ("θ₁ [mrad]", 1e3), "theta_2": ("θ₂ [mrad]", 1e3), "tip": ("tip [mm]", 1e3)}
@@ -32,7 +32,7 @@ def waterfall(ladders: list[Ladder]) -> str:
         grid[1, quantity].set(xlabel=f"|contribution to {label.split()[0]}| [{unit}]", yticks=[])
     for axes in grid[:, 0]:
         axes.set_yticks(range(len(names)), [LABELS[name] for name in names])
-    grid[1, 0].legend(frameon=False, loc="upper left")
+    legend(figure, grid[1, 0])
     return to_svg(figure)
 
 

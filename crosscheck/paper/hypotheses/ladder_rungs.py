@@ -15,6 +15,8 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.checks.trajectories import SAFETY, tip_position
+from crosscheck.paper.scale import Scale
+from crosscheck.paper.undefined import quotient
 from crosscheck.studies.study import Study, Variant
 from models.arm import Arm
 
@@ -122,19 +124,21 @@ class Ladder:
         return int(np.argmax(np.abs(self.total[:, quantity])))
 
     def shares(self, index: int, quantity: int) -> dict[str, float]:
-        """Each group's signed part of the total at a time; they sum to 1."""
+        """Each group's signed part of the total at a time; they sum to 1, or are nan if it is 0."""
         at = dict(zip(self.order, self.fine[:, index, quantity], strict=True))
         total = sum(at.values())
         return {
-            group: float(sum(at[feature] for feature in members) / total)
+            group: float(quotient(sum(at[feature] for feature in members), total))
             for group, members in GROUPS.items()
         }
 
 
-def climb(study: Study, scenario: str, arm: str, order: str) -> Ladder:
-    """Run a ladder at both steps."""
+def climb(study: Study, scenario: str, arm: str, order: str, scale: Scale) -> Ladder:
+    """Run a ladder at both steps. Raises Diverged."""
     chain = list(rungs(ORDERS[order]))
-    variants = {grid: [variant(f, scenario, arm, grid) for f in chain] for grid in (FINE, COARSE)}
+    variants = {
+        grid: [scale.cut(variant(f, scenario, arm, grid)) for f in chain] for grid in (FINE, COARSE)
+    }
     runs = study.runs(
         [v for row in variants.values() for v in row], f"ladder {order}, {scenario}, {arm}"
     )

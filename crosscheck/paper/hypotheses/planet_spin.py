@@ -9,6 +9,7 @@ import numpy as np
 
 from crosscheck.checks.trajectories import largest_difference, tip_position
 from crosscheck.paper.errata.finder import energy_errata
+from crosscheck.paper.scale import Scale
 from crosscheck.report.chapter import Chapter
 from crosscheck.report.fragments import heading, paragraph, table
 from crosscheck.studies.study import Study
@@ -18,6 +19,7 @@ READINGS = ("paper-labelled", "paper-swapped")
 DURATIONS_S = {"constant-torque": 0.5, "pd": 3.0}
 WHERE = "Eq. 18, planets 2"
 CONSIDERABLE_M = 0.03  # the tip error that Section 3.1 calls considerable
+ID, TITLE = "planet_spin", "The elbow planets' spin (H4)"
 STRIDE = 50  # records of angles and forces, 0.5 ms
 
 
@@ -27,6 +29,7 @@ class SpinCost:
 
     arm: str
     scenario: str
+    duration_s: float
 
     @property
     def inputs(self) -> str:
@@ -35,13 +38,13 @@ class SpinCost:
 
     @property
     def cost(self) -> float:
-        return DURATIONS_S[self.scenario]
+        return self.duration_s
 
     def answer(self) -> dict[str, Any]:
         arm = load_arm(self.arm)
         (slip,) = (erratum for erratum in energy_errata(arm) if erratum.where == WHERE)
         assert slip.trial is not None  # an energy can always be put right
-        update = {"duration_s": DURATIONS_S[self.scenario], "record_every": STRIDE}
+        update = {"duration_s": self.duration_s, "record_every": STRIDE}
         scenario = load_scenario(self.scenario).model_copy(update=update)
         sides = (slip.trial.as_printed, slip.trial.put_right)
         printed, right = (side(scenario).simulate() for side in sides)
@@ -64,10 +67,14 @@ def matters(tip_error_m: float) -> bool:
     return tip_error_m >= CONSIDERABLE_M
 
 
-def chapter(study: Study, quick: bool) -> Chapter:
-    """Both readings and scenarios; quick: the labelled reading under constant torque."""
-    wanted = [SpinCost(arm, scenario) for arm in READINGS for scenario in DURATIONS_S]
-    found = study.answers(wanted[:1] if quick else wanted, "H4, planet spin")
+def chapter(study: Study, scale: Scale) -> Chapter:
+    """Both readings and scenarios."""
+    wanted = [
+        SpinCost(arm, scenario, scale.seconds(duration_s))
+        for arm in READINGS
+        for scenario, duration_s in DURATIONS_S.items()
+    ]
+    found = study.answers(wanted, "H4, planet spin")
     largest = max(found, key=lambda record: float(record["tip_m"]))
     verdict = {
         "id": "H4",
@@ -81,9 +88,8 @@ def chapter(study: Study, quick: bool) -> Chapter:
         table(_HEAD, [_row(record) for record in found]),
         paragraph(_answer(largest, verdict["verdict"])),
     ]
-    title = "The elbow planets' spin (H4)"
     outcome = f"{verdict['verdict']}, at most {1000 * largest['tip_m']:.2g} mm at the tip."
-    return Chapter("planet_spin", title, "\n".join(text), [verdict, *found], outcome)
+    return Chapter(ID, TITLE, "\n".join(text), [verdict, *found], outcome)
 
 
 _HEAD = (

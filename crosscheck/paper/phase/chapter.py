@@ -7,16 +7,18 @@ from typing import Any
 from crosscheck.paper.phase.clock import clock_test
 from crosscheck.paper.phase.engines import engines, freed_planets
 from crosscheck.paper.phase.handover import handover
-from crosscheck.paper.phase.maps import maps, parts_under
+from crosscheck.paper.phase.maps import maps
 from crosscheck.paper.phase.objections import objections
 from crosscheck.paper.phase.resonance import resonance
 from crosscheck.paper.phase.stability import stability
 from crosscheck.paper.phase.verdict import Evidence, h1_verdict
+from crosscheck.paper.scale import Scale
+from crosscheck.paper.undefined import word
 from crosscheck.report.chapter import Chapter
 from crosscheck.report.fragments import heading, paragraph
 from crosscheck.studies.study import Study
 
-TITLE = "The phase of the teeth (H1)"
+ID, TITLE = "phase", "The phase of the teeth (H1)"
 WRONG = (
     "Eqs. 8 and 14 take the mesh phase as the present meshing frequency times the time since the"
     " start, so that every change of speed, however small, shifts the teeth by an amount that grows"
@@ -30,27 +32,25 @@ REPAIR = (
 )
 
 
-def chapter(study: Study, quick: bool) -> Chapter:
+def chapter(study: Study, scale: Scale) -> Chapter:
     """Six kinds of evidence and a referee's objections; quick: the clock, four runs, the modes."""
-    clock = clock_test(study)
-    simulated, present = maps(study, quick)
-    modes, freed = stability(study, quick), ""
-    found = {"the clock test": clock, "simulation": simulated}
-    if not quick:
-        found["a second engine"] = engines(study)
+    simulated, freed = maps(study, scale), ""
+    present = simulated.present
+    found = {"the clock test": clock_test(study, scale), "simulation": simulated.evidence}
+    if not scale.quick:
+        found["a second engine"] = engines(study, scale)
         freed = freed_planets(found["a second engine"].records)
-    found["stability"] = modes
-    if not quick:
-        found["the handover"] = handover(study)
-        found["resonance"] = resonance(study)
-        largest = max(parts_under(simulated.records, "angle"))
-        found["objections"] = objections(study, largest, freed)
+    found["stability"] = stability(study, scale)
+    if not scale.quick:
+        found["the handover"] = handover(study, scale)
+        found["resonance"] = resonance(study, scale)
+        found["objections"] = objections(study, simulated.parts["angle"], freed, scale)
     verdict = h1_verdict(present, {name: evidence.supports for name, evidence in found.items()})
     record = _record(verdict, present, found)
     html = [_introduction(verdict, record, freed), *(evidence.html for evidence in found.values())]
     records = [record, *(r for evidence in found.values() for r in evidence.records)]
-    outcome = f"H1 {verdict}; the tooth error's part of the third fluctuation exists {present}."
-    return Chapter("phase", TITLE, "\n".join(html), records, outcome)
+    outcome = f"H1 {verdict}; the tooth error's part of the third fluctuation: {present}."
+    return Chapter(ID, TITLE, "\n".join(html), records, outcome)
 
 
 def _record(verdict: str, present: str, found: dict[str, Evidence]) -> dict[str, Any]:
@@ -64,7 +64,7 @@ def _record(verdict: str, present: str, found: dict[str, Evidence]) -> dict[str,
 
 def _introduction(verdict: str, record: dict[str, Any], freed: str) -> str:
     said = ", ".join(
-        f"{name} {'for' if supports else 'against'} it"
+        f"{name} {word(supports, 'for it', 'against it')}"
         for name, supports in record["evidence"].items()
     )
     return "\n".join(

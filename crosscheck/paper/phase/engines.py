@@ -19,6 +19,8 @@ from crosscheck.paper.phase.verdict import (
     same_vibration,
     second_engine_supports,
 )
+from crosscheck.paper.scale import Scale
+from crosscheck.paper.undefined import UNDEFINED, any_of, percent
 from crosscheck.report.fragments import heading, paragraph, table
 from crosscheck.studies.study import Measure, Numbers, Study, Variant
 
@@ -31,14 +33,14 @@ MICRO = 1e6
 Spread = dict[str, float | None]
 
 
-def engines(study: Study) -> Evidence:
+def engines(study: Study, scale: Scale) -> Evidence:
     """Medians over seeded starts of onset, frequency and amplitude in both models.
 
     Where they differ, Exudyn once more with the planets of a stage held alike, as the paper has it.
     """
-    records = [_record(study, zeta, ring) for zeta, ring in SETTINGS]
-    controls = [_control(study, record) for record in records if not record["same"]]
-    angle = _under_angle(study)
+    records = [_record(study, zeta, ring, scale) for zeta, ring in SETTINGS]
+    controls = [_control(study, record, scale) for record in records if not record["same"]]
+    angle = _under_angle(study, scale)
     text = [
         heading("3. The same in Exudyn"),
         paragraph(_question()),
@@ -50,9 +52,9 @@ def engines(study: Study) -> Evidence:
         text += [table(_HEAD, rows, _CONTROL_CAPTION)]
         text += [paragraph(_cause(record)) for record in controls]
     text.append(paragraph(_angle_text(angle)))
-    explained = {c["zeta"] for c in controls if c["planets_explain_the_difference"]}
+    explained = {c["zeta"]: c["planets_explain_the_difference"] for c in controls}
     supports = second_engine_supports(
-        [record["same"] or record["zeta"] in explained for record in records],
+        [any_of((record["same"], explained.get(record["zeta"], False))) for record in records],
         [record.get("amplitude_rad_per_s2") for record in angle],
     )
     return Evidence("\n".join(text), [*records, *controls, *angle], supports)
@@ -71,9 +73,9 @@ def freed_planets(records: Sequence[dict[str, Any]]) -> str:
     )
 
 
-def _variant(zeta: float, ring: str, phase: str = "omega_t") -> Variant:
-    return Variant(
-        phase=phase, ring_rate=ring, zeta=zeta, duration_s=1.2, record_every=RECORD_EVERY
+def _variant(zeta: float, ring: str, scale: Scale, phase: str = "omega_t") -> Variant:
+    return scale.cut(
+        Variant(phase=phase, ring_rate=ring, zeta=zeta, duration_s=1.2, record_every=RECORD_EVERY)
     )
 
 
@@ -85,18 +87,18 @@ def _seeded(
     return {name: _spread(numbers, name) for name in (*SAME, "planet_spread_m", "rounding_m")}
 
 
-def _record(study: Study, zeta: float, ring: str) -> dict[str, Any]:
-    one = _variant(zeta, ring)
+def _record(study: Study, zeta: float, ring: str, scale: Scale) -> dict[str, Any]:
+    one = _variant(zeta, ring, scale)
     ours = _seeded(study, one, third_fluctuation, SEEDS, ANALYTIC)
     engine = replace(one, model=ENGINE)
     theirs = _seeded(study, engine, fluctuation_and_spread, SEEDS, ENGINE)
     return _compared(f"engine/{ring}/{zeta:g}", zeta, ring, ours, theirs, SEEDS)
 
 
-def _control(study: Study, record: dict[str, Any]) -> dict[str, Any]:
+def _control(study: Study, record: dict[str, Any], scale: Scale) -> dict[str, Any]:
     """Planets alike on both sides, and the same rounding at the teeth on both sides."""
     zeta, ring = record["zeta"], record["ring_rate"]
-    one = _variant(zeta, ring)
+    one = _variant(zeta, ring, scale)
     ours = _seeded(study, one, with_rounding, SEEDS, "analytic with the engine's rounding")
     theirs = _seeded(study, one, in_step, CONTROL_SEEDS, "planets held alike")
     control = _compared(f"engine-in-step/{ring}/{zeta:g}", zeta, ring, ours, theirs, CONTROL_SEEDS)
@@ -137,9 +139,9 @@ def _compared(
     }
 
 
-def _under_angle(study: Study) -> list[dict[str, Any]]:
+def _under_angle(study: Study, scale: Scale) -> list[dict[str, Any]]:
     """One start at every setting."""
-    variants = [replace(_variant(*s, "angle"), model=ENGINE, seed=1) for s in SETTINGS]
+    variants = [replace(_variant(*s, scale, "angle"), model=ENGINE, seed=1) for s in SETTINGS]
     found = study.measures(variants, fluctuation_and_spread, "phase: Exudyn under angle")
     return [
         {"id": f"engine-angle/{ring}/{zeta:g}", "zeta": zeta, "ring_rate": ring, **numbers}
@@ -149,7 +151,7 @@ def _under_angle(study: Study) -> list[dict[str, Any]]:
 
 def _spread(numbers: Sequence[Numbers], name: str) -> Spread:
     values = [value for run in numbers if (value := run.get(name)) is not None]
-    if len(values) < len(numbers):  # a start that diverged has no onset
+    if len(values) < len(numbers):  # a start that diverged, or ends before, has no onset
         return dict.fromkeys(("median", "smallest", "largest"))
     return {"median": float(np.median(values)), "smallest": min(values), "largest": max(values)}
 
@@ -177,8 +179,8 @@ def _rows(record: dict[str, Any]) -> list[tuple[str, ...]]:
             f"{name.split('_')[0]} [{UNITS[name]}]",
             _range(record["analytic"][name]),
             _range(record["engine"][name]),
-            _percent(record["relative_difference"][name]),
-            _percent(limit),
+            percent(record["relative_difference"][name], ".2f"),
+            percent(limit, ".2f"),
         )
         for name, limit in SAME.items()
     ]
@@ -186,12 +188,8 @@ def _rows(record: dict[str, Any]) -> list[tuple[str, ...]]:
 
 def _range(spread: Spread) -> str:
     if spread["median"] is None:
-        return "diverged"
+        return UNDEFINED
     return f"{spread['median']:.5g} ({spread['smallest']:.5g} to {spread['largest']:.5g})"
-
-
-def _percent(value: float | None) -> str:
-    return "none" if value is None else f"{100 * value:.2f} %"
 
 
 def _micrometres(value: float | None) -> str:
@@ -212,6 +210,8 @@ def _question() -> str:
 def _answer(record: dict[str, Any]) -> str:
     setting = f"zeta = {record['zeta']:g}, ring rate {record['ring_rate']}"
     apart = _micrometres(record["engine"]["planet_spread_m"]["largest"])
+    if record["same"] is None:
+        return f"At {setting} it is undefined: not every start has a third fluctuation."
     if record["same"]:
         return f"At {setting} it is the same vibration (planets up to {apart} apart)."
     beyond = [
@@ -237,10 +237,12 @@ def _overlap(record: dict[str, Any]) -> bool:
 def _cause(record: dict[str, Any]) -> str:
     free = _micrometres(record["planets_free_spread_m"])
     held = _micrometres(record["engine"]["planet_spread_m"]["largest"])
+    if record["planets_explain_the_difference"] is None:
+        return f"Whether holding the planets alike ({held} apart) explains it is undefined."
     if not record["planets_explain_the_difference"]:
         return f"Holding the planets alike ({held} apart) does not explain the difference."
     without = ", ".join(
-        f"{name.split('_')[0]} {_percent(gap)}"
+        f"{name.split('_')[0]} {percent(gap, '.2f')}"
         for name, gap in record["relative_difference_without_rounding"].items()
     )
     return (
@@ -256,10 +258,12 @@ def _cause(record: dict[str, Any]) -> str:
 
 
 def _angle_text(records: Sequence[dict[str, Any]]) -> str:
-    found = ", ".join(
-        f"{r['amplitude_rad_per_s2']:.2g} rad/s² at zeta = {r['zeta']:g}"
-        if r.get("amplitude_rad_per_s2") is not None
-        else f"diverged at zeta = {r['zeta']:g}"
-        for r in records
-    )
+    found = ", ".join(f"{_size(r)} at zeta = {r['zeta']:g}" for r in records)
     return f"Under angle, with all planets free, Exudyn's third fluctuation is {found} (one start)."
+
+
+def _size(record: dict[str, Any]) -> str:
+    if record.get("diverged_s") is not None:
+        return "diverged"
+    amplitude = record["amplitude_rad_per_s2"]
+    return UNDEFINED if amplitude is None else f"{amplitude:.2g} rad/s²"

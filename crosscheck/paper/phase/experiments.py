@@ -19,7 +19,7 @@ from crosscheck.paper.phase.plant import (
     physical,
     plant_of,
 )
-from crosscheck.paper.phase.verdict import finite
+from crosscheck.paper.undefined import defined
 from crosscheck.registry import build
 from crosscheck.studies.study import Study, Variant
 from crosscheck.tasks import Failure
@@ -31,6 +31,7 @@ from models.scenario import TableDrive
 STRIDE = 2
 HIGH_PASS_HZ = 600.0  # between the controlled arm's motion and the mesh modes
 ORDER = 12  # each way: 1.7 kHz leaks less than 1e-5 through 3 kHz
+FILTER_SAMPLES = 3 * (ORDER + 1)  # by which the filter continues a signal at either end
 FILTER_EDGE_S = 0.02  # of the record's ends, which the filter does not see whole
 TABLE_STEP_S = 1e-3
 
@@ -138,7 +139,10 @@ def responses(
 
 @dataclass(frozen=True)
 class ThirdAmplitude:
-    """Largest shoulder vibration [rad/s^2] of an experiment's third fluctuation, None: diverged."""
+    """Largest shoulder vibration [rad/s^2] of an experiment's third fluctuation.
+
+    None: the run diverged, or ends before.
+    """
 
     experiment: Experiment
 
@@ -152,11 +156,16 @@ class ThirdAmplitude:
         return self.experiment.cost
 
     def answer(self) -> float | None:
-        return finite(third_amplitude(self.experiment.perform()))
+        return defined(third_amplitude(self.experiment.perform()))
 
 
 def vibration(time: np.ndarray, values: np.ndarray, above_hz: float = HIGH_PASS_HZ) -> np.ndarray:
-    """The fast part of a signal (times,): Butterworth, forth and back."""
+    """The fast part of a signal (times,): Butterworth, forth and back.
+
+    Undefined, all nan, for one that is too short for the filter.
+    """
+    if values.size <= FILTER_SAMPLES:
+        return np.full(values.shape, np.nan)
     rate = round(1 / (time[1] - time[0]))
     sections = butter(ORDER, above_hz, "highpass", fs=rate, output="sos")
     return sosfiltfilt(sections, values)
@@ -165,7 +174,7 @@ def vibration(time: np.ndarray, values: np.ndarray, above_hz: float = HIGH_PASS_
 def third_amplitude(response: Response) -> float:
     """Largest shoulder vibration [rad/s^2] in the third fluctuation's window.
 
-    Infinite if the run diverged.
+    Infinite if the run diverged, nan if it ends before.
     """
     signal = response.theta_ddot[:, 0]
     if not np.isfinite(signal).all():

@@ -17,6 +17,8 @@ from crosscheck.paper.phase.experiments import (
     vibration,
 )
 from crosscheck.paper.phase.verdict import Evidence, dies
+from crosscheck.paper.scale import Scale
+from crosscheck.paper.undefined import all_of, defined, known, shown, word
 from crosscheck.report.figures import draw, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study, Variant
@@ -32,12 +34,13 @@ HEIRS = {"omega_t": (), "angle": (), "angle, E = 0": (NO_ERROR,)}
 Handovers = dict[tuple[float, str, str], Response]
 
 
-def handover(study: Study) -> Evidence:
+def handover(study: Study, scale: Scale) -> Evidence:
     """The state at the height of the vibration, continued under each law."""
-    before = {setting: _peak_s(study, *setting) for setting in SETTINGS}
+    before = {setting: _peak_s(study, *setting, scale) for setting in SETTINGS}
     wanted = {
-        (*setting, heir): _continued(*setting, heir, before[setting])
-        for setting in SETTINGS
+        (*setting, heir): _continued(*setting, heir, at_s, scale)
+        for setting, at_s in before.items()
+        if at_s is not None
         for heir in HEIRS
     }
     found = responses(study, list(wanted.values()), "phase: handover")
@@ -59,8 +62,10 @@ def handover(study: Study) -> Evidence:
             ),
             [_row(record) for record in records],
         ),
-        figure(_figure(runs), _caption(before[SHOWN])),
     ]
+    at_s = before[SHOWN]
+    if at_s is not None:
+        text.append(figure(_figure(runs), _caption(at_s)))
     return Evidence("\n".join(text), records, _supports(records))
 
 
@@ -68,20 +73,25 @@ def _variant(zeta: float, ring: str, duration_s: float) -> Variant:
     return Variant(phase="omega_t", ring_rate=ring, zeta=zeta, duration_s=duration_s)
 
 
-def _peak_s(study: Study, zeta: float, ring: str) -> float:
-    """When the shoulder's vibration under omega_t is largest, in whole milliseconds."""
-    experiment = Experiment(_variant(zeta, ring, THIRD_S[1]))
+def _peak_s(study: Study, zeta: float, ring: str, scale: Scale) -> float | None:
+    """When the shoulder's vibration under omega_t is largest, in whole milliseconds.
+
+    None if the run diverged or ends before the third fluctuation.
+    """
+    experiment = Experiment(scale.cut(_variant(zeta, ring, THIRD_S[1])))
     run = responses(study, [experiment], "phase: handover")[experiment]
     part = signals.window(run.time, THIRD_S[0], THIRD_S[1] - FILTER_EDGE_S)
+    if part.stop <= part.start or not known(run.theta_ddot):
+        return None
     fast = np.abs(vibration(run.time, run.theta_ddot[:, 0])[part])
     return round(float(run.time[part][np.argmax(fast)]), 3)
 
 
-def _continued(zeta: float, ring: str, heir: str, at_s: float) -> Experiment:
+def _continued(zeta: float, ring: str, heir: str, at_s: float, scale: Scale) -> Experiment:
     law = heir.split(",")[0]
     after = Experiment(_variant(zeta, ring, at_s))
     variant = replace(
-        _variant(zeta, ring, AFTER_S),
+        scale.cut(_variant(zeta, ring, AFTER_S)),
         phase=law,
         ring_rate=ring if law == "omega_t" else "corrected",
         settings=HEIRS[heir],
@@ -102,17 +112,18 @@ def _record(zeta: float, ring: str, heir: str, run: Response) -> dict[str, Any]:
         "ring_rate": ring,
         "heir": heir,
         "at_s": float(run.time[0]),
-        "before_rad_per_s2": before,
-        "soon_rad_per_s2": soon,
-        "after_rad_per_s2": after,
+        "before_rad_per_s2": defined(before),
+        "soon_rad_per_s2": defined(soon),
+        "after_rad_per_s2": defined(after),
         "dies": dies(before, after),
     }
 
 
-def _supports(records: list[dict[str, Any]]) -> bool:
+def _supports(records: list[dict[str, Any]]) -> bool | None:
     """Dies under `angle` wherever the controller itself does not flutter without tooth error."""
     by = {(r["zeta"], r["heir"]): r["dies"] for r in records}
-    return all(by[zeta, "angle"] for zeta, _ in SETTINGS if by[zeta, "angle, E = 0"])
+    pairs = [(by.get((z, "angle")), by.get((z, "angle, E = 0"))) for z, _ in SETTINGS]
+    return all_of(dead for dead, dead_without in pairs if dead_without is not False)
 
 
 def _row(record: dict[str, Any]) -> tuple[str, ...]:
@@ -121,10 +132,10 @@ def _row(record: dict[str, Any]) -> tuple[str, ...]:
         record["ring_rate"],
         record["heir"],
         f"{record['at_s']:.3f}",
-        f"{record['before_rad_per_s2']:.4g}",
-        f"{record['soon_rad_per_s2']:.3g}",
-        f"{record['after_rad_per_s2']:.3g}",
-        "yes" if record["dies"] else "no",
+        shown(record["before_rad_per_s2"], ".4g"),
+        shown(record["soon_rad_per_s2"]),
+        shown(record["after_rad_per_s2"]),
+        word(record["dies"]),
     )
 
 
@@ -133,9 +144,9 @@ def _statement(records: list[dict[str, Any]]) -> str:
     living = [
         f"zeta = {r['zeta']:g}: {r['before_rad_per_s2']:.0f} becomes"
         f" {r['after_rad_per_s2']:.0f} rad/s²"
-        f" (without tooth error {_without(records, r['zeta']):.0f})"
+        f" (without tooth error {shown(_without(records, r['zeta']), '.0f')})"
         for r in records
-        if r["heir"] == "angle" and not r["dies"]
+        if r["heir"] == "angle" and r["dies"] is False
     ]
     exception = (
         f" It does not die at {'; '.join(living)}: with and without tooth error alike, the"
@@ -146,15 +157,16 @@ def _statement(records: list[dict[str, Any]]) -> str:
     return (
         "Question: once there, does the large vibration keep itself alive under angle, so that only"
         " a small start hides it? The state at the height of the vibration under omega_t becomes"
-        f" the start of a run under angle. Under angle it dies at zeta = {', '.join(dying)}."
+        f" the start of a run under angle. Under angle it dies at zeta ="
+        f" {', '.join(dying) or 'none'}."
         f"{exception} Under omega_t it stays as long as a mode is unstable (section 4) and decays"
-        " when that interval is over. Verdict: there is"
-        f" {'no' if _supports(records) else 'a'} second, self-sustained state under angle that"
-        " needs the tooth error."
+        " when that interval is over. Verdict: is there"
+        " a second, self-sustained state under angle that needs the tooth error?"
+        f" {word(_supports(records), 'No', 'Yes')}."
     )
 
 
-def _without(records: list[dict[str, Any]], zeta: float) -> float:
+def _without(records: list[dict[str, Any]], zeta: float) -> float | None:
     return next(
         r["after_rad_per_s2"] for r in records if r["zeta"] == zeta and r["heir"] == "angle, E = 0"
     )

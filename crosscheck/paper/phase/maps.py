@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,10 +17,11 @@ from crosscheck.paper.phase.verdict import (
     PRESENT_RAD_PER_S2,
     Evidence,
     error_part,
-    finite,
     is_near,
     where_present,
 )
+from crosscheck.paper.scale import Scale
+from crosscheck.paper.undefined import UNDEFINED, defined, extreme, known, shown
 from crosscheck.report.figures import new_figure, to_svg
 from crosscheck.report.fragments import figure, heading, paragraph, table
 from crosscheck.studies.study import Numbers, Study, Variant
@@ -89,29 +90,40 @@ class Cell:
 Amplitudes = dict[Cell, list[float]]  # rad/s^2, one for every start
 
 
-def maps(study: Study, quick: bool) -> tuple[Evidence, str]:
-    """The evidence, and under which law the tooth error's part is present."""
-    cells = _quick_cells() if quick else _all_cells()
-    found = measured(study, cells)
-    if not quick:
-        found |= _again(study, found)
-    parts = [cell for cell in found if cell.error_um > 0 and cell.without_error in found]
-    records = [_record(cell, found) for cell in parts]
-    by_law = {law: parts_under(records, law) for law in ("omega_t", "angle")}
+class Maps(NamedTuple):
+    """The evidence, under which law the tooth error's part is present, and how large it is.
+
+    parts: [rad/s^2] of every cell by law; infinite where the run with the error diverged, nan where
+    it is undefined.
+    """
+
+    evidence: Evidence
+    present: str
+    parts: dict[str, list[float]]
+
+
+def maps(study: Study, scale: Scale) -> Maps:
+    """Four runs if quick."""
+    cells = _quick_cells() if scale.quick else _all_cells()
+    found = measured(study, cells, scale)
+    if not scale.quick:
+        found |= _again(study, found, scale)
+    both = [cell for cell in found if cell.error_um > 0 and cell.without_error in found]
+    parts = {cell: _part(cell, found) for cell in both}
+    records = [_record(cell, found, part) for cell, part in parts.items()]
+    by_law = {
+        law: [part for cell, part in parts.items() if cell.law == law]
+        for law in ("omega_t", "angle")
+    }
     verdict = where_present(by_law)
     text = [heading("2. Simulation over damping, tooth error, backlash and both readings")]
     text.append(paragraph(_statement(by_law, found, verdict)))
-    if quick:
+    if scale.quick:
         text.append(table(_HEAD, [_row(r) for r in records]))
     else:
         text += [_error_map(found), _backlash_map(found), *_tables(records)]
-    return Evidence("\n".join(text), records, verdict == "only with omega_t"), verdict
-
-
-def parts_under(records: Sequence[dict[str, Any]], law: str) -> list[float]:
-    """The tooth error's part [rad/s^2] in every cell of a law; infinite where a run diverged."""
-    parts = [r["error_part_rad_per_s2"] for r in records if r["phase"] == law]
-    return [math.inf if part is None else part for part in parts]
+    supports = None if verdict == UNDEFINED else verdict == "only with omega_t"
+    return Maps(Evidence("\n".join(text), records, supports), verdict, by_law)
 
 
 def _quick_cells() -> list[Cell]:
@@ -151,20 +163,25 @@ def _with_and_without(cell: Cell) -> tuple[Cell, Cell]:
     return cell, cell.without_error
 
 
-def measured(study: Study, cells: Sequence[Cell]) -> Amplitudes:
-    """The third fluctuation of every cell's runs; infinite where a run diverges."""
-    variants = [variant for cell in cells for variant in cell.variants()]
+def measured(study: Study, cells: Sequence[Cell], scale: Scale) -> Amplitudes:
+    """The third fluctuation of every cell's runs, see ``amplitude``."""
+    variants = [scale.cut(variant) for cell in cells for variant in cell.variants()]
     numbers = iter(study.measures(variants, third_fluctuation, "phase: maps"))
     return {cell: [amplitude(next(numbers)) for _ in cell.variants()] for cell in cells}
 
 
 def amplitude(numbers: Numbers) -> float:
-    """The amplitude [rad/s^2] that ``third_fluctuation`` found."""
-    value = numbers.get("amplitude_rad_per_s2")
-    return float("inf") if value is None else value
+    """The amplitude [rad/s^2] that ``third_fluctuation`` found.
+
+    Infinite if the run diverged, nan if it ends before.
+    """
+    if "diverged_s" in numbers:
+        return math.inf
+    value = numbers["amplitude_rad_per_s2"]
+    return math.nan if value is None else value
 
 
-def _again(study: Study, found: Amplitudes) -> Amplitudes:
+def _again(study: Study, found: Amplitudes, scale: Scale) -> Amplitudes:
     """Cells of one start whose part lies near the threshold, from several starts."""
     near = [
         cell
@@ -173,13 +190,17 @@ def _again(study: Study, found: Amplitudes) -> Amplitudes:
         and not others
         and is_near(error_part(first, found[cell.without_error][0]))
     ]
-    seeded = measured(study, [replace(cell, seeds=SEEDS) for cell in near])
+    seeded = measured(study, [replace(cell, seeds=SEEDS) for cell in near], scale)
     return {replace(cell, seeds=0): runs for cell, runs in seeded.items()}
 
 
-def _record(cell: Cell, found: Amplitudes) -> dict[str, Any]:
+def _part(cell: Cell, found: Amplitudes) -> float:
+    """What the tooth error adds to the median [rad/s^2]."""
+    return error_part(_median(found[cell]), _median(found[cell.without_error]))
+
+
+def _record(cell: Cell, found: Amplitudes, part: float) -> dict[str, Any]:
     with_error, without = found[cell], found[cell.without_error]
-    part = error_part(_median(with_error), _median(without))
     return {
         "id": f"map/{cell.id}",
         "arm": cell.arm,
@@ -189,12 +210,13 @@ def _record(cell: Cell, found: Amplitudes) -> dict[str, Any]:
         "E_um": cell.error_um,
         "b_um": cell.backlash_um,
         "starts": len(with_error),
-        "median_rad_per_s2": finite(np.median(with_error)),
-        "smallest_rad_per_s2": finite(min(with_error)),
-        "largest_rad_per_s2": finite(max(with_error)),
-        "median_without_error_rad_per_s2": finite(np.median(without)),
-        "error_part_rad_per_s2": finite(part),
-        "present": part >= PRESENT_RAD_PER_S2,
+        "median_rad_per_s2": defined(np.median(with_error)),
+        "smallest_rad_per_s2": defined(min(with_error)),
+        "largest_rad_per_s2": defined(max(with_error)),
+        "median_without_error_rad_per_s2": defined(np.median(without)),
+        "error_part_rad_per_s2": defined(part),
+        "present": None if math.isnan(part) else part >= PRESENT_RAD_PER_S2,
+        "diverged": math.inf in (*with_error, *without),
     }
 
 
@@ -221,9 +243,8 @@ def _row(record: dict[str, Any]) -> tuple[str, ...]:
         record[f"{name}_rad_per_s2"]
         for name in ("median", "smallest", "largest", "median_without_error", "error_part")
     ]
-    median, low, high, without, part = (
-        "diverged" if value is None else f"{value:.1f}" for value in numbers
-    )
+    missing = "diverged" if record["diverged"] else UNDEFINED
+    median, low, high, without, part = (shown(value, ".1f", missing) for value in numbers)
     spread = f" ({low} to {high})" if record["starts"] > 1 else ""
     return (
         record["arm"].removeprefix("paper-"),
@@ -255,28 +276,45 @@ def _tables(records: list[dict[str, Any]]) -> list[str]:
 
 def _statement(by_law: dict[str, list[float]], found: Amplitudes, verdict: str) -> str:
     without = {
-        law: max(max(runs) for cell, runs in found.items() if cell.law == law and not cell.error_um)
+        law: [
+            run
+            for cell, runs in found.items()
+            if cell.law == law and not cell.error_um
+            for run in runs
+        ]
         for law in by_law
     }
-    present = {law: sum(p >= PRESENT_RAD_PER_S2 for p in parts) for law, parts in by_law.items()}
+    present = {law: _present(parts) for law, parts in by_law.items()}
     return (
         "Question: where in the space of what the paper does not tell does the tooth error excite"
         " a third fluctuation? Amplitude: largest detailed minus rigid shoulder acceleration"
         f" in 0.5 to 1.2 s; its tooth error's part: less the same with E = 0; present from"
         f" {PRESENT_RAD_PER_S2:g} rad/s² on, a tenth of the paper's 300."
         f" In {len(by_law['omega_t'])} settings under omega_t it is present in"
-        f" {present['omega_t']}, up to {max(by_law['omega_t']):.0f} rad/s²; in"
+        f" {present['omega_t']}, up to {_largest(by_law['omega_t'])} rad/s²; in"
         f" {len(by_law['angle'])} settings under angle in {present['angle']}, at most"
-        f" {max(by_law['angle']):.1f} rad/s². What remains with E = 0 is there under both laws: up"
-        f" to {without['angle']:.0f} rad/s² under angle, the impacts kept alive by the controller"
-        f" (H6), and {without['omega_t']:.0f} under omega_t, whose false phase also enters the"
-        " stiffness. Values far above 1000 rad/s² are a regime of its own, teeth hammering on both"
-        " sides, which the controller can sustain by itself once kicked (section 5)."
+        f" {_largest(by_law['angle'], '.1f')} rad/s². What remains with E = 0 is there under both"
+        f" laws: up to {_largest(without['angle'])} rad/s² under angle, the impacts kept alive by"
+        f" the controller (H6), and {_largest(without['omega_t'])} under omega_t, whose false phase"
+        " also enters the stiffness. Values far above 1000 rad/s² are a regime of its own, teeth"
+        " hammering on both sides, which the controller can sustain by itself once kicked"
+        " (section 5)."
         " The planets of a stage move as one here, as in the paper; section 3 frees them."
         f" Maps: one start, or the median of {SEEDS} where the first lies within a factor of"
         f" {NEAR:g} of the threshold; the table below states the scatter."
-        f" Verdict: the tooth error's part is present {verdict}."
+        f" Verdict on where the tooth error's part is present: {verdict}."
     )
+
+
+def _present(parts: Sequence[float]) -> str:
+    """In how many settings; and in how many it is undefined, if in any."""
+    undefined = sum(map(math.isnan, parts))
+    count = str(sum(part >= PRESENT_RAD_PER_S2 for part in parts))
+    return f"{count} ({undefined} undefined)" if undefined else count
+
+
+def _largest(values: Sequence[float], form: str = ".0f") -> str:
+    return "diverging" if math.inf in values else shown(extreme(values, max), form)
 
 
 def _error_map(found: Amplitudes) -> str:
@@ -297,10 +335,7 @@ def _backlash_map(found: Amplitudes) -> str:
     drawing, grid = new_figure(1, len(LAWS), 2.8)
     for axes, (law, ring) in zip(grid[0], LAWS, strict=True):
         cells = [[Cell(law, ring, z, backlash_um=b) for z in BACKLASH_ZETAS] for b in BACKLASHES_UM]
-        parts = [
-            [error_part(_median(found[cell]), _median(found[cell.without_error])) for cell in row]
-            for row in cells
-        ]
+        parts = [[_part(cell, found) for cell in row] for row in cells]
         _heat(axes, np.array(parts), BACKLASH_ZETAS, BACKLASHES_UM)
         axes.set(title=f"{law}, {ring}", xlabel="zeta")
     grid[0, 0].set_ylabel("b [µm]")
@@ -309,6 +344,13 @@ def _backlash_map(found: Amplitudes) -> str:
         " damping and backlash; labelled reading."
     )
     return figure(to_svg(drawing), caption)
+
+
+def _in_cell(value: float) -> str:
+    """Short enough for a cell: thousands as k."""
+    if known(value):
+        return f"{value:.0f}" if value < 1e4 else f"{value / 1e3:.0f}k"
+    return "div." if value == math.inf else "-"
 
 
 def _heat(axes: Axes, values: np.ndarray, columns: Sequence[float], rows: Sequence[float]) -> None:
@@ -322,8 +364,7 @@ def _heat(axes: Axes, values: np.ndarray, columns: Sequence[float], rows: Sequen
     )
     for (row, column), value in np.ndenumerate(values):
         shade = "white" if value > 200 else "black"
-        text = f"{value:.0f}" if np.isfinite(value) else "div."
-        axes.text(column, row, text, ha="center", va="center", fontsize=6.5, color=shade)
+        axes.text(column, row, _in_cell(value), ha="center", va="center", fontsize=6.5, color=shade)
     axes.set_xticks(range(len(columns)), [f"{c:g}" for c in columns], fontsize=6.5)
     axes.set_yticks(range(len(rows)), [f"{r:g}" for r in rows], fontsize=7)
     axes.grid(visible=False)

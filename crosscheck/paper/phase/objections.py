@@ -9,10 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.paper.fluctuation import THIRD_S
 from crosscheck.paper.phase.experiments import Experiment, ThirdAmplitude
 from crosscheck.paper.phase.linear import base_motion, mesh_modes
 from crosscheck.paper.phase.plant import Plant
-from crosscheck.paper.phase.verdict import PRESENT_RAD_PER_S2, Evidence, error_part, finite
+from crosscheck.paper.phase.verdict import Evidence, error_part, is_present
+from crosscheck.paper.scale import Scale
+from crosscheck.paper.undefined import UNDEFINED, any_of, defined, extreme, shown
 from crosscheck.report.fragments import heading, paragraph, table
 from crosscheck.studies.study import Study, Variant
 from models.drive import CONSTANT
@@ -21,6 +24,7 @@ from models.loading import load_arm
 SETTINGS = ((0.005, "eq13"), (0.02, "corrected"))
 LAWS = ("omega_t", "angle")
 NO_ERROR = "arm.joints.*.tooth_error_m=0.0"
+DURATION_S = THIRD_S[1]
 THIRD_EVERY = 10
 FULL_STEP = "scenario.step_s=4e-6"  # Eq. 11 in full lets a vibration grow by 4e5 1/s
 QUARTERS = (0.5, 1.0)  # of pi: ring mesh against sun mesh; even z_p suggests pi
@@ -40,7 +44,9 @@ class Change:
     def experiment(self, law: str, zeta: float, ring: str, with_error: bool) -> Experiment:
         """The changed PD run."""
         settings = self.settings if with_error else (*self.settings, NO_ERROR)
-        variant = Variant(phase=law, ring_rate=ring, zeta=zeta, duration_s=1.2, settings=settings)
+        variant = Variant(
+            phase=law, ring_rate=ring, zeta=zeta, duration_s=DURATION_S, settings=settings
+        )
         return Experiment(
             variant,
             damping=self.damping,
@@ -68,15 +74,18 @@ CHANGES = (
 )
 
 
-def objections(study: Study, largest_under_angle: float, freed_planets: str) -> Evidence:
+def objections(
+    study: Study, under_angle: Sequence[float], freed_planets: str, scale: Scale
+) -> Evidence:
     """Runs for every objection, with and without tooth error, under both laws.
 
-    largest_under_angle: of the maps, the tooth error's largest part [rad/s^2] under `angle`.
+    under_angle: of the maps, the tooth error's part [rad/s^2] in every cell of `angle`.
     freed_planets: what an engine with free planets adds, in words.
     """
-    amplitudes = _amplitudes(study)
+    amplitudes = _amplitudes(study, scale)
     records = [_record(change, setting, amplitudes) for change in CHANGES for setting in SETTINGS]
-    growth = study.answers([Growth(*setting) for setting in SETTINGS], "phase: growth rates")
+    asked = [Growth(*setting, scale.seconds(DURATION_S)) for setting in SETTINGS]
+    growth = study.answers(asked, "phase: growth rates")
     text = [
         heading("What a referee would object"),
         table(
@@ -84,18 +93,21 @@ def objections(study: Study, largest_under_angle: float, freed_planets: str) -> 
             [_row(record) for record in records],
             "The tooth error's part of the third fluctuation [rad/s²], E = 5 µm less E = 0",
         ),
-        *_answers(records, growth, largest_under_angle, freed_planets),
+        *_answers(records, growth, shown(extreme(under_angle, max), ".1f"), freed_planets),
     ]
-    supports = not any(record["present_under_angle"] for record in records)
+    present = any_of(record["present_under_angle"] for record in records)
+    supports = None if present is None else not present
     return Evidence("\n".join(text), [*records, *growth], supports)
 
 
 Key = tuple[Change, tuple[float, str], str, bool]
 
 
-def _amplitudes(study: Study) -> dict[Key, float]:
+def _amplitudes(study: Study, scale: Scale) -> dict[Key, float]:
     wanted = {
-        (change, setting, law, with_error): change.experiment(law, *setting, with_error)
+        (change, setting, law, with_error): _cut(
+            change.experiment(law, *setting, with_error), scale
+        )
         for change in CHANGES
         for setting in SETTINGS
         for law in LAWS
@@ -103,7 +115,11 @@ def _amplitudes(study: Study) -> dict[Key, float]:
     }
     questions = [ThirdAmplitude(experiment) for experiment in wanted.values()]
     found = study.answers(questions, "phase: objections")
-    return {k: math.inf if a is None else a for k, a in zip(wanted, found, strict=True)}
+    return {k: math.nan if a is None else a for k, a in zip(wanted, found, strict=True)}
+
+
+def _cut(experiment: Experiment, scale: Scale) -> Experiment:
+    return replace(experiment, variant=scale.cut(experiment.variant))
 
 
 def _record(
@@ -120,10 +136,10 @@ def _record(
         "change": change.name,
         "zeta": zeta,
         "ring_rate": ring,
-        "omega_t_rad_per_s2": finite(parts["omega_t"]),
-        "angle_rad_per_s2": finite(parts["angle"]),
-        "present_under_omega_t": parts["omega_t"] >= PRESENT_RAD_PER_S2,
-        "present_under_angle": parts["angle"] >= PRESENT_RAD_PER_S2,
+        "omega_t_rad_per_s2": defined(parts["omega_t"]),
+        "angle_rad_per_s2": defined(parts["angle"]),
+        "present_under_omega_t": is_present(parts["omega_t"]),
+        "present_under_angle": is_present(parts["angle"]),
     }
 
 
@@ -133,10 +149,13 @@ class Growth:
 
     zeta: float
     ring: str
+    duration_s: float
 
     @property
     def variant(self) -> Variant:
-        return Variant(phase="omega_t", ring_rate=self.ring, zeta=self.zeta, duration_s=1.2)
+        return Variant(
+            phase="omega_t", ring_rate=self.ring, zeta=self.zeta, duration_s=self.duration_s
+        )
 
     @property
     def inputs(self) -> str:
@@ -166,9 +185,10 @@ class Growth:
         }
 
 
-def _largest(plant: Plant, variant: Variant) -> float:
+def _largest(plant: Plant, variant: Variant) -> float | None:
     base = base_motion(variant.case(), plant, THIRD_EVERY)
-    return float(mesh_modes(plant, base).largest[base.time >= 0.5].max())
+    growth = mesh_modes(plant, base).largest[base.time >= THIRD_S[0]]
+    return float(growth.max()) if growth.size else None
 
 
 _HEAD = ("objection", "what was changed", "zeta", "ring rate", "under omega_t", "under angle")
@@ -180,14 +200,14 @@ def _row(record: dict[str, Any]) -> tuple[str, ...]:
         record["change"],
         f"{record['zeta']:g}",
         record["ring_rate"],
-        *(_shown(record[f"{law}_rad_per_s2"]) for law in LAWS),
+        *(shown(record[f"{law}_rad_per_s2"], ".1f") for law in LAWS),
     )
 
 
 def _answers(
     records: Sequence[dict[str, Any]],
     growth: Sequence[dict[str, Any]],
-    largest_under_angle: float,
+    largest_under_angle: str,
     freed_planets: str,
 ) -> list[str]:
     arm = load_arm("paper-labelled")
@@ -200,7 +220,7 @@ def _answers(
         paragraph(
             "“They integrated the phase and only wrote ω t.” Then the program behind the figures"
             " follows the law called angle here, with Eq. 13's ring rate or the right one. Over all"
-            f" cells of section 2 that law gives the tooth error at most {largest_under_angle:.1f}"
+            f" cells of section 2 that law gives the tooth error at most {largest_under_angle}"
             " rad/s²; the paper reports 300, and that they vanish with the tooth error."
             " Whatever the program did, the printed equations produce such a fluctuation and the"
             " integrated phase does not."
@@ -249,9 +269,7 @@ def _both(records: Sequence[dict[str, Any]], objection: str) -> str:
 def _span(values: Sequence[float | None]) -> str:
     known = [value for value in values if value is not None]
     return (
-        f"{_short(min(known))} to {_short(max(known))}"
-        if len(known) == len(values)
-        else "diverging"
+        f"{_short(min(known))} to {_short(max(known))}" if len(known) == len(values) else UNDEFINED
     )
 
 
@@ -259,11 +277,9 @@ def _short(value: float) -> str:
     return f"{value:.0f}" if value >= 10 else f"{value:.2g}"
 
 
-def _shown(value: float | None) -> str:
-    return "diverged" if value is None else f"{value:.1f}"
-
-
 def _pairs(growth: Sequence[dict[str, Any]], one: str, other: str) -> str:
     return " and ".join(
-        f"{r[f'{one}_per_s']:.0f} / {r[f'{other}_per_s']:.0f} (zeta {r['zeta']:g})" for r in growth
+        f"{shown(r[f'{one}_per_s'], '.0f')} / {shown(r[f'{other}_per_s'], '.0f')}"
+        f" (zeta {r['zeta']:g})"
+        for r in growth
     )

@@ -16,8 +16,10 @@ from crosscheck.paper import signals
 from crosscheck.paper.phase.experiments import FILTER_EDGE_S, STRIDE, vibration
 from crosscheck.paper.phase.plant import Plant, accelerations_along, integrate, plant_of
 from crosscheck.paper.phase.verdict import FAR, Evidence, is_far
+from crosscheck.paper.scale import Scale
+from crosscheck.paper.undefined import defined, shown
 from crosscheck.registry import build
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.figures import legend, log_y, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Question, Study
 from models.arm import Arm
@@ -43,9 +45,10 @@ class Ramp(NamedTuple):
 
 @dataclass(frozen=True)
 class RunUp:
-    """The stage run up through both modes at a damping ratio."""
+    """The stage run up through both modes at a damping ratio, or as far as the duration lets it."""
 
     zeta: float
+    duration_s: float
 
     @property
     def inputs(self) -> str:
@@ -53,15 +56,15 @@ class RunUp:
 
     @property
     def cost(self) -> float:
-        return RAMP_S
+        return self.duration_s
 
     def answer(self) -> dict[str, Any]:
-        ramp, arm = _run_up(self.zeta), _one_stage(self.zeta)
-        away = np.abs(ramp.fast[signals.window(ramp.speed, 20.0, 60.0)])
+        ramp, arm = _run_up(self.zeta, self.duration_s), _one_stage(self.zeta)
+        away = ramp.fast[signals.window(ramp.speed, 20.0, 60.0)]
         speed, size = _drawn(ramp)
         return {
             "peaks": [_peak(ramp, 2 * np.pi * mode / _rate(arm)) for mode in _modes(arm)],
-            "away_rad_per_s2": float(away.max()),
+            "away_rad_per_s2": defined(signals.amplitude(away)),
             "drawn_speed": speed.tolist(),
             "drawn_size": size.tolist(),
         }
@@ -92,13 +95,13 @@ def _files() -> str:
     return "\n".join(record.model_dump_json() for case in cases for record in case)
 
 
-def resonance(study: Study) -> Evidence:
+def resonance(study: Study, scale: Scale) -> Evidence:
     """A run-up of one stage, Floquet theory of the stiffness, and the paper's own speeds."""
     arm = _one_stage(RAMP_ZETAS[0])
     ratio, modes = _rate(arm), _modes(arm)
     speeds = {name: _fastest(name) for name in SCENARIOS}
     asked: list[Question] = [
-        *(RunUp(zeta) for zeta in RAMP_ZETAS),
+        *(RunUp(zeta, scale.seconds(RAMP_S)) for zeta in RAMP_ZETAS),
         *(Tongue(z, speeds["pd"]) for z in ZETAS),
     ]
     found = study.answers(asked, "phase: run-up and tongues")
@@ -171,14 +174,14 @@ def _fastest(scenario: str) -> float:
     return float(np.abs(rigid["theta_dot"]).max())
 
 
-def _run_up(zeta: float) -> Ramp:
-    """A constant torque drives the stage from rest through both modes; stiffness constant.
+def _run_up(zeta: float, duration_s: float) -> Ramp:
+    """A constant torque that takes RAMP_S from rest through both modes; stiffness constant.
 
     So that tooth error is all that excites: k_a has tongues of its own.
     """
     arm = _one_stage(zeta, amplitude=0.0)
     inertia = float(_model(arm, 0.0, 1.0).mass_matrix(np.zeros(3))[2, 2])
-    model = _model(arm, inertia * FASTEST_RAD_PER_S / RAMP_S, RAMP_S)
+    model = _model(arm, inertia * FASTEST_RAD_PER_S / RAMP_S, duration_s)
     plant, (q, v) = plant_of(model), model.start()
     step, steps = model.scenario.step_s, model.scenario.steps
     qs, vs = integrate(plant, 0.0, q, v, step, steps, STRIDE)
@@ -221,9 +224,14 @@ def _monodromy(system: Callable[[float], np.ndarray], period: np.ndarray) -> np.
     return flow
 
 
-def _peak(ramp: Ramp, speed: float) -> tuple[float, float]:
-    """(speed [rad/s], vibration [rad/s^2]) of the largest vibration within 10 % of a speed."""
+def _peak(ramp: Ramp, speed: float) -> tuple[float | None, float | None]:
+    """(speed [rad/s], vibration [rad/s^2]) of the largest vibration within 10 % of a speed.
+
+    None where the stage does not get that fast.
+    """
     part = slice(*np.searchsorted(ramp.speed, (0.9 * speed, 1.1 * speed)))
+    if part.stop <= part.start:
+        return None, None
     fast = np.abs(ramp.fast[part])
     return float(ramp.speed[part][np.argmax(fast)]), float(fast.max())
 
@@ -275,7 +283,7 @@ def _row(
         f"{mode:.1f}",
         f"{speed:.1f}",
         f"{speed / speeds['pd']:.0f}",
-        *(f"{at:.1f}, {size:.3g}" for at, size in peaks),
+        *(f"{shown(at, '.1f')}, {shown(size)}" for at, size in peaks),
     )
 
 
@@ -316,6 +324,8 @@ def _statement(
 def _drawn(ramp: Ramp) -> tuple[np.ndarray, np.ndarray]:
     """Speed [rad/s] and largest vibration [rad/s^2] of every bin."""
     edge = signals.window(ramp.speed, 1.0, FASTEST_RAD_PER_S * (1 - FILTER_EDGE_S))
+    if edge.stop <= edge.start:
+        return np.empty(0), np.empty(0)
     _, low, high = envelope(ramp.speed[edge], ramp.fast[edge], BINS)
     speed = np.linspace(ramp.speed[edge][0], ramp.speed[edge][-1], low.size)
     return speed, np.maximum(np.abs(low), np.abs(high))
@@ -330,18 +340,18 @@ def _figure(
 ) -> str:
     drawing, grid = new_figure(2, 1, 2.3)
     above, below = grid[:, 0]
-    for (zeta, ramp), colour in zip(ramps.items(), COLOURS, strict=False):
-        above.semilogy(
-            ramp["drawn_speed"], ramp["drawn_size"], color=colour, label=f"zeta = {zeta:g}"
-        )
-    for (zeta, rates), colour in zip(growth.items(), COLOURS, strict=False):
-        below.plot(SPEEDS, rates["growth"], color=colour, label=f"zeta = {zeta:g}")
+    colours = dict(zip(ZETAS, COLOURS, strict=False))
+    for zeta, ramp in ramps.items():
+        above.plot(ramp["drawn_speed"], ramp["drawn_size"], color=colours[zeta])
+    log_y(above)
+    for zeta, rates in growth.items():
+        below.plot(SPEEDS, rates["growth"], color=colours[zeta], label=f"zeta = {zeta:g}")
+    legend(drawing, below)
     for mode in modes:
         above.axvline(2 * np.pi * mode / ratio, color="black", ls="--", lw=0.8)
     for axes in (above, below):
         axes.axvspan(0.0, fastest, color="#b03050", alpha=0.8)
         axes.set_xlim(-5.0, None)
-        axes.legend(frameon=False, fontsize=7)
     below.axhline(0.0, color="black", lw=0.6)
     above.set_ylabel("vibration, run-up [rad/s²]")
     below.set(xlabel="carrier speed [rad/s]", ylabel="Floquet growth rate [1/s]")

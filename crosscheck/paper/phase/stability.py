@@ -29,7 +29,9 @@ from crosscheck.paper.phase.linear import (
     unstable_intervals,
 )
 from crosscheck.paper.phase.verdict import ONSET_RAD_PER_S2, Evidence, onset_is_predicted
-from crosscheck.report.figures import draw, new_figure, to_svg
+from crosscheck.paper.scale import Scale
+from crosscheck.paper.undefined import UNDEFINED, all_of, extreme, known, shown, word
+from crosscheck.report.figures import draw, legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study, Variant
 
@@ -62,11 +64,13 @@ class Case(NamedTuple):
     error: float
 
 
-def stability(study: Study, quick: bool) -> Evidence:
+def stability(study: Study, scale: Scale) -> Evidence:
     """Growth rates against time under both laws; predicted and simulated onset."""
-    every = 20 if quick else 5
+    every = 20 if scale.quick else 5
     variants = {
-        (zeta, ring, law): Variant(phase=law, ring_rate=ring, zeta=zeta, duration_s=DURATION_S)
+        (zeta, ring, law): scale.cut(
+            Variant(phase=law, ring_rate=ring, zeta=zeta, duration_s=DURATION_S)
+        )
         for zeta, ring in SETTINGS
         for law in LAWS
     }
@@ -89,7 +93,7 @@ def stability(study: Study, quick: bool) -> Evidence:
         figure(_figure(cases), _caption()),
         paragraph(_statement(records)),
     ]
-    supports = all(record["as_predicted"] for record in records) and _only_omega_t(records)
+    supports = all_of([*(record["as_predicted"] for record in records), _only_omega_t(records)])
     return Evidence("\n".join(text), records, supports)
 
 
@@ -111,9 +115,12 @@ def _first_and_floor(run: Response, modes: Modes) -> tuple[np.ndarray, np.ndarra
     """What every mode, (modes,) [rad/s^2], starts from and never falls below.
 
     The simulated vibration at BEGIN_S and its smallest value after; that above 3 kHz for the modes
-    above 3 kHz, which decay faster.
+    above 3 kHz, which decay faster. nan if the run diverged or ends before.
     """
     part = signals.window(run.time, BEGIN_S, DURATION_S - FILTER_EDGE_S)
+    if part.stop <= part.start:
+        nothing = np.full(modes.growth.shape[1], np.nan)
+        return nothing, nothing
     fast = modes.frequency.mean(axis=0) > BETWEEN_MODES_HZ
     bands = [
         vibration_envelope(run.time, run.theta_ddot[:, 0], above)[part]
@@ -139,28 +146,37 @@ def _after(time: np.ndarray, values: np.ndarray) -> float | None:
 
 def _record(case: Case) -> dict[str, Any]:
     third = signals.window(case.base.time, *THIRD_S)
+    reached = third.stop > third.start and known(case.run.theta_ddot)
     part = signals.window(case.base.time, BEGIN_S, DURATION_S)
     predicted = _after(case.base.time[part], case.predicted)
     simulated = _after(case.run.time, case.envelope)
-    growth = case.modes.largest[third]
-    peak = int(np.argmax(growth))
-    mode = int(np.argmax(case.modes.growth[third][peak]))
-    found = _intervals(case)
     return {
         "id": f"stability/{case.law}/{case.ring}/{case.zeta:g}",
         "phase": case.law,
         "ring_rate": case.ring,
         "zeta": case.zeta,
-        "largest_growth_per_s": float(growth[peak]),
-        "at_s": float(case.base.time[third][peak]),
-        "frequency_Hz": float(case.modes.frequency[third][peak, mode]),
-        "largest_folds": max((interval.folds for interval in found), default=0.0),
-        "noise_floor_rad_per_s2": [float(f) for f in np.unique(case.floor)],
+        **(_largest_growth(case, third) if reached else _NO_GROWTH),
+        "noise_floor_rad_per_s2": [float(f) for f in np.unique(case.floor) if known(f)],
         "predicted_onset_s": predicted,
         "simulated_onset_s": simulated,
-        "as_predicted": onset_is_predicted(predicted, simulated),
+        "as_predicted": onset_is_predicted(predicted, simulated) if reached else None,
         "jacobian_error": case.error,
     }
+
+
+def _largest_growth(case: Case, part: slice) -> dict[str, float]:
+    growth = case.modes.largest[part]
+    peak = int(np.argmax(growth))
+    mode = int(np.argmax(case.modes.growth[part][peak]))
+    return {
+        "largest_growth_per_s": float(growth[peak]),
+        "at_s": float(case.base.time[part][peak]),
+        "frequency_Hz": float(case.modes.frequency[part][peak, mode]),
+        "largest_folds": max((interval.folds for interval in _intervals(case)), default=0.0),
+    }
+
+
+_NO_GROWTH = dict.fromkeys(("largest_growth_per_s", "at_s", "frequency_Hz", "largest_folds"))
 
 
 def _intervals(case: Case) -> list[Interval]:
@@ -168,8 +184,10 @@ def _intervals(case: Case) -> list[Interval]:
     return [interval for interval in found if interval.end > THIRD_S[0]]
 
 
-def _only_omega_t(records: list[dict[str, Any]]) -> bool:
+def _only_omega_t(records: list[dict[str, Any]]) -> bool | None:
     """Whether a vibration begins in every case of `omega_t` and in none of `angle`."""
+    if any(record["as_predicted"] is None for record in records):
+        return None
     begun = {
         law: [r["predicted_onset_s"] is not None for r in records if r["phase"] == law]
         for law in LAWS
@@ -202,17 +220,18 @@ _INTERVAL_HEAD = (
 
 
 def _row(record: dict[str, Any]) -> tuple[str, ...]:
+    never = UNDEFINED if record["as_predicted"] is None else "never"
     return (
         record["phase"],
         record["ring_rate"],
         f"{record['zeta']:g}",
-        f"{record['largest_growth_per_s']:.1f}",
-        f"{record['at_s']:.3f}",
-        f"{record['frequency_Hz']:.0f}",
+        shown(record["largest_growth_per_s"], ".1f"),
+        shown(record["at_s"], ".3f"),
+        shown(record["frequency_Hz"], ".0f"),
         ", ".join(f"{floor:.1e}" for floor in record["noise_floor_rad_per_s2"]),
-        _seconds(record["predicted_onset_s"]),
-        _seconds(record["simulated_onset_s"]),
-        "yes" if record["as_predicted"] else "no",
+        shown(record["predicted_onset_s"], ".3f", never),
+        shown(record["simulated_onset_s"], ".3f", never),
+        word(record["as_predicted"]),
     )
 
 
@@ -230,10 +249,6 @@ def _interval_rows(case: Case) -> list[tuple[str, ...]]:
         )
         for i in _intervals(case)
     ]
-
-
-def _seconds(value: float | None) -> str:
-    return "never" if value is None else f"{value:.3f}"
 
 
 def _method(cases: list[Case]) -> str:
@@ -258,16 +273,18 @@ def _method(cases: list[Case]) -> str:
 
 def _statement(records: list[dict[str, Any]]) -> str:
     largest = {
-        law: max(r["largest_growth_per_s"] for r in records if r["phase"] == law) for law in LAWS
+        law: extreme((r["largest_growth_per_s"] for r in records if r["phase"] == law), max)
+        for law in LAWS
     }
     return (
-        f"Between 0.5 and 1.2 s the largest growth rate is {largest['omega_t']:.0f} 1/s under"
-        f" omega_t and {largest['angle']:.1f} 1/s under angle. Frozen eigenvalues alone would call"
-        " many short intervals unstable; what counts is the integral against the noise floor."
+        f"Between 0.5 and 1.2 s the largest growth rate is {shown(largest['omega_t'], '.0f')}"
+        f" 1/s under omega_t and {shown(largest['angle'], '.1f')} 1/s under angle. Frozen"
+        " eigenvalues alone would call many short intervals unstable; what counts is the integral"
+        " against the noise floor."
         " The onset is that of the first burst; the largest vibration may follow in a later"
         " interval, and its size, set by the loss of contact, is beyond linear theory."
-        " Verdict: the vibration is foretold under omega_t and ruled out under angle"
-        f" {'in every' if all(r['as_predicted'] for r in records) else 'not in every'} case."
+        " Verdict: the vibration is foretold under omega_t and ruled out under angle in every"
+        f" case: {word(all_of(r['as_predicted'] for r in records))}."
     )
 
 
@@ -296,7 +313,7 @@ def _figure(cases: list[Case]) -> str:
     )
     for axes, label in zip(grid[:, 0], labels, strict=True):
         axes.set_ylabel(label)
-    grid[0, 0].legend(frameon=False)
+    legend(drawing, grid[0, 0])
     return to_svg(drawing)
 
 

@@ -1,5 +1,8 @@
 """What decides hypothesis H1: thresholds and the functions that apply them.
 
+A decision about what is undefined is None; nan is a number that a run is too short for, an infinite
+one that of a run that diverged.
+
 H1: the part of the third fluctuation that depends on the tooth error exists only under `omega_t`.
 """
 
@@ -9,6 +12,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
+
+from crosscheck.paper.undefined import UNDEFINED, all_of, known, quotient, where_known
 
 PRESENT_RAD_PER_S2 = 30.0  # a tenth of the 300 rad/s^2 that the paper reports
 NEAR = 3.0  # times or a part of it: another start may decide otherwise
@@ -23,7 +28,7 @@ ONSET_PREDICTED = 0.05  # relative error of the predicted onset
 
 @dataclass(frozen=True)
 class Evidence:
-    """One kind of evidence: its text, its numbers, and whether it speaks for H1 (None: not run)."""
+    """One kind of evidence: its text, its numbers, and whether it speaks for H1."""
 
     html: str
     records: list[dict[str, Any]] = field(default_factory=list)
@@ -31,8 +36,19 @@ class Evidence:
 
 
 def error_part(with_error: float, without: float) -> float:
-    """What the tooth error adds to the third fluctuation's amplitude [rad/s^2]."""
+    """What the tooth error adds to the third fluctuation's amplitude [rad/s^2].
+
+    Undefined if one is, and if the run without diverged.
+    """
+    if math.isnan(with_error) or not known(without):
+        return math.nan
     return max(0.0, with_error - without)
+
+
+@where_known
+def is_present(part: float) -> bool:
+    """Whether the tooth error adds as much [rad/s^2] as counts."""
+    return part >= PRESENT_RAD_PER_S2
 
 
 def is_near(part: float) -> bool:
@@ -40,17 +56,14 @@ def is_near(part: float) -> bool:
     return PRESENT_RAD_PER_S2 / NEAR <= part <= PRESENT_RAD_PER_S2 * NEAR
 
 
-def finite(value: float) -> float | None:
-    """The number for a record; None where a run diverged."""
-    return float(value) if math.isfinite(value) else None
-
-
 def where_present(parts: Mapping[str, Sequence[float]]) -> str:
     """Under which phase law the tooth error's part [rad/s^2] is present in any cell.
 
     parts: of every cell, by phase law. Returns `only with omega_t`, `only with angle`, `with both`
-    or `with neither`.
+    or `with neither`, from the defined cells; `undefined` if a law has none.
     """
+    if any(all(map(math.isnan, cells)) for cells in parts.values()):
+        return UNDEFINED
     present = {law: any(p >= PRESENT_RAD_PER_S2 for p in cells) for law, cells in parts.items()}
     if present["omega_t"] and present["angle"]:
         return "with both"
@@ -64,6 +77,7 @@ def knows_the_clock(largest_change_N: float) -> bool:
     return largest_change_N > CLOCK_N
 
 
+@where_known
 def dies(before: float, after: float) -> bool:
     """Whether a vibration falls to a tenth of what was handed over."""
     return after <= DEAD * before
@@ -85,47 +99,62 @@ def relative_gaps(
     return gaps
 
 
-def same_vibration(gaps: Mapping[str, float | None]) -> bool:
+def same_vibration(gaps: Mapping[str, float | None]) -> bool | None:
     """Whether every gap is inside its limit."""
-    return all(gap is not None and gap <= SAME[name] for name, gap in gaps.items())
+    return all_of(None if gap is None else gap <= SAME[name] for name, gap in gaps.items())
 
 
-def planets_explain(same_in_step: bool, apart_m: float | None, held_m: float | None) -> bool:
+def planets_explain(
+    same_in_step: bool | None, apart_m: float | None, held_m: float | None
+) -> bool | None:
     """Whether planets out of step are why two models differ.
 
     They part by more than a tenth of the tooth error if free, do not if held, and held alike the
     models agree.
     """
-    if apart_m is None or held_m is None:
-        return False
-    return same_in_step and held_m < OUT_OF_STEP_M <= apart_m
+    return all_of((same_in_step, _part(apart_m, held_m)))
+
+
+@where_known
+def _part(apart_m: float, held_m: float) -> bool:
+    return held_m < OUT_OF_STEP_M <= apart_m
 
 
 def second_engine_supports(
-    same_as_the_paper_counts: Sequence[bool], under_angle: Sequence[float | None]
-) -> bool:
+    same_as_the_paper_counts: Sequence[bool | None], under_angle: Sequence[float | None]
+) -> bool | None:
     """Whether another engine shows the same vibration at every setting, and none under `angle`.
 
     same_as_the_paper_counts: the same with the planets free or, where they explain the difference,
-    held alike; under_angle: amplitudes [rad/s^2], None where a run diverged.
+    held alike; under_angle: amplitudes [rad/s^2], None where undefined.
     """
-    quiet = all(value is not None and value < PRESENT_RAD_PER_S2 for value in under_angle)
-    return quiet and all(same_as_the_paper_counts)
+    return all_of((*map(is_quiet, under_angle), *same_as_the_paper_counts))
+
+
+@where_known
+def is_quiet(amplitude: float) -> bool:
+    """Whether a fluctuation [rad/s^2] is too small to be the paper's third."""
+    return amplitude < PRESENT_RAD_PER_S2
 
 
 def onset_is_predicted(predicted_s: float | None, simulated_s: float | None) -> bool:
     """Both never begin, or both begin at nearly the same time."""
     if predicted_s is None or simulated_s is None:
         return predicted_s is simulated_s
-    return abs(predicted_s / simulated_s - 1) <= ONSET_PREDICTED
+    return abs(quotient(predicted_s, simulated_s) - 1) <= ONSET_PREDICTED
 
 
 def h1_verdict(maps: str, supports: Mapping[str, bool | None]) -> str:
     """`holds` if the simulations say so and no kind of evidence that was run speaks against it.
 
-    maps: of ``where_present``; supports: the other kinds of evidence, None where not run.
+    maps: of ``where_present``; supports: the other kinds of evidence.
     """
+    if maps == UNDEFINED:
+        return UNDEFINED
     if maps != "only with omega_t":
         return "does not hold"
-    against = [name for name, supported in supports.items() if supported is False]
-    return "holds" if not against else f"holds in the simulations, but not in: {', '.join(against)}"
+    for answer, but in ((False, "not"), (None, UNDEFINED)):
+        names = [name for name, supported in supports.items() if supported is answer]
+        if names:
+            return f"holds in the simulations, but {but} in: {', '.join(names)}"
+    return "holds"

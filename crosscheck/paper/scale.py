@@ -1,0 +1,33 @@
+"""How much of the paper's study is run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from crosscheck.studies.study import Variant
+
+
+@dataclass(frozen=True)
+class Scale:
+    """quick: only what the quick report needs; longest_s: no simulation of the meshes is longer.
+
+    What a run is then too short for is undefined, in words and records.
+    """
+
+    quick: bool = False
+    longest_s: float = math.inf
+
+    def seconds(self, wanted_s: float) -> float:
+        """A duration, cut."""
+        return min(wanted_s, self.longest_s)
+
+    def cut(self, variant: Variant) -> Variant:
+        """The variant, its run no longer."""
+        if math.isinf(self.longest_s):
+            return variant
+        own_s = variant.case().scenario.duration_s
+        return replace(variant, duration_s=self.seconds(own_s))
+
+
+FULL, QUICK = Scale(), Scale(quick=True)

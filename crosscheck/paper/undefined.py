@@ -1,0 +1,96 @@
+"""What a run does not tell: numbers that are not there, and decisions that stay open without them.
+
+A number is undefined if it is None or not finite: the event did not happen within the run, or the
+run diverged. Records hold None for it, texts the word.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from functools import wraps
+from typing import Any
+
+import numpy as np
+
+from crosscheck.studies.study import Numbers
+
+UNDEFINED = "undefined"
+
+
+def known(*values: Any) -> bool:
+    """Whether all numbers, alone or in sequences, are there and finite."""
+    return all(bool(np.isfinite(np.asarray(value, dtype=float)).all()) for value in values)
+
+
+def where_known(decide: Callable[..., bool]) -> Callable[..., bool | None]:
+    """The decision; None, and not asked, if one of the numbers that it rests on is undefined."""
+
+    @wraps(decide)
+    def decided(*numbers: Any) -> bool | None:
+        return bool(decide(*numbers)) if known(*numbers) else None
+
+    return decided
+
+
+def all_of(answers: Iterable[bool | None]) -> bool | None:
+    """No if one is no, else undefined if one is."""
+    given = list(answers)
+    if any(answer is False for answer in given):
+        return False
+    return None if None in given else True
+
+
+def any_of(answers: Iterable[bool | None]) -> bool | None:
+    """Yes if one is yes, else undefined if one is."""
+    given = list(answers)
+    if any(answer is True for answer in given):
+        return True
+    return None if None in given else False
+
+
+def word(answer: bool | None, yes: str = "yes", no: str = "no") -> str:
+    """A decision in words."""
+    return UNDEFINED if answer is None else yes if answer else no
+
+
+def shown(value: float | None, form: str = ".3g", otherwise: str = UNDEFINED) -> str:
+    """A number in a format, or the word for one that is undefined."""
+    return format(value, form) if value is not None and math.isfinite(value) else otherwise
+
+
+def percent(share: float | None, form: str = ".1f") -> str:
+    """A share as so many per cent, or the word."""
+    return f"{100 * share:{form}} %" if share is not None and math.isfinite(share) else UNDEFINED
+
+
+def quotient(one: float | None, other: float | None) -> float:
+    """One number over another; nan if either is undefined or the other is 0."""
+    if one is None or other is None or other == 0:
+        return math.nan
+    return one / other
+
+
+def extreme(values: Iterable[float | None], choose: Callable[[list[float]], float]) -> float:
+    """The largest or smallest (``max``, ``min``) of those that are defined; nan if none is."""
+    found = [value for value in values if value is not None and math.isfinite(value)]
+    return choose(found) if found else math.nan
+
+
+def defined(value: float | np.floating | None) -> float | None:
+    """A plain float, or None for what is undefined."""
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def finite(numbers: Mapping[str, float | None]) -> Numbers:
+    """Plain floats, None for what is undefined."""
+    return {name: defined(value) for name, value in numbers.items()}
+
+
+def recorded(value: Any) -> Any:
+    """For JSON: everything inside as it is, but None for every float that is not finite."""
+    if isinstance(value, Mapping):
+        return {name: recorded(inner) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [recorded(inner) for inner in value]
+    return defined(value) if isinstance(value, float | np.floating) else value

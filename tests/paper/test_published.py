@@ -1,0 +1,177 @@
+"""Everything that is published, made for real from runs of a few milliseconds.
+
+Nothing that the paper speaks of happens in them: what is left is to say so, everywhere.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from crosscheck.paper import report
+from crosscheck.paper.claims.chapter import CLAIMS
+from crosscheck.paper.figures.chapter import NUMBERS
+from crosscheck.paper.figures.store import stored_runs
+from crosscheck.paper.scale import FULL, Scale
+from crosscheck.paper.undefined import UNDEFINED
+from crosscheck.report.chapter import Chapter
+from crosscheck.studies.study import Study, Variant
+from models.trajectory import read_netcdf
+from tests.paper.markup import SVG, axis_problems, page_problems, uneven_tables
+
+pytestmark = pytest.mark.slow
+BRIEF = Scale(longest_s=0.002)
+
+
+class Published(NamedTuple):
+    """What `crosscheck paper` leaves behind."""
+
+    study: Study
+    out: Path
+    chapters: dict[str, Chapter]
+
+    @property
+    def html(self) -> str:
+        return (self.out / "paper.html").read_text(encoding="utf-8")
+
+    @property
+    def json(self) -> dict[str, Any]:
+        return strict_json((self.out / "claims.json").read_text(encoding="utf-8"))
+
+
+def strict_json(text: str) -> dict[str, Any]:
+    def refused(constant: str) -> None:
+        raise AssertionError(f"{constant} is not JSON")
+
+    return json.loads(text, parse_constant=refused)
+
+
+@pytest.fixture(scope="module")
+def published(tmp_path_factory: pytest.TempPathFactory) -> Published:
+    folder = tmp_path_factory.mktemp("published")
+    study, out = Study(folder / "kept"), folder / "out"
+    out.mkdir()
+    made = report.write_paper(study, out, BRIEF)
+    return Published(study, out, {chapter.id: chapter for chapter in made})
+
+
+def test_every_chapter_says_something(published: Published) -> None:
+    assert len(published.chapters) == len(report.CHAPTERS)
+    for chapter in published.chapters.values():
+        assert chapter.title
+        assert chapter.outcome.endswith(".")
+        ids = [record["id"] for record in chapter.records]
+        assert len(set(ids)) == len(ids) > 0
+
+
+def test_the_page_is_well_formed(published: Published) -> None:
+    assert page_problems(published.html) == []
+    assert uneven_tables(published.html) == []
+
+
+def test_every_axis_says_what_it_shows_in_which_unit(published: Published) -> None:
+    drawings = SVG.findall(published.html)
+    assert len(drawings) > len(NUMBERS)
+    assert [problem for svg in drawings for problem in axis_problems(svg)] == []
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_every_figure_has_its_parameters_below(published: Published, number: int) -> None:
+    head = f'<h3 id="figure-{number}">'
+    _, _, after = published.chapters["figures"].html.partition(head)
+    caption = after.split("<figcaption>")[1].split("</figcaption>")[0]
+    assert any(unit in caption for unit in ("µm", "N/m"))
+
+
+def test_the_records_are_strict_json_and_those_of_the_chapters(published: Published) -> None:
+    chapters = published.json["chapters"]
+    assert list(chapters) == list(published.chapters)
+    assert [r["id"] for r in chapters["figures"]] == [f"figure-{number}" for number in NUMBERS]
+    assert len(chapters["claims"]) == len(CLAIMS)
+
+
+def test_every_file_is_there_and_whole(published: Published) -> None:
+    runs = stored_runs(FULL)
+    names = {"paper.html", "claims.json", "errata.md", *(f"{name}.nc" for name in runs)}
+    assert {path.name for path in published.out.iterdir()} == names
+    for name, variant in runs.items():
+        run = read_netcdf(published.out / f"{name}.nc")
+        assert run["time"].values[-1] == pytest.approx(BRIEF.longest_s)
+        assert run.attrs["model"] == variant.model
+        assert all(np.isfinite(values).all() for values in run.data_vars.values())
+
+
+def test_the_errata_sheet_is_a_table(published: Published) -> None:
+    lines = (published.out / "errata.md").read_text(encoding="utf-8").splitlines()
+    rows = [line for line in lines if line.startswith("| ")]
+    assert len(rows) > 20
+    assert {line.replace(r"\|", "").count("|") for line in rows} == {6}
+
+
+@pytest.mark.parametrize(
+    ("chapter", "name"),
+    [
+        ("phase", "H1"),
+        ("accumulation", "H3"),
+        ("controller", "H6"),
+        ("controller", "controller/growth"),
+    ],
+)
+def test_what_needs_a_longer_run_is_undefined(
+    published: Published, chapter: str, name: str
+) -> None:
+    (record,) = (r for r in published.chapters[chapter].records if r["id"] == name)
+    assert record["verdict"] == UNDEFINED
+
+
+def test_claims_about_later_events_are_undefined_and_say_so(published: Published) -> None:
+    claims = published.chapters["claims"]
+    (third,) = (r for r in claims.records if r["statement"] == "The third reaches 300 rad/s².")
+    assert (third["verdict"], third["undefined"]) == (UNDEFINED, 48)
+    assert "undefined (48 of 48 undefined)" in claims.html
+    assert {group["undefined"] for group in third["values"].values()} == {12}
+    (start,) = (r for r in claims.records if r["statement"].startswith("At the start the teeth"))
+    assert (start["verdict"], start["undefined"]) == ("holds", 0)
+
+
+def test_the_quick_chapters_are_well_formed(published: Published) -> None:
+    made = [
+        report._chapter(published.study, name, replace(BRIEF, quick=True))
+        for name in report.QUICK_CHAPTERS
+    ]
+    html = report.page(made, published.study)
+    assert page_problems(html) == []
+    strict_json(report.records_json(made, published.study))
+
+
+class Unstable(Scale):
+    """Every run at a step that no integrator survives."""
+
+    def cut(self, variant: Variant) -> Variant:
+        shorter = super().cut(variant)
+        return replace(shorter, settings=(*shorter.settings, "scenario.step_s=2e-4"))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "claims.chapter",
+        "phase.chapter",
+        "hypotheses.ladder",
+        "figures.chapter",
+        "hypotheses.accumulation",
+        "hypotheses.controller",
+        "hypotheses.damping_fit",
+    ],
+)
+def test_every_chapter_survives_runs_that_diverge(name: str, tmp_path: Path) -> None:
+    study = Study(tmp_path)
+    made = report._chapter(study, name, Unstable(longest_s=0.1))
+    assert made.records
+    strict_json(report.records_json([made], study))
+    assert page_problems(report.page([made], study)) == []
