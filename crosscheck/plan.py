@@ -19,14 +19,14 @@ from models.switches import Switches, switches
 FULL_S = {"constant-torque": 0.5, "pd": 3.0}
 QUICK_S = {"constant-torque": 0.05, "pd": 0.1}
 # The paper's own step of 1e-5 s is a ninth of its arm's limit; other arms are resolved as finely.
-RESOLVED = 8
+# The tier with constraints is of second order and needs a tenth of that step.
+RESOLVED, SHORT_RESOLVED = 8, 80
 RIGID_STEP_S = 1e-4  # RK4 on the smooth rigid arm: its error is far below 1e-10 rad
 REFERENCE_RTOL, COARSE_RTOL = 1e-10, 1e-8
 RIGID_COARSE_RTOL = 1e-11
 ORDER_S, ORDER_LEVELS = 0.004, 3
 # At a quarter of the step the fastest mesh mode turns by 0.08 rad a step: there the order shows.
 ASYMPTOTIC = 4
-# The constraint solver is of second order: the fastest mesh mode needs a microsecond or less.
 SHORT_S, SHORT_STEP_S = 0.005, 1e-6
 PROBE_S = 0.05
 # Longer runs than this nobody waits for: an arm that needs them is refused beforehand.
@@ -103,18 +103,28 @@ def probe_experiment() -> Experiment:
 
 def _case(arm: Arm, scenario: str, duration_s: float, chosen: Switches, limit_s: float) -> Case:
     loaded = load_scenario(scenario).model_copy(update={"duration_s": duration_s})
-    step = loaded.step_s
-    while RESOLVED * step > limit_s:
+    return _resolved(Case(arm, loaded, chosen), RESOLVED, limit_s)
+
+
+def _resolved(case: Case, times: int, limit_s: float) -> Case:
+    """The case with its step halved until so many of them are within the limit [s].
+
+    Raises InputError for an arm whose teeth would need a forbidding number of steps.
+    """
+    step, duration = case.scenario.step_s, case.scenario.duration_s
+    while times * step > limit_s:
         step /= 2
-        if duration_s / step > MOST_STEPS:
-            allowed = f"the teeth need steps below {limit_s:.2g} s, too many in {duration_s:g} s"
-            raise InputError(arm.name, "joints", None, allowed)
-    case = Case(arm, loaded, chosen)
-    return case if step == loaded.step_s else with_step(case, step)
+        if duration / step > MOST_STEPS:
+            allowed = f"the teeth need steps below {limit_s:.2g} s, too many in {duration:g} s"
+            raise InputError(case.arm.name, "joints", None, allowed)
+    return case if step == case.scenario.step_s else with_step(case, step)
 
 
-def short_experiments(arm: Arm) -> list[Experiment]:
-    """A few milliseconds at fine steps, for the tier with constraints: both flanks of the teeth."""
+def short_experiments(arm: Arm, limit_s: float) -> list[Experiment]:
+    """A few milliseconds at fine steps, for the tier with constraints: both flanks of the teeth.
+
+    limit_s: largest stable step [s] of the arm's models.
+    """
     scenario = load_scenario("constant-torque")
     found = []
     for name, torque in (("short-contact", 100.0), ("short-crossing", -100.0)):
@@ -125,7 +135,8 @@ def short_experiments(arm: Arm) -> list[Experiment]:
             "record_every": 100,
             "drive": ConstantDrive(kind="constant", torque_N_m=torques),
         }
-        found.append(Experiment(name, Case(arm, scenario.model_copy(update=update), MECHANISM)))
+        case = Case(arm, scenario.model_copy(update=update), MECHANISM)
+        found.append(Experiment(name, _resolved(case, SHORT_RESOLVED, limit_s)))
     return found
 
 

@@ -66,7 +66,7 @@ def planned(arm: Arm, quick: bool, seed: int, limit_s: float) -> list[Comparison
     found += probe_comparisons(arm, quick, seed)
     for experiment in experiments(arm, quick, limit_s):
         found += experiment_comparisons(experiment)
-    for experiment in short_experiments(arm):
+    for experiment in short_experiments(arm, limit_s):
         found += short_comparisons(experiment)
     for case in order_cases(arm, limit_s):
         found += order_comparisons(case)

@@ -151,9 +151,10 @@ class Scenario(Data):
             advance = self.step_s if drive.argument == "time" else math.sqrt(self.step_s)
             fastest = max(map(abs, _numbers(drive.rate_rad_per_s)))
             if fastest * advance > MOST_TURN:
+                most, step = short(MOST_TURN / advance), short(self.step_s)
                 raise ValueError(
-                    f"drive.rate_rad_per_s|must be at most {MOST_TURN / advance:.4g} for a step_s"
-                    f" of {self.step_s:g}: six steps a period"
+                    f"drive.rate_rad_per_s|must be at most {most} for a step_s of {step}: six steps"
+                    " a period"
                 )
         return self
 
