@@ -128,12 +128,15 @@ def short_experiments(arm: Arm, limit_s: float) -> list[Experiment]:
     scenario = load_scenario("constant-torque")
     found = []
     for name, torque in (("short-contact", 100.0), ("short-crossing", -100.0)):
-        torques = tuple(torque * (1 - 0.1 * number) for number in range(len(arm.joints)))
+        numbers = range(len(arm.joints))
+        torques = tuple(torque * (1 - 0.1 * number) for number in numbers)
+        bent = {"theta_rad": tuple(0.4 - 0.7 * number for number in numbers)}
         update = {
             "duration_s": SHORT_S,
             "step_s": SHORT_STEP_S,
             "record_every": 100,
             "drive": ConstantDrive(kind="constant", torque_N_m=torques),
+            "start": scenario.start.model_copy(update=bent),
         }
         case = Case(arm, scenario.model_copy(update=update), MECHANISM)
         found.append(Experiment(name, _resolved(case, SHORT_RESOLVED, limit_s)))

@@ -152,7 +152,7 @@ def test_one_file_for_two_things_is_refused(crosscheck, tmp_path, monkeypatch):
     monkeypatch.setattr(validate, "cross_check", None)
     (tmp_path / "link").symlink_to("a")
     arguments = ("validate", "--json", tmp_path / "a", "--junit", tmp_path / "link")
-    assert_one_line(crosscheck(*arguments), "link: is given twice")
+    assert_one_line(crosscheck(*arguments), "link: is in use for two things")
 
 
 def test_several_files_appear_together_or_not_at_all(tmp_path):

@@ -19,7 +19,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(sys.argv[1])
+ROOT = Path(sys.argv[1] if __name__ == "__main__" else __file__)
 OWN = ("models", "analytic", "crosscheck")
 SHORT = {"scenario": "constant-torque", "duration_s": 2e-3, "record_every": 1}
 PAPER = "crosscheck.paper"
