@@ -21,6 +21,7 @@ from crosscheck.provenance import ROOT
 from models.arm import Arm
 from models.loading import HERE
 from tests.arms import PAPER, arm_of
+from tests.paper.markup import SVG, axis_problems, page_problems
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
 
@@ -69,6 +70,12 @@ def test_every_check_of_the_papers_arm_agrees(quick_report):
 def test_agreement_follows_its_schema(quick_report):
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
     jsonschema.validate(quick_report.agreement, SCHEMA, jsonschema.Draft202012Validator)
+
+
+@pytest.mark.slow
+def test_the_page_is_well_formed_and_its_axes_have_units(quick_report):
+    assert page_problems(quick_report.page) == []
+    assert [axis for svg in SVG.findall(quick_report.page) for axis in axis_problems(svg)] == []
 
 
 @pytest.mark.slow

@@ -41,6 +41,7 @@ from crosscheck.studies.study import Numbers, simulate
 
 ODD = (None, math.nan, math.inf, -math.inf, 0.0, -0.0)
 BRIEF = Scale(longest_s=0.002)
+UNHURRIED = settings(deadline=None)
 
 
 @cache
@@ -211,6 +212,7 @@ SCALARS: list[tuple[Callable[..., Any], int]] = [
 
 
 @pytest.mark.parametrize(("decide", "count"), SCALARS, ids=lambda value: str(value))
+@UNHURRIED
 @given(data=st.data())
 def test_a_decision_about_numbers_is_open_where_one_is_undefined(
     decide: Callable[..., Any], count: int, data: st.DataObject
@@ -231,6 +233,7 @@ SWEEPS = (
 
 
 @pytest.mark.parametrize("decide", SWEEPS)
+@UNHURRIED
 @given(values=NUMBERS)
 def test_a_trend_is_open_where_a_member_is_undefined(
     decide: Callable[..., Any], values: list[float | None]
@@ -240,6 +243,7 @@ def test_a_trend_is_open_where_a_member_is_undefined(
     assert figures.grows(values) in (True, False, None)
 
 
+@UNHURRIED
 @given(one=YES, other=YES, third=YES)
 def test_open_decisions_in_words(one: bool | None, other: bool | None, third: bool | None) -> None:
     word = figures.by_law({"omega_t": one, "angle": other})
@@ -256,6 +260,7 @@ def test_open_decisions_in_words(one: bool | None, other: bool | None, third: bo
     )
 
 
+@UNHURRIED
 @given(with_error=NUMBERS, without=NUMBERS)
 def test_where_the_error_shows_is_told_from_what_is_known(
     with_error: list[float | None], without: list[float | None]
@@ -269,6 +274,7 @@ def test_where_the_error_shows_is_told_from_what_is_known(
     assert found in ("with both", "with neither", UNDEFINED)
 
 
+@UNHURRIED
 @given(data=st.data())
 def test_nothing_else_falls_over_what_is_missing(data: st.DataObject) -> None:
     number = data.draw(NUMBER)
@@ -292,6 +298,7 @@ def test_nothing_else_falls_over_what_is_missing(data: st.DataObject) -> None:
     assert phase.second_engine_supports([data.draw(YES)], [number]) in (True, False, None)
 
 
+@UNHURRIED
 @given(force=NUMBER, time=NUMBER)
 def test_a_force_that_never_settles_does_not_converge(
     force: float | None, time: float | None
@@ -300,6 +307,7 @@ def test_a_force_that_never_settles_does_not_converge(
     assert (found is None) == (force is None or not math.isfinite(force))
 
 
+@UNHURRIED
 @given(value=NUMBER | NUMBERS | st.dictionaries(st.sampled_from("ab"), NUMBERS))
 def test_records_are_json_and_texts_words(value: Any) -> None:
     json.dumps(recorded(value), allow_nan=False)

@@ -44,7 +44,7 @@ from crosscheck.paper.figures.verdicts import (
     rises,
 )
 from crosscheck.paper.undefined import UNDEFINED, known
-from crosscheck.report.figures import new_figure, to_svg
+from crosscheck.report.figures import new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
 
 Sweep = Mapping[str, Mapping[float, xr.Dataset]]
@@ -220,6 +220,8 @@ def small_multiples(sweep: Sweep, symbol: str, window: tuple[float, float]) -> s
             part = signals.window(run["time"].values, *window)
             time, force = run["time"].values[part], first_mesh(run, "F_sp")[part]
             band(axes, time, KILO * force, law, COLOURS[column], SMALL_BINS)
+            if not time.size:
+                not_reached(axes)
             axes.set(xlim=window, ylabel=f"{symbol} {size:g} µm\nF_sp1 [kN]")
             axes.tick_params(labelbottom=axes is grid[-1, column])
     same_scale(grid)

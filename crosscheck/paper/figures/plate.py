@@ -141,14 +141,14 @@ def draw_strip(axes: Axes, run: xr.Dataset, strip: Strip) -> None:
         name = f"joint {joint}" if len(columns) > 1 else "shoulder"
         band(axes, time[part], column[part], name, colour)
     axes.set(ylabel=strip.label, xlim=strip.window)
+    if not time[part].size:
+        not_reached(axes)
 
 
 def band(
     axes: Axes, time: np.ndarray, values: np.ndarray, label: str, colour: str, bins: int = BINS
 ) -> None:
-    """A line, or from two samples a bin on the band from minima to maxima; words if no samples."""
-    if not time.size:
-        not_reached(axes)
+    """A line, or from two samples a bin on the band from minima to maxima."""
     if time.size <= 2 * bins:
         axes.plot(time, values, label=label, color=colour, linewidth=1.0)
         return

@@ -190,7 +190,7 @@ def _spectra_svg(sweep: Sweep, symbol: str) -> str:
             for (size, run), colour in zip(row.items(), COLOURS, strict=False):
                 label = f"{symbol} {size:g} µm"
                 axes.plot(*_drawn(run, joint), color=colour, label=label, linewidth=0.8)
-            axes.set(ylabel=f"{('shoulder', 'elbow')[joint]} [rad/s²]")
+            axes.set(xlim=(0, HIGHEST_HZ), ylabel=f"{('shoulder', 'elbow')[joint]} [rad/s²]")
             log_y(axes)
     same_scale(grid)
     for axes in grid.flat:

@@ -200,9 +200,12 @@ def tongues(zeta: float, speeds: np.ndarray) -> np.ndarray:
     swing = plant.gears.k_a / plant.gears.k_m
     damped = -np.linalg.solve(mass, np.diag(plant.gears.d))
 
+    sprung, swinging = (-np.linalg.solve(mass, np.diag(k)) for k in (stiffness, stiffness * swing))
+    steady = np.block([[np.zeros((2, 2)), np.eye(2)], [sprung, damped]])
+    varying = np.block([[np.zeros((2, 4))], [swinging, np.zeros((2, 2))]])
+
     def system(phase: float) -> np.ndarray:
-        sprung = -np.linalg.solve(mass, np.diag(stiffness * (1 + swing * np.sin(phase))))
-        return np.block([[np.zeros((2, 2)), np.eye(2)], [sprung, damped]])
+        return steady + varying * np.sin(phase)
 
     period = 2 * np.pi / (plant.weights[0, plant.gears.theta[0]] * speeds)
     multipliers = np.linalg.eigvals(_monodromy(system, period))

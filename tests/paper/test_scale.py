@@ -1,0 +1,90 @@
+"""A scale cuts runs and nothing else; signals that are too short for a number have none."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from crosscheck.paper import signals
+from crosscheck.paper.claims.measures import back_and_forth, constant_torque
+from crosscheck.paper.claims.pd import whole
+from crosscheck.paper.fluctuation import third_fluctuation
+from crosscheck.paper.hypotheses.controller import growth_rate, sustained
+from crosscheck.paper.hypotheses.damping_fit import rigid_numbers
+from crosscheck.paper.phase.experiments import vibration
+from crosscheck.paper.phase.handover import handover
+from crosscheck.paper.phase.stability import stability
+from crosscheck.paper.scale import FULL, Scale
+from crosscheck.studies.study import Measure, Study, Variant, simulate
+
+
+@pytest.mark.parametrize(
+    ("longest", "own", "cut"), [(1.0, 0.5, 0.5), (1.0, 3.0, 1.0), (math.inf, 3.0, 3.0)]
+)
+def test_a_run_is_cut_if_it_is_longer(longest: float, own: float, cut: float) -> None:
+    scale = Scale(longest_s=longest)
+    assert scale.cut(Variant(duration_s=own)).case().scenario.duration_s == cut
+    assert scale.seconds(own) == cut
+
+
+def test_the_scenarios_own_duration_is_cut_as_well() -> None:
+    assert Scale(longest_s=1.0).cut(Variant()) == Variant(duration_s=1.0)
+    assert Scale(longest_s=1.0).cut(Variant("constant-torque")).duration_s == 0.5
+    assert FULL.cut(Variant()) == Variant()
+
+
+NOTHING = np.empty(0)
+
+
+def test_nothing_has_no_size_and_no_event() -> None:
+    for size in (signals.amplitude, signals.peak_to_peak, signals.middle, signals.mean):
+        assert math.isnan(size(NOTHING))
+    assert signals.onset(NOTHING, NOTHING) is None
+    assert signals.first_below(NOTHING, NOTHING, 0.0) is None
+    assert signals.settling_time(NOTHING, NOTHING, 0.0, 1.0) is None
+    assert math.isnan(signals.dominant_frequency(NOTHING, NOTHING))
+    assert vibration(np.arange(10) * 1e-5, np.ones(10)).size == 10
+
+
+def test_a_still_signal_has_no_frequency_and_an_unknown_target_is_not_reached() -> None:
+    time = np.arange(100) * 1e-3
+    assert math.isnan(signals.dominant_frequency(time, np.ones(100)))
+    assert signals.settling_time(time, np.ones(100), math.nan, 1.0) is None
+
+
+@pytest.mark.parametrize(
+    ("measure", "scenario"),
+    [
+        (whole, "pd"),
+        (third_fluctuation, "pd"),
+        (growth_rate, "pd"),
+        (sustained, "pd"),
+        (rigid_numbers, "pd"),
+        (constant_torque, "constant-torque"),
+        (back_and_forth, "back-and-forth"),
+    ],
+)
+def test_a_measure_has_the_same_numbers_for_a_run_of_any_length(
+    measure: Measure, scenario: str
+) -> None:
+    runs = [simulate(Variant(scenario, duration_s=d, record_every=2)) for d in (0.002, 0.02, 0.3)]
+    found = [measure(run) for run in runs]
+    assert set(found[0]) == set(found[1]) == set(found[2])
+    for numbers in found:
+        assert all(value is None or math.isfinite(value) for value in numbers.values())
+
+
+@pytest.mark.slow
+def test_a_vibration_that_is_reached_is_followed_and_handed_over(tmp_path_factory) -> None:
+    """Just past half a second there is something to linearise and to hand over, if not much."""
+    study = Study(tmp_path_factory.mktemp("kept"))
+    scale = Scale(longest_s=0.55)
+    followed, handed = stability(study, scale), handover(study, scale)
+    assert {record["as_predicted"] for record in followed.records} <= {True, False}
+    assert all(record["largest_growth_per_s"] is not None for record in followed.records)
+    assert len(handed.records) == 12
+    assert all(record["before_rad_per_s2"] > 0 for record in handed.records)
+    assert all(0.5 <= record["at_s"] <= 0.55 for record in handed.records)
+    assert followed.html.count("<svg") == handed.html.count("<svg") == 1
