@@ -33,7 +33,7 @@ from models.interface import (
 )
 from models.scenario import Scenario, per_joint
 from models.switches import Switches
-from models.trajectory import trajectory
+from models.trajectory import recorded_times, trajectory
 
 RIGID = 1e-3  # of the fastest mode: below it an eigenvalue is rounding of the rigid motion
 
@@ -131,14 +131,14 @@ class AnalyticModel(Model):
             scenario.steps,
             scenario.stride,
         )
-        time = scenario.step_s * scenario.stride * np.arange(len(qs))
+        time = recorded_times(scenario)
         require_finite(self.name, time, qs, vs)
         return self.record(time, qs, vs)
 
     def reference(self, rtol: float) -> xr.Dataset:
         """SciPy's DOP853 on the recording grid, with the work done along the way."""
         scenario = self.scenario
-        grid = scenario.step_s * scenario.stride * np.arange(scenario.steps // scenario.stride + 1)
+        grid = recorded_times(scenario)
         qs, vs, work = solve(self.terms, self.gears, self.drive, self.start(), grid, rtol)
         require_finite(self.name, grid, qs, vs)
         return self.record(grid, qs, vs, work=work[:, 0], work_turned_over=work[:, 1])
@@ -160,7 +160,9 @@ class AnalyticModel(Model):
         }
         if self.gears.where.size:
             for offset, mesh in enumerate(("sp", "pr")):
-                variables[f"x_{mesh}"] = self._per_planet(qs[:, self.gears.where[offset::2]])
+                where = self.gears.where[offset::2]
+                variables[f"x_{mesh}"] = self._per_planet(qs[:, where])
+                variables[f"x_{mesh}_dot"] = self._per_planet(vs[:, where])
                 variables[f"F_{mesh}"] = self._per_planet(forces[:, offset::2])
         return trajectory(self, time, **variables)
 

@@ -109,7 +109,8 @@ def _entries(matrix: sp.ImmutableMatrix) -> list[tuple[tuple[int, int], sp.Expr]
 def _summands(entry: sp.Expr, values: Mapping[sp.Symbol, float]) -> tuple[sp.Expr, ...]:
     """The terms left after the numbers are in; they are put in exactly, so that they cancel."""
     exact = {symbol: sp.Rational(value) for symbol, value in values.items()}
-    return sp.Add.make_args(sp.expand(entry.subs(exact))) if entry != 0 else ()
+    left = sp.expand(entry.subs(exact))
+    return sp.Add.make_args(left) if left != 0 else ()
 
 
 def _argument(factor: sp.Expr, function: type[sp.Function]) -> sp.Expr:

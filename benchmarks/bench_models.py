@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.checks.states import random_states
+from crosscheck.checks.answers import random_states
 from crosscheck.registry import GEARED, build
 from models.loading import load_case
 

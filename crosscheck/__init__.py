@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 __version__ = "0.1.0"
+# What every reader of JSON holds exactly; the command line and a record take the same seeds.
+LARGEST_SEED = 2**32 - 1
 __all__ = [
     "Agreement",
     "Finding",

@@ -1,6 +1,27 @@
-"""``python -m crosscheck``."""
+"""``python -m crosscheck``, and the command ``crosscheck``."""
 
-from crosscheck.cli import main
+from __future__ import annotations
+
+import sys
+from typing import NoReturn
+
+from crosscheck.interruption import deaf, exit_code, farewell, leave_if_stopped, listen
+
+
+def main() -> NoReturn:
+    """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (internal), 130, 143."""
+    try:
+        listen()
+        from crosscheck.cli import main as run
+
+        run()
+    except KeyboardInterrupt:
+        print(f"crosscheck: {farewell()}", file=sys.stderr)
+        sys.exit(exit_code())
+    finally:
+        deaf()  # all is said and written: nothing is left to interrupt
+        leave_if_stopped()
+
 
 if __name__ == "__main__":
     main()

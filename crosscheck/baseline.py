@@ -1,28 +1,45 @@
-"""Recorded results of a cross-check, as a file that git can show the changes of."""
+"""A cross-check on record: what is kept of it, and what such a record may hold."""
 
 from __future__ import annotations
 
 import hashlib
-import json
-import re
 from collections.abc import Iterator
-from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from itertools import pairwise
+from typing import Annotated, Any, Literal, Self, get_args
 
-from pydantic import ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from crosscheck import __version__
-from crosscheck.findings import Verdict
-from crosscheck.output import write_text
-from models.arm import Arm, Data, Finite, NotNegative
-from models.errors import InputError
+from crosscheck import LARGEST_SEED
+from crosscheck.checks.trajectories import MEANINGFUL, UNITS, Limit
+from models.arm import Arm
+from models.quantities import Data, Finite, NotNegative
+from models.scenario import Scenario
+from models.switches import Switches
 
-SCHEMA_VERSION = 1
-WIDTH = 100
-# A number of more digits than this comes out of a computation and is written with all 17.
-SHORT = 10
+SCHEMA_VERSION = 2
+SampledName = Literal["theta", "theta_dot", "x_sp", "x_pr"]
+ExtremesName = Literal["theta_ddot", "F_sp", "F_pr"]
+CheckVerdict = Literal["agree", "unresolved", "differ", "failed"]
+BEST_FIRST: tuple[str, ...] = get_args(CheckVerdict)
 Row = Annotated[tuple[Finite, ...], Field(min_length=2, strict=False)]
 Rows = Annotated[tuple[Row, ...], Field(min_length=1, strict=False)]
+# Times are recorded to 0.1 ns.
+SAME_TIME_S = 1e-9
+# A tolerance above these means nothing: the quantity is recorded, but not compared.
+WIDEST = MEANINGFUL | {
+    "theta_dot": Limit(1e-5, "1e-6 rad at the 10 1/s of the arm's own motion"),
+    "theta_ddot": Limit(6.6, "60 N on the meshes, measured 0.11 rad/s2 per N"),
+    "F_sp": Limit(60.0, "5e-7 m at the peak mesh stiffness of the paper's arm, 1.2e8 N/m"),
+    "F_pr": Limit(60.0, "5e-7 m at the peak mesh stiffness of the paper's arm, 1.2e8 N/m"),
+}
+
+
+class Misfit(ValueError):
+    """A value that its neighbours in the record do not allow: dotted field, value, allowed."""
+
+    def __init__(self, field: str, value: object, allowed: str) -> None:
+        self.field, self.value, self.allowed = field, value, allowed
+        super().__init__(allowed)
 
 
 class Bounded(Data):
@@ -38,54 +55,152 @@ class Bounded(Data):
 
 
 class Measurement(Bounded):
-    """The number of a Finding of kind ``measurement``."""
+    """The number of a Finding."""
 
     measured: Finite
 
 
-class Sampled(Bounded):
-    """A quantity at some times; rows of time [s] and a value per joint (planet 1)."""
+class Table(Bounded):
+    """Numbers of one quantity of a run (planet 1); a row's first entry says what it is about."""
 
-    samples: Rows
+    rows: Rows
 
     @model_validator(mode="after")
-    def _is_a_table(self) -> Self:
-        if len({len(row) for row in self.samples}) > 1:
-            raise ValueError("samples|every row needs a time and as many joints as the others")
+    def _is_rectangular(self) -> Self:
+        for number, row in enumerate(self.rows):
+            if len(row) != len(self.rows[0]):
+                raise Misfit(f"rows.{number}", row, f"{len(self.rows[0])} numbers, as the first")
         return self
 
 
-class Extremes(Bounded):
-    """Extreme values over a run (planet 1); rows of joint, minimum, its time, maximum, its time.
+class Sampled(Table):
+    """A quantity at some times; rows of time [s] and a value per joint."""
+
+    @property
+    def joints(self) -> int:
+        """How many joints it is about."""
+        return len(self.rows[0]) - 1
+
+    @property
+    def values(self) -> list[int]:
+        """The columns that are compared."""
+        return list(range(1, self.joints + 1))
+
+    @property
+    def times_s(self) -> list[float]:
+        """Every time that it names."""
+        return [row[0] for row in self.rows]
+
+    def place(self, row: int, column: int) -> str:
+        """Where a value lies, for a reader."""
+        return f"joint {column} at {self.rows[row][0]:g} s"
+
+    @model_validator(mode="after")
+    def _time_goes_on(self) -> Self:
+        for number, (earlier, later) in enumerate(pairwise(self.times_s), start=1):
+            if later <= earlier:
+                raise Misfit(f"rows.{number}.0", later, f"a time after {earlier:g} s")
+        return self
+
+
+class Extremes(Table):
+    """Extreme values over a run; rows of joint, minimum, its time, maximum, its time.
 
     The times [s] are for the reader: of two peaks of one height, rounding picks the higher.
     """
 
-    extremes: Rows
+    @property
+    def joints(self) -> int:
+        """How many joints it is about."""
+        return len(self.rows)
+
+    @property
+    def values(self) -> list[int]:
+        """The columns that are compared."""
+        return [1, 3]
+
+    @property
+    def times_s(self) -> list[float]:
+        """Every time that it names."""
+        return [row[column] for row in self.rows for column in (2, 4)]
+
+    def place(self, row: int, column: int) -> str:
+        """Where a value lies, for a reader."""
+        return f"{'minimum' if column == 1 else 'maximum'} of joint {row + 1}"
 
     @model_validator(mode="after")
-    def _has_five_columns(self) -> Self:
-        if any(len(row) != 5 for row in self.extremes):
-            raise ValueError("extremes|a row is joint, minimum, its time, maximum, its time")
+    def _are_extremes_of_every_joint(self) -> Self:
+        for number, row in enumerate(self.rows):
+            if len(row) != 5:
+                raise Misfit(f"rows.{number}", row, "joint, minimum, its time, maximum, its time")
+            if row[0] != number + 1:
+                raise Misfit(f"rows.{number}.0", row[0], f"joint {number + 1}")
+            if row[1] > row[3]:
+                raise Misfit(f"rows.{number}.1", row[1], f"at most the maximum, {row[3]:g}")
         return self
 
 
 class Run(Data):
     """One simulation, reduced: the experiment as its Dataset states it, and numbers."""
 
-    scenario: dict[str, Any]
-    switches: dict[str, str]
-    sampled: dict[str, Sampled]
-    extremes: dict[str, Extremes]
+    scenario: Scenario
+    switches: Switches
+    sampled: dict[SampledName, Sampled]
+    extremes: dict[ExtremesName, Extremes]
+
+    @property
+    def tables(self) -> dict[str, Sampled | Extremes]:
+        """Quantity -> its table."""
+        sampled = {str(quantity): table for quantity, table in self.sampled.items()}
+        return {**sampled, **{str(quantity): table for quantity, table in self.extremes.items()}}
+
+    @model_validator(mode="after")
+    def _tables_are_of_this_run(self) -> Self:
+        joints = max((table.joints for table in self.tables.values()), default=0)
+        for quantity, table in self.tables.items():
+            where = f"{'sampled' if quantity in self.sampled else 'extremes'}.{quantity}"
+            _require_own_limits(where, quantity, table)
+            _require_within(where, table, self.scenario.duration_s)
+            if table.joints != joints:
+                raise Misfit(f"{where}.rows", table.joints, f"must cover {joints} joints")
+        return self
+
+
+def _require_own_limits(where: str, quantity: str, table: Table) -> None:
+    widest = WIDEST[quantity]
+    if table.unit != UNITS[quantity]:
+        raise Misfit(f"{where}.unit", table.unit, f"must be {UNITS[quantity]}")
+    if table.tolerance is not None and table.tolerance > widest.value:
+        allowed = f"at most {widest.value:g} {table.unit}, {widest.basis}"
+        raise Misfit(f"{where}.tolerance", table.tolerance, allowed)
+
+
+def _require_within(where: str, table: Sampled | Extremes, duration_s: float) -> None:
+    times = table.times_s
+    for time in times:
+        if not 0 <= time <= duration_s + SAME_TIME_S:
+            raise Misfit(f"{where}.rows", time, f"times from 0 to {duration_s:g} s")
+    if isinstance(table, Sampled) and (times[0] > 0 or duration_s - times[-1] > SAME_TIME_S):
+        ends = [times[0], times[-1]]
+        raise Misfit(f"{where}.rows", ends, f"must reach from 0 to {duration_s:g} s")
+
+
+class Known(Data):
+    """A check that was red when it was accepted: what it said, and its number, if it had one."""
+
+    said: str
+    number: Measurement | None
 
 
 class Provenance(Data):
     """Where the record comes from, as crosscheck.provenance has it."""
 
-    model_config = ConfigDict(frozen=True, extra="allow", strict=True)
-
-    arm: dict[str, Any]
+    arm: Arm
     arm_sha256: str
+    quick: bool
+    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)]
+    command: str
+    created: str
     versions: dict[str, str | None]
     python: str
     machine: str
@@ -96,44 +211,24 @@ class Provenance(Data):
 class Baseline(Data):
     """A cross-check of an arm on record; checks and measurements by id, runs by key."""
 
-    schema_version: Literal[1] = 1
+    schema_version: Literal[2] = 2
     project_version: str
-    quick: bool
-    seed: Annotated[int, Field(ge=0)]
-    checks: dict[str, Verdict]
+    checks: dict[str, CheckVerdict]
+    known: dict[str, Known]
     measurements: dict[str, Measurement]
     runs: dict[str, Run]
     provenance: Provenance
 
-
-def baseline_path(folder: Path, arm: Arm, quick: bool) -> Path:
-    """Where the baseline of an arm lies, such as paper-labelled-quick.json."""
-    name = re.sub(r"[^A-Za-z0-9._-]+", "-", arm.name)
-    return folder / f"{name}-{'quick' if quick else 'full'}.json"
-
-
-def write_baseline(path: Path, baseline: Baseline) -> None:
-    """Write the file; it appears whole or not at all. Raises InputError."""
-    write_text(path, "\n".join(_lines(baseline.model_dump(mode="json"))) + "\n")
-
-
-def read_baseline(path: Path, arm: Arm, renew: str) -> Baseline:
-    """The baseline in a file, if it can be held against this arm and this version.
-
-    renew: the command that makes it anew, for the message. Raises InputError.
-    """
-    data = _parsed(path, renew)
-    _require(path, "schema_version", data.get("schema_version"), SCHEMA_VERSION, renew)
-    version = data.get("project_version")
-    if not isinstance(version, str) or _major(version) != _major(__version__):
-        allowed = f"major version {_major(__version__)} is allowed; renew it: {renew}"
-        raise InputError(str(path), "project_version", version, allowed)
-    try:
-        baseline = Baseline.model_validate(data)
-    except ValidationError as error:
-        raise _invalid(path, error, renew) from None
-    _require_same_arm(path, baseline.provenance, arm, renew)
-    return baseline
+    @model_validator(mode="after")
+    def _every_red_check_is_known(self) -> Self:
+        for name in sorted({*self.checks, *self.known}):
+            verdict, known = self.checks.get(name), self.known.get(name)
+            if (verdict in (None, "agree")) != (known is None):
+                allowed = "a check is agree, or red and in known: one of the two"
+                raise Misfit(f"checks.{name}", verdict, allowed)
+            if known is not None and (known.number is None) != (verdict == "failed"):
+                raise Misfit(f"known.{name}.number", None, f"a number, unless failed ({verdict})")
+        return self
 
 
 def arm_digest(arm: Arm) -> str:
@@ -151,85 +246,3 @@ def differences(one: Any, other: Any, path: str = "") -> Iterator[tuple[str, Any
             yield from differences(left, right, f"{path}[{index}]")
     elif one != other:
         yield path, one, other
-
-
-def _parsed(path: Path, renew: str) -> dict[str, Any]:
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(str(path), "", None, f"no such file; make it: {renew}") from None
-    except OSError as error:
-        raise InputError(str(path), "", None, f"cannot be read: {error.strerror}") from None
-    except (ValueError, RecursionError) as error:  # not UTF-8, truncated, garbled, bottomless
-        reason = " ".join(str(error).split())
-        raise InputError(str(path), "", None, f"is not JSON: {reason}; renew it: {renew}") from None
-    if not isinstance(data, dict):
-        raise InputError(str(path), "", data, f"must be a JSON object; renew it: {renew}")
-    return data
-
-
-def _require(path: Path, field: str, value: Any, allowed: int, renew: str) -> None:
-    if value != allowed or isinstance(value, bool):
-        raise InputError(str(path), field, value, f"only {allowed!r} is allowed; renew it: {renew}")
-
-
-def _major(version: str) -> str:
-    return version.split(".", 1)[0]
-
-
-def _invalid(path: Path, error: ValidationError, renew: str) -> InputError:
-    details = error.errors()[0]
-    field = ".".join(str(part) for part in details["loc"])
-    allowed = details["msg"]
-    value = None if details["type"] in ("missing", "value_error") else details["input"]
-    if details["type"] == "value_error":
-        last, _, allowed = str(details["ctx"]["error"]).partition("|")
-        field = f"{field}.{last}"
-    return InputError(str(path), field, value, f"{allowed}; renew it: {renew}")
-
-
-def _require_same_arm(path: Path, provenance: Provenance, arm: Arm, renew: str) -> None:
-    if provenance.arm_sha256 == arm_digest(arm):
-        return
-    moved = next(differences(provenance.arm, arm.model_dump(mode="json")), None)
-    what = f": {moved[0]} was {moved[1]!r}, is {moved[2]!r}" if moved else ""
-    raise InputError(
-        str(path),
-        "provenance.arm_sha256",
-        provenance.arm_sha256[:12],
-        f"another arm than {arm.name}, which has {arm_digest(arm)[:12]}{what}; renew it: {renew}",
-    )
-
-
-def _lines(value: Any, indent: int = 0, head: str = "", tail: str = "") -> Iterator[str]:
-    """JSON with sorted keys in which whatever holds only scalars takes one line, if it fits."""
-    pad = " " * indent
-    inline = f"{pad}{head}{_inline(value)}{tail}" if _is_flat(value) else None
-    if inline is not None and (len(inline) <= WIDTH or not isinstance(value, dict)):
-        yield inline
-        return
-    opening, closing = "{}" if isinstance(value, dict) else "[]"
-    yield f"{pad}{head}{opening}"
-    named = sorted(value.items()) if isinstance(value, dict) else [(None, item) for item in value]
-    for number, (key, item) in enumerate(named, start=1):
-        label = "" if key is None else f"{json.dumps(key)}: "
-        yield from _lines(item, indent + 1, label, "," if number < len(named) else "")
-    yield f"{pad}{closing}{tail}"
-
-
-def _is_flat(value: Any) -> bool:
-    """Whether a value is a scalar or holds nothing but scalars."""
-    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    return not any(isinstance(item, dict | list) for item in inner)
-
-
-def _inline(value: Any) -> str:
-    if isinstance(value, dict):
-        pairs = (f"{json.dumps(key)}: {_inline(item)}" for key, item in sorted(value.items()))
-        return "{" + ", ".join(pairs) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_inline, value)) + "]"
-    if isinstance(value, float):
-        short = repr(value)
-        return short if len(short) <= SHORT else f"{value:.16e}"
-    return json.dumps(value, ensure_ascii=False, allow_nan=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import traceback
@@ -11,7 +12,9 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from crosscheck import __version__
+from crosscheck import LARGEST_SEED, __version__
+from crosscheck.interruption import exit_code, farewell
+from crosscheck.surroundings import closing_code, prepare
 
 app = typer.Typer(
     add_completion=False,
@@ -29,8 +32,9 @@ app.add_typer(cache, name="cache")
 
 ArmName = Annotated[str, typer.Argument(metavar="ARM", help="Built-in name or TOML file.")]
 Quick = Annotated[bool, typer.Option("--quick", help="Fewer states, shorter runs.")]
-Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; all cores.")]
+Jobs = Annotated[int | None, typer.Option(min=1, max=1000, help="Processes; all cores.")]
 JUnit = Annotated[Path | None, typer.Option("--junit", help="JUnit XML file to write.")]
+Seed = Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the random states.")]
 Baselines = Annotated[Path, typer.Option("--dir", help="Folder of the records.")]
 
 
@@ -67,9 +71,9 @@ def _options(
 def run(
     arm: ArmName = "paper-labelled",
     out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("report"),
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer states, shorter runs.")] = False,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; all cores.")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+    quick: Quick = False,
+    jobs: Jobs = None,
+    seed: Seed = 0,
 ) -> None:
     """Cross-check all models of an arm; write index.html and agreement.json."""
     from crosscheck.commands import run_command
@@ -82,7 +86,7 @@ def validate(
     arm: ArmName = "paper-labelled",
     quick: Quick = False,
     jobs: Jobs = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+    seed: Seed = 0,
     json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
     junit: JUnit = None,
 ) -> None:
@@ -100,11 +104,15 @@ def accept(
     quick: Quick = False,
     jobs: Jobs = None,
     junit: JUnit = None,
+    with_red: Annotated[
+        bool, typer.Option("--with-red", help="Record red checks as known differences.")
+    ] = False,
 ) -> None:
-    """Cross-check an arm and record the result, in place of an older record."""
+    """Cross-check an arm and record the result, in place of an older record, unless it is red."""
     from crosscheck.validate import accept_command
 
-    accept_command(arm, folder, quick, jobs or os.cpu_count() or 1, junit)
+    code = accept_command(arm, folder, quick, jobs or os.cpu_count() or 1, junit, with_red)
+    raise typer.Exit(code)
 
 
 @baseline.command()
@@ -127,8 +135,8 @@ def simulate(
     model: Annotated[str, typer.Option(help="See `crosscheck list`.")],
     scenario: Annotated[str, typer.Option(help="Built-in name or TOML file.")],
     out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
-    t_end: Annotated[str | None, typer.Option(help="Duration [s].")] = None,
-    step: Annotated[str | None, typer.Option(help="Integration step [s].")] = None,
+    t_end: Annotated[str | None, typer.Option(help="Duration in seconds.")] = None,
+    step: Annotated[str | None, typer.Option(help="Integration step in seconds.")] = None,
     phase: Annotated[Phase | None, typer.Option(help="Phase law; angle.")] = None,
     ring_rate: Annotated[RingRate | None, typer.Option(help="Follows the phase law.")] = None,
     settings: Annotated[
@@ -151,7 +159,7 @@ def simulate(
 @app.command("list")
 def list_() -> None:
     """Show the arms, models and scenarios that come with the project."""
-    from crosscheck.commands import list_command
+    from crosscheck.listing import list_command
 
     list_command()
 
@@ -192,38 +200,47 @@ def paper(
 @cache.command()
 def clear() -> None:
     """Remove the simulations that `crosscheck paper` kept."""
-    from crosscheck.studies.study import cache_folder, clear_cache
+    from crosscheck.studies.store import clear as clear_store
+    from models.places import cache_folder
 
-    print(f"removed {clear_cache()} files from {cache_folder()}")
+    print(f"removed {clear_store(cache_folder())} files from {cache_folder()}")
 
 
-INTERRUPTED = 130
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+PARSERS_INTERRUPTED = 130  # its own way to say that there was a KeyboardInterrupt
 
 
 def main() -> NoReturn:
-    """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (internal), 130."""
+    """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (internal), 130, 143."""
     try:
+        prepare()
         code: Any = app(standalone_mode=False)
     except (typer.Abort, KeyboardInterrupt):
-        _fail("interrupted", INTERRUPTED)
+        code = PARSERS_INTERRUPTED
     except Exception as error:
         _explain(error)
-    if code == INTERRUPTED:  # the parser's own way to say so
-        _fail("interrupted", INTERRUPTED)
-    sys.exit(code if isinstance(code, int) else 0)
+    if code == PARSERS_INTERRUPTED:
+        _fail(farewell(), exit_code())
+    sys.exit(closing_code(code if isinstance(code, int) else 0))
 
 
 def _explain(error: Exception) -> NoReturn:
-    from models.errors import Diverged, InputError
+    from models.errors import Diverged, InputError, Unfinished
 
     if isinstance(error, InputError | Diverged):
         _fail(str(error), 2)
     if hasattr(error, "format_message"):  # a usage error of typer's own command-line parser
         _fail(f"{error.format_message()} (see crosscheck --help)", 2)
+    if isinstance(error, OSError) and error.errno in DISK_FULL:
+        _fail(f"a file cannot be written: {error.strerror}", 2)
+    if isinstance(error, Unfinished):
+        _fail(str(error), 3)
     traceback.print_exception(error)
     _fail("internal error, please report the lines above", 3)
 
 
 def _fail(line: str, code: int) -> NoReturn:
-    print(f"crosscheck: {' '.join(line.split())}", file=sys.stderr)
+    from models.errors import PROGRAM, one_line
+
+    print(one_line(f"{PROGRAM}{line}"), file=sys.stderr)
     sys.exit(code)

@@ -6,41 +6,43 @@ import json
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
+from rich.markup import escape
 
-from crosscheck.api import require_stable_step
-from crosscheck.api import simulate as simulate_model
-from crosscheck.output import require_writable, write_text
-from crosscheck.paper.report import chapters as paper_chapters
+from crosscheck.output import require_file, write_files
 from crosscheck.plan import is_the_papers
 from crosscheck.progress import progress_bar, shown_progress
 from crosscheck.provenance import provenance
-from crosscheck.registry import MODELS, build
+from crosscheck.registry import entry_of
 from crosscheck.report.html import report_page
 from crosscheck.report.terminal import print_agreement
 from crosscheck.run import cross_check
 from crosscheck.studies.study import Study, cache_folder
-from models.errors import InputError
-from models.loading import builtin_arms, builtin_scenarios, load_arm, load_case, load_scenario
-from models.trajectory import write_netcdf
+from crosscheck.tasks import Failure, Request
+from crosscheck.workers import perform_all
+from models.errors import Unfinished
+from models.loading import load_arm, load_case
+from models.trajectory import netcdf
 
 STDERR = Console(stderr=True)
 
 
 def run_command(arm: str, out: Path, quick: bool, jobs: int, seed: int) -> int:
     """Cross-check an arm, write the report, print the table; returns the exit code."""
+    from crosscheck.paper.report import chapters as paper_chapters  # a second of imports
+
     chosen = load_arm(arm)
-    require_writable(out)
+    files = out / "index.html", out / "agreement.json"
+    for file in files:
+        require_file(file)
     with shown_progress() as told:
         result = cross_check(chosen, quick=quick, jobs=jobs, seed=seed, told=told)
     with progress_bar() as bar:
         in_brief = not quick and is_the_papers(chosen)
         brief = paper_chapters(Study(cache_folder(), jobs, bar), quick=True) if in_brief else []
         page = report_page(result, brief)
-    write_text(out / "agreement.json", result.agreement.to_json())
-    write_text(out / "index.html", page)
+    write_files(dict(zip(files, (page, result.agreement.to_json()), strict=True)))
     print_agreement(result.agreement)
-    print(f"wrote {out / 'index.html'} and {out / 'agreement.json'}")
+    print(f"wrote {files[0]} and {files[1]}")
     return result.agreement.exit_code
 
 
@@ -55,28 +57,18 @@ def simulate_command(
 ) -> None:
     """Simulate one model into a NetCDF file."""
     case = load_case(arm, scenario, switches, settings)
-    if out.is_dir():
-        raise InputError("--out", "", str(out), "is a folder; a file name is expected")
-    built = build(model, *case)
-    if not force:
-        require_stable_step(built)
-    require_writable(out.parent)
-    with STDERR.status(f"{model}, {case.scenario.name}, {case.scenario.duration_s:g} s"):
-        trajectory = simulate_model(built, force=True)
+    entry_of(model)
+    require_file(out, "--out")
+    request = Request(model, case, force)
+    about = escape(f"{model}, {case.scenario.name}, {case.scenario.duration_s:g} s")
+    with STDERR.status(about):
+        trajectory = perform_all([request], 1, lambda key: None)[request]
+    if isinstance(trajectory, Failure):
+        raise Unfinished(f"{model}: {trajectory}")
+    if isinstance(trajectory, Exception):
+        raise trajectory
     record = provenance(case.arm, 0, False)
     trajectory.attrs |= {"provenance": json.dumps(record), "command": record["command"]}
-    write_netcdf(trajectory, out)
+    write_files({out: netcdf(trajectory)})
     final = ", ".join(f"{angle:.9g}" for angle in trajectory["theta"].values[-1])
     print(f"wrote {out}: {trajectory.sizes['time']} times, theta at the end {final} rad")
-
-
-def list_command() -> None:
-    """Print what `ARM`, `--model` and `--scenario` accept."""
-    table = Table("", "name", "title", box=None)
-    for name in builtin_arms():
-        table.add_row("arm", name, load_arm(name).title)
-    for name in MODELS:
-        table.add_row("model", name, "states only" if name == "pinocchio:gears" else "")
-    for name in builtin_scenarios():
-        table.add_row("scenario", name, load_scenario(name).title)
-    Console().print(table)

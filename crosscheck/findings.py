@@ -5,63 +5,162 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 Kind = Literal["check", "measurement"]
 Verdict = Literal["agree", "differ", "unresolved", "failed", "measured"]
 
 
 @dataclass(frozen=True)
-class Finding:
-    """One comparison of two models.
+class Key:
+    """What a comparison is of, before it is made.
 
-    ``kind``: a ``check`` must agree, a ``measurement`` quantifies a difference. ``measured`` and
-    ``tolerance`` are in ``unit``; ``relative`` is the measured difference over the size of the
-    quantity. ``basis`` says where the tolerance comes from, ``note`` what a reader should know.
+    ``family``: the kind of comparison (states, same-step, ...); ``case``: the arm or experiment;
+    ``left`` and ``right``: models, ``right`` empty where one model is held against something else;
+    ``joint``: its number, where one joint alone is looked at.
     """
 
-    id: str
-    kind: Kind
+    family: str
+    case: str
     quantity: str
-    unit: str
     left: str
-    right: str
+    right: str = ""
+    joint: int | None = None
+
+    @property
+    def id(self) -> str:
+        """One text for all of it, for people and files; nothing reads it back."""
+        joint = "" if self.joint is None else f"joint{self.joint}"
+        models = "~".join(filter(None, (self.left, self.right)))
+        return "/".join(filter(None, (self.family, self.case, joint, self.quantity, models)))
+
+
+@dataclass(frozen=True)
+class About:
+    """A comparison before its number: key, unit, metric; ``against``: what ``left`` is held to."""
+
+    key: Key
+    unit: str
     metric: str
-    measured: float | None
-    tolerance: float | None
-    basis: str
+    against: str = ""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One comparison, made.
+
+    ``kind``: a ``check`` must agree, a ``measurement`` quantifies a difference. ``measured`` and
+    ``tolerance`` are in the unit of ``about``; ``relative`` is the measured difference over the
+    size of the quantity. ``basis`` says where the tolerance comes from, ``note`` what a reader
+    should know.
+    """
+
+    about: About
+    kind: Kind
     verdict: Verdict
+    measured: float | None = None
+    tolerance: float | None = None
+    basis: str = ""
     relative: float | None = None
     note: str = ""
 
+    @property
+    def id(self) -> str:
+        """See Key."""
+        return self.about.key.id
 
-def checked(*, measured: float, tolerance: float, resolved: bool = True, **fields: Any) -> Finding:
+    @property
+    def quantity(self) -> str:
+        """What was compared."""
+        return self.about.key.quantity
+
+    @property
+    def unit(self) -> str:
+        """Of ``measured`` and ``tolerance``."""
+        return self.about.unit
+
+    @property
+    def left(self) -> str:
+        """A model."""
+        return self.about.key.left
+
+    @property
+    def right(self) -> str:
+        """The other model, or what stands in its place."""
+        return self.about.key.right or self.about.against
+
+    def to_dict(self) -> dict[str, Any]:
+        """As in crosscheck/schema/agreement.schema.json."""
+        key = self.about.key
+        return {
+            "id": key.id,
+            "family": key.family,
+            "case": key.case,
+            "joint": key.joint,
+            "kind": self.kind,
+            "quantity": key.quantity,
+            "unit": self.unit,
+            "left": self.left,
+            "right": self.right,
+            "metric": self.about.metric,
+            "measured": self.measured,
+            "tolerance": self.tolerance,
+            "basis": self.basis,
+            "verdict": self.verdict,
+            "relative": self.relative,
+            "note": self.note,
+        }
+
+
+def checked(
+    about: About,
+    *,
+    measured: float,
+    tolerance: float,
+    basis: str,
+    resolved: bool = True,
+    relative: float | None = None,
+    note: str = "",
+) -> Finding:
     """A check: `agree` within the tolerance, else `differ`.
 
     `unresolved` where the tolerance itself, being a numerical uncertainty, is too large to mean
     anything; `failed` where there is no number.
     """
     if not math.isfinite(measured):
-        return failed(**{**fields, "note": "the difference is not a number"})
+        return failed(about, "the difference is not a number")
+    if not math.isfinite(tolerance):
+        return failed(about, f"no tolerance can be given: {basis}")
     verdict: Verdict = "agree" if measured <= tolerance else "differ"
     if verdict == "agree" and not resolved:
         verdict = "unresolved"
-    return Finding(kind="check", measured=measured, tolerance=tolerance, verdict=verdict, **fields)
-
-
-def measured_only(*, measured: float, **fields: Any) -> Finding:
-    """A measurement: the size of a difference that nobody expects to vanish."""
     return Finding(
-        kind="measurement", measured=measured, tolerance=None, verdict="measured", **fields
+        about, "check", verdict, measured, tolerance, basis, _finite_or_none(relative), note
     )
 
 
-def failed(*, note: str, **fields: Any) -> Finding:
+def measured_only(
+    about: About, *, measured: float, basis: str = "", relative: float | None = None, note: str = ""
+) -> Finding:
+    """A measurement: the size of a difference that nobody expects to vanish.
+
+    One that is no number is a failed check: a model somewhere gave none.
+    """
+    if not math.isfinite(measured):
+        return failed(about, "the difference is not a number")
+    relative = _finite_or_none(relative)
+    return Finding(about, "measurement", "measured", measured, None, basis, relative, note)
+
+
+def failed(about: About, note: str) -> Finding:
     """A check that could not be made: a model missing, raising or diverged."""
-    fields = {"basis": "", **fields, "note": note}
-    return Finding(kind="check", measured=None, tolerance=None, verdict="failed", **fields)
+    return Finding(about, "check", "failed", note=note)
+
+
+def _finite_or_none(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
 
 
 @dataclass(frozen=True)
@@ -90,7 +189,7 @@ class Agreement:
         """As in crosscheck/schema/agreement.schema.json."""
         return {
             "schema_version": SCHEMA_VERSION,
-            "findings": [asdict(finding) for finding in self.findings],
+            "findings": [finding.to_dict() for finding in self.findings],
             "provenance": dict(self.provenance),
         }
 

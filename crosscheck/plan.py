@@ -1,12 +1,14 @@
-"""What a cross-check runs and compares, for any arm."""
+"""What a cross-check runs, for any arm: experiments, and the runs of each."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
-from crosscheck.registry import PAPER_FORMS, RIGID_LEVELS, build
-from crosscheck.simulations import Simulation, nudged, with_step
+import numpy as np
+
+from crosscheck.registry import MODELS
+from crosscheck.tasks import RunKey, Simulation
 from models.arm import Arm
 from models.errors import InputError
 from models.loading import Case, load_arm, load_scenario
@@ -16,17 +18,23 @@ from models.switches import Switches, switches
 # Long enough for the paper's events; the quick plan keeps the start impact and the first drive.
 FULL_S = {"constant-torque": 0.5, "pd": 3.0}
 QUICK_S = {"constant-torque": 0.05, "pd": 0.1}
+# The paper's own step of 1e-5 s is a ninth of its arm's limit; other arms are resolved as finely.
+# The tier with constraints is of second order and needs a tenth of that step.
+RESOLVED, SHORT_RESOLVED = 8, 80
 RIGID_STEP_S = 1e-4  # RK4 on the smooth rigid arm: its error is far below 1e-10 rad
 REFERENCE_RTOL, COARSE_RTOL = 1e-10, 1e-8
+RIGID_COARSE_RTOL = 1e-11
 ORDER_S, ORDER_LEVELS = 0.004, 3
 # At a quarter of the step the fastest mesh mode turns by 0.08 rad a step: there the order shows.
 ASYMPTOTIC = 4
-ORDERS = {"analytic:physical": 4, "exudyn:tree": 4}  # fixed-step models and their formal orders
-# The constraint solver is of second order: the fastest mesh mode needs a microsecond or less.
 SHORT_S, SHORT_STEP_S = 0.005, 1e-6
 PROBE_S = 0.05
+# Longer runs than this nobody waits for: an arm that needs them is refused beforehand.
+MOST_STEPS = 20_000_000
 MECHANISM = switches()
 PAPER_PHASE = switches(phase="omega_t")
+
+Variant = Literal["", "coarse", "nudged", "reference", "reference-coarse"]
 
 
 @dataclass(frozen=True)
@@ -36,16 +44,46 @@ class Experiment:
     name: str
     case: Case
 
+    def run(self, model: str, variant: Variant = "") -> Simulation:
+        """One of a model's runs: at its step, at twice that, or from a start one ulp away.
 
-def experiments(arm: Arm, quick: bool) -> list[Experiment]:
-    """Constant torque and PD under the angle law, constant torque under omega_t, the probe."""
+        An adaptive model has a looser tolerance instead of a step twice as long; ``reference``
+        is an adaptive run of a model that otherwise takes fixed steps.
+        """
+        key = RunKey(self.name, model, variant)
+        if variant.startswith("reference"):
+            rtol = REFERENCE_RTOL if variant == "reference" else COARSE_RTOL
+            return Simulation(key, self.case, rtol)
+        if MODELS[model].order is None:
+            return Simulation(key, self.case, RIGID_COARSE_RTOL if variant == "coarse" else None)
+        step = self._step(model) * (2 if variant == "coarse" else 1)
+        case = with_step(self.case, step)
+        return Simulation(key, nudged(case) if variant == "nudged" else case)
+
+    def _step(self, model: str) -> float:
+        """The rigid arm has no mesh to resolve."""
+        if MODELS[model].role != "rigid":
+            return self.case.scenario.step_s
+        interval = self.case.scenario.step_s * self.case.scenario.stride
+        return interval / (2 * max(1, np.ceil(interval / (2 * RIGID_STEP_S) - 1e-9)))
+
+
+def experiments(arm: Arm, quick: bool, limit_s: float) -> list[Experiment]:
+    """Constant torque and PD under the angle law, constant torque under omega_t, the probe.
+
+    limit_s: largest stable step [s] of the arm's models. Raises InputError for an arm whose
+    teeth would need a forbidding number of steps.
+    """
     durations = QUICK_S if quick else FULL_S
     chosen = (
         ("constant-torque", "constant-torque", MECHANISM),
         ("pd", "pd", MECHANISM),
         ("constant-torque-omega_t", "constant-torque", PAPER_PHASE),
     )
-    own = [Experiment(name, _case(arm, law, durations, phase)) for name, law, phase in chosen]
+    own = [
+        Experiment(name, _case(arm, law, durations[law], phase, limit_s))
+        for name, law, phase in chosen
+    ]
     return [*own, probe_experiment()]
 
 
@@ -63,87 +101,46 @@ def probe_experiment() -> Experiment:
     return Experiment("probe", case)
 
 
-def _case(arm: Arm, scenario: str, durations: dict[str, float], chosen: Switches) -> Case:
-    loaded = load_scenario(scenario).model_copy(update={"duration_s": durations[scenario]})
-    case = Case(arm, loaded, chosen)
-    step, limit = loaded.step_s, _stable_step(case)
-    while 2 * step > limit:  # the coarse run of the refinement takes twice the step
+def _case(arm: Arm, scenario: str, duration_s: float, chosen: Switches, limit_s: float) -> Case:
+    loaded = load_scenario(scenario).model_copy(update={"duration_s": duration_s})
+    return _resolved(Case(arm, loaded, chosen), RESOLVED, limit_s)
+
+
+def _resolved(case: Case, times: int, limit_s: float) -> Case:
+    """The case with its step halved until so many of them are within the limit [s].
+
+    Raises InputError for an arm whose teeth would need a forbidding number of steps.
+    """
+    step, duration = case.scenario.step_s, case.scenario.duration_s
+    while times * step > limit_s:
         step /= 2
-    return case if step == loaded.step_s else with_step(case, step)
+        if duration / step > MOST_STEPS:
+            allowed = f"the teeth need steps below {limit_s:.2g} s, too many in {duration:g} s"
+            raise InputError(case.arm.name, "joints", None, allowed)
+    return case if step == case.scenario.step_s else with_step(case, step)
 
 
-def _stable_step(case: Case) -> float:
-    """Of the analytic model; without it no limit is known, and its checks will say so."""
-    try:
-        return build("analytic:physical", *case).largest_stable_step()
-    except InputError:
-        return float("inf")
+def short_experiments(arm: Arm, limit_s: float) -> list[Experiment]:
+    """A few milliseconds at fine steps, for the tier with constraints: both flanks of the teeth.
 
-
-def geared_simulations(experiment: Experiment) -> Iterator[Simulation]:
-    """Both engines' fixed-step runs, their refinements, the reference and a nudged start."""
-    case, name = experiment.case, experiment.name
-    step = case.scenario.step_s
-    for model in ("analytic:physical", "exudyn:tree"):
-        yield Simulation(f"{name}/{model}", model, case)
-    if experiment.case.switches != MECHANISM:
-        return
-    yield Simulation(f"{name}/exudyn:tree/coarse", "exudyn:tree", with_step(case, 2 * step))
-    yield Simulation(f"{name}/analytic:physical/nudged", "analytic:physical", nudged(case))
-    for label, rtol in (("reference", REFERENCE_RTOL), ("reference/coarse", COARSE_RTOL)):
-        yield Simulation(f"{name}/analytic:physical/{label}", "analytic:physical", case, rtol)
-
-
-def rigid_simulations(experiment: Experiment) -> Iterator[Simulation]:
-    """Every rigid level, in Pinocchio and analytically, with a refinement of each."""
-    if experiment.case.switches != MECHANISM:
-        return
-    case, name = experiment.case, experiment.name
-    for level in RIGID_LEVELS:
-        pinocchio, analytic = f"pinocchio:{level}", f"analytic:{level}"
-        yield Simulation(f"{name}/{pinocchio}", pinocchio, case)
-        yield Simulation(f"{name}/{pinocchio}/coarse", pinocchio, case, 1e-11)
-        fine = with_step(case, RIGID_STEP_S)
-        yield Simulation(f"{name}/{analytic}", analytic, fine)
-        yield Simulation(f"{name}/{analytic}/coarse", analytic, with_step(case, 2 * RIGID_STEP_S))
-
-
-def form_simulations(experiment: Experiment) -> Iterator[Simulation]:
-    """The paper's own forms, where they cover the arm."""
-    if experiment.case.switches != MECHANISM or not covered_by_paper(experiment.case.arm):
-        return
-    for form in PAPER_FORMS:
-        yield Simulation(f"{experiment.name}/{form}", form, experiment.case)
-
-
-def covered_by_paper(arm: Arm) -> bool:
-    """Whether the paper's forms are about such an arm: two joints with three planets each."""
-    return [joint.planet_count for joint in arm.joints] == [3, 3]
-
-
-def short_experiments(arm: Arm) -> list[Experiment]:
-    """A few milliseconds at fine steps, for the tier with constraints: both flanks of the teeth."""
+    limit_s: largest stable step [s] of the arm's models.
+    """
     scenario = load_scenario("constant-torque")
-    experiments = []
+    found = []
     for name, torque in (("short-contact", 100.0), ("short-crossing", -100.0)):
-        drive = ConstantDrive(kind="constant", torque_N_m=torque)
+        numbers = range(len(arm.joints))
+        torques = tuple(torque * (1 - 0.1 * number) for number in numbers)
+        bent = {"theta_rad": tuple(0.4 - 0.7 * number for number in numbers)}
         update = {
             "duration_s": SHORT_S,
             "step_s": SHORT_STEP_S,
             "record_every": 100,
-            "drive": drive,
+            "drive": ConstantDrive(kind="constant", torque_N_m=torques),
+            "start": scenario.start.model_copy(update=bent),
         }
         case = Case(arm, scenario.model_copy(update=update), MECHANISM)
-        experiments.append(Experiment(name, case))
-    return experiments
-
-
-def short_simulations(experiment: Experiment) -> Iterator[Simulation]:
-    """Both Exudyn tiers, each at two steps."""
-    for model in ("exudyn:tree", "exudyn:bodies"):
-        for label, factor in (("", 1), ("/coarse", 2)):
-            case = with_step(experiment.case, factor * SHORT_STEP_S)
-            yield Simulation(f"{experiment.name}/{model}{label}", model, case)
+        found.append(Experiment(name, _resolved(case, SHORT_RESOLVED, limit_s)))
+    return found
 
 
 @dataclass(frozen=True)
@@ -154,11 +151,21 @@ class OrderCase:
     case: Case
     smooth: bool
 
+    def runs(self, model: str) -> tuple[Simulation, ...]:
+        """A model's run at each of the steps, the largest first."""
+        step = self.case.scenario.step_s / ASYMPTOTIC
+        return tuple(
+            Simulation(
+                RunKey(self.name, model, f"level-{level}"), with_step(self.case, step / 2**level)
+            )
+            for level in range(ORDER_LEVELS)
+        )
 
-def order_cases(arm: Arm) -> list[OrderCase]:
+
+def order_cases(arm: Arm, limit_s: float) -> list[OrderCase]:
     """Teeth without clearance, whose force has no kink, and teeth that meet after free play."""
     tight = tuple(joint.model_copy(update={"backlash_m": 0.0}) for joint in arm.joints)
-    base = experiments(arm, quick=True)[0].case.scenario
+    base = experiments(arm, True, limit_s)[0].case.scenario
     start = base.start.model_copy(update={"mesh": "centre"})
     scenario = base.model_copy(update={"duration_s": ORDER_S, "start": start})
     without = Case(arm.model_copy(update={"joints": tight}), scenario, MECHANISM)
@@ -168,12 +175,26 @@ def order_cases(arm: Arm) -> list[OrderCase]:
     ]
 
 
-def order_simulations(case: OrderCase) -> Iterator[Simulation]:
-    """Every fixed-step model at each of the three steps."""
-    for model in ORDERS:
-        for level in range(ORDER_LEVELS):
-            step = case.case.scenario.step_s / ASYMPTOTIC / 2**level
-            yield Simulation(f"{case.name}/{model}/{level}", model, with_step(case.case, step))
+def with_step(case: Case, step_s: float) -> Case:
+    """The case at another step, recorded at the very same times.
+
+    Raises ValueError unless the recording interval is a multiple of the step.
+    """
+    scenario = case.scenario
+    ratio = scenario.step_s * scenario.stride / step_s
+    if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
+        raise ValueError(f"steps of {step_s:g} s miss the recorded times of {scenario.name}")
+    update = {"step_s": step_s, "record_every": round(ratio)}
+    return case._replace(scenario=scenario.model_copy(update=update))
+
+
+def nudged(case: Case) -> Case:
+    """The case with x_sp1 one unit in the last place away from where it starts."""
+    start = case.scenario.start
+    at = case.arm.joints[0].backlash_m if start.mesh == "contact" else 0.0
+    offset = (float(np.spacing(at)), *([0.0] * (len(case.arm.joints) - 1)))
+    moved = start.model_copy(update={"sun_planet_offset_m": offset})
+    return case._replace(scenario=case.scenario.model_copy(update={"start": moved}))
 
 
 def readings(arm: Arm) -> list[Arm]:

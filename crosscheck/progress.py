@@ -15,11 +15,13 @@ from crosscheck.run import Told
 def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
     """A function to tell what is being done, how much is done, of how much.
 
-    The bar disappears at the end.
+    The bar disappears at the end, and is not drawn where nobody would see it move.
     """
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn())
     console = Console(stderr=True)
-    with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as progress:
+    hidden = not console.is_interactive
+    bar = Progress(*columns, TimeElapsedColumn(), console=console, transient=True, disable=hidden)
+    with bar as progress:
         task = progress.add_task("starting", total=None)
 
         def told(what: str, done: int, total: int) -> None:

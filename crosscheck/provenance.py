@@ -21,13 +21,13 @@ PACKAGES = ("pin", "exudyn", "numpy", "scipy", "numba", "sympy", "xarray", "gear
 def provenance(arm: Arm, seed: int, quick: bool) -> dict[str, Any]:
     """Everything that a reader needs to run the same again, JSON-able."""
     return {
-        "command": " ".join(["crosscheck", *sys.argv[1:]]),
+        "command": _text(" ".join(["crosscheck", *sys.argv[1:]])),
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "arm": arm.model_dump(mode="json"),
         "arm_sha256": hashlib.sha256(arm.model_dump_json().encode()).hexdigest(),
         "seed": seed,
         "quick": quick,
-        "versions": {name: _version(name) for name in PACKAGES},
+        "versions": {name: version(name) for name in PACKAGES},
         "python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
         "revision": _revision(),
@@ -35,7 +35,13 @@ def provenance(arm: Arm, seed: int, quick: bool) -> dict[str, Any]:
     }
 
 
-def _version(package: str) -> str | None:
+def _text(argument: str) -> str:
+    """Bytes that are no text in this locale, which files cannot hold, as escapes."""
+    return argument.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def version(package: str) -> str | None:
+    """Of an installed package; None if there is none."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:

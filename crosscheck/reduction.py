@@ -11,51 +11,58 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple, cast, get_args
 
 import numpy as np
 import xarray as xr
+from pydantic import ValidationError
 
 from crosscheck import __version__
-from crosscheck.baseline import Baseline, Extremes, Measurement, Provenance, Run, Sampled
+from crosscheck.baseline import (
+    BEST_FIRST,
+    WIDEST,
+    Baseline,
+    CheckVerdict,
+    ExtremesName,
+    Known,
+    Measurement,
+    Misfit,
+    Provenance,
+    Run,
+    SampledName,
+)
 from crosscheck.checks.states import LOOSEST
-from crosscheck.checks.trajectories import MEANINGFUL, SAME_STEP, Limit, largest_difference
+from crosscheck.checks.trajectories import SAME_STEP, Incomparable, Limit, largest_difference
 from crosscheck.checks.trajectories import uncertainty as refinement
-from crosscheck.findings import Finding
+from crosscheck.findings import Agreement, Finding
+from crosscheck.report.words import outcome
 from crosscheck.run import CrossCheck
+from crosscheck.run_suite import ANALYTIC
+from crosscheck.tasks import Failure, RunKey
 from models.arm import Arm
 
-SAMPLED = ("theta", "theta_dot", "x_sp", "x_pr")
-EXTREMES = ("theta_ddot", "F_sp", "F_pr")
+SAMPLED: tuple[str, ...] = get_args(SampledName)
+EXTREMES: tuple[str, ...] = get_args(ExtremesName)
 INTERVALS = 20
-# What may stand behind experiment and model in the key of a run that is recorded for itself; the
-# others (another step, a nudged start) only measure the uncertainty of one that is.
-VARIANTS: tuple[list[str], ...] = ([], ["reference"])
+# Runs that are recorded for themselves, and the run that measures the uncertainty of each; all
+# others (another step, a nudged start) are not recorded.
+COARSER = {"": "coarse", "reference": "reference-coarse"}
 # Rounding growth of the same steps. Two engines on the paper's arm stay below these by a factor of
 # 30 and more over the full runs: 4.9e-14 rad, 4.9e-13 rad/s, 6.2e-9 rad/s2, 3.3e-15 m, 3.9e-7 N.
 # The implicit tier, started 1e-16 rad and 3e-17 m apart, stays below 2e-16 rad and 6e-17 m.
-_REPEATED = {name: limit.value for name, limit in SAME_STEP.items()} | {
-    "theta_dot": 1e-9,  # 1e-10 rad at the 10 1/s of the arm's own motion
-    "theta_ddot": 1.5e-6,  # 1.2e-5 N on the meshes, measured 0.11 rad/s2 per N
-}
 REPEATED = {
-    name: Limit(value, "the same steps again: rounding growth only, as between two engines")
-    for name, value in _REPEATED.items()
-}
-# A tolerance above these means nothing: the quantity is recorded, but not compared.
-WIDEST = MEANINGFUL | {
-    "theta_dot": Limit(1e-5, "1e-6 rad at the 10 1/s of the arm's own motion"),
-    "theta_ddot": Limit(6.6, "60 N on the meshes, measured 0.11 rad/s2 per N"),
-    "F_sp": Limit(60.0, "5e-7 m at the peak mesh stiffness of the paper's arm, 1.2e8 N/m"),
-    "F_pr": Limit(60.0, "5e-7 m at the peak mesh stiffness of the paper's arm, 1.2e8 N/m"),
+    name: Limit(limit.value, "the same steps again: rounding growth only, as between two engines")
+    for name, limit in SAME_STEP.items()
 }
 # Every variable is rounded in every step, one ulp in the start only once.
 ROUNDINGS = 1000
 # For a measurement whose uncertainty nobody measured: of its own value, and of its quantity's size.
 UNKNOWN, UNKNOWN_OF_SIZE = 1e-6, 1e-10
+RECORDED = tuple(Provenance.model_fields)
 
-Datasets = dict[str, xr.Dataset]
+Datasets = dict[RunKey, xr.Dataset]
 
 
 class Bound(NamedTuple):
@@ -66,21 +73,83 @@ class Bound(NamedTuple):
     uncertainty: float | None = None
 
 
+Bounds = dict[RunKey, dict[str, Bound]]
+
+
 def baseline_of(result: CrossCheck) -> Baseline:
-    """What to record of a cross-check."""
+    """What to record of a cross-check. Runs that failed are left out."""
     agreement = result.agreement
-    runs = datasets(result)
-    bounds = {key: bounds_of(key, runs) for key in runs if is_recorded(key)}
-    measurements = [f for f in agreement.findings if f.kind == "measurement"]
+    runs: dict[str, Run] = {}
+    bounds: Bounds = {}
+    for key in filter(is_recorded, result.runs):
+        reduced = reduced_run(key, result)
+        if not isinstance(reduced, Failure):
+            runs[str(key)], bounds[key] = reduced
+
+    def number(finding: Finding) -> Measurement:
+        return _measurement(finding, bounds, result.arm)
+
+    checks = checks_by_id(agreement)
+    red = {name: finding for name, finding in checks.items() if finding.verdict != "agree"}
     return Baseline(
         project_version=__version__,
-        quick=agreement.provenance["quick"],
-        seed=agreement.provenance["seed"],
-        checks={finding.id: finding.verdict for finding in agreement.checks},
-        measurements={f.id: _measurement(f, bounds, result.arm) for f in measurements},
-        runs={key: _reduced(runs[key], bound) for key, bound in bounds.items()},
-        provenance=Provenance.model_validate(dict(agreement.provenance)),
+        checks={name: cast(CheckVerdict, finding.verdict) for name, finding in checks.items()},
+        known={
+            name: Known(said=outcome(f), number=None if f.measured is None else number(f))
+            for name, f in red.items()
+        },
+        measurements={name: number(f) for name, f in measurements_by_id(agreement).items()},
+        runs=runs,
+        provenance=Provenance(**{name: agreement.provenance[name] for name in RECORDED}),
     )
+
+
+def checks_by_id(agreement: Agreement) -> dict[str, Finding]:
+    """The checks by id; of several with one id the worst stands."""
+    worst_last = sorted(agreement.checks, key=lambda finding: BEST_FIRST.index(finding.verdict))
+    return {finding.id: finding for finding in worst_last}
+
+
+def measurements_by_id(agreement: Agreement) -> dict[str, Finding]:
+    """The measurements by id."""
+    return {f.id: f for f in agreement.findings if f.kind == "measurement"}
+
+
+def reduced_run(key: RunKey, result: CrossCheck) -> tuple[Run, dict[str, Bound]] | Failure:
+    """What is recorded of a run, and how far each quantity may move; or why it has no record.
+
+    A run holds whatever its model put there: what cannot be reduced is a failed run, no crash.
+    """
+    run = result.runs[key]
+    if isinstance(run, Failure):
+        return run
+    try:
+        bounds = bounds_of(key, datasets(result))
+        return _reduced(run, bounds), bounds
+    except Exception as error:
+        return Failure("cannot be recorded", _reason(error))
+
+
+def unrecorded(result: CrossCheck) -> Iterator[str]:
+    """Runs that have a trajectory of which nothing can be recorded, as ``run: reason``."""
+    for key in filter(is_recorded, datasets(result)):
+        reduced = reduced_run(key, result)
+        if isinstance(reduced, Failure):
+            yield f"{key} {reduced}"
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, ValidationError):
+        first = error.errors()[0]
+        misfit = first.get("ctx", {}).get("error")
+        where = [*map(str, first["loc"]), *([misfit.field] if isinstance(misfit, Misfit) else [])]
+        return f"{'.'.join(where)} = {first['input']!r:.60}: {first['msg']}"
+    return f"{type(error).__name__}: {' '.join(str(error).split()):.200}"
+
+
+def is_recorded(key: RunKey) -> bool:
+    """Whether the run of this key is recorded for itself, not for what it says of another."""
+    return key.variant in COARSER
 
 
 def datasets(result: CrossCheck) -> Datasets:
@@ -88,14 +157,9 @@ def datasets(result: CrossCheck) -> Datasets:
     return {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
 
 
-def is_recorded(key: str) -> bool:
-    """Whether the run of this key is recorded for itself, not for what it says of another."""
-    return key.split("/")[2:] in VARIANTS
-
-
-def settings_of(run: xr.Dataset) -> tuple[dict[str, Any], dict[str, str]]:
+def settings_of(run: xr.Dataset) -> dict[str, Any]:
     """Scenario and switches of a run, as its Dataset states them."""
-    return json.loads(run.attrs["scenario"]), json.loads(run.attrs["switches"])
+    return {name: json.loads(run.attrs[name]) for name in ("scenario", "switches")}
 
 
 def sample_times(run: xr.Dataset) -> np.ndarray:
@@ -117,28 +181,39 @@ def extreme_rows(run: xr.Dataset, quantity: str) -> np.ndarray:
     return np.column_stack([joints, values.min(axis=0), time[low], values.max(axis=0), time[high]])
 
 
-def bounds_of(key: str, runs: Datasets) -> dict[str, Bound]:
+def bounds_of(key: RunKey, runs: Datasets) -> dict[str, Bound]:
     """Quantity -> how far a repetition of this run may move."""
-    run, coarse = runs[key], runs.get(f"{key}/coarse")
+    run, coarse = runs[key], runs.get(replace(key, variant=COARSER[key.variant]))
     # A coarser run at the same step is one whose integrator chooses its own.
     own_steps = coarse is not None and coarse.attrs["step_s"] == run.attrs["step_s"]
     bounds = {}
     for quantity in (name for name in (*SAMPLED, *EXTREMES) if name in run):
-        measured = None if coarse is None else refinement(run, coarse, quantity)
+        measured = _measured(refinement, run, coarse, quantity)
         if own_steps:
             limit = _adaptive(quantity, measured)
         else:
-            limit = _repeated(quantity, _growth(key.split("/")[0], run, quantity, runs))
+            limit = _repeated(quantity, _growth(key.experiment, run, quantity, runs))
         bounds[quantity] = _meaningful(quantity, limit, _short(measured))
     return bounds
 
 
 def _growth(experiment: str, run: xr.Dataset, quantity: str, runs: Datasets) -> float | None:
     """What one ulp in the start grows to in a geared run, whichever engine it is from."""
-    pair = [runs.get(f"{experiment}/analytic:physical{kind}") for kind in ("", "/nudged")]
-    if pair[0] is None or pair[1] is None or "x_sp" not in run:
+    pair = [runs.get(RunKey(experiment, ANALYTIC, kind)) for kind in ("", "nudged")]
+    return _measured(largest_difference, pair[0], pair[1], quantity) if "x_sp" in run else None
+
+
+def _measured(
+    measure: Callable[[xr.Dataset, xr.Dataset, str], float],
+    one: xr.Dataset | None,
+    other: xr.Dataset | None,
+    quantity: str,
+) -> float | None:
+    """A measure of two runs; None where one is missing, or spoilt: that costs no third run."""
+    try:
+        return None if one is None or other is None else measure(one, other, quantity)
+    except Incomparable:
         return None
-    return largest_difference(pair[0], pair[1], quantity)
 
 
 def _adaptive(quantity: str, measured: float | None) -> Limit:
@@ -173,35 +248,34 @@ def _short(value: float | None) -> float | None:
 
 
 def _reduced(run: xr.Dataset, bounds: dict[str, Bound]) -> Run:
-    scenario, switches = settings_of(run)
+    times = run["time"].values.round(10)
     at = sample_times(run)
-    sampled, extremes = {}, {}
+    tables: dict[str, dict[str, Any]] = {"sampled": {}, "extremes": {}}
     for quantity, bound in bounds.items():
-        fields: dict[str, Any] = {"unit": run[quantity].attrs["units"], **bound._asdict()}
         if quantity in SAMPLED:
-            rows = np.column_stack([run["time"].values[at].round(10), per_joint(run, quantity)[at]])
-            sampled[quantity] = Sampled(samples=rows.tolist(), **fields)
+            rows, section = np.column_stack([times[at], per_joint(run, quantity)[at]]), "sampled"
         else:
-            rows = extreme_rows(run, quantity)
-            extremes[quantity] = Extremes(extremes=rows.tolist(), **fields)
-    return Run(scenario=scenario, switches=switches, sampled=sampled, extremes=extremes)
+            rows, section = extreme_rows(run, quantity), "extremes"
+        fields = {"unit": run[quantity].attrs["units"], **bound._asdict()}
+        tables[section][quantity] = {"rows": rows.tolist(), **fields}
+    return Run.model_validate({**settings_of(run), **tables})
 
 
-def _measurement(finding: Finding, bounds: dict[str, dict[str, Bound]], arm: Arm) -> Measurement:
+def _measurement(finding: Finding, bounds: Bounds, arm: Arm) -> Measurement:
     assert finding.measured is not None  # a measurement always has a number
     bound = _measurement_bound(finding, bounds, arm)
     return Measurement(unit=finding.unit, measured=finding.measured, **bound._asdict())
 
 
-def _measurement_bound(finding: Finding, bounds: dict[str, dict[str, Bound]], arm: Arm) -> Bound:
-    family, experiment = finding.id.split("/")[:2]
-    if family == "one-ulp" and finding.quantity in REPEATED:
+def _measurement_bound(finding: Finding, bounds: Bounds, arm: Arm) -> Bound:
+    key = finding.about.key
+    if key.family == "one-ulp" and finding.quantity in REPEATED:
         # Rounding itself: its digits mean nothing, but it must stay below what matters.
         return Bound(REPEATED[finding.quantity].value, "rounding: must stay below same-step limit")
-    if family == "states":
+    if key.family in ("states", "form-states"):
         return Bound(LOOSEST, "states repeat to rounding: the loosest tolerance of state checks")
     quantity = "theta" if finding.quantity == "tip" else finding.quantity
-    sides = [bounds.get(f"{experiment}/{model}", {}) for model in (finding.left, finding.right)]
+    sides = [bounds.get(RunKey(key.case, model), {}) for model in (key.left, key.right)]
     own = [side[quantity].tolerance for side in sides if quantity in side]
     if len(own) < 2:
         return _unknown(finding)
@@ -229,6 +303,6 @@ def _reach(arm: Arm) -> float:
 def uncompared(baseline: Baseline) -> Iterator[str]:
     """Quantities that are recorded but not comparable, as ``run quantity: reason``."""
     for key, run in baseline.runs.items():
-        for quantity, record in (*run.sampled.items(), *run.extremes.items()):
-            if record.tolerance is None:
-                yield f"{key} {quantity}: {record.basis}"
+        for quantity, table in run.tables.items():
+            if table.tolerance is None:
+                yield f"{key} {quantity}: {table.basis}"

@@ -2,33 +2,74 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 
-from crosscheck.baseline import Baseline, Bounded, Run, differences
-from crosscheck.findings import Agreement, Finding, checked, failed, measured_only
-from crosscheck.reduction import datasets, extreme_rows, is_recorded, per_joint, settings_of
+from crosscheck.baseline import (
+    BEST_FIRST,
+    WIDEST,
+    Baseline,
+    Bounded,
+    Extremes,
+    Known,
+    Run,
+    Sampled,
+    differences,
+)
+from crosscheck.checks.trajectories import UNITS
+from crosscheck.findings import About, Agreement, Finding, Key, checked, failed, measured_only
+from crosscheck.reduction import (
+    baseline_of,
+    checks_by_id,
+    is_recorded,
+    measurements_by_id,
+    reduced_run,
+)
+from crosscheck.report.words import outcome
 from crosscheck.run import CrossCheck
-from crosscheck.simulations import Failure
 
-BEST_FIRST = ("agree", "unresolved", "differ", "failed")
 DIGEST = 12  # digits of a hash that a reader compares
+# Measured uncertainties differ between machines, by less than this. A tolerance that is wider than
+# today's by more was not granted by the program, or no longer is.
+WIDENED = 100.0
+_GONE = "disappeared"
+_NEW = "appeared: nothing on record"
+
+
+class Pair(NamedTuple):
+    """A number on record and the same now, each with its bounds."""
+
+    record: Bounded
+    now: Bounded
+    was: float
+    is_now: float
 
 
 def compare(baseline: Baseline, result: CrossCheck) -> Agreement:
     """Every recorded result against the same result now, one check each.
 
     ``differ``: it moved beyond its tolerance; ``failed``: one of the two sides does not exist, or
-    was made with other settings. ``left`` is ``recorded``, ``right`` the model.
+    was made with other settings. The provenance names the checks that are red as accepted in
+    ``known``.
     """
-    findings = [*_verdicts(baseline, result.agreement), *_measurements(baseline, result.agreement)]
-    for key in sorted({*baseline.runs, *filter(is_recorded, result.runs)}):
-        findings += _run_findings(key, baseline.runs.get(key), result)
+    now = baseline_of(result)
+    findings = [*_verdicts(baseline, now, result.agreement)]
+    findings += _measurements(baseline, now, result.agreement)
+    for name in sorted({*baseline.runs, *now.runs}):
+        findings += _run_findings(name, baseline.runs.get(name), now.runs.get(name), result)
     record = baseline.provenance.model_dump(mode="json")
-    return Agreement(findings, {**result.agreement.provenance, "recorded": record})
+    known = [_key("verdict", name).id for name in sorted(baseline.known)]
+    return Agreement(findings, {**result.agreement.provenance, "recorded": record, "known": known})
+
+
+def known_differences(agreement: Agreement) -> list[Finding]:
+    """The checks that are red as they were accepted. agreement: as compare returns it."""
+    known = set(agreement.provenance["known"])
+    return [f for f in agreement.checks if f.id in known and f.verdict == "agree"]
 
 
 def changed_since(agreement: Agreement) -> list[str]:
@@ -50,144 +91,147 @@ def _brief(name: str, value: Any) -> str:
     return str(value)[:DIGEST] if name.endswith("sha256") else str(value)
 
 
-def _verdicts(baseline: Baseline, agreement: Agreement) -> Iterator[Finding]:
-    now = {finding.id: finding for finding in agreement.checks}
-    for name in sorted({*baseline.checks, *now}):
-        fields = _fields("recorded-verdict", name, now.get(name), "verdict", "1")
-        if name not in now:
-            yield failed(note=f"disappeared; was {baseline.checks[name]}", **fields)
-        elif name not in baseline.checks:
-            yield failed(note=f"appeared: {now[name].verdict}, nothing on record", **fields)
+def _verdicts(baseline: Baseline, now: Baseline, agreement: Agreement) -> Iterator[Finding]:
+    findings = checks_by_id(agreement)
+    for name in sorted({*baseline.checks, *now.checks}):
+        was, finding = baseline.checks.get(name), findings.get(name)
+        about = _about("verdict", name, finding, "1")
+        if finding is None:
+            yield failed(about, f"{_GONE}; was {was}")
+        elif was is None:
+            yield failed(about, f"{_NEW}; {finding.verdict}: {outcome(finding)}")
+        elif was != finding.verdict:
+            yield _turned(about, was, finding)
         else:
-            yield _verdict(baseline.checks[name], now[name], fields)
+            yield _unturned(about, baseline.known.get(name), now.known.get(name), finding)
 
 
-def _verdict(was: str, finding: Finding, fields: dict[str, Any]) -> Finding:
+def _turned(about: About, was: str, finding: Finding) -> Finding:
     steps = BEST_FIRST.index(finding.verdict) - BEST_FIRST.index(was)
     way = "worse" if steps > 0 else "better"
-    note = f"{way}: {was} -> {finding.verdict} {finding.note}".strip() if steps else ""
-    return checked(
-        measured=float(abs(steps)), tolerance=0.0, basis="the same verdict", note=note, **fields
-    )
+    note = f"{way}: {was} -> {finding.verdict}: {outcome(finding)}"
+    return _verdict(about, abs(steps), note)
 
 
-def _measurements(baseline: Baseline, agreement: Agreement) -> Iterator[Finding]:
-    now = {f.id: f for f in agreement.findings if f.kind == "measurement"}
-    for name in sorted({*baseline.measurements, *now}):
-        finding, record = now.get(name), baseline.measurements.get(name)
+def _unturned(about: About, was: Known | None, now: Known | None, finding: Finding) -> Finding:
+    """A check of the same verdict; one that is red must also be red by as much."""
+    if was is None or now is None:
+        return _verdict(about, 0, "")
+    said = f"known difference, {finding.verdict}: {outcome(finding)}"
+    if was.number is not None and now.number is not None:
+        pair = Pair(was.number, now.number, was.number.measured, now.number.measured)
+        found = _number(replace(about, unit=finding.unit), finding.quantity, pair, said)
+        if found.kind == "check":
+            return found
+    return _verdict(about, 0, said)
+
+
+def _verdict(about: About, steps: int, note: str) -> Finding:
+    basis = "the same verdict"
+    return checked(about, measured=float(steps), tolerance=0.0, basis=basis, note=note)
+
+
+def _measurements(baseline: Baseline, now: Baseline, agreement: Agreement) -> Iterator[Finding]:
+    findings = measurements_by_id(agreement)
+    for name in sorted({*baseline.measurements, *now.measurements}):
+        record, is_now = baseline.measurements.get(name), now.measurements.get(name)
+        finding = findings.get(name)
         unit = finding.unit if finding else record.unit if record else ""
-        fields = _fields("recorded-measurement", name, finding, "measurement", unit)
-        if finding is None or finding.measured is None:
-            yield failed(note="disappeared", **fields)
+        about = _about("measurement", name, finding, unit)
+        if finding is None or is_now is None:
+            yield failed(about, _GONE)
         elif record is None:
-            yield failed(note="appeared: nothing on record", **fields)
+            yield failed(about, _NEW)
         else:
-            yield _number(record, record.measured, finding.measured, "", fields)
+            pair = Pair(record, is_now, record.measured, is_now.measured)
+            yield _number(about, finding.quantity, pair, "")
 
 
-def _run_findings(key: str, record: Run | None, result: CrossCheck) -> Iterator[Finding]:
-    run = datasets(result).get(key)
+def _run_findings(
+    name: str, record: Run | None, now: Run | None, result: CrossCheck
+) -> Iterator[Finding]:
     if record is None:
-        if run is not None:
-            yield failed(note="appeared: nothing on record", **_run_fields(key, "run", "1"))
-        return
-    if run is None:
-        outcome = result.runs.get(key)
-        why = str(outcome) if isinstance(outcome, Failure) else "no longer part of the plan"
-        yield failed(note=f"disappeared: {why}", **_run_fields(key, "run", "1"))
-        return
-    moved = _moved_settings(record, run)
-    if moved:
+        yield failed(_run_about(name, "run", "1"), _NEW)
+    elif now is None:
+        yield failed(_run_about(name, "run", "1"), f"{_GONE}: {_absence(name, result)}")
+    elif moved := _moved_settings(record, now):
         note = f"other settings, numbers not compared: {'; '.join(moved)}"
-        yield failed(note=note, **_run_fields(key, "settings", "1"))
-        return
-    yield from _quantities(key, record, run)
+        yield failed(_run_about(name, "settings", "1"), note)
+    else:
+        before, after = record.tables, now.tables
+        for quantity in sorted({*before, *after}):
+            about = _run_about(name, quantity, UNITS[quantity])
+            yield _table(about, before.get(quantity), after.get(quantity))
 
 
-def _moved_settings(record: Run, run: xr.Dataset) -> list[str]:
-    scenario, switches = settings_of(run)
-    now = {"scenario": scenario, "switches": switches}
-    then = {"scenario": record.scenario, "switches": record.switches}
-    return [f"{path} {was!r} -> {is_now!r}" for path, was, is_now in differences(then, now)]
+def _absence(name: str, result: CrossCheck) -> str:
+    """Why there is no run of this name now."""
+    key = next((key for key in filter(is_recorded, result.runs) if str(key) == name), None)
+    return "no longer part of the plan" if key is None else str(reduced_run(key, result))
 
 
-def _quantities(key: str, record: Run, run: xr.Dataset) -> Iterator[Finding]:
-    for quantity, sampled in sorted(record.sampled.items()):
-        yield _compared(key, quantity, sampled, np.array(sampled.samples), run)
-    for quantity, extremes in sorted(record.extremes.items()):
-        yield _compared(key, quantity, extremes, np.array(extremes.extremes), run)
+def _moved_settings(record: Run, now: Run) -> list[str]:
+    then, today = (
+        run.model_dump(mode="json", include={"scenario", "switches"}) for run in (record, now)
+    )
+    return [f"{path} {was!r} -> {is_now!r}" for path, was, is_now in differences(then, today)]
 
 
-def _compared(
-    key: str, quantity: str, record: Bounded, rows: np.ndarray, run: xr.Dataset
+def _table(
+    about: About, record: Sampled | Extremes | None, now: Sampled | Extremes | None
 ) -> Finding:
-    fields = _run_fields(key, quantity, record.unit)
-    if quantity not in run:
-        return failed(note="disappeared: the run has no such quantity", **fields)
-    now = extreme_rows(run, quantity) if rows.shape[1] == 5 else _samples(run, quantity, rows[:, 0])
-    if now is None or now.shape != rows.shape:
-        return failed(note="the record's rows do not fit the run", **fields)
-    columns = np.array([1, 3]) if rows.shape[1] == 5 else np.arange(1, rows.shape[1])
-    apart = np.abs(now - rows)[:, columns]
-    row, place = np.unravel_index(int(apart.argmax()), apart.shape)
-    column = int(columns[place])
-    where = _place(rows[row], column)
-    return _number(record, float(rows[row, column]), float(now[row, column]), where, fields)
+    if now is None:
+        return failed(about, f"{_GONE}: the run has no such quantity")
+    if record is None:
+        return failed(about, _NEW)
+    was, is_now = np.array(record.rows), np.array(now.rows)
+    if was.shape != is_now.shape or not np.array_equal(was[:, 0], is_now[:, 0]):
+        return failed(about, "recorded at other times or of another number of joints")
+    with np.errstate(over="ignore"):
+        apart = np.abs(is_now - was)[:, record.values]
+    row, place = map(int, np.unravel_index(int(apart.argmax()), apart.shape))
+    column = record.values[place]
+    pair = Pair(record, now, float(was[row, column]), float(is_now[row, column]))
+    return _number(about, about.key.quantity, pair, record.place(row, column))
 
 
-def _samples(run: xr.Dataset, quantity: str, times: np.ndarray) -> np.ndarray | None:
-    """Rows of time and a value per joint at these times [s]; None if the run has not all."""
-    grid = run["time"].values.round(10)
-    at = np.searchsorted(grid, times.round(10)).clip(max=len(grid) - 1)
-    if not np.array_equal(grid[at], times.round(10)):
-        return None
-    return np.column_stack([grid[at], per_joint(run, quantity)[at]])
-
-
-def _place(row: np.ndarray, column: int) -> str:
-    if len(row) == 5:
-        return f"{'minimum' if column == 1 else 'maximum'} of joint {row[0]:.0f}"
-    return f"joint {column} at {row[0]:g} s"
-
-
-def _number(
-    record: Bounded, was: float, is_now: float, where: str, fields: dict[str, Any]
-) -> Finding:
+def _number(about: About, quantity: str, pair: Pair, where: str) -> Finding:
+    """One number held against another; quantity: what it is of, where: what to say before it."""
+    record, now, was, is_now = pair
     apart = abs(is_now - was)
     note = f"{where}: {was:.12g} -> {is_now:.12g}".removeprefix(": ")
+    if record.unit != now.unit:
+        return failed(about, f"recorded in {record.unit!r}, now in {now.unit!r}; {note}")
     if record.uncertainty is not None and record.uncertainty > (record.tolerance or 0.0):
         note += f" (numerical uncertainty {record.uncertainty:g})"
-    values: dict[str, Any] = {
-        "measured": apart,
-        "basis": record.basis,
-        "note": note,
-        "relative": apart / abs(was) if was else None,
-        **fields,
-    }
+    moved = record.tolerance is not None and apart > record.tolerance
+    if not moved and _is_widened(record, now, quantity):
+        said = f"{record.tolerance} on record, {now.tolerance} now; renew the record"
+        return failed(about, f"a tolerance that is not granted: {said}; {note}")
     if record.tolerance is None:
-        return measured_only(**values)
-    return checked(tolerance=record.tolerance, **values)
+        return measured_only(about, measured=apart, basis=record.basis, note=note)
+    return checked(about, measured=apart, tolerance=record.tolerance, basis=record.basis, note=note)
 
 
-def _fields(
-    family: str, name: str, finding: Finding | None, quantity: str, unit: str
-) -> dict[str, Any]:
-    return {
-        "id": f"{family}/{name}",
-        "quantity": finding.quantity if finding else quantity,
-        "unit": unit,
-        "left": "recorded",
-        "right": f"{finding.left}~{finding.right}" if finding else "now",
-        "metric": f"change of the {quantity}",
-    }
+def _is_widened(record: Bounded, now: Bounded, quantity: str) -> bool:
+    """Whether a tolerance on record, or the lack of one, is far from what is granted now."""
+    if now.tolerance is None:
+        return False
+    widest = WIDEST.get("theta" if quantity == "tip" else quantity)
+    uncompared = widest.value if widest else math.inf
+    was = uncompared if record.tolerance is None else record.tolerance
+    return was > WIDENED * now.tolerance
 
 
-def _run_fields(key: str, quantity: str, unit: str) -> dict[str, Any]:
-    return {
-        "id": f"recorded-run/{key}/{quantity}",
-        "quantity": quantity,
-        "unit": unit,
-        "left": "recorded",
-        "right": key.split("/", 1)[-1],
-        "metric": "largest absolute change",
-    }
+def _key(what: str, name: str) -> Key:
+    return Key(f"recorded-{what}", name, "", "")
+
+
+def _about(what: str, name: str, finding: Finding | None, unit: str) -> About:
+    models = f" of {finding.left}~{finding.right}" if finding else ""
+    return About(_key(what, name), unit, f"change of the {what}{models}", "the record")
+
+
+def _run_about(name: str, quantity: str, unit: str) -> About:
+    key = Key("recorded-run", name, quantity, "")
+    return About(key, unit, "largest absolute change", "the record")

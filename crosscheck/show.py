@@ -14,6 +14,7 @@ from analytic.kinematics import stage_geometry
 from analytic.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from analytic.model import PhysicalModel
 from analytic.stability import contact_eigenvalues
+from crosscheck.registry import usable_numbers
 from models.arm import Arm, Joint, Link
 from models.loading import load_arm, load_scenario
 
@@ -33,15 +34,20 @@ UNIT_SUFFIXES = (
 
 
 def show_command(name: str) -> None:
-    """Print an arm. Raises InputError."""
+    """Print an arm, once all of it is worked out. Raises InputError."""
     arm = load_arm(name)
+    with usable_numbers("show", arm):
+        tables = list(_tables(arm))
     print(f"{arm.name}: {arm.title}")
-    console = Console()
+    Console().print(*tables, sep="\n")
+
+
+def _tables(arm: Arm) -> Iterator[Table]:
     for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
-        console.print(_table(f"joint {number}", _given(joint)))
-        console.print(_table(f"joint {number}, derived", _derived_joint(joint)))
-        console.print(_table(f"link {number}", [*_given(link), *_derived_link(link)]))
-    console.print(_table("arm", _derived_arm(arm)))
+        yield _table(f"joint {number}", _given(joint))
+        yield _table(f"joint {number}, derived", _derived_joint(joint))
+        yield _table(f"link {number}", [*_given(link), *_derived_link(link)])
+    yield _table("arm", _derived_arm(arm))
 
 
 def _table(title: str, rows: list[Row] | Iterator[Row]) -> Table:

@@ -3,122 +3,266 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from itertools import product
+from functools import partial
+from itertools import combinations, product
+
+import numpy as np
 
 from crosscheck.checks import invariants, modes, states
-from crosscheck.findings import Finding, failed
-from crosscheck.registry import GEARED, PAPER_FORMS, RIGID_LEVELS, build
+from crosscheck.checks.answers import ABILITIES, CHRISTOFFEL, random_states
+from crosscheck.comparison import Comparison, Results, Unavailable
+from crosscheck.findings import About, Finding, Key, checked, failed
+from crosscheck.registry import GEARED, MODELS, PAPER_FORMS, RIGID_LEVELS, promising
+from crosscheck.tasks import Evaluation
 from models.arm import Arm
-from models.errors import InputError
-from models.interface import STATE_ABILITIES, Model
-from models.loading import load_arm, load_scenario
+from models.interface import STATE_ABILITIES
+from models.loading import Case, load_arm, load_scenario
 from models.scenario import PdDrive, Scenario
 from models.switches import Switches, switches
 
 COUNT, QUICK_COUNT = 200, 20
 # Per switch setting; M and bias know no switch, so they are compared under one setting alone.
 SWITCH_COUNT, SWITCHED = 20, ("generalized_force", "acceleration")
+FORM_QUANTITIES = STATE_ABILITIES
 
 
-@dataclass(frozen=True)
-class StateChecks:
-    """One family of state checks on one arm, as a task: ``geared``, ``rigid`` or ``switches``."""
-
-    family: str
-    arm: Arm
-    quick: bool
-    seed: int
-
-    @property
-    def key(self) -> str:
-        """Unique among tasks."""
-        return f"states/{self.arm.name}/{self.family}"
-
-    @property
-    def cost(self) -> float:
-        """Rough seconds."""
-        return {"geared": 5.0, "switches": 15.0, "rigid": 2.0}[self.family]
-
-    def perform(self) -> list[Finding]:
-        """The Findings."""
-        count = QUICK_COUNT if self.quick else COUNT
-        families = {
-            "geared": lambda: geared_findings(self.arm, count, self.seed),
-            "rigid": lambda: rigid_findings(self.arm, count, self.seed),
-            "switches": lambda: switched_findings(self.arm, self.seed),
-        }
-        return list(families[self.family]())
-
-
-def state_checks(arm: Arm, quick: bool, seed: int) -> list[StateChecks]:
+def state_comparisons(arm: Arm, quick: bool, seed: int) -> list[Comparison]:
     """Everything about one arm that needs no run."""
-    return [StateChecks(family, arm, quick, seed) for family in ("geared", "rigid")]
+    count = QUICK_COUNT if quick else COUNT
+    return [*geared(arm, count, seed), *rigid(arm, count, seed)]
 
 
-def probe_checks(quick: bool, seed: int) -> list[StateChecks]:
+def probe_comparisons(arm: Arm, quick: bool, seed: int) -> list[Comparison]:
     """The same on the arm of unequal numbers, which tells parameters apart; and the switches."""
-    arm = load_arm("probe")
-    families = ("geared", "rigid") if quick else ("geared", "rigid", "switches")
-    return [StateChecks(family, arm, quick, seed) for family in families]
+    probe = load_arm("probe")
+    if arm == probe:
+        return [] if quick else list(switched(probe, seed))
+    if arm.name == probe.name:  # a user's own of that name
+        probe = probe.model_copy(update={"name": "built-in-probe"})
+    own = state_comparisons(probe, quick, seed)
+    return own if quick else [*own, *switched(probe, seed)]
 
 
-def rigid_findings(arm: Arm, count: int, seed: int) -> Iterator[Finding]:
-    """States of the rigid levels, analytic against Pinocchio."""
+def rigid(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
+    """States of the rigid levels, analytic against Pinocchio; each level's own invariants."""
     for level in RIGID_LEVELS:
-        names = (f"analytic:{level}", f"pinocchio:{level}")
-        case = f"{arm.name}/{level}"
-        models, missing = built(case, names, arm, switches())
-        yield from missing
-        if len(models) > 1:
-            yield from states.compare_states(case, models, STATE_ABILITIES, count, seed)
+        models = (f"analytic:{level}", f"pinocchio:{level}")
+        spots = [Spot(f"{arm.name}/{level}", name, _case(arm), count, seed) for name in models]
+        for spot in spots:
+            yield from _own(spot)
+        yield from pairs(spots, STATE_ABILITIES)
 
 
-def switched_findings(arm: Arm, seed: int) -> Iterator[Finding]:
+def switched(arm: Arm, seed: int) -> Iterator[Comparison]:
     """Forces and accelerations of the geared models under every setting of the switches."""
     for chosen in all_switches():
-        case = f"{arm.name}/{_label(chosen)}"
-        models, missing = built(case, GEARED, arm, chosen)
-        yield from missing
-        if len(models) > 1:
-            yield from states.compare_states(case, models, SWITCHED, SWITCH_COUNT, seed)
+        where, case = f"{arm.name}/{_label(chosen)}", Case(arm, unequal_gains(arm), chosen)
+        spots = [Spot(where, name, case, SWITCH_COUNT, seed) for name in GEARED]
+        yield from pairs(spots, SWITCHED)
 
 
-def geared_findings(arm: Arm, count: int, seed: int) -> Iterator[Finding]:
+def geared(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
     """States, balances and modes of the geared models, and what the paper's forms differ by."""
-    case = f"{arm.name}/geared"
-    models, missing = built(case, GEARED, arm, switches())
-    yield from missing
-    if len(models) > 1:
-        yield from states.compare_states(case, models, STATE_ABILITIES, count, seed)
-    yield from invariants.invariants(arm.name, models, count, seed)
-    yield from invariants.constraints(arm.name, models, count, seed)
-    unforced, _ = built(case, GEARED, arm, switches(), load_scenario("constant-torque"))
-    yield from modes.compare_modes(arm.name, unforced)
+    where = f"{arm.name}/geared"
+    spots = [Spot(where, name, _case(arm), count, seed) for name in GEARED]
+    yield from pairs(spots, STATE_ABILITIES)
+    for spot in spots:
+        yield from _own(spot)
+        yield from balances(spot)
+    yield from _closed_joints(spots)
+    yield from mode_comparisons(arm)
     yield from _locked_stages(arm)
-    for model in models[1:]:
-        for form in paper_forms(arm):
-            yield from states.measure_states(
-                case, form, model, ("mass_matrix", "bias", "acceleration"), count, seed
+    if covered_by_paper(arm):
+        yield from _forms(spots[1:])
+
+
+def covered_by_paper(arm: Arm) -> bool:
+    """Whether the paper's forms are about such an arm: two joints with three planets each."""
+    return [joint.planet_count for joint in arm.joints] == [3, 3]
+
+
+class Spot:
+    """A model at random states: the evaluations that comparisons of it ask for."""
+
+    def __init__(self, where: str, model: str, case: Case, count: int, seed: int) -> None:
+        self.where, self.model, self.case = where, model, case
+        self.count, self.seed = count, seed
+
+    def of(self, quantity: str) -> Evaluation:
+        """The evaluation of a quantity."""
+        return Evaluation(self.model, self.case, quantity, self.count, self.seed)
+
+    @property
+    def setting(self) -> states.Setting:
+        """The states themselves."""
+        arm = self.case.arm
+        coordinates = MODELS[self.model].coordinates(len(arm.joints))
+        drawn = random_states(coordinates, arm, self.count, self.seed)
+        return states.Setting(arm, coordinates, drawn)
+
+
+def pairs(spots: Sequence[Spot], quantities: Sequence[str]) -> Iterator[Comparison]:
+    """A comparison per quantity and pair of models; their coordinates are the same."""
+    for quantity in quantities:
+        for left, right in combinations(spots, 2):
+            yield _pair("states", quantity, left, right, states.compare_values)
+
+
+def _forms(spots: Sequence[Spot]) -> Iterator[Comparison]:
+    """How far each of the paper's own forms is from each engine."""
+    for other in spots:
+        for form in PAPER_FORMS:
+            case = Case(other.case.arm, load_scenario("pd"), switches())
+            left = Spot(other.where, form, case, other.count, other.seed)
+            right = Spot(other.where, other.model, case, other.count, other.seed)
+            for quantity in FORM_QUANTITIES:
+                yield _pair("form-states", quantity, left, right, states.measure_values)
+
+
+def _pair(family: str, quantity: str, left: Spot, right: Spot, judge: states.Judge) -> Comparison:
+    key = Key(family, left.where, quantity, left.model, right.model)
+    metric = f"largest relative difference over {left.count} random states"
+    needs = [spot.of(name) for name in ("mass_matrix", quantity) for spot in (left, right)]
+
+    def judged(about: About, results: Results) -> Finding:
+        one, other = (results.need(spot.of(quantity)) for spot in (left, right))
+        masses = (results.found(spot.of("mass_matrix")) for spot in (left, right))
+        sizes = (m[0] for m in masses if m is not None and states.usable(m[0]))
+        return judge(about, one, other, next(sizes, None), left.setting)
+
+    return Comparison(About(key, "1", metric), tuple(dict.fromkeys(needs)), judged)
+
+
+def _own(spot: Spot) -> Iterator[Comparison]:
+    """What one model owes to itself."""
+    mass, bias, symbols = (spot.of(name) for name in ("mass_matrix", "bias", CHRISTOFFEL))
+    over = f"{spot.count} random states"
+
+    def key(quantity: str) -> Key:
+        return Key("invariants", spot.where, quantity, spot.model)
+
+    yield Comparison(
+        About(
+            key("inertia"),
+            "1",
+            f"largest relative asymmetry over {over}; positive definite",
+            "first principles",
+        ),
+        (mass,),
+        lambda about, results: invariants.is_inertia(about, results.need(mass)),
+    )
+    yield Comparison(
+        About(
+            key("bias-from-inertia"),
+            "1",
+            f"largest relative difference over {over}",
+            "Christoffel symbols of its own mass matrix",
+        ),
+        (mass, bias, symbols),
+        lambda about, results: invariants.bias_follows(
+            about, results.need(bias), results.need(symbols), results.need(mass), spot.setting
+        ),
+    )
+    yield _promises(spot)
+
+
+def _promises(spot: Spot) -> Comparison:
+    """A model must say of itself all that the registry says of it: users ask the model."""
+    task, promised = Evaluation(spot.model, spot.case, ABILITIES), MODELS[spot.model].promises
+
+    def judged(about: About, results: Results) -> Finding:
+        lacking = sorted(promised - set(results.need(task).tolist()))
+        if lacking:
+            return failed(about, f"the model does not claim to have {', '.join(lacking)}")
+        return checked(about, measured=0.0, tolerance=0.0, basis="every promised ability is there")
+
+    key = Key("invariants", spot.where, "abilities", spot.model)
+    return Comparison(About(key, "1", "abilities missing", "the registry"), (task,), judged)
+
+
+def balances(spot: Spot) -> Iterator[Comparison]:
+    """Power and angular momentum, from everything that the model says of a state."""
+    needs = tuple(spot.of(quantity) for quantity in STATE_ABILITIES)
+    for name, unit, balance in (
+        ("power", "W", invariants.power),
+        ("angular-momentum-rate", "N m", invariants.angular_momentum),
+    ):
+        key = Key("invariants", spot.where, name, spot.model)
+        metric = f"largest residual over {spot.count} random states"
+        about = About(key, unit, metric, "first principles")
+        yield Comparison(about, needs, partial(_balanced, spot, balance))
+
+
+def _balanced(spot: Spot, balance: invariants.Balance, about: About, results: Results) -> Finding:
+    given = invariants.Answered(*(results.need(spot.of(name)) for name in STATE_ABILITIES))
+    return balance(about, given, spot.setting, spot.case.scenario)
+
+
+def _closed_joints(spots: Sequence[Spot]) -> Iterator[Comparison]:
+    for spot in spots:
+        if "constraint_residual" in MODELS[spot.model].promises:
+            task = spot.of("constraint_residual")
+            key = Key("invariants", spot.where, "constraints", spot.model)
+            metric = f"largest gap, rate or acceleration over its size, {spot.count} random states"
+            yield Comparison(
+                About(key, "1", metric, "closed joints"), (task,), partial(_closed, task)
             )
 
 
-def paper_forms(arm: Arm) -> list[Model]:
-    """The paper's own forms, for arms that they cover."""
-    try:
-        return [build(name, arm, load_scenario("pd")) for name in PAPER_FORMS]
-    except InputError:
-        return []
+def _closed(task: Evaluation, about: About, results: Results) -> Finding:
+    return invariants.constraints(about, results.need(task))
 
 
-def _locked_stages(arm: Arm) -> Iterator[Finding]:
+MODE_METRIC = "largest relative distance of a mode to the nearest of the other model"
+
+
+def mode_comparisons(arm: Arm) -> Iterator[Comparison]:
+    """Mesh modes of every pair of models that have them."""
+    case = Case(arm, load_scenario("constant-torque"), switches())
+    able = promising("mesh_modes", GEARED)
+    for left, right in combinations(able, 2):
+        tasks = tuple(Evaluation(name, case, "mesh_modes") for name in (left, right))
+        key = Key("modes", arm.name, "mesh-mode", left, right)
+        yield Comparison(About(key, "1", MODE_METRIC), tasks, partial(_same_modes, tasks))
+
+
+def _same_modes(tasks: Sequence[Evaluation], about: About, results: Results) -> Finding:
+    given = [_all_modes(task, results) for task in tasks]
+    few, many = sorted(given, key=len)
+    return modes.modes_among(about, few, many)
+
+
+def _all_modes(task: Evaluation, results: Results) -> np.ndarray:
+    """A model's modes. Raises Unavailable if it has lost some."""
+    found, joints = results.need(task), task.case.arm.joints
+    free = MODELS[task.model].free_planets
+    expected = sum(1 + (joint.planet_count if free else 1) for joint in joints)
+    if len(found) != expected:
+        raise Unavailable(f"{task.model}: {len(found)} mesh modes, there must be {expected}")
+    return found
+
+
+def _locked_stages(arm: Arm) -> Iterator[Comparison]:
+    """The modes of each stage, carrier locked, against their closed form."""
     for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
         heavy = link.model_copy(update={"density_kg_per_m3": modes.LOCK * link.density_kg_per_m3})
         one = arm.model_copy(update={"joints": (joint,), "links": (heavy,)})
-        models, _ = built("locked", GEARED, one, switches(), load_scenario("constant-torque"))
-        for model in models:
-            if "mesh_modes" in model.abilities:
-                yield from modes.locked_stage(f"{arm.name}/joint{number}", joint, model)
+        case = Case(one, load_scenario("constant-torque"), switches())
+        for name in promising("mesh_modes", GEARED):
+            task = Evaluation(name, case, "mesh_modes")
+            key = Key("modes", arm.name, "locked-stage", name, joint=number)
+            closed = modes.closed_form_modes(joint)
+            yield Comparison(
+                About(key, "1", MODE_METRIC, "closed form"),
+                (task,),
+                partial(_as_closed_form, task, closed),
+            )
+
+
+def _as_closed_form(
+    task: Evaluation, closed: np.ndarray, about: About, results: Results
+) -> Finding:
+    return modes.modes_among(about, closed, _all_modes(task, results))
 
 
 def all_switches() -> list[Switches]:
@@ -132,22 +276,8 @@ def _label(chosen: Switches) -> str:
     return "-".join((chosen.phase, chosen.ring_rate, chosen.dead_zone, chosen.damping))
 
 
-def built(
-    case: str, names: Sequence[str], arm: Arm, chosen: Switches, scenario: Scenario | None = None
-) -> tuple[list[Model], list[Finding]]:
-    """The models that can be built, and a failed check for each that cannot.
-
-    Without a scenario: PD control with gains that differ from joint to joint.
-    """
-    models: list[Model] = []
-    missing: list[Finding] = []
-    for name in names:
-        try:
-            models.append(build(name, arm, scenario or unequal_gains(arm), chosen))
-        except Exception as error:  # a missing or broken engine fails its checks
-            reason = f"{type(error).__name__}: {error}"
-            missing.append(missing_model(f"states/{case}", name, reason))
-    return models, missing
+def _case(arm: Arm) -> Case:
+    return Case(arm, unequal_gains(arm), switches())
 
 
 def unequal_gains(arm: Arm) -> Scenario:
@@ -160,16 +290,3 @@ def unequal_gains(arm: Arm) -> Scenario:
         derivative_N_m_s_per_rad=tuple(400.0 - 30 * number for number in numbers),
     )
     return load_scenario("pd").model_copy(update={"drive": drive})
-
-
-def missing_model(where: str, model: str, reason: str) -> Finding:
-    """A model that cannot be built or run is a failed check, never a skipped one."""
-    return failed(
-        id=f"{where}/{model}",
-        quantity="model",
-        unit="1",
-        left=model,
-        right=model,
-        metric="the model can be built and run",
-        note=reason,
-    )

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from pathlib import Path
 
-from crosscheck.baseline import baseline_path, read_baseline, write_baseline
-from crosscheck.output import require_writable, write_text
+from crosscheck.baseline import Baseline
+from crosscheck.baseline_file import (
+    baseline_path,
+    read_baseline,
+    require_replaceable,
+    write_baseline,
+)
+from crosscheck.output import require_file, write_text
 from crosscheck.progress import shown_progress
-from crosscheck.reduction import baseline_of, uncompared
+from crosscheck.reduction import baseline_of, uncompared, unrecorded
 from crosscheck.regression import compare
 from crosscheck.report.junit import junit_xml
 from crosscheck.report.moved import print_moved
 from crosscheck.report.terminal import print_agreement
+from crosscheck.report.words import counted, printable
 from crosscheck.run import CrossCheck, cross_check
 from models.arm import Arm
 from models.errors import InputError
@@ -34,20 +42,50 @@ def validate_command(
     return agreement.exit_code
 
 
-def accept_command(arm: str, folder: Path, quick: bool, jobs: int, junit: Path | None) -> None:
-    """Cross-check an arm and record the result, red or not. Raises InputError."""
+def accept_command(
+    arm: str, folder: Path, quick: bool, jobs: int, junit: Path | None, with_red: bool
+) -> int:
+    """Cross-check an arm and record the result; returns the exit code.
+
+    Red checks are recorded only ``with_red``, as known differences. Raises InputError, before
+    anything is run, where another arm's record would be replaced.
+    """
     chosen = load_arm(arm)
     path = baseline_path(folder, chosen, quick)
     _require_files(path, junit)
+    require_replaceable(path, chosen)
     result = _checked(chosen, quick, jobs, seed=0)
-    baseline = baseline_of(result)
-    write_baseline(path, baseline)
+    agreement = result.agreement
     if junit is not None:
-        write_text(junit, junit_xml(result.agreement, f"crosscheck {chosen.name}"))
-    print_agreement(result.agreement)
+        write_text(junit, junit_xml(agreement, f"crosscheck {chosen.name}"))
+    print_agreement(agreement)
+    if not _may_be_recorded(result, with_red):
+        return 1
+    _record(path, baseline_of(result))
+    return 0
+
+
+def _may_be_recorded(result: CrossCheck, with_red: bool) -> bool:
+    """Whether nothing is wrong, or it is wanted as it is; says why not."""
+    red, lost = result.agreement.red, list(unrecorded(result))
+    for line in lost:
+        print(printable(line))
+    if result.agreement.checks and (with_red or not (red or lost)):
+        return True
+    wrong = [counted(len(red), "red check")] + ([counted(len(lost), "lost run")] if lost else [])
+    print(f"{', '.join(wrong)}: nothing recorded (--with-red records known differences)")
+    return False
+
+
+def _record(path: Path, baseline: Baseline) -> None:
+    write_baseline(path, baseline)
     for line in uncompared(baseline):
-        print(line)
-    print(f"wrote {path}: {len(baseline.checks)} verdicts, {len(baseline.runs)} runs")
+        print(printable(line))
+    verdicts, runs = counted(len(baseline.checks), "verdict"), counted(len(baseline.runs), "run")
+    known = counted(len(baseline.known), "known difference")
+    print(
+        f"wrote {printable(str(path))}: {verdicts}, {runs}{f', {known}' if baseline.known else ''}"
+    )
 
 
 def check_command(arm: str, folder: Path, quick: bool, jobs: int, junit: Path | None) -> int:
@@ -56,10 +94,10 @@ def check_command(arm: str, folder: Path, quick: bool, jobs: int, junit: Path | 
     Raises InputError, before anything is run, for a record that cannot be held against this.
     """
     chosen = load_arm(arm)
-    _require_files(junit)
     path = baseline_path(folder, chosen, quick)
-    baseline = read_baseline(path, chosen, _renewal(arm, folder, quick))
-    agreement = compare(baseline, _checked(chosen, quick, jobs, baseline.seed))
+    _require_files(junit, apart_from=path)
+    baseline = read_baseline(path, chosen, quick, _renewal(arm, folder, quick))
+    agreement = compare(baseline, _checked(chosen, quick, jobs, baseline.provenance.seed))
     if junit is not None:
         write_text(junit, junit_xml(agreement, f"baseline {chosen.name}"))
     print_moved(agreement)
@@ -78,10 +116,11 @@ def _checked(arm: Arm, quick: bool, jobs: int, seed: int) -> CrossCheck:
         return cross_check(arm, quick=quick, jobs=jobs, seed=seed, told=told)
 
 
-def _require_files(*paths: Path | None) -> None:
-    """Raise InputError unless each can be written: before the work, not after it."""
-    for path in paths:
-        if path is not None and path.is_dir():
-            raise InputError(str(path), "", None, "is a folder; a file name is expected")
-        if path is not None:
-            require_writable(path.parent)
+def _require_files(*paths: Path | None, apart_from: Path | None = None) -> None:
+    """Raise InputError unless each can be written and is a file of its own: before the work."""
+    taken = set() if apart_from is None else {os.path.realpath(apart_from)}
+    for path in filter(None, paths):
+        target = require_file(path)
+        if os.path.realpath(target) in taken:
+            raise InputError(str(path), "", None, "is in use for two things; name another file")
+        taken.add(os.path.realpath(target))

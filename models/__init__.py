@@ -2,6 +2,6 @@
 
 from pathlib import Path
 
-from models.compiled import drop_outdated
+from models.compiled import settle
 
-drop_outdated(Path(__file__).parent.parent)
+settle(Path(__file__).parent.parent)

@@ -1,29 +1,68 @@
-"""Compiled functions that numba keeps on disk must follow the code.
+"""Where numba keeps what it compiled, and that it follows the code.
 
 numba compiles a function anew when the file that it stands in changes, but not when a function
-that it calls does, in another file.
+that it calls does, in another file. It keeps the result beside the source, and refuses to work
+where it cannot keep it anywhere.
 """
 
 from __future__ import annotations
 
+import hashlib
+import os
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
+from models.places import own_folder, usable
+
 PACKAGES = ("models", "analytic", "crosscheck")
+VARIABLE = "NUMBA_CACHE_DIR"
+
+
+def settle(root: Path) -> None:
+    """Give numba a folder if it has none, and drop what is out of date; before any kernel."""
+    folders = _source_folders(root)
+    chosen = os.environ.get(VARIABLE)
+    beside = [folder / "__pycache__" for folder in folders]
+    if not (chosen and usable(Path(chosen))) and not all(map(usable, beside)):
+        with suppress(OSError):  # no folder anywhere: numba says so
+            _tell_numba(own_folder() / "compiled")
+    drop_outdated(root)
 
 
 def drop_outdated(root: Path) -> None:
     """Remove what was compiled before the last change of any source file of the packages."""
-    folders = [root / package for package in PACKAGES]
-    sources = [path for folder in folders for path in folder.rglob("*.py")]
-    changed = max((path.stat().st_mtime_ns for path in sources), default=0)
+    folders = _source_folders(root)
+    changed = max(
+        (path.stat().st_mtime_ns for folder in folders for path in folder.glob("*.py")), default=0
+    )
+    for kept in _compiled(folders):
+        _remove_older(kept, changed)
+
+
+def _source_folders(root: Path) -> set[Path]:
+    return {path.parent for package in PACKAGES for path in (root / package).rglob("*.py")}
+
+
+def _tell_numba(folder: Path) -> None:
+    os.environ[VARIABLE] = str(folder)
+    if "numba" in sys.modules:  # it reads the environment once
+        sys.modules["numba"].config.CACHE_DIR = str(folder)
+
+
+def _compiled(folders: Iterable[Path]) -> Iterator[Path]:
+    """All that is kept of these folders' functions: beside them, or where numba was told to."""
+    chosen = os.environ.get(VARIABLE)
     for folder in folders:
-        for kept in folder.rglob("__pycache__/*.nb[ci]"):
-            _remove_older(kept, changed)
+        yield from (folder / "__pycache__").glob("*.nb[ci]")
+        if chosen:
+            # numba's own name for a folder of sources
+            name = f"{folder.name}_{hashlib.sha1(str(folder).encode()).hexdigest()}"
+            yield from (Path(chosen) / name).glob("*.nb[ci]")
 
 
 def _remove_older(kept: Path, changed_ns: int) -> None:
-    try:
+    with suppress(OSError):  # another process was faster, or the folder is not ours to change
         if kept.stat().st_mtime_ns < changed_ns:
             kept.unlink()
-    except OSError:  # another process was faster, or the folder is not ours to change
-        pass

@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+
+LONGEST_LINE = 400
+PROGRAM = "crosscheck: "  # what every error line begins with
+GAP = "..."
+
 
 class InputError(ValueError):
     """Something the user gave cannot be used.
 
-    ``str(error)`` is one line naming where (file or option), the field, the value and what is
-    allowed.
+    ``str(error)`` is one printable line naming where (file or option), the field, the value and
+    what is allowed; whatever of them is too long is cut in its middle.
     """
 
     def __init__(self, where: str, field: str, value: object, allowed: str) -> None:
         self.where, self.field, self.value, self.allowed = where, field, value, allowed
-        named = f"{where}: {field}" if field else where
-        shown = "" if value is None else f" = {_short(value)}"
-        super().__init__(f"{named}{shown}: {allowed}")
+        shown = "" if value is None else f" = {_shown(value)}"
+        parts = [where or "''", f": {field}" if field else "", shown, f": {allowed}"]
+        whole = [_printable(_cut(part, LONGEST_LINE)) for part in parts]
+        super().__init__("".join(_fitted(whole, LONGEST_LINE - len(PROGRAM))))
+
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, str, object, str]]:
+        """So that it can be sent from one process to another."""
+        return InputError, (self.where, self.field, self.value, self.allowed)
 
 
 class Diverged(ArithmeticError):
@@ -24,11 +36,48 @@ class Diverged(ArithmeticError):
         self.model, self.time_s = model, time_s
         super().__init__(f"{model}: diverged at t = {time_s:.6g} s")
 
+    def __reduce__(self) -> tuple[type[Diverged], tuple[str, float]]:
+        """So that it can be sent from one process to another."""
+        return Diverged, (self.model, self.time_s)
+
+
+class Unfinished(RuntimeError):
+    """A simulation came to no end: its process died or hung, or it raised."""
+
 
 class CannotDo(NotImplementedError):
     """A model was asked for something outside its abilities."""
 
 
-def _short(value: object, limit: int = 200) -> str:
-    text = repr(value).replace("\n", " ")
-    return text if len(text) <= limit else text[: limit - 3] + "..."
+def one_line(text: str) -> str:
+    """A text as one line of at most 400 characters, without anything that cannot be printed."""
+    return _cut(_printable(re.sub(r"\s*[\r\n]\s*", " ", text.strip())), LONGEST_LINE)
+
+
+def _printable(text: str) -> str:
+    """The text with line breaks, control characters and the like as escapes."""
+    return "".join(
+        c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text
+    )
+
+
+def _fitted(parts: Sequence[str], total: int) -> list[str]:
+    """The parts, the longest of them cut until all together have at most so many characters."""
+    longest = max(map(len, parts))
+    while sum(min(len(part), longest) for part in parts) > total:
+        longest -= 1
+    return [_cut(part, longest) for part in parts]
+
+
+def _cut(text: str, length: int) -> str:
+    if len(text) <= length:
+        return text
+    tail = (length - len(GAP)) // 2
+    return text[: length - len(GAP) - tail] + GAP + text[len(text) - tail :]
+
+
+def _shown(value: object) -> str:
+    try:
+        return repr(value)
+    except (ValueError, RecursionError):  # an integer of thousands of digits, a bottomless list
+        return f"<{type(value).__name__} too long to show>"

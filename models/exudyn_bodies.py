@@ -22,7 +22,7 @@ from models.exudyn_poses import GROUND, PoseMap, Stage, bodies_of, ring_seat, st
 from models.interface import STATE_ABILITIES, Model, gear_coordinates, require_finite
 from models.scenario import Scenario, per_joint
 from models.switches import Switches
-from models.trajectory import trajectory
+from models.trajectory import recorded_times, trajectory
 
 STANDS = (0.0, 0.0, 0.0)  # pose and velocity of the ground
 
@@ -200,7 +200,7 @@ class ExudynBodies(Model):
         first recorded time with a value that is not finite, or where the solver gave up.
         """
         run, (q, v) = self.scenario, self.start()
-        time = run.step_s * np.arange(0, run.steps + 1, run.stride)
+        time = recorded_times(run)
         pose, velocity = self.poses.pose(q), self.poses.velocity(q, v)
         states = self.driven.run(pose, velocity, run.steps, run.step_s, run.stride)
         require_finite(self.name, time[: len(states)], states)
@@ -235,15 +235,17 @@ class ExudynBodies(Model):
             torque=self._torques(time, theta, theta_dot),
             x_sp=read[0, 0],
             x_pr=read[1, 0],
+            x_sp_dot=read[0, 2],
+            x_pr_dot=read[1, 2],
             F_sp=read[0, 1],
             F_pr=read[1, 1],
             kinetic_energy=energy,
         )
 
     def _readings(self, time: np.ndarray, pose: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """What the meshes saw: by side, (x [m], spring force [N]), time, joint and planet."""
+        """What the meshes saw: by side, (x [m], spring [N], x' [m/s]), time, joint and planet."""
         planets = max(len(stage.planets) for stage in self.stages)
-        read = np.full((2, 2, len(time), len(self.stages), planets), np.nan)
+        read = np.full((2, 3, len(time), len(self.stages), planets), np.nan)
         for joint, sides in enumerate(self.meshes):
             for side, toothed in enumerate(sides):
                 for planet, (mesh, bodies) in enumerate(toothed):

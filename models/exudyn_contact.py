@@ -243,10 +243,11 @@ push_bodies = mesh_forces.compile(
 
 @njit(cache=True)
 def readings(mesh: Mesh, t: np.ndarray, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
-    """x [m] and spring force [N], shape (2, times), along t (times,), q and q_t (times, ...)."""
-    read = np.empty((2, len(t)))
+    """x [m], spring force [N] and x' [m/s], shape (3, times), along t, q and q_t (times, ...)."""
+    read = np.empty((3, len(t)))
     for row in range(len(t)):
         contact = look(mesh, t[row], q[row], q_t[row])
         read[0, row] = contact.x
         read[1, row] = elastic_force(mesh, contact)
+        read[2, row] = contact.x_dot
     return read

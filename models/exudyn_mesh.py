@@ -284,7 +284,10 @@ def add_meshes(
 
 
 def deflection(law: MeshLaw, stage: Stage, q: np.ndarray, with_sun: bool) -> np.ndarray:
-    """x [m] of a stage's meshes with sun or ring, shape (times, planets), from (times, bodies)."""
+    """x [m] of a stage's meshes with sun or ring, shape (times, planets), from (times, bodies).
+
+    Linear: angles give displacements, and their rates the displacements' rates.
+    """
     wheel = q[:, stage.sun] if with_sun else 0.0
     turn = law.wheel_radius * (wheel - q[:, stage.link])
     return turn[:, None] + law.planet_radius * q[:, list(stage.planets)]

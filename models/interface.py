@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from abc import ABC
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-import xarray as xr
 
 from models.arm import Arm
 from models.errors import CannotDo, Diverged
 from models.loading import require_fit
 from models.scenario import Scenario
 from models.switches import Switches, switches
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 STATE_ABILITIES = ("mass_matrix", "bias", "generalized_force", "acceleration")
 MESH_NAMES = ("x_sp", "x_pr")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import copy
 import difflib
+import re
+import stat
 import tomllib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -20,6 +21,15 @@ from models.switches import Switches
 Record = TypeVar("Record", bound=BaseModel)
 HERE = Path(__file__).parent
 SECTIONS = ("arm", "scenario", "switches")
+LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes as many
+DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
+UNION_TAGS = {"constant", "pd", "sinusoid", "table", "number", "list"}  # of the schema's unions
+EXPECTED = {
+    "model_type": "must be a table",
+    "model_attributes_type": "must be a table",
+    "tuple_type": "must be a list",
+    "union_tag_not_found": "must be a table with a kind",
+}
 
 
 class Case(NamedTuple):
@@ -98,32 +108,62 @@ def _stems(folder: str) -> tuple[str, ...]:
 def _read(name: str, folder: str) -> dict[str, Any]:
     """The raw TOML of a built-in name, else of a file."""
     if name in _stems(folder):
-        return _parse(HERE / folder / f"{name}.toml", name)
-    path = Path(name)
-    if not path.exists():
-        known = ", ".join(_stems(folder))
-        raise InputError(name, "", None, f"no such file, nor built-in name ({known})")
-    return _parse(path, name)
-
-
-def _parse(path: Path, where: str) -> dict[str, Any]:
+        return _parse((HERE / folder / f"{name}.toml").read_bytes(), name)
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "not UTF-8 text"
-        raise InputError(where, "", None, f"cannot be read: {reason}") from None
+        content = _content(Path(name))
+    except (FileNotFoundError, NotADirectoryError):
+        known = ", ".join(_stems(folder))
+        raise InputError(name, "", None, f"no such file, nor built-in name ({known})") from None
+    except OSError as error:
+        raise InputError(name, "", None, f"cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(name, "", None, f"cannot be read: {error}") from None
+    return _parse(content, name)
+
+
+def _content(path: Path) -> bytes:
+    """What a file holds. Raises OSError, and ValueError for what no arm or scenario is."""
+    if not stat.S_ISREG(path.stat().st_mode):  # a pipe or a device may never end
+        raise ValueError("not a regular file")
+    with path.open("rb") as file:
+        content = file.read(LARGEST_FILE + 1)
+    if len(content) > LARGEST_FILE:
+        raise ValueError(f"more than {LARGEST_FILE // 1_000_000} MB")
+    return content
+
+
+def _parse(content: bytes, where: str) -> dict[str, Any]:
+    try:
+        text = content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise InputError(where, "", None, "cannot be read: not UTF-8 text") from None
     if not text.strip():
         raise InputError(where, "", None, "is empty; a TOML file is expected")
     try:
+        return _toml(text)
+    except ValueError as error:
+        raise InputError(where, "", None, f"is not TOML: {error}") from None
+
+
+def _toml(text: str) -> dict[str, Any]:
+    """Parsed TOML. Raises ValueError, also for what would take too long or go too deep."""
+    words = re.split(r"[\n,={}\[\]]", text.replace(" ", "").replace("\t", ""))
+    if any(word.count(".") > DEEPEST_KEY and ".." not in word for word in words):
+        raise ValueError(f"a key of more than {DEEPEST_KEY} parts")
+    try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(where, "", None, f"is not TOML: {_one_line(str(error))}") from None
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError:
+        raise ValueError("a number of too many digits") from None
 
 
 def _apply(data: dict[str, Any], setting: str) -> None:
     path, equals, text = setting.partition("=")
     keys = path.strip().split(".")
-    if not equals or len(keys) < 2 or keys[0] not in SECTIONS:
+    if not equals or len(keys) < 2 or keys[0] not in SECTIONS or not all(keys):
         raise InputError(
             "--set", setting, None, f"must be path=value, path beginning with {', '.join(SECTIONS)}"
         )
@@ -135,7 +175,7 @@ def _apply(data: dict[str, Any], setting: str) -> None:
             for child in _children(target, key, ".".join(keys[: depth + 1]))
         ]
     for target in targets:
-        _assign(target, keys[-1], _value(text), path)
+        _assign(target, keys[-1], text.strip(), path)
 
 
 def _children(target: Any, key: str, path: str) -> Iterable[Any]:
@@ -146,12 +186,12 @@ def _children(target: Any, key: str, path: str) -> Iterable[Any]:
     return [target[key]]
 
 
-def _assign(target: Any, key: str, value: Any, path: str) -> None:
+def _assign(target: Any, key: str, text: str, path: str) -> None:
     if isinstance(target, list):
         for index in _indices(target, key, path):
-            target[index] = copy.deepcopy(value)
+            target[index] = _value(text)
     elif isinstance(target, dict):
-        target[key] = value
+        target[key] = _value(text)
     else:
         raise InputError("--set", path, None, "no such entry")
 
@@ -159,7 +199,7 @@ def _assign(target: Any, key: str, value: Any, path: str) -> None:
 def _indices(target: list[Any], key: str, path: str) -> Sequence[int]:
     if key == "*":
         return range(len(target))
-    if not key.isdecimal() or int(key) >= len(target):
+    if not re.fullmatch("[0-9]{1,9}", key) or int(key) >= len(target):
         raise InputError("--set", path, None, f"index must be * or 0 to {len(target) - 1}")
     return [int(key)]
 
@@ -167,12 +207,13 @@ def _indices(target: list[Any], key: str, path: str) -> Sequence[int]:
 def _value(text: str) -> Any:
     """A TOML value, or the bare text where it is none (so that names need no quotes)."""
     try:
-        return tomllib.loads(f"value = {text.strip()}")["value"]
-    except (tomllib.TOMLDecodeError, KeyError):
-        return text.strip()
+        (value,) = _toml(f"value = {text}").values()
+    except ValueError:
+        return text
+    return value
 
 
-def _validated(record: type[Record], data: dict[str, Any], where: str) -> Record:
+def _validated(record: type[Record], data: object, where: str) -> Record:
     try:
         return record.model_validate(data)
     except ValidationError as error:
@@ -182,24 +223,26 @@ def _validated(record: type[Record], data: dict[str, Any], where: str) -> Record
 
 
 def _input_error(record: type[BaseModel], details: ErrorDetails, where: str) -> InputError:
-    location = [part for part in details["loc"] if not _is_union_tag(part)]
+    location = [part for part in details["loc"] if part not in UNION_TAGS]
     value: object = details["input"]
     if details["type"] == "value_error":
         field, _, allowed = str(details["ctx"]["error"]).partition("|")
-        value = value.get(field) if isinstance(value, dict) else None
-        return InputError(where, _dotted([*location, field]), value, allowed)
+        return InputError(where, _dotted([*location, field]), _entry(value, field), allowed)
     if details["type"] == "extra_forbidden":
+        *above, key = details["loc"]  # the user's own key, whatever it is called
+        location = [*(part for part in above if part not in UNION_TAGS), key]
         return InputError(where, _dotted(location), value, _unknown_key(record, location))
     if details["type"] == "missing":
         return InputError(where, _dotted(location), None, "is missing; a value is required")
-    return InputError(where, _dotted(location), value, _one_line(details["msg"]))
+    allowed = EXPECTED.get(details["type"], details["msg"])
+    return InputError(where, _dotted(location), value, allowed)
 
 
-def _is_union_tag(part: object) -> bool:
-    return isinstance(part, str) and (
-        part in {"constant", "pd", "sinusoid", "table", "float"}
-        or part.startswith(("tuple[", "fun"))
-    )
+def _entry(value: Any, dotted: str) -> Any:
+    """What stands at a dotted path in nested tables, None if nothing does."""
+    for key in dotted.split("."):
+        value = value.get(key) if isinstance(value, dict) else None
+    return value
 
 
 def _unknown_key(record: type[BaseModel], location: list[Any]) -> str:
@@ -226,7 +269,3 @@ def _dotted(location: Sequence[Any]) -> str:
     for part in location:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
     return text
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split())

@@ -20,7 +20,7 @@ from models.errors import Diverged
 from models.interface import STATE_ABILITIES, require_finite
 from models.pinocchio_rigid import PinocchioCoupled
 from models.scenario import Scenario, per_joint
-from models.trajectory import trajectory
+from models.trajectory import recorded_times, trajectory
 
 # Of DOP853: keeps the momenta of the paper's runs, of order 100 N s and N m s, to 1e-6.
 RELATIVE_TOLERANCE = 1e-9
@@ -71,7 +71,7 @@ class PinocchioFloating(PinocchioCoupled):
         Returns theta, theta_dot, theta_ddot, torque, and in the inertial frame: base (time, 3)
         [m, m, rad] and momentum (time, 3) [N s, N s, N m s], angular about the frame's origin.
         """
-        time = np.arange(0, self.scenario.steps + 1, self.scenario.stride) * self.scenario.step_s
+        time = recorded_times(self.scenario)
         q, v = self._run(time)
         states = list(zip(time, q, v, strict=True))
         run = trajectory(

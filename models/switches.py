@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import model_validator
 
-from models.arm import Data
+from models.quantities import Data
 
 
 class Switches(Data):

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import io
 import json
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,7 @@ import xarray as xr
 
 from models.errors import InputError
 from models.interface import Model
+from models.scenario import Scenario
 
 SCHEMA_VERSION = 1
 _ABOUT = {
@@ -21,6 +21,8 @@ _ABOUT = {
     "torque": ("N m", "driving torque, output side"),
     "x_sp": ("m", "displacement of the sun-planet mesh along the line of action"),
     "x_pr": ("m", "displacement of the planet-ring mesh along the line of action"),
+    "x_sp_dot": ("m s-1", "rate of x_sp"),
+    "x_pr_dot": ("m s-1", "rate of x_pr"),
     "F_sp": ("N", "elastic force of the sun-planet mesh, per planet, without damper"),
     "F_pr": ("N", "elastic force of the planet-ring mesh, per planet, without damper"),
     "kinetic_energy": ("J", "kinetic energy of all bodies"),
@@ -34,8 +36,8 @@ def trajectory(model: Model, time: np.ndarray, **variables: np.ndarray) -> xr.Da
     """The Dataset of a run of ``model``.
 
     time (times,) [s]. Variables, by the names in this module: theta, theta_dot, theta_ddot and
-    torque of shape (times, joints); x_sp, x_pr, F_sp, F_pr of shape (times, joints, planets);
-    kinetic_energy, work and work_turned_over of shape (times,).
+    torque of shape (times, joints); x_sp, x_pr, x_sp_dot, x_pr_dot, F_sp and F_pr of shape (times,
+    joints, planets); kinetic_energy, work and work_turned_over of shape (times,).
     """
     joints = len(model.arm.joints)
     data = {
@@ -49,6 +51,11 @@ def trajectory(model: Model, time: np.ndarray, **variables: np.ndarray) -> xr.Da
     if planets:
         coords["planet"] = ("planet", np.arange(1, planets + 1), {"long_name": "planet number"})
     return xr.Dataset(data, coords, attrs=_provenance(model))
+
+
+def recorded_times(scenario: Scenario) -> np.ndarray:
+    """Times [s] at which every run of a scenario is recorded, first and last step among them."""
+    return scenario.step_s * np.arange(0, scenario.steps + 1, scenario.stride)
 
 
 def _attributes(name: str) -> dict[str, str]:
@@ -68,29 +75,27 @@ def _provenance(model: Model) -> dict[str, object]:
     }
 
 
-def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
-    """Write compressed NetCDF; the file appears whole or not at all. Raises InputError."""
-    try:
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".nc")
-        os.close(handle)
-    except OSError as error:
-        raise InputError(str(path), "", None, f"cannot be written: {error.strerror}") from None
-    try:
-        packed = {name: {"zlib": True, "complevel": 4} for name in dataset.data_vars}
-        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise InputError(str(path), "", None, f"cannot be written: {error.strerror}") from None
-    finally:
-        Path(temporary).unlink(missing_ok=True)
+def netcdf(dataset: xr.Dataset) -> bytes:
+    """The content of a compressed NetCDF file.
+
+    Made in memory: HDF5 does not survive a disk that becomes full.
+    """
+    packed = {name: {"zlib": True, "complevel": 4} for name in dataset.data_vars}
+    content = io.BytesIO()
+    dataset.to_netcdf(content, engine="h5netcdf", encoding=packed)
+    return content.getvalue()
 
 
 def read_netcdf(path: Path) -> xr.Dataset:
     """Read a trajectory wholly into memory. Raises InputError."""
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            return dataset.load()
+        return from_netcdf(path.read_bytes())
     except (OSError, ValueError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(str(path), "", None, f"is not a readable trajectory: {reason}") from None
+
+
+def from_netcdf(content: bytes) -> xr.Dataset:
+    """The trajectory in the content of a NetCDF file, wholly in memory."""
+    with xr.open_dataset(io.BytesIO(content), engine="h5netcdf") as dataset:
+        return dataset.load()

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import xarray as xr
 
 from crosscheck.checks.trajectories import largest_difference
-from crosscheck.findings import Finding, checked, measured_only
+from crosscheck.findings import About, Finding, checked, measured_only
 
 # Three grids in their asymptotic range give the order to a few per cent of one.
 ORDER_TOLERANCE = 0.2
@@ -23,31 +22,29 @@ def observed_order(runs: Sequence[xr.Dataset], quantity: str) -> float:
     return math.log2(first / second) if first > 0 and second > 0 else math.nan
 
 
-def order(case: str, runs: Sequence[xr.Dataset], formal: int, smooth: bool) -> Iterator[Finding]:
-    """In smooth motion the formal order must show; through impacts it is measured."""
-    name = runs[0].attrs["model"]
+def formal_order(about: About, runs: Sequence[xr.Dataset], formal: int) -> Finding:
+    """In smooth motion the formal order must show."""
     observed = observed_order(runs, "x_sp")
-    fields: dict[str, Any] = {
-        "id": f"order/{case}/{name}",
-        "quantity": "order of convergence",
-        "unit": "1",
-        "left": name,
-        "right": f"formal order {formal}",
-    }
-    if not smooth:
-        yield measured_only(
-            measured=observed,
-            basis="",
-            metric="observed order in x_sp from steps h, h/2, h/4",
-            note="the dead zone's kink leaves less than the formal order",
-            **fields,
-        )
-        return
-    yield checked(
+    return checked(
+        about,
         measured=abs(observed - formal),
         tolerance=ORDER_TOLERANCE,
         basis="three grids in the asymptotic range",
-        metric="distance of the observed order in x_sp from the formal one",
         note=f"observed order {observed:.3f} from steps h, h/2, h/4",
-        **fields,
+    )
+
+
+def order_through_impacts(about: About, runs: Sequence[xr.Dataset]) -> Finding:
+    """Through impacts the order is measured."""
+    note = "the dead zone's kink leaves less than the formal order"
+    return measured_only(about, measured=observed_order(runs, "x_sp"), note=note)
+
+
+def stable_step(about: About, step_s: float, limit_s: float) -> Finding:
+    """The largest step that a plan takes with a model against the model's own limit."""
+    return checked(
+        about,
+        measured=step_s / limit_s,
+        tolerance=1.0,
+        basis=f"steps of {step_s:.3g} s, at most {limit_s:.3g} s are stable",
     )

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from crosscheck.findings import Finding, checked, measured_only
+from crosscheck.findings import About, Finding, checked, measured_only
 from models.arm import Arm
 
 UNITS = {
@@ -57,15 +56,27 @@ MEANINGFUL = {
 SAFETY = 3.0
 
 
+class Incomparable(ValueError):
+    """Two runs that are not of the same times, joints and planets."""
+
+
 def largest_difference(one: xr.Dataset, other: xr.Dataset, quantity: str) -> float:
     """max over time, joints and planets of |one - other|, in the quantity's unit.
 
-    Runs recorded on different grids are compared at the times that both have; nan if one run has
-    a value where the other has none.
+    Raises Incomparable unless both runs have the quantity at the very same times, joints and
+    planets.
     """
-    left, right = xr.align(_on_grid(one[quantity]), _on_grid(other[quantity]), join="inner")
-    if left.sizes["time"] < 2 or bool((left.isnull() != right.isnull()).any()):
-        return np.nan
+    for side in (one, other):
+        if quantity not in side:
+            raise Incomparable(f"the run of {side.attrs.get('model')} has no {quantity}")
+    left, right = _on_grid(one[quantity]), _on_grid(other[quantity])
+    if left.dims != right.dims:
+        raise Incomparable(f"{quantity} is over {left.dims} in one run, {right.dims} in the other")
+    for name in left.dims:
+        if not np.array_equal(left[name].values, right[name].values):
+            raise Incomparable(f"the runs have {quantity} at other values of {name}")
+    if bool((left.isnull() != right.isnull()).any()):
+        raise Incomparable(f"{quantity} has values in one run where the other has none")
     return float(np.abs(left - right).max())
 
 
@@ -84,17 +95,23 @@ def uncertainty(fine: xr.Dataset, coarse: xr.Dataset, quantity: str) -> float:
     return SAFETY * largest_difference(fine, coarse, quantity)
 
 
-def same_step(case: str, left: xr.Dataset, right: xr.Dataset) -> Iterator[Finding]:
+def same_step(about: About, left: xr.Dataset, right: xr.Dataset) -> Finding:
     """Two models through the same integrator and step, over the whole run."""
-    for quantity, limit in SAME_STEP.items():
-        yield _difference(f"same-step/{case}", left, right, quantity, limit)
+    quantity = about.key.quantity
+    limit = SAME_STEP[quantity]
+    measured = largest_difference(left, right, quantity)
+    return checked(
+        about,
+        measured=measured,
+        tolerance=limit.value,
+        basis=limit.basis,
+        relative=_relative(measured, left, quantity),
+    )
 
 
-def at_time(case: str, left: xr.Dataset, right: xr.Dataset, time_s: float) -> Iterator[Finding]:
+def at_time(about: About, left: xr.Dataset, right: xr.Dataset, time_s: float) -> Finding:
     """The same comparison at one instant."""
-    here, there = (_at(run, time_s) for run in (left, right))
-    for quantity, limit in SAME_STEP.items():
-        yield _difference(f"at-{time_s:g}-s/{case}", here, there, quantity, limit)
+    return same_step(about, _at(left, time_s), _at(right, time_s))
 
 
 def _at(run: xr.Dataset, time_s: float) -> xr.Dataset:
@@ -103,84 +120,66 @@ def _at(run: xr.Dataset, time_s: float) -> xr.Dataset:
     return run.isel(time=slice(max(index - 1, 0), index + 1))
 
 
-def _difference(
-    case: str, left: xr.Dataset, right: xr.Dataset, quantity: str, limit: Limit
-) -> Finding:
-    measured = largest_difference(left, right, quantity)
-    return checked(
-        measured=measured,
-        tolerance=limit.value,
-        basis=limit.basis,
-        relative=_relative(measured, left, quantity),
-        metric="largest absolute difference",
-        **_fields(case, left, right, quantity),
-    )
-
-
 def refined(
-    case: str,
-    left: tuple[xr.Dataset, xr.Dataset],
-    right: tuple[xr.Dataset, xr.Dataset],
-    quantities: tuple[str, ...] = ("theta", "x_sp", "x_pr"),
-) -> Iterator[Finding]:
+    about: About, left: tuple[xr.Dataset, xr.Dataset], right: tuple[xr.Dataset, xr.Dataset]
+) -> Finding:
     """Each side's own best run against the other's; (fine, coarse) give its uncertainty."""
-    for quantity in quantities:
-        own = [uncertainty(*side, quantity) for side in (left, right)]
-        combined = float(np.hypot(own[0], own[1]))
-        meaningful = MEANINGFUL[quantity]
-        measured = largest_difference(left[0], right[0], quantity)
-        yield checked(
-            measured=measured,
-            tolerance=combined,
-            resolved=combined <= meaningful.value,
-            basis=(
-                f"combined uncertainty by step refinement, {own[0]:.2g} and {own[1]:.2g};"
-                f" means something below {meaningful.value:g}, {meaningful.basis}"
-            ),
-            relative=_relative(measured, left[0], quantity),
-            metric="largest absolute difference",
-            **_fields(f"refined/{case}", left[0], right[0], quantity),
-        )
-
-
-def sensitivity(case: str, run: xr.Dataset, nudged: xr.Dataset) -> Iterator[Finding]:
-    """How far a run moves when its start is changed in the last place."""
-    for quantity in ("theta", "x_sp"):
-        measured = largest_difference(run, nudged, quantity)
-        yield measured_only(
-            measured=measured,
-            basis="start changed by one unit in the last place of x_sp1",
-            relative=_relative(measured, run, quantity),
-            metric="largest absolute difference",
-            **_fields(f"one-ulp/{case}", run, nudged, quantity),
-        )
-
-
-def deviation(case: str, rigid: xr.Dataset, geared: xr.Dataset, arm: Arm) -> Iterator[Finding]:
-    """How far a rigid arm is from the geared one: joint by joint, and at the tip."""
-    tips = [run.assign(tip=tip_position(run, arm)) for run in (rigid, geared)]
-    yield _deviation(f"deviation/{case}", tips[0], tips[1], "tip")
-    for joint in rigid["joint"].values:
-        one, other = (run.sel(joint=[joint]) for run in (rigid, geared))
-        for quantity in ("theta", "theta_dot"):
-            yield _deviation(f"deviation/{case}/joint{joint}", one, other, quantity)
-
-
-def form_deviation(case: str, form: xr.Dataset, engine: xr.Dataset) -> Iterator[Finding]:
-    """How far a form of the equations that is not trusted is from an engine."""
-    for quantity in ("theta", "x_sp", "F_sp", "F_pr"):
-        yield _deviation(f"form/{case}", form, engine, quantity)
-
-
-def _deviation(case: str, rigid: xr.Dataset, geared: xr.Dataset, quantity: str) -> Finding:
-    measured = largest_difference(rigid, geared, quantity)
-    return measured_only(
+    quantity = about.key.quantity
+    own = [uncertainty(*side, quantity) for side in (left, right)]
+    rounding = max(rounding_of(side[0], quantity) for side in (left, right))
+    combined = float(np.hypot(own[0], own[1]))
+    meaningful = MEANINGFUL[quantity]
+    measured = largest_difference(left[0], right[0], quantity)
+    return checked(
+        about,
         measured=measured,
-        basis="",
-        relative=_relative(measured, geared, quantity),
-        metric="largest absolute difference",
-        **_fields(case, rigid, geared, quantity),
+        tolerance=combined + rounding,
+        resolved=combined <= meaningful.value,
+        basis=(
+            f"combined uncertainty by step refinement, {own[0]:.2g} and {own[1]:.2g}, and rounding,"
+            f" {rounding:.1g}; means something below {meaningful.value:g}, {meaningful.basis}"
+        ),
+        relative=_relative(measured, left[0], quantity),
     )
+
+
+def rounding_of(run: xr.Dataset, quantity: str) -> float:
+    """What rounding alone makes of a quantity: half an ulp a step, added up at random.
+
+    Every step rounds the state that it adds to; over N steps that is sqrt(N) roundings of its
+    size. No refinement can measure less.
+    """
+    steps = max(float(run["time"][-1]) / float(run.attrs["step_s"]), 1.0)
+    return float(np.finfo(float).eps * size(run, quantity) * np.sqrt(steps))
+
+
+def sensitivity(about: About, run: xr.Dataset, nudged: xr.Dataset) -> Finding:
+    """How far a run moves when its start is changed in the last place."""
+    return _measured(about, run, nudged, "start changed by one unit in the last place of x_sp1")
+
+
+def deviation(about: About, left: xr.Dataset, right: xr.Dataset) -> Finding:
+    """How far two runs are apart that nobody expects to agree; of one joint, where one is named.
+
+    Relative to the size of the quantity in the right run.
+    """
+    joint = about.key.joint
+    if joint is not None:
+        left, right = (run.sel(joint=[joint]) for run in (left, right))
+    return _measured(about, right, left, "")
+
+
+def tip_deviation(about: About, left: xr.Dataset, right: xr.Dataset, arm: Arm) -> Finding:
+    """The same for the tip."""
+    one, other = (run.assign(tip=tip_position(run, arm)) for run in (left, right))
+    return deviation(about, one, other)
+
+
+def _measured(about: About, run: xr.Dataset, other: xr.Dataset, basis: str) -> Finding:
+    quantity = about.key.quantity
+    measured = largest_difference(run, other, quantity)
+    relative = _relative(measured, run, quantity)
+    return measured_only(about, measured=measured, basis=basis, relative=relative)
 
 
 def tip_position(run: xr.Dataset, arm: Arm) -> xr.DataArray:
@@ -194,14 +193,3 @@ def tip_position(run: xr.Dataset, arm: Arm) -> xr.DataArray:
 def _relative(measured: float, run: xr.Dataset, quantity: str) -> float | None:
     largest = size(run, quantity)
     return measured / largest if largest > 0 and np.isfinite(measured) else None
-
-
-def _fields(case: str, left: xr.Dataset, right: xr.Dataset, quantity: str) -> dict[str, Any]:
-    one, other = left.attrs["model"], right.attrs["model"]
-    return {
-        "id": f"{case}/{quantity}/{one}~{other}",
-        "quantity": quantity,
-        "unit": UNITS[quantity],
-        "left": one,
-        "right": other,
-    }

@@ -9,9 +9,9 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from crosscheck.output import require_writable, write_text
+from crosscheck.output import require_file, write_text
 from crosscheck.paper.errata.finder import SCHEMA_VERSION, errata_records
-from crosscheck.paper.report import write_figures, write_paper
+from crosscheck.paper.report import PAGE, paper_files, write_figures, write_paper
 from crosscheck.progress import progress_bar
 from crosscheck.provenance import provenance
 from crosscheck.studies.study import Study, cache_folder
@@ -25,9 +25,7 @@ def errata_command(arm_name: str, json_file: Path | None) -> None:
     """Print the errata of an arm as a table, and write them as JSON if asked. Raises InputError."""
     arm = load_arm(arm_name)
     if json_file is not None:
-        if json_file.is_dir():
-            raise InputError("--json", "", str(json_file), "is a folder; a file name is expected")
-        require_writable(json_file.parent)
+        require_file(json_file, "--json")
     with Console(stderr=True).status("errata") as status:
         records = errata_records(arm, lambda where: status.update(f"effect of {where}"))
     Console().print(_table(records))
@@ -46,15 +44,14 @@ def paper_command(figures: list[int], out: Path, jobs: int) -> None:
     unknown = [number for number in figures if number not in FIGURES]
     if unknown:
         raise InputError("--figure", "", unknown[0], f"must be {FIGURES[0]} to {FIGURES[-1]}")
-    require_writable(out)
+    for file in [out / PAGE] if figures else paper_files(out):
+        require_file(file)
     with progress_bar() as told:
         study = Study(cache_folder(), jobs, told)
         made = write_figures(study, figures, out) if figures else write_paper(study, out)
     for chapter in made:
         print(f"{chapter.title}: {len(chapter.records)} records")
-    print(
-        f"wrote {out / 'paper.html'}; {study.made} simulations made, {study.found} from the cache"
-    )
+    print(f"wrote {out / PAGE}; {study.made} simulations made, {study.found} from the cache")
 
 
 def _table(records: list[dict[str, Any]]) -> Table:

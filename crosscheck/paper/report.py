@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from crosscheck.output import write_text
+from crosscheck.output import write_files, write_text
 from crosscheck.paper.errata.sheet import markdown
 from crosscheck.paper.scale import FULL, QUICK, Scale
 from crosscheck.paper.undefined import UNDEFINED
@@ -22,9 +22,10 @@ from crosscheck.report.fragments import paragraph
 from crosscheck.studies.study import Study
 from models.errors import Diverged
 from models.loading import load_arm
-from models.trajectory import write_netcdf
+from models.trajectory import netcdf
 
 SCHEMA_VERSION = 1
+PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
 # In reading order; each module has a function chapter(study, scale) -> Chapter.
 CHAPTERS = (
     "claims.chapter",
@@ -53,6 +54,13 @@ def chapters(study: Study, quick: bool) -> list[Chapter]:
     return _chapters(study, QUICK if quick else FULL)
 
 
+def paper_files(out: Path, scale: Scale = FULL) -> list[Path]:
+    """All that ``write_paper`` writes."""
+    figures = importlib.import_module("crosscheck.paper.figures.store")
+    runs = [f"{name}.nc" for name in figures.stored_runs(scale)]
+    return [out / name for name in (PAGE, CLAIMS, ERRATA, *runs)]
+
+
 def _chapters(study: Study, scale: Scale) -> list[Chapter]:
     return [_chapter(study, name, scale) for name in (QUICK_CHAPTERS if scale.quick else CHAPTERS)]
 
@@ -78,16 +86,13 @@ def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[Chapter]:
     made = _chapters(study, scale)
     figures = importlib.import_module("crosscheck.paper.figures.chapter")
     sheet = next(chapter for chapter in made if chapter.id == "errata")
-    texts = {
-        "paper.html": page(made, study),
-        "claims.json": records_json(made, study),
-        "errata.md": markdown(sheet.records),
+    contents: dict[Path, str | bytes] = {
+        out / f"{name}.nc": netcdf(run) for name, run in figures.trajectories(study, scale).items()
     }
-    # Everything is ready before the first file appears.
-    for name, run in figures.trajectories(study, scale).items():
-        write_netcdf(run, out / f"{name}.nc")
-    for name, text in texts.items():
-        write_text(out / name, text)
+    contents[out / PAGE] = page(made, study)
+    contents[out / CLAIMS] = records_json(made, study)
+    contents[out / ERRATA] = markdown(sheet.records)
+    write_files(contents)
     return made
 
 
@@ -96,7 +101,7 @@ def write_figures(study: Study, numbers: Sequence[int], out: Path) -> list[Chapt
     figures = importlib.import_module("crosscheck.paper.figures.chapter")
     html = "\n".join(figures.figure(study, number) for number in sorted(set(numbers)))
     made = [Chapter(figures.ID, "Figures", html)]
-    write_text(out / "paper.html", page(made, study))
+    write_text(out / PAGE, page(made, study))
     return made
 
 

@@ -15,7 +15,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from crosscheck.report.envelope import envelope
+from crosscheck.envelope import envelope
 from crosscheck.report.fragments import COLOURS
 
 BINS = 900

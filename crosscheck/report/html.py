@@ -9,13 +9,16 @@ import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.findings import Finding
-from crosscheck.plan import RIGID_LEVELS
+from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report import figures
 from crosscheck.report.chapter import Chapter
 from crosscheck.report.matrix import cells, groups
+from crosscheck.report.words import counted, tally
 from crosscheck.run import CrossCheck
+from crosscheck.run_suite import FIXED_STEP, MIDWAY_S
+from crosscheck.tasks import RunKey
 
-GEARED_PAIR = ("analytic:physical", "exudyn:tree")
+HEADLINE = (f"at-{MIDWAY_S:g}-s", "same-step")
 
 
 def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
@@ -23,7 +26,7 @@ def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
     environment = Environment(
         loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
     )
-    environment.filters["number"] = number
+    environment.filters |= {"number": number, "counted": counted, "tally": tally}
     agreement = result.agreement
     found = cells(agreement.findings)
     page = environment.get_template("page.html.j2").render(
@@ -31,9 +34,8 @@ def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
         agreement=agreement,
         cells=found,
         groups=groups([cell for cell in found if cell.between_models]),
-        headline=[f for f in agreement.checks if f.id.startswith(("at-2-s/pd/", "same-step/pd/"))],
+        headline=[f for f in agreement.checks if _is_headline(f)],
         deviations=_deviations(agreement.findings),
-        levels=RIGID_LEVELS,
         charts=_charts(result),
         chapters=chapters,
         provenance=agreement.provenance,
@@ -46,13 +48,18 @@ def number(value: float | None) -> str:
     return "" if value is None else f"{value:.3g}"
 
 
-def _deviations(findings: Any) -> dict[str, dict[str, list[Finding]]]:
-    """experiment -> level -> Findings of how far that level is from the geared arm."""
+def _is_headline(finding: Finding) -> bool:
+    key = finding.about.key
+    return key.case == "pd" and key.family in HEADLINE
+
+
+def _deviations(findings: Sequence[Finding]) -> dict[str, dict[str, list[Finding]]]:
+    """experiment -> rigid model -> Findings of how far it is from the geared arm."""
     table: dict[str, dict[str, list[Finding]]] = {}
     for finding in findings:
-        if finding.id.startswith("deviation/"):
-            level = finding.left.split(":")[1]
-            table.setdefault(finding.id.split("/")[1], {}).setdefault(level, []).append(finding)
+        key = finding.about.key
+        if key.family == "deviation":
+            table.setdefault(key.case, {}).setdefault(key.left, []).append(finding)
     return table
 
 
@@ -60,11 +67,11 @@ def _charts(result: CrossCheck) -> list[dict[str, Any]]:
     """Per experiment: the runs of both engines, and the rigid levels' deviation."""
     runs = {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
     charts = []
-    for name in dict.fromkeys(key.split("/")[0] for key in result.runs):
-        pair = [runs.get(f"{name}/{model}") for model in GEARED_PAIR]
+    for name in dict.fromkeys(key.experiment for key in result.runs):
+        pair = [runs.get(RunKey(name, model)) for model in FIXED_STEP]
         if pair[0] is None or pair[1] is None:
             continue
-        rigid = {level: runs.get(f"{name}/pinocchio:{level}") for level in RIGID_LEVELS}
+        rigid = {level: runs.get(RunKey(name, f"pinocchio:{level}")) for level in RIGID_LEVELS}
         known = {level: run for level, run in rigid.items() if run is not None}
         charts.append(
             {

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree
 
 from crosscheck.findings import Agreement, Finding
+from crosscheck.report.words import outcome
 
 # XML 1.0 has no way to write these; an exception's message may hold them.
 _UNWRITABLE = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -39,14 +41,12 @@ def _text(root: ElementTree.Element) -> str:
 
 
 def _case(finding: Finding) -> ElementTree.Element:
-    family, _, rest = finding.id.partition("/")
-    experiment, _, name = rest.partition("/")
+    key = finding.about.key
     # Consumers take dots for packages.
-    classname = ".".join(part.replace(".", "_") for part in (family, experiment) if part)
-    case = ElementTree.Element(
-        "testcase",
-        {"classname": _clean(classname), "name": _clean(name or finding.id), "time": "0"},
-    )
+    classname = ".".join(part.replace(".", "_") for part in (key.family, key.case) if part)
+    name = replace(key, family="", case="").id
+    named = {"classname": _clean(classname), "name": _clean(name), "time": "0"}
+    case = ElementTree.Element("testcase", named)
     summary = _summary(finding)
     if finding.verdict != "agree":
         kind = "error" if finding.verdict == "failed" else "failure"
@@ -57,15 +57,11 @@ def _case(finding: Finding) -> ElementTree.Element:
 
 
 def _summary(finding: Finding) -> str:
-    if finding.measured is None or finding.tolerance is None:
-        return finding.note
-    numbers = f"measured {finding.measured:.6g}, allowed {finding.tolerance:.6g} {finding.unit}"
-    return f"{numbers} ({finding.basis}) {finding.note}".rstrip()
+    return f"{outcome(finding)} ({finding.basis})" if finding.basis else outcome(finding)
 
 
 def _details(finding: Finding) -> str:
-    fields = ("id", "quantity", "left", "right", "metric", "measured", "tolerance", "unit", "basis")
-    return _clean("\n".join(f"{name}: {getattr(finding, name)}" for name in (*fields, "note")))
+    return _clean("\n".join(f"{name}: {value}" for name, value in finding.to_dict().items()))
 
 
 def _properties(agreement: Agreement) -> ElementTree.Element:

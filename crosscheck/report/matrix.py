@@ -48,7 +48,7 @@ def _cell(pair: tuple[str, str], checks: list[Finding]) -> Cell:
     verdict = min((check.verdict for check in checks), key=WORST_FIRST.index)
     worst: dict[str, float] = {}
     for check in checks:
-        family = FAMILIES.get(check.id.split("/")[0])
+        family = FAMILIES.get(check.about.key.family)
         if family is not None and check.relative is not None:
             worst[family] = max(worst.get(family, 0.0), check.relative)
     return Cell(*pair, verdict, len(checks), {name: digits(value) for name, value in worst.items()})

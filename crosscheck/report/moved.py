@@ -5,20 +5,32 @@ from __future__ import annotations
 import math
 
 from crosscheck.findings import Agreement, Finding
-from crosscheck.regression import changed_since
+from crosscheck.regression import changed_since, known_differences
+from crosscheck.report.words import counted, printable
 
 MOST = 40  # lines; a real change moves everything at once, and the largest say enough
 
 
 def print_moved(agreement: Agreement) -> None:
-    """Everything that moved, largest first; what else changed since; the count."""
-    moved = sorted(agreement.red, key=times_allowed, reverse=True)
+    """Everything that moved, largest first; known differences; what else changed; the count.
+
+    agreement: as regression.compare returns it.
+    """
+    moved, known = sorted(agreement.red, key=_from_largest), known_differences(agreement)
     for finding in moved[:MOST]:
-        print(_line(finding))
+        print(printable(_line(finding)))
     if len(moved) > MOST:
-        print(f"... and {len(moved) - MOST} smaller ones (all are in --junit)")
-    print(f"changed since the record: {'; '.join(changed_since(agreement)) or 'nothing'}")
-    print(f"{len(moved)} of {len(agreement.checks)} recorded results moved")
+        print(f"... and {counted(len(moved) - MOST, 'smaller one')} (all are in --junit)")
+    for finding in known:
+        print(printable(f"{finding.id}: {finding.note}"))
+    changed = "; ".join(changed_since(agreement)) or "nothing"
+    print(printable(f"changed since the record: {changed}"))
+    left = f"; {counted(len(known), 'known difference')} left as accepted" if known else ""
+    print(f"{len(moved)} of {counted(len(agreement.checks), 'recorded result')} moved{left}")
+
+
+def _from_largest(finding: Finding) -> float:
+    return -times_allowed(finding)
 
 
 def times_allowed(finding: Finding) -> float:

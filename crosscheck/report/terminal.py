@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from crosscheck.findings import Agreement, Finding
 from crosscheck.report.matrix import cells
+from crosscheck.report.words import outcome, printable, tally
 
 COLOURS = {"agree": "green", "differ": "red", "unresolved": "yellow", "failed": "red"}
 
@@ -17,24 +19,19 @@ def print_agreement(agreement: Agreement) -> None:
     console.print(_matrix(agreement))
     for finding in agreement.red:
         console.print(_line(finding), soft_wrap=True, highlight=False)
-    agreeing = len(agreement.checks) - len(agreement.red)
-    print(f"{agreeing} of {len(agreement.checks)} checks agree")
+    print(tally(agreement))
 
 
 def _matrix(agreement: Agreement) -> Table:
     table = Table("left", "right", "verdict", "checks", "digits in common", box=None)
     for cell in cells(agreement.findings):
         digits = ", ".join(f"{value:.1f} {family}" for family, value in cell.digits.items())
-        verdict = f"[{COLOURS[cell.verdict]}]{cell.verdict}[/]"
-        table.add_row(cell.left, cell.right, verdict, str(cell.checks), digits)
+        verdict = Text(cell.verdict, COLOURS[cell.verdict])
+        table.add_row(Text(cell.left), Text(cell.right), verdict, str(cell.checks), digits)
     return table
 
 
-def _line(finding: Finding) -> str:
-    measured = "" if finding.measured is None else f" measured {finding.measured:.3g}"
-    allowed = "" if finding.tolerance is None else f", allowed {finding.tolerance:.3g}"
-    unit = f" {finding.unit}" if measured else ""
-    return (
-        f"[{COLOURS[finding.verdict]}]{finding.verdict}[/] {finding.id}:"
-        f"{measured}{allowed}{unit} {finding.note}"
-    )
+def _line(finding: Finding) -> Text:
+    """Names and notes are text, never markup, whatever brackets they hold."""
+    told = printable(f" {finding.id}: {outcome(finding)}")
+    return Text.assemble((finding.verdict, COLOURS[finding.verdict]), told)

@@ -1,80 +1,34 @@
-"""Simulations of the paper's study: named, run in parallel, kept on disk by all their inputs."""
+"""Simulations of the paper's study: run in parallel, kept on disk by all their inputs."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
-import shutil
+import platform
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
-from importlib import metadata
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
-import numpy as np
 import xarray as xr
 
-from crosscheck.output import require_writable, write_text
-from crosscheck.registry import build, model_class
-from crosscheck.simulations import perform_all
+from crosscheck.provenance import version
+from crosscheck.registry import home
 from crosscheck.studies.sources import code_hash
-from models.errors import Diverged, InputError
-from models.loading import Case, load_case
-from models.trajectory import read_netcdf, write_netcdf
+from crosscheck.studies.store import Store
+from crosscheck.studies.variant import Measure, Numbers, Variant, measured, simulate
+from crosscheck.tasks import Failure, failure
+from crosscheck.workers import perform_all
+from models.errors import Diverged, InputError, Unfinished
+from models.places import cache_folder
+from models.trajectory import from_netcdf, netcdf
 
-PACKAGES = ("numpy", "scipy", "numba", "pin", "exudyn", "xarray", "sympy")
-PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
+__all__ = ["Measure", "Numbers", "Question", "Reduction", "Study", "Variant", "cache_folder"]
+PACKAGES = ("numpy", "scipy", "numba", "pin", "exudyn", "xarray", "h5netcdf", "h5py", "sympy")
 
 Json = Any  # what json.dumps takes
-Numbers = dict[str, float | None]
-Measure = Callable[[xr.Dataset], Numbers]
 Reduction = Callable[[xr.Dataset], xr.Dataset]
-
-
-@dataclass(frozen=True)
-class Variant:
-    """One simulation: what differs from the built-in arm and scenario.
-
-    zeta: damping ratio of all joints; ring_rate None follows the phase law; settings:
-    ``path=value`` as on the command line; seed: perturb every mesh displacement of the start by up
-    to 1e-12 m; step_s and record_every as in the scenario.
-    """
-
-    scenario: str = "pd"
-    arm: str = "paper-labelled"
-    phase: str = "angle"
-    ring_rate: str | None = None
-    zeta: float = 0.05
-    model: str = "analytic:physical"
-    duration_s: float | None = None
-    settings: tuple[str, ...] = ()
-    seed: int | None = None
-    record_every: int = 2
-
-    def case(self) -> Case:
-        """Arm, scenario and switches. Raises InputError."""
-        switches = {"phase": self.phase}
-        if self.ring_rate is not None:
-            switches["ring_rate"] = self.ring_rate
-        settings = [f"arm.joints.*.damping_ratio={self.zeta!r}", *self.settings]
-        settings.append(f"scenario.record_every={self.record_every}")
-        if self.duration_s is not None:
-            settings.append(f"scenario.duration_s={self.duration_s!r}")
-        case = load_case(self.arm, self.scenario, switches, settings)
-        return case if self.seed is None else _perturbed(case, self.seed)
-
-
-def _perturbed(case: Case, seed: int) -> Case:
-    generator = np.random.default_rng(seed)
-    offsets = PERTURBATION_M * generator.uniform(-1, 1, (2, len(case.arm.joints)))
-    update = {
-        name: tuple(map(float, row))
-        for name, row in zip(("sun_planet_offset_m", "planet_ring_offset_m"), offsets, strict=True)
-    }
-    start = case.scenario.start.model_copy(update=update)
-    return case._replace(scenario=case.scenario.model_copy(update={"start": start}))
 
 
 class Question(Protocol):
@@ -96,7 +50,9 @@ class Question(Protocol):
 class Study:
     """Runs variants and remembers them in a folder; tells how far it is.
 
-    told(what, done, total) is called before and after every simulation of a request.
+    told(what, done, total) is called before and after every simulation of a request. What cannot be
+    kept, or does not fit any more, is made again. A simulation that comes to no end raises
+    Unfinished, after all others of the request.
     """
 
     folder: Path
@@ -104,6 +60,9 @@ class Study:
     told: Callable[[str, int, int], None] = lambda what, done, total: None
     made: int = field(default=0, init=False)
     found: int = field(default=0, init=False)
+
+    def __post_init__(self) -> None:
+        self.store = Store(self.folder)
 
     def runs(
         self, variants: Iterable[Variant], what: str = "runs", keep: Reduction | None = None
@@ -113,10 +72,11 @@ class Study:
         ``keep``: a function of a module.
         """
         wanted = list(dict.fromkeys(variants))
-        paths = {variant: self.folder / f"{_key(variant, keep)}.nc" for variant in wanted}
-        tasks = [_Task(path, _cost(v), partial(_write_run, v, keep)) for v, path in paths.items()]
-        self._perform(tasks, what)
-        return {variant: read_netcdf(path) for variant, path in paths.items()}
+        tasks = [
+            _Task(run_key(v, keep), v.model, _cost(v), partial(_run, v, keep), self.store)
+            for v in wanted
+        ]
+        return dict(zip(wanted, self._results(tasks, from_netcdf, what), strict=True))
 
     def measures(
         self, variants: Sequence[Variant], measure: Measure, what: str = "measures"
@@ -125,137 +85,138 @@ class Study:
 
         ``measure``: a function of a module. A run that diverges gives {"diverged_s": time}.
         """
-        paths = [self.folder / f"{_key(variant, measure)}.json" for variant in variants]
-        todo = dict(zip(paths, variants, strict=True))
-        self._perform(
-            [
-                _Task(path, _cost(v), partial(_write_measure, v, measure))
-                for path, v in todo.items()
-            ],
-            what,
-        )
-        return [_kept(path) for path in paths]
+        tasks = [
+            _Task(run_key(v, measure), v.model, _cost(v), partial(_numbers, v, measure), self.store)
+            for v in variants
+        ]
+        return self._results(tasks, json.loads, what)
 
     def answers(self, questions: Sequence[Question], what: str) -> list[Json]:
         """Of each question, worked out once and kept."""
-        paths = [self.folder / f"{_question_key(question)}.json" for question in questions]
-        todo = dict(zip(paths, questions, strict=True))
-        tasks = [_Task(path, q.cost, partial(_write_answer, q)) for path, q in todo.items()]
-        self._perform(tasks, what)
-        return [_kept(path) for path in paths]
+        tasks = [
+            _Task(question_key(q), type(q).__name__, q.cost, partial(_answer, q), self.store)
+            for q in questions
+        ]
+        return self._results(tasks, json.loads, what)
 
-    def _perform(self, tasks: Sequence[_Task], what: str) -> None:
-        """Those whose results are not there yet."""
-        require_writable(self.folder)
-        missing = [task for task in tasks if not task.path.exists()]
-        done = len(tasks) - len(missing)
-        self.found += done
-        self.told(what, done, len(tasks))
+    def _results(
+        self, tasks: Sequence[_Task], decoded: Callable[[bytes], Any], what: str
+    ) -> list[Any]:
+        """Of every task: kept already, or performed now."""
+        results: dict[str, Any] = {}
+        missing: dict[str, _Task] = {}
+        for task in {task.key: task for task in tasks}.values():
+            try:
+                results[task.key] = self.store.get(task.key, decoded)
+            except KeyError:
+                missing[task.key] = task
+        self.found += len(results)
+        for key, outcome in self._perform(list(missing.values()), len(results), what).items():
+            results[key] = decoded(self._content(outcome, what, missing[key].name))
+        return [results[task.key] for task in tasks]
+
+    def _perform(self, tasks: Sequence[_Task], done: int, what: str) -> dict[str, Any]:
+        """Outcomes by key."""
+        total = done + len(tasks)
+        self.told(what, done, total)
 
         def finished(_: str) -> None:
             nonlocal done
             done += 1
             self.made += 1
-            self.told(what, done, len(tasks))
+            self.told(what, done, total)
 
-        for error in perform_all(missing, self.jobs, finished).values():
-            if error is not None:
-                raise error
+        return perform_all(tasks, self.jobs, finished)
+
+    def _content(self, outcome: Any, what: str, name: str) -> bytes:
+        """What was made. Raises what went wrong."""
+        if isinstance(outcome, Failure):
+            raise Unfinished(f"{what}: {name}: {outcome}")
+        if isinstance(outcome, Exception):
+            raise outcome
+        if outcome.not_kept is not None:
+            self.store.give_up(outcome.not_kept)
+        return outcome.content
+
+
+class _Made(NamedTuple):
+    """What a task made, as it is kept, and why it could not be."""
+
+    content: bytes
+    not_kept: OSError | None = None
 
 
 @dataclass(frozen=True)
 class _Task:
-    """Work that leaves its result in a file, for another process."""
+    """Work for another process, which keeps the result."""
 
-    path: Path
+    key: str
+    name: str
     cost: float
-    make: Callable[[Path], None]
+    make: Callable[[], bytes]
+    store: Store
 
-    @property
-    def key(self) -> str:
-        return str(self.path)
-
-    def perform(self) -> Exception | None:
+    def perform(self) -> _Made | Failure | InputError | Diverged:
         try:
-            self.make(self.path)
-        except Exception as error:  # handed to the caller's process
+            content = self.make()
+        except (InputError, Diverged) as error:  # handed to the caller's process
             return error
-        return None
+        except Exception as error:
+            return failure(error)
+        try:
+            self.store.put(self.key, content)
+        except OSError as error:
+            return _Made(content, error)
+        return _Made(content)
 
 
-def _write_run(variant: Variant, keep: Reduction | None, path: Path) -> None:
+def _run(variant: Variant, keep: Reduction | None) -> bytes:
     run = simulate(variant)
-    write_netcdf(run if keep is None else keep(run), path)
+    return netcdf(run if keep is None else keep(run))
 
 
-def _write_measure(variant: Variant, measure: Measure, path: Path) -> None:
-    try:
-        numbers = measure(simulate(variant))
-    except Diverged as error:
-        numbers = {"diverged_s": error.time_s}
-    _write_json(numbers, path)
+def _numbers(variant: Variant, measure: Measure) -> bytes:
+    return _json(measured(variant, measure))
 
 
-def _write_answer(question: Question, path: Path) -> None:
-    _write_json(question.answer(), path)
+def _answer(question: Question) -> bytes:
+    return _json(question.answer())
 
 
-def _write_json(value: Json, path: Path) -> None:
-    write_text(path, json.dumps(value, allow_nan=False) + "\n")
-
-
-def _kept(path: Path) -> Json:
-    """What was written there. Raises InputError if the file has been damaged since."""
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        reason = f"is damaged ({error}); `crosscheck cache clear` removes it"
-        raise InputError(str(path), "", None, reason) from None
-
-
-def simulate(variant: Variant) -> xr.Dataset:
-    """The variant's trajectory. Raises InputError and Diverged."""
-    return build(variant.model, *variant.case()).simulate()
+def _json(value: Json) -> bytes:
+    return json.dumps(value, allow_nan=False).encode()
 
 
 def _cost(variant: Variant) -> float:
     return (variant.duration_s or 3.0) * (12 if variant.model.startswith("exudyn") else 0.5)
 
 
-def _key(variant: Variant, measure: Measure | Reduction | None = None) -> str:
+def run_key(variant: Variant, made_of_it: Measure | Reduction | None = None) -> str:
+    """Of a variant's trajectory, or of what a function of a module makes of it."""
     inputs = [variant.model, *(record.model_dump_json() for record in variant.case())]
-    modules = [model_class(variant.model).__module__, __name__]
-    if measure is not None:
-        inputs.append(measure.__qualname__)
-        modules.append(measure.__module__)
-    return _hash(inputs, modules)
+    names = [(simulate.__module__, name) for name in ("Variant", "simulate", "measured")]
+    names.append(home(variant.model))
+    if made_of_it is not None:
+        inputs.append(made_of_it.__qualname__)
+        names.append((made_of_it.__module__, made_of_it.__qualname__.partition(".")[0]))
+    return _key(inputs, names)
 
 
-def _question_key(question: Question) -> str:
+def question_key(question: Question) -> str:
+    """Of its answer."""
     kind = type(question)
-    return _hash([kind.__qualname__, question.inputs], [kind.__module__, __name__])
+    name = (kind.__module__, kind.__qualname__.partition(".")[0])
+    return _key([kind.__qualname__, question.inputs], [name])
 
 
-def _hash(inputs: Sequence[str], modules: Sequence[str]) -> str:
+def _key(inputs: Sequence[str], names: Sequence[tuple[str, str]]) -> str:
     """Of everything that a result depends on: inputs, versions and the code that runs."""
-    text = "\n".join([*inputs, code_hash(*modules), *_versions()])
+    text = "\n".join([*inputs, code_hash(*names), *_versions()])
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 @lru_cache
 def _versions() -> tuple[str, ...]:
-    return tuple(f"{name} {metadata.version(name)}" for name in PACKAGES)
-
-
-def cache_folder() -> Path:
-    """Where simulations are kept between runs: the user's cache folder."""
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "geararm-crosscheck"
-
-
-def clear_cache() -> int:
-    """Remove all kept simulations; returns how many files there were."""
-    folder = cache_folder()
-    count = sum(1 for path in folder.glob("*") if path.is_file()) if folder.exists() else 0
-    shutil.rmtree(folder, ignore_errors=True)
-    return count
+    """Of all that computes; None for an engine that is missing."""
+    python = f"python {platform.python_version()} {platform.machine()}"
+    return (python, *(f"{name} {version(name)}" for name in PACKAGES))

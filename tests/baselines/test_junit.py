@@ -4,19 +4,29 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-from crosscheck.findings import Agreement, Finding, checked, failed, measured_only
+from crosscheck.findings import (
+    About,
+    Agreement,
+    Finding,
+    Key,
+    checked,
+    failed,
+    measured_only,
+)
 from crosscheck.report.junit import junit_xml
 
-FIELDS = {"quantity": "theta", "unit": "rad", "left": "a:b", "right": "c:d", "metric": "largest"}
+
+def _about(family: str, quantity: str = "theta") -> About:
+    return About(Key(family, "pd", quantity, "a", "b"), "rad", "largest")
 
 
 def _agreement() -> Agreement:
     findings: list[Finding] = [
-        checked(id="same-step/pd/theta/a~b", measured=1e-12, tolerance=1e-10, basis="x", **FIELDS),
-        checked(id="same-step/pd/x.y/a~b", measured=1e-8, tolerance=1e-10, basis="<&>", **FIELDS),
-        checked(id="r/pd/x", measured=0.0, tolerance=1.0, resolved=False, basis="u", **FIELDS),
-        failed(id="run/pd/exudyn", note="RuntimeError: \x1b[31mno\x00 engine\ufffe", **FIELDS),
-        measured_only(id="deviation/pd/theta", measured=0.1, basis="", **FIELDS),
+        checked(_about("same-step"), measured=1e-12, tolerance=1e-10, basis="x"),
+        checked(_about("same-step", "x.y"), measured=1e-8, tolerance=1e-10, basis="<&>"),
+        checked(_about("r"), measured=0.0, tolerance=1.0, resolved=False, basis="u"),
+        failed(_about("run"), "RuntimeError: \x1b[31mno\x00 engine\ufffe"),
+        measured_only(_about("deviation"), measured=0.1),
     ]
     return Agreement(findings, {"created": "2024-01-02T03:04:05+00:00", "versions": {"pin": "4"}})
 
@@ -52,7 +62,7 @@ def test_a_failure_says_how_far_and_why() -> None:
 def test_measurements_and_versions_are_properties() -> None:
     root = ElementTree.fromstring(junit_xml(_agreement()))
     found = {item.get("name"): item.get("value") for item in root.iter("property")}
-    assert found["deviation/pd/theta"] == "0.1 rad"
+    assert found["deviation/pd/theta/a~b"] == "0.1 rad"
     assert found["version pin"] == "4"
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from crosscheck.checks.states import random_states
-from crosscheck.findings import Finding, checked
+from crosscheck.checks.answers import random_states
+from crosscheck.findings import About, Finding, Key, checked
 from models.exudyn_bodies import ExudynBodies
 from models.pinocchio_gears import PinocchioGears
 
@@ -50,14 +50,6 @@ def joint_gaps(model: ExudynBodies) -> Finding:
 
 
 def _checked(quantity: str, measured: float, tolerance: float, basis: str) -> Finding:
-    return checked(
-        id=f"bodies/{quantity}",
-        quantity=quantity,
-        unit="1",
-        left="exudyn:bodies",
-        right="pinocchio:gears" if quantity == "wrenches" else "its own joints",
-        metric=f"largest difference over {STATES} random states",
-        measured=measured,
-        tolerance=tolerance,
-        basis=basis,
-    )
+    key = Key("bodies", "planted", quantity, "exudyn:bodies")
+    about = About(key, "1", f"largest difference over {STATES} random states")
+    return checked(about, measured=measured, tolerance=tolerance, basis=basis)

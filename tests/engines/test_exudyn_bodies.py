@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 
 from analytic.model import PhysicalModel
-from crosscheck.checks.states import compare_states, random_states
-from crosscheck.checks.trajectories import largest_difference, refined
+from crosscheck.checks.answers import random_states
+from crosscheck.checks.trajectories import largest_difference
 from models.arm import Arm
 from models.exudyn_bodies import ExudynBodies
 from models.exudyn_tree import ExudynTree
@@ -22,6 +22,7 @@ from models.scenario import Scenario
 from models.switches import Switches, switches
 from tests.arms import arm_of
 from tests.engines.bodies_checks import joint_gaps, wrenches
+from tests.judged import compare_states, refined
 from tests.planted.faults import probe_arm, probe_scenario
 
 EVERY_SWITCH = [

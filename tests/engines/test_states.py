@@ -8,13 +8,13 @@ from itertools import product
 import numpy as np
 import pytest
 
-from crosscheck.checks.states import compare_states
 from crosscheck.registry import GEARED, RIGID_LEVELS, build
 from models.arm import Arm
 from models.interface import STATE_ABILITIES
 from models.loading import load_scenario
 from models.switches import Switches, switches
 from tests.arms import PAPER, arm_of
+from tests.judged import compare_states
 from tests.planted.faults import probe_arm
 
 COUNT, SEED = 20, 3

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.checks.trajectories import at_time, largest_difference, same_step
+from crosscheck.checks.trajectories import largest_difference
 from crosscheck.registry import build
 from models.arm import Arm
 from models.loading import load_case
 from models.scenario import Scenario
 from models.switches import Switches, switches
 from tests.arms import PAPER, arm_of
+from tests.judged import at_time, same_step
 from tests.planted.faults import probe_arm
 
 PAIR = ("analytic:physical", "exudyn:tree")

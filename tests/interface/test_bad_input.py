@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -60,21 +61,21 @@ BAD_ARMS = {
         "sun_mass_kg = -1.5",
         "joints[0].sun_mass_kg",
         "-1.5",
-        "greater than or equal to 0",
+        "must be 0, or 1e-12 to 1e9 kg",
     ),
     "negative damping": (
         "damping_ratio = 0.05",
         "damping_ratio = -0.05",
         "joints[0].damping_ratio",
         "-0.05",
-        "greater than or equal to 0",
+        "must be 0, or 1e-9 to 10",
     ),
     "zero stiffness": (
         "mesh_stiffness_N_per_m = 1e8",
         "mesh_stiffness_N_per_m = 0.0",
         "joints[0].mesh_stiffness_N_per_m",
         "0.0",
-        "greater than 0",
+        "must be 1 to 1e12 N/m",
     ),
     "not a number": ("backlash_m = 50e-6", "backlash_m = nan", "joints[0].backlash_m", "nan"),
     "infinite": (
@@ -82,14 +83,14 @@ BAD_ARMS = {
         "payload_mass_kg = inf",
         "payload_mass_kg",
         "inf",
-        "finite",
+        "1e9 kg",
     ),
     "infinite phase": (
         "ring_mesh_phase_rad = 0.0",
         "ring_mesh_phase_rad = -inf",
         "ring_mesh_phase_rad",
         "-inf",
-        "finite",
+        "-1000 to 1000 rad",
     ),
     "stiffness that turns negative": (
         "mesh_stiffness_amplitude_N_per_m = 2e7",
@@ -150,7 +151,7 @@ BAD_ARMS = {
         "number",
     ),
     "joints as one table": ("[[joints]] # shoulder", "[joints] # shoulder", "not TOML"),
-    "no name": ('name = "paper-labelled"', 'name = ""', "name", "''", "1 character"),
+    "no name": ('name = "paper-labelled"', 'name = ""', "name", "''", "1 to 80 printable"),
 }
 
 
@@ -239,7 +240,7 @@ BAD_SCENARIOS = {
         "duration_s = -0.5",
         "duration_s",
         "-0.5",
-        "greater than 0",
+        "must be 1e-9 to 1e6 s",
     ),
     "step that does not divide": ("step_s = 1e-5", "step_s = 3e-5", "step_s", "3e-05", "0.5"),
     "huge number of steps": ("step_s = 1e-5", "step_s = 1e-12", "step_s", "1e-12", "1e9"),
@@ -271,6 +272,12 @@ def no_file(path: Path) -> None:
     """Leave it missing."""
 
 
+def big_file(path: Path) -> None:
+    """100 MB of zeros that take no room."""
+    path.touch()
+    os.truncate(path, 100_000_000)
+
+
 FILES = {
     "missing": (no_file, "no such file"),
     "empty": (lambda path: path.write_text(""), "empty"),
@@ -279,7 +286,10 @@ FILES = {
     "binary": (lambda path: path.write_bytes(bytes(range(256))), "not UTF-8"),
     "zeros": (lambda path: path.write_bytes(bytes(64)), "not TOML"),
     "not TOML": (lambda path: path.write_text("{json: true}"), "not TOML"),
-    "link in a circle": (lambda path: path.symlink_to(path), "no such file"),
+    "link in a circle": (lambda path: path.symlink_to(path), "cannot be read"),
+    "broken link": (lambda path: path.symlink_to("nowhere"), "no such file"),
+    "pipe": (os.mkfifo, "not a regular file"),
+    "100 MB": (big_file, "more than 4 MB"),
 }
 
 
@@ -309,17 +319,19 @@ OPTIONS = {
     "unknown scenario": (("--scenario", "waltz"), "waltz", "constant-torque"),
     "unknown phase": (("--phase", "beta"), "phase", "beta", "omega_t"),
     "unknown ring rate": (("--ring-rate", "27"), "ring-rate", "27", "eq13"),
-    "negative duration": (("--t-end", "-0.1"), "duration_s", "-0.1", "greater than 0"),
-    "no duration": (("--t-end", "0"), "duration_s", "0", "greater than 0"),
+    "negative duration": (("--t-end", "-0.1"), "duration_s", "-0.1", "1e-9 to 1e6 s"),
+    "no duration": (("--t-end", "0"), "duration_s", "0", "1e-9 to 1e6 s"),
     "duration not a number": (("--t-end", "nan"), "duration_s", "nan"),
     "infinite duration": (("--t-end", "inf"), "duration_s", "inf"),
     "duration in words": (("--t-end", "long"), "duration_s", "long", "valid number"),
     "duration that is no multiple": (("--t-end", "0.0100049"), "step_s", "0.0100049"),
     "duration below a step": (("--t-end", "1e-6"), "step_s", "1e-05", "1e-06"),
-    "huge duration": (("--t-end", "1e7"), "step_s", "1e9"),
-    "negative step": (("--step", "-1e-5"), "step_s", "-1e-05", "greater than 0"),
-    "no step": (("--step", "0"), "step_s", "0", "greater than 0"),
-    "tiny step": (("--step", "1e-300"), "step_s", "1e-300", "1e9"),
+    "huge duration": (("--t-end", "1e7"), "duration_s", "1e6"),
+    "long duration": (("--t-end", "1e5"), "step_s", "1e9"),
+    "negative step": (("--step", "-1e-5"), "step_s", "-1e-05", "1e-12 to 1 s"),
+    "no step": (("--step", "0"), "step_s", "0", "1e-12 to 1 s"),
+    "tiny step": (("--step", "1e-300"), "step_s", "1e-300", "1e-12"),
+    "small step": (("--step", "1e-12"), "step_s", "1e-12", "1e9"),
     "setting without a value": (("--set", "arm.name"), "--set", "arm.name", "path=value"),
     "setting of nothing": (("--set", "=1"), "--set", "path=value"),
     "setting of a section": (("--set", "arm=1"), "--set", "arm=1", "path=value"),

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from crosscheck import __version__, commands
+from crosscheck import __version__, listing
 from crosscheck.registry import MODELS
 from models import exudyn_tree
 from models.loading import builtin_arms, builtin_scenarios
@@ -67,11 +67,12 @@ def test_interruption_is_exit_code_130(crosscheck, monkeypatch):
     def interrupted() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(commands, "list_command", interrupted)
+    monkeypatch.setattr(listing, "list_command", interrupted)
     assert crosscheck("list") == (130, "", "crosscheck: interrupted\n")
 
 
-def test_interruption_inside_the_engine_is_exit_code_130(short, monkeypatch, tmp_path):
+def test_interruption_that_an_engine_makes_up_is_its_own_failure(short, monkeypatch, tmp_path):
+    """Ctrl-C is for the program to answer; a worker never sees it."""
     calls = []
 
     def interrupted(*numbers: object) -> None:
@@ -81,7 +82,8 @@ def test_interruption_inside_the_engine_is_exit_code_130(short, monkeypatch, tmp
 
     monkeypatch.setattr(exudyn_tree, "_entry", lambda *_: interrupted)
     answer = short(model="exudyn:tree")
-    assert answer.code == 130
+    assert answer.code == 3
+    assert answer.err == "crosscheck: exudyn:tree: KeyboardInterrupt\n"
     assert list(tmp_path.iterdir()) == []
 
 
@@ -89,7 +91,7 @@ def test_internal_error_is_exit_code_3_with_its_traceback(crosscheck, monkeypatc
     def broken() -> None:
         raise RuntimeError("a bug")
 
-    monkeypatch.setattr(commands, "list_command", broken)
+    monkeypatch.setattr(listing, "list_command", broken)
     answer = crosscheck("list")
     assert answer.code == 3
     assert "Traceback" in answer.err

@@ -5,9 +5,12 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import numba
 import pytest
+from numba.core.caching import _CacheLocator
 
-from models.compiled import drop_outdated
+from models.compiled import VARIABLE, drop_outdated, settle
+from models.places import own_folder
 
 
 @pytest.fixture
@@ -40,3 +43,39 @@ def test_a_change_in_another_package_removes_it(tree):
     os.utime(tree / "models/callee.py", (200, 200))
     drop_outdated(tree)
     assert kept(tree) == {".pyc"}
+
+
+def test_it_is_removed_where_numba_was_told_to_keep_it(tree, tmp_path, monkeypatch):
+    chosen = tmp_path / "chosen"
+    monkeypatch.setenv(VARIABLE, str(chosen))
+    folder = chosen / _CacheLocator.get_suitable_cache_subpath(str(tree / "analytic/caller.py"))
+    other = chosen / "analytic_of_another_project"
+    for kept_there in (folder, other):
+        kept_there.mkdir(parents=True)
+        (kept_there / "caller.nbi").touch()
+        os.utime(kept_there / "caller.nbi", (100, 100))
+    os.utime(tree / "models/callee.py", (200, 200))
+    drop_outdated(tree)
+    assert not list(folder.iterdir())
+    assert list(other.iterdir())
+
+
+def test_numba_is_told_nothing_where_it_can_keep_its_own(tree, monkeypatch):
+    monkeypatch.delenv(VARIABLE, raising=False)
+    settle(tree)
+    assert VARIABLE not in os.environ
+
+
+def test_a_chosen_folder_is_kept_if_it_can_be_used(tree, tmp_path, monkeypatch, request):
+    request.addfinalizer(own_folder.cache_clear)
+    monkeypatch.setattr(numba.config, "CACHE_DIR", numba.config.CACHE_DIR)  # to have it back
+    (tree / "models/__pycache__").touch()  # numba cannot keep anything in a file
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    for chosen, used in (
+        (tmp_path / "mine", tmp_path / "mine"),
+        ("/dev/null/mine", tmp_path / "geararm-crosscheck/compiled"),
+    ):
+        monkeypatch.setenv(VARIABLE, str(chosen))
+        own_folder.cache_clear()
+        settle(tree)
+        assert os.environ[VARIABLE] == str(used)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -154,7 +157,8 @@ def test_agreement_is_the_same_again_on_any_number_of_processes(arm_file):
 )
 @pytest.mark.usefixtures("brief")
 def test_engine_that_cannot_be_imported_is_a_failed_check(monkeypatch, model, module):
-    monkeypatch.setitem(registry.MODELS, model, (module, "Nothing"))
+    entry = replace(registry.MODELS[model], module=module, attribute="Nothing")
+    monkeypatch.setitem(registry.MODELS, model, entry)
     agreement = package.check(arm_of(1), quick=True)
     failed = [f for f in agreement.findings if f.verdict == "failed" and model in (f.left, f.right)]
     assert failed
@@ -180,6 +184,40 @@ def test_engine_that_raises_is_a_failed_check_and_the_report_is_written(
     jsonschema.validate(agreement, SCHEMA, jsonschema.Draft202012Validator)
     assert {f["verdict"] for f in agreement["findings"]} >= {"agree", "failed"}
     assert "singular" in (tmp_path / "report" / "index.html").read_text()
+
+
+def _crashing(*state: object) -> None:
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def _leaving(*state: object) -> None:
+    raise SystemExit(0)
+
+
+@pytest.mark.parametrize("harm", [_crashing, _leaving])
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.usefixtures("brief")
+def test_engine_that_crashes_or_leaves_costs_its_own_checks_alone(monkeypatch, harm, jobs):
+    """And a model harmed in memory is harmed in every process."""
+    from models.exudyn_tree import ExudynTree
+
+    monkeypatch.setattr(ExudynTree, "bias", harm)
+    agreement = package.check(arm_of(1), quick=True, jobs=jobs)
+    assert agreement.exit_code == 1
+    assert {f.verdict for f in agreement.red} == {"failed"}
+    assert all("exudyn:tree" in (f.left, f.right) for f in agreement.red)
+    assert all(f.note.startswith("exudyn:tree: ") for f in agreement.red)
+    # Whatever needs no bias of the tree is as before.
+    agreeing = {f.quantity for f in agreement.findings if f.left == "exudyn:tree"}
+    assert agreeing >= {"inertia", "locked-stage", "abilities"}
+
+
+@pytest.mark.usefixtures("brief")
+def test_arm_called_like_the_probe_is_told_from_it(labelled):
+    arm = labelled.model_copy(update={"name": "probe"})
+    agreement = package.check(arm, quick=True, jobs=2)
+    assert [f.id for f in agreement.red] == []
+    assert len({f.id for f in agreement.findings}) == len(agreement.findings)
 
 
 @pytest.mark.usefixtures("brief")

@@ -18,7 +18,7 @@ SMOOTH = (
     "scenario.drive.torque_N_m=0.0",
 )
 WEIGHTLESS_GEARS = tuple(
-    f"arm.joints.*.{wheel}_kg=1e-15"
+    f"arm.joints.*.{wheel}_kg=1e-12"
     for gear in ("sun", "planet", "carrier", "ring")
     for wheel in (f"{gear}_mass", f"{gear}_equivalent_mass")
     if wheel != "ring_equivalent_mass"
@@ -128,7 +128,7 @@ def test_without_gears_it_is_the_two_link_arm_of_the_textbooks():
     inner = m_1 * l_1**2 / 3 + (m_2 + m_t) * l_1**2
     mass = [[inner + outer + 2 * lever * c, outer + lever * c], [outer + lever * c, outer]]
     bias = [-lever * s * (2 * v[2] + v[5]) * v[5], lever * s * v[2] ** 2]
-    # Gears of 1e-15 kg are left, and a few sums.
+    # Gears of 1e-12 kg are left, and a few sums.
     np.testing.assert_allclose(model.mass_matrix(q)[2::3, 2::3], mass, rtol=1e-13)
     np.testing.assert_allclose(model.bias(q, v)[2::3], bias, rtol=1e-13)
 

@@ -238,7 +238,7 @@ def test_recording_grid_is_the_scenarios():
 @pytest.mark.parametrize(
     ("scenario", "setting"),
     [
-        ("constant-torque", "scenario.drive.torque_N_m=1e100"),
+        ("constant-torque", "scenario.drive.torque_N_m=1e9"),
         ("pd", "scenario.drive.derivative_N_m_s_per_rad=-4000.0"),
     ],
 )

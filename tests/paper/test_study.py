@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from crosscheck.paper.fluctuation import excess_acceleration
+from crosscheck.paper.phase import experiments
 from crosscheck.studies import study as study_module
-from crosscheck.studies.sources import code_hash
-from crosscheck.studies.study import Numbers, Study, Variant, clear_cache, simulate
-from models.errors import InputError
+from crosscheck.studies.study import Numbers, Study, Variant, run_key
+from crosscheck.studies.variant import simulate
+from crosscheck.tasks import Failure
+from models.errors import Diverged, InputError, Unfinished
+from models.loading import HERE, load_arm
 
 SHORT = Variant(scenario="constant-torque", duration_s=0.002)
 
@@ -64,28 +69,21 @@ def test_an_interrupted_study_makes_only_what_is_missing(study: Study, tmp_path:
 )
 def test_every_input_is_part_of_the_key(change: dict[str, object]):
     changed = Variant(**{"scenario": "constant-torque", "duration_s": 0.002, **change})
-    assert study_module._key(changed) != study_module._key(SHORT)
+    assert run_key(changed) != run_key(SHORT)
 
 
 def test_another_measure_has_another_key():
-    keys = {study_module._key(SHORT, measure) for measure in (None, final_angle, largest_excess)}
+    keys = {run_key(SHORT, measure) for measure in (None, final_angle, largest_excess)}
     assert len(keys) == 3
 
 
 def test_code_and_versions_are_part_of_the_key(monkeypatch: pytest.MonkeyPatch):
-    before = study_module._key(SHORT)
-    monkeypatch.setattr(study_module, "code_hash", lambda *modules: "changed")
-    changed_code = study_module._key(SHORT)
+    before = run_key(SHORT)
+    monkeypatch.setattr(study_module, "code_hash", lambda *names: "changed")
+    changed_code = run_key(SHORT)
     monkeypatch.undo()
     monkeypatch.setattr(study_module, "_versions", lambda: ("numpy 0.0",))
-    assert len({before, changed_code, study_module._key(SHORT)}) == 3
-
-
-def test_the_code_of_a_model_reaches_what_it_imports():
-    # The kernel is imported by the model, the engine's models are not.
-    assert code_hash("analytic.model") != code_hash("analytic.kernel")
-    assert code_hash("analytic.model") == code_hash("analytic.model", "analytic.kernel")
-    assert code_hash("analytic.model") != code_hash("analytic.model", "models.exudyn_tree")
+    assert len({before, changed_code, run_key(SHORT)}) == 3
 
 
 def test_a_kept_run_is_the_run(study: Study):
@@ -136,22 +134,54 @@ def test_an_answer_is_worked_out_once_for_its_inputs(study: Study):
     assert (study.made, study.found) == (3, 1)
 
 
-def test_a_damaged_file_is_named(study: Study):
-    study.answers([Square(2.0)], "squares")
-    (kept,) = study.folder.glob("*.json")
-    kept.write_text("4.", encoding="utf-8")
-    with pytest.raises(InputError, match=f"{kept.name}.*cache clear"):
-        study.answers([Square(2.0)], "squares")
+@dataclass(frozen=True)
+class Broken:
+    """A question whose answer raises."""
+
+    error: type[Exception]
+    inputs: str = ""
+    cost: float = 0.0
+
+    def answer(self) -> None:
+        raise self.error("m", 1.0) if self.error is Diverged else self.error("two\nlines")
 
 
-def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path):
-    (tmp_path / "file").touch()
-    with pytest.raises(InputError, match="file/cache: cannot be written"):
-        Study(tmp_path / "file" / "cache").answers([Square(2.0)], "squares")
+def test_what_has_no_result_is_one_clear_error(study: Study):
+    with pytest.raises(Unfinished, match=r"^squares: Broken: ValueError: two lines$"):
+        study.answers([Square(2.0), Broken(ValueError)], "squares")
+    assert Study(study.folder).answers([Square(2.0)], "squares") == [4.0]
+    with pytest.raises(Diverged, match="m: diverged at t = 1 s"):
+        study.answers([Broken(Diverged)], "squares")
 
 
-def test_clearing_removes_what_was_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    Study(study_module.cache_folder()).measures([SHORT], final_angle)
-    assert clear_cache() == 1
-    assert clear_cache() == 0
+def test_a_worker_that_died_is_one_clear_error(study: Study, monkeypatch: pytest.MonkeyPatch):
+    def died(tasks: list[Any], jobs: int, done: object) -> dict[str, Failure]:
+        return {task.key: Failure("Died", "ended by SIGKILL") for task in tasks}
+
+    monkeypatch.setattr(study_module, "perform_all", died)
+    with pytest.raises(Unfinished, match=r"^runs: analytic:physical: Died: ended by SIGKILL$"):
+        study.runs([SHORT])
+    monkeypatch.setattr(experiments, "perform_all", died)
+    with pytest.raises(Unfinished, match=r"^clock: Died: ended by SIGKILL$"):
+        experiments.responses(study, [experiments.Experiment(SHORT)], "clock")
+
+
+@pytest.mark.parametrize("error", [InputError("file", "field", 1, "allowed"), Diverged("m", 1.0)])
+def test_errors_come_whole_out_of_another_process(error: Exception):
+    again = pickle.loads(pickle.dumps(error))
+    assert (str(again), vars(again)) == (str(error), vars(error))
+
+
+def test_an_arms_own_damping_stays_unless_another_is_given(tmp_path: Path):
+    text = (HERE / "arms" / "paper-labelled.toml").read_text(encoding="utf-8")
+    direct = "sun_planet_damping_N_s_per_m = 7.0\nplanet_ring_damping_N_s_per_m = 8.0"
+    for name, damping in (("ratio", "damping_ratio = 0.03"), ("direct", direct)):
+        changed = text.replace("damping_ratio = 0.05", damping)
+        assert changed != text
+        (tmp_path / f"{name}.toml").write_text(changed, encoding="utf-8")
+        file = str(tmp_path / f"{name}.toml")
+        assert Variant(arm=file).case().arm == load_arm(file)
+        for joint in Variant(arm=file, zeta=0.2).case().arm.joints:
+            assert joint.damping_ratio == 0.2
+            assert joint.sun_planet_damping_N_s_per_m is None
+    assert Variant(zeta=0.05).case() == Variant().case()

@@ -20,9 +20,6 @@ from typing import NamedTuple
 import pytest
 import xarray as xr
 
-from crosscheck.checks.invariants import energy_over_run, invariants
-from crosscheck.checks.states import compare_states
-from crosscheck.checks.trajectories import same_step
 from crosscheck.findings import Finding
 from crosscheck.registry import MODELS, build, model_class
 from models.arm import Arm
@@ -30,6 +27,7 @@ from models.interface import STATE_ABILITIES, Model
 from models.scenario import Scenario
 from models.switches import switches
 from tests.arms import PAPER
+from tests.judged import compare_states, energy_over_run, invariants, same_step
 
 STATES, SEED = 5, 0
 PACKAGES = {

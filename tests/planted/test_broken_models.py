@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crosscheck.checks.states import compare_states
 from crosscheck.findings import Finding
 from models.interface import STATE_ABILITIES
+from tests.judged import compare_states
 from tests.planted.faults import SEED, STATES, probe_model, unharmed
 
 PAIR = ("analytic:physical", "pinocchio:gears")
@@ -29,7 +29,8 @@ def test_a_raising_model_is_a_failed_check(quantity, order):
         raise ZeroDivisionError("no such luck")
 
     finding = _finding(quantity, order, raising)
-    assert (finding.verdict, finding.note) == ("failed", "ZeroDivisionError: no such luck")
+    why = "pinocchio:gears: ZeroDivisionError: no such luck"
+    assert (finding.verdict, finding.note) == ("failed", why)
 
 
 @pytest.mark.parametrize("order", [PAIR, PAIR[::-1]], ids=["as the second", "as the first"])

@@ -8,8 +8,6 @@ from functools import lru_cache
 
 import pytest
 
-from crosscheck.checks.states import compare_states
-from crosscheck.checks.trajectories import refined
 from crosscheck.findings import Finding
 from models import exudyn_bodies, exudyn_contact
 from models.exudyn_bodies import ExudynBodies
@@ -20,6 +18,7 @@ from models.pinocchio_gears import PinocchioGears
 from models.scenario import Scenario
 from models.switches import switches
 from tests.engines.bodies_checks import joint_gaps, wrenches
+from tests.judged import compare_states, refined
 from tests.planted.faults import (
     ACCELERATION,
     BIAS,

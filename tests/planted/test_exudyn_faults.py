@@ -74,7 +74,7 @@ BODIES = [
     ),
     Fault(
         "planets without orbit inertia",
-        edit(TREE + "_planets", "joint.planet_mass_kg, 0.0", "1e-9, 0.0"),
+        edit(TREE + "_planets", "joint.planet_mass_kg or NO_MASS", "1e-9"),
         MASS,
     ),
     Fault(
@@ -294,7 +294,11 @@ RUNS = [
     Fault("motor's clock stands", edit(TREE + "_loads", "clock[0] + t", "t"), THETA, **SINUSOID),
     Fault(
         "ring mesh recorded with the sun",
-        edit(TREE + "ExudynTree._trajectory", "with_sun=side == 0", "with_sun=True"),
+        edit(
+            TREE + "ExudynTree._trajectory",
+            "stage, q, with_sun=side == 0",
+            "stage, q, with_sun=True",
+        ),
         X_PR,
     ),
     Fault("sun's sign in the record", edit(MESH + "deflection", "wheel - q", "wheel + q"), X_SP),

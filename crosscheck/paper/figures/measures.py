@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 from scipy.ndimage import uniform_filter1d
 
+from crosscheck.envelope import envelope
 from crosscheck.paper import signals
 from crosscheck.paper.undefined import finite, known, quotient
-from crosscheck.report.envelope import envelope
 from crosscheck.studies.study import Numbers
 
 THIRD_S = (0.5, 1.2)

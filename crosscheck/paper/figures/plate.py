@@ -12,13 +12,13 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from crosscheck.envelope import envelope
 from crosscheck.paper import signals
 from crosscheck.paper.figures.runs import LAWS
 from crosscheck.paper.reductions import first_planets
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, recorded, shown
 from crosscheck.report import fragments
-from crosscheck.report.envelope import envelope
 from crosscheck.report.figures import BINS, legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
 from crosscheck.studies.study import Study, Variant

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from crosscheck.envelope import envelope
 from crosscheck.paper import signals
 from crosscheck.paper.figures.measures import HIGHEST_HZ, SPECTRUM_S, Line, line, spectrum_part
 from crosscheck.paper.figures.plate import (
@@ -34,7 +35,6 @@ from crosscheck.paper.figures.verdicts import (
     stands_out,
 )
 from crosscheck.paper.undefined import all_of, known
-from crosscheck.report.envelope import envelope
 from crosscheck.report.figures import legend, log_y, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 

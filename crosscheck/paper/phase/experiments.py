@@ -21,8 +21,10 @@ from crosscheck.paper.phase.plant import (
 )
 from crosscheck.paper.undefined import defined
 from crosscheck.registry import build
-from crosscheck.simulations import perform_all
 from crosscheck.studies.study import Study, Variant
+from crosscheck.tasks import Failure
+from crosscheck.workers import perform_all
+from models.errors import Unfinished
 from models.loading import Case
 from models.scenario import TableDrive
 
@@ -118,7 +120,7 @@ def played_back(case: Case) -> Case:
 def responses(
     study: Study, experiments: Sequence[Experiment], what: str
 ) -> dict[Experiment, Response]:
-    """All of them, on the study's processes."""
+    """All of them, on the study's processes. Raises Unfinished."""
     wanted = list(dict.fromkeys(experiments))
     done = 0
     study.told(what, done, len(wanted))
@@ -129,6 +131,9 @@ def responses(
         study.told(what, done, len(wanted))
 
     found = perform_all(wanted, study.jobs, finished)
+    failures = [outcome for outcome in found.values() if isinstance(outcome, Failure)]
+    if failures:
+        raise Unfinished(f"{what}: {failures[0]}")
     return {experiment: found[experiment.key] for experiment in wanted}
 
 

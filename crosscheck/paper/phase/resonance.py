@@ -11,6 +11,7 @@ import numpy as np
 
 from analytic import kernel
 from analytic.model import PhysicalModel
+from crosscheck.envelope import envelope
 from crosscheck.paper import signals
 from crosscheck.paper.phase.experiments import FILTER_EDGE_S, STRIDE, vibration
 from crosscheck.paper.phase.plant import Plant, accelerations_along, integrate, plant_of
@@ -18,8 +19,7 @@ from crosscheck.paper.phase.verdict import FAR, Evidence, is_far
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import defined, shown
 from crosscheck.registry import build
-from crosscheck.report.envelope import envelope
-from crosscheck.report.figures import BINS, legend, log_y, new_figure, to_svg
+from crosscheck.report.figures import legend, log_y, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Question, Study
 from models.arm import Arm
@@ -32,6 +32,7 @@ ZETAS = (0.003, 0.005, 0.007, 0.02, 0.05)  # of the tongues
 SPEEDS = np.linspace(15.0, 600.0, 400)  # rad/s
 STEP_S = 5e-6  # RK4's own damping of the highest mode stays below 0.1 1/s
 TONGUE_PER_S = 1.0  # growth that counts
+BINS = 900  # of what is kept of a run-up, for its drawing
 SCENARIOS = ("pd", "constant-torque", "back-and-forth")
 
 
@@ -324,7 +325,7 @@ def _statement(
 
 
 def _drawn(ramp: Ramp) -> tuple[np.ndarray, np.ndarray]:
-    """Speed [rad/s] and largest vibration [rad/s^2] of every bin of a drawing."""
+    """Speed [rad/s] and largest vibration [rad/s^2] of every bin."""
     edge = signals.window(ramp.speed, 1.0, FASTEST_RAD_PER_S * (1 - FILTER_EDGE_S))
     if edge.stop <= edge.start:
         return np.empty(0), np.empty(0)

@@ -1,0 +1,149 @@
+"""What a model answers, state by state; an answer that is no array of numbers is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.checks.christoffel import christoffel_force
+from models.arm import Arm
+from models.interface import Model
+
+# Quantities that no method of a model gives by itself.
+CHRISTOFFEL, ABILITIES = "christoffel_force", "abilities"
+
+
+class BadAnswer(ValueError):
+    """A model's answer that is not what its interface says."""
+
+
+class States(NamedTuple):
+    """t (count,) [s]; q, v (count, n) in a model's coordinates."""
+
+    t: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+
+
+def random_states(coordinates: Sequence[str], arm: Arm, count: int, seed: int) -> States:
+    """States on both flanks, in free play, at any pose, as brisk as the paper's runs."""
+    generator = np.random.default_rng(seed)
+    play = 3 * max(*(joint.backlash_m for joint in arm.joints), 2e-5)
+    angular = angles_among(coordinates)
+    q_size, v_size = np.where(angular, np.pi, play), np.where(angular, 3.0, 0.1)
+    shape = (count, len(coordinates))
+    return States(
+        generator.uniform(0, 2, count),
+        generator.uniform(-1, 1, shape) * q_size,
+        generator.uniform(-1, 1, shape) * v_size,
+    )
+
+
+def angles_among(coordinates: Sequence[str]) -> np.ndarray:
+    """Which coordinates (n,) are angles; the others are displacements."""
+    return np.array([name.startswith("theta") for name in coordinates])
+
+
+def answers(
+    model: Model, expected: tuple[str, ...], quantity: str, count: int, seed: int
+) -> np.ndarray:
+    """A model's answers at random states, the states along the first axis.
+
+    expected: the coordinates that it must have. Raises BadAnswer, and whatever the model raises.
+    """
+    if tuple(model.coordinates) != expected:
+        raise BadAnswer(f"coordinates are {model.coordinates}, must be {expected}")
+    if quantity in WITHOUT_STATE:
+        return np.array(WITHOUT_STATE[quantity](model))
+    states = random_states(expected, model.arm, count, seed)
+    answer = AT_STATE[quantity]
+    return np.array([answer(model, *state) for state in zip(*states, strict=True)])
+
+
+def _numbers(answer: object, what: str, shape: tuple[int, ...] | None) -> np.ndarray:
+    """The answer, if it is an array of finite float64 of this shape. Raises BadAnswer."""
+    if not isinstance(answer, np.ndarray):
+        raise BadAnswer(f"{what} is a {type(answer).__name__}, must be an array")
+    if answer.dtype != np.float64:
+        raise BadAnswer(f"{what} is of type {answer.dtype}, must be float64")
+    if shape is not None and answer.shape != shape:
+        raise BadAnswer(f"{what} has shape {answer.shape}, must be {shape}")
+    if not np.isfinite(answer).all():
+        raise BadAnswer(f"{what} is not finite")
+    return answer
+
+
+def _mass_matrix(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return _numbers(model.mass_matrix(q.copy()), "mass_matrix", (q.size, q.size))
+
+
+def _bias(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return _numbers(model.bias(q.copy(), v.copy()), "bias", q.shape)
+
+
+def _generalized_force(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    answer = model.generalized_force(t, q.copy(), v.copy())
+    return _numbers(answer, "generalized_force", q.shape)
+
+
+def _acceleration(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return _numbers(model.acceleration(t, q.copy(), v.copy()), "acceleration", q.shape)
+
+
+def _christoffel(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def mass_matrix(pose: np.ndarray) -> np.ndarray:
+        return _mass_matrix(model, t, pose, v)
+
+    return christoffel_force(mass_matrix, q, v, angles_among(model.coordinates))
+
+
+def _widest_gap(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> float:
+    """Largest gap, rate or acceleration of the model's joints over its size."""
+    a = _acceleration(model, t, q, v)
+    residuals = model.constraint_residual(q.copy(), v.copy(), a)
+    if not isinstance(residuals, tuple) or len(residuals) != 3:
+        raise BadAnswer("constraint_residual is not gaps, rates and accelerations")
+    gaps, *others = (_numbers(r, "constraint_residual", None) for r in residuals)
+    if gaps.size == 0 or any(other.shape != gaps.shape for other in others):
+        raise BadAnswer("constraint_residual is empty, or its parts are of unequal shapes")
+    reach = sum(link.length_m for link in model.arm.links)
+    angular = angles_among(model.coordinates)
+    sizes = [max(1.0, reach * float(np.abs(vector[angular]).max())) for vector in (v * 0, v, a)]
+    return max(
+        float(np.abs(r).max()) / size for r, size in zip((gaps, *others), sizes, strict=True)
+    )
+
+
+def _mesh_modes(model: Model) -> np.ndarray:
+    modes = _numbers(model.mesh_modes(), "mesh_modes", None)
+    if modes.ndim != 1 or not modes.size or modes[0] <= 0 or (np.diff(modes) < 0).any():
+        raise BadAnswer("mesh_modes are not positive frequencies in ascending order")
+    return modes
+
+
+def _largest_stable_step(model: Model) -> float:
+    step = model.largest_stable_step()
+    if not isinstance(step, float) or not step > 0:
+        raise BadAnswer(f"largest_stable_step is {step!r}, must be a positive number")
+    return step
+
+
+def _abilities(model: Model) -> list[str]:
+    return sorted(model.abilities)
+
+
+AT_STATE: dict[str, Callable[[Model, float, np.ndarray, np.ndarray], np.ndarray | float]] = {
+    "mass_matrix": _mass_matrix,
+    "bias": _bias,
+    "generalized_force": _generalized_force,
+    "acceleration": _acceleration,
+    CHRISTOFFEL: _christoffel,
+    "constraint_residual": _widest_gap,
+}
+WITHOUT_STATE: dict[str, Callable[[Model], np.ndarray | float | list[str]]] = {
+    "mesh_modes": _mesh_modes,
+    "largest_stable_step": _largest_stable_step,
+    ABILITIES: _abilities,
+}

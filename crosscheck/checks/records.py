@@ -1,0 +1,90 @@
+"""Whether a run recorded all that its experiment asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from models.arm import Arm
+from models.loading import Case
+from models.trajectory import recorded_times
+
+RIGID = ("theta", "theta_dot", "theta_ddot", "torque", "kinetic_energy")
+BY_PLANET = ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr")
+GEARED = (*RIGID, *BY_PLANET)
+BY_JOINT = ("theta", "theta_dot", "theta_ddot", "torque")
+SAME_TIME_S = 1e-10  # k h and 2 k (h / 2) are the same time
+
+
+class Incomplete(ValueError):
+    """A run that lacks something, or has it in another form."""
+
+
+def require_complete(run: object, model: str, case: Case, *, geared: bool) -> None:
+    """Raise Incomplete unless a run covers its scenario's grid, joints, planets and variables.
+
+    Every value must be a finite float64; mesh variables are NaN beyond a joint's own planets.
+    """
+    if not isinstance(run, xr.Dataset):
+        raise Incomplete(f"the run is a {type(run).__name__}, must be a Dataset")
+    missing = next(_missing(run, case, GEARED if geared else RIGID), None)
+    if missing is not None:
+        raise Incomplete(missing)
+    told, step = run.attrs.get("model"), run.attrs.get("step_s")
+    if told != model or step != case.scenario.step_s:
+        raise Incomplete(f"the run says it is of model {told!r} and step {step!r}")
+
+
+def _missing(run: xr.Dataset, case: Case, variables: tuple[str, ...]) -> Iterator[str]:
+    """What is not as it must be, the gravest first."""
+    yield from (f"the run has no {name}" for name in ("time", "joint") if name not in run.coords)
+    yield from (f"the run has no {name}" for name in variables if name not in run)
+    yield from _off_grid(run, case)
+    yield from _other_labels(run, "joint", len(case.arm.joints))
+    if "x_sp" in variables:
+        planets = max(joint.planet_count for joint in case.arm.joints)
+        yield from _other_labels(run, "planet", planets)
+    yield from (_misshapen(run, name) for name in variables if _misshapen(run, name))
+    for name in variables:
+        yield from _not_finite(run, name, case.arm)
+
+
+def _off_grid(run: xr.Dataset, case: Case) -> Iterator[str]:
+    expected, time = recorded_times(case.scenario), run["time"].values
+    if len(time) != len(expected):
+        yield f"the run has {len(time)} times, the scenario asks for {len(expected)}"
+    elif time.dtype != np.float64 or not (np.abs(time - expected) <= SAME_TIME_S).all():
+        yield "the run's times are not those that the scenario asks for"
+
+
+def _other_labels(run: xr.Dataset, name: str, count: int) -> Iterator[str]:
+    expected = list(range(1, count + 1))
+    labels = run[name].values.tolist() if name in run.coords else []
+    if labels != expected:
+        lost = [number for number in expected if number not in labels]
+        yield f"the run has {name} {labels}, must be {expected}; missing {lost}"
+
+
+def _misshapen(run: xr.Dataset, name: str) -> str:
+    """Why a variable is not an array of float64 over its dimensions, or nothing."""
+    dims = ("time", "joint", "planet")[: 3 if name in BY_PLANET else 2 if name in BY_JOINT else 1]
+    if run[name].dims != dims:
+        return f"{name} is over {run[name].dims}, must be over {dims}"
+    if run[name].dtype != np.float64:
+        return f"{name} is of type {run[name].dtype}, must be float64"
+    return ""
+
+
+def _not_finite(run: xr.Dataset, name: str, arm: Arm) -> Iterator[str]:
+    values = run[name].values
+    if name not in BY_PLANET:
+        wrong = ~np.isfinite(values)
+    else:
+        planets = [joint.planet_count for joint in arm.joints]
+        own = np.arange(values.shape[2]) < np.array(planets)[:, None]
+        wrong = np.isfinite(values) != own
+    if wrong.any():
+        first = run["time"].values[np.argwhere(wrong)[0, 0]]
+        yield f"{name} is not finite at t = {first:.6g} s"

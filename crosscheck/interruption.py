@@ -1,0 +1,71 @@
+"""Ctrl-C and termination: at any moment, once or more often, one line and the agreed exit code.
+
+Light on purpose: it is the first thing that the command line imports.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from types import FrameType
+
+# If the program has not come to its end by then [s], it is ended: engines swallow exceptions.
+GRACE_S = 1.2
+SHOW_CURSOR = "\x1b[?25h"  # which a progress bar hides
+# What must not be left behind when the program is ended: worker processes, half-written files.
+leftovers: list[Callable[[], None]] = []
+_received: list[int] = []
+
+
+def listen() -> None:
+    """From now on SIGINT and SIGTERM raise KeyboardInterrupt, once."""
+    signal.signal(signal.SIGINT, _stop)
+    signal.signal(signal.SIGTERM, _stop)
+
+
+def deaf() -> None:
+    """From now on neither does anything."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+
+
+def exit_code() -> int:
+    """What the shell expects of a program that a signal has ended: 130 or 143."""
+    return 128 + (_received[0] if _received else signal.SIGINT)
+
+
+def leave_if_stopped() -> None:
+    """End at once with that code if such a signal has come.
+
+    Python itself ends by SIGINT, whatever the exit code, where a KeyboardInterrupt has once passed
+    through code that a C extension had run, as some do while they are imported.
+    """
+    if _received:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(exit_code())
+
+
+def farewell() -> str:
+    """What the one line says."""
+    return "terminated" if _received and _received[0] == signal.SIGTERM else "interrupted"
+
+
+def _stop(number: int, _: FrameType | None) -> None:
+    deaf()
+    _received.append(number)
+    threading.Thread(target=_end_anyway, daemon=True).start()
+    raise KeyboardInterrupt
+
+
+def _end_anyway() -> None:
+    """The interrupt was swallowed, or its way out takes too long."""
+    threading.Event().wait(GRACE_S)
+    for clear in leftovers:
+        clear()
+    shown = SHOW_CURSOR if os.isatty(2) else ""
+    os.write(2, f"{shown}crosscheck: {farewell()}\n".encode())
+    os._exit(exit_code())

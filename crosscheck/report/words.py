@@ -1,0 +1,42 @@
+"""Words that every view uses: counts, and what a Finding says."""
+
+from __future__ import annotations
+
+from crosscheck.findings import Agreement, Finding
+
+
+def counted(number: int, noun: str) -> str:
+    """Such as `1 check` or `2 checks`."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def tally(agreement: Agreement) -> str:
+    """How many of the checks agree."""
+    total = len(agreement.checks)
+    agreeing = total - len(agreement.red)
+    return f"{agreeing} of {counted(total, 'check')} agree{'s' if total == 1 else ''}"
+
+
+def outcome(finding: Finding) -> str:
+    """What a check says behind its verdict: the numbers as that verdict means them, and the note.
+
+    An unresolved one lies within its tolerance, but that tolerance means nothing: read as
+    "measured, allowed" it would look like a pass.
+    """
+    return "; ".join(filter(None, (_numbers(finding), finding.note)))
+
+
+def _numbers(finding: Finding) -> str:
+    if finding.measured is None or finding.tolerance is None:
+        return ""
+    measured = f"measured {finding.measured:.3g}"
+    allowed = f"{finding.tolerance:.3g} {finding.unit}"
+    if finding.verdict != "unresolved":
+        return f"{measured}, allowed {allowed}"
+    return f"the uncertainty itself, {allowed}, is too large to mean anything ({measured})"
+
+
+def printable(text: str) -> str:
+    """The text with whatever a terminal would not show written as an escape."""
+    shown = (c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return "".join(shown)

@@ -1,0 +1,88 @@
+"""One simulation of a study: what differs from the built-in arm and scenario, and running it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from crosscheck.registry import build
+from models.arm import Joint
+from models.errors import Diverged
+from models.loading import Case, load_case
+
+PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
+
+Numbers = dict[str, float | None]
+Measure = Callable[[xr.Dataset], Numbers]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One simulation: what differs from the built-in arm and scenario.
+
+    zeta: damping ratio of all joints, None for the damping that the arm's file gives; ring_rate
+    None follows the phase law; settings: ``path=value`` as on the command line; seed: perturb every
+    mesh displacement of the start by up to 1e-12 m; step_s and record_every as in the scenario.
+    """
+
+    scenario: str = "pd"
+    arm: str = "paper-labelled"
+    phase: str = "angle"
+    ring_rate: str | None = None
+    zeta: float | None = None
+    model: str = "analytic:physical"
+    duration_s: float | None = None
+    settings: tuple[str, ...] = ()
+    seed: int | None = None
+    record_every: int = 2
+
+    def case(self) -> Case:
+        """Arm, scenario and switches. Raises InputError."""
+        switches = {"phase": self.phase}
+        if self.ring_rate is not None:
+            switches["ring_rate"] = self.ring_rate
+        settings = [*self.settings, f"scenario.record_every={self.record_every}"]
+        if self.duration_s is not None:
+            settings.append(f"scenario.duration_s={self.duration_s!r}")
+        case = load_case(self.arm, self.scenario, switches, settings)
+        if self.zeta is not None:
+            case = _damped(case, self.zeta)
+        return case if self.seed is None else _perturbed(case, self.seed)
+
+
+def _damped(case: Case, zeta: float) -> Case:
+    """This damping ratio in place of what the arm has."""
+    update = {
+        "damping_ratio": zeta,
+        "sun_planet_damping_N_s_per_m": None,
+        "planet_ring_damping_N_s_per_m": None,
+    }
+    joints = tuple(Joint.model_validate(joint.model_dump() | update) for joint in case.arm.joints)
+    return case._replace(arm=case.arm.model_copy(update={"joints": joints}))
+
+
+def _perturbed(case: Case, seed: int) -> Case:
+    generator = np.random.default_rng(seed)
+    offsets = PERTURBATION_M * generator.uniform(-1, 1, (2, len(case.arm.joints)))
+    update = {
+        name: tuple(map(float, row))
+        for name, row in zip(("sun_planet_offset_m", "planet_ring_offset_m"), offsets, strict=True)
+    }
+    start = case.scenario.start.model_copy(update=update)
+    return case._replace(scenario=case.scenario.model_copy(update={"start": start}))
+
+
+def simulate(variant: Variant) -> xr.Dataset:
+    """The variant's trajectory. Raises InputError and Diverged."""
+    return build(variant.model, *variant.case()).simulate()
+
+
+def measured(variant: Variant, measure: Measure) -> Numbers:
+    """Numbers of the variant's trajectory; {"diverged_s": time} if it diverges."""
+    try:
+        return measure(simulate(variant))
+    except Diverged as error:
+        return {"diverged_s": error.time_s}

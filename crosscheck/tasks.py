@@ -1,0 +1,160 @@
+"""Work on one model, for another process: a run, or one of its functions at many states.
+
+Whatever the model does comes back as an outcome: an array, a trajectory, or the Failure that says
+why there is none. One function of one model is one task, so that a failure stays where it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Protocol
+
+import numpy as np
+import xarray as xr
+
+from crosscheck.api import simulate
+from crosscheck.checks.answers import answers
+from crosscheck.checks.consistency import require_consistent
+from crosscheck.checks.records import require_complete
+from crosscheck.registry import MODELS, build
+from models.errors import Diverged, InputError
+from models.interface import Model
+from models.loading import Case
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why there is no result: the exception's name and message."""
+
+    kind: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.kind}: {self.message}" if self.message else self.kind
+
+
+def failure(error: BaseException) -> Failure:
+    """Of an exception, its text on one line."""
+    return Failure(type(error).__name__, " ".join(str(error).split()))
+
+
+class Task(Protocol):
+    """A piece of work for another process, rough seconds long; ``key`` is unlike all others'."""
+
+    @property
+    def key(self) -> Any: ...
+
+    @property
+    def cost(self) -> float: ...
+
+    def perform(self) -> Any: ...
+
+
+@dataclass(frozen=True)
+class RunKey:
+    """The name of a run: experiment, model and, of its runs there, which."""
+
+    experiment: str
+    model: str
+    variant: str = ""
+
+    def __str__(self) -> str:
+        return "/".join(filter(None, (self.experiment, self.model, self.variant)))
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """One run of one model; ``rtol`` asks for its adaptive reference instead of fixed steps."""
+
+    key: RunKey
+    case: Case
+    rtol: float | None = None
+
+    @property
+    def model(self) -> str:
+        """Whose run."""
+        return self.key.model
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds, to start the longest first."""
+        steps = self.case.scenario.steps
+        return steps * MODELS[self.model].call_s * (4 if self.rtol else 1)
+
+    def perform(self) -> xr.Dataset | Failure:
+        """The whole trajectory, or what prevented it: a failed check, not a crash."""
+        try:
+            entry, model = MODELS[self.model], built(self.model, self.case)
+            run = model.simulate() if self.rtol is None else model.reference(self.rtol)
+            require_complete(run, self.model, self.case, geared=entry.role != "rigid")
+            constrained = "constraint_residual" in entry.promises
+            require_consistent(run, model, constrained=constrained)
+        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
+            return failure(error)
+        return run
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """One function of one model at ``count`` random states of a seed; see checks.answers."""
+
+    model: str
+    case: Case
+    quantity: str
+    count: int = 1
+    seed: int = 0
+
+    @property
+    def key(self) -> Evaluation:
+        """Itself."""
+        return self
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds: building the model, then a few calls for every state."""
+        return 0.1 + 10 * self.count * MODELS[self.model].call_s
+
+    def perform(self) -> np.ndarray | Failure:
+        """The answers, state by state along the first axis, or why there are none."""
+        try:
+            model = built(self.model, self.case)
+            expected = MODELS[self.model].coordinates(len(self.case.arm.joints))
+            return answers(model, expected, self.quantity, self.count, self.seed)
+        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
+            return failure(error)
+
+
+Outcome = xr.Dataset | np.ndarray | Failure
+
+
+@lru_cache(maxsize=8)
+def built(name: str, case: Case) -> Model:
+    """The model of a case; every process remembers the last few."""
+    return build(name, *case)
+
+
+@dataclass(frozen=True)
+class Request:
+    """A run that a user asks for by name; ``force`` goes on past the stable step."""
+
+    model: str
+    case: Case
+    force: bool
+
+    @property
+    def key(self) -> Request:
+        """Itself."""
+        return self
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds; a user may well ask for a run of hours."""
+        return 3600.0
+
+    def perform(self) -> xr.Dataset | InputError | Diverged:
+        """The trajectory, or what is wrong with the request or its run."""
+        try:
+            return simulate(build(self.model, *self.case), force=self.force)
+        except (InputError, Diverged) as error:
+            return error

@@ -1,0 +1,204 @@
+"""Tasks on several processes, none of which can take the others or the program down.
+
+Forked, so that a worker knows every model that its parent does, those made in memory included.
+A worker that dies, by a signal or an engine's own exit, or that takes far longer than its task
+should, costs that task alone. Workers never outlive their parent, and are deaf to Ctrl-C, which
+is for the parent to answer. Pools of the standard library and of joblib give up all tasks when one
+worker dies.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import faulthandler
+import multiprocessing
+import os
+import resource
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import ForkProcess
+from types import TracebackType
+from typing import Any, Self
+
+from crosscheck.interruption import leftovers
+from crosscheck.tasks import Failure, Task, failure
+
+FORK = multiprocessing.get_context("fork")
+# A task may take this long [s], and this many times its rough cost on top.
+PATIENCE_S, PATIENCE = 60.0, 50.0
+PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux's prctl
+CLOSING_S = 5.0  # from the end of a process's pipes to the end of the process
+SIGNALS = {signal.SIGINT, signal.SIGTERM}
+
+
+def perform_all(tasks: Sequence[Task], jobs: int, done: Callable[[Any], None]) -> dict[Any, Any]:
+    """All results by key, in the tasks' order; ``done`` is told each key as it finishes."""
+    unlike = list({task.key: task for task in tasks}.values())
+    with Workers(min(jobs, len(unlike))) as workers:
+        results = workers.perform(unlike, done)
+    return {task.key: results[task.key] for task in unlike}
+
+
+@dataclass
+class _Worker:
+    """A process, the pipe to it, and what it is at."""
+
+    process: ForkProcess
+    pipe: Connection
+    task: Task | None = None
+    until: float = 0.0
+
+    def give(self, task: Task) -> None:
+        self.task = task
+        self.until = time.monotonic() + PATIENCE_S + PATIENCE * task.cost
+        self.pipe.send(task)
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.process.join()
+        self.pipe.close()
+
+
+class Workers:
+    """Up to ``jobs`` forked processes; as a context, none is left behind."""
+
+    def __init__(self, jobs: int) -> None:
+        self.jobs = jobs
+        self.crew: list[_Worker] = []
+
+    def __enter__(self) -> Self:
+        leftovers.append(self._dismiss)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        at: TracebackType | None,
+    ) -> None:
+        leftovers.remove(self._dismiss)
+        self._dismiss()
+
+    def _dismiss(self) -> None:
+        while self.crew:
+            self.crew.pop().kill()
+
+    def perform(self, tasks: Sequence[Task], done: Callable[[Any], None]) -> dict[Any, Any]:
+        """Results by key; a task whose worker died or was too slow has a Failure."""
+        waiting = sorted(tasks, key=lambda task: task.cost)
+        results: dict[Any, Any] = {}
+        while len(results) < len(tasks):
+            self._employ(waiting)
+            for worker in self._finished():
+                task = worker.task
+                assert task is not None  # only those at work can have finished
+                results[task.key] = self._result(worker)
+                done(task.key)
+        return results
+
+    def _employ(self, waiting: list[Task]) -> None:
+        """Give every idle worker the longest task left; hire while there are tasks."""
+        idle = [worker for worker in self.crew if worker.task is None]
+        while waiting and (idle or len(self.crew) < self.jobs):
+            worker = idle.pop() if idle else self._hired()
+            with suppress(OSError):  # it has died idle, and will be found dead
+                worker.give(waiting.pop())
+
+    def _hired(self) -> _Worker:
+        here, there = FORK.Pipe()
+        process = FORK.Process(target=_serve, args=(there, os.getpid()), daemon=True)
+        # No signal in between, when the child would still answer it as its parent does.
+        signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+        try:
+            process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+        there.close()
+        worker = _Worker(process, here)
+        self.crew.append(worker)
+        return worker
+
+    def _finished(self) -> list[_Worker]:
+        """Those at work that have a result, are dead, or are out of time."""
+        busy = [worker for worker in self.crew if worker.task is not None]
+        ends = max(0.0, min(worker.until for worker in busy) - time.monotonic())
+        events = [w.pipe for w in busy] + [w.process.sentinel for w in busy]
+        ready = wait(events, timeout=ends)
+        now = time.monotonic()
+        return [w for w in busy if w.pipe in ready or w.process.sentinel in ready or now >= w.until]
+
+    def _result(self, worker: _Worker) -> Any:
+        """What it sent; or why it sent nothing, in which case it is dismissed."""
+        task, worker.task = worker.task, None
+        assert task is not None
+        try:
+            if worker.pipe.poll():
+                return worker.pipe.recv()
+        except (EOFError, OSError):
+            pass
+        except Exception as error:  # a result that cannot be put together again here
+            return failure(error)
+        self.crew.remove(worker)
+        late = time.monotonic() >= worker.until
+        worker.process.join(0 if late else CLOSING_S)
+        worker.kill()
+        if late:
+            allowed = PATIENCE_S + PATIENCE * task.cost
+            return Failure(
+                "TooSlow", f"stopped after {allowed:.0f} s, about {task.cost:.2g} s expected"
+            )
+        return Failure("Died", _last_words(worker.process.exitcode))
+
+
+def _last_words(code: int | None) -> str:
+    """Of a process that ended by itself."""
+    if code is not None and code < 0:
+        return f"the process of the model was ended by {signal.Signals(-code).name}"
+    return f"the process of the model ended with exit code {code}"
+
+
+def _serve(pipe: Connection, parent: int) -> None:
+    """A worker's life: tasks in, results out."""
+    _settle_down(parent)
+    while True:
+        try:
+            task: Task = pipe.recv()
+        except (EOFError, OSError):
+            os._exit(0)
+        try:
+            result = task.perform()
+        except BaseException as error:  # also what is no Exception ends a task, not a worker
+            result = failure(error)
+        try:
+            pipe.send(result)
+        except Exception as error:  # a result that cannot be sent
+            pipe.send(failure(error))
+
+
+def _settle_down(parent: int) -> None:
+    """Die with the parent, leave signals to it, say nothing, leave no core file."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    faulthandler.disable()
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PARENT_DEATH_SIGNAL, signal.SIGKILL)
+    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for stream in (0, 1, 2):
+        os.dup2(nowhere, stream)
+    sys.stdin, sys.stdout, sys.stderr = os.fdopen(0), os.fdopen(1, "w"), os.fdopen(2, "w")
+
+
+def _watch(parent: int) -> None:
+    """End with the parent where the kernel does not see to it."""
+    while os.getppid() == parent:
+        time.sleep(1)
+    os._exit(1)

@@ -1,0 +1,146 @@
+"""The physical range of every kind of number in an arm or an experiment, stated once.
+
+A range is generous to any machine that could be built, from a gear of ten microns to a bridge: it
+keeps out what no machine is and no arithmetic can use, such as 1e308 kg or 5e-324 N/m.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeVar
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    Tag,
+)
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+
+class Data(BaseModel):
+    """A frozen record that refuses unknown keys and silent conversions."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Limit:
+    """Metadata of a type that holds its values to what ``str`` of it says.
+
+    The JSON schema shows that as the field's description, the error of another value as well.
+    """
+
+    def allows(self, value: Any) -> bool:
+        """Whether a value is inside; one of another type is the type's own business."""
+        raise NotImplementedError
+
+    def _checked(self, value: Any) -> Any:
+        if not self.allows(value):
+            raise PydanticCustomError("limit", "must be {limit}", {"limit": str(self)})
+        return value
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self._checked, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return {**handler(schema), "description": str(self)}
+
+
+@dataclass(frozen=True)
+class Within(Limit):
+    """A number from `least` to `most`, in `unit`; zero too if `or_zero`."""
+
+    least: float
+    most: float
+    unit: str = ""
+    or_zero: bool = False
+
+    def __str__(self) -> str:
+        ends = dict.fromkeys(map(short, (self.least, self.most)))  # one, if they are the same
+        return f"{'0, or ' * self.or_zero}{' to '.join(ends)} {self.unit}".rstrip()
+
+    def allows(self, value: Any) -> bool:
+        """Whether a number is inside; none that is not finite is."""
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            return True
+        return self.least <= value <= self.most or (self.or_zero and value == 0)
+
+
+@dataclass(frozen=True)
+class Printable(Limit):
+    """A text of one line, up to `longest` characters; it may be empty if `may_be_empty`."""
+
+    longest: int
+    may_be_empty: bool = False
+
+    def __str__(self) -> str:
+        least = 0 if self.may_be_empty else 1
+        return f"{least} to {self.longest} printable characters, not blanks alone"
+
+    def allows(self, value: Any) -> bool:
+        """Whether a text is such."""
+        if not isinstance(value, str) or (self.may_be_empty and value == ""):
+            return True
+        return bool(value.strip()) and len(value) <= self.longest and value.isprintable()
+
+
+def short(value: float) -> str:
+    """A number as one writes it: 1e-5, 1e9."""
+    return f"{value:g}".replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
+
+
+def _form(value: object) -> str:
+    return "list" if isinstance(value, list | tuple) else "number"
+
+
+UpToSeven = Field(min_length=1, max_length=7, strict=False)  # joints, or what goes by joint
+Number = TypeVar("Number")
+# One number stands for all joints, a list for one number per joint.
+PerJoint = Annotated[
+    Annotated[Number, Tag("number")] | Annotated[tuple[Number, ...], UpToSeven, Tag("list")],
+    Discriminator(_form),
+]
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+Name = Annotated[str, Printable(80)]
+Title = Annotated[str, Printable(200, may_be_empty=True)]
+SchemaVersion = Annotated[int, Within(1, 1)]
+ToothCount = Annotated[int, Within(5, 2000)]
+PlanetCount = Annotated[int, Within(2, 8)]
+Module = Annotated[float, Within(1e-5, 1, "m")]
+PressureAngle = Annotated[float, Within(1, 45, "deg")]
+GearMass = Annotated[float, Within(1e-12, 1e9, "kg")]
+Mass = Annotated[float, Within(1e-12, 1e9, "kg", or_zero=True)]
+Inertia = Annotated[float, Within(1e-24, 1e15, "kg m^2", or_zero=True)]
+Length = Annotated[float, Within(1e-5, 1e3, "m")]
+Place = Annotated[float, Within(1e-9, 1e3, "m", or_zero=True)]
+Area = Annotated[float, Within(1e-12, 1e3, "m^2")]
+Density = Annotated[float, Within(1e-3, 1e6, "kg/m^3")]
+Stiffness = Annotated[float, Within(1, 1e12, "N/m")]
+StiffnessPart = Annotated[float, Within(1e-6, 1e12, "N/m", or_zero=True)]
+Play = Annotated[float, Within(1e-12, 0.1, "m", or_zero=True)]
+Damping = Annotated[float, Within(1e-9, 1e12, "N s/m", or_zero=True)]
+DampingRatio = Annotated[float, Within(1e-9, 10, or_zero=True)]
+Sharpness = Annotated[float, Within(1, 1e15, "1/m")]
+Phase = Annotated[float, Within(-1000, 1000, "rad")]
+
+Torque = Annotated[float, Within(-1e9, 1e9, "N m")]
+Gain = Annotated[float, Within(-1e12, 1e12, "N m/rad")]
+RateGain = Annotated[float, Within(-1e12, 1e12, "N m s/rad")]
+Angle = Annotated[float, Within(-1e4, 1e4, "rad")]
+AngularRate = Annotated[float, Within(-1e4, 1e4, "rad/s")]
+DriveRate = Annotated[float, Within(-1e6, 1e6, "rad/s")]
+Offset = Annotated[float, Within(-0.1, 0.1, "m")]
+Duration = Annotated[float, Within(1e-9, 1e6, "s")]
+Step = Annotated[float, Within(1e-12, 1, "s")]
+TableTime = Annotated[float, Within(-1e6, 1e6, "s")]
+Count = Annotated[int, Within(1, 1e9)]

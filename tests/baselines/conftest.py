@@ -1,0 +1,52 @@
+"""A short cross-check, its record, and the command line on it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from crosscheck import cli, validate
+from crosscheck.baseline_file import baseline_path, write_baseline
+from crosscheck.reduction import baseline_of
+from crosscheck.run import CrossCheck
+from models.arm import Arm
+from tests.baselines.short import short_check
+
+Command = Callable[..., int]
+
+
+@pytest.fixture(scope="session")
+def result(labelled: Arm) -> CrossCheck:
+    """What is recorded here."""
+    return short_check(labelled)
+
+
+@pytest.fixture
+def recorded(result: CrossCheck, labelled: Arm, tmp_path: Path) -> Path:
+    """A baseline file of it, alone in a folder, where `command` looks for it."""
+    path = baseline_path(tmp_path / "baselines", labelled, quick=True)
+    write_baseline(path, baseline_of(result))
+    return path
+
+
+@pytest.fixture
+def command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Command:
+    """``crosscheck ...`` in an empty folder; ``result=`` is what a cross-check comes to."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*words: object, result: CrossCheck | None = None) -> int:
+        def cross_check(arm: Arm, **options: object) -> CrossCheck:
+            if result is None:
+                pytest.fail("a cross-check was run")
+            return result
+
+        monkeypatch.setattr(validate, "cross_check", cross_check)
+        monkeypatch.setattr(sys, "argv", ["crosscheck", *map(str, words)])
+        with pytest.raises(SystemExit) as exit_:
+            cli.main()
+        return int(str(exit_.value.code))
+
+    return call

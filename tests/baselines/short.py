@@ -1,0 +1,120 @@
+"""Short cross-checks and what is done to their records."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from crosscheck.baseline_file import read_baseline, sealed
+from crosscheck.checks.trajectories import UNITS
+from crosscheck.comparison import Comparison, Results, findings_of, tasks_of
+from crosscheck.findings import About, Agreement, Finding, Key, checked, measured_only
+from crosscheck.plan import Experiment
+from crosscheck.provenance import provenance
+from crosscheck.registry import MODELS
+from crosscheck.regression import compare
+from crosscheck.run import CrossCheck, runs_of
+from crosscheck.run_suite import experiment_comparisons
+from crosscheck.tasks import RunKey, Simulation
+from crosscheck.workers import perform_all
+from models.arm import Arm
+from models.loading import Case, load_arm, load_scenario
+from models.switches import switches
+
+DURATION_S = 0.02  # PD: impact of the start, mesh vibration, its decay
+ANALYTIC, EXUDYN = RunKey("pd", "analytic:physical"), RunKey("pd", "exudyn:tree")
+NUDGED = replace(ANALYTIC, variant="nudged")
+RENEW = "crosscheck baseline accept paper-labelled --quick"
+Change = Callable[[dict[str, Any]], object]
+
+
+def short_check(arm: Arm, only: RunKey | None = None) -> CrossCheck:
+    """A cross-check of one short experiment: real engines, real checks; or one run of it."""
+    scenario = load_scenario("pd").model_copy(update={"duration_s": DURATION_S})
+    experiment = Experiment("pd", Case(arm, scenario, switches()))
+    planned = [c for c in experiment_comparisons(experiment) if _is_wanted(c, only)]
+    results = Results(perform_all(tasks_of(planned), 1, lambda key: None))
+    findings = list(findings_of(planned, results))
+    return CrossCheck(arm, Agreement(findings, provenance(arm, 0, True)), runs_of(results))
+
+
+def _is_wanted(comparison: Comparison, only: RunKey | None) -> bool:
+    """The geared models and one rigid level; or what needs one run alone."""
+    keys = [task.key for task in comparison.needs if isinstance(task, Simulation)]
+    if only is not None:
+        return keys == [only]
+    levels = [key for key in keys if MODELS[key.model].role == "rigid"]
+    return all(key.model.endswith("coupled") for key in levels)
+
+
+def invented_check(arm: Arm) -> CrossCheck:
+    """A cross-check that no engine made: one check, one run of smooth numbers of every quantity."""
+    scenario = load_scenario("pd").model_copy(update={"duration_s": 0.004})
+    time, joints = np.linspace(0, 0.004, 41), len(arm.joints)
+    phase = np.sin(40 * time[:, None] + np.arange(joints))
+    lengths = {"time": len(time), "joint": joints, "planet": 3}
+    run = xr.Dataset(coords={"time": time, "joint": np.arange(1, joints + 1)})
+    for quantity in ("theta", "theta_dot", "theta_ddot", "x_sp", "x_pr", "F_sp", "F_pr"):
+        dims = ("time", "joint", *(["planet"] if quantity[1] == "_" else []))
+        values = np.broadcast_to(
+            phase.reshape(*phase.shape, *[1] * (len(dims) - 2)), [lengths[d] for d in dims]
+        )
+        run[quantity] = (dims, values, {"units": UNITS[quantity]})
+    settings = {"scenario": scenario, "switches": switches()}
+    texts = {name: json.dumps(value.model_dump()) for name, value in settings.items()}
+    run = run.assign_attrs(model="analytic:physical", step_s=scenario.step_s, **texts)
+    agreement = Agreement([green()], provenance(arm, 0, True))
+    return CrossCheck(arm, agreement, {ANALYTIC: run})
+
+
+def about(family: str, case: str = "pd") -> About:
+    """What an invented Finding is of: its id is family/case/theta/a~b."""
+    return About(Key(family, case, "theta", "a", "b"), "rad", "")
+
+
+def green() -> Finding:
+    """A check that agrees."""
+    return checked(about("same-step"), measured=1e-12, tolerance=1e-10, basis="")
+
+
+def red(measured: float = 3e-3) -> Finding:
+    """A check that differs."""
+    return checked(about("refined"), measured=measured, tolerance=1e-10, basis="")
+
+
+def measurement(case: str, measured: float = 1.0) -> Finding:
+    """A measurement of a difference."""
+    return measured_only(about("deviation", case), measured=measured)
+
+
+def with_run(result: CrossCheck, key: RunKey, run: Any) -> CrossCheck:
+    """The result with another run in the place of one."""
+    return replace(result, runs={**result.runs, key: run})
+
+
+def with_findings(result: CrossCheck, findings: Iterable[Finding]) -> CrossCheck:
+    """The result with other Findings."""
+    return replace(result, agreement=Agreement([*findings], result.agreement.provenance))
+
+
+def edited(path: Path, change: Change) -> None:
+    """Change the record and its digest: as a program would, or someone who means harm."""
+    data = json.loads(path.read_text(encoding="utf-8"))
+    change(data)
+    path.write_text(json.dumps(sealed(data)), encoding="utf-8")
+
+
+def held_against(path: Path, result: CrossCheck) -> Agreement:
+    """The comparison of a recorded file with a result."""
+    return compare(read_baseline(path, load_arm("paper-labelled"), True, RENEW), result)
+
+
+def moved(agreement: Agreement) -> dict[str, Finding]:
+    """Red Findings by id."""
+    return {finding.id: finding for finding in agreement.red}

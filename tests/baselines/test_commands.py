@@ -1,0 +1,257 @@
+"""`crosscheck validate` and `crosscheck baseline`: exit codes, output, files."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from crosscheck import LARGEST_SEED
+from crosscheck.run import CrossCheck
+from crosscheck.tasks import Failure
+from models.arm import Arm
+from models.loading import HERE, load_arm
+from tests.baselines.conftest import Command
+from tests.baselines.short import (
+    ANALYTIC,
+    EXUDYN,
+    edited,
+    green,
+    invented_check,
+    red,
+    short_check,
+    with_findings,
+    with_run,
+)
+
+ACCEPT, CHECK = ("baseline", "accept", "--quick"), ("baseline", "check", "--quick")
+RECORD = Path("baselines/paper-labelled-quick.json")
+Captured = pytest.CaptureFixture[str]
+
+
+def refused(command: Command, capsys: Captured, *words: object) -> str:
+    """The one line that refuses a command, before anything is run."""
+    capsys.readouterr()
+    assert command(*words) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("crosscheck: ")
+    assert err.count("\n") == 1
+    return err
+
+
+def test_accept_then_check(command: Command, result: CrossCheck, capsys: Captured) -> None:
+    assert command(*ACCEPT, result=result) == 0
+    assert command(*CHECK, "--junit", "out/check.xml", result=result) == 0
+    assert "recorded results moved" in capsys.readouterr().out
+    assert Path("out/check.xml").is_file()
+
+    def change(data: dict[str, Any]) -> None:
+        data["runs"][str(ANALYTIC)]["extremes"]["F_sp"]["rows"][0][3] += 1.0
+
+    edited(RECORD, change)
+    assert command(*CHECK, result=result) == 1
+    assert "1 of" in capsys.readouterr().out
+
+
+def test_validate_writes_what_it_is_asked_to(command: Command, result: CrossCheck) -> None:
+    words = ("validate", "--quick", "--json", "a.json", "--junit", "a.xml")
+    assert command(*words, result=result) == 0
+    assert json.loads(Path("a.json").read_text(encoding="utf-8"))["schema_version"] == 2
+    assert Path("a.xml").is_file()
+
+
+def test_a_missing_record_is_refused_before_anything_runs(
+    command: Command, capsys: Captured
+) -> None:
+    said = refused(command, capsys, *CHECK)
+    assert "no such file; make it: crosscheck baseline accept paper-labelled --quick" in said
+
+
+@pytest.mark.parametrize("words", [ACCEPT, CHECK])
+def test_the_record_is_no_place_for_another_file(
+    command: Command, recorded: Path, capsys: Captured, words: tuple[str, ...]
+) -> None:
+    before = recorded.read_bytes()
+    assert "name another file" in refused(command, capsys, *words, "--junit", RECORD)
+    assert "name another file" in refused(
+        command, capsys, "validate", "--json", "a.json", "--junit", "./a.json"
+    )
+    assert recorded.read_bytes() == before
+
+
+@pytest.mark.parametrize("words", [("validate",), ACCEPT, CHECK])
+def test_what_cannot_be_written_is_refused_before_anything_runs(
+    command: Command, recorded: Path, capsys: Captured, words: tuple[str, ...]
+) -> None:
+    Path("folder").mkdir()
+    os.mkfifo("pipe")
+    Path("loop").symlink_to("loop")
+    for path in ("folder", "pipe", "loop", "/dev/null", f"{RECORD}/x", 5000 * "n"):
+        said = refused(command, capsys, *words, "--junit", path)
+        assert path[: len(RECORD)] in said  # what is too long is cut
+
+
+@pytest.mark.parametrize("word", ["validate", "run"])
+@pytest.mark.parametrize("seed", [-1, LARGEST_SEED + 1, 2**70])
+def test_seeds_are_those_of_a_record(
+    command: Command, capsys: Captured, word: str, seed: int
+) -> None:
+    assert "--seed" in refused(command, capsys, word, "--seed", seed)
+
+
+# Arms
+
+
+def _toml(folder: Path, joints: int, name: str) -> Path:
+    """The shoulder of the paper's arm, several times over."""
+    text = (HERE / "arms" / "paper-labelled.toml").read_text(encoding="utf-8")
+    head, joint, *rest = text.split("[[joints]]")
+    link = rest[0].split("[[links]]")[1]
+    head = head.replace('name = "paper-labelled"', f'name = "{name}"')
+    path = folder / "arm.toml"
+    blocks = [head, *joints * [f"[[joints]]{joint}"], *joints * [f"[[links]]{link}"]]
+    path.write_text("\n".join(blocks), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("joints", [1, 4])
+def test_a_real_arm_accepted_and_checked_does_not_move(
+    command: Command, tmp_path: Path, capsys: Captured, joints: int
+) -> None:
+    """Four joints: a row of time and a value per joint has as many columns as one of extremes."""
+    path = _toml(tmp_path, joints, f"{joints}-joint")
+    result = short_check(load_arm(str(path)))
+    assert command(*ACCEPT, path, result=result) == 0
+    assert command(*CHECK, path, result=result) == 0
+    assert "\n0 of " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("joints", range(1, 8))
+def test_an_arm_of_any_number_of_joints_does_not_move(
+    command: Command, tmp_path: Path, joints: int
+) -> None:
+    path = _toml(tmp_path, joints, "x")
+    result = invented_check(load_arm(str(path)))
+    assert command(*ACCEPT, path, result=result) == 0
+    run = json.loads(Path("baselines/x-quick.json").read_text())["runs"][str(ANALYTIC)]
+    assert {len(row) for row in run["sampled"]["theta"]["rows"]} == {1 + joints}
+    assert len(run["extremes"]["F_sp"]["rows"]) == joints
+    assert command(*CHECK, path, result=result) == 0
+
+
+def test_two_names_have_two_records(command: Command, tmp_path: Path, capsys: Captured) -> None:
+    for name in ("a b", "a-b", "ä", "ö"):
+        path = _toml(tmp_path, 1, name)
+        assert command(*ACCEPT, path, result=invented_check(load_arm(str(path)))) == 0
+    assert len(list(Path("baselines").iterdir())) == 4
+
+
+def test_another_arms_record_is_not_replaced(
+    command: Command, recorded: Path, tmp_path: Path, capsys: Captured
+) -> None:
+    before = recorded.read_bytes()
+    recorded.rename(recorded.with_name("other-quick.json"))
+    said = refused(command, capsys, *ACCEPT, _toml(tmp_path, 1, "other"))
+    assert "name = 'paper-labelled': another arm than 'other'" in said
+    assert recorded.with_name("other-quick.json").read_bytes() == before
+
+
+# Red checks
+
+
+@pytest.fixture
+def broken(result: CrossCheck) -> CrossCheck:
+    """The short cross-check with a check that differs, one that failed and a lost run."""
+    lost = with_run(result, EXUDYN, Failure("RuntimeError", "no engine"))
+    return with_findings(lost, [*result.agreement.findings, red()])
+
+
+def test_red_checks_are_not_accepted(
+    command: Command, broken: CrossCheck, capsys: Captured
+) -> None:
+    assert command(*ACCEPT, "--junit", "red.xml", result=broken) == 1
+    out = capsys.readouterr().out
+    assert "differ refined/pd/theta/a~b" in out
+    assert out.endswith("1 red check: nothing recorded (--with-red records known differences)\n")
+    assert not RECORD.exists()
+    assert Path("red.xml").is_file()
+
+
+def test_a_red_result_leaves_the_old_record(
+    command: Command, recorded: Path, broken: CrossCheck
+) -> None:
+    before = recorded.read_bytes()
+    assert command(*ACCEPT, result=broken) == 1
+    assert recorded.read_bytes() == before
+
+
+def test_nothing_checked_is_not_accepted(command: Command, result: CrossCheck) -> None:
+    assert command(*ACCEPT, "--with-red", result=with_findings(result, [])) == 1
+    assert not RECORD.exists()
+
+
+def test_a_run_that_cannot_be_recorded_is_not_accepted(
+    command: Command, result: CrossCheck, capsys: Captured
+) -> None:
+    half = result.runs[ANALYTIC].isel(time=slice(0, 100))
+    assert command(*ACCEPT, result=with_run(result, ANALYTIC, half)) == 1
+    out = capsys.readouterr().out
+    assert f"{ANALYTIC} cannot be recorded: " in out
+    assert "must reach from 0 to 0.02 s" in out
+    assert "0 red checks, 1 lost run: nothing recorded" in out
+
+
+def test_known_differences_are_shown_on_every_run(
+    command: Command, broken: CrossCheck, capsys: Captured
+) -> None:
+    assert command(*ACCEPT, "--with-red", result=broken) == 0
+    assert "1 known difference" in capsys.readouterr().out
+    for _ in range(2):
+        assert command(*CHECK, "--junit", "known.xml", result=broken) == 0
+        out = capsys.readouterr().out
+        said = "known difference, differ: measured 0.003, allowed 1e-10 rad"
+        assert f"recorded-verdict/refined/pd/theta/a~b: {said}" in out
+        assert "\n0 of " in out
+        assert out.endswith("moved; 1 known difference left as accepted\n")
+        suite = ElementTree.fromstring(Path("known.xml").read_text(encoding="utf-8"))
+        assert said in ElementTree.tostring(suite, encoding="unicode")
+        named = {item.get("name"): item.get("value") for item in suite.iter("property")}
+        assert "recorded-verdict/refined/pd/theta/a~b" in (named["known"] or "")
+        assert suite.get("failures") == "0"
+
+
+def test_a_known_difference_moves_when_its_number_does(
+    command: Command, broken: CrossCheck, capsys: Captured
+) -> None:
+    assert command(*ACCEPT, "--with-red", result=broken) == 0
+    worse = with_findings(broken, [*broken.agreement.findings[:-1], red(measured=4e-3)])
+    capsys.readouterr()
+    assert command(*CHECK, result=worse) == 1
+    out = capsys.readouterr().out
+    assert "recorded-verdict/refined/pd/theta/a~b: moved by 0.001 rad" in out
+    assert "\n1 of " in out
+
+
+def test_a_known_difference_that_has_gone_moves(
+    command: Command, broken: CrossCheck, capsys: Captured
+) -> None:
+    assert command(*ACCEPT, "--with-red", result=broken) == 0
+    better = with_findings(broken, [*broken.agreement.findings[:-1], red(measured=1e-12)])
+    capsys.readouterr()
+    assert command(*CHECK, result=better) == 1
+    out = capsys.readouterr().out
+    assert "better: differ -> agree: measured 1e-12, allowed 1e-10 rad" in out
+    assert "known difference" not in out
+
+
+def test_one_is_singular(command: Command, labelled: Arm, capsys: Captured) -> None:
+    result = with_findings(invented_check(labelled), [green()])
+    assert command(*ACCEPT, result=result) == 0
+    assert capsys.readouterr().out.endswith(": 1 verdict, 1 run\n")
+    assert command(*CHECK, result=with_run(result, ANALYTIC, Failure("x", "y"))) == 1
+    assert "1 of 2 recorded results moved" in capsys.readouterr().out

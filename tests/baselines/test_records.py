@@ -1,0 +1,377 @@
+"""Record files: names, and what is refused in one line before anything is run."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from crosscheck.baseline_file import (
+    LARGEST_BYTES,
+    baseline_path,
+    read_baseline,
+    require_replaceable,
+    sealed,
+    write_baseline,
+)
+from crosscheck.reduction import baseline_of
+from crosscheck.run import CrossCheck
+from models.arm import Arm
+from models.errors import InputError
+from tests.baselines.short import ANALYTIC, RENEW, Change, edited
+
+# Names
+
+
+def _file(arm: Arm, name: str) -> str:
+    return baseline_path(Path(), arm.model_copy(update={"name": name}), quick=True).name
+
+
+@pytest.mark.parametrize("name", ["paper-labelled", "a_b.c-1", "4-joint"])
+def test_a_plain_name_is_the_files(labelled: Arm, name: str) -> None:
+    assert _file(labelled, name) == f"{name}-quick.json"
+
+
+def test_two_names_never_share_a_file(labelled: Arm) -> None:
+    """Not where case is ignored either, nor where one is named as the file of another."""
+    names = [
+        "a b",
+        "a-b",
+        "a_b",
+        "a/b",
+        "A-B",
+        "A-b",
+        "ä",
+        "ö",
+        "手",
+        "腕",
+        "a  b",
+        " a b",
+        ".",
+        "..",
+    ]
+    names.append(_file(labelled, names[0]).removesuffix("-quick.json"))
+    files = [_file(labelled, name) for name in names]
+    assert len({file.casefold() for file in files}) == len(names)
+    assert all(file.isascii() and "/" not in file and len(file) < 150 for file in files)
+
+
+def test_quick_and_full_lie_apart(labelled: Arm) -> None:
+    quick, full = (baseline_path(Path(), labelled, quick) for quick in (True, False))
+    assert [quick.name, full.name] == ["paper-labelled-quick.json", "paper-labelled-full.json"]
+
+
+def test_another_arms_record_is_not_replaced(recorded: Path, labelled: Arm) -> None:
+    other = labelled.model_copy(update={"name": "another"})
+    with pytest.raises(InputError, match=r"name = 'paper-labelled': another arm than 'another'"):
+        require_replaceable(recorded, other)
+    require_replaceable(recorded, labelled)
+    for damaged in ("", "{}", '{"provenance": []}', '{"provenance": {"arm": {"name": 7}}}'):
+        recorded.write_text(damaged, encoding="utf-8")
+        require_replaceable(recorded, other)
+
+
+# Refusals. Every change below renews the digest: what is refused is refused for what it says.
+
+
+def _table(data: dict[str, Any], section: str, quantity: str) -> dict[str, Any]:
+    return data["runs"][str(ANALYTIC)][section][quantity]
+
+
+def _theta(data: dict[str, Any]) -> dict[str, Any]:
+    return _table(data, "sampled", "theta")
+
+
+def _force(data: dict[str, Any]) -> list[list[float]]:
+    return _table(data, "extremes", "F_sp")["rows"]
+
+
+def _set(value: object, *place: str | int) -> Change:
+    """Put a value somewhere in theta's rows, or in the force's if the place begins with it."""
+
+    def change(data: dict[str, Any]) -> None:
+        target: Any = data
+        for key in place[:-1]:
+            target = target[key]
+        target[place[-1]] = value
+
+    return change
+
+
+SAMPLED = ("runs", str(ANALYTIC), "sampled", "theta")
+EXTREMES = ("runs", str(ANALYTIC), "extremes", "F_sp")
+PLACE = f"runs.{ANALYTIC}"
+
+
+def _other_arm(data: dict[str, Any]) -> None:
+    data["provenance"]["arm"]["joints"][1]["backlash_m"] = 6e-5
+    data["provenance"]["arm_sha256"] = 64 * "a"
+
+
+def _renamed(old: str, new: str) -> Change:
+    def change(data: dict[str, Any]) -> None:
+        tables = data["runs"][str(ANALYTIC)]["sampled"]
+        tables[new] = tables.pop(old)
+
+    return change
+
+
+REFUSED: dict[str, tuple[Change, str]] = {
+    "another arm": (_other_arm, "joints[1].backlash_m was 6e-05, is 5e-05"),
+    "another digest of the arm": (_set("x", "provenance", "arm_sha256"), "arm_sha256 = 'x': "),
+    "an older format": (
+        _set(1, "schema_version"),
+        "schema_version = 1: only format 2 is read, this is an older one",
+    ),
+    "a newer format": (_set(3, "schema_version"), "schema_version = 3: only format 2 is read; "),
+    "a bool for a version": (_set(True, "schema_version"), "schema_version = True: "),
+    "a fraction for a version": (_set(2.0, "schema_version"), "schema_version = 2.0: "),
+    "another major version": (
+        _set("7.1.0", "project_version"),
+        "project_version = '7.1.0': major version 0",
+    ),
+    "no version": (lambda data: data.pop("project_version"), "project_version: major version"),
+    "a full record": (
+        _set(False, "provenance", "quick"),
+        "quick = False: a --quick record is needed",
+    ),
+    "a number for a truth": (_set(1, "provenance", "quick"), "provenance.quick = 1: "),
+    "a negative seed": (_set(-1, "provenance", "seed"), "provenance.seed = -1: "),
+    "a huge seed": (_set(2**32, "provenance", "seed"), "seed = 4294967296: "),
+    "a bool for a seed": (_set(True, "provenance", "seed"), "provenance.seed = True: "),
+    "a fraction for a seed": (_set(0.0, "provenance", "seed"), "provenance.seed = 0.0: "),
+    "wrong type": (_set([], "runs"), "runs = []: "),
+    "wrong verdict": (_set("fine", "checks", "x"), "checks.x = 'fine': "),
+    "no verdict of a check": (_set("measured", "checks", "x"), "checks.x = 'measured': "),
+    "a red check that is not known": (
+        _set("differ", "checks", "x"),
+        "checks.x = 'differ': a check",
+    ),
+    "a known check that is none": (
+        _set({"said": "", "number": None}, "known", "x"),
+        "checks.x: a check is agree, or red",
+    ),
+    "a sampled planet": (_renamed("theta", "planet"), "sampled.planet.[key] = 'planet': "),
+    "a sampled joint": (_renamed("theta", "joint"), "sampled.joint.[key] = 'joint': "),
+    "a sampled extreme": (_renamed("theta", "F_sp"), "sampled.F_sp.[key] = 'F_sp': "),
+    "text for a number": (_set("fast", *SAMPLED, "rows", 3, 1), "theta.rows.3.1 = 'fast': "),
+    "digits as text": (_set("1.0", *SAMPLED, "rows", 3, 1), "theta.rows.3.1 = '1.0': "),
+    "a truth for a number": (_set(True, *SAMPLED, "rows", 3, 1), "theta.rows.3.1 = True: "),
+    "an integer beyond all floats": (_set(10**400, *SAMPLED, "rows", 3, 1), "rows.3.1 = 1000"),
+    "nothing for a number": (_set(None, *SAMPLED, "rows", 3, 1), "theta.rows.3.1: "),
+    "no rows": (_set([], *SAMPLED, "rows"), "theta.rows = []: "),
+    "a short row": (_set([0.001, 0.2], *SAMPLED, "rows", 3), "theta.rows.3 = (0.001, 0.2): 3 num"),
+    "time that stands": (_set(0.0, *SAMPLED, "rows", 1, 0), "rows.1.0 = 0.0: a time after 0 s"),
+    "time before the run": (
+        _set(-1.0, *SAMPLED, "rows", 0, 0),
+        "rows = -1.0: times from 0 to 0.02",
+    ),
+    "time after the run": (_set(9.0, *SAMPLED, "rows", -1, 0), "rows = 9.0: times from 0 to 0.02"),
+    "half a run": (
+        lambda data: _theta(data).update(rows=_theta(data)["rows"][:10]),
+        "theta.rows = [0.0, 0.009]: must reach from 0 to 0.02 s",
+    ),
+    "a joint less": (
+        lambda data: _theta(data).update(rows=[row[:2] for row in _theta(data)["rows"]]),
+        "theta.rows = 1: must cover 2 joints",
+    ),
+    "a joint less at the extremes": (
+        lambda data: _force(data).pop(),
+        "F_sp.rows = 1: must cover 2",
+    ),
+    "joints in another order": (lambda data: _force(data).reverse(), "rows.0.0 = 2.0: joint 1"),
+    "a minimum above the maximum": (_set(1e6, *EXTREMES, "rows", 0, 1), "rows.0.1 = 1000000.0: at"),
+    "a peak after the run": (_set(1.0, *EXTREMES, "rows", 0, 4), "F_sp.rows = 1.0: times from 0"),
+    "six columns": (lambda data: [row.append(0.0) for row in _force(data)], "F_sp.rows.0 = (1.0, "),
+    "another unit": (_set("deg", *SAMPLED, "unit"), "theta.unit = 'deg': must be rad"),
+    "a negative tolerance": (_set(-1e-10, *SAMPLED, "tolerance"), "theta.tolerance = -1e-10: "),
+    "a huge tolerance": (
+        _set(1e300, *SAMPLED, "tolerance"),
+        "tolerance = 1e+300: at most 1e-06 rad",
+    ),
+    "an infinite tolerance": (_set(float("inf"), *SAMPLED, "tolerance"), "theta.tolerance = inf: "),
+    "no number for a tolerance": (_set(float("nan"), *EXTREMES, "tolerance"), "tolerance = nan: "),
+    "a scenario that is none": (
+        _set(-1.0, "runs", str(ANALYTIC), "scenario", "step_s"),
+        "step_s = -1.0: ",
+    ),
+    "a step that does not fit": (
+        _set(3e-3, "runs", str(ANALYTIC), "scenario", "step_s"),
+        "scenario.step_s: must divide duration_s",
+    ),
+    "a switch that is none": (
+        _set("x", "runs", str(ANALYTIC), "switches", "phase"),
+        "switches.phase = 'x'",
+    ),
+    "missing field": (lambda data: data.pop("checks"), "checks: is missing; a value is required"),
+    "unknown field": (_set(1, "extra"), "extra = 1: "),
+    "a name that clears the screen": (
+        _set("x", "checks", "\x1b[2J"),
+        r"checks.\x1b[2J = 'x'",
+    ),
+    "a name without end": (_set("x", "checks", 9999 * "n"), "nnn... = 'x': "),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_a_record_of_something_else_is_refused(recorded: Path, labelled: Arm, what: str) -> None:
+    change, said = REFUSED[what]
+    edited(recorded, change)
+    assert said in _refusal(recorded, labelled)
+
+
+def _refusal(path: Path, arm: Arm) -> str:
+    """The one line that refuses a record."""
+    with pytest.raises(InputError) as refused:
+        read_baseline(path, arm, True, RENEW)
+    said = str(refused.value)
+    assert said.isprintable()
+    assert said.startswith(str(path))
+    assert said.endswith(RENEW)
+    assert len(said) - len(str(path)) < 400
+    return said
+
+
+TOUCHED: dict[str, Change] = {
+    "the plan": _set(False, "provenance", "quick"),
+    "a tolerance": _set(2e-10, *SAMPLED, "tolerance"),
+    "a reason": _set("because", *SAMPLED, "basis"),
+    "a number": _set(0.125, *SAMPLED, "rows", 3, 1),
+    "an integer for a float": _set(0, *SAMPLED, "rows", 0, 0),
+    "a version": _set("1.0", "provenance", "versions", "exudyn"),
+    "the digest": _set(64 * "0", "content_sha256"),
+    "the digest's type": _set(7, "content_sha256"),
+    "no digest": lambda data: data.pop("content_sha256"),
+}
+
+
+@pytest.mark.parametrize("what", TOUCHED)
+def test_a_change_by_hand_is_noticed(recorded: Path, labelled: Arm, what: str) -> None:
+    data = json.loads(recorded.read_text(encoding="utf-8"))
+    TOUCHED[what](data)
+    recorded.write_text(json.dumps(data), encoding="utf-8")
+    assert "content_sha256" in _refusal(recorded, labelled)
+
+
+def test_layout_is_not_content(recorded: Path, result: CrossCheck) -> None:
+    data = json.loads(recorded.read_text(encoding="utf-8"))
+    backwards = dict(reversed(data.items()))
+    recorded.write_text(json.dumps(backwards, indent=7), encoding="utf-8")
+    assert read_baseline(recorded, result.arm, True, RENEW) == baseline_of(result)
+
+
+@pytest.mark.parametrize("old", ["-quick", "-full"])
+def test_a_copy_under_the_other_plans_name_is_refused(
+    result: CrossCheck, tmp_path: Path, old: str
+) -> None:
+    quick = old == "-quick"
+    baseline = baseline_of(result)
+    provenance = baseline.provenance.model_copy(update={"quick": quick})
+    write_baseline(tmp_path / "x.json", baseline.model_copy(update={"provenance": provenance}))
+    read_baseline(tmp_path / "x.json", result.arm, quick, RENEW)
+    with pytest.raises(InputError, match=f"{'full' if quick else '--quick'} record is needed"):
+        read_baseline(tmp_path / "x.json", result.arm, not quick, RENEW)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "{",
+        "[]",
+        "null",
+        "NaN",
+        '{"schema_version": 1',
+        "\ufeff{}",
+        "[" * 100_000,
+        '{"a":' * 100_000,
+        "1" * 5000,
+        '{"schema_version": ' + "1" * 5000,
+        "<<<<<<< HEAD",
+    ],
+)
+def test_a_truncated_or_garbled_record_is_refused(recorded: Path, labelled: Arm, text: str) -> None:
+    recorded.write_text(text, encoding="utf-8")
+    _refusal(recorded, labelled)
+
+
+@pytest.mark.parametrize("field", ["runs", "extra", "seed"])
+def test_a_bottomless_value_is_refused(recorded: Path, labelled: Arm, field: str) -> None:
+    """As deep as the parser goes: showing it must not go deeper."""
+    for depth in range(880, 1000, 7):
+        deep: Any = json.loads(recorded.read_text(encoding="utf-8"))
+        text = json.dumps(deep | {field: "DEEP"}).replace('"DEEP"', "[" * depth + "]" * depth)
+        recorded.write_text(text, encoding="utf-8")
+        _refusal(recorded, labelled)
+        recorded.write_text(json.dumps(deep), encoding="utf-8")
+
+
+def test_a_key_given_twice_is_refused(recorded: Path, labelled: Arm) -> None:
+    text = recorded.read_text(encoding="utf-8").replace('"theta":', '"theta": {}, "theta":', 1)
+    recorded.write_text(text, encoding="utf-8")
+    assert "theta = {" in _refusal(recorded, labelled)
+
+
+def test_not_a_number_is_refused(recorded: Path, labelled: Arm) -> None:
+    text = recorded.read_text(encoding="utf-8").replace('"tolerance": 1e-10', '"tolerance": NaN', 1)
+    recorded.write_text(text, encoding="utf-8")
+    assert "tolerance = nan: " in _refusal(recorded, labelled)
+
+
+def test_bytes_that_are_no_text_are_refused(recorded: Path, labelled: Arm) -> None:
+    recorded.write_bytes(b"\xff\xfe\x00")
+    assert "is not JSON" in _refusal(recorded, labelled)
+
+
+def _pipe(path: Path) -> None:
+    os.mkfifo(path)
+
+
+def _loop(path: Path) -> None:
+    path.symlink_to(path)
+
+
+def _huge(path: Path) -> None:
+    with path.open("wb") as stream:
+        stream.truncate(10 * LARGEST_BYTES)
+
+
+def _device(path: Path) -> None:
+    path.symlink_to("/dev/zero")
+
+
+@pytest.mark.parametrize("make", [_pipe, _loop, _huge, _device, Path.mkdir])
+def test_what_is_no_file_is_refused_at_once(tmp_path: Path, labelled: Arm, make: Any) -> None:
+    path = tmp_path / "paper-labelled-quick.json"
+    make(path)
+    for attempt in (
+        lambda: read_baseline(path, labelled, True, RENEW),
+        lambda: require_replaceable(path, labelled),
+    ):
+        with pytest.raises(InputError, match=r"no record|cannot be read") as refused:
+            attempt()
+        assert str(refused.value).isprintable()
+
+
+def test_an_interrupted_write_leaves_the_old_record(
+    result: CrossCheck, recorded: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = recorded.read_bytes()
+
+    def full(*paths: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("crosscheck.output.os.replace", full)
+    with pytest.raises(InputError, match="No space left on device"):
+        write_baseline(recorded, baseline_of(result).model_copy(update={"checks": {}}))
+    assert recorded.read_bytes() == before
+    assert list(recorded.parent.iterdir()) == [recorded]
+
+
+def test_a_seal_is_of_everything_else(recorded: Path) -> None:
+    data = json.loads(recorded.read_text(encoding="utf-8"))
+    assert sealed(data) == data
+    assert sealed({**data, "project_version": "0.2"})["content_sha256"] != data["content_sha256"]

@@ -1,0 +1,88 @@
+"""No input breaks the program: it is accepted, or refused in one line with nothing written.
+
+CROSSCHECK_DRAWS sets how many command lines are drawn for each command; 500 make a campaign.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+
+from crosscheck.api import require_stable_step
+from crosscheck.cli import main
+from crosscheck.registry import build
+from crosscheck.tasks import Request
+from models.errors import LONGEST_LINE
+from tests.draws import fresh_seed
+from tests.interface.fuzz import Draw, draw
+
+DRAWS = int(os.environ.get("CROSSCHECK_DRAWS", "30"))
+# What each command does once its input is accepted; none of it is done here.
+WORK = {
+    "run": "crosscheck.commands.cross_check",
+    "validate": "crosscheck.validate.cross_check",
+    "baseline accept": "crosscheck.validate.cross_check",
+    "baseline check": "crosscheck.validate.cross_check",
+    "simulate": "crosscheck.commands.perform_all",
+    "errata": "crosscheck.paper.command.errata_records",
+    "show": None,
+}
+
+
+def accepted(*tasks: object, **_: object) -> None:
+    """In place of the work: of a simulation all but the run itself."""
+    for task in tasks:
+        if isinstance(task, list) and isinstance(task[0], Request):
+            model = build(task[0].model, *task[0].case)
+            if not task[0].force:
+                require_stable_step(model)
+    raise typer.Exit(0)
+
+
+def files(folder: Path) -> set[Path]:
+    """Every file below; a folder may have been made for one when another is refused."""
+    return {path for path in folder.rglob("*") if path.is_file()}
+
+
+def left(given: Draw, monkeypatch: pytest.MonkeyPatch) -> object:
+    """The exit code of a command line."""
+    monkeypatch.setattr(sys, "argv", ["crosscheck", *given.arguments])
+    with pytest.raises(SystemExit) as end:
+        main()
+    return end.value.code
+
+
+@pytest.mark.parametrize("command", WORK)
+def test_any_input_is_accepted_or_refused_in_one_line(command, tmp_path, monkeypatch, capfd):
+    work = WORK[command]
+    if work is not None:
+        monkeypatch.setattr(work, accepted)
+    seed, refused = fresh_seed(), 0
+    generator = random.Random(seed)
+    for number in range(DRAWS):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        given = draw(command, folder, generator)
+        for path, text in given.files.items():
+            path.write_text(text, encoding="utf-8")
+        before = files(folder)
+        monkeypatch.chdir(folder)
+        capfd.readouterr()
+        code = left(given, monkeypatch)
+        out, err = capfd.readouterr()
+        about = f"seed {seed}, draw {number}: {given.arguments}\n{out}\n{err}"
+        assert code in (0, 2, None), about
+        if code == 2:
+            refused += 1
+            assert (out, err.count("\n"), err[-1:]) == ("", 1, "\n"), about
+            assert err.startswith("crosscheck: "), about
+            assert err[:-1].isprintable(), about
+            assert len(err) - 1 <= LONGEST_LINE, about
+            assert files(folder) == before, about
+    print(f"{command}: seed {seed}, {DRAWS} command lines, {refused} refused")
+    assert refused

@@ -1,0 +1,85 @@
+"""Ctrl-C and termination: one line, 130 or 143 within two seconds, nothing left."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from crosscheck.provenance import ROOT
+
+COMMANDS = {
+    "validate": ["validate", "--quick", "--jobs", "2", "--json", "out/a.json"],
+    "run": ["run", "--quick", "--jobs", "1", "--out", "out"],
+    "simulate": [
+        *["simulate", "paper-labelled", "--model", "exudyn:tree", "--scenario", "pd"],
+        *["--out", "out/run.nc"],
+    ],
+    "paper": ["paper", "--figure", "10", "--out", "out", "--jobs", "2"],
+}
+SAID = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+
+
+def _start(command: str, folder: Path) -> subprocess.Popen[str]:
+    """The command in a folder of its own, with a group of processes of its own."""
+    (folder / "out").mkdir()
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(folder / "cache")}
+    return subprocess.Popen(
+        [sys.executable, "-m", "crosscheck", *COMMANDS[command]],
+        cwd=folder,
+        env=environment,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
+
+
+def _members(group: int) -> list[int]:
+    """Processes of a group that are still there."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            state, _, its_group = stat.read_text().rpartition(")")[2].split()[:3]
+        except OSError:
+            continue
+        if int(its_group) == group and state != "Z":
+            found.append(int(stat.parent.name))
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["INT", "TERM"])
+@pytest.mark.parametrize("whom", ["group", "program", "twice"])
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_signal_at_any_moment_ends_the_program_in_one_line(
+    command, whom, number, tmp_path, record_property
+):
+    # From where the program itself has begun; a test run draws other moments each time.
+    delay = random.choice([random.uniform(0.15, 1.0), random.uniform(1.0, 6.0)])
+    record_property("delay_s", delay)
+    program = _start(command, tmp_path)
+    time.sleep(delay)
+    began = time.monotonic()
+    send = os.killpg if whom == "group" else os.kill
+    send(program.pid, number)
+    if whom == "twice":
+        time.sleep(0.05)
+        if program.poll() is None:
+            os.kill(program.pid, number)
+    out, err = program.communicate(timeout=20)
+    assert time.monotonic() - began < 4, delay  # 2 s on a machine that does nothing else
+    assert (program.returncode, out, err) == (128 + number, "", f"crosscheck: {SAID[number]}\n"), (
+        delay
+    )
+    assert list((tmp_path / "out").iterdir()) == []
+    until = time.monotonic() + 2
+    while _members(program.pid) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert _members(program.pid) == []

@@ -1,0 +1,166 @@
+"""Tasks in other processes: whatever one does, the others are done and nothing is left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from crosscheck import workers
+from crosscheck.tasks import Failure
+from crosscheck.workers import Workers, perform_all
+
+
+@dataclass(frozen=True)
+class Job:
+    """A task that does anything."""
+
+    key: str
+    work: Callable[[], object]
+    cost: float = 0.0
+
+    def perform(self) -> object:
+        return self.work()
+
+
+def good() -> str:
+    return "done"
+
+
+def crashing() -> None:
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def leaving() -> None:
+    os._exit(0)
+
+
+def exiting() -> None:
+    raise SystemExit(0)
+
+
+def interrupting() -> None:
+    raise KeyboardInterrupt
+
+
+def unsendable() -> object:
+    return lambda: None
+
+
+class Awkward(Exception):
+    """Cannot be made again from its message."""
+
+    def __init__(self, one: str, other: str) -> None:
+        super().__init__(one + other)
+
+
+def awkward() -> object:
+    return Awkward("a", "b")
+
+
+def talking() -> str:
+    os.write(1, b"engine: hello\n")
+    os.write(2, b"engine: WARNING\n")
+    print("hello")
+    return "done"
+
+
+def endless() -> None:
+    while True:
+        time.sleep(1)
+
+
+def deaf_and_endless() -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    endless()
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 3])
+@pytest.mark.parametrize(
+    ("work", "kind", "message"),
+    [
+        (crashing, "Died", "SIGSEGV"),
+        (leaving, "Died", "exit code 0"),
+        (exiting, "SystemExit", "0"),
+        (interrupting, "KeyboardInterrupt", ""),
+        (unsendable, "", "pickle"),
+        (awkward, "TypeError", "other"),
+    ],
+)
+def test_a_task_that_breaks_its_process_costs_itself_alone(work, kind, message, jobs):
+    tasks = [
+        Job("before", good),
+        Job("bad", work, 0.5),
+        *(Job(f"after {n}", good) for n in range(4)),
+    ]
+    told: list[str] = []
+    results = perform_all(tasks, jobs, told.append)
+    bad = results.pop("bad")
+    assert set(results.values()) == {"done"}
+    assert sorted(told) == sorted(task.key for task in tasks)
+    assert isinstance(bad, Failure)
+    assert kind in bad.kind
+    assert message in str(bad)
+
+
+def test_a_task_that_never_ends_is_ended(monkeypatch):
+    monkeypatch.setattr(workers, "PATIENCE_S", 0.3)
+    results = perform_all([Job("good", good), Job("slow", deaf_and_endless)], 2, lambda key: None)
+    assert results["good"] == "done"
+    assert results["slow"].kind == "TooSlow"
+
+
+def test_what_a_task_says_is_not_the_programs_word(capfd):
+    assert perform_all([Job("talk", talking)], 1, lambda key: None) == {"talk": "done"}
+    assert capfd.readouterr() == ("", "")
+
+
+def test_no_process_is_left_behind():
+    with Workers(2) as crew:
+        crew.perform([Job("a", good), Job("b", good)], lambda key: None)
+        alive = [worker.process for worker in crew.crew]
+        assert len(alive) == 2
+    assert not any(process.is_alive() for process in alive)
+
+
+def test_workers_end_with_their_parent(tmp_path: Path):
+    script = tmp_path / "parent.py"
+    script.write_text(
+        "import os, sys, time\n"
+        "from tests.interface.test_workers import Job, endless\n"
+        "from crosscheck.workers import Workers\n"
+        "with Workers(2) as crew:\n"
+        "    tasks = [Job('a', endless), Job('b', endless)]\n"
+        "    crew._employ(tasks)\n"
+        "    print(*(worker.process.pid for worker in crew.crew), flush=True)\n"
+        "    time.sleep(60)\n"
+    )
+    root = Path(workers.__file__).parents[1]
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    parent = subprocess.Popen(
+        [sys.executable, str(script)], stdout=subprocess.PIPE, env=environment
+    )
+    assert parent.stdout is not None
+    children = [int(pid) for pid in parent.stdout.readline().split()]
+    assert len(children) == 2
+    parent.kill()
+    parent.wait()
+    until = time.monotonic() + 10
+    while any(map(_runs, children)) and time.monotonic() < until:
+        time.sleep(0.1)
+    assert not any(map(_runs, children))
+
+
+def _runs(pid: int) -> bool:
+    """Whether a process exists and is no zombie."""
+    try:
+        return "Z" not in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False

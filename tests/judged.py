@@ -1,0 +1,95 @@
+"""The checks of a cross-check on models and runs that a test holds in its hands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import xarray as xr
+
+from crosscheck.checks import invariants as laws
+from crosscheck.checks import trajectories
+from crosscheck.checks.answers import answers
+from crosscheck.checks.trajectories import SAME_STEP, UNITS
+from crosscheck.comparison import Comparison, Results, findings_of, tasks_of
+from crosscheck.findings import About, Finding, Key
+from crosscheck.registry import MODELS
+from crosscheck.state_suite import Spot, balances, pairs
+from crosscheck.tasks import Failure, failure
+from models.interface import Model
+from models.loading import Case
+
+
+def spot_of(case: str, model: Model, count: int, seed: int) -> Spot:
+    """A model that a test has built, at random states."""
+    return Spot(case, model.name, Case(model.arm, model.scenario, model.switches), count, seed)
+
+
+def judged(comparisons: Sequence[Comparison], models: Sequence[Model]) -> list[Finding]:
+    """The Findings, every model evaluated as it stands here."""
+    own = {model.name: model for model in models}
+    outcomes = {}
+    for task in tasks_of(comparisons):
+        model = own[task.model]
+        expected = MODELS[task.model].coordinates(len(model.arm.joints))
+        try:
+            outcome = answers(model, expected, task.quantity, task.count, task.seed)
+        except Exception as error:
+            outcome: object = failure(error)
+        outcomes[task.key] = outcome
+    assert all(not isinstance(o, Failure) or o.message for o in outcomes.values())
+    return list(findings_of(comparisons, Results(outcomes)))
+
+
+def compare_states(
+    case: str, models: Sequence[Model], quantities: Sequence[str], count: int, seed: int
+) -> list[Finding]:
+    """A Finding per pair of models and quantity."""
+    spots = [spot_of(case, model, count, seed) for model in models]
+    return judged(list(pairs(spots, quantities)), models)
+
+
+def invariants(case: str, models: Sequence[Model], count: int, seed: int) -> list[Finding]:
+    """Both balances of every geared model."""
+    spots = [spot_of(case, model, count, seed) for model in models]
+    return judged([c for spot in spots for c in balances(spot)], models)
+
+
+def about(
+    family: str, case: str, quantity: str, left: xr.Dataset, right: xr.Dataset | None = None
+) -> About:
+    """What a comparison of runs is of."""
+    other = "" if right is None else right.attrs["model"]
+    return About(
+        Key(family, case, quantity, left.attrs["model"], other), UNITS.get(quantity, "1"), "largest"
+    )
+
+
+def same_step(case: str, left: xr.Dataset, right: xr.Dataset) -> Iterator[Finding]:
+    """Every quantity over the whole run."""
+    for quantity in SAME_STEP:
+        subject = about("same-step", case, quantity, left, right)
+        yield trajectories.same_step(subject, left, right)
+
+
+def at_time(case: str, left: xr.Dataset, right: xr.Dataset, time_s: float) -> Iterator[Finding]:
+    """Every quantity at one instant."""
+    for quantity in SAME_STEP:
+        subject = about("at", case, quantity, left, right)
+        yield trajectories.at_time(subject, left, right, time_s)
+
+
+def refined(
+    case: str,
+    left: tuple[xr.Dataset, xr.Dataset],
+    right: tuple[xr.Dataset, xr.Dataset],
+    quantities: Sequence[str] = ("theta", "x_sp", "x_pr"),
+) -> Iterator[Finding]:
+    """Each side's (fine, coarse) runs against the other's."""
+    for quantity in quantities:
+        subject = about("refined", case, quantity, left[0], right[0])
+        yield trajectories.refined(subject, left, right)
+
+
+def energy_over_run(case: str, run: xr.Dataset) -> list[Finding]:
+    """Energy against work."""
+    return [laws.energy_over_run(about("invariants", case, "energy", run), run)]

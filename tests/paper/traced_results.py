@@ -1,0 +1,213 @@
+"""Which files a kept result hangs on, found out twice: by editing every file, and by looking.
+
+Run in a copy of the project, ``python traced_results.py ROOT``; prints JSON: for every result in
+RESULTS the files whose edit changes its key, those that were read or had a function that ran while
+it was made, and those that were imported for it.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import importlib
+import importlib.machinery
+import json
+import os
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(sys.argv[1] if __name__ == "__main__" else __file__)
+OWN = ("models", "analytic", "crosscheck")
+SHORT = {"scenario": "constant-torque", "duration_s": 2e-3, "record_every": 1}
+PAPER = "crosscheck.paper"
+# What cuts a measure or a question to milliseconds: constants of modules, (module, name) -> value.
+CUTS: dict[tuple[str, str], Any] = {
+    (f"{PAPER}.fluctuation", "THIRD_S"): (0.0, 2e-3),
+    (f"{PAPER}.phase.experiments", "THIRD_S"): (0.0, 1.0),
+    (f"{PAPER}.phase.experiments", "FILTER_EDGE_S"): 0.0,
+    (f"{PAPER}.hypotheses.floating_base", "RATIOS"): (10.0,),
+    (f"{PAPER}.phase.resonance", "RAMP_S"): 0.01,
+    (f"{PAPER}.phase.linear", "BASE_STEP_S"): 0.01,
+    (f"{PAPER}.phase.objections", "THIRD_EVERY"): 10,
+}
+called: set[str] = set()
+builtins.called_files = called  # type: ignore[attr-defined]
+Result = tuple[Callable[[], str], Callable[[], object]]
+
+
+def run(keep: str | None = None, **variant: Any) -> Callable[[], Result]:
+    """A simulation, or what a function makes of it."""
+
+    def result() -> Result:
+        studies = importlib.import_module("crosscheck.studies.study")
+        variants = importlib.import_module("crosscheck.studies.variant")
+        one = variants.Variant(**(SHORT | variant))
+        function = found(keep) if keep is not None else None
+        made = (
+            partial(variants.measured, one, function) if keep else partial(variants.simulate, one)
+        )
+        return partial(studies.run_key, one, function), made
+
+    return result
+
+
+def question(kind: str, *values: Any) -> Callable[[], Result]:
+    """An answer."""
+
+    def result() -> Result:
+        asked = found(kind)(*values)
+        studies = importlib.import_module("crosscheck.studies.study")
+        return partial(studies.question_key, asked), asked.answer
+
+    return result
+
+
+def found(name: str) -> Any:
+    module, _, attribute = name.rpartition(".")
+    return getattr(importlib.import_module(f"{PAPER}.{module}"), attribute)
+
+
+def third_amplitude() -> Result:
+    experiments = importlib.import_module(f"{PAPER}.phase.experiments")
+    variant = importlib.import_module("crosscheck.studies.variant").Variant(**SHORT)
+    experiment = experiments.Experiment(variant, recorded=True)
+    return question("phase.experiments.ThirdAmplitude", experiment)()
+
+
+RESULTS: dict[str, Callable[[], Result]] = {
+    "analytic run": run(),
+    "rigid run": run(model="analytic:coupled"),
+    "printed run, one planet": run("figures.runs.first_planets", model="analytic:printed"),
+    "exudyn run": run(model="exudyn:tree"),
+    "pinocchio run": run(model="pinocchio:coupled"),
+    "measure of exudyn": run("phase.planets.fluctuation_and_spread", model="exudyn:tree"),
+    "measure by exudyn": run("phase.planets.in_step"),
+    "measure with rounding": run("phase.rounding.with_rounding"),
+    "claims' measure": run("claims.measures.back_and_forth", model="analytic:links"),
+    "floating base": question("hypotheses.floating_base._Flights", "pd", 2.0, 1e-3),
+    "errata": question("errata.sheet.Errata", "paper-labelled", 1e-4),
+    "planet spin": question("hypotheses.planet_spin.SpinCost", "paper-labelled", "pd", 1e-3),
+    "run-up": question("phase.resonance.RunUp", 0.02, 0.01),
+    "growth": question("phase.objections.Growth", 0.02, "eq13", 1.3),
+    "third amplitude": third_amplitude,
+}
+
+
+class Traced(importlib.machinery.SourceFileLoader):
+    """Loads the project's files so that every function notes its file when it is called."""
+
+    def get_code(self, fullname: str) -> Any:
+        path = Path(self.get_filename(fullname))
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        note = ast.parse(f"called_files.add({str(path.relative_to(ROOT))!r})").body
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef):
+                node.body[:0] = note
+        return compile(ast.fix_missing_locations(tree), str(path), "exec")
+
+
+def traced() -> dict[str, dict[str, list[str]]]:
+    """Files called and files imported, result by result, each in a process of its own."""
+    for library in ("xarray", "sympy", "scipy.signal", "scipy.optimize", "numba", "pydantic",
+                    "h5netcdf", "matplotlib.figure", "pinocchio", "exudyn", "rich.table",
+                    "jinja2", "scipy.integrate", "scipy.ndimage"):  # fmt: skip
+        importlib.import_module(library)
+    numba = importlib.import_module("numba")
+    numba.njit, numba.vectorize = uncompiled, lambda **_: importlib.import_module("numpy").vectorize
+    sys.path_hooks.insert(0, finder)
+    sys.path_importer_cache.clear()
+    return {name: in_child(partial(looked_at, result)) for name, result in RESULTS.items()}
+
+
+def finder(folder: str) -> Any:
+    """For the project's folders alone."""
+    if ROOT not in (Path(folder), *Path(folder).parents):
+        raise ImportError
+    suffixes = importlib.machinery.SOURCE_SUFFIXES
+    return importlib.machinery.FileFinder(folder, (Traced, suffixes))
+
+
+def uncompiled(*given: Any, **_: Any) -> Any:
+    """In place of numba's decorator: a call of a function is seen."""
+
+    def left(function: Any) -> Any:
+        function.compile = lambda signature: function
+        return function
+
+    return left(given[0]) if given and callable(given[0]) else left
+
+
+def looked_at(result: Callable[[], Result]) -> dict[str, list[str]]:
+    _, make = result()
+    for (module, name), value in CUTS.items():
+        if module in sys.modules:
+            assert hasattr(sys.modules[module], name)
+            setattr(sys.modules[module], name, value)
+    called.clear()  # importing is not running
+    sys.addaudithook(note_data)
+    make()
+    modules = [module for name, module in sys.modules.items() if name.split(".")[0] in OWN]
+    files = [Path(str(module.__file__)).relative_to(ROOT) for module in modules]
+    return {"called": sorted(called), "imported": sorted(map(str, files))}
+
+
+def note_data(event: str, arguments: tuple[Any, ...]) -> None:
+    if event == "open" and str(arguments[0]).endswith(".toml"):
+        called.add(str(Path(arguments[0]).relative_to(ROOT)))
+
+
+def in_child(work: Callable[[], Any]) -> Any:
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(reading)
+        with os.fdopen(writing, "w") as stream:
+            json.dump(work(), stream)
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as stream:
+        text = stream.read()
+    os.waitpid(child, 0)
+    return json.loads(text)
+
+
+def edited() -> dict[str, list[str]]:
+    """Result -> the files whose edit changes its key."""
+    keys = {name: result()[0] for name, result in RESULTS.items()}
+    sources = importlib.import_module("crosscheck.studies.sources")
+
+    def all_keys() -> dict[str, str]:
+        for remembered in (sources.code_hash, sources.source_of, sources.uses):
+            remembered.cache_clear()
+        return {name: key() for name, key in keys.items()}
+
+    before = all_keys()
+    assert before == all_keys()
+    changes: dict[str, list[str]] = {name: [] for name in keys}
+    for path in sorted(path for package in OWN for path in (ROOT / package).rglob("*.*")):
+        if path.suffix not in (".py", ".toml", ".j2", ".css", ".json"):
+            continue
+        text = path.read_text(encoding="utf-8")
+        path.write_text(other(path, text), encoding="utf-8")
+        for name, key in all_keys().items():
+            if key != before[name]:
+                changes[name].append(str(path.relative_to(ROOT)))
+        path.write_text(text, encoding="utf-8")
+    return changes
+
+
+def other(path: Path, text: str) -> str:
+    """Code with a comment more, data with another title."""
+    if path.suffix != ".toml":
+        return f"{text}\n# edited\n"
+    assert 'title = "' in text
+    return text.replace('title = "', 'title = "edited ', 1)
+
+
+if __name__ == "__main__":
+    looked = traced()
+    changes = in_child(edited)
+    json.dump({name: looked[name] | {"edited": changes[name]} for name in RESULTS}, sys.stdout)

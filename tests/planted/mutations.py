@@ -1,0 +1,308 @@
+"""Every way in which a method of a model might answer wrongly, and what a cross-check makes of it.
+
+All tasks of a plan are performed once, unharmed. A mutant then answers for one method of one model;
+only the tasks that call that method are performed again, through the same code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from crosscheck import plan, state_suite
+from crosscheck.checks.answers import CHRISTOFFEL
+from crosscheck.comparison import ModelTask, Results, findings_of, tasks_of
+from crosscheck.findings import Finding
+from crosscheck.registry import MODELS, model_class
+from crosscheck.run import planned, smallest, stable_steps
+from crosscheck.tasks import Outcome, Simulation
+from crosscheck.workers import perform_all
+from models.arm import Arm
+
+STATES = 4
+BRIEF_S = {"constant-torque": 0.02, "pd": 0.02}
+Mutate = Callable[[Any], Any]
+ARRAYS = ("mass_matrix", "bias", "generalized_force", "acceleration")
+RUNS = ("simulate", "reference")
+VARIABLES = (
+    "theta",
+    "theta_dot",
+    "theta_ddot",
+    "torque",
+    "kinetic_energy",
+    "x_sp",
+    "x_pr",
+    "x_sp_dot",
+    "x_pr_dot",
+    "F_sp",
+    "F_pr",
+)
+FACTOR = 1 + 1e-6
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One method of one model with another answer; ``change`` is given the right one."""
+
+    model: str
+    method: str
+    name: str
+    change: Mutate
+
+    def __str__(self) -> str:
+        return f"{self.model} {self.method}: {self.name}"
+
+
+def _raising(error: BaseException) -> Mutate:
+    def change(answer: object) -> object:
+        raise error
+
+    return change
+
+
+ANY: dict[str, Mutate] = {
+    "raises": _raising(ZeroDivisionError("no such luck")),
+    "ends the program": _raising(SystemExit(0)),
+    "interrupts": _raising(KeyboardInterrupt()),
+    "cannot": _raising(NotImplementedError()),
+    "None": lambda answer: None,
+    "text": lambda answer: "ready",
+    "a list": lambda answer: [0.0],
+}
+
+
+def _entry(place: tuple[int, ...], value: float) -> Mutate:
+    def change(answer: np.ndarray) -> np.ndarray:
+        changed = answer.copy()
+        changed[place] = value
+        return changed
+
+    return change
+
+
+def _off(place: tuple[int, ...]) -> Mutate:
+    """One entry 1 % off; one that is zero, by 1 % of what its row and column, or its like, are."""
+
+    def change(answer: np.ndarray) -> np.ndarray:
+        changed = answer.copy()
+        size = abs(answer[place])
+        if answer.ndim == 2 and size < 1e-9 * np.sqrt(answer[place[0]] @ answer[place[0]]):
+            size = np.sqrt(answer[place[0], place[0]] * answer[place[1], place[1]])
+        elif answer.ndim == 1 and size < 1e-9 * abs(answer).max():
+            size = abs(answer).max()
+        changed[place] += 0.01 * size
+        return changed
+
+    return change
+
+
+def _joints_swapped(per: int) -> Mutate:
+    return lambda answer: np.roll(answer, [per] * answer.ndim, axis=tuple(range(answer.ndim)))
+
+
+ARRAY: dict[str, Mutate] = {
+    "NaN": lambda a: a * np.nan,
+    "inf": lambda a: a + np.inf,
+    "one NaN": lambda a: _entry((-1,) * a.ndim, np.nan)(a),
+    "wrong shape": lambda a: a[..., :-1],
+    "no shape": lambda a: a.sum(),
+    "another dimension": lambda a: a[None],
+    "complex": lambda a: a + 0j,
+    "objects": lambda a: a.astype(object),
+    "single precision": lambda a: a.astype(np.float32),
+}
+
+
+def _select(**index: Any) -> Mutate:
+    return lambda run: run.isel(**{k: v for k, v in index.items() if k in run.dims})
+
+
+def _with(name: str, change: Mutate) -> Mutate:
+    return lambda run: run.assign({name: (run[name].dims, change(run[name].values))})
+
+
+def _half(run: xr.Dataset) -> xr.Dataset:
+    return run.isel(time=slice(run.sizes["time"] // 2))
+
+
+def _gap(run: xr.Dataset) -> xr.Dataset:
+    return run.isel(time=[k for k in range(run.sizes["time"]) if k != 1])
+
+
+def _late(run: xr.Dataset) -> xr.Dataset:
+    return run.assign_coords(time=run["time"] + 1e-6)
+
+
+def _without_planets(run: xr.Dataset) -> xr.Dataset:
+    return run.where(run["planet"] == 1) if "planet" in run.dims else run.isel(joint=[0])
+
+
+RUN: dict[str, Mutate] = {
+    "half a run": _half,
+    "a time missing": _gap,
+    "all times late": _late,
+    "a joint missing": _select(joint=[0]),
+    "joints in another order": _select(joint=[1, 0]),
+    "a planet missing": lambda run: _select(planet=[0, 1])(run.isel(joint=[0])),
+    "planets 2 and 3 without values": _without_planets,
+    "no attributes": lambda run: run.drop_attrs(),
+    "another's attributes": lambda run: run.assign_attrs(model="somebody"),
+    "an array": lambda run: run["theta"],
+}
+VARIABLE: dict[str, Mutate] = {
+    "NaN at one time": lambda v: np.where(
+        np.arange(len(v)).reshape(-1, *[1] * (v.ndim - 1)) == 2, np.nan, v
+    ),
+    "single precision": lambda v: v.astype(np.float32),
+    "sign": lambda v: -v,
+    "factor 1 + 1e-6": lambda v: v * FACTOR,
+    "the other joint's": lambda v: np.roll(v, 1, axis=1) if v.ndim > 1 else v * 2,
+}
+SCALAR: dict[str, Mutate] = {
+    "NaN": lambda step: float("nan"),
+    "zero": lambda step: 0.0,
+    "sign": lambda step: -step,
+    "a thousandth": lambda step: 1e-3 * min(step, 1e-3),
+}
+MODES: dict[str, Mutate] = {
+    "empty": lambda modes: modes[:0],
+    "one missing": lambda modes: modes[1:],
+    "descending": lambda modes: modes[::-1],
+    "one NaN": lambda modes: _entry((0,), np.nan)(modes),
+    "sign": lambda modes: -modes,
+    "factor 1 + 1e-6": lambda modes: modes * FACTOR,
+    "one 1 % off": lambda modes: np.sort(_off((0,))(modes)),
+}
+
+
+def _residual(at: int, change: Mutate) -> Mutate:
+    return lambda parts: tuple(change(p) if k == at else p for k, p in enumerate(parts))
+
+
+RESIDUAL: dict[str, Mutate] = {
+    f"{part} {name}": _residual(at, change)
+    for at, part in enumerate(("gaps", "rates", "accelerations"))
+    for name, change in (
+        ("NaN", lambda p: p * np.nan),
+        ("off", lambda p: p + 1e-9 * max(1.0, float(abs(p).max()))),
+        ("missing", lambda p: p[:0]),
+        ("complex", lambda p: p + 0j),
+    )
+}
+
+
+OTHERS = {
+    "mesh_modes": MODES,
+    "largest_stable_step": SCALAR,
+    "constraint_residual": RESIDUAL,
+}
+
+
+def changes(method: str, role: str) -> Iterator[tuple[str, Mutate]]:
+    """Every mutation that applies to a method's answer."""
+    yield from ANY.items()
+    if method in ARRAYS:
+        yield from ARRAY.items()
+        yield from _values(method, role).items()
+    elif method in RUNS:
+        yield from RUN.items()
+        for name in VARIABLES[:5] if role == "rigid" else VARIABLES:
+            yield f"no {name}", partial(_without, name)
+            yield from ((f"{name}: {what}", _with(name, c)) for what, c in VARIABLE.items())
+    else:
+        yield from OTHERS[method].items()
+
+
+def _without(name: str, run: xr.Dataset) -> xr.Dataset:
+    return run.drop_vars(name)
+
+
+def _values(method: str, role: str) -> dict[str, Mutate]:
+    """Wrong numbers in an array of the right form, which a form of the paper may well have.
+
+    What the paper's forms answer is measured, not trusted. They have no method of their own, so
+    that wrong numbers of a method are seen in the model that shares it; the forms themselves are
+    compared symbol by symbol.
+    """
+    if role == "form":
+        return {}
+    size = 2 if role == "rigid" else 6
+    places = np.ndindex(*([size] * (2 if method == "mass_matrix" else 1)))
+    return {
+        "zero": lambda a: a * 0,
+        "sign": lambda a: -a,
+        "factor 1 + 1e-6": lambda a: a * FACTOR,
+        "the other joint's": _joints_swapped(1 if role == "rigid" else 3),
+        **{f"entry {place} 1 % off": _off(place) for place in places},
+    }
+
+
+def mutants(model: str) -> list[Mutant]:
+    """Of every method that the model promises."""
+    entry = MODELS[model]
+    methods = [*sorted(entry.promises), *["largest_stable_step"] * ("simulate" in entry.promises)]
+    return [
+        Mutant(model, method, name, change)
+        for method in methods
+        for name, change in changes(method, entry.role)
+    ]
+
+
+CALLS = {CHRISTOFFEL: "mass_matrix"}
+
+
+def calls(task: ModelTask) -> str:
+    """The method of the model that a task calls."""
+    if isinstance(task, Simulation):
+        return "reference" if task.rtol is not None else "simulate"
+    return CALLS.get(task.quantity, task.quantity)
+
+
+class Campaign:
+    """A plan, performed unharmed once, against which mutants are held."""
+
+    def __init__(self, arm: Arm) -> None:
+        limits = perform_all(stable_steps(arm), 1, lambda key: None)
+        self.comparisons = planned(arm, True, 0, smallest(limits))
+        self.outcomes = perform_all(tasks_of(self.comparisons), 2, lambda key: None)
+        findings = findings_of(self.comparisons, Results(self.outcomes))
+        self.red = [f for f in findings if f.kind == "check" and f.verdict != "agree"]
+
+    def findings(self, mutant: Mutant, patch: pytest.MonkeyPatch) -> list[Finding]:
+        """All that the mutant has a part in."""
+        touched = [t for t in tasks_of(self.comparisons) if self._is_touched(t, mutant)]
+        asked = [c for c in self.comparisons if set(touched) & set(c.needs)]
+        changed = {task.key: self._performed(task, mutant, patch) for task in touched}
+        return list(findings_of(asked, Results(self.outcomes | changed)))
+
+    def _is_touched(self, task: ModelTask, mutant: Mutant) -> bool:
+        return task.model == mutant.model and calls(task) == mutant.method
+
+    def _performed(self, task: ModelTask, mutant: Mutant, patch: pytest.MonkeyPatch) -> Outcome:
+        owner = model_class(task.model)
+        right = getattr(owner, mutant.method)
+        if isinstance(task, Simulation):
+            kept = self.outcomes[task.key]  # the run itself need not be made again
+            right = lambda self, *arguments: kept  # noqa: E731
+
+        def wrong(self: object, *arguments: object) -> object:
+            return mutant.change(right(self, *arguments))
+
+        with patch.context() as harmed:
+            harmed.setattr(owner, mutant.method, wrong)
+            return task.perform()
+
+
+def brief(patch: pytest.MonkeyPatch) -> None:
+    """The quick plan, a millisecond long and at few states."""
+    for name, duration in BRIEF_S.items():
+        patch.setitem(plan.QUICK_S, name, duration)
+    patch.setattr(plan, "PROBE_S", 1e-3)
+    patch.setattr(plan, "SHORT_S", 2e-3)
+    patch.setattr(state_suite, "QUICK_COUNT", STATES)

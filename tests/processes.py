@@ -1,0 +1,48 @@
+"""The program and pieces of it in processes of their own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+NOBODY = 65534
+
+
+def command_line(
+    *arguments: object,
+    env: dict[str, str] | None = None,
+    python: tuple[str, ...] = ("-m", "crosscheck"),
+    **more: object,
+) -> subprocess.CompletedProcess[str]:
+    """``python -m crosscheck *arguments``; ``env`` changes the environment, "" removes."""
+    around = {name: value for name, value in (os.environ | (env or {})).items() if value}
+    options: dict[str, object] = {"capture_output": True, "text": True, "timeout": 120}
+    command = [sys.executable, *python, *map(str, arguments)]
+    return subprocess.run(command, env=around, check=False, **(options | more))  # type: ignore[call-overload]
+
+
+def in_child(work: Callable[[], None], nobody: bool = False) -> bool:
+    """Whether ``work`` comes to its end in a forked process; as another user if we may."""
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            if nobody and os.geteuid() == 0:
+                os.setgid(NOBODY)
+                os.setuid(NOBODY)
+            work()
+            code = 0
+        finally:
+            os._exit(code)
+    return os.waitpid(child, 0)[1] == 0
+
+
+def reachable(folder: Path) -> Path:
+    """The folder, which others may now enter by its name."""
+    for part in (folder, *folder.parents):
+        if part.stat().st_uid == os.geteuid() and not part.stat().st_mode & 0o001:
+            part.chmod(part.stat().st_mode | 0o001)
+    return folder
