@@ -211,7 +211,9 @@ SCALARS: list[tuple[Callable[..., Any], int]] = [
 ]
 
 
-@pytest.mark.parametrize(("decide", "count"), SCALARS, ids=lambda value: getattr(value, "__qualname__", None))
+@pytest.mark.parametrize(
+    ("decide", "count"), SCALARS, ids=lambda value: getattr(value, "__qualname__", None)
+)
 @UNHURRIED
 @given(data=st.data())
 def test_a_decision_about_numbers_is_open_where_one_is_undefined(
