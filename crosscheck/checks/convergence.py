@@ -42,9 +42,7 @@ def order_through_impacts(about: About, runs: Sequence[xr.Dataset]) -> Finding:
 
 def stable_step(about: About, step_s: float, limit_s: float) -> Finding:
     """The largest step that a plan takes with a model against the model's own limit."""
-    return checked(
-        about,
-        measured=step_s / limit_s,
-        tolerance=1.0,
-        basis=f"steps of {step_s:.3g} s, at most {limit_s:.3g} s are stable",
-    )
+    known = math.isfinite(limit_s)
+    limit = f"at most {limit_s:.3g} s are stable" if known else "and steps of any length are stable"
+    basis = f"steps of {step_s:.3g} s, {limit}"
+    return checked(about, measured=step_s / limit_s, tolerance=1.0, basis=basis)

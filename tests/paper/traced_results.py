@@ -80,7 +80,7 @@ def third_amplitude() -> Result:
 RESULTS: dict[str, Callable[[], Result]] = {
     "analytic run": run(),
     "rigid run": run(model="analytic:coupled"),
-    "printed run, one planet": run("figures.runs.first_planets", model="analytic:printed"),
+    "printed run, one planet": run("reductions.first_planets", model="analytic:printed"),
     "exudyn run": run(model="exudyn:tree"),
     "pinocchio run": run(model="pinocchio:coupled"),
     "measure of exudyn": run("phase.planets.fluctuation_and_spread", model="exudyn:tree"),
