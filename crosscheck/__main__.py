@@ -5,7 +5,14 @@ from __future__ import annotations
 import sys
 from typing import NoReturn
 
-from crosscheck.interruption import deaf, exit_code, farewell, leave_if_stopped, listen
+from crosscheck.interruption import (
+    deaf,
+    exit_code,
+    farewell,
+    leave_if_stopped,
+    listen,
+    was_stopped,
+)
 
 
 def main() -> NoReturn:
@@ -15,7 +22,9 @@ def main() -> NoReturn:
         from crosscheck.cli import main as run
 
         run()
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Exception):
+        if not was_stopped():
+            raise
         print(f"crosscheck: {farewell()}", file=sys.stderr)
         sys.exit(exit_code())
     finally:

@@ -13,7 +13,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from crosscheck import LARGEST_SEED, __version__
-from crosscheck.interruption import exit_code, farewell
+from crosscheck.interruption import exit_code, farewell, was_stopped
 from crosscheck.surroundings import closing_code, prepare
 
 app = typer.Typer(
@@ -218,7 +218,9 @@ def main() -> NoReturn:
     except (typer.Abort, KeyboardInterrupt):
         code = PARSERS_INTERRUPTED
     except Exception as error:
-        _explain(error)
+        if not was_stopped():
+            _explain(error)
+        code = PARSERS_INTERRUPTED
     if code == PARSERS_INTERRUPTED:
         _fail(farewell(), exit_code())
     sys.exit(closing_code(code if isinstance(code, int) else 0))

@@ -37,6 +37,14 @@ def exit_code() -> int:
     return 128 + (_received[0] if _received else signal.SIGINT)
 
 
+def was_stopped() -> bool:
+    """Whether such a signal has come: then any exception may be what has become of it.
+
+    Python makes another one of a KeyboardInterrupt in ``__set_name__``, which imports call.
+    """
+    return bool(_received)
+
+
 def leave_if_stopped() -> None:
     """End at once with that code if such a signal has come.
 
