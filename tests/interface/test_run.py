@@ -20,7 +20,7 @@ from crosscheck import plan, registry
 from crosscheck.provenance import ROOT
 from models.arm import Arm
 from models.loading import HERE
-from tests.arms import PAPER, arm_of
+from tests.arms import PAPER, arm_of, random_arm
 from tests.paper.markup import SVG, axis_problems, page_problems
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
@@ -218,6 +218,14 @@ def test_arm_called_like_the_probe_is_told_from_it(labelled):
     agreement = package.check(arm, quick=True, jobs=2)
     assert [f.id for f in agreement.red] == []
     assert len({f.id for f in agreement.findings}) == len(agreement.findings)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 8])
+@pytest.mark.usefixtures("brief")
+def test_an_arm_of_random_numbers_raises_no_false_alarm(seed):
+    agreement = package.check(random_arm(seed, most_joints=2), quick=True, jobs=2, seed=seed)
+    assert [f"{f.id}: {f.measured} {f.note}" for f in agreement.red] == []
 
 
 @pytest.mark.usefixtures("brief")
