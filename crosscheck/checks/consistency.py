@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.checks.answers import angles_among
-from crosscheck.checks.invariants import sun_of
+from crosscheck.checks.invariants import sun_of, torques_at
 from models.arm import Arm
-from models.drive import drive_data, joint_torque
+from models.drive import drive_data
 from models.interface import Model
 
 TIMES = 20
@@ -98,7 +98,8 @@ def _worked_out(
 ) -> dict[str, np.ndarray | float]:
     """Variables, per joint or one of all, from the model's functions of this state."""
     angular = angles_among(model.coordinates)
-    torque = _torques(model, t, q[angular], v[angular])
+    drive = drive_data(model.scenario, len(model.arm.joints))
+    torque = torques_at(drive, t, q[angular], v[angular])
     values: dict[str, np.ndarray | float] = {
         "theta_ddot": model.acceleration(t, q, v)[angular],
         "torque": torque,
@@ -109,15 +110,6 @@ def _worked_out(
         force = model.generalized_force(t, q, np.where(angular, v, 0.0))
         values |= _elastic_forces(model.arm, force.reshape(-1, 3), torque)
     return values
-
-
-def _torques(model: Model, t: float, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
-    """Output-side torques [N m], shape (joints,), by the scenario's law."""
-    drive = drive_data(model.scenario, len(model.arm.joints))
-    rows = zip(drive.gains, drive.table_torque, theta, theta_dot, strict=True)
-    return np.array(
-        [joint_torque(drive.code, g, drive.table_time, table, t, q, v) for g, table, q, v in rows]
-    )
 
 
 def _elastic_forces(arm: Arm, force: np.ndarray, torque: np.ndarray) -> dict[str, np.ndarray]:

@@ -22,7 +22,7 @@ from crosscheck.checks.states import (
 )
 from crosscheck.findings import About, Finding, checked, failed
 from models.arm import Arm
-from models.drive import drive_data, joint_torque
+from models.drive import DriveData, drive_data, joint_torque
 from models.scenario import Scenario
 
 # Powers of 1e4 N x 0.1 m/s whose forces carry the rounding of displacements (see states).
@@ -94,13 +94,16 @@ def _motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[
     summed = np.einsum("kij,kj->ki", np.abs(mass), np.abs(a)) + np.abs(bias)
     states = zip(*setting.states, inertial, summed, given.generalized_force, strict=True)
     for t, q, v, moved, magnitude, force in states:
-        torques = [
-            joint_torque(drive.code, gains, drive.table_time, table, t, theta, theta_dot)
-            for gains, table, theta, theta_dot in zip(
-                drive.gains, drive.table_torque, q[2::3], v[2::3], strict=True
-            )
-        ]
-        yield Motion(v, moved, magnitude, force, np.array(torques))
+        torques = torques_at(drive, t, q[2::3], v[2::3])
+        yield Motion(v, moved, magnitude, force, torques)
+
+
+def torques_at(drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
+    """Output-side torques [N m], shape (joints,), by the scenario's law at time t [s]."""
+    rows = zip(drive.gains, drive.table_torque, theta, theta_dot, strict=True)
+    return np.array(
+        [joint_torque(drive.code, g, drive.table_time, table, t, q, v) for g, table, q, v in rows]
+    )
 
 
 def _power_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
