@@ -65,8 +65,15 @@ def farewell() -> str:
 def _stop(number: int, _: FrameType | None) -> None:
     deaf()
     _received.append(number)
+    # Where Python can only report the interrupt (in a weak reference's callback, as imports have
+    # them), it would be said in a traceback; _end_anyway says it in one line.
+    sys.unraisablehook = _unsaid
     threading.Thread(target=_end_anyway, daemon=True).start()
     raise KeyboardInterrupt
+
+
+def _unsaid(_: sys.UnraisableHookArgs) -> None:
+    """Nothing more is said of a program that is being stopped."""
 
 
 def _end_anyway() -> None:

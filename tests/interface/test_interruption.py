@@ -92,3 +92,31 @@ def test_a_signal_at_any_moment_ends_the_program_in_one_line(
     while _members(program.pid) and time.monotonic() < until:
         time.sleep(0.05)
     assert _members(program.pid) == []
+
+
+SWALLOWED = """
+import os, signal, time, weakref
+from crosscheck.interruption import listen
+class Thing: pass
+def at_its_end(_):
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(0.1)
+listen()
+thing = Thing()
+reference = weakref.ref(thing, at_its_end)
+del thing
+time.sleep(20)
+"""
+
+
+def test_an_interrupt_that_python_can_only_report_ends_the_program_in_one_line():
+    # Imports have such callbacks: where KeyboardInterrupt is raised in one, Python goes on.
+    ended = subprocess.run(
+        [sys.executable, "-c", SWALLOWED],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        text=True,
+        capture_output=True,
+        timeout=20,
+        check=False,
+    )
+    assert (ended.returncode, ended.stderr) == (143, "crosscheck: terminated\n")
