@@ -10,7 +10,8 @@ from typing import Literal
 
 from models.arm import Arm
 from models.errors import InputError
-from models.interface import STATE_ABILITIES, Model, gear_coordinates, link_coordinates
+from models.interface import STATE_ABILITIES, Model
+from models.layout import Layout, lumped_layout, rigid_layout
 from models.scenario import Scenario
 from models.switches import Switches
 
@@ -40,9 +41,9 @@ class Entry:
     free_planets: bool = False
     call_s: float = 1e-5
 
-    def coordinates(self, joints: int) -> tuple[str, ...]:
-        """What its coordinates must be for an arm of so many joints."""
-        return link_coordinates(joints) if self.role == "rigid" else gear_coordinates(joints)
+    def layout(self, arm: Arm) -> Layout:
+        """What its coordinates must be for an arm."""
+        return rigid_layout(arm) if self.role == "rigid" else lumped_layout(arm)
 
 
 def _analytic(attribute: str, role: Role, promises: frozenset[str] = RUNS) -> Entry:
