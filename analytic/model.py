@@ -99,6 +99,11 @@ class AnalyticModel(Model):
         poles = contact_eigenvalues(self.terms, undamped, self.drive, pose, undamped.k_m)
         return np.sort(poles.imag[poles.imag > RIGID * poles.imag.max()]) / (2 * np.pi)
 
+    def contact_poles(self) -> np.ndarray:
+        """Linearised about the start pose, every tooth in contact."""
+        pose, _ = self.start()
+        return contact_eigenvalues(self.terms, self.gears, self.drive, pose, self.gears.k_m)
+
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """(q, v) of the scenario's start, each of shape (n,)."""
         start, joints = self.scenario.start, len(self.arm.joints)
@@ -174,7 +179,7 @@ class PhysicalModel(AnalyticModel):
     """Every body with its true absolute velocity, for any arm."""
 
     name = "analytic:physical"
-    abilities = AnalyticModel.abilities | {"mesh_modes"}
+    abilities = AnalyticModel.abilities | {"mesh_modes", "contact_poles"}
 
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
