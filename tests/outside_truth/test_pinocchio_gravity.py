@@ -387,17 +387,6 @@ def test_a_damping_ratio_is_of_the_mean_stiffness(sun, ring):
     np.testing.assert_allclose(found, [-0.1 * d_sp, 0.2 * d_pr, 0], rtol=1e-13, atol=1e-9)
 
 
-def test_a_table_repeats_itself_with_every_tooth():
-    gears = GEARS | {"sun_mesh": mesh(TABLE, tooth_error_m=0.0)}
-    model = PinocchioGears(arm_of([gears], [UPPER], (0.0, 0.0)), scenario())
-    force = [
-        model.generalized_force(0.0, np.array([7e-5, 0, 2 * pi * tooth / 90]), np.zeros(3))[0]
-        for tooth in (-41, -1, 0, 1, 17)
-    ]
-    # x is a difference of arcs of up to 0.3 m, which round to 3e-17 m.
-    np.testing.assert_allclose(force, -4 * 8e7 * 3e-5, rtol=1e-11)
-
-
 def test_a_free_flying_base_knows_friction_but_no_gravity():
     joints = [SHOULDER | {"friction_N_m_s_per_rad": 0.8}, ELBOW]
     arm = arm_of(joints, [UPPER, FORE], (0.0, 0.0))
