@@ -124,11 +124,6 @@ def mesh_law(joint: Planetary, chosen: Switches, side: Side) -> MeshLaw:
     )
 
 
-def mesh_laws(joint: Planetary, chosen: Switches) -> tuple[MeshLaw, MeshLaw]:
-    """The laws of the joint's meshes with sun and ring."""
-    return mesh_law(joint, chosen, "sun"), mesh_law(joint, chosen, "ring")
-
-
 def stiffest(law: MeshLaw) -> MeshLaw:
     """The linear law that bounds this one: in contact everywhere, at its largest stiffness."""
     return _linear(law, law.curve.largest)
@@ -187,21 +182,23 @@ def smooth_clearance(x: float, b: float, sharpness: float) -> float:
 
 
 @njit(cache=True)
-def mesh_phase(law: np.ndarray, t: float, theta: float, theta_dot: float) -> float:
-    """phi [rad] at time t [s], joint angle [rad] and rate [rad/s] (Eqs. 8, 14)."""
+def variation(law: np.ndarray, t: float, theta: float, theta_dot: float) -> tuple[float, float]:
+    """k [N/m] and sin(phi) at time t [s], joint angle [rad] and rate [rad/s] (Eqs. 8, 14)."""
     angle = theta_dot * t if law[BY_CLOCK] else theta
-    return law[RATE] * angle + law[OFFSET]
+    phase = law[RATE] * angle + law[OFFSET]
+    sine = np.sin(phase)
+    return stiffness_at(law, CURVE, phase, sine), sine
 
 
 @njit(cache=True)
-def elastic_force(law: np.ndarray, x: float, phase: float, sine: float) -> float:
-    """Spring force [N] along the line of action (Eqs. 4, 8, 14, 15); sine is the phase's."""
+def elastic_force(law: np.ndarray, x: float, stiffness: float, sine: float) -> float:
+    """Spring force [N] along the line of action (Eqs. 4, 8, 14, 15)."""
     gap = x - law[ERROR] * sine
     if law[SMOOTH]:
         travel = smooth_clearance(gap, law[BACKLASH], law[SHARPNESS])
     else:
         travel = clearance(gap, law[BACKLASH])
-    return stiffness_at(law[CURVE:], phase, sine) * travel
+    return stiffness * travel
 
 
 @njit(cache=True)
@@ -215,7 +212,8 @@ def damping_force(law: np.ndarray, x: float, x_dot: float, sine: float) -> float
 @njit(cache=True)
 def mesh_force(
     law: np.ndarray,
-    t: float,
+    stiffness: float,
+    sine: float,
     wheel: float,
     planet: float,
     carrier: float,
@@ -225,14 +223,12 @@ def mesh_force(
 ) -> float:
     """Force [N] of one mesh along its line of action, spring and damper.
 
-    wheel and carrier turn relative to the previous link, planet relative to the carrier, rad and
-    rad/s. The carrier's angle is the joint angle.
+    stiffness and sine: of ``variation``. wheel and carrier turn relative to the previous link,
+    planet relative to the carrier, rad and rad/s.
     """
     x = law[WHEEL_RADIUS] * (wheel - carrier) + law[PLANET_RADIUS] * planet
     x_dot = law[WHEEL_RADIUS] * (wheel_dot - carrier_dot) + law[PLANET_RADIUS] * planet_dot
-    phase = mesh_phase(law, t, carrier, carrier_dot)
-    sine = np.sin(phase)
-    return elastic_force(law, x, phase, sine) + damping_force(law, x, x_dot, sine)
+    return elastic_force(law, x, stiffness, sine) + damping_force(law, x, x_dot, sine)
 
 
 @njit(cache=True)
@@ -245,10 +241,9 @@ def elastic_forces(
     """
     forces = np.empty_like(x)
     for row in range(len(t)):
-        phase = mesh_phase(law, t[row], theta[row], theta_dot[row])
-        sine = np.sin(phase)
+        stiffness, sine = variation(law, t[row], theta[row], theta_dot[row])
         for planet in range(x.shape[1]):
-            forces[row, planet] = elastic_force(law, x[row, planet], phase, sine)
+            forces[row, planet] = elastic_force(law, x[row, planet], stiffness, sine)
     return forces
 
 
@@ -269,12 +264,19 @@ class Stage(NamedTuple):
 
 
 class GearStage(NamedTuple):
-    """A geared joint, counted from 0, its bodies and the laws of its meshes."""
+    """A geared joint, counted from 0, its bodies, a planet's inertia [kg m^2] and its mesh laws."""
 
     joint: int
     bodies: Stage
+    planet_inertia: float
     sun: MeshLaw
     ring: MeshLaw
+
+
+def gear_stage(place: int, bodies: Stage, joint: Planetary, chosen: Switches) -> GearStage:
+    """What is known of a geared joint, the place-th from 0."""
+    sun, ring = mesh_law(joint, chosen, "sun"), mesh_law(joint, chosen, "ring")
+    return GearStage(place, bodies, inertia(joint, "planet"), sun, ring)
 
 
 class Gearing(NamedTuple):
@@ -310,7 +312,8 @@ def _rows(arrays: Sequence[np.ndarray]) -> np.ndarray:
 @njit(cache=True)
 def add_sun_mesh(
     law: np.ndarray,
-    t: float,
+    stiffness: float,
+    sine: float,
     q: np.ndarray,
     q_t: np.ndarray,
     link: int,
@@ -319,7 +322,9 @@ def add_sun_mesh(
     forces: np.ndarray,
 ) -> None:
     """Spring and damper of one sun-planet mesh, onto the forces [N m] of the three it couples."""
-    pull = mesh_force(law, t, q[sun], q[planet], q[link], q_t[sun], q_t[planet], q_t[link])
+    pull = mesh_force(
+        law, stiffness, sine, q[sun], q[planet], q[link], q_t[sun], q_t[planet], q_t[link]
+    )
     forces[link] += law[WHEEL_RADIUS] * pull
     forces[sun] -= law[WHEEL_RADIUS] * pull
     forces[planet] -= law[PLANET_RADIUS] * pull
@@ -328,7 +333,8 @@ def add_sun_mesh(
 @njit(cache=True)
 def add_ring_mesh(
     law: np.ndarray,
-    t: float,
+    stiffness: float,
+    sine: float,
     q: np.ndarray,
     q_t: np.ndarray,
     link: int,
@@ -336,7 +342,7 @@ def add_ring_mesh(
     forces: np.ndarray,
 ) -> None:
     """One ring-planet mesh, as ``add_sun_mesh``: the ring rests on the previous link."""
-    pull = mesh_force(law, t, 0.0, q[planet], q[link], 0.0, q_t[planet], q_t[link])
+    pull = mesh_force(law, stiffness, sine, 0.0, q[planet], q[link], 0.0, q_t[planet], q_t[link])
     forces[link] += law[WHEEL_RADIUS] * pull
     forces[planet] -= law[PLANET_RADIUS] * pull
 
@@ -346,11 +352,14 @@ def add_meshes(
     gears: Gearing, t: float, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray
 ) -> None:
     """Every mesh spring of the arm at time t [s], onto the forces [N m] of the tree coordinates."""
-    for joint in range(len(gears.places)):
-        link, sun, first, after = gears.places[joint]
+    for stage in range(len(gears.places)):
+        link, sun, first, after = gears.places[stage]
+        of_sun, of_ring = gears.sun_laws[stage], gears.ring_laws[stage]
+        sun_stiffness, sun_sine = variation(of_sun, t, q[link], q_t[link])
+        ring_stiffness, ring_sine = variation(of_ring, t, q[link], q_t[link])
         for planet in range(first, after):
-            add_sun_mesh(gears.sun_laws[joint], t, q, q_t, link, sun, planet, forces)
-            add_ring_mesh(gears.ring_laws[joint], t, q, q_t, link, planet, forces)
+            add_sun_mesh(of_sun, sun_stiffness, sun_sine, q, q_t, link, sun, planet, forces)
+            add_ring_mesh(of_ring, ring_stiffness, ring_sine, q, q_t, link, planet, forces)
 
 
 def deflection(law: MeshLaw, stage: Stage, q: np.ndarray, with_sun: bool) -> np.ndarray:

@@ -31,10 +31,9 @@ from models.exudyn_mesh import (
     add_meshes,
     deflection,
     elastic_forces,
+    gear_stage,
     gearing,
-    inertia,
     mean_spring,
-    mesh_laws,
     stiffest,
     torque_rounding,
 )
@@ -155,7 +154,7 @@ class ExudynTree(Model):
         self.from_paper = tree_from_paper(arm)
         self.to_paper = paper_from_tree(arm)
         self.gears = [
-            GearStage(place, stage, *mesh_laws(joint, self.switches))
+            gear_stage(place, stage, joint, self.switches)
             for place, (stage, joint) in enumerate(zip(self.stages, arm.joints, strict=True))
             if isinstance(joint, Planetary)
         ]
@@ -211,11 +210,12 @@ class ExudynTree(Model):
 
     def _rounding(self, q: np.ndarray, q_t: np.ndarray) -> float:
         """What roundings of the meshes' forces may do to a planet [rad/s^2]."""
-        felt = [0.0]
-        for place, stage, *laws in self.stiffest:
-            own = inertia(self.arm.joints[place], "planet")
-            felt.append(sum(torque_rounding(law, stage, q, q_t) for law in laws) / own)
-        return max(felt)
+        felt = [
+            torque_rounding(law, gear.bodies, q, q_t) / gear.planet_inertia
+            for gear in self.stiffest
+            for law in (gear.sun, gear.ring)
+        ]
+        return max(felt, default=0.0)
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """Tree coordinates and rates at t = 0, shape (bodies,) each; no mesh slides."""
@@ -224,9 +224,10 @@ class ExudynTree(Model):
         q, v = np.zeros(len(self.layout)), np.zeros(len(self.layout))
         sun_planet = per_joint(start.sun_planet_offset_m, joints)
         planet_ring = per_joint(start.planet_ring_offset_m, joints)
-        for joint, _, sun, ring in self.gears:
-            q[self.layout.at("x_sp", joint)] = contact * sun.backlash + sun_planet[joint]
-            q[self.layout.at("x_pr", joint)] = contact * ring.backlash + planet_ring[joint]
+        for gear in self.gears:
+            x_sp, x_pr = self.layout.at("x_sp", gear.joint), self.layout.at("x_pr", gear.joint)
+            q[x_sp] = contact * gear.sun.backlash + sun_planet[gear.joint]
+            q[x_pr] = contact * gear.ring.backlash + planet_ring[gear.joint]
         q[self.layout.theta] = per_joint(start.theta_rad, joints)
         v[self.layout.theta] = per_joint(start.theta_dot_rad_per_s, joints)
         return self.from_paper @ q, self.from_paper @ v
@@ -285,14 +286,13 @@ class ExudynTree(Model):
         planets = max(len(stage.planets) for stage in self.stages)
         x = np.full((2, len(time), len(self.stages), planets), np.nan)
         x_dot, force = x.copy(), x.copy()
-        for place, stage, *laws in self.gears:
-            here, link = slice(len(stage.planets)), stage.link
-            for side, law in enumerate(laws):
-                x[side, :, place, here] = deflection(law, stage, q, with_sun=side == 0)
-                x_dot[side, :, place, here] = deflection(law, stage, v, with_sun=side == 0)
-                force[side, :, place, here] = elastic_forces(
-                    law.array, time, x[side, :, place, here], q[:, link], v[:, link]
-                )
+        for gear in self.gears:
+            stage, link = gear.bodies, gear.bodies.link
+            for side, law in enumerate((gear.sun, gear.ring)):
+                at = side, slice(None), gear.joint, slice(len(stage.planets))
+                x[at] = deflection(law, stage, q, with_sun=side == 0)
+                x_dot[at] = deflection(law, stage, v, with_sun=side == 0)
+                force[at] = elastic_forces(law.array, time, x[at], q[:, link], v[:, link])
         return {
             "x_sp": x[0],
             "x_pr": x[1],

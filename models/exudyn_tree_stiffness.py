@@ -43,7 +43,7 @@ class Curve(NamedTuple):
         if self.kind == SINE:
             return self.mean + self.amplitude
         array = self.array
-        return max(stiffness_at(array, phase, np.sin(phase)) for phase in self._phases())
+        return max(stiffness_at(array, 0, phase, np.sin(phase)) for phase in self._phases())
 
     def _phases(self) -> np.ndarray:
         if self.kind == WAVES:
@@ -103,38 +103,42 @@ def _spline(cycles: np.ndarray, stiffness: np.ndarray) -> Curve:
 
 
 @njit(cache=True)
-def stiffness_at(curve: np.ndarray, phase: float, sine: float) -> float:
-    """k [N/m] at a mesh phase [rad] and its sine; curve is Curve.array."""
-    if curve[KIND] == SINE:
-        return curve[MEAN] + curve[AMPLITUDE] * sine
-    if curve[KIND] == WAVES:
-        return waves_at(curve, phase)
-    return spline_at(curve, phase)
+def stiffness_at(law: np.ndarray, place: int, phase: float, sine: float) -> float:
+    """k [N/m] at a mesh phase [rad] and its sine; Curve.array begins at the place in ``law``."""
+    if law[place + KIND] == SINE:
+        return law[place + MEAN] + law[place + AMPLITUDE] * sine
+    if law[place + KIND] == WAVES:
+        return waves_at(law, place, phase)
+    return spline_at(law, place, phase)
 
 
 @njit(cache=True)
-def waves_at(curve: np.ndarray, phase: float) -> float:
+def waves_at(law: np.ndarray, place: int, phase: float) -> float:
     """Mean and waves [N/m]: a pointer turned on by the phase is cosine and sine of every order."""
-    rows = int(curve[ROWS])
+    rows, first = int(law[place + ROWS]), place + FIRST
     turn = complex(np.cos(phase), np.sin(phase))
-    pointer, total = turn, curve[MEAN]
-    for row in range(rows):
-        total += curve[FIRST + row] * pointer.real + curve[FIRST + rows + row] * pointer.imag
+    pointer, total = turn, law[place + MEAN]
+    for row in range(first, first + rows):
+        total += law[row] * pointer.real + law[row + rows] * pointer.imag
         pointer *= turn
     return total
 
 
 @njit(cache=True)
-def spline_at(curve: np.ndarray, phase: float) -> float:
+def spline_at(law: np.ndarray, place: int, phase: float) -> float:
     """The periodic cubic spline [N/m]."""
-    rows = int(curve[ROWS])
-    cycles = curve[FIRST : FIRST + rows]
+    rows, first = int(law[place + ROWS]), place + FIRST
     at = phase / (2 * np.pi)
     at -= np.floor(at)
-    right = min(max(np.searchsorted(cycles, at, side="right"), 1), rows - 1)  # at may round to 1
-    width = cycles[right] - cycles[right - 1]
-    a, b = (cycles[right] - at) / width, (at - cycles[right - 1]) / width
-    value, bend = FIRST + rows + right, FIRST + 2 * rows + right
-    straight = a * curve[value - 1] + b * curve[value]
-    bent = (a**3 - a) * curve[bend - 1] + (b**3 - b) * curve[bend]
+    left, right = first, first + rows - 1
+    while right - left > 1:
+        middle = (left + right) // 2
+        if law[middle] <= at:
+            left = middle
+        else:
+            right = middle
+    width = law[right] - law[left]
+    a, b = (law[right] - at) / width, (at - law[left]) / width
+    straight = a * law[left + rows] + b * law[right + rows]
+    bent = (a**3 - a) * law[left + 2 * rows] + (b**3 - b) * law[right + 2 * rows]
     return straight + bent * width**2 / 6
