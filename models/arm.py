@@ -63,7 +63,7 @@ class Mesh(Data):
     """
 
     stiffness: StiffnessLaw
-    """Stiffness k of one planet's contact over the mesh phase: a law, see below."""
+    """k of one planet's contact over the mesh phase, by one of the laws."""
     backlash_m: Play
     """b, half the clearance 2 b between the teeth, along the line of action."""
     tooth_error_m: Play
@@ -114,9 +114,9 @@ class Planetary(Data):
     planet_inertia_kg_m2: GearInertia | None = None
     """J of one planet about its own axis."""
     carrier_equivalent_mass_kg: Mass | None = None
-    """J / r^2 of the carrier, r = carrier radius x cos(pressure angle)."""
+    """J / r^2 of the carrier, r its radius x cos(pressure angle); this or carrier_inertia_kg_m2."""
     carrier_inertia_kg_m2: Inertia | None = None
-    """J of the carrier about the joint's axis; it or its equivalent mass is given."""
+    """J of the carrier about the joint's axis, without the planets."""
     sun_mass_kg: Mass
     """Mass of the sun, at the joint's axis."""
     planet_mass_kg: Mass
@@ -237,9 +237,9 @@ class Link(Data):
     density_kg_per_m3: Density | None = None
     """Of a rod."""
     mass_kg: GearMass | None = None
-    """Of a body."""
+    """Of a body that is no rod."""
     inertia_kg_m2: GearInertia | None = None
-    """J of a body about its centre of mass."""
+    """J of that body about its centre of mass."""
 
     @model_validator(mode="after")
     def _rod_or_body(self) -> Self:
