@@ -377,7 +377,8 @@ def _equivalent_mass(joint: Planetary, part: str) -> float:
 def _link_mass(link: Link) -> float:
     if link.mass_kg is not None:
         return link.mass_kg
-    assert link.density_kg_per_m3 is not None and link.cross_section_m2 is not None
+    assert link.density_kg_per_m3 is not None  # as _rod_or_body has seen
+    assert link.cross_section_m2 is not None
     return link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
 
 
