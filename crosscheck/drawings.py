@@ -31,6 +31,10 @@ DISPLACEMENT = {
     "sun": r"$x_{sp} = r_s\,\theta_s - r_p\,\theta_p - r_{cp}\,\theta_c$",
     "ring": r"$x_{pr} = r_p\,\theta_p - r_{cp}\,\theta_c$",
 }
+NOTES = (
+    "dashed: pitch circles; solid: base circles; dash-dotted: line of action;"
+    " dotted: common tangent of the pitch circles; play drawn larger than it is"
+)
 MILLI = 1e3
 Points = Sequence[complex] | np.ndarray
 
@@ -69,6 +73,7 @@ def drawing(side: Side) -> str:
         _draw_stage(whole, geometry)
         _draw_contact(near, geometry)
         figure.suptitle(rf"{DISPLACEMENT[side]},   $r_{{cp}} = r_c\cos\alpha$")
+        figure.supxlabel(NOTES, fontsize=8)
         stream = io.StringIO()
         figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     return stream.getvalue()
@@ -104,8 +109,8 @@ def _angles(axes: Axes, geometry: MeshGeometry) -> None:
 
 
 def _stage_words(axes: Axes, geometry: MeshGeometry) -> None:
-    """Names of the wheels, the lines and the circles."""
-    window, planet, at = STAGES[geometry.side], geometry.planet, geometry.pitch_point
+    """Names of the wheels and the carrier."""
+    planet, at = geometry.planet, geometry.pitch_point
     _word(axes, planet.centre + (12 + 26j) / MILLI, "planet", PLANET)
     _word(axes, planet.centre * 0.62 - 6j / MILLI, "carrier, $r_c$", CARRIER)
     _word(axes, at + 38 / MILLI * geometry.push, "$x, F > 0$", ACTION)
@@ -114,11 +119,6 @@ def _stage_words(axes: Axes, geometry: MeshGeometry) -> None:
     else:
         _word(axes, -8j / MILLI, "joint", WHEEL)
         _word(axes, at + (14 + 0j) / MILLI, "ring", WHEEL)
-    notes = (
-        "dashed: pitch circles; solid: base circles; dash-dotted: line of action;"
-        " dotted: common tangent"
-    )
-    axes.text(window.left, window.low, notes, fontsize=8)
 
 
 def _wheel(
