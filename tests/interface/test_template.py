@@ -7,20 +7,24 @@ import shlex
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from crosscheck.registry import build
 from crosscheck.schema import described, records_below
 from crosscheck.template import template
 from models.arm import Arm, Direct, Link, Planetary
-from models.loading import load_arm
+from models.loading import load_arm, load_scenario
 from models.quantities import Data
 from tests.interface.conftest import Command
 from tests.interface.test_bad_input import assert_one_line
 from tests.processes import HEAVY, modules_loaded_by
 
-# What stands for a field in the template is another field's business.
-OTHER_FORMS = {"sun_inertia_kg_m2", "planet_inertia_kg_m2", "carrier_inertia_kg_m2"}
-OTHER_FORMS |= {"damping_N_s_per_m"}
+# Fields in whose place the template has another.
+OTHER_FORMS = {
+    *("sun_inertia_kg_m2", "planet_inertia_kg_m2", "carrier_inertia_kg_m2"),
+    "damping_N_s_per_m",
+}
 
 
 def written(folder: Path, text: str) -> Arm:
@@ -40,6 +44,30 @@ def test_template_is_an_arm_that_shrinks_towards_its_tip(tmp_path, joints):
         assert outer.ring_mass_kg < inner.ring_mass_kg
         assert outer.sun_mesh.stiffness.mean_N_per_m < inner.sun_mesh.stiffness.mean_N_per_m
     assert all(outer.length_m < inner.length_m for inner, outer in pairwise(arm.links))
+
+
+@pytest.mark.parametrize("joints", [1, 2, 7])
+def test_template_is_well_conditioned(tmp_path, joints):
+    assert_well_conditioned(written(tmp_path, template("mine", joints)), 6e3, 5e-5)
+
+
+@pytest.mark.parametrize("name", ["three-unlike", "direct-between"])
+def test_built_in_arms_are_well_conditioned(name):
+    arm = load_arm(name)
+    assert arm.name == name
+    assert_well_conditioned(arm, 5e3, 8e-5)
+
+
+def assert_well_conditioned(arm: Arm, highest_Hz: float, step_s: float) -> None:
+    """Mesh modes of kHz, steps of which a run does not need many, inertias that suit each other."""
+    model = build("analytic:physical", arm, load_scenario("constant-torque"))
+    modes = model.mesh_modes()
+    assert len(modes) == 2 * len(model.layout.meshing)
+    assert 1e3 < modes[0] < modes[-1] < highest_Hz
+    assert model.largest_stable_step() > step_s
+    mass = model.mass_matrix(np.zeros(len(model.layout)))
+    scale = np.sqrt(np.diag(mass))
+    assert np.linalg.cond(mass / np.outer(scale, scale)) < 1e3
 
 
 def test_examples_that_are_commented_out_load(tmp_path):
