@@ -18,7 +18,7 @@ from models.scenario import Scenario
 
 @dataclass(frozen=True)
 class Prepared:
-    """Experiments ready to run; largest stable step [s] of their models; what a user should know."""
+    """Experiments ready to run, largest stable step [s] of their models, remarks to the user."""
 
     experiments: Sequence[Experiment]
     limit_s: float

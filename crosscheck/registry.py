@@ -142,6 +142,9 @@ def promising(ability: str, among: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(name for name in among if ability in MODELS[name].promises)
 
 
+GEARED, PAPER_FORMS = names("geared"), names("form")
+
+
 def of_level(level: str) -> tuple[str, ...]:
     """The rigid models of a level."""
     return tuple(name for name, entry in MODELS.items() if entry.level == level)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.findings import Agreement
-from crosscheck.plan import Experiment, Wanted, order_cases, readings, short_experiments
+from crosscheck.plan import Wanted, order_cases, readings, short_experiments
 from crosscheck.preparation import Prepared, prepared
 from crosscheck.provenance import provenance
 from crosscheck.run_suite import (
@@ -19,9 +19,10 @@ from crosscheck.run_suite import (
     short_comparisons,
 )
 from crosscheck.state_suite import probe_comparisons, state_comparisons
-from crosscheck.tasks import Failure, RunKey
+from crosscheck.tasks import Failure, RunKey, Simulation
 from crosscheck.workers import Workers
 from models.arm import Arm
+from models.loading import Case
 
 Told = Callable[[str, int], None]  # (what is being done, steps still to come)
 
@@ -31,8 +32,8 @@ class CrossCheck:
     """An Agreement and the runs that it was drawn from: a trajectory, or why there is none."""
 
     wanted: Wanted
-    experiments: Sequence[Experiment]
     agreement: Agreement
+    cases: dict[RunKey, Case]
     runs: dict[RunKey, xr.Dataset | Failure]
 
     @property
@@ -61,7 +62,7 @@ def cross_check(
         results = performed(workers, tasks_of(comparisons), told)
     findings = list(findings_of(comparisons, results))
     agreement = Agreement(findings, provenance_of(wanted))
-    return CrossCheck(wanted, chosen.experiments, agreement, runs_of(results))
+    return CrossCheck(wanted, agreement, cases_of(comparisons), runs_of(results))
 
 
 def provenance_of(wanted: Wanted) -> dict[str, Any]:
@@ -102,6 +103,12 @@ def performed(workers: Workers, tasks: Sequence[ModelTask], told: Told) -> Resul
 
     told("starting", left)
     return Results(workers.perform(tasks, done))
+
+
+def cases_of(comparisons: Sequence[Comparison]) -> dict[RunKey, Case]:
+    """What each run that they need is of."""
+    tasks = (task for task in tasks_of(comparisons) if isinstance(task, Simulation))
+    return {task.key: task.case for task in tasks}
 
 
 def runs_of(results: Results) -> dict[RunKey, xr.Dataset | Failure]:

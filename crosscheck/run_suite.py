@@ -10,7 +10,7 @@ from typing import Any
 from crosscheck.checks import convergence, invariants, trajectories
 from crosscheck.checks.records import BY_PLANET
 from crosscheck.checks.scales import Limit, meaningful
-from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair
+from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair, sensitivity
 from crosscheck.comparison import Comparison, Results
 from crosscheck.findings import About, Finding, Key, checked, measured_only
 from crosscheck.plan import MECHANISM, Experiment, OrderCase
@@ -29,6 +29,7 @@ from models.layout import lumped_layout
 
 LARGEST = "largest absolute difference"
 MESH = ("theta", "x_sp", "x_pr")
+SENSITIVE = ("theta", "x_sp")
 FORM_QUANTITIES = ("theta", "x_sp", "F_sp", "F_pr")
 ONE_ROUNDING = "one-rounding"  # the family of comparisons that measure sensitivity
 MIDWAY_S = 2.0  # of longer experiments one instant stands on the page for itself
@@ -45,7 +46,12 @@ def experiment_comparisons(experiment: Experiment) -> list[Comparison]:
 
 def short_comparisons(experiment: Experiment) -> list[Comparison]:
     """The tier with constraints against the tree that the lead is held to at the same step."""
-    found = []
+    first = lead()
+    pair = experiment.run(first), experiment.run(first, "nudged")
+    found = [
+        _of_runs(_about(ONE_ROUNDING, experiment, quantity, (first, first)), pair, sensitivity)
+        for quantity in _of(experiment, SENSITIVE)
+    ]
     for tier in constrained():
         sides = [_refinement(experiment, name) for name in (same_integrator()[-1], tier)]
         found += [_refined(experiment, sides, quantity) for quantity in _of(experiment, MESH)]
@@ -131,9 +137,9 @@ def _under_mechanism(experiment: Experiment) -> Iterator[Comparison]:
     yield from _against_reference(experiment)
     first = lead()
     pair = experiment.run(first), experiment.run(first, "nudged")
-    for quantity in _of(experiment, ("theta", "x_sp")):
+    for quantity in _of(experiment, SENSITIVE):
         about = _about(ONE_ROUNDING, experiment, quantity, (first, first))
-        yield _of_runs(about, pair, trajectories.sensitivity)
+        yield _of_runs(about, pair, sensitivity)
     yield from _forms(experiment)
     for level in RIGID_LEVELS:
         yield from _rigid(experiment, level)

@@ -78,7 +78,8 @@ def _controlled(arm: Arm, inertia: np.ndarray, rate: float, mode: float | None) 
     held = -weight_moments(arm, np.zeros(inertia.size))
     step = inertia * rate**2 * STEP_SWING + held
     columns = (inertia, proportional, derivative, step)
-    return Sizes(rate, *(tuple(map(float, column)) for column in columns), mode)
+    own, P, D, torques = (tuple(map(float, column)) for column in columns)
+    return Sizes(rate, own, P, D, torques, mode)
 
 
 def step_scenario(sizes: Sizes) -> Scenario:
@@ -111,5 +112,3 @@ def scenario_of(name: str, drive: Drive, rate: float, times: float) -> Scenario:
         start=Start(),
         drive=drive,
     )
-
-

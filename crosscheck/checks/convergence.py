@@ -22,9 +22,7 @@ def observed_order(runs: Sequence[xr.Dataset], quantity: str) -> float:
     return math.log2(first / second) if first > 0 and second > 0 else math.nan
 
 
-def formal_order(
-    about: About, runs: Sequence[xr.Dataset], formal: int, quantity: str
-) -> Finding:
+def formal_order(about: About, runs: Sequence[xr.Dataset], formal: int, quantity: str) -> Finding:
     """In smooth motion the formal order must show."""
     observed = observed_order(runs, quantity)
     return checked(
