@@ -187,6 +187,17 @@ def list_() -> None:
 
 
 @app.command()
+def init(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="TOML file to write.")],
+    joints: Annotated[int, typer.Option(min=1, max=7, help="Geared joints.")] = 2,
+) -> None:
+    """Write a commented file of an arm to begin with; never over another file."""
+    from crosscheck.template import init_command
+
+    init_command(file, joints)
+
+
+@app.command()
 def show(arm: ArmName) -> None:
     """Show an arm's values and what follows from them, with units."""
     from crosscheck.show import show_command
