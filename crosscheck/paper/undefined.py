@@ -7,18 +7,21 @@ run diverged. Records hold None for it, texts the word.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
-from typing import Any
+from typing import overload
 
 import numpy as np
 
+from crosscheck.paper.record import JsonObject, JsonValue
 from crosscheck.studies.study import Numbers
 
 UNDEFINED = "undefined"
+Quantity = float | np.floating | np.ndarray | Sequence[float | None] | None
+Raw = None | bool | float | str | np.floating | Sequence["Raw"] | Mapping[str, "Raw"]
 
 
-def known(*values: Any) -> bool:
+def known(*values: Quantity) -> bool:
     """Whether all numbers, alone or in sequences, are there and finite."""
     return all(bool(np.isfinite(np.asarray(value, dtype=float)).all()) for value in values)
 
@@ -27,7 +30,7 @@ def where_known(decide: Callable[..., bool]) -> Callable[..., bool | None]:
     """The decision; None, and not asked, if one of the numbers that it rests on is undefined."""
 
     @wraps(decide)
-    def decided(*numbers: Any) -> bool | None:
+    def decided(*numbers: Quantity) -> bool | None:
         return bool(decide(*numbers)) if known(*numbers) else None
 
     return decided
@@ -87,10 +90,20 @@ def finite(numbers: Mapping[str, float | None]) -> Numbers:
     return {name: defined(value) for name, value in numbers.items()}
 
 
-def recorded(value: Any) -> Any:
+@overload
+def recorded(value: Mapping[str, Raw]) -> JsonObject: ...
+
+
+@overload
+def recorded(value: Raw) -> JsonValue: ...
+
+
+def recorded(value: Raw) -> JsonValue:
     """For JSON: everything inside as it is, but None for every float that is not finite."""
+    if isinstance(value, str):  # a sequence of strings otherwise
+        return value
     if isinstance(value, Mapping):
         return {name: recorded(inner) for name, inner in value.items()}
-    if isinstance(value, list | tuple):
+    if isinstance(value, Sequence):
         return [recorded(inner) for inner in value]
     return defined(value) if isinstance(value, float | np.floating) else value

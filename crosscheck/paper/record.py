@@ -1,0 +1,33 @@
+"""Records: what a chapter found, under names; JSON only where it is written, or was kept."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import TypeVar
+
+from pydantic import TypeAdapter
+
+JsonValue = None | bool | int | float | str | Sequence["JsonValue"] | Mapping[str, "JsonValue"]
+JsonObject = dict[str, JsonValue]
+Kept = TypeVar("Kept")
+
+
+@dataclass(frozen=True)
+class Record(ABC):
+    """Numbers and verdicts of a chapter; a subclass's fields are the names in its JSON."""
+
+    @property
+    @abstractmethod
+    def id(self) -> str:
+        """Names the record in claims.json; written, never read."""
+
+    def to_dict(self) -> JsonObject:
+        """For JSON."""
+        return {"id": self.id, **asdict(self)}
+
+
+def read(kind: type[Kept], answer: object) -> Kept:
+    """A dataclass from its fields as JSON. Raises ValueError for what is no such thing."""
+    return TypeAdapter(kind).validate_python(answer)
