@@ -28,12 +28,25 @@ from models.errors import Unfinished
 from models.loading import Case
 from models.scenario import TableDrive
 
+RIGID = "analytic:coupled"
+ANALYTIC = "analytic:physical"
+ENGINE = "exudyn:tree"
 STRIDE = 2
 HIGH_PASS_HZ = 600.0  # between the controlled arm's motion and the mesh modes
 ORDER = 12  # each way: 1.7 kHz leaks less than 1e-5 through 3 kHz
 FILTER_SAMPLES = 3 * (ORDER + 1)  # by which the filter continues a signal at either end
 FILTER_EDGE_S = 0.02  # of the record's ends, which the filter does not see whole
 TABLE_STEP_S = 1e-3
+
+
+class Setting(NamedTuple):
+    """What the paper does not tell: damping ratio of all joints, reading of Eq. 13's ring rate."""
+
+    zeta: float
+    ring_rate: str
+
+
+SETTINGS = (Setting(0.005, "eq13"), Setting(0.02, "corrected"))  # the third fluctuation's two
 
 
 class Response(NamedTuple):
@@ -106,7 +119,7 @@ def _performed(experiment: Experiment) -> Response:
 def played_back(case: Case) -> Case:
     """The case with its drive replaced by the torque that the rigid arm needs in it."""
     update = {"step_s": 1e-4, "record_every": round(TABLE_STEP_S / 1e-4)}
-    rigid = build("analytic:coupled", case.arm, case.scenario.model_copy(update=update)).simulate()
+    rigid = build(RIGID, case.arm, case.scenario.model_copy(update=update)).simulate()
     time = rigid["time"].values.copy()
     time[-1] = max(time[-1], case.scenario.duration_s)
     drive = TableDrive(
