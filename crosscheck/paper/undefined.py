@@ -12,8 +12,9 @@ from functools import wraps
 from typing import overload
 
 import numpy as np
+from pydantic import JsonValue
 
-from crosscheck.paper.record import JsonObject, JsonValue
+from crosscheck.paper.record import JsonObject
 from crosscheck.studies.study import Numbers
 
 UNDEFINED = "undefined"

@@ -13,6 +13,7 @@ from crosscheck.paper.phase import maps as phase_maps
 from crosscheck.paper.phase import stability as phase_stability
 from crosscheck.paper.phase.chapter import chapter
 from crosscheck.paper.phase.experiments import Experiment, Response, third_amplitude, vibration
+from crosscheck.paper.phase.fluctuations import Fluctuation
 from crosscheck.paper.phase.linear import (
     Modes,
     base_motion,
@@ -33,6 +34,7 @@ from crosscheck.paper.phase.verdict import (
     OUT_OF_STEP_M,
     PRESENT_RAD_PER_S2,
     SAME,
+    Vibration,
     dies,
     error_part,
     h1_verdict,
@@ -88,13 +90,14 @@ def test_a_vibration_dies_below_a_tenth() -> None:
     assert not dies(100.0, ABOVE * DEAD * 100.0)
 
 
-@pytest.mark.parametrize("name", SAME)
+@pytest.mark.parametrize("name", Vibration._fields)
 def test_every_gap_must_be_inside_its_limit(name: str) -> None:
-    one = {"onset_s": 1.0, "frequency_Hz": 1350.0, "amplitude_rad_per_s2": 400.0}
+    one = Vibration(onset_s=1.0, frequency_Hz=1350.0, amplitude_rad_per_s2=400.0)
     for factor, expected in ((BELOW, True), (ABOVE, False)):
-        other = {**one, name: one[name] * (1 + factor * SAME[name])}
+        beyond = getattr(one, name) * (1 + factor * getattr(SAME, name))
+        other = one._replace(**{name: beyond})
         assert same_vibration(relative_gaps(one, other)) is expected
-    assert same_vibration(relative_gaps(one, {**one, name: None})) is None
+    assert same_vibration(relative_gaps(one, one._replace(**{name: None}))) is None
 
 
 def test_far_from_a_resonance() -> None:
@@ -234,7 +237,7 @@ def test_vibration_leaves_the_motion_of_the_arm_out() -> None:
 def test_a_diverged_run_has_no_finite_amplitude() -> None:
     nothing = np.full((10, 2), np.nan)
     assert third_amplitude(Response(np.arange(10.0), nothing, nothing[0], nothing[0])) == np.inf
-    assert phase_maps.amplitude({"diverged_s": 0.1}) == np.inf
+    assert phase_maps.amplitude(Fluctuation(diverged_s=0.1)) == np.inf
 
 
 def test_a_tongue_opens_at_twice_a_modes_frequency_and_damping_closes_it() -> None:
