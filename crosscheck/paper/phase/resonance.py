@@ -12,11 +12,11 @@ from analytic import kernel
 from analytic.model import PhysicalModel
 from crosscheck.envelope import envelope
 from crosscheck.paper import signals
-from crosscheck.paper.phase.experiments import FILTER_EDGE_S, RIGID, STRIDE, vibration
+from crosscheck.paper.phase.experiments import FILTER_EDGE_S, RIGID_STEP_S, STRIDE, vibration
 from crosscheck.paper.phase.plant import Plant, accelerations_along, integrate, plant_of
+from crosscheck.paper.phase.rigid import rigid_motion
 from crosscheck.paper.record import JsonObject, Record
 from crosscheck.paper.undefined import defined
-from crosscheck.registry import build
 from models.arm import Arm
 from models.loading import Case, load_case
 from models.scenario import ConstantDrive
@@ -186,8 +186,8 @@ def _meshes(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
 
 def fastest(scenario: str) -> float:
     """Largest carrier speed against the ring [rad/s] of either joint in a scenario of the paper."""
-    case = load_case("paper-labelled", scenario, {}, ["scenario.step_s=1e-4"])
-    rigid = build(RIGID, case.arm, case.scenario).simulate()
+    case = load_case("paper-labelled", scenario)
+    rigid = rigid_motion(case, RIGID_STEP_S, case.scenario.record_every)
     return float(np.abs(rigid["theta_dot"]).max())
 
 
