@@ -12,8 +12,15 @@ from crosscheck.paper.phase import engines as phase_engines
 from crosscheck.paper.phase import maps as phase_maps
 from crosscheck.paper.phase import stability as phase_stability
 from crosscheck.paper.phase.chapter import chapter
-from crosscheck.paper.phase.experiments import Experiment, Response, third_amplitude, vibration
-from crosscheck.paper.phase.fluctuations import Fluctuation
+from crosscheck.paper.phase.engines import Comparison, HeldAlike
+from crosscheck.paper.phase.experiments import (
+    Experiment,
+    Response,
+    Setting,
+    third_amplitude,
+    vibration,
+)
+from crosscheck.paper.phase.fluctuations import Fluctuation, Fluctuations, Spread
 from crosscheck.paper.phase.linear import (
     Modes,
     base_motion,
@@ -34,6 +41,7 @@ from crosscheck.paper.phase.verdict import (
     OUT_OF_STEP_M,
     PRESENT_RAD_PER_S2,
     SAME,
+    Presence,
     Vibration,
     dies,
     error_part,
@@ -58,13 +66,15 @@ ABOVE, BELOW = 1.01, 0.99
 @pytest.mark.parametrize(
     ("omega_t", "angle", "expected"),
     [
-        (ABOVE, BELOW, "only with omega_t"),
-        (BELOW, ABOVE, "only with angle"),
-        (ABOVE, ABOVE, "with both"),
-        (BELOW, BELOW, "with neither"),
+        (ABOVE, BELOW, Presence.PRINTED),
+        (BELOW, ABOVE, Presence.INTEGRATED),
+        (ABOVE, ABOVE, Presence.BOTH),
+        (BELOW, BELOW, Presence.NEITHER),
     ],
 )
-def test_one_cell_above_the_threshold_decides(omega_t: float, angle: float, expected: str) -> None:
+def test_one_cell_above_the_threshold_decides(
+    omega_t: float, angle: float, expected: Presence
+) -> None:
     parts = {
         "omega_t": [0.0, omega_t * PRESENT_RAD_PER_S2],
         "angle": [angle * PRESENT_RAD_PER_S2, 0.0],
@@ -83,6 +93,32 @@ def test_the_error_part_is_what_the_error_adds() -> None:
 def test_a_clock_is_seen_above_rounding() -> None:
     assert knows_the_clock(ABOVE * CLOCK_N)
     assert not knows_the_clock(BELOW * CLOCK_N)
+
+
+def _spreads(amplitude: float | None, apart_m: float | None) -> Fluctuations:
+    return Fluctuations.of([Fluctuation(0.6, 1350.0, amplitude, apart_m) for _ in range(2)])
+
+
+@pytest.mark.parametrize(("held_m", "explained"), [(BELOW, True), (ABOVE, False), (None, None)])
+def test_held_planets_are_told_of_only_if_they_explain(
+    held_m: float | None, explained: bool | None
+) -> None:
+    held = None if held_m is None else held_m * OUT_OF_STEP_M
+    setting = Setting(0.005, "eq13")
+    free = Comparison(setting, 2, _spreads(400.0, None), _spreads(200.0, 1e-6))
+    alike = Comparison(setting, 2, _spreads(400.0, None), _spreads(400.0, held))
+    control = HeldAlike(alike, free)
+    assert (free.same, alike.same) == (False, True)
+    assert control.explains is explained
+    told = phase_engines.freed_planets([control])
+    assert ("1 µm" in told and "200 rad/s² instead of 400" in told) == bool(explained)
+
+
+def test_a_start_without_a_fluctuation_leaves_the_spread_undefined() -> None:
+    assert Spread.of([1.0, 3.0, 2.0]) == Spread(2.0, 1.0, 3.0)
+    assert Spread.of([1.0, None]) == Spread()
+    with pytest.raises(TypeError):
+        Fluctuation.of({"amplitude": 1.0})
 
 
 def test_a_vibration_dies_below_a_tenth() -> None:
@@ -145,12 +181,12 @@ def test_onset_predicted() -> None:
 
 def test_verdict_of_h1() -> None:
     every = {"clock": True, "engine": True}
-    assert h1_verdict("only with omega_t", every) == "holds"
-    assert h1_verdict("undefined", every) == "undefined"
-    undefined = h1_verdict("only with omega_t", {**every, "engine": None})
+    assert h1_verdict(Presence.PRINTED, every) == "holds"
+    assert h1_verdict(Presence.UNKNOWN, every) == "undefined"
+    undefined = h1_verdict(Presence.PRINTED, {**every, "engine": None})
     assert undefined == "holds in the simulations, but undefined in: engine"
-    assert "clock" in h1_verdict("only with omega_t", {**every, "clock": False})
-    for elsewhere in ("with both", "with neither", "only with angle"):
+    assert "clock" in h1_verdict(Presence.PRINTED, {**every, "clock": False})
+    for elsewhere in (Presence.BOTH, Presence.NEITHER, Presence.INTEGRATED):
         assert h1_verdict(elsewhere, every) == "does not hold"
 
 

@@ -250,7 +250,7 @@ def test_a_trend_is_open_where_a_member_is_undefined(
 def test_open_decisions_in_words(one: bool | None, other: bool | None, third: bool | None) -> None:
     word = figures.by_law({"omega_t": one, "angle": other})
     assert (word == UNDEFINED) == (None in (one, other))
-    answer = phase.h1_verdict("only with omega_t", {"a": one, "b": other, "c": third})
+    answer = phase.h1_verdict(phase.Presence.PRINTED, {"a": one, "b": other, "c": third})
     assert (answer == "holds") == (one is other is third is True)
     assert all_of((one, other, third)) in (True, False, None)
     assert any_of((one, other)) == (one if one == other else one or other or None)

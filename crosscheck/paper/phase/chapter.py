@@ -11,7 +11,7 @@ from crosscheck.paper.phase.maps import maps
 from crosscheck.paper.phase.objections import objections
 from crosscheck.paper.phase.resonance_view import resonance
 from crosscheck.paper.phase.stability import stability
-from crosscheck.paper.phase.verdict import h1_verdict
+from crosscheck.paper.phase.verdict import Presence, h1_verdict
 from crosscheck.paper.record import Record
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import word
@@ -38,7 +38,7 @@ class H1(Record):
     """The verdict; evidence: whether each kind of it that was run speaks for H1."""
 
     verdict: str
-    tooth_error_part_present: str
+    tooth_error_part_present: Presence
     evidence: dict[str, bool | None]
 
     @property

@@ -27,6 +27,7 @@ from crosscheck.paper.phase.verdict import (
     NEAR,
     PRESENT_RAD_PER_S2,
     Evidence,
+    Presence,
     error_part,
     is_near,
     where_present,
@@ -61,7 +62,7 @@ class Maps(NamedTuple):
     """
 
     evidence: Evidence
-    present: str
+    present: Presence
     parts: dict[str, list[float]]
 
 
@@ -85,7 +86,7 @@ def maps(study: Study, scale: Scale) -> Maps:
         text.append(table(_HEAD, [_row(r) for r in records]))
     else:
         text += [_error_map(found), _backlash_map(found), *_tables(records)]
-    supports = None if verdict == UNDEFINED else verdict == "only with omega_t"
+    supports = None if verdict == Presence.UNKNOWN else verdict == Presence.PRINTED
     return Maps(Evidence("\n".join(text), records, supports), verdict, by_law)
 
 
@@ -226,7 +227,7 @@ def _tables(records: Sequence[CellRecord]) -> list[str]:
     ]
 
 
-def _statement(by_law: dict[str, list[float]], found: Amplitudes, verdict: str) -> str:
+def _statement(by_law: dict[str, list[float]], found: Amplitudes, verdict: Presence) -> str:
     without = {
         law: [
             run

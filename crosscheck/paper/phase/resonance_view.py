@@ -105,11 +105,11 @@ def _answers(
     study: Study, speeds: Speeds, scale: Scale
 ) -> tuple[dict[float, Resonances], dict[float, FloquetRates]]:
     """Run-ups and growth rates, by damping ratio."""
-    run_ups = [RunUp(zeta, scale.seconds(RAMP_S)) for zeta in RAMP_ZETAS]
-    tongues = [Tongue(zeta, speeds.pd) for zeta in ZETAS]
-    found = study.answers([*run_ups, *tongues], "phase: run-up and tongues")
-    ramps = read(list[Resonances], found[: len(run_ups)])
-    growth = read(list[FloquetRates], found[len(run_ups) :])
+    asked: list[RunUp | Tongue] = [RunUp(zeta, scale.seconds(RAMP_S)) for zeta in RAMP_ZETAS]
+    asked += [Tongue(zeta, speeds.pd) for zeta in ZETAS]
+    found = study.answers(asked, "phase: run-up and tongues")
+    ramps = read(list[Resonances], found[: len(RAMP_ZETAS)])
+    growth = read(list[FloquetRates], found[len(RAMP_ZETAS) :])
     return dict(zip(RAMP_ZETAS, ramps, strict=True)), dict(zip(ZETAS, growth, strict=True))
 
 

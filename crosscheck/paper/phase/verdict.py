@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import NamedTuple
 
 from crosscheck.paper.record import Record
@@ -67,20 +68,27 @@ def is_near(part: float) -> bool:
     return PRESENT_RAD_PER_S2 / NEAR <= part <= PRESENT_RAD_PER_S2 * NEAR
 
 
-def where_present(parts: Mapping[str, Sequence[float]]) -> str:
+class Presence(StrEnum):
+    """Under which phase law the tooth error excites the third fluctuation, in words."""
+
+    PRINTED = "only with omega_t"
+    INTEGRATED = "only with angle"
+    BOTH = "with both"
+    NEITHER = "with neither"
+    UNKNOWN = UNDEFINED
+
+
+def where_present(parts: Mapping[str, Sequence[float]]) -> Presence:
     """Under which phase law the tooth error's part [rad/s^2] is present in any cell.
 
-    parts: of every cell, by phase law. Returns `only with omega_t`, `only with angle`, `with both`
-    or `with neither`, from the defined cells; `undefined` if a law has none.
+    parts: of every cell, by phase law; the defined ones count. Unknown if a law has none.
     """
     if any(all(map(math.isnan, cells)) for cells in parts.values()):
-        return UNDEFINED
+        return Presence.UNKNOWN
     present = {law: any(p >= PRESENT_RAD_PER_S2 for p in cells) for law, cells in parts.items()}
-    if present["omega_t"] and present["angle"]:
-        return "with both"
-    if not any(present.values()):
-        return "with neither"
-    return "only with omega_t" if present["omega_t"] else "only with angle"
+    if present["omega_t"]:
+        return Presence.BOTH if present["angle"] else Presence.PRINTED
+    return Presence.INTEGRATED if present["angle"] else Presence.NEITHER
 
 
 def knows_the_clock(largest_change_N: float) -> bool:
@@ -158,14 +166,14 @@ def onset_is_predicted(predicted_s: float | None, simulated_s: float | None) -> 
     return abs(quotient(predicted_s, simulated_s) - 1) <= ONSET_PREDICTED
 
 
-def h1_verdict(maps: str, supports: Mapping[str, bool | None]) -> str:
+def h1_verdict(maps: Presence, supports: Mapping[str, bool | None]) -> str:
     """`holds` if the simulations say so and no kind of evidence that was run speaks against it.
 
     maps: of ``where_present``; supports: the other kinds of evidence.
     """
-    if maps == UNDEFINED:
+    if maps == Presence.UNKNOWN:
         return UNDEFINED
-    if maps != "only with omega_t":
+    if maps != Presence.PRINTED:
         return "does not hold"
     for answer, but in ((False, "not"), (None, UNDEFINED)):
         names = [name for name, supported in supports.items() if supported is answer]
