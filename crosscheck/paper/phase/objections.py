@@ -289,16 +289,7 @@ def _answers(
             f" Over the sweep of zeta, and with D's proportions changed by ten or acting in"
             f" contact alone, {_both(records, D_UNKNOWN)}."
         ),
-        paragraph(
-            "“It is the flutter of the PD loop.” That one exists, below some damping, but it"
-            " does not ask for tooth error and is subtracted everywhere above (E = 0). Without any"
-            " feedback, the rigid arm's torque merely played back,"
-            f" {_both(records, FLUTTER)}. The linearised growth rate under omega_t is"
-            f" {_pairs(growth, lambda r: r.without_feedback_per_s)} 1/s with and without feedback,"
-            f" {_pairs(growth, lambda r: r.without_tooth_error_per_s)} with and without tooth"
-            f" error, {_pairs(growth, lambda r: r.constant_stiffness_per_s)} with varying and"
-            " constant stiffness."
-        ),
+        _about_flutter(records, growth),
         paragraph(
             f"“The planets are out of phase and cancel.” Not in this gear: {spacing} are whole"
             " numbers, so all planets mesh in phase, as the model has it. The ring meshes may be"
@@ -306,14 +297,31 @@ def _answers(
             f" {_both(records, PLANETS)}. Moving out of step is another matter: section 3 frees"
             f" every planet. {freed_planets}"
         ),
-        paragraph(
-            "“With Eq. 11 in full it goes away.” The rates of x_sp and x_pr are small against"
-            " theta_c' in a smooth motion, but not in a vibration, and they too are multiplied by"
-            f" t: the growth rate is {_pairs(growth, lambda r: r.eq11_in_full_per_s)} 1/s with"
-            " Eq. 12 and with Eq. 11 (hence a step of 4 µs here). With it"
-            f" {_both(records, FULL)}."
-        ),
+        _about_eq_11(records, growth),
     ]
+
+
+def _about_flutter(records: Sequence[Changed], growth: Sequence[GrowthRates]) -> str:
+    return paragraph(
+        "“It is the flutter of the PD loop.” That one exists, below some damping, but it"
+        " does not ask for tooth error and is subtracted everywhere above (E = 0). Without any"
+        " feedback, the rigid arm's torque merely played back,"
+        f" {_both(records, FLUTTER)}. The linearised growth rate under omega_t is"
+        f" {_pairs(growth, lambda r: r.without_feedback_per_s)} 1/s with and without feedback,"
+        f" {_pairs(growth, lambda r: r.without_tooth_error_per_s)} with and without tooth"
+        f" error, {_pairs(growth, lambda r: r.constant_stiffness_per_s)} with varying and"
+        " constant stiffness."
+    )
+
+
+def _about_eq_11(records: Sequence[Changed], growth: Sequence[GrowthRates]) -> str:
+    return paragraph(
+        "“With Eq. 11 in full it goes away.” The rates of x_sp and x_pr are small against"
+        " theta_c' in a smooth motion, but not in a vibration, and they too are multiplied by"
+        f" t: the growth rate is {_pairs(growth, lambda r: r.eq11_in_full_per_s)} 1/s with"
+        " Eq. 12 and with Eq. 11 (hence a step of 4 µs here). With it"
+        f" {_both(records, FULL)}."
+    )
 
 
 def _both(records: Sequence[Changed], objection: str) -> str:
