@@ -19,7 +19,6 @@ from crosscheck.studies.study import Numbers
 
 UNDEFINED = "undefined"
 Quantity = float | np.floating | np.ndarray | Sequence[float | None] | None
-Raw = None | bool | float | str | np.floating | Sequence["Raw"] | Mapping[str, "Raw"]
 
 
 def known(*values: Quantity) -> bool:
@@ -92,19 +91,25 @@ def finite(numbers: Mapping[str, float | None]) -> Numbers:
 
 
 @overload
-def recorded(value: Mapping[str, Raw]) -> JsonObject: ...
+def recorded(value: Mapping[str, object]) -> JsonObject: ...
 
 
 @overload
-def recorded(value: Raw) -> JsonValue: ...
+def recorded(value: object) -> JsonValue: ...
 
 
-def recorded(value: Raw) -> JsonValue:
-    """For JSON: everything inside as it is, but None for every float that is not finite."""
-    if isinstance(value, str):  # a sequence of strings otherwise
-        return value
-    if isinstance(value, Mapping):
-        return {name: recorded(inner) for name, inner in value.items()}
-    if isinstance(value, Sequence):
-        return [recorded(inner) for inner in value]
-    return defined(value) if isinstance(value, float | np.floating) else value
+def recorded(value: object) -> JsonValue:
+    """For JSON: everything inside as it is, but None for every float that is not finite.
+
+    Raises TypeError for what JSON has no word for.
+    """
+    plain = value.item() if isinstance(value, np.generic) else value
+    if isinstance(plain, float):
+        return defined(plain)
+    if plain is None or isinstance(plain, bool | int | str):
+        return plain
+    if isinstance(plain, Mapping):
+        return {name: recorded(inner) for name, inner in plain.items()}
+    if isinstance(plain, Sequence):
+        return [recorded(inner) for inner in plain]
+    raise TypeError(f"not JSON: {value!r}")

@@ -313,3 +313,10 @@ def test_records_are_json_and_texts_words(value: Any) -> None:
     json.dumps(recorded(value), allow_nan=False)
     if value is None or isinstance(value, float):
         assert (shown(value) == UNDEFINED) == (value is None or not math.isfinite(value))
+
+
+def test_a_record_takes_numpys_numbers_and_nothing_foreign() -> None:
+    numbers = {"a": np.float64(1.5), "b": np.bool_(True), "c": (np.int64(2), np.float32("nan"))}
+    assert recorded(numbers) == {"a": 1.5, "b": True, "c": [2, None]}
+    with pytest.raises(TypeError, match="not JSON"):
+        recorded({"a": object()})
