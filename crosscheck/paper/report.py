@@ -12,7 +12,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.output import write_files, write_text
-from crosscheck.paper.errata.sheet import markdown
+from crosscheck.paper.errata.sheet import ErrataSheet, markdown
 from crosscheck.paper.scale import FULL, QUICK, Scale
 from crosscheck.paper.undefined import UNDEFINED
 from crosscheck.provenance import provenance
@@ -85,13 +85,13 @@ def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[Chapter]:
     """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
     made = _chapters(study, scale)
     figures = importlib.import_module("crosscheck.paper.figures.chapter")
-    sheet = next(chapter for chapter in made if chapter.id == "errata")
+    slips = [s for chapter in made if isinstance(chapter, ErrataSheet) for s in chapter.slips]
     contents: dict[Path, str | bytes] = {
         out / f"{name}.nc": netcdf(run) for name, run in figures.trajectories(study, scale).items()
     }
     contents[out / PAGE] = page(made, study)
     contents[out / CLAIMS] = records_json(made, study)
-    contents[out / ERRATA] = markdown(sheet.records)
+    contents[out / ERRATA] = markdown(slips)
     write_files(contents)
     return made
 

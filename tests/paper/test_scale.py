@@ -82,9 +82,9 @@ def test_a_vibration_that_is_reached_is_followed_and_handed_over(tmp_path_factor
     study = Study(tmp_path_factory.mktemp("kept"))
     scale = Scale(longest_s=0.55)
     followed, handed = stability(study, scale), handover(study, scale)
-    assert {record["as_predicted"] for record in followed.records} <= {True, False}
-    assert all(record["largest_growth_per_s"] is not None for record in followed.records)
+    assert {onset.as_predicted for onset in followed.records} <= {True, False}
+    assert all(onset.growth.largest_growth_per_s is not None for onset in followed.records)
     assert len(handed.records) == 12
-    assert all(record["before_rad_per_s2"] > 0 for record in handed.records)
-    assert all(0.5 <= record["at_s"] <= 0.55 for record in handed.records)
+    assert all(handed_over.before_rad_per_s2 > 0 for handed_over in handed.records)
+    assert all(0.5 <= handed_over.at_s <= 0.55 for handed_over in handed.records)
     assert followed.html.count("<svg") == handed.html.count("<svg") == 1

@@ -250,7 +250,7 @@ def test_a_trend_is_open_where_a_member_is_undefined(
 def test_open_decisions_in_words(one: bool | None, other: bool | None, third: bool | None) -> None:
     word = figures.by_law({"omega_t": one, "angle": other})
     assert (word == UNDEFINED) == (None in (one, other))
-    answer = phase.h1_verdict("only with omega_t", {"a": one, "b": other, "c": third})
+    answer = phase.h1_verdict(phase.Presence.PRINTED, {"a": one, "b": other, "c": third})
     assert (answer == "holds") == (one is other is third is True)
     assert all_of((one, other, third)) in (True, False, None)
     assert any_of((one, other)) == (one if one == other else one or other or None)
@@ -292,9 +292,7 @@ def test_nothing_else_falls_over_what_is_missing(data: st.DataObject) -> None:
     errors = np.abs(values) + 1e-9
     needed = floating_base.needed_ratio(np.array(SIZES), errors, 0.03)
     assert needed is None or np.isfinite(errors).any()
-    gaps = phase.relative_gaps(
-        dict(zip(phase.SAME, values, strict=False)), dict.fromkeys(phase.SAME, number)
-    )
+    gaps = phase.relative_gaps(phase.Vibration(*values[:3]), phase.Vibration(*[number] * 3))
     assert phase.same_vibration(gaps) in (True, False, None)
     assert phase.planets_explain(data.draw(YES), number, values[0]) in (True, False, None)
     assert phase.second_engine_supports([data.draw(YES)], [number]) in (True, False, None)
@@ -315,3 +313,10 @@ def test_records_are_json_and_texts_words(value: Any) -> None:
     json.dumps(recorded(value), allow_nan=False)
     if value is None or isinstance(value, float):
         assert (shown(value) == UNDEFINED) == (value is None or not math.isfinite(value))
+
+
+def test_a_record_takes_numpys_numbers_and_nothing_foreign() -> None:
+    numbers = {"a": np.float64(1.5), "b": np.bool_(True), "c": (np.int64(2), np.float32("nan"))}
+    assert recorded(numbers) == {"a": 1.5, "b": True, "c": [2, None]}
+    with pytest.raises(TypeError, match="not JSON"):
+        recorded({"a": object()})

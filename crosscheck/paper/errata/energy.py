@@ -10,7 +10,7 @@ import sympy as sp
 from analytic.energies import JOINTS, kinetic_energies, without_sine_squares
 from analytic.lagrange import Body, mass_matrix
 from analytic.physical import carrier_bodies, link_angles, link_bodies, spinning_bodies
-from analytic.symbols import geared_variables, m_payload, stage_symbols
+from analytic.symbols import StageSymbols, geared_variables, m_payload, stage_symbols
 from crosscheck.paper.errata.compare import same
 
 
@@ -73,13 +73,14 @@ def _belongs(term: sp.Expr, energy: sp.Expr) -> bool:
 
 
 def _parameters(expression: sp.Expr) -> frozenset[sp.Symbol]:
-    inertial = {
-        symbol
-        for joint in (1, 2)
-        for symbol in stage_symbols(joint)
-        if symbol.name.startswith(("M_", "m", "J_", "I_"))
-    }
+    inertial = {symbol for joint in (1, 2) for symbol in _inertial(stage_symbols(joint))}
     return frozenset(expression.free_symbols & (inertial | {m_payload}))
+
+
+def _inertial(stage: StageSymbols) -> set[sp.Symbol]:
+    """Masses and inertias of a stage and its link."""
+    equivalent, link = {stage.M_s, stage.M_p, stage.M_c}, {stage.m, stage.I_l}
+    return equivalent | link | {stage.m_s, stage.m_p, stage.m_c, stage.m_r, stage.J_r}
 
 
 def _energies(bodies: list[Body]) -> dict[str, sp.Expr]:

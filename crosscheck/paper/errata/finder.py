@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any
 
 import sympy as sp
 
@@ -16,7 +14,7 @@ from analytic.printed import printed_form
 from analytic.symbols import geared_variables, parameter_values, stage_symbols
 from crosscheck.paper.errata import compare, energy
 from crosscheck.paper.errata.auxiliary import auxiliary_errata
-from crosscheck.paper.errata.erratum import Erratum, Trial, as_record, effect_of
+from crosscheck.paper.errata.erratum import Erratum, Slip, Trial, effect_of, tried
 from crosscheck.paper.errata.typeset import tex
 from models.arm import Arm
 from models.interface import Model
@@ -148,9 +146,9 @@ def _with_form(arm: Arm, form: Form) -> Callable[[Scenario], Model]:
 
 def errata_records(
     arm: Arm, told: Callable[[str], None], duration_s: float = EFFECT_S
-) -> list[dict[str, Any]]:
-    """All errata with their simulated effects, JSON-able; ``told`` hears of each trial."""
-    records = []
+) -> list[Slip]:
+    """All errata with their simulated effects; ``told`` hears of each trial."""
+    slips = []
     for erratum in find_errata(arm):
         told(erratum.where)
         effects = {
@@ -158,18 +156,11 @@ def errata_records(
             for scenario in effect_scenarios(duration_s)
             if erratum.trial is not None
         }
-        records.append(as_record(erratum, effects))
-    return [_finite(record) for record in records]
+        slips.append(tried(erratum, effects))
+    return slips
 
 
 def effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:
     """Constant torque, which stays on one flank, and PD, which in half a second does not."""
     names = ("constant-torque", "pd")
     return [load_scenario(name).model_copy(update={"duration_s": duration_s}) for name in names]
-
-
-def _finite(record: dict[str, Any]) -> dict[str, Any]:
-    return {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
-        for key, value in record.items()
-    }
