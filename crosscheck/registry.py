@@ -29,7 +29,8 @@ class Entry:
     measured against them; ``rigid`` has no gears. promises: methods that a cross-check uses; it
     plans by these and never by what the class says of itself, so that nothing goes unnoticed.
     order: of its fixed-step integrator, None for one that chooses its steps. free_planets: whether
-    every planet moves by itself inside. call_s: rough cost [s] of a step or state.
+    every planet moves by itself inside. call_s: rough cost [s] of a step or state. any_stride:
+    whether its states are the same, bit by bit, however often they are recorded.
     """
 
     module: str
@@ -39,6 +40,7 @@ class Entry:
     order: int | None = None
     free_planets: bool = False
     call_s: float = 1e-5
+    any_stride: bool = False
 
     def coordinates(self, joints: int) -> tuple[str, ...]:
         """What its coordinates must be for an arm of so many joints."""
@@ -46,7 +48,7 @@ class Entry:
 
 
 def _analytic(attribute: str, role: Role, promises: frozenset[str] = RUNS) -> Entry:
-    return Entry("analytic.model", attribute, role, promises, order=4)
+    return Entry("analytic.model", attribute, role, promises, order=4, any_stride=True)
 
 
 def _pinocchio(attribute: str) -> Entry:

@@ -46,9 +46,14 @@ def run(keep: str | None = None, **variant: Any) -> Callable[[], Result]:
         variants = importlib.import_module("crosscheck.studies.variant")
         one = variants.Variant(**(SHORT | variant))
         function = found(keep) if keep is not None else None
-        made = (
-            partial(variants.measured, one, function) if keep else partial(variants.simulate, one)
-        )
+        others = function.others(one) if isinstance(function, studies.Comparison) else ()
+
+        def made() -> object:
+            this, *beside = map(variants.simulate, (one, *others))
+            if function is None:
+                return this
+            return function.numbers(this, tuple(beside)) if beside else function(this)
+
         return partial(studies.run_key, one, function), made
 
     return result
