@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Chapter:
     """``html``: a fragment, headings from <h3> down, figures inlined as <svg>.
 
-    ``records``: JSON-able numbers and verdicts, deterministic, each a dict with an ``id``.
+    ``records``: numbers and verdicts as they go into the JSON file, deterministic, each with an
+    ``id``.
     ``outcome``: what came out, in one sentence for the top of the page.
     """
 
     id: str
     title: str
     html: str
-    records: list[dict[str, Any]] = field(default_factory=list)
+    records: Sequence[Mapping[str, object]] = ()
     outcome: str = ""

@@ -25,7 +25,7 @@ SHORT = {"scenario": "constant-torque", "duration_s": 2e-3, "record_every": 1}
 PAPER = "crosscheck.paper"
 # What cuts a measure or a question to milliseconds: constants of modules, (module, name) -> value.
 CUTS: dict[tuple[str, str], Any] = {
-    (f"{PAPER}.fluctuation", "THIRD_S"): (0.0, 2e-3),
+    (f"{PAPER}.events", "THIRD_S"): (0.0, 2e-3),
     (f"{PAPER}.phase.experiments", "THIRD_S"): (0.0, 1.0),
     (f"{PAPER}.phase.experiments", "FILTER_EDGE_S"): 0.0,
     (f"{PAPER}.hypotheses.floating_base", "RATIOS"): (10.0,),
@@ -91,7 +91,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "measure of exudyn": run("phase.planets.fluctuation_and_spread", model="exudyn:tree"),
     "measure by exudyn": run("phase.planets.in_step"),
     "measure with rounding": run("phase.rounding.with_rounding"),
-    "claims' measure": run("claims.measures.back_and_forth", model="analytic:links"),
+    "claims' measure": run("claims.measures.BACK_AND_FORTH", model="analytic:links"),
     "floating base": question("hypotheses.floating_base._Flights", "pd", 2.0, 1e-3),
     "errata": question("errata.sheet.Errata", "paper-labelled", 1e-4),
     "planet spin": question("hypotheses.planet_spin.SpinCost", "paper-labelled", "pd", 1e-3),

@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from crosscheck.envelope import envelope
 from crosscheck.paper import signals
 from crosscheck.paper.figures.runs import LAWS
+from crosscheck.paper.reading import arm_of
 from crosscheck.paper.reductions import first_planets
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, recorded, shown
@@ -22,7 +23,6 @@ from crosscheck.report import fragments
 from crosscheck.report.figures import BINS, legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
 from crosscheck.studies.study import Study, Variant
-from models.arm import Arm
 
 MICRO = 1e6
 
@@ -172,11 +172,6 @@ def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 def _cell(value: object) -> str:
     return shown(value, ".4g", "-") if value is None or isinstance(value, float) else str(value)
-
-
-def arm_of(run: xr.Dataset) -> Arm:
-    """The arm of a run."""
-    return Arm.model_validate(json.loads(run.attrs["arm"]))
 
 
 def conditions(run: xr.Dataset, more: str = "") -> str:

@@ -11,13 +11,12 @@ import xarray as xr
 from analytic.kinematics import stage_geometry
 from crosscheck.checks.trajectories import tip_position
 from crosscheck.paper import signals
-from crosscheck.paper.figures.measures import cycles, first_mesh, swing
+from crosscheck.paper.figures.measures import cycles, swing
 from crosscheck.paper.figures.plate import (
     MICRO,
     Plate,
     Shelf,
     Strip,
-    arm_of,
     conditions,
     law_figure,
     table,
@@ -39,6 +38,7 @@ from crosscheck.paper.figures.verdicts import (
     near,
     verdict,
 )
+from crosscheck.paper.reading import arm_of, first_mesh
 from crosscheck.paper.undefined import quotient, shown
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
@@ -175,10 +175,7 @@ def figure_8(shelf: Shelf) -> Plate:
     static = joint.backlash_m + force / joint.mesh_stiffness_N_per_m
     speed = float(np.abs(runs["angle"]["theta_dot"].values[:, 0]).max())
     mesh_Hz = joint.ring_teeth * speed / (2 * np.pi)
-    rows = [
-        (law, MICRO * m["middle_m"], MICRO * m["ripple_m"], *m["cycles"])
-        for law, m in measured.items()
-    ]
+    rows = [(law, MICRO * m.middle_m, MICRO * m.ripple_m, *m.cycles) for law, m in measured.items()]
     head = ("phase law", "mid-range [µm]", "ripple [µm]", *(f"cycles to {t:g} s" for t in _ENDS_S))
     seen = (
         f"b + T / (n N r_s k_m) = {MICRO * static:.2f} µm and the ripple is 2 E less what the"
@@ -195,13 +192,21 @@ def figure_8(shelf: Shelf) -> Plate:
         seen,
         conditions(runs["angle"]),
         {
-            "mid-range 52 µm": _both(measured, "middle_m", STATED_X_M, 0.01),
-            "ripple about 10 µm": _both(measured, "ripple_m", STATED_RIPPLE_M, 0.2),
+            "mid-range 52 µm": by_law(
+                {law: near(m.middle_m, STATED_X_M, 0.01) for law, m in measured.items()}
+            ),
+            "ripple about 10 µm": by_law(
+                {law: near(m.ripple_m, STATED_RIPPLE_M, 0.2) for law, m in measured.items()}
+            ),
             "the frequency rises with time": by_law(
-                {law: grows(m["cycles"]) for law, m in measured.items()}
+                {law: grows(m.cycles) for law, m in measured.items()}
             ),
         },
-        {"static_um": MICRO * static, "mesh_Hz": mesh_Hz, "laws": measured},
+        {
+            "static_um": MICRO * static,
+            "mesh_Hz": mesh_Hz,
+            "laws": {law: m._asdict() for law, m in measured.items()},
+        },
         table(head, rows),
     )
 
@@ -209,20 +214,24 @@ def figure_8(shelf: Shelf) -> Plate:
 _ENDS_S = (0.1, 0.2, 0.3, 0.4, 0.5)
 
 
-def _displacement(run: xr.Dataset) -> dict:
+class Displacement(NamedTuple):
+    """x_sp1 under constant torque from 0.1 s on; slow cycles in each 0.1 s up to _ENDS_S."""
+
+    middle_m: float
+    ripple_m: float
+    cycles: list[float]
+
+
+def _displacement(run: xr.Dataset) -> Displacement:
     time, x = run["time"].values, first_mesh(run, "x_sp")
     late = x[signals.window(time, *LATE_S)]
     middle = signals.middle(late)
     parts = [signals.window(time, end - 0.1, end) for end in _ENDS_S]
-    return {
-        "middle_m": middle,
-        "ripple_m": signals.peak_to_peak(late),
-        "cycles": [cycles(time[p], x[p], middle, STATED_RIPPLE_M / 4) for p in parts],
-    }
-
-
-def _both(measured: dict[str, dict], name: str, stated: float, tolerance: float) -> str:
-    return by_law({law: near(m[name], stated, tolerance) for law, m in measured.items()})
+    return Displacement(
+        middle,
+        signals.peak_to_peak(late),
+        [cycles(time[p], x[p], middle, STATED_RIPPLE_M / 4) for p in parts],
+    )
 
 
 def _strips(label: str, quantity: str, scale: float) -> list[Strip]:

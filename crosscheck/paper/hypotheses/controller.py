@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.paper import signals
-from crosscheck.paper.fluctuation import excess_acceleration
 from crosscheck.paper.hypotheses.controller_views import (
     drawing,
     growth_text,
@@ -17,11 +16,13 @@ from crosscheck.paper.hypotheses.controller_views import (
     sweep_table,
 )
 from crosscheck.paper.hypotheses.feedback import SUN, Point, growth, threshold
+from crosscheck.paper.reading import excess_acceleration, first_mesh
+from crosscheck.paper.rigid import beside_coupled
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import finite, where_known, word
 from crosscheck.report.chapter import Chapter
 from crosscheck.report.fragments import figure, heading, paragraph
-from crosscheck.studies.study import Numbers, Study, Variant
+from crosscheck.studies.study import Comparison, Numbers, Study, Variant
 
 ID, TITLE = "controller", "The controller's own flutter (H6)"
 READINGS = ("paper-labelled", "paper-swapped")
@@ -103,7 +104,7 @@ def growth_rate(run: xr.Dataset) -> Numbers:
 
     From the peaks of x_sp1 less its running mean over 5 ms. None in a run that ends before.
     """
-    time, x = run["time"].values, run["x_sp"].values[:, 0, 0]
+    time, x = run["time"].values, first_mesh(run, "x_sp")
     width = round(5e-3 / (time[1] - time[0]))
     part = signals.window(time, *GROWTH_S)
     blocks = time[part].size // width
@@ -150,17 +151,21 @@ def growth_agrees(measured: float, predicted: float) -> bool:
     return abs(measured - predicted) <= GROWTH_TOLERANCE * abs(predicted)
 
 
-def sustained(run: xr.Dataset) -> Numbers:
-    """Shoulder vibration [rad/s^2] and its frequency [Hz] in SETTLED_S."""
+def sustained(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
+    """Shoulder vibration [rad/s^2], less the rigid arm, and its frequency [Hz] in SETTLED_S."""
+    (rigid,) = others
     time = run["time"].values
     part = signals.window(time, *SETTLED_S)
-    excess = excess_acceleration(run)[part, 0]
+    excess = excess_acceleration(run, rigid)[part, 0]
     return finite(
         {
             "amplitude_rad_per_s2": signals.amplitude(excess),
             "frequency_Hz": signals.dominant_frequency(time[part], excess),
         }
     )
+
+
+SUSTAINED = Comparison(sustained, beside_coupled)
 
 
 def _sweep(study: Study, scale: Scale) -> list[dict[str, Any]]:
@@ -177,7 +182,7 @@ def _sweep(study: Study, scale: Scale) -> list[dict[str, Any]]:
         )
         for zeta, damping, E in cells
     ]
-    measured = study.measures(variants, sustained, "H6, flutter against damping")
+    measured = study.measures(variants, SUSTAINED, "H6, flutter against damping")
     return [
         {
             "id": f"controller/flutter/{damping}/zeta {zeta:g}/E {E:g}",

@@ -11,8 +11,8 @@ import xarray as xr
 
 from crosscheck.paper import signals
 from crosscheck.paper.claims.cells import RECORD_EVERY, TORQUE_RECORD
-from crosscheck.paper.claims.measures import constant_torque
-from crosscheck.paper.claims.pd import whole
+from crosscheck.paper.claims.measures import CONSTANT_TORQUE
+from crosscheck.paper.claims.pd import WHOLE
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, finite, known, shown
 from crosscheck.report.chapter import Chapter
@@ -119,8 +119,8 @@ def _fits(
         scale.cut(_variant(*cell, scenario="constant-torque", record_every=TORQUE_RECORD))
         for cell in cells
     ]
-    ones = study.measures(torque, constant_torque, "damping fit, constant torque")
-    others = study.measures(pd, whole, "damping fit, PD")
+    ones = study.measures(torque, CONSTANT_TORQUE, "damping fit, constant torque")
+    others = study.measures(pd, WHOLE, "damping fit, PD")
     return [_fit(cell, {**one, **two}) for cell, one, two in zip(cells, ones, others, strict=True)]
 
 
