@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 
 @dataclass(frozen=True)
@@ -20,3 +21,15 @@ class Chapter:
     html: str
     records: Sequence[Mapping[str, object]] = ()
     outcome: str = ""
+
+
+class Record(Protocol):
+    """Numbers or a verdict of a chapter."""
+
+    def to_dict(self) -> Mapping[str, object]:
+        """As it goes into the JSON file, with an ``id``."""
+
+
+def rendered(records: Iterable[Record]) -> list[Mapping[str, object]]:
+    """All of them, as they go into the JSON file."""
+    return [record.to_dict() for record in records]

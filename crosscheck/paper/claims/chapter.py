@@ -13,7 +13,7 @@ from crosscheck.paper.claims.rule import Cell, Claim, answers
 from crosscheck.paper.claims.table import Left, table_html
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import extreme
-from crosscheck.report.chapter import Chapter
+from crosscheck.report.chapter import Chapter, rendered
 from crosscheck.studies.study import Study
 
 ID, TITLE = "claims", "The paper's statements, one by one"
@@ -36,7 +36,7 @@ def chapter(study: Study, scale: Scale) -> Chapter:
     ]
     zetas = sorted({cell.zeta for cell in simulated})
     html = table_html(found, zetas, _left(simulated))
-    return Chapter(ID, TITLE, html, [one.to_dict() for one in found], _outcome(found))
+    return Chapter(ID, TITLE, html, rendered(found), _outcome(found))
 
 
 def _outcome(found: Sequence[Judged]) -> str:
