@@ -38,6 +38,7 @@ def without_gears(variant: Variant, level: str = COUPLED) -> Variant:
         ring_rate=fields.ring_rate,
         zeta=fields.zeta,
         seed=fields.seed,
+        meshes=fields.meshes,
     )
 
 

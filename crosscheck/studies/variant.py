@@ -27,8 +27,9 @@ class Variant:
     """One simulation: what differs from the built-in arm and scenario.
 
     zeta: damping ratio of all joints, None for the damping that the arm's file gives; ring_rate
-    None follows the phase law; settings: ``path=value`` as on the command line; seed: perturb every
-    mesh displacement of the start by up to 1e-12 m; step_s and record_every as in the scenario.
+    None follows the phase law; settings: ``path=value`` as on the command line; meshes: those
+    settings that concern the meshes alone, so that a rigid arm has none; seed: perturb every mesh
+    displacement of the start by up to 1e-12 m; record_every as in the scenario.
     """
 
     scenario: str = "pd"
@@ -41,13 +42,14 @@ class Variant:
     settings: tuple[str, ...] = ()
     seed: int | None = None
     record_every: int = 2
+    meshes: tuple[str, ...] = ()
 
     def case(self) -> Case:
         """Arm, scenario and switches. Raises InputError."""
         switches = {"phase": self.phase}
         if self.ring_rate is not None:
             switches["ring_rate"] = self.ring_rate
-        settings = [*self.settings, f"scenario.record_every={self.record_every}"]
+        settings = [*self.settings, *self.meshes, f"scenario.record_every={self.record_every}"]
         if self.duration_s is not None:
             settings.append(f"scenario.duration_s={self.duration_s!r}")
         case = load_case(self.arm, self.scenario, switches, settings)

@@ -45,6 +45,7 @@ from crosscheck.paper.claims.statics import statics
 from crosscheck.paper.claims.table import table_html
 from crosscheck.paper.figures import verdicts as figures
 from crosscheck.paper.hypotheses import accumulation, controller, damping_fit, floating_base, ladder
+from crosscheck.paper.hypotheses.controller_records import Flutter, growth_agrees
 from crosscheck.paper.phase import verdict as phase
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, all_of, any_of, recorded, shown
@@ -221,7 +222,7 @@ SCALARS: list[tuple[Callable[..., Any], int]] = [
     (phase.is_quiet, 1),
     (accumulation.is_linear, 1),
     (accumulation.is_ordered, 1),
-    (controller.growth_agrees, 2),
+    (growth_agrees, 2),
 ]
 
 
@@ -299,8 +300,8 @@ def test_nothing_else_falls_over_what_is_missing(data: st.DataObject) -> None:
     numbers = {**rates, "prediction_misfit": values[2]}
     assert accumulation.is_own_sensitivity(numbers) in (True, False, None)
     assert math.isfinite(damping_fit.STATEMENTS[0].misfit(number))
-    assert controller.flutters({"amplitude_rad_per_s2": number}) in (True, False, None)
-    assert controller.flutters({"diverged_s": 0.1}) is True
+    assert Flutter("always", 0.01, 0.0, number).flutters in (True, False, None)
+    assert Flutter("always", 0.01, 0.0, diverged_s=0.1).flutters is True
     shares = dict(zip(ladder.GROUPS, values, strict=True))
     assert (ladder.dominant(shares) == UNDEFINED) == (not np.isfinite(values).all())
     errors = np.abs(values) + 1e-9

@@ -135,7 +135,8 @@ def _sweeps(plan: Plan, base: Variant) -> Iterator[Experiment]:
     for error in plan.errors:
         yield Experiment(ERROR(error), _set(short, "tooth_error_m", error * 1e-6), TRANSIENT)
     if plan.planets:
-        yield Experiment(TWO_PLANETS, _set(short, "planet_count", 2), TRANSIENT)
+        two = replace(short, settings=("arm.joints.*.planet_count=2",))
+        yield Experiment(TWO_PLANETS, two, TRANSIENT)
 
 
 def _shaken(plan: Plan, base: Variant) -> Iterator[Experiment]:
@@ -145,5 +146,5 @@ def _shaken(plan: Plan, base: Variant) -> Iterator[Experiment]:
 
 
 def _set(variant: Variant, field: str, value: float) -> Variant:
-    """The variant with a field of all its joints changed."""
-    return replace(variant, settings=(*variant.settings, f"arm.joints.*.{field}={value!r}"))
+    """The variant with a field of all its joints' meshes changed."""
+    return replace(variant, meshes=(*variant.meshes, f"arm.joints.*.{field}={value!r}"))
