@@ -44,8 +44,15 @@ from crosscheck.paper.claims.section4 import default_over_least, edges_over_leas
 from crosscheck.paper.claims.statics import statics
 from crosscheck.paper.claims.table import table_html
 from crosscheck.paper.figures import verdicts as figures
-from crosscheck.paper.hypotheses import accumulation, controller, damping_fit, floating_base, ladder
+from crosscheck.paper.hypotheses import (
+    accumulation,
+    controller,
+    damping_fit,
+    floating_base,
+    ladder_records,
+)
 from crosscheck.paper.hypotheses.controller_records import Flutter, growth_agrees
+from crosscheck.paper.hypotheses.ladder_rungs import GROUPS
 from crosscheck.paper.phase import verdict as phase
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, all_of, any_of, recorded, shown
@@ -296,14 +303,12 @@ def test_where_the_error_shows_is_told_from_what_is_known(
 def test_nothing_else_falls_over_what_is_missing(data: st.DataObject) -> None:
     number = data.draw(NUMBER)
     values = [math.nan if value is None else value for value in data.draw(NUMBERS)]
-    rates = dict(zip(("error_growth_per_s", "rigid_growth_per_s"), values, strict=False))
-    numbers = {**rates, "prediction_misfit": values[2]}
-    assert accumulation.is_own_sensitivity(numbers) in (True, False, None)
+    assert accumulation.is_own_sensitivity(*values[:3]) in (True, False, None)
     assert math.isfinite(damping_fit.STATEMENTS[0].misfit(number))
     assert Flutter("always", 0.01, 0.0, number).flutters in (True, False, None)
     assert Flutter("always", 0.01, 0.0, diverged_s=0.1).flutters is True
-    shares = dict(zip(ladder.GROUPS, values, strict=True))
-    assert (ladder.dominant(shares) == UNDEFINED) == (not np.isfinite(values).all())
+    shares = dict(zip(GROUPS, values, strict=True))
+    assert (ladder_records.dominant(shares) == UNDEFINED) == (not np.isfinite(values).all())
     errors = np.abs(values) + 1e-9
     needed = floating_base.needed_ratio(np.array(SIZES), errors, 0.03)
     assert needed is None or np.isfinite(errors).any()
