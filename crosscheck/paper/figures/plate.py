@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -31,8 +31,8 @@ MICRO = 1e6
 class Plate:
     """``paper``: what it says, paraphrased; ``seen``: here; ``values``: parameters; plain text.
 
-    ``verdicts``: statement -> verdict; ``numbers``: JSON-able; ``table``: html that follows what is
-    seen.
+    ``verdicts``: statement -> verdict; ``numbers``: as they go into the JSON file; ``table``: html
+    that follows what is seen.
     """
 
     number: int
@@ -42,7 +42,7 @@ class Plate:
     seen: str
     values: str
     verdicts: dict[str, str]
-    numbers: dict[str, Any] = field(default_factory=dict)
+    numbers: Mapping[str, object] = field(default_factory=dict)
     table: str = ""
 
     def html(self) -> str:
@@ -56,8 +56,8 @@ class Plate:
         parts = [head, drawing, paper, seen, self.table, f"<p><b>Verdict.</b> {said}.</p>"]
         return "\n".join(part for part in parts if part)
 
-    def record(self) -> dict[str, Any]:
-        """Numbers and verdicts; None for what is undefined."""
+    def to_dict(self) -> dict[str, object]:
+        """For JSON: numbers and verdicts; None for what is undefined."""
         numbers = recorded(self.numbers)
         return {"id": f"figure-{self.number}", "verdicts": self.verdicts, **numbers}
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from crosscheck.paper.rigid import rigid_model
 from crosscheck.studies.study import Variant
 
 LAWS = {"omega_t": "omega_t, ring rate as Eq. 13", "angle": "angle"}
 # The paper gives no damping. At the smaller value its third fluctuation shows under omega_t.
 ZETA, LOW_ZETA = 0.05, 0.005
-LEVELS = ("links", "carriers", "armature", "coupled")
 QUICK_LEVELS = ("links", "coupled")
 
 BACKLASHES_UM = (5.0, 10.0, 25.0, 50.0, 500.0, 1000.0, 3000.0)  # Section 4.1
@@ -37,7 +37,7 @@ def smooth_torque_run() -> Variant:
 def rigid_run(scenario: str, level: str, duration_s: float | None = None) -> Variant:
     """The rigid arm at a level, recorded on the grid of the smooth runs."""
     return Variant(
-        scenario, model=f"analytic:{level}", duration_s=duration_s, record_every=SMOOTH_RECORD
+        scenario, model=rigid_model(level), duration_s=duration_s, record_every=SMOOTH_RECORD
     )
 
 

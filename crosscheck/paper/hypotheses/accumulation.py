@@ -10,6 +10,7 @@ import xarray as xr
 
 from crosscheck.paper import signals
 from crosscheck.paper.reductions import angles
+from crosscheck.paper.rigid import COUPLED, rigid_model
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import all_of, finite, percent, quotient, shown, where_known, word
 from crosscheck.report.chapter import Chapter, rendered
@@ -25,7 +26,7 @@ NUDGE = 1e-7  # of the rigid arm's start [rad, rad/s]: its error grows a thousan
 SMALL_S = (0.3, 1.2)  # where errors are small and the start's transients over
 LEARNT_S = (0.1, 0.6)  # where the coefficients of the rigid prediction are fitted
 SAME_RATE, SAME_SIZE, LINEAR, ORDERED = 0.25, 0.1, 0.05, 0.95
-GEARED, RIGID = "analytic:physical", "analytic:coupled"
+GEARED, RIGID = Variant().model, rigid_model(COUPLED)
 EVERY = 100  # records 1 ms apart
 
 

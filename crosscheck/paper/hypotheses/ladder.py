@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from crosscheck.paper.hypotheses.ladder_figures import waterfall
+from crosscheck.paper.hypotheses.ladder_figures import SYMBOLS, waterfall
 from crosscheck.paper.hypotheses.ladder_records import (
     MESHES,
     NEARLY_ALL,
@@ -41,7 +41,6 @@ CLIMBS = (
     ("constant-torque", READINGS[1], "A"),
 )
 QUICK_CLIMBS = CLIMBS[:1]
-_QUANTITY_NAMES = {"theta_1": "θ₁", "theta_2": "θ₂", "tip": "tip"}
 
 
 def chapter(study: Study, scale: Scale) -> Chapter:
@@ -122,7 +121,7 @@ def _scenario(name: str, ladders: list[Ladder]) -> str:
 def _rung_table(ladders: list[Ladder], instant: str) -> str:
     columns = [(ladder, number) for number in range(len(QUANTITIES)) for ladder in ladders]
     at = [-1 if instant == "end" else ladder.largest(number) for ladder, number in columns]
-    names = [_QUANTITY_NAMES[name] for name in QUANTITIES]
+    names = [SYMBOLS[name] for name in QUANTITIES]
     units = list(QUANTITIES.values())
     head = [
         f"{names[n]} [{units[n]}] at {x.time[i]:.3f} s, order {order_name(x)}"
@@ -151,7 +150,7 @@ def _share_table(found: Sequence[Attribution]) -> str:
             one.arm,
             one.scenario,
             one.order,
-            _QUANTITY_NAMES[one.quantity],
+            SYMBOLS[one.quantity],
             f"{one.time_s:.3f}",
             *(shown(100 * one.shares[group]) for group in GROUPS),
             one.dominant,
