@@ -66,7 +66,7 @@ def size_run(phase: str, backlash_um: float = 50.0, error_um: float = 5.0) -> Va
         phase=phase,
         zeta=LOW_ZETA,
         duration_s=SHORT_S,
-        settings=settings,
+        meshes=settings,
         record_every=FULL_RECORD,
     )
 
@@ -74,7 +74,7 @@ def size_run(phase: str, backlash_um: float = 50.0, error_um: float = 5.0) -> Va
 def driven_run(backlash_um: float) -> Variant:
     """Back and forth, Section 4.1's torque as printed."""
     settings = (f"arm.joints.*.backlash_m={backlash_um}e-6",)
-    return Variant("back-and-forth", zeta=ZETA, settings=settings, record_every=SMOOTH_RECORD)
+    return Variant("back-and-forth", zeta=ZETA, meshes=settings, record_every=SMOOTH_RECORD)
 
 
 def backlash_run(phase: str, backlash_um: float) -> Variant:
