@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from analytic.covered import papers_kind
@@ -33,7 +33,8 @@ class Entry:
     methods that a cross-check uses; it plans by these and never by what the class says of itself,
     so that nothing goes unnoticed. order: of its fixed-step integrator, None for one that chooses
     its steps. free_planets: whether every planet moves by itself inside. call_s: rough cost [s] of
-    a step or state.
+    a step or state. any_stride: whether its states are the same, bit by bit, however often they are
+    recorded.
     """
 
     engine: Engine
@@ -45,6 +46,7 @@ class Entry:
     free_planets: bool = False
     call_s: float = 1e-5
     level: str = ""
+    any_stride: bool = False
 
     def layout(self, arm: Arm) -> Layout:
         """What its coordinates must be for an arm."""
@@ -70,11 +72,14 @@ ENGINES_PACKAGES: dict[Engine, tuple[str, ...]] = {
 
 def _analytic(attribute: str, level: str) -> Entry:
     module = "analytic.model"
-    return Entry("analytic", module, attribute, "rigid", RUNS, order=4, level=level)
+    return Entry(
+        "analytic", module, attribute, "rigid", RUNS, order=4, level=level, any_stride=True
+    )
 
 
 def _paper(attribute: str) -> Entry:
-    return Entry("analytic", "analytic.paper_model", attribute, "form", RUNS, order=4)
+    module = "analytic.paper_model"
+    return Entry("analytic", module, attribute, "form", RUNS, order=4, any_stride=True)
 
 
 def _pinocchio(attribute: str, level: str) -> Entry:
@@ -90,6 +95,7 @@ MODELS = {
         "geared",
         BOTH_WAYS | {"mesh_modes", "contact_poles"},
         order=4,
+        any_stride=True,
     ),
     "analytic:energies": _paper("EnergiesModel"),
     "analytic:printed": _paper("PrintedModel"),

@@ -6,7 +6,6 @@ import importlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -131,6 +130,6 @@ def _plain(value: object) -> object:
     raise TypeError(f"not JSON: {value!r}")
 
 
-def _provenance(study: Study) -> dict[str, Any]:
+def _provenance(study: Study) -> dict[str, object]:
     cache = {"simulations_made": study.made, "simulations_from_cache": study.found}
     return {**provenance(load_arm("paper-labelled"), 0, False), **cache}

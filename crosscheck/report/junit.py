@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 from xml.etree import ElementTree
 
 from crosscheck.findings import Agreement, Finding
@@ -77,8 +76,10 @@ def _properties(agreement: Agreement) -> ElementTree.Element:
     return properties
 
 
-def _scalars(provenance: Mapping[str, Any]) -> dict[str, Any]:
-    versions = provenance.get("versions", {})
+def _scalars(provenance: Mapping[str, object]) -> dict[str, object]:
+    versions = provenance.get("versions")
+    if not isinstance(versions, Mapping):
+        versions = {}
     own = {name: value for name, value in provenance.items() if not isinstance(value, Mapping)}
     return own | {f"version {name}": value for name, value in versions.items()}
 

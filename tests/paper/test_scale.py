@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 
 from crosscheck.paper import signals
-from crosscheck.paper.claims.measures import back_and_forth, constant_torque
-from crosscheck.paper.claims.pd import whole
+from crosscheck.paper.claims.measures import BACK_AND_FORTH, CONSTANT_TORQUE
+from crosscheck.paper.claims.pd import WHOLE
 from crosscheck.paper.fluctuation import third_fluctuation
-from crosscheck.paper.hypotheses.controller import growth_rate, sustained
+from crosscheck.paper.hypotheses.controller import SUSTAINED, growth_rate
 from crosscheck.paper.hypotheses.damping_fit import rigid_numbers
 from crosscheck.paper.phase.experiments import vibration
 from crosscheck.paper.phase.handover import handover
 from crosscheck.paper.phase.stability import stability
 from crosscheck.paper.scale import FULL, Scale
-from crosscheck.studies.study import Measure, Study, Variant, simulate
+from crosscheck.studies.study import Comparison, Measure, Study, Variant
+from tests.paper.measuring import numbers_of
 
 
 @pytest.mark.parametrize(
@@ -57,20 +58,20 @@ def test_a_still_signal_has_no_frequency_and_an_unknown_target_is_not_reached() 
 @pytest.mark.parametrize(
     ("measure", "scenario"),
     [
-        (whole, "pd"),
+        (WHOLE, "pd"),
         (third_fluctuation, "pd"),
         (growth_rate, "pd"),
-        (sustained, "pd"),
+        (SUSTAINED, "pd"),
         (rigid_numbers, "pd"),
-        (constant_torque, "constant-torque"),
-        (back_and_forth, "back-and-forth"),
+        (CONSTANT_TORQUE, "constant-torque"),
+        (BACK_AND_FORTH, "back-and-forth"),
     ],
 )
 def test_a_measure_has_the_same_numbers_for_a_run_of_any_length(
-    measure: Measure, scenario: str
+    measure: Measure | Comparison, scenario: str
 ) -> None:
-    runs = [simulate(Variant(scenario, duration_s=d, record_every=2)) for d in (0.002, 0.02, 0.3)]
-    found = [measure(run) for run in runs]
+    variants = [Variant(scenario, duration_s=d, record_every=2) for d in (0.002, 0.02, 0.3)]
+    found = [numbers_of(variant, measure) for variant in variants]
     assert set(found[0]) == set(found[1]) == set(found[2])
     for numbers in found:
         assert all(value is None or math.isfinite(value) for value in numbers.values())

@@ -100,6 +100,7 @@ def test_a_measure_from_outside_counts_with_all_that_it_imports():
 SOURCE = {
     "prefix": 'def f(level):\n    return build(f"analytic:{level}")',
     "constant": 'NAME = "analytic:physical"\ndef f():\n    return g(NAME)',
+    "constant built": 'NAME = "analytic:physical"\ndef f():\n    return build(NAME)',
     "whatever": "def f(name):\n    return build(name)",
     "module": "def f():\n    return importlib.import_module('analytic.model')",
     "attribute": "from analytic import model\ndef f():\n    return model.PhysicalModel",

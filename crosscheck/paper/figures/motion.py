@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from crosscheck.paper import fluctuation, signals
-from crosscheck.paper.figures.measures import THIRD_S, line
+from crosscheck.paper import events, signals
+from crosscheck.paper.figures.measures import line
 from crosscheck.paper.figures.plate import (
     Plate,
     Shelf,
@@ -28,11 +28,13 @@ from crosscheck.paper.figures.verdicts import (
     rises,
     verdict,
 )
+from crosscheck.paper.reading import excess_acceleration
+from crosscheck.paper.rigid import COUPLED, rigid_arm
 from crosscheck.paper.undefined import all_of, quotient, shown
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 
-WINDOWS_S = ((0.0, 0.1), (0.3, 0.5), THIRD_S)  # of the three fluctuations
+IMPACTS_S = ((0.0, 0.1), (0.3, 0.5))  # of the first two fluctuations
 ZOOMS_S = ((0.0, 0.02), (0.345, 0.385), (1.10, 1.11))
 IMPACTS = (10.0, 40.0)  # rad/s^2, Section 3.2: the first two fluctuations
 
@@ -40,8 +42,10 @@ IMPACTS = (10.0, 40.0)  # rad/s^2, Section 3.2: the first two fluctuations
 def figure_14(shelf: Shelf) -> Plate:
     """Shoulder acceleration in the first 1.2 s."""
     runs = shelf.laws(14, size_run)
-    rigid = {level: fluctuation.rigid_run(runs["angle"], level) for level in ("coupled", "links")}
-    measured = {law: _fluctuations(run, rigid["coupled"]) for law, run in runs.items()}
+    beside = {level: rigid_arm(size_run("angle"), level) for level in (COUPLED, "links")}
+    smooth = shelf.runs(beside.values(), 14)
+    rigid = {level: smooth[variant] for level, variant in beside.items()}
+    measured = {law: _fluctuations(run, rigid[COUPLED]) for law, run in runs.items()}
     rows = [(law, *m) for law, m in measured.items()]
     head = ("phase law", "first", "second", "third [rad/s²]", "third, onset [s]", "frequency [Hz]")
 
@@ -98,21 +102,21 @@ class Fluctuations(NamedTuple):
 
 def _fluctuations(run: xr.Dataset, rigid: xr.Dataset) -> Fluctuations:
     """Of the shoulder, detailed less rigid; the rigid arm is smooth and may be interpolated."""
-    time = run["time"].values
-    smooth = np.interp(time, rigid["time"].values, rigid["theta_ddot"].values[:, 0])
-    excess = run["theta_ddot"].values[:, 0] - smooth
-    first, second, third = (excess[signals.window(time, *window)] for window in WINDOWS_S)
-    sizes = (signals.amplitude(first), signals.amplitude(second), signals.amplitude(third))
-    if not fluctuates(sizes[2]):
+    time, excess = run["time"].values, excess_acceleration(run, rigid)[:, 0]
+    third = events.third_window(time)
+    windows = (*(signals.window(time, *impact) for impact in IMPACTS_S), third)
+    first, second, largest = (signals.amplitude(excess[window]) for window in windows)
+    sizes = (first, second, largest)
+    if not fluctuates(largest):
         return Fluctuations(*sizes, None, None)
-    onset = signals.onset(time[signals.window(time, *THIRD_S)], third)
+    onset = events.third_onset(time, excess, third)
     return Fluctuations(*sizes, onset, line(run, 0).frequency_Hz)
 
 
 def figure_15(shelf: Shelf) -> Plate:
     """Error of the shoulder angle when both joints go back and forth."""
     variants = {b: driven_run(b) for b in DRIVEN_UM}
-    baseline = rigid_run("back-and-forth", "coupled")
+    baseline = rigid_run("back-and-forth", COUPLED)
     runs = shelf.runs([*variants.values(), baseline], 15)
     rigid = runs[baseline]
     time = rigid["time"].values

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from crosscheck.envelope import envelope
 from crosscheck.paper import signals
 from crosscheck.paper.figures.runs import LAWS
+from crosscheck.paper.reading import arm_of
 from crosscheck.paper.reductions import first_planets
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, recorded, shown
@@ -22,7 +23,6 @@ from crosscheck.report import fragments
 from crosscheck.report.figures import BINS, legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
 from crosscheck.studies.study import Study, Variant
-from models.arm import Arm
 
 MICRO = 1e6
 
@@ -31,8 +31,8 @@ MICRO = 1e6
 class Plate:
     """``paper``: what it says, paraphrased; ``seen``: here; ``values``: parameters; plain text.
 
-    ``verdicts``: statement -> verdict; ``numbers``: JSON-able; ``table``: html that follows what is
-    seen.
+    ``verdicts``: statement -> verdict; ``numbers``: as they go into the JSON file; ``table``: html
+    that follows what is seen.
     """
 
     number: int
@@ -42,7 +42,7 @@ class Plate:
     seen: str
     values: str
     verdicts: dict[str, str]
-    numbers: dict[str, Any] = field(default_factory=dict)
+    numbers: Mapping[str, object] = field(default_factory=dict)
     table: str = ""
 
     def html(self) -> str:
@@ -56,8 +56,8 @@ class Plate:
         parts = [head, drawing, paper, seen, self.table, f"<p><b>Verdict.</b> {said}.</p>"]
         return "\n".join(part for part in parts if part)
 
-    def record(self) -> dict[str, Any]:
-        """Numbers and verdicts; None for what is undefined."""
+    def to_dict(self) -> dict[str, object]:
+        """For JSON: numbers and verdicts; None for what is undefined."""
         numbers = recorded(self.numbers)
         return {"id": f"figure-{self.number}", "verdicts": self.verdicts, **numbers}
 
@@ -172,11 +172,6 @@ def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 def _cell(value: object) -> str:
     return shown(value, ".4g", "-") if value is None or isinstance(value, float) else str(value)
-
-
-def arm_of(run: xr.Dataset) -> Arm:
-    """The arm of a run."""
-    return Arm.model_validate(json.loads(run.attrs["arm"]))
 
 
 def conditions(run: xr.Dataset, more: str = "") -> str:

@@ -20,6 +20,7 @@ from analytic.model import FormModel, PhysicalModel
 from crosscheck.studies.study import Variant
 
 LINK, SUN = "link", "sun"
+PAPER_GAINS = (1000.0, 400.0)  # P [N m/rad], D [N m s/rad]
 SLOWEST_MESH_MODE = 2 * np.pi * 100  # [rad/s]: the mesh modes lie above 1 kHz, the arm's far below
 LARGEST_ZETA = 1.0
 
@@ -33,7 +34,7 @@ class Point:
     """
 
     arm: str = "paper-labelled"
-    gains: tuple[float, float] = (1000.0, 400.0)
+    gains: tuple[float, float] = PAPER_GAINS
     elbow_rad: float = 0.0
     stiffness: float = 1.0
     sensed: str = LINK
