@@ -94,6 +94,8 @@ class AnalyticModel(Model):
 
     def mesh_modes(self) -> np.ndarray:
         """Undamped modes [Hz] in the start pose, ascending."""
+        if not self.layout.meshing:
+            return np.zeros(0)
         undamped = self.gears._replace(d=np.zeros_like(self.gears.d))
         pose, _ = self.start()
         poles = contact_eigenvalues(self.terms, undamped, self.drive, pose, undamped.k_m)
