@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Iterable
 from functools import lru_cache
 
 import pytest
 
 from crosscheck.findings import Finding
-from models import exudyn_bodies, exudyn_contact, exudyn_contact_stiffness
 from models.exudyn_bodies import ExudynBodies
 from models.exudyn_tree import ExudynTree
 from models.interface import STATE_ABILITIES, Model
@@ -19,6 +17,7 @@ from models.scenario import Scenario
 from models.switches import switches
 from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.judged import compare_states, refined
+from tests.planted.bodies_interpreted import interpret
 from tests.planted.faults import (
     ACCELERATION,
     BIAS,
@@ -225,18 +224,6 @@ RUNS = [
 ]
 
 FAULTS = [*PARTS, *CONTACTS, *MOTORS, *RUNS]
-
-
-def interpret(patch: pytest.MonkeyPatch) -> None:
-    """Compiled functions of the contact become their Python originals, which can be changed."""
-    compiled = exudyn_contact_stiffness, exudyn_contact
-    homes = {module.__name__ for module in compiled}
-    for module in (*compiled, exudyn_bodies):
-        for name, value in list(vars(module).items()):
-            if hasattr(value, "py_func") and value.__module__ in homes:
-                patch.setattr(module, name, inspect.unwrap(value))
-    for module in (exudyn_contact, exudyn_bodies):
-        patch.setattr(module, "push_bodies", exudyn_contact.mesh_forces)
 
 
 def found(red_check: str, laws: Laws) -> Finding:
