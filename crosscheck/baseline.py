@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self, get_args
 from pydantic import Field, model_validator
 
 from crosscheck import LARGEST_SEED
-from crosscheck.checks.trajectories import MEANINGFUL, UNITS, Limit
+from crosscheck.checks.trajectories import UNITS
 from models.arm import Arm
 from models.quantities import Data, Finite, NotNegative
 from models.scenario import Scenario
@@ -25,13 +25,6 @@ Row = Annotated[tuple[Finite, ...], Field(min_length=2, strict=False)]
 Rows = Annotated[tuple[Row, ...], Field(min_length=1, strict=False)]
 # Times are recorded to 0.1 ns.
 SAME_TIME_S = 1e-9
-# A tolerance above these means nothing: the quantity is recorded, but not compared.
-WIDEST = MEANINGFUL | {
-    "theta_dot": Limit(1e-5, "1e-6 rad at the 10 1/s of the arm's own motion"),
-    "theta_ddot": Limit(6.6, "60 N on the meshes, measured 0.11 rad/s2 per N"),
-    "F_sp": Limit(60.0, "5e-7 m at the peak mesh stiffness of the paper's arm, 1.2e8 N/m"),
-    "F_pr": Limit(60.0, "5e-7 m at the peak mesh stiffness of the paper's arm, 1.2e8 N/m"),
-}
 
 
 class Misfit(ValueError):
@@ -46,12 +39,14 @@ class Bounded(Data):
     """What a repetition may differ by, in ``unit``, and why; None: it is not compared.
 
     ``uncertainty``: numerical uncertainty by step refinement, None where it was not measured.
+    ``widest``: the tolerance above which a comparison would mean nothing, where there is one.
     """
 
     unit: str
     tolerance: NotNegative | None
     basis: str
     uncertainty: NotNegative | None = None
+    widest: NotNegative | None = None
 
 
 class Measurement(Bounded):
@@ -159,20 +154,16 @@ class Run(Data):
         joints = max((table.joints for table in self.tables.values()), default=0)
         for quantity, table in self.tables.items():
             where = f"{'sampled' if quantity in self.sampled else 'extremes'}.{quantity}"
-            _require_own_limits(where, quantity, table)
+            _require_own_unit(where, quantity, table)
             _require_within(where, table, self.scenario.duration_s)
             if table.joints != joints:
                 raise Misfit(f"{where}.rows", table.joints, f"must cover {joints} joints")
         return self
 
 
-def _require_own_limits(where: str, quantity: str, table: Table) -> None:
-    widest = WIDEST[quantity]
+def _require_own_unit(where: str, quantity: str, table: Table) -> None:
     if table.unit != UNITS[quantity]:
         raise Misfit(f"{where}.unit", table.unit, f"must be {UNITS[quantity]}")
-    if table.tolerance is not None and table.tolerance > widest.value:
-        allowed = f"at most {widest.value:g} {table.unit}, {widest.basis}"
-        raise Misfit(f"{where}.tolerance", table.tolerance, allowed)
 
 
 def _require_within(where: str, table: Sampled | Extremes, duration_s: float) -> None:
@@ -199,6 +190,8 @@ class Provenance(Data):
     arm_sha256: str
     quick: bool
     seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)]
+    scenarios: Annotated[tuple[Scenario, ...], Field(strict=False)] = ()
+    switches: Switches | None = None
     command: str
     created: str
     versions: dict[str, str | None]

@@ -119,7 +119,7 @@ class Evaluation:
         """The answers, state by state along the first axis, or why there are none."""
         try:
             model = built(self.model, self.case)
-            expected = MODELS[self.model].coordinates(len(self.case.arm.joints))
+            expected = MODELS[self.model].layout(self.case.arm)
             return answers(model, expected, self.quantity, self.count, self.seed)
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
             return failure(error)

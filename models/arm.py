@@ -63,12 +63,19 @@ class Mesh(Data):
     """
 
     stiffness: StiffnessLaw
+    """k of one planet's contact over the mesh phase, by one of the laws."""
     backlash_m: Play
+    """b, half the clearance 2 b between the teeth, along the line of action."""
     tooth_error_m: Play
+    """E of the tooth profile error e = E sin(phase)."""
     phase_rad: Phase = 0.0
+    """Added to the mesh's phase, for stiffness and tooth error alike."""
     damping_ratio: DampingRatio | None = None
+    """zeta of d = 2 zeta sqrt(N k M); this or damping_N_s_per_m."""
     damping_N_s_per_m: Damping | None = None
+    """d itself, all planets together; this or damping_ratio."""
     tanh_sharpness_per_m: Sharpness = 1e8
+    """Sharpness of the corners of Eq. 6, used with the switch dead_zone = tanh alone."""
 
     @model_validator(mode="after")
     def _one_way_to_damp(self) -> Self:
@@ -85,26 +92,47 @@ class Planetary(Data):
     """
 
     kind: Literal["planetary"]
+    """Which sort of joint this is."""
     sun_teeth: ToothCount
+    """Teeth of the sun."""
     planet_teeth: ToothCount
+    """Teeth of each planet."""
     ring_teeth: ToothCount
+    """Teeth of the ring: sun_teeth + 2 planet_teeth."""
     planet_count: PlanetCount = 3
+    """N, equally spaced: it divides sun_teeth + ring_teeth, and the planets clear each other."""
     module_m: Module
+    """Pitch diameter of a gear over its teeth."""
     pressure_angle_deg: PressureAngle
+    """Between the line of action and the common tangent of the pitch circles."""
     sun_equivalent_mass_kg: GearMass | None = None
+    """J / r^2 of the sun, r its base radius; this or sun_inertia_kg_m2."""
     sun_inertia_kg_m2: GearInertia | None = None
+    """J of the sun about its axis, the motor's rotor included."""
     planet_equivalent_mass_kg: GearMass | None = None
+    """J / r^2 of one planet, r its base radius; this or planet_inertia_kg_m2."""
     planet_inertia_kg_m2: GearInertia | None = None
+    """J of one planet about its own axis."""
     carrier_equivalent_mass_kg: Mass | None = None
+    """J / r^2 of the carrier, r its radius x cos(pressure angle); this or carrier_inertia_kg_m2."""
     carrier_inertia_kg_m2: Inertia | None = None
+    """J of the carrier about the joint's axis, without the planets."""
     sun_mass_kg: Mass
+    """Mass of the sun, at the joint's axis."""
     planet_mass_kg: Mass
+    """Mass of one planet, at its centre on the carrier."""
     carrier_mass_kg: Mass
+    """Mass of the carrier, at the joint's axis."""
     ring_mass_kg: Mass
+    """Mass of ring and housing, at the joint's axis."""
     ring_inertia_kg_m2: Inertia = 0.0
+    """J of ring and housing about the joint's axis; they turn with the previous body."""
     friction_N_m_s_per_rad: Friction = 0.0
+    """c of the torque -c theta' on the link, and its reaction on the previous body."""
     sun_mesh: Mesh
+    """Contact of the sun with each planet."""
     ring_mesh: Mesh
+    """Contact of each planet with the ring."""
 
     @model_validator(mode="after")
     def _one_form_of_each_inertia(self) -> Self:
@@ -176,9 +204,13 @@ class Direct(Data):
     """
 
     kind: Literal["direct"]
+    """Which sort of joint this is."""
     motor_mass_kg: Mass
+    """Mass of the motor, at the joint's axis."""
     rotor_inertia_kg_m2: Inertia
+    """J of the rotor about the joint's axis; it turns with the next link."""
     friction_N_m_s_per_rad: Friction = 0.0
+    """c of the torque -c theta' on the link, and its reaction on the previous body."""
 
     @property
     def planet_count(self) -> int:
@@ -197,11 +229,17 @@ class Link(Data):
     """
 
     length_m: Length
+    """From its joint's axis to the next one's, or to the payload."""
     com_m: Place
+    """From its joint's axis to the centre of mass, on the line through both ends."""
     cross_section_m2: Area | None = None
+    """Of a rod, whose mass is section x density x length, and J = mass x length^2 / 12."""
     density_kg_per_m3: Density | None = None
+    """Of a rod."""
     mass_kg: GearMass | None = None
+    """Of a body that is no rod."""
     inertia_kg_m2: GearInertia | None = None
+    """J of that body about its centre of mass."""
 
     @model_validator(mode="after")
     def _rod_or_body(self) -> Self:
@@ -231,14 +269,21 @@ class Arm(Data):
     """
 
     schema_version: ArmVersion
+    """Version of the file: 2, or 1 for the older form."""
     name: Name
+    """What reports, records and messages call the arm."""
     title: Title = ""
+    """One line about it."""
     payload_mass_kg: Mass
+    """Point mass at the tip."""
     gravity_m_per_s2: Annotated[
         tuple[Acceleration, Acceleration], Field(strict=False), FailFast()
     ] = (0.0, 0.0)
+    """Along the base's x and y; at zero angles x points along the links."""
     joints: Annotated[tuple[Joint, ...], UpToSeven, FailFast()]
+    """From the base to the tip."""
     links: Annotated[tuple[Link, ...], UpToSeven, FailFast()]
+    """One after each joint, in the same order."""
 
     @model_validator(mode="before")
     @classmethod
@@ -332,7 +377,8 @@ def _equivalent_mass(joint: Planetary, part: str) -> float:
 def _link_mass(link: Link) -> float:
     if link.mass_kg is not None:
         return link.mass_kg
-    assert link.density_kg_per_m3 is not None and link.cross_section_m2 is not None
+    assert link.density_kg_per_m3 is not None  # as _rod_or_body has seen
+    assert link.cross_section_m2 is not None
     return link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
 
 

@@ -249,10 +249,9 @@ class ExudynBodies(Model):
         q, v = np.zeros(len(layout)), np.zeros(len(layout))
         offsets = start.sun_planet_offset_m, start.planet_ring_offset_m
         for side, (meaning, offset) in enumerate(zip(MESHES, offsets, strict=True)):
-            for joint, apart in enumerate(per_joint(offset, joints)):
-                if self.meshes[joint]:
-                    away = self.meshes[joint][side][0].mesh.backlash * (start.mesh == "contact")
-                    q[layout.at(meaning, joint)] = away + apart
+            away = [sides[side][0].mesh.backlash for sides in self.meshes if sides]
+            apart = np.array(per_joint(offset, joints))[layout.meshing]
+            q[layout.of(meaning)] = np.multiply(away, start.mesh == "contact") + apart
         q[layout.theta] = per_joint(start.theta_rad, joints)
         v[layout.theta] = per_joint(start.theta_dot_rad_per_s, joints)
         return q, v
@@ -306,9 +305,9 @@ class ExudynBodies(Model):
         self, time: np.ndarray, pose: np.ndarray, velocity: np.ndarray
     ) -> dict[str, np.ndarray]:
         """The trajectory's mesh variables by name, (times, joints, planets); none without gears."""
-        planets = max(len(stage.planets) for stage in self.stages)
-        if not planets:
+        if not self.layout.meshing:
             return {}
+        planets = max(len(stage.planets) for stage in self.stages)
         read = np.full((2, 3, len(time), len(self.stages), planets), np.nan)
         for joint, sides in enumerate(self.meshes):
             for side, toothed in enumerate(sides):

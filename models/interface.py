@@ -79,6 +79,14 @@ class Model(ABC):
         """
         raise CannotDo(f"{self.name} has no mesh_modes")
 
+    def contact_poles(self) -> np.ndarray:
+        """Eigenvalues [1/s], shape (2 n,), of the motion about the scenario's start pose at rest.
+
+        With every tooth in contact at mean stiffness, damping, friction, weight and the drive's
+        feedback.
+        """
+        raise CannotDo(f"{self.name} has no contact_poles")
+
     def constraint_residual(
         self, q: np.ndarray, v: np.ndarray, a: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

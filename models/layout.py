@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -61,7 +62,7 @@ class Layout:
         return self.of("theta")
 
     @property
-    def geared(self) -> list[int]:
+    def meshing(self) -> list[int]:
         """The joints, counted from 0, that have mesh displacements."""
         return [c.joint - 1 for c in self.coordinates if c.meaning == "x_sp"]
 
@@ -77,14 +78,18 @@ class Layout:
 
 def lumped_layout(arm: Arm) -> Layout:
     """The paper's coordinates (Eq. 20), joint by joint: x_sp, x_pr of geared ones, and theta."""
-    found: list[Coordinate] = []
-    for number, joint in enumerate(arm.joints, start=1):
-        if joint.kind == "planetary":
-            found += [Coordinate(meaning, number) for meaning in MESHES]
-        found.append(Coordinate("theta", number))
-    return Layout(tuple(found))
+    return layout_of([joint.kind == "planetary" for joint in arm.joints])
 
 
 def rigid_layout(arm: Arm) -> Layout:
     """The rigid arm's coordinates (Eq. 1): theta, joint by joint."""
-    return Layout(tuple(Coordinate("theta", number + 1) for number in range(len(arm.joints))))
+    return layout_of([False] * len(arm.joints))
+
+
+def layout_of(meshing: Sequence[bool]) -> Layout:
+    """Coordinates of joints of which each has mesh displacements or has none."""
+    found: list[Coordinate] = []
+    for number, has_meshes in enumerate(meshing, start=1):
+        meanings: tuple[Meaning, ...] = (*MESHES, "theta") if has_meshes else ("theta",)
+        found += [Coordinate(meaning, number) for meaning in meanings]
+    return Layout(tuple(found))

@@ -95,6 +95,40 @@ def load_case(
     return case
 
 
+class Chosen(NamedTuple):
+    """An arm and the experiments that a user wants of it; no switches: the usual ones."""
+
+    arm: Arm
+    scenarios: tuple[Scenario, ...]
+    switches: Switches | None
+
+
+def load_chosen(arm: str, scenarios: Sequence[str] = (), settings: Sequence[str] = ()) -> Chosen:
+    """An arm and scenarios by name or file, with ``path=value`` settings as in ``load_case``.
+
+    A setting of the scenario holds for each. Raises InputError.
+    """
+    data: dict[str, Any] = {"arm": _read(arm, "arms"), "switches": {}}
+    stages = [{"scenario": _read(name, "scenarios")} for name in scenarios]
+    for setting in settings:
+        section = setting.partition(".")[0].strip()
+        if section == "scenario" and not stages:
+            raise InputError("--set", setting, None, "needs --scenario")
+        for target in stages if section == "scenario" else [data]:
+            _apply(target, setting)
+    chosen = Chosen(
+        _validated(Arm, data["arm"], arm),
+        tuple(
+            _validated(Scenario, stage["scenario"], name)
+            for stage, name in zip(stages, scenarios, strict=True)
+        ),
+        _validated(Switches, data["switches"], "switches") if data["switches"] else None,
+    )
+    for scenario, name in zip(chosen.scenarios, scenarios, strict=True):
+        require_fit(scenario, chosen.arm, name)
+    return chosen
+
+
 def require_fit(scenario: Scenario, arm: Arm, where: str = "") -> None:
     """Raise InputError unless the scenario's per-joint lists fit the arm.
 

@@ -24,13 +24,15 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 class Data(BaseModel):
     """A frozen record that refuses unknown keys and silent conversions."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, use_attribute_docstrings=True
+    )
 
 
 class Limit:
     """Metadata of a type that holds its values to what ``str`` of it says.
 
-    The JSON schema shows that as the field's description, the error of another value as well.
+    The error of another value shows that, and the JSON schema where a field has no other meaning.
     """
 
     def allows(self, value: Any) -> bool:

@@ -31,8 +31,11 @@ class SineStiffness(Data):
     """k = mean + amplitude sin(phase), the paper's Eq. 8."""
 
     law: Literal["sine"]
+    """Which law this is."""
     mean_N_per_m: Stiffness
+    """k_m, the mean."""
     amplitude_N_per_m: StiffnessPart
+    """k_a of the wave, below the mean."""
 
     @model_validator(mode="after")
     def _stays_positive(self) -> Self:
@@ -46,9 +49,13 @@ class FourierStiffness(Data):
     """k = mean + sum over n = 1, 2, ... of cosine_n cos(n phase) + sine_n sin(n phase)."""
 
     law: Literal["fourier"]
+    """Which law this is."""
     mean_N_per_m: Stiffness
+    """The mean."""
     cosine_N_per_m: Annotated[tuple[Wave, ...], Waves, FailFast()] = ()
+    """Cosine amplitudes, of the mesh frequency, of twice that, and so on."""
     sine_N_per_m: Annotated[tuple[Wave, ...], Waves, FailFast()] = ()
+    """Sine amplitudes, likewise; the lists may differ in length."""
 
     @model_validator(mode="after")
     def _stays_positive(self) -> Self:
@@ -73,10 +80,15 @@ class SquareStiffness(Data):
     """
 
     law: Literal["square"]
+    """Which law this is."""
     contact_ratio: ContactRatio
+    """Mean number of tooth pairs in contact: two carry for contact_ratio - 1 of a period."""
     least_N_per_m: Stiffness
+    """While one pair carries."""
     largest_N_per_m: Stiffness
+    """While two pairs carry."""
     harmonics: Harmonics
+    """Terms of the series; the more, the steeper the steps."""
 
     @model_validator(mode="after")
     def _stays_positive(self) -> Self:
@@ -108,8 +120,11 @@ class TableStiffness(Data):
     """
 
     law: Literal["table"]
+    """Which law this is."""
     phase_cycles: Annotated[tuple[Cycles, ...], Rows, FailFast()]
+    """Phase over 2 pi of every row, rising from 0 to 1."""
     stiffness_N_per_m: Annotated[tuple[Stiffness, ...], Rows, FailFast()]
+    """k of every row; the last one repeats the first."""
 
     @model_validator(mode="after")
     def _is_periodic(self) -> Self:

@@ -9,16 +9,16 @@ import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.findings import Finding
-from crosscheck.registry import RIGID_LEVELS
+from crosscheck.registry import RIGID_LEVELS, same_integrator
 from crosscheck.report import figures
 from crosscheck.report.chapter import Chapter
 from crosscheck.report.matrix import cells, groups
 from crosscheck.report.words import counted, tally
 from crosscheck.run import CrossCheck
-from crosscheck.run_suite import FIXED_STEP, MIDWAY_S
+from crosscheck.run_suite import MIDWAY_S, engines_first
 from crosscheck.tasks import RunKey
 
-HEADLINE = (f"at-{MIDWAY_S:g}-s", "same-step")
+HEADLINE, HEADLINE_CASES = (f"at-{MIDWAY_S:g}-s", "same-step"), ("pd", "pd-motion")
 
 
 def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
@@ -50,7 +50,7 @@ def number(value: float | None) -> str:
 
 def _is_headline(finding: Finding) -> bool:
     key = finding.about.key
-    return key.case == "pd" and key.family in HEADLINE
+    return key.case in HEADLINE_CASES and key.family in HEADLINE
 
 
 def _deviations(findings: Sequence[Finding]) -> dict[str, dict[str, list[Finding]]]:
@@ -68,10 +68,10 @@ def _charts(result: CrossCheck) -> list[dict[str, Any]]:
     runs = {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
     charts = []
     for name in dict.fromkeys(key.experiment for key in result.runs):
-        pair = [runs.get(RunKey(name, model)) for model in FIXED_STEP]
+        pair = [runs.get(RunKey(name, model)) for model in same_integrator()[:2]]
         if pair[0] is None or pair[1] is None:
             continue
-        rigid = {level: runs.get(RunKey(name, f"pinocchio:{level}")) for level in RIGID_LEVELS}
+        rigid = {level: runs.get(RunKey(name, engines_first(level)[0])) for level in RIGID_LEVELS}
         known = {level: run for level, run in rigid.items() if run is not None}
         charts.append(
             {

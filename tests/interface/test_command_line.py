@@ -11,20 +11,12 @@ from crosscheck import __version__, listing
 from crosscheck.registry import MODELS
 from models import exudyn_tree
 from models.loading import builtin_arms, builtin_scenarios
-
-HEAVY = {"pinocchio", "exudyn", "numba", "xarray", "sympy", "scipy", "matplotlib"}
-SHOW_LOADED = (
-    "import sys; sys.argv = ['crosscheck', *sys.argv[1:]]; import atexit;"
-    "atexit.register(lambda: print('loaded', *sorted(sys.modules)));"
-    "from crosscheck.cli import main; main()"
-)
+from tests.processes import HEAVY, modules_loaded_by
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["simulate", "--help"]])
 def test_help_loads_no_engine(arguments):
-    command = [sys.executable, "-c", SHOW_LOADED, *arguments]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
-    loaded = set(answer.stdout.rsplit("loaded ", 1)[1].split())
+    loaded = modules_loaded_by(*arguments)
     assert "crosscheck.cli" in loaded
     assert HEAVY.isdisjoint(loaded)
 
@@ -39,7 +31,7 @@ def test_version_is_printed(crosscheck):
     assert crosscheck("--version") == (0, f"crosscheck {__version__}\n", "")
 
 
-@pytest.mark.parametrize("command", ["run", "simulate", "list", "show"])
+@pytest.mark.parametrize("command", ["run", "simulate", "list", "init", "show"])
 def test_help_of_every_command(crosscheck, command):
     answer = crosscheck(command, "--help")
     assert (answer.code, answer.err) == (0, "")

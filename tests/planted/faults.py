@@ -24,9 +24,9 @@ from crosscheck.findings import Finding
 from crosscheck.registry import MODELS, build, model_class
 from models.arm import Arm
 from models.interface import STATE_ABILITIES, Model
+from models.loading import load_arm
 from models.scenario import Scenario
 from models.switches import switches
-from tests.arms import PAPER
 from tests.judged import compare_states, energy_over_run, invariants, same_step
 
 STATES, SEED = 5, 0
@@ -127,48 +127,7 @@ def interpret(patch: pytest.MonkeyPatch, model: str) -> None:
 
 def probe_arm() -> Arm:
     """An arm on which no two numbers are equal that a fault might confuse."""
-    shoulder = {
-        "ring_inertia_kg_m2": 0.17,
-        "ring_mesh_phase_rad": 0.7,
-        "tooth_error_m": 3e-5,
-        "tanh_sharpness_per_m": 2e4,
-    }
-    elbow = {
-        "sun_teeth": 30,
-        "planet_teeth": 30,
-        "ring_teeth": 90,
-        "planet_count": 4,
-        "module_m": 0.0025,
-        "pressure_angle_deg": 20.0,
-        "sun_equivalent_mass_kg": 0.4,
-        "planet_equivalent_mass_kg": 0.7,
-        "carrier_equivalent_mass_kg": 5.1,
-        "sun_mass_kg": 0.36,
-        "planet_mass_kg": 0.52,
-        "carrier_mass_kg": 5.5,
-        "ring_mass_kg": 8.0,
-        "ring_inertia_kg_m2": 0.11,
-        "backlash_m": 4e-5,
-        "mesh_stiffness_N_per_m": 8e7,
-        "mesh_stiffness_amplitude_N_per_m": 1.5e7,
-        "tooth_error_m": 2e-5,
-        "ring_mesh_phase_rad": -0.4,
-        "damping_ratio": None,
-        "sun_planet_damping_N_s_per_m": 900.0,
-        "planet_ring_damping_N_s_per_m": 1700.0,
-        "tanh_sharpness_per_m": 3e4,
-    }
-    first, second = (joint.model_dump() for joint in PAPER.joints)
-    near, far = (link.model_dump() for link in PAPER.links)
-    return Arm.model_validate(
-        {
-            "schema_version": 1,
-            "name": "probe",
-            "payload_mass_kg": 7.0,
-            "joints": [first | shoulder, second | elbow],
-            "links": [near | {"com_m": 0.42}, far | {"com_m": 0.4, "cross_section_m2": 0.008}],
-        }
-    )
+    return load_arm("probe")
 
 
 DRIVES = {

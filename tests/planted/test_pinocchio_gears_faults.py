@@ -24,67 +24,67 @@ def change(function: str, old: str, new: str) -> Plant:
     return edit(f"models.pinocchio_gears:{function}", old, new)
 
 
+def rebuild(function: str, old: str, new: str) -> Plant:
+    return edit(f"models.pinocchio_tree:{function}", old, new)
+
+
 FAULTS = [
     Fault(
         "rod about its end",
-        change("_build", "length_m**2 / 12", "length_m**2 / 3"),
+        rebuild("_mass_and_inertia", "length_m**2 / 12", "length_m**2 / 3"),
         MASS,
     ),
     Fault(
         "centre of mass at half length",
-        change("_build", "link.com_m, mass", "link.length_m / 2, mass"),
+        rebuild("build_tree", "link.com_m, *", "link.length_m / 2, *"),
         MASS,
     ),
     Fault(
         "payload at the elbow",
-        change("_build", "places[-1], arm.payload", "0.0, arm.payload"),
+        rebuild("build_tree", "places[-1], arm.payload", "0.0, arm.payload"),
         MASS,
     ),
     Fault(
         "gravity left on",
-        change("_build", "np.zeros(3)", "np.array([0.0, -9.81, 0.0])"),
+        rebuild("build_tree", "np.zeros(3)", "np.array([0.0, -9.81, 0.0])"),
         BIAS,
     ),
     Fault(
         "carrier's inertia by the sun's radius",
-        change(
-            "_add_gears", "equivalent_mass_kg * (r_s + r_p) ** 2", "equivalent_mass_kg * r_s**2"
-        ),
+        rebuild("_inertias", "(r_s + r_p) ** 2", "r_s**2"),
         MASS,
     ),
     Fault(
         "planets on the base circle",
-        change(
+        rebuild(
             "_add_gears",
             "radius = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2",
-            "radius = r_s + r_p",
+            "radius = sum(base_radii(joint)[:2])",
         ),
         MASS,
     ),
     Fault(
         "planets without orbit inertia",
-        change("_add_gears", "0.0, joint.planet_mass_kg", "0.0, 0.0"),
+        rebuild("_add_gears", "0.0, joint.planet_mass_kg", "0.0, 0.0"),
         MASS,
     ),
     Fault(
         "planet's inertia by the sun's radius",
-        change(
-            "_add_gears", "planet_equivalent_mass_kg * r_p**2", "planet_equivalent_mass_kg * r_s**2"
-        ),
+        rebuild("_inertias", "r_p**2", "r_s**2"),
         MASS,
     ),
     Fault(
         "sun's equivalent mass and mass swapped",
-        change(
+        rebuild(
             "_add_gears",
-            "joint.sun_mass_kg, joint.sun_equivalent_mass_kg",
-            "joint.sun_equivalent_mass_kg, joint.sun_mass_kg",
+            "joint.sun_mass_kg, sun_inertia",
+            "joint.sun_equivalent_mass_kg, joint.sun_mass_kg * base_radii(joint)[0] ** 2",
         ),
         MASS,
     ),
     Fault(
         "ring on the link that it drives",
-        change(
+        rebuild(
             "_add_gears",
             "_load(tree, previous, place, joint.ring",
             "_load(tree, link, 0, joint.ring",
@@ -93,12 +93,14 @@ FAULTS = [
     ),
     Fault(
         "planet's spin sign",
-        change("_to_tree", "-joint.ring_teeth / joint.planet", "joint.ring_teeth / joint.planet"),
+        rebuild(
+            "map_to_tree", "-joint.ring_teeth / joint.planet", "joint.ring_teeth / joint.planet"
+        ),
         MASS,
     ),
     Fault(
         "sun turns in the link instead of its base",
-        change("_to_tree", "1 + joint.ring_teeth", "joint.ring_teeth"),
+        rebuild("sun_turns", "1 + joint", "joint"),
         MASS,
     ),
     Fault(
@@ -113,12 +115,12 @@ FAULTS = [
     ),
     Fault(
         "motor torque without 1/n",
-        change("PinocchioGears._motor_torques", "output / self._ratios[i]", "output"),
+        change("PinocchioGears._joint_torques", "output / self._ratios[i]", "output"),
         FORCE,
     ),
     Fault(
         "controller senses the sun",
-        change("PinocchioGears._motor_torques", "angles[self._links]", "angles[self._suns]"),
+        change("PinocchioGears._joint_torques", "angles[self._links]", "angles[self._driven]"),
         FORCE,
     ),
     Fault(
@@ -162,12 +164,12 @@ FAULTS = [
     ),
     Fault(
         "tooth error sign",
-        change("PinocchioGears._mesh_forces", "- mesh.error * wave", "+ mesh.error * wave"),
+        change("PinocchioGears._mesh_forces", "- mesh.error * np", "+ mesh.error * np"),
         FORCE,
     ),
     Fault(
         "stiffness does not vary",
-        change("PinocchioGears._mesh_forces", "mesh.amplitude * wave", "0 * wave"),
+        change("PinocchioGears._mesh_forces", "stiffness.at(phase)", "stiffness.at(0 * phase)"),
         FORCE,
     ),
     Fault(
@@ -183,11 +185,7 @@ FAULTS = [
     ),
     Fault(
         "ring phase on the sun mesh",
-        change(
-            "_mesh",
-            "0.0 if external else joint.ring_mesh",
-            "0.0 if not external else joint.ring_mesh",
-        ),
+        change("_mesh", "mesh.phase_rad", "joint.ring_mesh.phase_rad * external"),
         FORCE,
     ),
     Fault(
@@ -226,19 +224,28 @@ FAULTS = [
         "every mesh has the damping of all",
         change(
             "_mesh",
-            "_stage_damping(joint, external) / joint.planet_count",
-            "_stage_damping(joint, external)",
+            "_stage_damping(contact) / joint.planet_count",
+            "_stage_damping(contact)",
         ),
         FORCE,
     ),
     Fault(
         "damping by one planet's mass",
-        change("_stage_damping", "else planets * joint.planet", "else joint.planet"),
+        change("_stage_damping", "else planets * planet", "else planet"),
         FORCE,
     ),
     Fault(
-        "direct dampings swapped",
-        change("_stage_damping", "given[external]", "given[not external]"),
+        "direct damping of the ring everywhere",
+        change("_stage_damping", "return mesh.damping", "return joint.ring_mesh.damping"),
+        FORCE,
+    ),
+    Fault(
+        "meshes swapped",
+        change(
+            "_contacts",
+            "(+1, joint.sun_mesh), (-1, joint.ring_mesh)",
+            "(+1, joint.ring_mesh), (-1, joint.sun_mesh)",
+        ),
         FORCE,
     ),
     Fault(

@@ -12,7 +12,7 @@ def change(function: str, old: str, new: str) -> Plant:
 
 
 LINKS = [
-    Fault("rod about its end", change("_links_and_payload", "**2 / 12", "**2 / 3"), MASS),
+    Fault("rod about its end", change("_mass_and_inertia", "**2 / 12", "**2 / 3"), MASS),
     Fault(
         "centre of mass at half length",
         change("_links_and_payload", "link.com_m", "link.length_m / 2"),
@@ -37,17 +37,17 @@ LINKS = [
     ),
     Fault(
         "controller with the shoulder's gains",
-        change("PinocchioLinks.generalized_force", "gains[i]", "gains[0]"),
+        change("PinocchioLinks.driving_torques", "gains[i]", "gains[0]"),
         FORCE,
     ),
     Fault(
         "controller senses the shoulder",
-        change("PinocchioLinks.generalized_force", "q[i]", "q[0]"),
+        change("PinocchioLinks.driving_torques", "q[i]", "q[0]"),
         FORCE,
     ),
     Fault(
         "acceleration without Coriolis force",
-        change("PinocchioLinks.acceleration", "q, v, self", "q, 0 * v, self"),
+        change("PinocchioLinks.acceleration", "_data, q, v, self", "_data, q, 0 * v, self"),
         ACCELERATION,
     ),
 ]
@@ -159,7 +159,7 @@ COUPLED = [
     ),
     Fault(
         "acceleration without Coriolis force",
-        change("PinocchioCoupled.acceleration", " - self.bias(q, v)", ""),
+        change("PinocchioCoupled.acceleration", "self._data, q, v)", "self._data, q, 0 * v)"),
         ACCELERATION,
     ),
 ]
