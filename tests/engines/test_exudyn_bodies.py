@@ -67,7 +67,7 @@ def test_states_of_a_one_joint_arm_agree_and_its_bias_vanishes():
     quantities = [quantity for quantity in STATE_ABILITIES if quantity != "bias"]
     for finding in compare_states("bodies", models, quantities, 10, seed=11):
         assert finding.verdict == "agree", finding
-    states = random_states(models[0].coordinates, arm, 10, seed=11)
+    states = random_states(models[0].layout, arm, 10, seed=11)
     for q, v in zip(states.q, states.v, strict=True):
         # Centripetal forces of 40 kg at 0.5 m and 3 rad/s, near 200 N, cancel to their roundings.
         np.testing.assert_allclose(models[0].bias(q, v), 0, atol=1e-12)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Iterable
 from functools import lru_cache
 
 import pytest
 
 from crosscheck.findings import Finding
-from models import exudyn_bodies, exudyn_contact
 from models.exudyn_bodies import ExudynBodies
 from models.exudyn_tree import ExudynTree
 from models.interface import STATE_ABILITIES, Model
@@ -19,6 +17,7 @@ from models.scenario import Scenario
 from models.switches import switches
 from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.judged import compare_states, refined
+from tests.planted.bodies_interpreted import interpret
 from tests.planted.faults import (
     ACCELERATION,
     BIAS,
@@ -39,19 +38,24 @@ from tests.planted.faults import (
 
 BODIES, MESH = "models.exudyn_bodies:", "models.exudyn_contact:"
 POSES, ENGINE = "models.exudyn_poses:", "models.exudyn_bodies_engine:"
+SPRING = "models.exudyn_contact_stiffness:"
 WRENCHES, JOINTS = "bodies/wrenches", "bodies/joints"
 THETA, X_SP, X_PR = "refined/theta", "refined/x_sp", "refined/x_pr"
 
 
 PARTS = [
-    Fault("rod about its end", edit(POSES + "link_parts", "**2 / 12", "**2 / 3"), MASS),
+    Fault("rod about its end", edit(POSES + "_bare_link", "**2 / 12", "**2 / 3"), MASS),
     Fault(
         "ring of the wrong joint",
         edit(POSES + "link_parts", "arm.joints[place + 1]", "arm.joints[place]"),
         MASS,
     ),
     Fault("parallel axes forgotten", edit(ENGINE + "_part", "part.mass * part.x**2", "0.0"), MASS),
-    Fault("pitch for base radius", edit(POSES + "_gear_inertia", " * _cosine(joint)", ""), MASS),
+    Fault(
+        "pitch for base radius",
+        edit(POSES + "base_radius", " * float(np.cos(np.radians(joint.pressure_angle_deg)))", ""),
+        MASS,
+    ),
     Fault(
         "planets not spread all round",
         edit(POSES + "planet_seats", "joint.planet_count\n", "joint.planet_count * 0.9\n"),
@@ -65,7 +69,7 @@ PARTS = [
     ),
     Fault(
         "sun without the carrier's second turn",
-        edit(POSES + "turns_of", "along_planet + (r_s + r_p) * theta[place])", "along_planet)"),
+        edit(POSES + "turns_of", "along_planet + (r_s + r_p) * theta)", "along_planet)"),
         MASS,
     ),
     Fault(
@@ -101,10 +105,10 @@ PARTS = [
 ]
 
 CONTACTS = [
-    Fault("ring as an external mesh", edit(MESH + "mesh_of", "else -1.0", "else 1.0"), FORCE),
+    Fault("ring as an external mesh", edit(MESH + "meshes_with", "else -1.0", "else 1.0"), FORCE),
     Fault(
         "r_c for r_s",
-        edit(MESH + "mesh_of", "sun_teeth if", "sun_teeth + joint.planet_teeth if"),
+        edit(MESH + "meshes_with", "sun_teeth if", "sun_teeth + joint.planet_teeth if"),
         FORCE,
     ),
     Fault("deflection on the pitch circles", edit(MESH + "look", "mesh.cosine * (", "("), FORCE),
@@ -121,7 +125,7 @@ CONTACTS = [
     Fault("where the planet began forgotten", edit(MESH + "turned", "- direction", ""), FORCE),
     Fault(
         "elbow's ring at the shoulder",
-        edit(MESH + "mesh_of", "0.0 if sun else ring_at", "0.0"),
+        edit(MESH + "meshes_with", "0.0 if sun else ring_at", "0.0"),
         FORCE,
     ),
     Fault(
@@ -151,27 +155,31 @@ CONTACTS = [
     ),
     Fault("ring pulls its planets", edit(MESH + "line_of_action", "mesh.side * ", ""), WRENCHES),
     Fault("every mesh with all damping", edit(MESH + "damping_of", " / count", ""), FORCE),
-    Fault("one planet's mass", edit(MESH + "damping_of", "mass = count * ", "mass = "), FORCE),
+    Fault(
+        "one planet's mass", edit(MESH + "damping_of", "ring_mesh, count * ", "ring_mesh, "), FORCE
+    ),
     Fault("tooth error sign", edit(MESH + "elastic_force", "x - mesh", "x + mesh"), FORCE),
-    Fault("stiffness sign", edit(MESH + "elastic_force", "stiffness + ", "stiffness - "), FORCE),
+    Fault(
+        "stiffness sign", edit(SPRING + "stiffness_at", "mean + numbers", "mean - numbers"), FORCE
+    ),
     Fault("one flank", edit(MESH + "dead_zone", "min(max(gap, -b), b)", "min(gap, b)"), FORCE),
     Fault("sign of Eq. 6", edit(MESH + "rounded_dead_zone", "- below", "+ below"), FORCE, TANH),
     Fault(
         "contact without tooth error",
-        edit(MESH + "damping_force", " - mesh.error * contact.wave", ""),
+        edit(MESH + "damping_force", " - mesh.error * np.sin(contact.phase)", ""),
         FORCE,
         CONTACT,
     ),
-    Fault("phase of the link in space", edit(MESH + "mesh_wave", " - previous.angle", ""), FORCE),
+    Fault("phase of the link in space", edit(MESH + "mesh_phase", " - previous.angle", ""), FORCE),
     Fault(
         "clock of the link in space",
-        edit(MESH + "mesh_wave", "(carrier.spin - previous.spin)", "carrier.spin"),
+        edit(MESH + "mesh_phase", "(carrier.spin - previous.spin)", "carrier.spin"),
         FORCE,
         OMEGA_T,
     ),
     Fault(
         "ring phase lost",
-        edit(MESH + "mesh_of", "else joint.ring_mesh_phase_rad", "else 0.0"),
+        edit(MESH + "meshes_with", "own.phase_rad", "0.0"),
         FORCE,
     ),
     Fault("sign in Eq. 13", edit(MESH + "teeth_passing", "- 1)", "+ 1)"), FORCE, EQ13),
@@ -180,13 +188,13 @@ CONTACTS = [
 MOTORS = [
     Fault("torque without 1/n", edit(BODIES + "motor", "torque / ratio", "torque"), FORCE),
     Fault("ratio without the ring", edit(BODIES + "motor", "sun_teeth + 1", "sun_teeth"), FORCE),
-    Fault("reaction lost", edit(BODIES + "motor", "-on_sun]", "0.0]"), FORCE),
+    Fault("reaction lost", edit(BODIES + "motor", "drag - on_driven", "drag"), FORCE),
     Fault(
         "reaction on the driven link",
-        edit(BODIES + "motor", "0.0, 0.0, 0.0, -on_sun]", "-on_sun, 0.0, 0.0, 0.0]"),
+        edit(BODIES + "motor", "torques[-1] = drag - on_driven", "torques[link] -= on_driven"),
         FORCE,
     ),
-    Fault("angle in space sensed", edit(BODIES + "motor", "q[5] - q[8]", "q[5]"), FORCE),
+    Fault("angle in space sensed", edit(BODIES + "motor", "theta - q[-1]", "theta"), FORCE),
     Fault("shoulder's gains", edit(BODIES + "motor", "law.gains[place]", "law.gains[0]"), FORCE),
 ]
 
@@ -210,21 +218,12 @@ RUNS = [
     ),
     Fault(
         "sides swapped in the record",
-        edit(BODIES + "ExudynBodies._trajectory", "x_sp=read[0, 0]", "x_sp=read[1, 0]"),
+        edit(BODIES + "ExudynBodies._mesh_records", '"x_sp": read[0, 0]', '"x_sp": read[1, 0]'),
         X_SP,
     ),
 ]
 
 FAULTS = [*PARTS, *CONTACTS, *MOTORS, *RUNS]
-
-
-def interpret(patch: pytest.MonkeyPatch) -> None:
-    """Compiled functions of the contact become their Python originals, which can be changed."""
-    for module in (exudyn_contact, exudyn_bodies):
-        for name, value in list(vars(module).items()):
-            if hasattr(value, "py_func") and value.__module__ == exudyn_contact.__name__:
-                patch.setattr(module, name, inspect.unwrap(value))
-        patch.setattr(module, "push_bodies", exudyn_contact.mesh_forces)
 
 
 def found(red_check: str, laws: Laws) -> Finding:
