@@ -9,12 +9,13 @@ import pytest
 import sympy as sp
 
 from analytic.energies import energies_form, kinetic_energies
-from analytic.lagrange import Form
+from analytic.forms import Form
 from analytic.physical import physical_form
 from analytic.printed import printed_form
 from crosscheck.paper.errata import auxiliary, compare, energy, transcript
 from crosscheck.paper.errata import finder as errata
 from crosscheck.paper.errata.erratum import effect_of
+from crosscheck.paper.stage import without_backlash
 from models.errors import InputError
 from models.loading import load_arm
 from tests.arms import arm_of
@@ -97,9 +98,7 @@ def test_auxiliary_errata_vanish_when_the_paper_is_put_right(labelled, monkeypat
     monkeypatch.setattr(transcript, "DEFINITIONS", unique)
     assert list(auxiliary.symbols_used_twice()) == []
     assert list(auxiliary.quantities_with_two_symbols()) == []
-    no_play = tuple(joint.model_copy(update={"backlash_m": 0.0}) for joint in labelled.joints)
-    tight = labelled.model_copy(update={"joints": no_play})
-    assert list(auxiliary.force_without_clearance(tight)) == []
+    assert list(auxiliary.force_without_clearance(without_backlash(labelled))) == []
 
 
 def test_only_the_labelled_reading_has_a_sun_heavier_outside_than_its_rim():

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from analytic.kinematics import stage_geometry
 from crosscheck.checks.trajectories import tip_position
 from crosscheck.paper import signals
 from crosscheck.paper.figures.measures import cycles, swing
@@ -38,6 +37,7 @@ from crosscheck.paper.figures.verdicts import (
     verdict,
 )
 from crosscheck.paper.reading import arm_of, first_mesh
+from crosscheck.paper.stage import paper_stage
 from crosscheck.paper.undefined import quotient, shown
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.figures import legend, new_figure, to_svg
@@ -202,12 +202,11 @@ def figure_8(shelf: Shelf) -> Plate:
     runs = shelf.laws(8, lambda law: torque_run(law, LOW_ZETA))
     measured = {law: _displacement(run) for law, run in runs.items()}
     arm = arm_of(runs["angle"])
-    joint = arm.joints[0]
-    ratio = joint.ring_teeth / joint.sun_teeth + 1
-    force = 100 / (ratio * joint.planet_count * stage_geometry(joint).r_s)
-    static = joint.backlash_m + force / joint.mesh_stiffness_N_per_m
+    stage = paper_stage(arm)
+    force = 100 / (stage.geometry.n * stage.joint.planet_count * stage.geometry.r_s)
+    static = stage.backlash_m + force / stage.mesh_stiffness_N_per_m
     speed = float(np.abs(runs["angle"]["theta_dot"].values[:, 0]).max())
-    mesh_Hz = joint.ring_teeth * speed / (2 * np.pi)
+    mesh_Hz = stage.joint.ring_teeth * speed / (2 * np.pi)
     rows = [(law, MICRO * m.middle_m, MICRO * m.ripple_m, *m.cycles) for law, m in measured.items()]
     head = ("phase law", "mid-range [µm]", "ripple [µm]", *(f"cycles to {t:g} s" for t in _ENDS_S))
     seen = (
