@@ -267,7 +267,12 @@ class OrderCase:
 
 
 def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
-    """Teeth without clearance, whose force has no kink, and teeth that meet after free play."""
+    """Teeth without clearance, whose force has no kink, and teeth that meet after free play.
+
+    None for an arm without teeth: its motion is so smooth that rounding hides the order.
+    """
+    if not geared(arm):
+        return []
     step = _rounded(min(limit_s, 8 * first.case.scenario.step_s) / ORDER_RESOLVED)
     torques = tuple(map(float, largest_torques(arm, first.case.scenario)))
     stretched = np.zeros(len(arm.joints))
