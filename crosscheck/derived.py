@@ -11,7 +11,7 @@ import numpy as np
 from analytic.gears import damping
 from analytic.kinematics import stage_geometry
 from analytic.mesh_frequency import ring_mesh_rate, sun_mesh_rate
-from analytic.model import RIGID, PhysicalModel
+from analytic.model import PhysicalModel
 from analytic.stage import equivalent_masses, stage_values
 from analytic.stiffness import mean_stiffness, peak_stiffness, stiffness_data
 from crosscheck.checks.scales import largest_weights
@@ -20,6 +20,8 @@ from crosscheck.sizing import Sizes, pd_scenario, step_scenario
 from models.arm import Arm, Direct, Mesh, Planetary
 from models.loading import load_scenario
 from models.stiffness import SineStiffness, StiffnessLaw
+
+RIGID = 1e-3  # of the fastest eigenvalue: slower ones are the arm's own, or their rounding
 
 
 class Quantity(NamedTuple):
@@ -138,12 +140,15 @@ def derived_arm(arm: Arm) -> Iterator[Quantity]:
 
 
 def _mesh_poles(arm: Arm) -> list[complex]:
-    """Eigenvalues [1/s] of the teeth, slowest first; without weight, whose pendulum is no mode."""
-    model = _model(arm.model_copy(update={"gravity_m_per_s2": (0.0, 0.0)}))
-    if not model.layout.meshing:
-        return []
+    """Eigenvalues [1/s] of the teeth, slowest first: the fastest vibrations, one for each mesh.
+
+    Those damped beyond vibrating, and what the arm's weight lets swing, are not among them.
+    """
+    model = _model(arm)
     poles = model.contact_poles()
-    return sorted(map(complex, poles[poles.imag > RIGID * np.abs(poles).max()]), key=abs)
+    fastest = poles[np.argsort(poles.imag)[poles.size - model.gears.where.size :]]
+    vibrating = fastest[fastest.imag > RIGID * np.abs(poles).max()]
+    return sorted(map(complex, vibrating), key=abs)
 
 
 def _model(arm: Arm) -> PhysicalModel:

@@ -40,7 +40,9 @@ def paper_stage(arm: Arm, place: int = 0) -> PaperStage:
     """
     joint, where = arm.joints[place], f"joints[{place}]"
     if not isinstance(joint, Planetary):
-        raise InputError(arm.name, where, joint.kind, "must be planetary, as in the paper")
+        raise InputError(
+            arm.name, f"{where}.kind", joint.kind, "must be planetary, as in the paper"
+        )
     mesh, law = joint.sun_mesh, joint.sun_mesh.stiffness
     if not isinstance(law, SineStiffness):
         field = f"{where}.sun_mesh.stiffness"
