@@ -13,7 +13,6 @@ from crosscheck.plan import Wanted, is_the_papers
 from crosscheck.progress import progress_bar, shown_progress
 from crosscheck.provenance import provenance
 from crosscheck.registry import entry_of
-from crosscheck.report.html import report_page
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import printable
 from crosscheck.run import CrossCheck, cross_check
@@ -37,7 +36,9 @@ def wanted(
 
 def run_command(chosen: Wanted, out: Path, jobs: int) -> int:
     """Cross-check an arm, write the report, print the table; returns the exit code."""
-    from crosscheck.paper.report import chapters as paper_chapters  # a second of imports
+    # A second of imports, Matplotlib's among them, for which no simulation need wait.
+    from crosscheck.paper.report import chapters as paper_chapters
+    from crosscheck.report.html import report_page
 
     files = out / "index.html", out / "agreement.json"
     for file in files:
