@@ -14,7 +14,6 @@ from crosscheck.progress import progress_bar, shown_progress
 from crosscheck.provenance import provenance
 from crosscheck.registry import entry_of
 from crosscheck.report.chapter import Chapter
-from crosscheck.report.html import report_page
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import printable
 from crosscheck.run import CrossCheck, cross_check
@@ -38,6 +37,8 @@ def wanted(
 
 def run_command(chosen: Wanted, out: Path, jobs: int) -> int:
     """Cross-check an arm, write the report, print the table; returns the exit code."""
+    from crosscheck.report.html import report_page  # Matplotlib, which no simulation need wait for
+
     files = out / "index.html", out / "agreement.json"
     for file in files:
         require_file(file)

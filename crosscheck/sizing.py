@@ -34,9 +34,10 @@ COARSEST_STEPS, RECORDS = 4000, 1000
 class Sizes:
     """What experiments of an arm are made of, per joint where there are several.
 
-    rate [rad/s]: the arm's clock, and the controller's rate unless it had to give way; inertia [kg m^2]: of the rigid arm, stretched out; proportional
-    [N m/rad] and derivative [N m s/rad]: its gains; step [N m]: a step of torque; mode_Hz: the
-    lowest mesh mode, None without gears.
+    rate [rad/s]: the arm's clock, and the controller's rate unless it had to give way; inertia
+    [kg m^2]: of the rigid arm, stretched out; proportional [N m/rad] and derivative [N m s/rad]:
+    the controller's gains; step [N m]: a step of torque; mode_Hz: the lowest mesh mode, None
+    without gears.
     """
 
     rate: float

@@ -320,7 +320,7 @@ class ExudynTree(Model):
         return min(_stable_step(mode) for mode in self._eigenvalues(self.stiffest))
 
     def mesh_modes(self) -> np.ndarray:
-        """Undamped mesh modes [Hz] in the start pose, ascending: the fastest, of suns and planets."""
+        """Undamped modes [Hz] in the start pose, ascending: of suns and planets, the fastest."""
         count = sum(1 + joint.planet_count for joint in self.arm.joints if joint.planet_count)
         modes = self._eigenvalues(_linear(self.gears, mean_spring)).imag
         return np.sort(modes)[modes.size - count :] / (2 * np.pi)
