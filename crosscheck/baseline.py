@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import Field, model_validator
 
-from crosscheck import LARGEST_SEED
 from crosscheck.checks.trajectories import UNITS
+from crosscheck.provenance import Provenance
 from models.arm import Arm
 from models.quantities import Data, Finite, NotNegative
 from models.scenario import Scenario
@@ -181,24 +181,6 @@ class Known(Data):
 
     said: str
     number: Measurement | None
-
-
-class Provenance(Data):
-    """Where the record comes from, as crosscheck.provenance has it."""
-
-    arm: Arm
-    arm_sha256: str
-    quick: bool
-    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)]
-    scenarios: Annotated[tuple[Scenario, ...], Field(strict=False)] = ()
-    switches: Switches | None = None
-    command: str
-    created: str
-    versions: dict[str, str | None]
-    python: str
-    machine: str
-    revision: str | None
-    lock_sha256: str | None
 
 
 class Baseline(Data):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from rich.console import Console
@@ -95,7 +94,7 @@ def simulate_command(
     if isinstance(trajectory, Exception):
         raise trajectory
     record = provenance(case.arm, 0, False)
-    trajectory.attrs |= {"provenance": json.dumps(record), "command": record["command"]}
+    trajectory.attrs |= {"provenance": record.model_dump_json(), "command": record.command}
     write_files({out: netcdf(trajectory)})
     final = ", ".join(f"{angle:.9g}" for angle in trajectory["theta"].values[-1])
     print(f"wrote {out}: {trajectory.sizes['time']} times, theta at the end {final} rad")

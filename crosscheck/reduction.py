@@ -27,7 +27,6 @@ from crosscheck.baseline import (
     Known,
     Measurement,
     Misfit,
-    Provenance,
     Run,
     SampledName,
 )
@@ -60,7 +59,6 @@ COARSER = {"": "coarse", "reference": "reference-coarse"}
 UNKNOWN, UNKNOWN_OF_SIZE = 1e-6, 1e-10
 # Where no second run tells what one rounding grows to.
 UNMEASURED_ROUNDINGS = 1000
-RECORDED = tuple(Provenance.model_fields)
 
 Datasets = dict[RunKey, xr.Dataset]
 
@@ -83,6 +81,7 @@ Bounds = dict[RunKey, dict[str, Bound]]
 def baseline_of(result: CrossCheck) -> Baseline:
     """What to record of a cross-check. Runs that failed are left out."""
     agreement = result.agreement
+    assert agreement.provenance is not None  # as cross_check gives it
     runs: dict[str, Run] = {}
     bounds: Bounds = {}
     for key in filter(is_recorded, result.runs):
@@ -104,7 +103,7 @@ def baseline_of(result: CrossCheck) -> Baseline:
         },
         measurements={name: number(f) for name, f in measurements_by_id(agreement).items()},
         runs=runs,
-        provenance=Provenance(**{name: agreement.provenance[name] for name in RECORDED}),
+        provenance=agreement.provenance,
     )
 
 

@@ -21,6 +21,7 @@ from crosscheck.baseline import (
 )
 from crosscheck.checks.trajectories import UNITS
 from crosscheck.findings import About, Agreement, Finding, Key, checked, failed, measured_only
+from crosscheck.provenance import Provenance
 from crosscheck.reduction import (
     baseline_of,
     checks_by_id,
@@ -60,15 +61,13 @@ def compare(baseline: Baseline, result: CrossCheck) -> Agreement:
     findings += _measurements(baseline, now, result.agreement)
     for name in sorted({*baseline.runs, *now.runs}):
         findings += _run_findings(name, baseline.runs.get(name), now.runs.get(name), result)
-    record = baseline.provenance.model_dump(mode="json")
-    known = [_key("verdict", name).id for name in sorted(baseline.known)]
-    return Agreement(findings, {**result.agreement.provenance, "recorded": record, "known": known})
+    known = [_key("verdict", name) for name in sorted(baseline.known)]
+    return Agreement(findings, result.agreement.provenance, baseline.provenance, known)
 
 
 def known_differences(agreement: Agreement) -> list[Finding]:
     """The checks that are red as they were accepted. agreement: as compare returns it."""
-    known = set(agreement.provenance["known"])
-    return [f for f in agreement.checks if f.id in known and f.verdict == "agree"]
+    return [f for f in agreement.checks if f.about.key in agreement.known and f.verdict == "agree"]
 
 
 def changed_since(agreement: Agreement) -> list[str]:
@@ -76,14 +75,23 @@ def changed_since(agreement: Agreement) -> list[str]:
 
     agreement: as compare returns it.
     """
-    now = agreement.provenance
-    then = now["recorded"]
-    names = ("python", "machine", "revision", "lock_sha256", "arm_sha256")
-    before, after = ({**p["versions"], **{name: p[name] for name in names}} for p in (then, now))
+    then, now = agreement.record, agreement.provenance
+    if then is None or now is None:
+        return []
     return [
         f"{name} {_brief(name, was)} -> {_brief(name, is_now)}"
-        for name, was, is_now in differences(before, after)
+        for name, was, is_now in differences(_surroundings(then), _surroundings(now))
     ]
+
+
+def _surroundings(of: Provenance) -> dict[str, str | None]:
+    return of.versions | {
+        "python": of.python,
+        "machine": of.machine,
+        "revision": of.revision,
+        "lock_sha256": of.lock_sha256,
+        "arm_sha256": of.arm_sha256,
+    }
 
 
 def _brief(name: str, value: Any) -> str:

@@ -35,7 +35,7 @@ def errata_command(arm_name: str, json_file: Path | None) -> None:
         document = {
             "schema_version": SCHEMA_VERSION,
             "errata": [slip.to_dict() for slip in slips],
-            "provenance": provenance(arm, 0, False),
+            "provenance": provenance(arm, 0, False).model_dump(mode="json"),
         }
         write_text(json_file, json.dumps(document, indent=1, allow_nan=False) + "\n")
 

@@ -132,4 +132,5 @@ def _plain(value: object) -> object:
 
 def _provenance(study: Study) -> dict[str, object]:
     cache = {"simulations_made": study.made, "simulations_from_cache": study.found}
-    return {**provenance(load_arm("paper-labelled"), 0, False), **cache}
+    own = provenance(load_arm("paper-labelled"), 0, False)
+    return own.model_dump(mode="json") | cache

@@ -38,7 +38,7 @@ def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
         deviations=_deviations(agreement.findings),
         charts=_charts(result),
         chapters=chapters,
-        provenance=agreement.provenance,
+        provenance=agreement.to_dict()["provenance"],
     )
     return figures.sound_links(page)
 
