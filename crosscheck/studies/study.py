@@ -15,7 +15,7 @@ from typing import NamedTuple
 import xarray as xr
 
 from crosscheck.provenance import version
-from crosscheck.registry import home
+from crosscheck.registry import MODELS, home
 from crosscheck.studies.sources import code_hash
 from crosscheck.studies.store import Store
 from crosscheck.studies.variant import Comparison, Measure, Numbers, Variant, simulate
@@ -52,7 +52,7 @@ __all__ = [
     "Variant",
     "cache_folder",
 ]
-PACKAGES = ("numpy", "scipy", "numba", "pin", "exudyn", "xarray", "h5netcdf", "h5py", "sympy")
+STORES_PACKAGES = ("h5netcdf", "h5py")
 
 
 class Asked(NamedTuple):
@@ -214,7 +214,7 @@ def run_key(variant: Variant, made_of_it: Measure | Comparison | Reduction | Non
     if function is not None:
         inputs.append(function.__qualname__)
         names.append((function.__module__, function.__qualname__.partition(".")[0]))
-    return _key(inputs, names)
+    return _key(inputs, names, [MODELS[one.model].packages for one in needed])
 
 
 def _inputs(variant: Variant) -> list[str]:
@@ -225,17 +225,21 @@ def question_key(question: Question[object]) -> str:
     """Of its answer."""
     kind = type(question)
     name = (kind.__module__, kind.__qualname__.partition(".")[0])
-    return _key([kind.__qualname__, question.inputs], [name])
+    anything = [entry.packages for entry in MODELS.values()]
+    return _key([kind.__qualname__, question.inputs], [name], anything)
 
 
-def _key(inputs: Sequence[str], names: Sequence[tuple[str, str]]) -> str:
+def _key(
+    inputs: Sequence[str], names: Sequence[tuple[str, str]], packages: Sequence[tuple[str, ...]]
+) -> str:
     """Of everything that a result depends on: inputs, versions and the code that runs."""
-    text = "\n".join([*inputs, code_hash(*names), *_versions()])
+    computing = sorted({*STORES_PACKAGES, *(name for some in packages for name in some)})
+    text = "\n".join([*inputs, code_hash(*names), *_versions(*computing)])
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 @lru_cache
-def _versions() -> tuple[str, ...]:
-    """Of all that computes; None for an engine that is missing."""
+def _versions(*packages: str) -> tuple[str, ...]:
+    """Of what computes; None for an engine that is missing."""
     python = f"python {platform.python_version()} {platform.machine()}"
-    return (python, *(f"{name} {version(name)}" for name in PACKAGES))
+    return (python, *(f"{name} {version(name)}" for name in packages))

@@ -84,8 +84,16 @@ def test_code_and_versions_are_part_of_the_key(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(study_module, "code_hash", lambda *names: "changed")
     changed_code = run_key(SHORT)
     monkeypatch.undo()
-    monkeypatch.setattr(study_module, "_versions", lambda: ("numpy 0.0",))
+    seen: list[str] = []
+
+    def versions(*packages: str) -> tuple[str, ...]:
+        seen.extend(packages)
+        return ("numpy 0.0",)
+
+    monkeypatch.setattr(study_module, "_versions", versions)
     assert len({before, changed_code, run_key(SHORT)}) == 3
+    assert set(seen) >= {"numpy", "numba", "h5py"}
+    assert "exudyn" not in seen  # which has no part in an analytic run
 
 
 def test_a_kept_run_is_the_run(study: Study):
