@@ -16,7 +16,6 @@ from crosscheck.registry import entry_of
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import printable
 from crosscheck.run import CrossCheck, cross_check
-from crosscheck.studies.study import Study, cache_folder
 from crosscheck.tasks import Failure, Request
 from crosscheck.workers import perform_all
 from models.errors import Unfinished
@@ -39,6 +38,7 @@ def run_command(chosen: Wanted, out: Path, jobs: int) -> int:
     # A second of imports, Matplotlib's among them, for which no simulation need wait.
     from crosscheck.paper.report import chapters as paper_chapters
     from crosscheck.report.html import report_page
+    from crosscheck.studies.study import Study, cache_folder
 
     files = out / "index.html", out / "agreement.json"
     for file in files:
