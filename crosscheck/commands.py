@@ -16,7 +16,6 @@ from crosscheck.report.chapter import Chapter
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import printable
 from crosscheck.run import CrossCheck, cross_check
-from crosscheck.studies.study import Study, cache_folder
 from crosscheck.tasks import Failure, Request
 from crosscheck.workers import perform_all
 from models.errors import Unfinished
@@ -57,6 +56,7 @@ def _is_about_the_paper(chosen: Wanted) -> bool:
 
 def _papers_chapters(jobs: int) -> list[Chapter]:
     from crosscheck.paper.report import chapters  # a second of imports
+    from crosscheck.studies.study import Study, cache_folder
 
     with progress_bar() as bar:
         return chapters(Study(cache_folder(), jobs, bar), quick=True)
