@@ -30,6 +30,7 @@ from crosscheck.baseline import (
     Run,
     SampledName,
 )
+from crosscheck.checks.records import BY_PLANET
 from crosscheck.checks.scales import Limit, meaningful
 from crosscheck.checks.states import LOOSEST
 from crosscheck.checks.trajectories import (
@@ -165,17 +166,23 @@ def sample_times(run: xr.Dataset) -> np.ndarray:
     return np.unique(np.linspace(0, run.sizes["time"] - 1, INTERVALS + 1).round().astype(int))
 
 
-def per_joint(run: xr.Dataset, quantity: str) -> np.ndarray:
-    """A quantity of planet 1, shape (times, joints), in its own unit."""
-    values = run[quantity]
+def joints_of(case: Case, quantity: str) -> list[int]:
+    """Numbers of the joints that have a quantity: a direct one has no teeth."""
+    numbered = enumerate(case.arm.joints, start=1)
+    return [number for number, j in numbered if j.planet_count or quantity not in BY_PLANET]
+
+
+def per_joint(run: xr.Dataset, case: Case, quantity: str) -> np.ndarray:
+    """A quantity of planet 1, shape (times, joints that have it), in its own unit."""
+    values = run[quantity].sel(joint=joints_of(case, quantity))
     return np.asarray(values.isel(planet=0) if "planet" in values.dims else values)
 
 
-def extreme_rows(run: xr.Dataset, quantity: str) -> np.ndarray:
+def extreme_rows(run: xr.Dataset, case: Case, quantity: str) -> np.ndarray:
     """Per joint: number, minimum, its time [s], maximum, its time; shape (joints, 5)."""
-    values, time = per_joint(run, quantity), run["time"].values.round(10)
+    values, time = per_joint(run, case, quantity), run["time"].values.round(10)
     low, high = values.argmin(axis=0), values.argmax(axis=0)
-    joints = run["joint"].values
+    joints = joints_of(case, quantity)
     return np.column_stack([joints, values.min(axis=0), time[low], values.max(axis=0), time[high]])
 
 
@@ -255,11 +262,13 @@ def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> Run:
     tables: dict[str, dict[str, Any]] = {"sampled": {}, "extremes": {}}
     for quantity, bound in bounds.items():
         if quantity in SAMPLED:
-            rows, section = np.column_stack([times[at], per_joint(run, quantity)[at]]), "sampled"
+            sampled = per_joint(run, case, quantity)[at]
+            rows, section = np.column_stack([times[at], sampled]), "sampled"
         else:
-            rows, section = extreme_rows(run, quantity), "extremes"
+            rows, section = extreme_rows(run, case, quantity), "extremes"
         fields = {"unit": run[quantity].attrs["units"], **bound._asdict()}
-        tables[section][quantity] = {"rows": rows.tolist(), **fields}
+        joints = joints_of(case, quantity)
+        tables[section][quantity] = {"joints": joints, "rows": rows.tolist(), **fields}
     settings = {"scenario": case.scenario, "switches": case.switches}
     return Run.model_validate({**settings, **tables})
 
