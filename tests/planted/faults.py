@@ -34,7 +34,7 @@ STATES, SEED = 5, 0
 PACKAGES = {
     "analytic": ("analytic",),
     "pinocchio": (),
-    "exudyn": ("models.exudyn_mesh", "models.exudyn_tree"),
+    "exudyn": ("models.exudyn_mesh", "models.exudyn_tree", "models.exudyn_tree_stiffness"),
 }
 Plant = Callable[[pytest.MonkeyPatch], None]
 Laws = tuple[tuple[str, str], ...]
@@ -42,6 +42,8 @@ Laws = tuple[tuple[str, str], ...]
 MASS, BIAS = "states/mass_matrix", "states/bias"
 FORCE, ACCELERATION = "states/generalized_force", "states/acceleration"
 OMEGA_T, EQ13 = (("phase", "omega_t"),), (("ring_rate", "eq13"),)
+UNLIKE, DIRECT = "three-unlike", "direct-between"  # arms of the second version
+SHIFTED_TABLE = "(*law.stiffness_N_per_m[1:], law.stiffness_N_per_m[1])"
 TANH, CONTACT = (("dead_zone", "tanh"),), (("damping", "contact"),)
 
 
