@@ -6,7 +6,7 @@ import math
 import random
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -40,11 +40,12 @@ def part_metadata(part: Any) -> tuple[Any, ...]:
 
 
 def ranges_of(record: type[BaseModel]) -> dict[str, Within]:
-    """The ranges of a record's numbers, by field."""
+    """The ranges of a record's single numbers, by field."""
     found = {}
     for name, field in record.model_fields.items():
-        with suppress(StopIteration):
-            found[name] = range_of(field)
+        if get_origin(field.annotation) is not tuple:
+            with suppress(StopIteration):
+                found[name] = range_of(field)
     return found
 
 

@@ -53,7 +53,7 @@ def all_finite(arm: Arm, generator: random.Random) -> bool:
     return True
 
 
-@pytest.mark.parametrize("joints", [1, 2, 3])
+@pytest.mark.parametrize("joints", [1, 2])
 def test_any_arm_in_range_has_finite_numbers_in_every_model(joints, capfd):
     """And no engine says a word about it."""
     seed = fresh_seed()
@@ -61,7 +61,7 @@ def test_any_arm_in_range_has_finite_numbers_in_every_model(joints, capfd):
     capfd.readouterr()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for _ in range(8):
+        for _ in range(6):
             arm = any_arm(generator, joints)
             assert all_finite(arm, generator), (seed, arm)
     assert capfd.readouterr() == ("", ""), seed
