@@ -27,7 +27,6 @@ from models.switches import Switches
 from models.trajectory import recorded_times, trajectory
 
 FORCES: dict[Meaning, str] = {"x_sp": "F_sp", "x_pr": "F_pr"}
-RIGID = 1e-3  # of the fastest mode: below it an eigenvalue is rounding of the rigid motion
 
 
 @lru_cache(maxsize=128)
@@ -93,11 +92,12 @@ class AnalyticModel(Model):
         return min(limits)
 
     def mesh_modes(self) -> np.ndarray:
-        """Undamped modes [Hz] in the start pose, ascending."""
+        """Undamped modes [Hz] in the start pose, ascending: the fastest, one for each mesh."""
+        count = self.gears.where.size
         undamped = self.gears._replace(d=np.zeros_like(self.gears.d))
         pose, _ = self.start()
         poles = contact_eigenvalues(self.terms, undamped, self.drive, pose, undamped.k_m)
-        return np.sort(poles.imag[poles.imag > RIGID * poles.imag.max()]) / (2 * np.pi)
+        return np.sort(poles.imag)[poles.size - count :] / (2 * np.pi)
 
     def contact_poles(self) -> np.ndarray:
         """Linearised about the start pose, every tooth in contact."""

@@ -13,7 +13,7 @@ from crosscheck.plan import Wanted, is_the_papers
 from crosscheck.progress import progress_bar, shown_progress
 from crosscheck.provenance import provenance
 from crosscheck.registry import entry_of
-from crosscheck.report.html import report_page
+from crosscheck.report.chapter import Chapter
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import printable
 from crosscheck.run import CrossCheck, cross_check
@@ -37,21 +37,30 @@ def wanted(
 
 def run_command(chosen: Wanted, out: Path, jobs: int) -> int:
     """Cross-check an arm, write the report, print the table; returns the exit code."""
-    from crosscheck.paper.report import chapters as paper_chapters  # a second of imports
+    from crosscheck.report.html import report_page  # Matplotlib, which no simulation need wait for
 
     files = out / "index.html", out / "agreement.json"
     for file in files:
         require_file(file)
     result = checked_aloud(chosen, jobs)
-    with progress_bar() as bar:
-        usual = not chosen.scenarios and chosen.chosen is None
-        in_brief = usual and not chosen.quick and is_the_papers(chosen.arm)
-        brief = paper_chapters(Study(cache_folder(), jobs, bar), quick=True) if in_brief else []
-        page = report_page(result, brief)
+    page = report_page(result, _papers_chapters(jobs) if _is_about_the_paper(chosen) else [])
     write_files(dict(zip(files, (page, result.agreement.to_json()), strict=True)))
     print_agreement(result.agreement)
     print(f"wrote {files[0]} and {files[1]}")
     return result.agreement.exit_code
+
+
+def _is_about_the_paper(chosen: Wanted) -> bool:
+    """Whether the paper's chapters, in brief, belong on the page."""
+    usual = not chosen.scenarios and chosen.chosen is None
+    return usual and not chosen.quick and is_the_papers(chosen.arm)
+
+
+def _papers_chapters(jobs: int) -> list[Chapter]:
+    from crosscheck.paper.report import chapters  # a second of imports
+
+    with progress_bar() as bar:
+        return chapters(Study(cache_folder(), jobs, bar), quick=True)
 
 
 def checked_aloud(chosen: Wanted, jobs: int) -> CrossCheck:

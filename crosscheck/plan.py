@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -25,10 +25,10 @@ FULL_S = {"constant-torque": 0.5, "pd": 3.0}
 QUICK_S = {"constant-torque": 0.05, "pd": 0.1}
 # What other experiments may take at most.
 FULL_STEPS, QUICK_STEPS = 300_000, 10_000
-# Steps within the limit of stability. The paper's own of 1e-5 s is a ninth of its arm's limit; half
-# of that leaves a hundredth of the teeth's travel resolved through impacts of lighter joints. The
-# tier with constraints is of second order and needs a tenth.
-PAPERS_RESOLVED, RESOLVED, SHORT_RESOLVED = 8, 16, 80
+# Steps within the limit of stability. The paper's own of 1e-5 s is a ninth of its arm's limit, and
+# other arms are resolved as finely at least. The tier with constraints is of second order and needs
+# a tenth of that step.
+RESOLVED, SHORT_RESOLVED = 8, 80
 RIGID_STEP_S, RIGID_STEPS = 1e-4, 2000  # at most so long and at least so many on a rigid arm
 REFERENCE_RTOL, COARSE_RTOL = 1e-10, 1e-8
 RIGID_COARSE_RTOL = 1e-11
@@ -99,6 +99,11 @@ class Wanted:
         """Whether experiments must be made for the arm."""
         return not self.scenarios and not is_the_papers(self.arm)
 
+    @property
+    def keeps_steps(self) -> bool:
+        """Whether the experiments are the paper's, whose steps and durations are settled."""
+        return not self.scenarios and is_the_papers(self.arm)
+
 
 def outlined(wanted: Wanted, sizes: Sizes | None) -> list[Experiment]:
     """The experiments at the steps of their scenarios: what must be known before the plan.
@@ -133,37 +138,35 @@ def _require_names(scenarios: Sequence[Scenario]) -> None:
         taken.append(scenario.name)
 
 
-def experiments(
-    wanted: Wanted,
-    outline: Sequence[Experiment],
-    growths: Sequence[Growth | None],
-    limit_s: float,
-) -> list[Experiment]:
-    """The outlined experiments at steps that resolve the teeth, and the probe.
+def resolved(wanted: Wanted, outline: Sequence[Experiment], limit_s: float) -> list[Experiment]:
+    """The outlined experiments at steps that are well within the limit of stability.
 
     limit_s: largest stable step [s] of the arm's models. Raises InputError for an arm whose
     teeth would need a forbidding number of steps.
     """
-    papers = not wanted.scenarios and is_the_papers(wanted.arm)
-    times = PAPERS_RESOLVED if papers else RESOLVED
-    resolved = [
-        Experiment(each.name, _resolved(each.case, times, limit_s), growth)
-        for each, growth in zip(outline, growths, strict=True)
-    ]
+    return [replace(each, case=_resolved(each.case, RESOLVED, limit_s)) for each in outline]
+
+
+def shortened(wanted: Wanted, experiment: Experiment) -> Experiment:
+    """As many of the experiment's first steps as a cross-check has time for.
+
+    Its last state is on the recording grid.
+    """
+    if wanted.keeps_steps:
+        return experiment
     most = QUICK_STEPS if wanted.quick else FULL_STEPS if wanted.needs_sizes else MOST_STEPS
-    own = resolved if papers else [_shortened(each, most) for each in resolved]
-    return [*own, probe_experiment()]
-
-
-def _shortened(experiment: Experiment, most_steps: int) -> Experiment:
-    """The experiment's first steps, up to so many; its last state is on the recording grid."""
     scenario = experiment.case.scenario
-    intervals = min(scenario.steps, max(most_steps, scenario.stride)) // scenario.stride
-    duration = intervals * scenario.stride * scenario.step_s
+    intervals = min(scenario.steps, max(most, scenario.stride)) // scenario.stride
     if intervals * scenario.stride == scenario.steps:
         return experiment
+    duration = intervals * scenario.stride * scenario.step_s
     case = _with(experiment.case, scenario.model_copy(update={"duration_s": duration}))
-    return Experiment(experiment.name, case, experiment.growth)
+    return replace(experiment, case=case)
+
+
+def finer(experiment: Experiment) -> Experiment:
+    """The experiment at half its step."""
+    return replace(experiment, case=with_step(experiment.case, experiment.case.scenario.step_s / 2))
 
 
 def probe_experiment() -> Experiment:
@@ -264,7 +267,12 @@ class OrderCase:
 
 
 def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
-    """Teeth without clearance, whose force has no kink, and teeth that meet after free play."""
+    """Teeth without clearance, whose force has no kink, and teeth that meet after free play.
+
+    None for an arm without teeth: its motion is so smooth that rounding hides the order.
+    """
+    if not geared(arm):
+        return []
     step = _rounded(min(limit_s, 8 * first.case.scenario.step_s) / ORDER_RESOLVED)
     torques = tuple(map(float, largest_torques(arm, first.case.scenario)))
     stretched = np.zeros(len(arm.joints))

@@ -3,10 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from crosscheck.plan import MECHANISM, Experiment, Wanted, experiments, outlined
-from crosscheck.registry import same_integrator, usable_numbers
+from crosscheck.checks.scales import meaningful
+from crosscheck.checks.trajectories import size, uncertainty
+from crosscheck.plan import (
+    MECHANISM,
+    Experiment,
+    Wanted,
+    finer,
+    outlined,
+    probe_experiment,
+    resolved,
+    shortened,
+)
+from crosscheck.registry import build, lead, same_integrator, usable_numbers
 from crosscheck.sizing import Sizes, sizes_of
 from crosscheck.stability import Growth, growth_of
 from crosscheck.tasks import Evaluation, Failure, failure
@@ -14,6 +25,10 @@ from crosscheck.workers import Workers
 from models.arm import Arm
 from models.errors import InputError
 from models.scenario import Scenario
+
+# An experiment's step is halved so often at most, until its uncertainty is so much smaller than
+# what means something.
+MOST_HALVINGS, MARGIN = 4, 2.0
 
 
 @dataclass(frozen=True)
@@ -77,24 +92,79 @@ class Steadiness:
             return failure(error)
 
 
+@dataclass(frozen=True)
+class Settling:
+    """An experiment at a step that its comparisons can mean something at, found by trying.
+
+    The lead is a hundred times as fast as the engines that are to follow.
+    """
+
+    wanted: Wanted
+    experiment: Experiment
+
+    @property
+    def key(self) -> Settling:
+        """Itself."""
+        return self
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds."""
+        return 5.0
+
+    def perform(self) -> Experiment | Failure:
+        """The experiment, or why none was found: then its checks will say more."""
+        experiment = shortened(self.wanted, self.experiment)
+        try:
+            for _ in range(MOST_HALVINGS):
+                if _is_fine(experiment):
+                    break
+                experiment = shortened(self.wanted, finer(experiment))
+        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
+            return failure(error)
+        return experiment
+
+
+def _is_fine(experiment: Experiment) -> bool:
+    """Whether twice the step leads apart by less than means something, twice over."""
+    fine, coarse = (
+        build(task.model, *task.case).simulate()
+        for task in (experiment.run(lead()), experiment.run(lead(), "coarse"))
+    )
+    arm, scenario, _ = experiment.case
+    for quantity in (name for name in ("theta", "x_sp", "x_pr") if name in fine):
+        widest = meaningful(quantity, arm, scenario, size(fine, quantity))
+        if MARGIN * uncertainty(fine, coarse, quantity) > widest.value:
+            return False
+    return True
+
+
 def prepared(wanted: Wanted, workers: Workers) -> Prepared:
     """Everything that the plan needs to know. Raises InputError."""
     sizes = _sizes(wanted, workers) if wanted.needs_sizes else None
     outline = outlined(wanted, sizes if isinstance(sizes, Sizes) else None)
-    questions = [Steadiness(each.case.arm, each.case.scenario) for each in outline]
     steps = [
         Evaluation(model, each.case._replace(switches=MECHANISM), "largest_stable_step")
         for model in same_integrator()
         for each in outline
     ]
-    answers = workers.perform([*dict.fromkeys(questions), *dict.fromkeys(steps)], lambda key: None)
-    growths = [_known(answers.get(question)) for question in questions]
+    limits = workers.perform([*dict.fromkeys(steps)], lambda key: None)
     # Where a model cannot say its limit, its checks will.
-    limits = [answers[step] for step in steps if not isinstance(answers.get(step), Failure)]
-    limit = min((float(limit) for limit in limits if limit is not None), default=float("inf"))
-    chosen = experiments(wanted, outline, growths, limit)
-    remarks = [f"{e.name}: {e.growth}" for e in chosen if e.growth is not None]
-    return Prepared(chosen, limit, (*_of_sizes(sizes), *remarks))
+    known = [float(limit) for limit in limits.values() if not isinstance(limit, Failure)]
+    limit = min(known, default=float("inf"))
+    steady = [Steadiness(each.case.arm, each.case.scenario) for each in outline]
+    settling = [Settling(wanted, each) for each in resolved(wanted, outline, limit)]
+    tasks = [*dict.fromkeys(steady), *(() if wanted.keeps_steps else settling)]
+    answers = workers.perform(tasks, lambda key: None)
+    found = []
+    for growth, settled in zip(steady, settling, strict=True):
+        experiment = answers.get(settled)
+        if not isinstance(experiment, Experiment):
+            experiment = shortened(wanted, settled.experiment)
+        grows = answers.get(growth)
+        found.append(replace(experiment, growth=grows if isinstance(grows, Growth) else None))
+    remarks = [f"{each.name}: {each.growth}" for each in found if each.growth is not None]
+    return Prepared([*found, probe_experiment()], limit, (*_of_sizes(sizes), *remarks))
 
 
 def _sizes(wanted: Wanted, workers: Workers) -> Sizes | Failure:
@@ -104,10 +174,6 @@ def _sizes(wanted: Wanted, workers: Workers) -> Sizes | Failure:
     if isinstance(found, InputError):
         raise found
     return found if isinstance(found, Sizes | Failure) else Failure("Lost", "no sizes came back")
-
-
-def _known(answer: object) -> Growth | None:
-    return answer if isinstance(answer, Growth) else None
 
 
 def _of_sizes(sizes: Sizes | Failure | None) -> list[str]:

@@ -61,16 +61,17 @@ def cross_check(
         comparisons = planned(wanted, chosen)
         results = performed(workers, tasks_of(comparisons), told)
     findings = list(findings_of(comparisons, results))
-    agreement = Agreement(findings, provenance_of(wanted))
+    agreement = Agreement(findings, provenance_of(wanted, chosen.remarks))
     return CrossCheck(wanted, agreement, cases_of(comparisons), runs_of(results))
 
 
-def provenance_of(wanted: Wanted) -> dict[str, Any]:
-    """Of a cross-check, with the scenarios and laws that a user chose."""
+def provenance_of(wanted: Wanted, remarks: Sequence[str]) -> dict[str, Any]:
+    """Of a cross-check, with the scenarios and laws that a user chose, and what was remarked."""
     chosen = wanted.chosen
     return provenance(wanted.arm, wanted.seed, wanted.quick) | {
         "scenarios": [scenario.model_dump(mode="json") for scenario in wanted.scenarios],
         "switches": None if chosen is None else chosen.model_dump(mode="json"),
+        "remarks": list(remarks),
     }
 
 

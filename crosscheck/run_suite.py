@@ -66,7 +66,7 @@ def order_comparisons(case: OrderCase) -> list[Comparison]:
 def _order(case: OrderCase, model: str) -> Comparison:
     runs, formal = case.runs(model), MODELS[model].order
     assert formal is not None  # of fixed-step models
-    quantity = "x_sp" if geared_quantities(case.case.arm) else "theta"
+    quantity = "x_sp"
     key = Key("order", case.name, "order-of-convergence", model)
     against = f"formal order {formal}"
     if case.smooth:

@@ -34,9 +34,10 @@ COARSEST_STEPS, RECORDS = 4000, 1000
 class Sizes:
     """What experiments of an arm are made of, per joint where there are several.
 
-    rate [rad/s]: the controller's; inertia [kg m^2]: of the rigid arm, stretched out; proportional
-    [N m/rad] and derivative [N m s/rad]: its gains; step [N m]: a step of torque; mode_Hz: the
-    lowest mesh mode, None without gears.
+    rate [rad/s]: the arm's clock, and the controller's rate unless it had to give way; inertia
+    [kg m^2]: of the rigid arm, stretched out; proportional [N m/rad] and derivative [N m s/rad]:
+    the controller's gains; step [N m]: a step of torque; mode_Hz: the lowest mesh mode, None
+    without gears.
     """
 
     rate: float
@@ -59,11 +60,10 @@ def sizes_of(arm: Arm) -> Sizes:
     rate = WITHOUT_GEARS if mode is None else 2 * np.pi * mode / SLOWER
     rigid = build(of_level("coupled")[0], arm, scenario_of("sizing", still, rate, 1.0))
     inertia = np.diag(rigid.mass_matrix(np.zeros(len(arm.joints))))
-    for _ in range(GENTLER):
-        sizes = _controlled(arm, inertia, rate, mode)
+    for halvings in range(GENTLER):
+        sizes = _controlled(arm, inertia, rate, rate / 2**halvings, mode)
         if growth_of(arm, pd_scenario(sizes)) is None:
             return sizes
-        rate /= 2
     raise InputError(arm.name, "", None, "no controller of its joints keeps its teeth stable")
 
 
@@ -72,9 +72,11 @@ def _lowest_mode(arm: Arm, still: Drive) -> float | None:
     return float(modes[0]) if modes.size else None
 
 
-def _controlled(arm: Arm, inertia: np.ndarray, rate: float, mode: float | None) -> Sizes:
-    proportional = inertia * rate**2 + 2 * largest_weights(arm)
-    derivative = 2 * DAMPING_RATIO * np.sqrt(proportional * inertia)
+def _controlled(
+    arm: Arm, inertia: np.ndarray, rate: float, controllers: float, mode: float | None
+) -> Sizes:
+    proportional = inertia * controllers**2 + 2 * largest_weights(arm)
+    derivative = 2 * DAMPING_RATIO * inertia * controllers
     held = -weight_moments(arm, np.zeros(inertia.size))
     step = inertia * rate**2 * STEP_SWING + held
     columns = (inertia, proportional, derivative, step)

@@ -87,7 +87,8 @@ class Simulation:
         try:
             entry, model = MODELS[self.model], built(self.model, self.case)
             run = model.simulate() if self.rtol is None else model.reference(self.rtol)
-            require_complete(run, self.model, self.case, geared=entry.role != "rigid")
+            meshing = bool(entry.layout(self.case.arm).meshing)
+            require_complete(run, self.model, self.case, meshing=meshing)
             constrained = "constraint_residual" in entry.promises
             require_consistent(run, model, constrained=constrained)
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model

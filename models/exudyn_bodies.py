@@ -43,7 +43,6 @@ from models.trajectory import recorded_times, trajectory
 
 STANDS = (0.0, 0.0, 0.0)  # pose and velocity of the ground
 
-
 # Of the largest acceleration or squared rate: a linear solve leaves 1e-12 between equal planets.
 MOVES_ALIKE = 1e-9
 

@@ -183,6 +183,27 @@ def turns_of(arm: Arm) -> np.ndarray:
     return turns
 
 
+def turned_back(arm: Arm) -> np.ndarray:
+    """The paper's coordinates over absolute angles, shape (n, bodies), by a stage's mean planet.
+
+    Solved for by hand: a pseudo-inverse leaves of a link's small acceleration what rounding of the
+    gears' large ones does.
+    """
+    layout, unit = lumped_layout(arm), np.eye(body_count(arm))
+    paper = np.zeros((len(layout), len(unit)))
+    for place, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True)):
+        base = unit[stage.previous] if place else np.zeros(len(unit))
+        theta = unit[stage.link] - base
+        paper[layout.at("theta", place)] = theta
+        if isinstance(joint, Planetary):
+            r_s, r_p = base_radius(joint, "sun"), base_radius(joint, "planet")
+            along_planet = r_p * (base - unit[list(stage.planets)].mean(axis=0))
+            paper[layout.at("x_pr", place)] = along_planet - (r_s + r_p) * theta
+            along_sun = r_s * (unit[stage.driven] - base)
+            paper[layout.at("x_sp", place)] = along_sun - along_planet - (r_s + r_p) * theta
+    return paper
+
+
 def levers_of(bodies: Sequence[RigidBody], links: Sequence[int]) -> np.ndarray:
     """Complex levers L [m], (bodies, links): a body's origin is sum L exp(i angle of the link)."""
     levers = np.zeros((len(bodies), len(links)), dtype=complex)
@@ -204,7 +225,7 @@ class PoseMap:
         self.links = [stage.link for stage in stages_of(arm)]
         self.turns = turns_of(arm)
         self.levers = levers_of(bodies_of(arm), self.links)
-        self._back = np.linalg.pinv(self.turns)  # the mean over the planets of a stage
+        self._back = turned_back(arm)
 
     def pose(self, q: np.ndarray) -> np.ndarray:
         """Where the bodies are."""

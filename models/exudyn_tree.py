@@ -132,9 +132,6 @@ def _entry(function: Any, *arguments: object) -> Callable[..., None]:
     return compiled
 
 
-RIGID = 1e-3  # of the fastest mode: below it an eigenvalue is rounding of the rigid motion
-
-
 class ExudynTree(Model):
     """The geared arm as a tree of real bodies: links, suns and every single planet.
 
@@ -323,11 +320,10 @@ class ExudynTree(Model):
         return min(_stable_step(mode) for mode in self._eigenvalues(self.stiffest))
 
     def mesh_modes(self) -> np.ndarray:
-        """Undamped mesh modes [Hz] in the start pose, the planets' own among them, ascending."""
-        if not self.gears:
-            return np.empty(0)
-        modes = self._eigenvalues(_linear(self.gears, mean_spring))
-        return np.sort(modes.imag[modes.imag > RIGID * modes.imag.max()]) / (2 * np.pi)
+        """Undamped modes [Hz] in the start pose, ascending: of suns and planets, the fastest."""
+        count = sum(1 + joint.planet_count for joint in self.arm.joints if joint.planet_count)
+        modes = self._eigenvalues(_linear(self.gears, mean_spring)).imag
+        return np.sort(modes)[modes.size - count :] / (2 * np.pi)
 
     @cached_property
     def stiffest(self) -> list[GearStage]:

@@ -8,7 +8,7 @@ import stat
 import tomllib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -53,6 +53,11 @@ def builtin_arms() -> tuple[str, ...]:
 def builtin_scenarios() -> tuple[str, ...]:
     """Names of the scenarios that come with the project."""
     return _stems("scenarios")
+
+
+def builtin_title(folder: Literal["arms", "scenarios"], name: str) -> str:
+    """Title of what comes with the project, as it stands: a list waits for no validation."""
+    return str(_read(name, folder).get("title", ""))
 
 
 def load_arm(name: str) -> Arm:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from crosscheck.checks.scales import base_radius, meshes
 from crosscheck.findings import About, Finding, checked
@@ -50,6 +49,8 @@ def mean_stiffness(mesh: Mesh) -> float:
     """Over a period of the mesh [N/m]."""
     law = mesh.stiffness
     if isinstance(law, TableStiffness):
+        from scipy.interpolate import CubicSpline  # a third of a second, for tables alone
+
         spline = CubicSpline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
         return float(spline.integrate(0, 1))
     if isinstance(law, SquareStiffness):

@@ -1,4 +1,4 @@
-"""The third fluctuation of a run that no variant states: its rigid arm is run for it alone."""
+"""The third fluctuation of a run, beside its rigid arm."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ import xarray as xr
 
 from crosscheck.paper import signals
 from crosscheck.paper.events import THIRD_S, third_onset, third_peak, third_window
-from crosscheck.paper.reading import arm_of, excess_acceleration, scenario_of
-from crosscheck.paper.rigid import RIGID_STEP_S
+from crosscheck.paper.reading import excess_acceleration
+from crosscheck.paper.rigid import beside_coupled
 from crosscheck.paper.undefined import finite
-from crosscheck.registry import build
-from crosscheck.studies.study import Numbers
+from crosscheck.studies.study import Comparison, Numbers
 
-__all__ = ["THIRD_S", "third_fluctuation"]
+__all__ = ["THIRD_FLUCTUATION", "THIRD_S", "third_fluctuation"]
 
 
-def third_fluctuation(run: xr.Dataset) -> Numbers:
+def third_fluctuation(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
     """Amplitude [rad/s^2], onset [s] and dominant frequency [Hz] of the shoulder's excess.
 
-    All undefined in a run that ends before the third fluctuation.
+    others: the rigid arm. All undefined in a run that ends before the third fluctuation.
     """
     time = run["time"].values
     window = third_window(time)
     if not time[window].size:
         return dict.fromkeys(("amplitude_rad_per_s2", "onset_s", "frequency_Hz"))
-    excess = excess_acceleration(run, _rigid_run(run))[:, 0]
+    (rigid,) = others
+    excess = excess_acceleration(run, rigid)[:, 0]
     near = third_peak(time, excess, window)
     return finite(
         {
@@ -35,9 +35,4 @@ def third_fluctuation(run: xr.Dataset) -> Numbers:
     )
 
 
-def _rigid_run(run: xr.Dataset) -> xr.Dataset:
-    """The rigid arm with all that the gears bring along, at its own step."""
-    update = {"step_s": RIGID_STEP_S, "record_every": 1}
-    return build(
-        "analytic:coupled", arm_of(run), scenario_of(run).model_copy(update=update)
-    ).simulate()
+THIRD_FLUCTUATION = Comparison(third_fluctuation, beside_coupled)

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.registry import build, entry_of
-from models.arm import Joint
+from crosscheck.studies.meshes import damped
 from models.errors import Diverged
 from models.loading import Case, load_case
 from models.scenario import MOST_RECORDS, Scenario
@@ -26,7 +26,7 @@ Measure = Callable[[xr.Dataset], Numbers]  # of the run that it is given; runs n
 class Variant:
     """One simulation: what differs from the built-in arm and scenario.
 
-    zeta: damping ratio of all joints, None for the damping that the arm's file gives; ring_rate
+    zeta: damping ratio of all meshes, None for the damping that the arm's file gives; ring_rate
     None follows the phase law; settings: ``path=value`` as on the command line; meshes: those
     settings that concern the meshes alone, so that a rigid arm has none; seed: perturb every mesh
     displacement of the start by up to 1e-12 m; record_every as in the scenario.
@@ -54,7 +54,7 @@ class Variant:
             settings.append(f"scenario.duration_s={self.duration_s!r}")
         case = load_case(self.arm, self.scenario, switches, settings)
         if self.zeta is not None:
-            case = _damped(case, self.zeta)
+            case = case._replace(arm=damped(case.arm, self.zeta))
         return case if self.seed is None else _perturbed(case, self.seed)
 
 
@@ -67,17 +67,6 @@ class Comparison:
 
     numbers: Callable[[xr.Dataset, tuple[xr.Dataset, ...]], Numbers]
     others: Callable[[Variant], tuple[Variant, ...]]
-
-
-def _damped(case: Case, zeta: float) -> Case:
-    """This damping ratio in place of what the arm has."""
-    update = {
-        "damping_ratio": zeta,
-        "sun_planet_damping_N_s_per_m": None,
-        "planet_ring_damping_N_s_per_m": None,
-    }
-    joints = tuple(Joint.model_validate(joint.model_dump() | update) for joint in case.arm.joints)
-    return case._replace(arm=case.arm.model_copy(update={"joints": joints}))
 
 
 def _perturbed(case: Case, seed: int) -> Case:

@@ -193,11 +193,6 @@ BAD_SECOND_ARMS = {
         "stiffness = 1e8",
         (f"{SUN}.stiffness", "100000000.0", "must be a table"),
     ),
-        UNLIKE,
-        SINE,
-        "stiffness = 1e8",
-        (f"{SUN}.stiffness", "100000000.0", "must be a table"),
-    ),
     "amplitude beyond the mean": (
         UNLIKE,
         "amplitude_N_per_m = 1.9e7",

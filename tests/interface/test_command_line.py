@@ -55,6 +55,34 @@ def test_show_derives_the_papers_numbers(crosscheck):
         assert f" {unit}" in answer.out
 
 
+def test_show_knows_joints_without_gears_and_other_laws(crosscheck):
+    answer = crosscheck("show", "direct-between")
+    assert (answer.code, answer.err) == (0, "")
+    for row in ("rotor_inertia_kg_m2", "reflected inertia of the rotor", "joint 3, ring mesh"):
+        assert row in answer.out
+    assert "table" in answer.out
+    assert answer.out.count("mesh mode ") == 4
+    # The ratio that the damping of the wrist's ring mesh comes to, and the controller's rate.
+    assert "0.0532808" in answer.out
+    assert "5.71759" in answer.out
+
+
+def test_an_arm_that_swings_under_its_weight_has_no_mesh_modes(crosscheck, tmp_path):
+    text = """
+        schema_version = 2
+        name = "hanging"
+        payload_mass_kg = 2.0
+        gravity_m_per_s2 = [9.81, 0.0]
+        joints = [{ kind = "direct", motor_mass_kg = 2.0, rotor_inertia_kg_m2 = 0.01 }]
+        links = [{ length_m = 0.5, com_m = 0.2, mass_kg = 3.0, inertia_kg_m2 = 0.1 }]
+    """
+    (tmp_path / "hanging.toml").write_text(text, encoding="utf-8")
+    answer = crosscheck("show", str(tmp_path / "hanging.toml"))
+    assert (answer.code, answer.err) == (0, "")
+    assert "mesh mode" not in answer.out
+    assert "15.696" in answer.out  # (3 x 0.2 + 2 x 0.5) x 9.81 N m
+
+
 def test_interruption_is_exit_code_130(crosscheck, monkeypatch):
     def interrupted() -> None:
         raise KeyboardInterrupt

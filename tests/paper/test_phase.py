@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analytic.model import PhysicalModel
 from crosscheck.paper.phase import engines as phase_engines
 from crosscheck.paper.phase import maps as phase_maps
 from crosscheck.paper.phase import stability as phase_stability
@@ -30,7 +31,7 @@ from crosscheck.paper.phase.linear import (
     unstable_intervals,
 )
 from crosscheck.paper.phase.planets import planet_spread
-from crosscheck.paper.phase.plant import integrate, neglected_weights, physical, plant_of
+from crosscheck.paper.phase.plant import integrate, neglected_weights, plant_of
 from crosscheck.paper.phase.resonance import tongues
 from crosscheck.paper.phase.verdict import (
     CLOCK_N,
@@ -210,7 +211,7 @@ def test_an_experiment_goes_on_where_another_stopped() -> None:
 
 
 def test_eq_11_in_full_is_the_suns_and_the_planets_own_turning() -> None:
-    model = physical(SHORT.case())
+    model = PhysicalModel(*SHORT.case())
     weights = neglected_weights(model)
     sun, planet = 27 / 36.82406e-3, 36 / 49.09875e-3
     assert weights[0] == pytest.approx([sun, sun, 0, 0, 0, 0], rel=1e-6)
@@ -221,14 +222,14 @@ def test_eq_11_in_full_is_the_suns_and_the_planets_own_turning() -> None:
 @pytest.mark.parametrize("full_rate", [False, True])
 def test_jacobian_is_that_of_the_equations(law: str, full_rate: bool) -> None:
     case = replace(SHORT, phase=law, duration_s=1.0).case()
-    plant = plant_of(physical(case), full_rate)
+    plant = plant_of(PhysicalModel(*case), full_rate)
     assert jacobian_error(plant, base_motion(case, plant, 100), 6) < 1e-7
 
 
 def test_the_base_motion_needs_no_vibration_to_carry_the_arm() -> None:
     """Started on it, the full equations stay on it: forces balance row by row."""
     case = replace(SHORT, phase="angle", duration_s=0.6).case()
-    plant = plant_of(physical(case))
+    plant = plant_of(PhysicalModel(*case))
     base = base_motion(case, plant, 10)
     k = int(np.searchsorted(base.time, 0.5))
     qs, _ = integrate(plant, float(base.time[k]), base.q[k], base.v[k], 1e-5, 1000, 1000)
@@ -239,10 +240,10 @@ def test_the_base_motion_needs_no_vibration_to_carry_the_arm() -> None:
 
 def test_modes_at_rest_are_those_of_the_model() -> None:
     case = replace(SHORT, zeta=1e-6, phase="angle").case()
-    plant = plant_of(physical(case))
+    plant = plant_of(PhysicalModel(*case))
     base = base_motion(case, plant, 10)
     still = base._replace(time=base.time[:1], q=base.q[:1], v=base.v[:1], force=base.force[:1])
-    expected = physical(case).mesh_modes()[-4:]
+    expected = PhysicalModel(*case).mesh_modes()[-4:]
     assert np.sort(mesh_modes(plant, still).frequency[0]) == pytest.approx(expected, rel=2e-3)
 
 

@@ -10,7 +10,7 @@ import pytest
 from crosscheck.paper import signals
 from crosscheck.paper.claims.measures import BACK_AND_FORTH, CONSTANT_TORQUE
 from crosscheck.paper.claims.pd import WHOLE
-from crosscheck.paper.fluctuation import third_fluctuation
+from crosscheck.paper.fluctuation import THIRD_FLUCTUATION
 from crosscheck.paper.hypotheses.controller import SUSTAINED, growth_rate
 from crosscheck.paper.hypotheses.damping_fit import rigid_numbers
 from crosscheck.paper.phase.experiments import vibration
@@ -59,7 +59,7 @@ def test_a_still_signal_has_no_frequency_and_an_unknown_target_is_not_reached() 
     ("measure", "scenario"),
     [
         (WHOLE, "pd"),
-        (third_fluctuation, "pd"),
+        (THIRD_FLUCTUATION, "pd"),
         (growth_rate, "pd"),
         (SUSTAINED, "pd"),
         (rigid_numbers, "pd"),

@@ -285,6 +285,6 @@ def test_an_arms_own_damping_stays_unless_another_is_given(tmp_path: Path):
         file = str(tmp_path / f"{name}.toml")
         assert Variant(arm=file).case().arm == load_arm(file)
         for joint in Variant(arm=file, zeta=0.2).case().arm.joints:
-            assert joint.damping_ratio == 0.2
-            assert joint.sun_planet_damping_N_s_per_m is None
+            for mesh in (joint.sun_mesh, joint.ring_mesh):
+                assert (mesh.damping_ratio, mesh.damping_N_s_per_m) == (0.2, None)
     assert Variant(zeta=0.05).case() == Variant().case()

@@ -75,6 +75,16 @@ def found(name: str) -> Any:
     return getattr(importlib.import_module(f"{PAPER}.{module}"), attribute)
 
 
+def of_variant(kind: str) -> Callable[[], Result]:
+    """An answer about the short variant, which is made where the project may be imported."""
+
+    def result() -> Result:
+        variants = importlib.import_module("crosscheck.studies.variant")
+        return question(kind, variants.Variant(**SHORT))()
+
+    return result
+
+
 def third_amplitude() -> Result:
     experiments = importlib.import_module(f"{PAPER}.phase.experiments")
     variant = importlib.import_module("crosscheck.studies.variant").Variant(**SHORT)
@@ -88,9 +98,9 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "printed run, one planet": run("reductions.first_planets", model="analytic:printed"),
     "exudyn run": run(model="exudyn:tree"),
     "pinocchio run": run(model="pinocchio:coupled"),
-    "measure of exudyn": run("phase.planets.fluctuation_and_spread", model="exudyn:tree"),
-    "measure by exudyn": run("phase.planets.in_step"),
-    "measure with rounding": run("phase.rounding.with_rounding"),
+    "measure of exudyn": run("phase.planets.FLUCTUATION_AND_SPREAD", model="exudyn:tree"),
+    "planets in step": of_variant("phase.planets.InStep"),
+    "with rounding": of_variant("phase.rounding.Rounded"),
     "claims' measure": run("claims.measures.BACK_AND_FORTH", model="analytic:links"),
     "floating base": question("hypotheses.floating_base._Flights", "pd", 2.0, 1e-3),
     "errata": question("errata.sheet.Errata", "paper-labelled", 1e-4),

@@ -34,7 +34,12 @@ STATES, SEED = 5, 0
 PACKAGES = {
     "analytic": ("analytic",),
     "pinocchio": (),
-    "exudyn": ("models.exudyn_mesh", "models.exudyn_tree", "models.exudyn_tree_stiffness"),
+    "exudyn": (
+        "models.exudyn_mesh",
+        "models.exudyn_tree",
+        "models.exudyn_tree_parts",
+        "models.exudyn_tree_stiffness",
+    ),
 }
 Plant = Callable[[pytest.MonkeyPatch], None]
 Laws = tuple[tuple[str, str], ...]

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Iterable
 from functools import lru_cache
 
 import pytest
 
 from crosscheck.findings import Finding
-from models import exudyn_bodies, exudyn_contact, exudyn_contact_stiffness
 from models.exudyn_bodies import ExudynBodies
 from models.exudyn_tree import ExudynTree
 from models.interface import STATE_ABILITIES
@@ -17,6 +15,7 @@ from models.loading import Case, load_case
 from models.pinocchio_gears import PinocchioGears
 from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.judged import compare_states, refined
+from tests.planted.bodies_interpreted import interpret
 from tests.planted.faults import (
     ACCELERATION,
     BIAS,
@@ -335,20 +334,6 @@ SECOND_VERSION = [
 ]
 
 FAULTS = [*PARTS, *CONTACTS, *MOTORS, *RUNS, *SECOND_VERSION]
-
-
-COMPILED = exudyn_contact, exudyn_contact_stiffness
-
-
-def interpret(patch: pytest.MonkeyPatch) -> None:
-    """Compiled functions of the contact become their Python originals, which can be changed."""
-    homes = {module.__name__ for module in COMPILED}
-    for module in (*COMPILED, exudyn_bodies):
-        for name, value in list(vars(module).items()):
-            if hasattr(value, "py_func") and value.__module__ in homes:
-                patch.setattr(module, name, inspect.unwrap(value))
-    for module in (exudyn_contact, exudyn_bodies):
-        patch.setattr(module, "push_bodies", exudyn_contact.mesh_forces)
 
 
 def found(red_check: str, setup: Setup) -> Finding:

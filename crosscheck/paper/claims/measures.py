@@ -14,11 +14,12 @@ import xarray as xr
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import find_peaks
 
-from analytic.kinematics import StageGeometry, stage_geometry
+from analytic.kinematics import StageGeometry
 from crosscheck.checks.trajectories import tip_position
 from crosscheck.paper import signals
 from crosscheck.paper.reading import arm_of, first_mesh, resampled, switches_of
 from crosscheck.paper.rigid import beside_every_level, without_gears
+from crosscheck.paper.stage import paper_stage
 from crosscheck.paper.undefined import finite, quotient
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.studies.study import Comparison, Numbers, Variant
@@ -43,7 +44,7 @@ def constant_torque(run: xr.Dataset, rigid: tuple[xr.Dataset, ...]) -> Numbers:
     start = slice(0, late.start)
     x, force = first_mesh(run, "x_sp"), first_mesh(run, "F_sp")
     speed = np.abs(run["theta_dot"].values[:, 0])
-    error = arm_of(run).joints[0].tooth_error_m
+    error = paper_stage(arm_of(run)).tooth_error_m
     return finite(
         {
             **_deviations(run, dict(zip(RIGID_LEVELS, rigid, strict=True))),
@@ -153,7 +154,7 @@ def mesh_phase(run: xr.Dataset) -> np.ndarray:
 
 def geometry(run: xr.Dataset) -> StageGeometry:
     """Radii [m] of the shoulder's gears."""
-    return stage_geometry(arm_of(run).joints[0])
+    return paper_stage(arm_of(run)).geometry
 
 
 def fast(time: np.ndarray, values: np.ndarray, over_s: float = SMOOTHING_S) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import Literal, get_args
 
 import sympy as sp
 
-from analytic.lagrange import Form
+from analytic.forms import Form
 from analytic.symbols import stage_symbols
 
 Matrix = Literal["mass_matrix", "bias", "force"]  # of a Form

@@ -29,6 +29,7 @@ from crosscheck.paper.figures.runs import (
 )
 from crosscheck.paper.figures.verdicts import OVERSHOOT, by_law, near, restrained, verdict, visible
 from crosscheck.paper.reading import arm_of, first_mesh
+from crosscheck.paper.stage import paper_stage
 from crosscheck.paper.undefined import all_of, extreme
 from crosscheck.report.figures import new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
@@ -227,7 +228,7 @@ class Sides(NamedTuple):
 
 
 def _sides(run: xr.Dataset) -> Sides:
-    time, backlash = run["time"].values, arm_of(run).joints[0].backlash_m
+    time, backlash = run["time"].values, paper_stage(arm_of(run)).backlash_m
     changes = events.arrivals(time, first_mesh(run, "x_sp"), backlash)
     later = changes[changes > AFTER_THIRD_S]
     between = (changes >= THIRD_S[0]) & (changes <= AFTER_THIRD_S)

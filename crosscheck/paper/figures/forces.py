@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import xarray as xr
 
-from analytic.kinematics import stage_geometry
 from crosscheck.paper import signals
 from crosscheck.paper.events import THIRD_S
 from crosscheck.paper.figures.measures import Impact, energy_peak, force_swing, impact, third_force
@@ -37,6 +36,7 @@ from crosscheck.paper.figures.verdicts import (
     rises,
 )
 from crosscheck.paper.reading import arm_of, first_mesh
+from crosscheck.paper.stage import paper_stage
 from crosscheck.paper.undefined import UNDEFINED, known
 from crosscheck.report.figures import new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
@@ -191,7 +191,8 @@ def _third(shelf: Shelf, sweep: Sweep, symbol: str) -> tuple[dict[str, dict[floa
 
 
 def _carrier_radii(run: xr.Dataset) -> tuple[float, ...]:
-    return tuple(stage_geometry(joint).r_cp for joint in arm_of(run).joints)
+    arm = arm_of(run)
+    return tuple(paper_stage(arm, place).geometry.r_cp for place in range(len(arm.joints)))
 
 
 def _halved(shelf: Shelf) -> dict[tuple[str, float], float | None]:

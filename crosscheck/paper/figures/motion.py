@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -42,31 +43,18 @@ IMPACTS = (10.0, 40.0)  # rad/s^2, Section 3.2: the first two fluctuations
 def figure_14(shelf: Shelf) -> Plate:
     """Shoulder acceleration in the first 1.2 s."""
     runs = shelf.laws(14, size_run)
-    beside = {level: rigid_arm(size_run("angle"), level) for level in (COUPLED, "links")}
-    smooth = shelf.runs(beside.values(), 14)
-    rigid = {level: smooth[variant] for level, variant in beside.items()}
+    rigid = _rigid_arms(shelf)
     measured = {law: _fluctuations(run, rigid[COUPLED]) for law, run in runs.items()}
     rows = [(law, *m) for law, m in measured.items()]
     head = ("phase law", "first", "second", "third [rad/s²]", "third, onset [s]", "frequency [Hz]")
 
-    def overlay(axes: Axes, run: xr.Dataset, window: tuple[float, float]) -> None:
-        for (level, arm), style in zip(rigid.items(), ("--", ":"), strict=True):
-            part = signals.window(arm["time"].values, *window)
-            time, acceleration = arm["time"].values[part], arm["theta_ddot"].values[part, 0]
-            axes.plot(time, acceleration, style, color="k", label=f"rigid, {level}")
-
-    label = "θ_1'' [rad/s²]"
-    strips = [
-        Strip(label, lambda run: run["theta_ddot"].values[:, 0], window)
-        for window in ((0.0, SHORT_S), *ZOOMS_S)
-    ]
     firsts = {law: m.first_rad_per_s2 for law, m in measured.items()}
     seconds = {law: m.second_rad_per_s2 for law, m in measured.items()}
     third = {law: m.third_rad_per_s2 for law, m in measured.items()}
     return Plate(
         14,
         "shoulder acceleration in the first 1.2 s",
-        law_figure(runs, strips, overlay),
+        _acceleration_svg(runs, rigid),
         "Three fluctuations: at the start and after 0.3 s, 10 to 40 rad/s², by impacts; then a"
         " third of up to 300 rad/s² without a sudden excitation, called self-excited and put down"
         " to tooth error and time-variant stiffness.",
@@ -84,6 +72,27 @@ def figure_14(shelf: Shelf) -> Plate:
         {"laws": {law: m._asdict() for law, m in measured.items()}},
         table(head, rows),
     )
+
+
+def _rigid_arms(shelf: Shelf) -> dict[str, xr.Dataset]:
+    """By level, in the same experiment."""
+    variants = {level: rigid_arm(size_run("angle"), level) for level in (COUPLED, "links")}
+    runs = shelf.runs(variants.values(), 14)
+    return {level: runs[variant] for level, variant in variants.items()}
+
+
+def _acceleration_svg(runs: Mapping[str, xr.Dataset], rigid: Mapping[str, xr.Dataset]) -> str:
+    def overlay(axes: Axes, run: xr.Dataset, window: tuple[float, float]) -> None:
+        for (level, arm), style in zip(rigid.items(), ("--", ":"), strict=True):
+            part = signals.window(arm["time"].values, *window)
+            time, acceleration = arm["time"].values[part], arm["theta_ddot"].values[part, 0]
+            axes.plot(time, acceleration, style, color="k", label=f"rigid, {level}")
+
+    strips = [
+        Strip("θ_1'' [rad/s²]", lambda run: run["theta_ddot"].values[:, 0], window)
+        for window in ((0.0, SHORT_S), *ZOOMS_S)
+    ]
+    return law_figure(runs, strips, overlay)
 
 
 def _in_range(sizes: dict[str, float]) -> str:

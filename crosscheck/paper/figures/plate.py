@@ -18,6 +18,7 @@ from crosscheck.paper.figures.runs import LAWS
 from crosscheck.paper.reading import arm_of
 from crosscheck.paper.reductions import first_planets
 from crosscheck.paper.scale import Scale
+from crosscheck.paper.stage import paper_stage
 from crosscheck.paper.undefined import UNDEFINED, recorded, shown
 from crosscheck.report import fragments
 from crosscheck.report.figures import BINS, legend, new_figure, not_reached, to_svg
@@ -176,15 +177,15 @@ def _cell(value: object) -> str:
 
 def conditions(run: xr.Dataset, more: str = "") -> str:
     """The parameter values of a geared run, for the line under a figure."""
-    joint = arm_of(run).joints[0]
+    stage = paper_stage(arm_of(run))
     scenario, switches = (json.loads(run.attrs[name]) for name in ("scenario", "switches"))
     drive = ", ".join(f"{key} {_short(value)}" for key, value in scenario["drive"].items())
     parts = [
         f"Arm {arm_of(run).name}",
-        f"b {MICRO * joint.backlash_m:g} µm, E {MICRO * joint.tooth_error_m:g} µm",
-        f"k_m {joint.mesh_stiffness_N_per_m:g} N/m"
-        f", k_a {joint.mesh_stiffness_amplitude_N_per_m:g} N/m",
-        f"zeta {joint.damping_ratio:g}, dampers act {switches['damping']}",
+        f"b {MICRO * stage.backlash_m:g} µm, E {MICRO * stage.tooth_error_m:g} µm",
+        f"k_m {stage.mesh_stiffness_N_per_m:g} N/m"
+        f", k_a {stage.mesh_stiffness_amplitude_N_per_m:g} N/m",
+        f"zeta {_short(stage.damping_ratio)}, dampers act {switches['damping']}",
         f"{switches['dead_zone']} dead zone",
         f"{run.attrs['model']}, RK4 with {run.attrs['step_s']:g} s",
         f"drive: {drive}",

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from analytic.kinematics import stage_geometry
 from crosscheck.checks.trajectories import tip_position
 from crosscheck.paper import signals
 from crosscheck.paper.figures.measures import cycles, swing
@@ -38,6 +37,7 @@ from crosscheck.paper.figures.verdicts import (
     verdict,
 )
 from crosscheck.paper.reading import arm_of, first_mesh
+from crosscheck.paper.stage import paper_stage
 from crosscheck.paper.undefined import quotient, shown
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.figures import legend, new_figure, to_svg
@@ -65,35 +65,16 @@ class Gap(NamedTuple):
 def figure_6(shelf: Shelf) -> Plate:
     """Deviation of the joint angles from the rigid arm."""
     geared, rigid = _levels(shelf, 6)
-    arm = arm_of(geared)
-    tip = tip_position(geared, arm)
-    gaps = _gaps(geared, rigid, "theta")
-    tips_mm = [
-        1e3 * float(np.sqrt(((tip - tip_position(run, arm)) ** 2).sum("axis"))[-1])
-        for run in rigid.values()
-    ]
-    time, baseline = geared["time"].values, _deviation(geared, rigid["links"], "theta")
-    passed = [
-        signals.first_above(time, np.abs(baseline[:, joint]), stated)
-        for joint, stated in enumerate(STATED_RAD)
-    ]
+    gaps, tips_mm = _gaps(geared, rigid, "theta"), _tips_mm(geared, rigid)
+    passed = _passed(geared, rigid["links"])
     head = ("rigid arm", "largest |Δθ_1| [rad]", "largest |Δθ_2| [rad]", "tip at the end [mm]")
-    names = [f"{stated:g} rad at {_at(t)}" for stated, t in zip(STATED_RAD, passed, strict=True)]
-    part = quotient(gaps[-1].largest, gaps[0].largest)
-    seen = (
-        f"Against the links alone the deviations pass the stated {names[0]} (shoulder) and"
-        f" {names[1]} (elbow). The levels put into the rigid arm what its gears weigh, step by"
-        " step: joint masses and carriers, reflected inertia, its coupling with the base's spin."
-        f" What is left against the last one, {gaps[-1].largest:.2g} rad or {shown(part, '.1g')}"
-        " of the whole, is the mesh's own part."
-    )
     return Plate(
         6,
         "deviation of joint angles under constant torque",
         _deviation_svg(geared, rigid, "theta", ("Δθ", "rad")),
         "Deviations of about 0.02 rad (first link) and 0.01 rad (second), some 30 mm at the tip,"
         " accumulate over time; they are put down to the gears' meshing.",
-        seen,
+        _against_links(passed, gaps),
         conditions(geared, "Δ: detailed less rigid; baseline of the paper: links."),
         {
             "the deviation comes from the mesh": _by_mesh(gaps),
@@ -111,6 +92,32 @@ def figure_6(shelf: Shelf) -> Plate:
             "passed_s": passed,
         },
         table(head, [(*gap, tip_mm) for gap, tip_mm in zip(gaps, tips_mm, strict=True)]),
+    )
+
+
+def _tips_mm(geared: xr.Dataset, rigid: Mapping[str, xr.Dataset]) -> list[float]:
+    """How far the tips are apart at the end, at every level."""
+    arm = arm_of(geared)
+    tip = tip_position(geared, arm)
+    squares = [((tip - tip_position(run, arm)) ** 2).sum("axis") for run in rigid.values()]
+    return [1e3 * float(np.sqrt(square)[-1]) for square in squares]
+
+
+def _passed(geared: xr.Dataset, links: xr.Dataset) -> list[float | None]:
+    """When [s] each joint's deviation from the links alone passes what the paper states."""
+    time, gap = geared["time"].values, np.abs(_deviation(geared, links, "theta"))
+    return [signals.first_above(time, gap[:, joint], said) for joint, said in enumerate(STATED_RAD)]
+
+
+def _against_links(passed: Sequence[float | None], gaps: Sequence[Gap]) -> str:
+    names = [f"{stated:g} rad at {_at(t)}" for stated, t in zip(STATED_RAD, passed, strict=True)]
+    part = quotient(gaps[-1].largest, gaps[0].largest)
+    return (
+        f"Against the links alone the deviations pass the stated {names[0]} (shoulder) and"
+        f" {names[1]} (elbow). The levels put into the rigid arm what its gears weigh, step by"
+        " step: joint masses and carriers, reflected inertia, its coupling with the base's spin."
+        f" What is left against the last one, {gaps[-1].largest:.2g} rad or {shown(part, '.1g')}"
+        " of the whole, is the mesh's own part."
     )
 
 
@@ -195,12 +202,11 @@ def figure_8(shelf: Shelf) -> Plate:
     runs = shelf.laws(8, lambda law: torque_run(law, LOW_ZETA))
     measured = {law: _displacement(run) for law, run in runs.items()}
     arm = arm_of(runs["angle"])
-    joint = arm.joints[0]
-    ratio = joint.ring_teeth / joint.sun_teeth + 1
-    force = 100 / (ratio * joint.planet_count * stage_geometry(joint).r_s)
-    static = joint.backlash_m + force / joint.mesh_stiffness_N_per_m
+    stage = paper_stage(arm)
+    force = 100 / (stage.geometry.n * stage.joint.planet_count * stage.geometry.r_s)
+    static = stage.backlash_m + force / stage.mesh_stiffness_N_per_m
     speed = float(np.abs(runs["angle"]["theta_dot"].values[:, 0]).max())
-    mesh_Hz = joint.ring_teeth * speed / (2 * np.pi)
+    mesh_Hz = stage.joint.ring_teeth * speed / (2 * np.pi)
     rows = [(law, MICRO * m.middle_m, MICRO * m.ripple_m, *m.cycles) for law, m in measured.items()]
     head = ("phase law", "mid-range [µm]", "ripple [µm]", *(f"cycles to {t:g} s" for t in _ENDS_S))
     seen = (
@@ -218,15 +224,9 @@ def figure_8(shelf: Shelf) -> Plate:
         seen,
         conditions(runs["angle"]),
         {
-            "mid-range 52 µm": by_law(
-                {law: near(m.middle_m, STATED_X_M, 0.01) for law, m in measured.items()}
-            ),
-            "ripple about 10 µm": by_law(
-                {law: near(m.ripple_m, STATED_RIPPLE_M, 0.2) for law, m in measured.items()}
-            ),
-            "the frequency rises with time": by_law(
-                {law: grows(m.cycles) for law, m in measured.items()}
-            ),
+            "mid-range 52 µm": _all(measured, lambda m: near(m.middle_m, STATED_X_M, 0.01)),
+            "ripple about 10 µm": _all(measured, lambda m: near(m.ripple_m, STATED_RIPPLE_M, 0.2)),
+            "the frequency rises with time": _all(measured, lambda m: grows(m.cycles)),
         },
         {
             "static_um": MICRO * static,
@@ -235,6 +235,12 @@ def figure_8(shelf: Shelf) -> Plate:
         },
         table(head, rows),
     )
+
+
+def _all(
+    measured: Mapping[str, Displacement], decide: Callable[[Displacement], bool | None]
+) -> str:
+    return by_law({law: decide(m) for law, m in measured.items()})
 
 
 _ENDS_S = (0.1, 0.2, 0.3, 0.4, 0.5)

@@ -31,7 +31,7 @@ class Cell:
 
     def variants(self) -> list[Variant]:
         """A run for every start."""
-        settings = (
+        meshes = (
             f"arm.joints.*.tooth_error_m={1e-6 * self.error_um!r}",
             f"arm.joints.*.backlash_m={1e-6 * self.backlash_um!r}",
         )
@@ -41,7 +41,7 @@ class Cell:
             ring_rate=self.ring,
             zeta=self.zeta,
             duration_s=DURATION_S,
-            settings=settings,
+            meshes=meshes,
         )
         return [replace(one, seed=seed) for seed in range(1, self.seeds + 1)] or [one]
 

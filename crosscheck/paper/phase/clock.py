@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from analytic.model import PhysicalModel
 from crosscheck.paper import signals
 from crosscheck.paper.phase.experiments import Experiment, Response, responses, vibration
 from crosscheck.paper.phase.linear import Base, base_motion
-from crosscheck.paper.phase.plant import forces_along, physical, plant_of
+from crosscheck.paper.phase.plant import forces_along, plant_of
 from crosscheck.paper.phase.verdict import Evidence, knows_the_clock
 from crosscheck.paper.record import Record
 from crosscheck.paper.scale import Scale
@@ -84,12 +85,13 @@ def clock_test(study: Study, scale: Scale) -> Evidence:
 def _motion(scale: Scale) -> Base:
     """The controlled arm's own motion, meshes pressed in as it needs; no damper has a say in it."""
     case = scale.cut(Variant(phase="angle", duration_s=MOTION_S)).case()
-    return base_motion(case, plant_of(physical(case)), 10)
+    return base_motion(case, plant_of(PhysicalModel(*case)), 10)
 
 
 def _forces(law: str, motion: Base) -> dict[float, np.ndarray]:
     """Elastic force per planet [N], (times, meshes), by clock."""
-    plant = plant_of(physical(Variant(phase=law, ring_rate="corrected").case()))
+    case = Variant(phase=law, ring_rate="corrected").case()
+    plant = plant_of(PhysicalModel(*case))
     return {
         clock: forces_along(plant, motion.time + clock, motion.q, motion.v) for clock in CLOCKS_S
     }

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import NamedTuple
 
-from crosscheck.paper.fluctuation import third_fluctuation
+from crosscheck.paper.fluctuation import THIRD_FLUCTUATION
 from crosscheck.paper.phase.experiments import ANALYTIC, ENGINE, SETTINGS, Setting
-from crosscheck.paper.phase.fluctuations import Fluctuation, Fluctuations, Spread
-from crosscheck.paper.phase.planets import fluctuation_and_spread, in_step
-from crosscheck.paper.phase.rounding import with_rounding
+from crosscheck.paper.phase.fluctuations import Fluctuation, Fluctuations, Spread, measured
+from crosscheck.paper.phase.planets import FLUCTUATION_AND_SPREAD, InStep
+from crosscheck.paper.phase.rounding import Rounded
 from crosscheck.paper.phase.verdict import (
     SAME,
     Evidence,
@@ -25,7 +25,7 @@ from crosscheck.paper.record import JsonObject, Record
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, any_of, percent
 from crosscheck.report.fragments import heading, paragraph, table
-from crosscheck.studies.study import Measure, Study, Variant
+from crosscheck.studies.study import Study, Variant
 
 SEEDS, CONTROL_SEEDS = 8, 3
 RECORD_EVERY = 10  # 10 kHz: a record costs the engine as much as three steps
@@ -221,32 +221,35 @@ def _variant(setting: Setting, scale: Scale, phase: str = "omega_t") -> Variant:
     )
 
 
-def _seeded(study: Study, one: Variant, measure: Measure, seeds: int, what: str) -> Fluctuations:
-    variants = [replace(one, seed=seed) for seed in range(1, seeds + 1)]
-    numbers = study.measures(variants, measure, f"phase: {what}")
-    return Fluctuations.of([Fluctuation.of(run) for run in numbers])
+def _seeded(one: Variant, seeds: int) -> list[Variant]:
+    return [replace(one, seed=seed) for seed in range(1, seeds + 1)]
 
 
 def _free(study: Study, setting: Setting, scale: Scale) -> Comparison:
-    one = _variant(setting, scale)
-    ours = _seeded(study, one, third_fluctuation, SEEDS, ANALYTIC)
-    engine = replace(one, model=ENGINE)
-    theirs = _seeded(study, engine, fluctuation_and_spread, SEEDS, ENGINE)
-    return Comparison(setting, SEEDS, ours, theirs)
+    ours = _seeded(_variant(setting, scale), SEEDS)
+    theirs = [replace(one, model=ENGINE) for one in ours]
+    return Comparison(
+        setting,
+        SEEDS,
+        Fluctuations.of(measured(study, ours, THIRD_FLUCTUATION, f"phase: {ANALYTIC}")),
+        Fluctuations.of(measured(study, theirs, FLUCTUATION_AND_SPREAD, f"phase: {ENGINE}")),
+    )
 
 
 def _held(study: Study, free: Comparison, scale: Scale) -> HeldAlike:
     one = _variant(free.setting, scale)
-    ours = _seeded(study, one, with_rounding, SEEDS, "analytic with the engine's rounding")
-    theirs = _seeded(study, one, in_step, CONTROL_SEEDS, "planets held alike")
-    return HeldAlike(Comparison(free.setting, CONTROL_SEEDS, ours, theirs), free)
+    rounded = [Rounded(start) for start in _seeded(one, SEEDS)]
+    in_step = [InStep(start) for start in _seeded(one, CONTROL_SEEDS)]
+    ours = study.answers(rounded, "phase: analytic with the engine's rounding")
+    theirs = study.answers(in_step, "phase: planets held alike")
+    both = Fluctuations.of(ours), Fluctuations.of(theirs)
+    return HeldAlike(Comparison(free.setting, CONTROL_SEEDS, *both), free)
 
 
 def _under_angle(study: Study, scale: Scale) -> list[UnderAngle]:
     """One start at every setting."""
     variants = [replace(_variant(s, scale, "angle"), model=ENGINE, seed=1) for s in SETTINGS]
-    found = study.measures(variants, fluctuation_and_spread, "phase: Exudyn under angle")
-    runs = map(Fluctuation.of, found)
+    runs = measured(study, variants, FLUCTUATION_AND_SPREAD, "phase: Exudyn under angle")
     return [UnderAngle(setting, run) for setting, run in zip(SETTINGS, runs, strict=True)]
 
 

@@ -10,13 +10,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
+from analytic.model import PhysicalModel
 from crosscheck.paper import signals
 from crosscheck.paper.fluctuation import THIRD_S
 from crosscheck.paper.phase.plant import (
     Plant,
     accelerations_along,
     integrate,
-    physical,
     plant_of,
 )
 from crosscheck.paper.phase.rigid import rigid_motion
@@ -91,14 +91,14 @@ class Experiment:
         case = self.variant.case()
         if self.recorded:
             case = played_back(case)
-        plant = plant_of(physical(case), self.full_rate)
+        plant = plant_of(PhysicalModel(*case), self.full_rate)
         factors = np.tile(self.damping, len(case.arm.joints))
         return plant._replace(gears=plant.gears._replace(d=plant.gears.d * factors))
 
     def perform(self) -> Response:
         """Run it."""
         case, plant = self.variant.case(), self.plant()
-        clock, (q, v) = self.clock_s, physical(case).start()
+        clock, (q, v) = self.clock_s, PhysicalModel(*case).start()
         if self.after is not None:
             before = _performed(self.after)
             clock, q, v = float(before.time[-1]), before.q, before.v
@@ -106,7 +106,7 @@ class Experiment:
         qs, vs = integrate(plant, clock, q, v, scenario.step_s, scenario.steps, STRIDE)
         time = clock + scenario.step_s * STRIDE * np.arange(len(qs))
         accelerations = accelerations_along(plant, time, qs, vs)
-        return Response(time, accelerations[:, np.unique(plant.gears.theta)], qs[-1], vs[-1])
+        return Response(time, accelerations[:, plant.terms.theta], qs[-1], vs[-1])
 
 
 @lru_cache(maxsize=4)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
+from crosscheck.paper.phase.rigid import rigid_motion
 from crosscheck.paper.phase.verdict import Vibration
-from crosscheck.studies.study import Numbers
+from crosscheck.paper.rigid import RIGID_STEP_S
+from crosscheck.studies.study import Comparison, Numbers, Study, Variant
+from models.errors import Diverged
 
 
 @dataclass(frozen=True)
@@ -30,6 +34,23 @@ class Fluctuation:
     def of(cls, numbers: Numbers) -> Fluctuation:
         """From what a measure gave. Raises TypeError for a number of another name."""
         return cls(**numbers)
+
+
+def measured(
+    study: Study, variants: Sequence[Variant], measure: Comparison, what: str
+) -> list[Fluctuation]:
+    """Of every variant's run."""
+    return [Fluctuation.of(numbers) for numbers in study.measures(variants, measure, what)]
+
+
+def one_start(
+    variant: Variant, numbers: Callable[[tuple[xr.Dataset, ...]], Numbers]
+) -> Fluctuation:
+    """Of a run that no variant states; numbers: beside the rigid arm in this one's experiment."""
+    try:
+        return Fluctuation.of(numbers((rigid_motion(variant.case(), RIGID_STEP_S, 1),)))
+    except Diverged as error:
+        return Fluctuation(diverged_s=error.time_s)
 
 
 @dataclass(frozen=True)

@@ -41,9 +41,8 @@ def base_motion(case: Case, plant: Plant, every: int) -> Base:
     rigid = rigid_motion(case, BASE_STEP_S, every)
     time, n = rigid["time"].values, plant.weights.shape[1]
     q, v, a = (np.zeros((time.size, n)) for _ in range(3))
-    angles = np.unique(plant.gears.theta)
     for state, name in ((q, "theta"), (v, "theta_dot"), (a, "theta_ddot")):
-        state[:, angles] = rigid[name].values
+        state[:, plant.terms.theta] = rigid[name].values
     force = np.array(
         [_carried(plant, *row) for row in zip(q, v, a, rigid["torque"].values, strict=True)]
     )
@@ -109,7 +108,7 @@ def _mesh_force_slopes(
 def _add_controller(plant: Plant, position: np.ndarray, rate: np.ndarray) -> None:
     drive, drive_map = plant.drive, plant.terms.drive_map
     if drive.code == PD:
-        sensed = np.unique(plant.gears.theta)
+        sensed = plant.terms.theta
         position[:, sensed] -= drive_map * drive.gains[:, 1]
         rate[:, sensed] -= drive_map * drive.gains[:, 2]
 

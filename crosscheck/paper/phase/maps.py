@@ -11,7 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 
-from crosscheck.paper.fluctuation import third_fluctuation
+from crosscheck.paper.fluctuation import THIRD_FLUCTUATION
+from crosscheck.paper.phase import fluctuations
 from crosscheck.paper.phase.cells import (
     LABELLED,
     SWAPPED,
@@ -130,13 +131,12 @@ def _with_and_without(cell: Cell) -> tuple[Cell, Cell]:
 def measured(study: Study, cells: Sequence[Cell], scale: Scale) -> Amplitudes:
     """The third fluctuation of every cell's runs, see ``amplitude``."""
     variants = [scale.cut(variant) for cell in cells for variant in cell.variants()]
-    found = study.measures(variants, third_fluctuation, "phase: maps")
-    runs = iter([Fluctuation.of(numbers) for numbers in found])
+    runs = iter(fluctuations.measured(study, variants, THIRD_FLUCTUATION, "phase: maps"))
     return {cell: [amplitude(next(runs)) for _ in cell.variants()] for cell in cells}
 
 
 def amplitude(found: Fluctuation) -> float:
-    """The amplitude [rad/s^2] that ``third_fluctuation`` found.
+    """The amplitude [rad/s^2] that was found.
 
     Infinite if the run diverged, nan if it ends before.
     """

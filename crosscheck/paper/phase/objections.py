@@ -16,6 +16,7 @@ from crosscheck.paper.phase.plant import Plant
 from crosscheck.paper.phase.verdict import Evidence, error_part, is_present
 from crosscheck.paper.record import JsonObject, Record, read
 from crosscheck.paper.scale import Scale
+from crosscheck.paper.stage import paper_stage
 from crosscheck.paper.undefined import UNDEFINED, any_of, defined, extreme, shown
 from crosscheck.report.fragments import heading, paragraph, table
 from crosscheck.studies.study import Study, Variant
@@ -270,7 +271,7 @@ def _answers(
     freed_planets: str,
 ) -> list[str]:
     arm = load_arm("paper-labelled")
-    joint = arm.joints[0]
+    joint = paper_stage(arm).joint
     spacing = " and ".join(
         f"{teeth} / {joint.planet_count} = {teeth / joint.planet_count:g}"
         for teeth in (joint.sun_teeth, joint.ring_teeth)

@@ -16,6 +16,7 @@ from crosscheck.paper.phase.experiments import FILTER_EDGE_S, RIGID_STEP_S, STRI
 from crosscheck.paper.phase.plant import Plant, accelerations_along, integrate, plant_of
 from crosscheck.paper.phase.rigid import rigid_motion
 from crosscheck.paper.record import JsonObject, Record
+from crosscheck.paper.stage import with_steady_stiffness
 from crosscheck.paper.undefined import defined
 from models.arm import Arm
 from models.loading import Case, load_case
@@ -141,13 +142,10 @@ def stage_modes() -> StageModes:
     return StageModes(tuple(map(float, _modes(arm))), _rate(arm))
 
 
-def _one_stage(zeta: float, amplitude: float | None = None) -> Arm:
-    """Shoulder and first link, the payload at its end; amplitude: another k_a [N/m]."""
+def _one_stage(zeta: float) -> Arm:
+    """Shoulder and first link, the payload at its end."""
     arm = load_case("paper-labelled", "pd", {}, [f"arm.joints.*.damping_ratio={zeta!r}"]).arm
-    joint = arm.joints[0]
-    if amplitude is not None:
-        joint = joint.model_copy(update={"mesh_stiffness_amplitude_N_per_m": amplitude})
-    return arm.model_copy(update={"joints": (joint,), "links": arm.links[:1]})
+    return arm.model_copy(update={"joints": arm.joints[:1], "links": arm.links[:1]})
 
 
 def _model(arm: Arm, torque: float, duration_s: float) -> PhysicalModel:
@@ -196,14 +194,17 @@ def _run_up(zeta: float, duration_s: float) -> Ramp:
 
     So that tooth error is all that excites: k_a has tongues of its own.
     """
-    arm = _one_stage(zeta, amplitude=0.0)
-    inertia = float(_model(arm, 0.0, 1.0).mass_matrix(np.zeros(3))[2, 2])
+    arm = with_steady_stiffness(_one_stage(zeta))
+    still = _model(arm, 0.0, 1.0)
+    (theta,) = still.layout.theta
+    inertia = float(still.mass_matrix(np.zeros(len(still.layout)))[theta, theta])
     model = _model(arm, inertia * FASTEST_RAD_PER_S / RAMP_S, duration_s)
     plant, (q, v) = plant_of(model), model.start()
     step, steps = model.scenario.step_s, model.scenario.steps
     qs, vs = integrate(plant, 0.0, q, v, step, steps, STRIDE)
     time = step * STRIDE * np.arange(len(qs))
-    return Ramp(vs[:, 2], vibration(time, accelerations_along(plant, time, qs, vs)[:, 2]))
+    accelerations = accelerations_along(plant, time, qs, vs)
+    return Ramp(vs[:, theta], vibration(time, accelerations[:, theta]))
 
 
 def tongues(zeta: float, speeds: np.ndarray) -> np.ndarray:
