@@ -568,7 +568,7 @@ def test_setting_of_a_scenario_needs_one(crosscheck, tmp_path, command, monkeypa
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("command", ["run", "validate"])
+@pytest.mark.parametrize("command", COMMANDS)
 def test_two_scenarios_of_one_name_are_refused(crosscheck, tmp_path, command, monkeypatch):
     monkeypatch.chdir(tmp_path)
     answer = crosscheck(*COMMANDS[command], "--scenario", "pd", "--scenario", "pd")
