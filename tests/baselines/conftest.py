@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck import cli, validate
+from crosscheck import cli, commands
 from crosscheck.baseline_file import baseline_path, write_baseline
 from crosscheck.plan import Wanted
 from crosscheck.reduction import baseline_of
@@ -44,7 +44,7 @@ def command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Command:
                 pytest.fail("a cross-check was run")
             return result
 
-        monkeypatch.setattr(validate, "cross_check", cross_check)
+        monkeypatch.setattr(commands, "cross_check", cross_check)
         monkeypatch.setattr(sys, "argv", ["crosscheck", *map(str, words)])
         with pytest.raises(SystemExit) as exit_:
             cli.main()

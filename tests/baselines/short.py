@@ -45,7 +45,7 @@ def short_check(arm: Arm, only: RunKey | None = None) -> CrossCheck:
     planned = [c for c in experiment_comparisons(experiment) if _is_wanted(c, only)]
     results = Results(perform_all(tasks_of(planned), 1, lambda key: None))
     findings = list(findings_of(planned, results))
-    agreement = Agreement(findings, provenance_of(quick(arm)))
+    agreement = Agreement(findings, provenance_of(quick(arm), ()))
     return CrossCheck(quick(arm), agreement, cases_of(planned), runs_of(results))
 
 
@@ -74,7 +74,7 @@ def invented_check(arm: Arm) -> CrossCheck:
     settings = {"scenario": scenario, "switches": switches()}
     texts = {name: json.dumps(value.model_dump()) for name, value in settings.items()}
     run = run.assign_attrs(model="analytic:physical", step_s=scenario.step_s, **texts)
-    agreement = Agreement([green()], provenance_of(quick(arm)))
+    agreement = Agreement([green()], provenance_of(quick(arm), ()))
     cases = {ANALYTIC: Case(arm, scenario, switches())}
     return CrossCheck(quick(arm), agreement, cases, {ANALYTIC: run})
 
