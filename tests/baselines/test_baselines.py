@@ -69,7 +69,10 @@ def test_rounding_of_another_kind_does_not_move(
 ) -> None:
     """Another implementation of the same steps rounds as differently as any machine could."""
     run = result.runs[stand_in].assign_attrs(result.runs[ANALYTIC].attrs)
-    agreement = held_against(recorded, with_run(result, ANALYTIC, run))
+    others = with_run(result, ANALYTIC, run)
+    if stand_in == NUDGED:  # what one rounding grows to is still the distance of the two
+        others = with_run(others, NUDGED, result.runs[ANALYTIC])
+    agreement = held_against(recorded, others)
     assert agreement.exit_code == 0
     assert any(f.measured for f in agreement.checks if f.id.startswith(f"recorded-run/{ANALYTIC}/"))
 
@@ -154,10 +157,14 @@ def test_a_planted_fault_moves(
     assert not any(str(EXUDYN) in name for name in changes)
 
 
-@pytest.mark.parametrize(("by", "verdict"), [(0.9e-10, "agree"), (2e-10, "differ")])
+@pytest.mark.parametrize(("times", "verdict"), [(0.9, "agree"), (2.0, "differ")])
 def test_a_number_moves_beyond_its_tolerance(
-    result: CrossCheck, recorded: Path, by: float, verdict: str
+    result: CrossCheck, recorded: Path, times: float, verdict: str
 ) -> None:
+    tolerance = baseline_of(result).runs[str(ANALYTIC)].sampled["theta"].tolerance
+    assert tolerance is not None
+    by = times * tolerance
+
     def change(data: dict[str, Any]) -> None:
         data["runs"][str(ANALYTIC)]["sampled"]["theta"]["rows"][7][2] += by
 
@@ -165,7 +172,7 @@ def test_a_number_moves_beyond_its_tolerance(
     agreement = held_against(recorded, result)
     finding = next(f for f in agreement.checks if f.id == f"recorded-run/{ANALYTIC}/theta")
     assert finding.verdict == verdict
-    assert finding.measured == pytest.approx(by, rel=1e-5)
+    assert finding.measured == pytest.approx(by, rel=1e-2)
     assert finding.note.startswith("joint 2 at 0.007 s: ")
     assert len(agreement.red) == (verdict == "differ")
 
@@ -224,13 +231,13 @@ def test_what_else_changed_is_named(result: CrossCheck, recorded: Path) -> None:
 
 
 def test_without_a_meaningful_tolerance_nothing_is_compared(result: CrossCheck) -> None:
-    """A start that one ulp decides: the run is recorded, the numbers are not held against it."""
+    """A start that one rounding decides: the run is recorded, the numbers are not held against it."""
     wild = result.runs[NUDGED]
     wild = with_run(result, NUDGED, wild.assign(x_sp=wild["x_sp"] + 1e-5))
     sampled = baseline_of(wild).runs[str(ANALYTIC)].sampled
     assert sampled["x_sp"].tolerance is None
-    assert sampled["x_sp"].basis.startswith("not compared: 1000 x what one ulp")
-    assert sampled["theta"].tolerance == 1e-10
+    assert sampled["x_sp"].basis.startswith("not compared: 10 x the root of 2000 steps' roundings")
+    assert sampled["theta"].tolerance is not None
 
 
 @pytest.mark.parametrize(("times", "red"), [(50.0, False), (200.0, True)])
@@ -288,7 +295,6 @@ SPOILT: dict[str, Callable[[xr.Dataset], xr.Dataset]] = {
     "text": lambda run: run.assign(theta=run["theta"].astype(str)),
     "nothing": lambda run: run.assign(theta=xr.full_like(run["theta"], None, dtype=object)),
     "no attributes": lambda run: run.drop_attrs(),
-    "no settings": lambda run: run.assign_attrs(scenario="{}"),
     "other units": lambda run: run.assign(theta=run["theta"].assign_attrs(units="deg")),
     "no time": lambda run: run.isel(time=0),
     "empty": lambda run: run.isel(time=slice(0, 0)),
