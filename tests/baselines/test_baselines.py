@@ -231,7 +231,7 @@ def test_what_else_changed_is_named(result: CrossCheck, recorded: Path) -> None:
 
 
 def test_without_a_meaningful_tolerance_nothing_is_compared(result: CrossCheck) -> None:
-    """A start that one rounding decides: the run is recorded, the numbers are not held against it."""
+    """A start that one rounding decides: a run is recorded, no numbers are held against it."""
     wild = result.runs[NUDGED]
     wild = with_run(result, NUDGED, wild.assign(x_sp=wild["x_sp"] + 1e-5))
     sampled = baseline_of(wild).runs[str(ANALYTIC)].sampled

@@ -175,13 +175,22 @@ def _within(data: dict[str, Any], place: Place, value: Any, was: Any) -> bool:
     return False
 
 
-NOT_COMPARED = {"basis", "uncertainty", "tolerance", "said", "content_sha256", "project_version"}
+NOT_COMPARED = {
+    "basis",
+    "uncertainty",
+    "tolerance",
+    "widest",
+    "said",
+    "content_sha256",
+    "project_version",
+}
 
 
 def _leaves(value: Any, at: Place = ()) -> Iterator[tuple[Place, Any]]:
     """What is compared: all but reasons, times of extremes, and where the record comes from.
 
-    A tolerance counts where it is held against today's: a hundredfold one is refused.
+    A tolerance counts where it is held against today's, and the widest is today's: a hundredfold
+    tolerance is refused.
     """
     if isinstance(value, dict):
         for key, item in value.items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -111,7 +112,7 @@ PLACE = f"runs.{ANALYTIC}"
 
 
 def _other_arm(data: dict[str, Any]) -> None:
-    data["provenance"]["arm"]["joints"][1]["backlash_m"] = 6e-5
+    data["provenance"]["arm"]["joints"][1]["sun_mesh"]["backlash_m"] = 6e-5
     data["provenance"]["arm_sha256"] = 64 * "a"
 
 
@@ -194,7 +195,7 @@ REFUSED: dict[str, tuple[Change, str]] = {
     "a negative tolerance": (_set(-1e-10, *SAMPLED, "tolerance"), "theta.tolerance = -1e-10: "),
     "a huge tolerance": (
         _set(1e300, *SAMPLED, "tolerance"),
-        "tolerance = 1e+300: at most 1e-06 rad",
+        "tolerance = 1e+300: at most ",
     ),
     "an infinite tolerance": (_set(float("inf"), *SAMPLED, "tolerance"), "theta.tolerance = inf: "),
     "no number for a tolerance": (_set(float("nan"), *EXTREMES, "tolerance"), "tolerance = nan: "),
@@ -320,7 +321,7 @@ def test_a_key_given_twice_is_refused(recorded: Path, labelled: Arm) -> None:
 
 
 def test_not_a_number_is_refused(recorded: Path, labelled: Arm) -> None:
-    text = recorded.read_text(encoding="utf-8").replace('"tolerance": 1e-10', '"tolerance": NaN', 1)
+    text = re.sub(r'"tolerance": [0-9.e-]+', '"tolerance": NaN', recorded.read_text(), count=1)
     recorded.write_text(text, encoding="utf-8")
     assert "tolerance = nan: " in _refusal(recorded, labelled)
 
