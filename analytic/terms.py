@@ -63,7 +63,8 @@ def chain_terms(chain: Chain, bodies: Sequence[Body], arm: Arm) -> Terms:
     """The terms of an arm's chain in exact numbers, with these of its bodies."""
     links, n, waves = chain.angles[1:], len(chain.layout), Waves(len(chain.layout))
     derived = mass_terms(bodies, links)
-    mass = {(i, j, waves.number(w)): c for (i, j, w), c in derived.items()}
+    # Sorted, M[i, j] and M[j, i] add up the same waves in the same order: they are the same.
+    mass = {(i, j, waves.number(w)): c for (i, j, w), c in sorted(derived.items())}
     bias = {(i, waves.number(w), a, b): c for (i, w, a, b), c in bias_terms(derived).items()}
     g_x, g_y = map(exact, arm.gravity_m_per_s2)
     pulled = weight_terms(bodies, links, (g_x, g_y)) if g_x or g_y else {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self, get_args
@@ -49,6 +50,13 @@ class Bounded(Data):
     basis: str
     uncertainty: NotNegative | None = None
     widest: NotNegative | None = None
+
+    @model_validator(mode="after")
+    def _tolerance_means_something(self) -> Self:
+        most = math.inf if self.widest is None else self.widest
+        if self.tolerance is not None and self.tolerance > most:
+            raise Misfit("tolerance", self.tolerance, f"at most {most:g} {self.unit}")
+        return self
 
 
 class Measurement(Bounded):

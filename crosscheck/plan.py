@@ -85,7 +85,7 @@ class Wanted:
     """What a user asks to be cross-checked.
 
     scenarios: their own experiments, in place of the plan's; chosen: laws of all of them, None for
-    the plan's.
+    the plan's. Raises InputError for scenarios that cannot stand side by side.
     """
 
     arm: Arm
@@ -93,6 +93,9 @@ class Wanted:
     seed: int = 0
     scenarios: tuple[Scenario, ...] = ()
     chosen: Switches | None = None
+
+    def __post_init__(self) -> None:
+        _require_names(self.scenarios)
 
     @property
     def needs_sizes(self) -> bool:
@@ -106,13 +109,9 @@ class Wanted:
 
 
 def outlined(wanted: Wanted, sizes: Sizes | None) -> list[Experiment]:
-    """The experiments at the steps of their scenarios: what must be known before the plan.
-
-    Raises InputError for scenarios that cannot stand side by side.
-    """
+    """The experiments at the steps of their scenarios: what must be known before the plan."""
     laws = wanted.chosen or MECHANISM
     if wanted.scenarios:
-        _require_names(wanted.scenarios)
         return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in wanted.scenarios]
     if sizes is not None:
         scenarios = (step_scenario(sizes), pd_scenario(sizes))

@@ -8,8 +8,14 @@ from itertools import combinations, product
 
 import numpy as np
 
-from crosscheck.checks import invariants, modes, scales, states
-from crosscheck.checks.answers import ABILITIES, CHRISTOFFEL, random_states
+from crosscheck.checks import invariants, modes, poles, scales, states
+from crosscheck.checks.answers import (
+    ABILITIES,
+    CHRISTOFFEL,
+    FORCE_SLOPES,
+    START_MASS,
+    random_states,
+)
 from crosscheck.comparison import Comparison, Results, Unavailable
 from crosscheck.findings import About, Finding, Key, checked, failed
 from crosscheck.registry import (
@@ -25,7 +31,7 @@ from crosscheck.tasks import Evaluation
 from models.arm import Arm
 from models.interface import STATE_ABILITIES
 from models.loading import Case, load_arm, load_scenario
-from models.scenario import PdDrive, Scenario
+from models.scenario import PdDrive, Scenario, Start
 from models.switches import Switches, switches
 
 COUNT, QUICK_COUNT = 200, 20
@@ -79,6 +85,7 @@ def geared(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
         yield from balances(spot)
     yield from _closed_joints(spots)
     yield from mode_comparisons(arm)
+    yield from pole_comparisons(arm)
     yield from _locked_stages(arm)
     yield from _forms([spot for spot in spots if spot.model != lead()])
 
@@ -217,6 +224,7 @@ def _closed(task: Evaluation, about: About, results: Results) -> Finding:
     return invariants.constraints(about, results.need(task))
 
 
+POLE_METRIC = "largest relative distance of a pole to the nearest of the other model's forces"
 MODE_METRIC = "largest relative distance of a mode to the nearest of the other model"
 
 
@@ -228,6 +236,26 @@ def mode_comparisons(arm: Arm) -> Iterator[Comparison]:
         tasks = tuple(Evaluation(name, case, "mesh_modes") for name in (left, right))
         key = Key("modes", arm.name, "mesh-mode", left, right)
         yield Comparison(About(key, "1", MODE_METRIC), tasks, partial(_same_modes, tasks))
+
+
+def pole_comparisons(arm: Arm) -> Iterator[Comparison]:
+    """Poles of the loop with the teeth in contact, by which experiments are called unstable."""
+    bent = Start(theta_rad=tuple(0.4 - 0.7 * number for number in range(len(arm.joints))))
+    scenario = unequal_gains(arm).model_copy(update={"start": bent})
+    case = Case(arm, scenario, switches())
+    linear = case._replace(arm=poles.linear_teeth(arm))
+    for left in promising("contact_poles", GEARED):
+        for right in (name for name in GEARED if name != left):
+            own = Evaluation(left, case, "contact_poles")
+            system = Evaluation(right, linear, START_MASS), Evaluation(right, linear, FORCE_SLOPES)
+            key = Key("modes", arm.name, "contact-poles", left, right)
+            yield Comparison(
+                About(key, "1", POLE_METRIC), (own, *system), partial(_same_poles, (own, *system))
+            )
+
+
+def _same_poles(tasks: Sequence[Evaluation], about: About, results: Results) -> Finding:
+    return poles.poles_follow(about, *(results.need(task) for task in tasks))
 
 
 def _same_modes(tasks: Sequence[Evaluation], about: About, results: Results) -> Finding:

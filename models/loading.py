@@ -293,9 +293,12 @@ def _input_error(
 
 
 def _entry(value: Any, dotted: str) -> Any:
-    """What stands at a dotted path in nested tables, None if nothing does."""
-    for key in dotted.split("."):
-        value = value.get(key) if isinstance(value, dict) else None
+    """What stands at a path as ``joints[0].kind`` in nested tables and lists, None if nothing."""
+    for key in re.findall(r"[^.\[\]]+", dotted):
+        if isinstance(value, list | tuple) and key.isdigit() and int(key) < len(value):
+            value = value[int(key)]
+        else:
+            value = value.get(key) if isinstance(value, dict) else None
     return value
 
 

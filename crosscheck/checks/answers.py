@@ -11,9 +11,13 @@ from crosscheck.checks.christoffel import christoffel_force
 from models.arm import Arm, Planetary
 from models.interface import Model
 from models.layout import Layout
+from models.scenario import per_joint
 
 # Quantities that no method of a model gives by itself.
 CHRISTOFFEL, ABILITIES = "christoffel_force", "abilities"
+START_MASS, FORCE_SLOPES = "start_mass", "force_slopes"
+# Of angles [rad, rad/s] and displacements [m, m/s], of which forces are differenced.
+TURN, SHIFT = 1e-4, 1e-6
 # How far and fast random states go; what is compared there is measured against its own size.
 LEAST_PLAY_M, SLIDING_M_PER_S, TURNING_RAD_PER_S = 2e-5, 0.1, 3.0
 
@@ -137,6 +141,32 @@ def _largest_stable_step(model: Model) -> float:
     return step
 
 
+def _start_pose(model: Model) -> np.ndarray:
+    """The scenario's angles, the teeth centred, shape (n,)."""
+    pose = np.zeros(len(model.layout))
+    pose[model.layout.theta] = per_joint(model.scenario.start.theta_rad, len(model.arm.joints))
+    return pose
+
+
+def _start_mass(model: Model) -> np.ndarray:
+    pose = _start_pose(model)
+    return _mass_matrix(model, 0.0, pose, 0 * pose)
+
+
+def _force_slopes(model: Model) -> np.ndarray:
+    """Of the generalized force by q and v, at rest in the start pose, shape (n, 2 n)."""
+    pose = _start_pose(model)
+    sizes = np.tile(np.where(model.layout.angular, TURN, SHIFT), 2)
+
+    def force(state: np.ndarray) -> np.ndarray:
+        q, v = np.split(state, 2)
+        return _generalized_force(model, 0.0, q, v)
+
+    start, steps = np.append(pose, 0 * pose), np.diag(sizes)
+    differences = [force(start + step) - force(start - step) for step in steps]
+    return np.stack(differences, axis=1) / (2 * sizes)
+
+
 def _abilities(model: Model) -> list[str]:
     return sorted(model.abilities)
 
@@ -154,4 +184,6 @@ WITHOUT_STATE: dict[str, Callable[[Model], np.ndarray | float | list[str]]] = {
     "contact_poles": _contact_poles,
     "largest_stable_step": _largest_stable_step,
     ABILITIES: _abilities,
+    START_MASS: _start_mass,
+    FORCE_SLOPES: _force_slopes,
 }

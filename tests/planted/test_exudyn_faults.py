@@ -7,18 +7,22 @@ import pytest
 from tests.planted.faults import (
     BIAS,
     CONTACT,
+    DIRECT,
     EQ13,
     FORCE,
     MASS,
     OMEGA_T,
+    SHIFTED_TABLE,
     TANH,
+    UNLIKE,
     Fault,
     assert_seen,
     edit,
 )
 
 TREE, MESH, ENGINE = "models.exudyn_tree:", "models.exudyn_mesh:", "models.exudyn_engine:"
-PARTS, SPRING = "models.exudyn_tree_parts:", "models.exudyn_tree_stiffness:"
+PARTS, STIFFNESS = "models.exudyn_tree_parts:", "models.exudyn_tree_stiffness:"
+RECORDS = TREE + "ExudynTree._mesh_records"
 THETA, X_SP, X_PR = "same-step/theta", "same-step/x_sp", "same-step/x_pr"
 F_SP, F_PR = "same-step/F_sp", "same-step/F_pr"
 SINUSOID = {"drive": "sinusoid"}
@@ -50,7 +54,7 @@ BODIES = [
     ),
     Fault(
         "parallel axes forgotten",
-        edit(PARTS + "_composite", "own.sum() + mass @ (x - com) ** 2", "own.sum()"),
+        edit(PARTS + "_composite", " + mass @ (x - com) ** 2", ""),
         MASS,
     ),
     Fault(
@@ -64,7 +68,7 @@ BODIES = [
     ),
     Fault(
         "sun's inertia by the planet's radius",
-        edit(MESH + "_gear", "joint.sun_teeth)", "joint.planet_teeth)"),
+        edit(MESH + "_gear", "sun_inertia_kg_m2, joint.sun", "sun_inertia_kg_m2, joint.planet"),
         MASS,
     ),
     Fault("planets on half the circle", edit(PARTS + "_planets", "2 * np.pi", "np.pi"), MASS),
@@ -128,7 +132,7 @@ FORCES = [
     Fault("connector's clock stands", edit(TREE + "_loads", "clock[0] + t", "t"), FORCE, OMEGA_T),
     Fault(
         "motor's clock stands",
-        edit(TREE + "loads_on_tree", "drive, joints, t", "drive, joints, 0.0"),
+        edit(TREE + "loads_on_tree", "joints, t", "joints, 0.0"),
         FORCE,
         **SINUSOID,
     ),
@@ -190,12 +194,12 @@ FORCES = [
     ),
     Fault(
         "ring mesh with the sun mesh's direct damping",
-        edit(MESH + "_stage_damping", "return mesh.damping", "return joint.sun_mesh.damping"),
+        edit(MESH + "_stage_damping", "return mesh", "return joint.sun_mesh"),
         FORCE,
     ),
     Fault(
         "ring phase lost",
-        edit(MESH + "mesh_law", "mesh.phase_rad", "0.0"),
+        edit(MESH + "mesh_law", "=mesh.phase_rad", "=0.0"),
         FORCE,
     ),
     Fault(
@@ -217,7 +221,7 @@ FORCES = [
     Fault("tooth error sign", edit(MESH + "elastic_force", "x - law", "x + law"), FORCE),
     Fault(
         "stiffness varies the other way",
-        edit(SPRING + "stiffness_at", "law[place + MEAN] + law", "law[place + MEAN] - law"),
+        edit(STIFFNESS + "stiffness_at", "MEAN] + law", "MEAN] - law"),
         FORCE,
     ),
     Fault(
@@ -296,7 +300,7 @@ RUNS = [
     Fault(
         "ring mesh recorded with the sun",
         edit(
-            TREE + "ExudynTree._mesh_records",
+            RECORDS,
             "stage, q, with_sun=side == 0",
             "stage, q, with_sun=True",
         ),
@@ -305,18 +309,138 @@ RUNS = [
     Fault("sun's sign in the record", edit(MESH + "deflection", "wheel - q", "wheel + q"), X_SP),
     Fault(
         "forces recorded with the shoulder's phase",
-        edit(TREE + "ExudynTree._mesh_records", "x[at], q[:, link]", "x[at], q[:, 0]"),
+        edit(RECORDS, "x[at], q[:, link]", "x[at], q[:, 0]"),
         F_SP,
     ),
     Fault(
         "forces recorded without the clock",
-        edit(TREE + "ExudynTree._mesh_records", "law.array, time,", "law.array, 0 * time,"),
+        edit(RECORDS, "law.array, time,", "law.array, 0 * time,"),
         F_PR,
         OMEGA_T,
     ),
 ]
 
-FAULTS = [*BODIES, *FORCES, *RUNS]
+SECOND_VERSION = [
+    Fault(
+        "weights lift",
+        edit(ENGINE + "_tree", "[*gravity, 0.0]", "[*(-g for g in gravity), 0.0]"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "gravity along the other axis",
+        edit(ENGINE + "_tree", "[*gravity, 0.0]", "[*gravity[::-1], 0.0]"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction pushes",
+        edit(TREE + "add_joints", "forces[link] -=", "forces[link] +="),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction on the sun",
+        edit(TREE + "add_joints", "forces[link] -=", "forces[driven] -="),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction of the shoulder everywhere",
+        edit(TREE + "add_joints", "friction[joint]", "friction[0]"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "motor without mass",
+        edit(PARTS + "_far_end", "outer.motor_mass_kg", "0.0"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "rotor without inertia",
+        edit(PARTS + "_link_parts", "joint.rotor_inertia_kg_m2", "0.0"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "rotor on the link before as well",
+        edit(
+            PARTS + "_far_end",
+            "motor_mass_kg, at, 0.0",
+            "motor_mass_kg, at, outer.rotor_inertia_kg_m2",
+        ),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault("direct joint with a ratio", edit(TREE + "_ratio", "1.0", "2.0"), FORCE, arm=DIRECT),
+    Fault(
+        "last harmonic lost",
+        edit(STIFFNESS + "waves_at", "first + rows)", "first + rows - 1)"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "square wave's sines and cosines swapped",
+        edit(STIFFNESS + "_square", "cosines, sines = size", "sines, cosines = size"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "table shifted by a row",
+        edit(STIFFNESS + "curve_of", "law.stiffness_N_per_m", SHIFTED_TABLE),
+        FORCE,
+        arm=DIRECT,
+    ),
+    Fault(
+        "straight lines between a table's rows",
+        edit(STIFFNESS + "spline_at", "straight + bent", "straight + 0 * bent"),
+        FORCE,
+        arm=DIRECT,
+    ),
+    Fault(
+        "ring with the sun's law",
+        edit(MESH + "mesh_law", "curve_of(mesh.", "curve_of(joint.sun_mesh."),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "ring with the sun's clearance",
+        edit(MESH + "mesh_law", "=mesh.backlash_m", "=joint.sun_mesh.backlash_m"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "damping by inertia over the radius alone",
+        edit(MESH + "equivalent_mass", "radius**2", "radius"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "link's inertia about its joint",
+        edit(
+            PARTS + "_link",
+            "link.com_m, link.inertia_kg_m2",
+            "link.com_m, link.inertia_kg_m2 - link.mass_kg * link.com_m**2",
+        ),
+        MASS,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction missing in a run",
+        edit(TREE + "joints_of", "joint.friction_N_m_s_per_rad", "0.0"),
+        THETA,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "weights lift in a run",
+        edit(ENGINE + "_tree", "[*gravity, 0.0]", "[*(-g for g in gravity), 0.0]"),
+        THETA,
+        arm=UNLIKE,
+    ),
+]
+
+FAULTS = [*BODIES, *FORCES, *RUNS, *SECOND_VERSION]
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)

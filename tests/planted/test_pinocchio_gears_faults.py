@@ -8,11 +8,14 @@ from tests.planted.faults import (
     ACCELERATION,
     BIAS,
     CONTACT,
+    DIRECT,
     EQ13,
     FORCE,
     MASS,
     OMEGA_T,
+    SHIFTED_TABLE,
     TANH,
+    UNLIKE,
     Fault,
     Plant,
     assert_seen,
@@ -276,7 +279,126 @@ FAULTS = [
     ),
 ]
 
+SECOND_VERSION = [
+    Fault(
+        "weights lift",
+        change(
+            "PinocchioGears.__init__",
+            "*arm.gravity_m_per_s2, 0.0",
+            "*(-g for g in arm.gravity_m_per_s2), 0.0",
+        ),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "gravity along the other axis",
+        change("PinocchioGears.__init__", "gravity_m_per_s2, 0.0", "gravity_m_per_s2[::-1], 0.0"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "gravity in the bias",
+        change("PinocchioGears.bias", "self._weightless", "self._tree"),
+        BIAS,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction pushes",
+        change("PinocchioGears._joint_torques", "= -self._friction", "= self._friction"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction on the sun",
+        change(
+            "PinocchioGears._joint_torques", "torques[self._links] = -", "torques[self._driven] = -"
+        ),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction of the shoulder everywhere",
+        change("PinocchioGears._joint_torques", "-self._friction", "-self._friction[0]"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "motor without mass",
+        rebuild("_add_drive", "place, joint.motor_mass_kg", "place, 0.0"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "rotor without inertia",
+        rebuild("_add_drive", "joint.rotor_inertia_kg_m2", "0.0"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "rotor on the link before",
+        rebuild("_add_drive", "_load(tree, link,", "_load(tree, previous,"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "direct joint with a ratio",
+        change("PinocchioGears.__init__", "else 1.0", "else 2.0"),
+        FORCE,
+        arm=DIRECT,
+    ),
+    Fault(
+        "last harmonic lost",
+        edit(
+            "models.pinocchio_stiffness:_harmonics",
+            "len(sizes) + 1))) @ sizes",
+            "len(sizes)))) @ sizes[:-1]",
+        ),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "square wave's phase turned back",
+        edit("models.pinocchio_stiffness:_square", "swing * sin(end)", "-swing * sin(end)"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "table shifted by a row",
+        edit("models.pinocchio_stiffness:curve_of", "law.stiffness_N_per_m", SHIFTED_TABLE),
+        FORCE,
+        arm=DIRECT,
+    ),
+    Fault(
+        "ring with the sun's law",
+        change("_stiffness", "contact.mesh", "contact.joint.sun_mesh"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "ring with the sun's clearance",
+        change("_mesh", "mesh.backlash_m", "joint.sun_mesh.backlash_m"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "sun's inertia over the planet's radius",
+        rebuild("equivalent_masses", "1 / r_s**2", "1 / r_p**2"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "link's inertia of a rod of its mass",
+        rebuild(
+            "_mass_and_inertia",
+            "link.mass_kg, link.inertia_kg_m2\n    a",
+            "link.mass_kg, link.mass_kg * link.length_m**2 / 12\n    a",
+        ),
+        MASS,
+        arm=UNLIKE,
+    ),
+]
 
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+
+@pytest.mark.parametrize("fault", [*FAULTS, *SECOND_VERSION], ids=lambda fault: fault.name)
 def test_fault_turns_its_check_red(fault: Fault):
     assert_seen(fault, "pinocchio:gears", "analytic:physical")
