@@ -17,13 +17,12 @@ from crosscheck.plan import (
     resolved,
     shortened,
 )
-from crosscheck.registry import build, lead, same_integrator, usable_numbers
+from crosscheck.registry import build, lead, same_integrator
 from crosscheck.sizing import Sizes, sizes_of
 from crosscheck.stability import Growth, growth_of
 from crosscheck.tasks import Evaluation, Failure, failure
 from crosscheck.workers import Workers
 from models.arm import Arm
-from models.errors import InputError
 from models.scenario import Scenario
 
 # An experiment's step is halved so often at most, until its uncertainty is so much smaller than
@@ -56,13 +55,10 @@ class Sizing:
         """Rough seconds."""
         return 1.0
 
-    def perform(self) -> Sizes | InputError | Failure:
-        """The sizes, or what is wrong with the arm, or with the model that was asked."""
+    def perform(self) -> Sizes | Failure:
+        """The sizes, or what is wrong with a model that was asked: its checks will say more."""
         try:
-            with usable_numbers("sizing", self.arm):
-                return sizes_of(self.arm)
-        except InputError as error:
-            return error
+            return sizes_of(self.arm)
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
             return failure(error)
 
@@ -168,11 +164,9 @@ def prepared(wanted: Wanted, workers: Workers) -> Prepared:
 
 
 def _sizes(wanted: Wanted, workers: Workers) -> Sizes | Failure:
-    """Sizes, or why there are none: then the paper's experiments must do. Raises InputError."""
+    """Sizes, or why there are none: then the paper's experiments must do."""
     task = Sizing(wanted.arm)
     found = workers.perform([task], lambda key: None).get(task)
-    if isinstance(found, InputError):
-        raise found
     return found if isinstance(found, Sizes | Failure) else Failure("Lost", "no sizes came back")
 
 

@@ -166,15 +166,16 @@ def sample_times(run: xr.Dataset) -> np.ndarray:
     return np.unique(np.linspace(0, run.sizes["time"] - 1, INTERVALS + 1).round().astype(int))
 
 
-def joints_of(case: Case, quantity: str) -> list[int]:
-    """Numbers of the joints that have a quantity: a direct one has no teeth."""
-    numbered = enumerate(case.arm.joints, start=1)
-    return [number for number, j in numbered if j.planet_count or quantity not in BY_PLANET]
+def joints_of(run: xr.Dataset, case: Case, quantity: str) -> list[int]:
+    """Numbers of a run's joints that have a quantity: a direct one has no teeth."""
+    toothed = [number for number, j in enumerate(case.arm.joints, start=1) if j.planet_count]
+    every = run["joint"].values.tolist()
+    return [number for number in every if quantity not in BY_PLANET or number in toothed]
 
 
 def per_joint(run: xr.Dataset, case: Case, quantity: str) -> np.ndarray:
     """A quantity of planet 1, shape (times, joints that have it), in its own unit."""
-    values = run[quantity].sel(joint=joints_of(case, quantity))
+    values = run[quantity].sel(joint=joints_of(run, case, quantity))
     return np.asarray(values.isel(planet=0) if "planet" in values.dims else values)
 
 
@@ -182,7 +183,7 @@ def extreme_rows(run: xr.Dataset, case: Case, quantity: str) -> np.ndarray:
     """Per joint: number, minimum, its time [s], maximum, its time; shape (joints, 5)."""
     values, time = per_joint(run, case, quantity), run["time"].values.round(10)
     low, high = values.argmin(axis=0), values.argmax(axis=0)
-    joints = joints_of(case, quantity)
+    joints = joints_of(run, case, quantity)
     return np.column_stack([joints, values.min(axis=0), time[low], values.max(axis=0), time[high]])
 
 
@@ -267,7 +268,7 @@ def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> Run:
         else:
             rows, section = extreme_rows(run, case, quantity), "extremes"
         fields = {"unit": run[quantity].attrs["units"], **bound._asdict()}
-        joints = joints_of(case, quantity)
+        joints = joints_of(run, case, quantity)
         tables[section][quantity] = {"joints": joints, "rows": rows.tolist(), **fields}
     settings = {"scenario": case.scenario, "switches": case.switches}
     return Run.model_validate({**settings, **tables})

@@ -39,7 +39,8 @@ NEW_JOINT_KEYS = {
 
 def is_first(data: object) -> bool:
     """Whether this is a file's content of the first version."""
-    return isinstance(data, dict) and data.get("schema_version") == VERSION
+    version = data.get("schema_version") if isinstance(data, dict) else None
+    return type(version) is int and version == VERSION
 
 
 def upgraded(data: dict[str, Any]) -> dict[str, Any]:

@@ -68,6 +68,9 @@ def _properties(agreement: Agreement) -> ElementTree.Element:
     properties = ElementTree.Element("properties")
     for name, value in _scalars(agreement.provenance):
         ElementTree.SubElement(properties, "property", {"name": name, "value": _clean(str(value))})
+    if agreement.known:
+        known = _clean(", ".join(key.id for key in agreement.known))
+        ElementTree.SubElement(properties, "property", {"name": "known", "value": known})
     for finding in agreement.findings:
         if finding.kind == "measurement":
             value = f"{finding.measured!r} {finding.unit}"

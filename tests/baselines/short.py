@@ -16,9 +16,10 @@ from crosscheck.checks.trajectories import UNITS
 from crosscheck.comparison import Comparison, Results, findings_of, tasks_of
 from crosscheck.findings import About, Agreement, Finding, Key, checked, measured_only
 from crosscheck.plan import Experiment, Wanted
+from crosscheck.provenance import provenance
 from crosscheck.registry import MODELS
 from crosscheck.regression import compare
-from crosscheck.run import CrossCheck, cases_of, provenance_of, runs_of
+from crosscheck.run import CrossCheck, cases_of, runs_of
 from crosscheck.run_suite import experiment_comparisons
 from crosscheck.tasks import RunKey, Simulation
 from crosscheck.workers import perform_all
@@ -45,7 +46,7 @@ def short_check(arm: Arm, only: RunKey | None = None) -> CrossCheck:
     planned = [c for c in experiment_comparisons(experiment) if _is_wanted(c, only)]
     results = Results(perform_all(tasks_of(planned), 1, lambda key: None))
     findings = list(findings_of(planned, results))
-    agreement = Agreement(findings, provenance_of(quick(arm), ()))
+    agreement = Agreement(findings, provenance(arm, 0, True))
     return CrossCheck(quick(arm), agreement, cases_of(planned), runs_of(results))
 
 
@@ -74,7 +75,7 @@ def invented_check(arm: Arm) -> CrossCheck:
     settings = {"scenario": scenario, "switches": switches()}
     texts = {name: json.dumps(value.model_dump()) for name, value in settings.items()}
     run = run.assign_attrs(model="analytic:physical", step_s=scenario.step_s, **texts)
-    agreement = Agreement([green()], provenance_of(quick(arm), ()))
+    agreement = Agreement([green()], provenance(arm, 0, True))
     cases = {ANALYTIC: Case(arm, scenario, switches())}
     return CrossCheck(quick(arm), agreement, cases, {ANALYTIC: run})
 

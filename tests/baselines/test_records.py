@@ -129,11 +129,11 @@ REFUSED: dict[str, tuple[Change, str]] = {
     "another digest of the arm": (_set("x", "provenance", "arm_sha256"), "arm_sha256 = 'x': "),
     "an older format": (
         _set(1, "schema_version"),
-        "schema_version = 1: only format 2 is read, this is an older one",
+        "schema_version = 1: only format 3 is read, this is an older one",
     ),
-    "a newer format": (_set(3, "schema_version"), "schema_version = 3: only format 2 is read; "),
+    "a newer format": (_set(4, "schema_version"), "schema_version = 4: only format 3 is read; "),
     "a bool for a version": (_set(True, "schema_version"), "schema_version = True: "),
-    "a fraction for a version": (_set(2.0, "schema_version"), "schema_version = 2.0: "),
+    "a fraction for a version": (_set(3.0, "schema_version"), "schema_version = 3.0: "),
     "another major version": (
         _set("7.1.0", "project_version"),
         "project_version = '7.1.0': major version 0",
@@ -181,7 +181,7 @@ REFUSED: dict[str, tuple[Change, str]] = {
     ),
     "a joint less": (
         lambda data: _theta(data).update(rows=[row[:2] for row in _theta(data)["rows"]]),
-        "theta.rows = 1: must cover 2 joints",
+        "theta.rows.0 = (0.0, 0.0): a time and 2 numbers",
     ),
     "a joint less at the extremes": (
         lambda data: _force(data).pop(),
