@@ -60,6 +60,7 @@ COARSER = {"": "coarse", "reference": "reference-coarse"}
 UNKNOWN, UNKNOWN_OF_SIZE = 1e-6, 1e-10
 # Where no second run tells what one rounding grows to.
 UNMEASURED_ROUNDINGS = 1000
+BY_ROUNDING = "the same steps again: rounding as it was measured to grow over the run"
 
 Datasets = dict[RunKey, xr.Dataset]
 
@@ -235,7 +236,7 @@ def _repeated(pair: Pair | None, run: xr.Dataset, quantity: str) -> Limit:
     """What rounding alone can make of the same steps again, in whichever engine."""
     try:
         if pair is not None and quantity in pair.run:
-            return repeatable(pair, quantity)
+            return Limit(repeatable(pair, quantity).value, BY_ROUNDING)
     except Incomparable:
         pass
     value = UNMEASURED_ROUNDINGS * rounding_of(run, quantity)

@@ -236,7 +236,7 @@ def test_without_a_meaningful_tolerance_nothing_is_compared(result: CrossCheck) 
     wild = with_run(result, NUDGED, wild.assign(x_sp=wild["x_sp"] + 1e-5))
     sampled = baseline_of(wild).runs[str(ANALYTIC)].sampled
     assert sampled["x_sp"].tolerance is None
-    assert sampled["x_sp"].basis.startswith("not compared: 10 x the root of 2000 steps' roundings")
+    assert sampled["x_sp"].basis.startswith("not compared: the same steps again: rounding")
     assert sampled["theta"].tolerance is not None
 
 
