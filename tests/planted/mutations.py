@@ -17,7 +17,7 @@ import xarray as xr
 
 from crosscheck import plan, state_suite
 from crosscheck.checks.answers import CHRISTOFFEL, FORCE_SLOPES, START_MASS
-from crosscheck.comparison import ModelTask, Results, findings_of, tasks_of
+from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.findings import Finding
 from crosscheck.preparation import prepared
 from crosscheck.registry import MODELS, model_class
@@ -284,6 +284,7 @@ class Campaign:
     """A plan, performed unharmed once, against which mutants are held."""
 
     def __init__(self, arm: Arm) -> None:
+        self.concerned: dict[tuple[str, str], tuple[list[ModelTask], list[Comparison]]] = {}
         wanted = plan.Wanted(arm, quick=True)
         with Workers(2) as workers:
             self.comparisons = planned(wanted, prepared(wanted, workers))
@@ -293,13 +294,22 @@ class Campaign:
 
     def findings(self, mutant: Mutant, patch: pytest.MonkeyPatch) -> list[Finding]:
         """All that the mutant has a part in."""
-        touched = [t for t in tasks_of(self.comparisons) if self._is_touched(t, mutant)]
-        asked = [c for c in self.comparisons if set(touched) & set(c.needs)]
+        touched, asked = self._concerned(mutant.model, mutant.method)
         changed = {task.key: self._performed(task, mutant, patch) for task in touched}
         return list(findings_of(asked, Results(self.outcomes | changed)))
 
-    def _is_touched(self, task: ModelTask, mutant: Mutant) -> bool:
-        return task.model == mutant.model and calls(task) == mutant.method
+    def _concerned(self, model: str, method: str) -> tuple[list[ModelTask], list[Comparison]]:
+        """The tasks that call a method of a model, and the comparisons that need them."""
+        if (model, method) not in self.concerned:
+            of_it = [
+                task
+                for task in tasks_of(self.comparisons)
+                if task.model == model and calls(task) == method
+            ]
+            keys = set(of_it)
+            asked = [c for c in self.comparisons if not keys.isdisjoint(c.needs)]
+            self.concerned[model, method] = of_it, asked
+        return self.concerned[model, method]
 
     def _performed(self, task: ModelTask, mutant: Mutant, patch: pytest.MonkeyPatch) -> Outcome:
         owner = model_class(task.model)
