@@ -9,8 +9,8 @@ from functools import lru_cache
 
 import sympy as sp
 
+from analytic.forms import Form, christoffel_bias, virtual_work
 from analytic.kinematics import gear_angles
-from analytic.lagrange import Form, christoffel_bias, virtual_work
 from analytic.symbols import geared_variables, m_payload, stage_symbols
 
 JOINTS = 2

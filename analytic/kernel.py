@@ -17,6 +17,7 @@ from numba import njit
 from analytic.gears import Gears
 from analytic.mesh_force import in_contact, mesh_force
 from analytic.mesh_frequency import mesh_phase
+from analytic.stiffness import stiffness
 from analytic.terms import Terms
 from models.drive import DriveData, joint_torque
 
@@ -73,39 +74,31 @@ def bias(terms: Terms, q: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
 
 
 @njit(cache=True, inline="always")
-def elastic_force(gears: Gears, i: int, x: float, sine: float) -> float:
-    """Elastic force per planet [N] of mesh i at its displacement x [m]."""
-    return mesh_force(
-        gears.dead_zone,
-        x,
-        sine,
-        gears.k_m[i],
-        gears.k_a[i],
-        gears.E[i],
-        gears.b[i],
-        gears.sigma[i],
-    )
+def elastic_force(gears: Gears, i: int, x: float, phase: float, sine: float) -> float:
+    """Elastic force per planet [N] of mesh i at its displacement x [m] and phase [rad]."""
+    k = stiffness(gears.law, i, phase, sine, gears.k_m[i], gears.k_a[i])
+    return mesh_force(gears.dead_zone, x, sine, k, gears.E[i], gears.b[i], gears.sigma[i])
 
 
 @njit(cache=True, inline="always")
 def elastic_forces(gears: Gears, t: float, q: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
     """Elastic force per planet [N] of every mesh into out (meshes,)."""
     for i in range(out.size):
-        out[i] = elastic_force(gears, i, q[gears.where[i]], mesh_sine(gears, i, t, q, v))
+        phase = phase_of(gears, i, t, q, v)
+        out[i] = elastic_force(gears, i, q[gears.where[i]], phase, np.sin(phase))
 
 
 @njit(cache=True, inline="always")
-def mesh_sine(gears: Gears, i: int, t: float, q: np.ndarray, v: np.ndarray) -> float:
-    """The sine of Eqs. 8 and 14 of mesh i."""
+def phase_of(gears: Gears, i: int, t: float, q: np.ndarray, v: np.ndarray) -> float:
+    """The argument [rad] of the sines of Eqs. 8 and 14 of mesh i."""
     joint = gears.theta[i]
-    return np.sin(mesh_phase(gears.phase, gears.rate[i], gears.offset[i], t, q[joint], v[joint]))
+    return mesh_phase(gears.phase, gears.rate[i], gears.offset[i], t, q[joint], v[joint])
 
 
 @njit(cache=True, inline="always")
-def torque(drive: DriveData, j: int, t: float, q: np.ndarray, v: np.ndarray) -> float:
-    """Output-side torque [N m] of joint j; its angle is the last coordinate of the joint."""
-    joints = drive.gains.shape[0]
-    sensed = (j + 1) * (q.size // joints) - 1
+def torque(terms: Terms, drive: DriveData, j: int, t: float, q: np.ndarray, v: np.ndarray) -> float:
+    """Output-side torque [N m] of joint j by its angle and rate."""
+    sensed = terms.theta[j]
     return joint_torque(
         drive.code,
         drive.gains[j],
@@ -127,16 +120,22 @@ def generalized_force(
     v: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """F - D v of Eqs. 21-22 into out (n,)."""
+    """F - D v of Eqs. 21-22, friction and weight into out (n,)."""
     out[:] = 0.0
     for j in range(terms.drive_map.shape[1]):
-        effort = torque(drive, j, t, q, v)
+        effort = torque(terms, drive, j, t, q, v)
         for row in range(q.size):
             out[row] += terms.drive_map[row, j] * effort
+        out[terms.theta[j]] -= terms.friction[j] * v[terms.theta[j]]
+    for i in range(terms.weight.shape[0]):
+        angle = wave_angle(terms.waves, terms.weight[i, 1], q)
+        pull = terms.weight_coeff[i, 0] * np.cos(angle) + terms.weight_coeff[i, 1] * np.sin(angle)
+        out[terms.weight[i, 0]] += pull
     for i in range(gears.where.size):
         at = gears.where[i]
-        sine = mesh_sine(gears, i, t, q, v)
-        force = elastic_force(gears, i, q[at], sine)
+        phase = phase_of(gears, i, t, q, v)
+        sine = np.sin(phase)
+        force = elastic_force(gears, i, q[at], phase, sine)
         for row in range(q.size):
             out[row] += terms.mesh_map[row, i] * force
         if gears.damps_apart or in_contact(q[at], sine, gears.E[i], gears.b[i]):

@@ -1,93 +1,89 @@
-"""Lagrange's equations for planar chains, in symbols.
+"""Lagrange's equations for planar chains.
 
 A planar chain of links with absolute angles Theta_k places every body's centre at
 sum_k c_k e(Theta_k), e being the unit vector along link k. Its velocity is sum_k c_k n(Theta_k)
 Theta_k', with n normal to e, and n(Theta_k) . n(Theta_l) = cos(Theta_k - Theta_l). So the mass
-matrix sum J^T m J has only cosines of differences of absolute angles in it, and needs no
-simplification.
+matrix sum J^T m J has only cosines of differences of absolute angles in it, the bias only their
+sines, and neither needs simplification: both are lists of waves, sums w . q of joint angles with
+whole w, and their coefficients, symbols or exact fractions alike.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
-import sympy as sp
+import numpy as np
+
+from analytic.bodies import Body
+
+Wave = tuple[int, ...]  # w, shape (n,), its first entry that is not 0 positive
+MassTerms = Mapping[tuple[int, int, Wave], Any]  # M[row, col] += coefficient cos(w . q)
+# bias[row] += coefficient sin(w . q) v_a v_b
+BiasTerms = Mapping[tuple[int, Wave, int, int], Any]
+# force[row] += coefficient cos(w . q), and another sin(w . q)
+WeightTerms = Mapping[tuple[int, Wave], tuple[Any, Any]]
 
 
-@dataclass(frozen=True)
-class Body:
-    """A rigid body of a planar chain.
+def mass_terms(bodies: Iterable[Body], links: Sequence[np.ndarray]) -> MassTerms:
+    """M(q) = sum over bodies of J_v^T m J_v + J_w^T I J_w, as waves.
 
-    mass [kg] and inertia [kg m^2] about its centre; angle: absolute angle [rad], linear in q;
-    centre: per link, the distance c_k [m] of its centre along that link (empty: on the base).
+    links: row of each link's absolute angle.
     """
-
-    name: str
-    mass: sp.Expr
-    inertia: sp.Expr
-    angle: sp.Expr
-    centre: tuple[sp.Expr, ...] = ()
-
-
-@dataclass(frozen=True)
-class Form:
-    """A set of equations of motion M(q) q'' + bias(q, q') = force, in symbols.
-
-    Each is a sympy Matrix over q, v; ``force`` is linear in the mesh forces and the torques.
-    Damping is not part of a form.
-    """
-
-    name: str
-    q: tuple[sp.Symbol, ...]
-    v: tuple[sp.Symbol, ...]
-    mass_matrix: sp.ImmutableMatrix
-    bias: sp.ImmutableMatrix
-    force: sp.ImmutableMatrix
-
-
-def mass_matrix(
-    bodies: Iterable[Body], link_angles: Sequence[sp.Expr], q: Sequence[sp.Symbol]
-) -> sp.ImmutableMatrix:
-    """M(q) = sum over bodies of J_v^T m J_v + J_w^T I J_w, shape (n, n).
-
-    link_angles: absolute angle of each link, linear in q.
-    """
-    rows = [_gradient(angle, q) for angle in link_angles]
-    total = sp.zeros(len(q), len(q))
+    terms: defaultdict[tuple[int, int, Wave], Any] = defaultdict(int)
     for body in bodies:
-        spin = _gradient(body.angle, q)
-        total += body.inertia * spin.T * spin
+        _add_product(terms, body.inertia, 0 * links[0], body.angle, body.angle)
         for k, c_k in enumerate(body.centre):
             for j, c_j in enumerate(body.centre):
-                overlap = sp.cos(link_angles[k] - link_angles[j])
-                total += body.mass * c_k * c_j * overlap * rows[k].T * rows[j]
-    return sp.ImmutableMatrix(total.applyfunc(sp.expand))
+                overlap = links[k] - links[j]
+                _add_product(terms, body.mass * c_k * c_j, overlap, links[k], links[j])
+    return {place: coefficient for place, coefficient in terms.items() if coefficient != 0}
 
 
-def christoffel_bias(
-    mass: sp.ImmutableMatrix, q: Sequence[sp.Symbol], v: Sequence[sp.Symbol]
-) -> sp.ImmutableMatrix:
-    """C(q, v) v, shape (n, 1), from d/dt(dT/dv) - dT/dq with T = v^T M v / 2."""
-    rate = sp.Matrix(v)
-    momentum = sp.Matrix(mass) * rate
-    kinetic = (rate.T * momentum)[0] / 2
-    changing = sp.zeros(len(q), 1)
-    for angle, velocity in zip(q, v, strict=True):
-        changing += momentum.diff(angle) * velocity
-    slope = sp.Matrix([kinetic.diff(angle) for angle in q])
-    return sp.ImmutableMatrix((changing - slope).applyfunc(sp.expand))
+def _add_product(
+    terms: defaultdict[tuple[int, int, Wave], Any],
+    factor: Any,
+    wave: np.ndarray,
+    left: np.ndarray,
+    right: np.ndarray,
+) -> None:
+    """Add factor cos(wave . q) left^T right to the mass matrix."""
+    for row in np.flatnonzero(left):
+        for column in np.flatnonzero(right):
+            place = int(row), int(column), _upward(wave)[0]
+            terms[place] += factor * left[row] * right[column]
 
 
-def virtual_work(
-    efforts: Iterable[tuple[sp.Expr, sp.Expr]], q: Sequence[sp.Symbol]
-) -> sp.ImmutableMatrix:
-    """Generalized force, shape (n, 1), of efforts (force, the displacement that it works on)."""
-    total = sp.zeros(len(q), 1)
-    for effort, displacement in efforts:
-        total += effort * _gradient(displacement, q).T
-    return sp.ImmutableMatrix(total.applyfunc(sp.expand))
+def _upward(wave: np.ndarray) -> tuple[Wave, int]:
+    """The wave, or its opposite with the sign that its sine takes."""
+    first = next((int(entry) for entry in wave if entry), 1)
+    sign = 1 if first > 0 else -1
+    return tuple(sign * int(entry) for entry in wave), sign
 
 
-def _gradient(expression: sp.Expr, q: Sequence[sp.Symbol]) -> sp.Matrix:
-    return sp.Matrix([[sp.diff(expression, coordinate) for coordinate in q]])
+def bias_terms(mass: MassTerms) -> BiasTerms:
+    """C(q, v) v by Christoffel's symbols: sum (dM_ij/dq_k - 1/2 dM_jk/dq_i) v_j v_k, as waves."""
+    terms: defaultdict[tuple[int, Wave, int, int], Any] = defaultdict(int)
+    for (i, j, wave), coefficient in mass.items():
+        for k in map(int, np.flatnonzero(wave)):
+            slope = -coefficient * wave[k]
+            terms[i, wave, min(j, k), max(j, k)] += slope
+            terms[k, wave, min(i, j), max(i, j)] -= slope / 2
+    return {place: coefficient for place, coefficient in terms.items() if coefficient != 0}
+
+
+def weight_terms(
+    bodies: Iterable[Body], links: Sequence[np.ndarray], gravity: tuple[Any, Any]
+) -> WeightTerms:
+    """-dV/dq of V = -sum m g . r, as waves: links are pulled across themselves, by m c_k g . n."""
+    g_x, g_y = gravity
+    terms: defaultdict[tuple[int, Wave], tuple[Any, Any]] = defaultdict(lambda: (0, 0))
+    for body in bodies:
+        for k, c_k in enumerate(body.centre):
+            wave, sign = _upward(links[k])
+            for row in np.flatnonzero(links[k]):
+                lever = body.mass * c_k * links[k][row]
+                cosine, sine = terms[int(row), wave]
+                terms[int(row), wave] = cosine + lever * g_y, sine - sign * lever * g_x
+    return {place: pair for place, pair in terms.items() if pair != (0, 0)}

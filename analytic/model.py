@@ -6,47 +6,39 @@ from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
-import sympy as sp
 import xarray as xr
 
 from analytic import kernel
-from analytic.energies import energies_form
-from analytic.gears import Gears, gears, no_gears
-from analytic.lagrange import Form
-from analytic.physical import physical_form
-from analytic.printed import printed_form
+from analytic.bodies import all_bodies
+from analytic.chain import exact_chain
+from analytic.gears import Gears, gears
 from analytic.recording import along
 from analytic.reference import solve
-from analytic.rigid import rigid_form
+from analytic.rigid import rigid_bodies
 from analytic.stability import contact_eigenvalues, runge_kutta_limit
-from analytic.symbols import Variables, geared_variables, parameter_values, rigid_variables
-from analytic.terms import Terms, numeric_terms
+from analytic.stiffness import peak_stiffness
+from analytic.terms import Terms, chain_terms
 from models.arm import Arm
 from models.drive import drive_data
-from models.errors import InputError
-from models.interface import (
-    STATE_ABILITIES,
-    Model,
-    gear_coordinates,
-    link_coordinates,
-    require_finite,
-)
+from models.interface import STATE_ABILITIES, Model, require_finite
+from models.layout import MESHES, Layout, Meaning, lumped_layout, rigid_layout
 from models.scenario import Scenario, per_joint
 from models.switches import Switches
 from models.trajectory import recorded_times, trajectory
 
-RIGID = 1e-3  # of the fastest mode: below it an eigenvalue is rounding of the rigid motion
+FORCES: dict[Meaning, str] = {"x_sp": "F_sp", "x_pr": "F_pr"}
 
 
-def _terms(form: Form, arm: Arm, variables: Variables) -> Terms:
-    return _terms_for(form, variables, tuple(parameter_values(arm).items()))
+@lru_cache(maxsize=128)
+def _physical_terms(arm: Arm, layout: Layout) -> Terms:
+    chain = exact_chain(arm, layout)
+    return chain_terms(chain, all_bodies(chain), arm)
 
 
-@lru_cache(maxsize=128)  # arms of equal masses and radii share their terms, whatever the teeth do
-def _terms_for(
-    form: Form, variables: Variables, values: tuple[tuple[sp.Symbol, float], ...]
-) -> Terms:
-    return numeric_terms(form, dict(values), variables.mesh_forces, variables.torques)
+@lru_cache(maxsize=128)
+def _rigid_terms(arm: Arm, level: str) -> Terms:
+    chain = exact_chain(arm, rigid_layout(arm))
+    return chain_terms(chain, rigid_bodies(chain, level), arm)
 
 
 class AnalyticModel(Model):
@@ -57,10 +49,12 @@ class AnalyticModel(Model):
     gears: Gears
 
     def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None, layout: Layout
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
+        self.layout = layout
         self.drive = drive_data(scenario, len(arm.joints))
+        self.gears = gears(arm, layout, self.switches)
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q) of Eq. 21."""
@@ -88,33 +82,39 @@ class AnalyticModel(Model):
 
     def largest_stable_step(self) -> float:
         """RK4's limit [s] at peak stiffness, over four poses of every joint after the first."""
-        stiffness = self.gears.k_m + self.gears.k_a
+        stiffness = peak_stiffness(self.gears.law, self.gears.k_m, self.gears.k_a)
         limits = []
         for angle in np.arange(4) * np.pi / 2:
-            pose = np.zeros(len(self.coordinates))
-            pose[self._theta] = angle
+            pose = np.zeros(len(self.layout))
+            pose[self.layout.theta] = angle
             poles = contact_eigenvalues(self.terms, self.gears, self.drive, pose, stiffness)
             limits.append(runge_kutta_limit(poles))
         return min(limits)
 
     def mesh_modes(self) -> np.ndarray:
-        """Undamped modes [Hz] in the start pose, ascending."""
+        """Undamped modes [Hz] in the start pose, ascending: the fastest, one for each mesh."""
+        count = self.gears.where.size
         undamped = self.gears._replace(d=np.zeros_like(self.gears.d))
         pose, _ = self.start()
         poles = contact_eigenvalues(self.terms, undamped, self.drive, pose, undamped.k_m)
-        return np.sort(poles.imag[poles.imag > RIGID * poles.imag.max()]) / (2 * np.pi)
+        return np.sort(poles.imag)[poles.size - count :] / (2 * np.pi)
+
+    def contact_poles(self) -> np.ndarray:
+        """Linearised about the start pose, every tooth in contact."""
+        pose, _ = self.start()
+        return contact_eigenvalues(self.terms, self.gears, self.drive, pose, self.gears.k_m)
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """(q, v) of the scenario's start, each of shape (n,)."""
         start, joints = self.scenario.start, len(self.arm.joints)
-        q, v = np.zeros(len(self.coordinates)), np.zeros(len(self.coordinates))
-        q[self._theta] = per_joint(start.theta_rad, joints)
-        v[self._theta] = per_joint(start.theta_dot_rad_per_s, joints)
-        if self.gears.where.size:
-            if start.mesh == "contact":
-                q[self.gears.where] = self.gears.b
-            q[self.gears.where[::2]] += per_joint(start.sun_planet_offset_m, joints)
-            q[self.gears.where[1::2]] += per_joint(start.planet_ring_offset_m, joints)
+        q, v = np.zeros((2, len(self.layout)))
+        q[self.layout.theta] = per_joint(start.theta_rad, joints)
+        v[self.layout.theta] = per_joint(start.theta_dot_rad_per_s, joints)
+        if start.mesh == "contact":
+            q[self.gears.where] = self.gears.b
+        offsets = start.sun_planet_offset_m, start.planet_ring_offset_m
+        for mesh, offset in zip(MESHES, offsets, strict=True):
+            q[self.layout.of(mesh)] += np.array(per_joint(offset, joints))[self.layout.meshing]
         return q, v
 
     def simulate(self) -> xr.Dataset:
@@ -150,99 +150,42 @@ class AnalyticModel(Model):
         accelerations, forces, torques, energy = along(
             self.terms, self.gears, self.drive, time, qs, vs
         )
+        theta = self.layout.theta
         variables = {
-            "theta": qs[:, self._theta],
-            "theta_dot": vs[:, self._theta],
-            "theta_ddot": accelerations[:, self._theta],
+            "theta": qs[:, theta],
+            "theta_dot": vs[:, theta],
+            "theta_ddot": accelerations[:, theta],
             "torque": torques,
             "kinetic_energy": energy,
             **more,
         }
-        if self.gears.where.size:
-            for offset, mesh in enumerate(("sp", "pr")):
-                where = self.gears.where[offset::2]
-                variables[f"x_{mesh}"] = self._per_planet(qs[:, where])
-                variables[f"x_{mesh}_dot"] = self._per_planet(vs[:, where])
-                variables[f"F_{mesh}"] = self._per_planet(forces[:, offset::2])
+        for place, mesh in enumerate(MESHES if self.layout.meshing else ()):
+            where = self.layout.of(mesh)
+            variables[mesh] = self._per_planet(qs[:, where])
+            variables[f"{mesh}_dot"] = self._per_planet(vs[:, where])
+            variables[FORCES[mesh]] = self._per_planet(forces[:, place::2])
         return trajectory(self, time, **variables)
 
-    @property
-    def _theta(self) -> np.ndarray:
-        """Where the joint angles are among the coordinates."""
-        per = len(self.coordinates) // len(self.arm.joints)
-        return np.arange(per - 1, len(self.coordinates), per)
-
     def _per_planet(self, values: np.ndarray) -> np.ndarray:
-        """The lumped value, repeated for each planet; NaN beyond a joint's own planets."""
+        """Values of geared joints, repeated for each planet; NaN beyond a joint's own planets."""
         planets = [joint.planet_count for joint in self.arm.joints]
-        repeated = np.repeat(values[:, :, None], max(planets), axis=2)
-        for joint, count in enumerate(planets):
-            repeated[:, joint, count:] = np.nan
+        repeated = np.full((len(values), len(planets), max(planets)), np.nan)
+        for column, joint in enumerate(self.layout.meshing):
+            repeated[:, joint, : planets[joint]] = values[:, column, None]
         return repeated
 
 
-class FormModel(AnalyticModel):
-    """A geared arm in the paper's coordinates, with any symbolic form of its equations."""
-
-    name = "analytic:form"
-    abilities = AnalyticModel.abilities | {"mesh_modes"}
-
-    def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None, form: Form
-    ) -> None:
-        super().__init__(arm, scenario, chosen_switches)
-        self.coordinates = gear_coordinates(len(arm.joints))
-        self.gears = gears(arm, self.switches)
-        self.terms = _terms(form, arm, geared_variables(len(arm.joints)))
-
-
-class PhysicalModel(FormModel):
-    """True absolute velocities of all bodies."""
+class PhysicalModel(AnalyticModel):
+    """Every body with its true absolute velocity, for any arm."""
 
     name = "analytic:physical"
+    abilities = AnalyticModel.abilities | {"mesh_modes", "contact_poles"}
 
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
-        super().__init__(arm, scenario, chosen_switches, physical_form(len(arm.joints)))
-
-
-class PaperModel(FormModel):
-    """A form that the paper writes for two joints with three planets each.
-
-    Raises InputError for any other arm.
-    """
-
-    def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None, form: Form
-    ) -> None:
-        planets = [joint.planet_count for joint in arm.joints]
-        if planets != [3, 3]:
-            allowed = f"analytic:{form.name} needs two joints with three planets each"
-            raise InputError(arm.name, "joints", None, allowed)
-        super().__init__(arm, scenario, chosen_switches, form)
-
-
-class PrintedModel(PaperModel):
-    """Eqs. 21-22 entry for entry."""
-
-    name = "analytic:printed"
-
-    def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
-    ) -> None:
-        super().__init__(arm, scenario, chosen_switches, printed_form())
-
-
-class EnergiesModel(PaperModel):
-    """Eqs. 16-19 through Lagrange's equations."""
-
-    name = "analytic:energies"
-
-    def __init__(
-        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
-    ) -> None:
-        super().__init__(arm, scenario, chosen_switches, energies_form())
+        super().__init__(arm, scenario, chosen_switches, lumped_layout(arm))
+        self.terms = _physical_terms(arm, self.layout)
 
 
 class RigidModel(AnalyticModel):
@@ -253,11 +196,8 @@ class RigidModel(AnalyticModel):
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
-        super().__init__(arm, scenario, chosen_switches)
-        joints = len(arm.joints)
-        self.coordinates = link_coordinates(joints)
-        self.gears = no_gears()
-        self.terms = _terms(rigid_form(joints, self.level), arm, rigid_variables(joints))
+        super().__init__(arm, scenario, chosen_switches, rigid_layout(arm))
+        self.terms = _rigid_terms(arm, self.level)
 
 
 class RigidLinks(RigidModel):

@@ -1,8 +1,4 @@
-"""The `physical` form: every body with its true absolute velocity, for N planar geared joints.
-
-The bodies are those of Eqs. 16-19; where the paper drops a velocity (the elbow's planets share no
-rotation of link 1 in Eq. 18) the true one stands here.
-"""
+"""The `physical` form: every body with its true absolute velocity, for N planar geared joints."""
 
 from __future__ import annotations
 
@@ -10,97 +6,32 @@ from functools import lru_cache
 
 import sympy as sp
 
-from analytic.kinematics import gear_angles
-from analytic.lagrange import Body, Form, christoffel_bias, mass_matrix, virtual_work
-from analytic.symbols import geared_variables, m_payload, stage_symbols
+from analytic.bodies import all_bodies
+from analytic.chain import Chain
+from analytic.efforts import drive_rows, mesh_rows
+from analytic.forms import Form, bias_vector, mass_matrix
+from analytic.lagrange import bias_terms, mass_terms
+from analytic.symbols import geared_variables, symbolic_chain
 
 
 @lru_cache
 def physical_form(joints: int) -> Form:
     """Equations of motion of an arm with this many geared joints, in the paper's coordinates."""
-    variables = geared_variables(joints)
+    variables, chain = geared_variables(joints), symbolic_chain([True] * joints)
     q, v = variables.q, variables.v
-    mass = mass_matrix(all_bodies(joints), link_angles(joints), q)
-    return Form(
-        "physical", q, v, mass, christoffel_bias(mass, q, v), virtual_work(_efforts(joints), q)
-    )
+    mass = mass_terms(all_bodies(chain), chain.angles[1:])
+    bias = bias_vector(bias_terms(mass), q, v)
+    return Form("physical", q, v, mass_matrix(mass, q), bias, _force(chain, joints))
 
 
-def link_angles(joints: int) -> list[sp.Expr]:
-    """Absolute angle of every link: the joint angles summed from the base on."""
-    theta = geared_variables(joints).q[2::3]
-    return [sp.Add(*theta[: k + 1]) for k in range(joints)]
-
-
-def all_bodies(joints: int) -> list[Body]:
-    """Every body of the arm."""
-    bodies = [body for joint in range(1, joints + 1) for body in link_bodies(joint, joints)]
-    for joint in range(1, joints + 1):
-        bodies += carrier_bodies(joint, joints) + spinning_bodies(joint, joints)
-    return bodies
-
-
-def link_bodies(joint: int, joints: int) -> list[Body]:
-    """The link behind a joint, and the payload at the end of the last one (Eqs. 17, 19)."""
-    stage = stage_symbols(joint)
-    angle = link_angles(joints)[joint - 1]
-    origin = _joint_centre(joint)
-    bodies = [Body(f"link {joint}", stage.m, stage.I_l, angle, (*origin, stage.d))]
-    if joint == joints:
-        bodies.append(Body("payload", m_payload, sp.S.Zero, angle, (*origin, stage.L)))
-    return bodies
-
-
-def carrier_bodies(joint: int, joints: int) -> list[Body]:
-    """What turns with the links at a joint, and the masses that it carries.
-
-    The planets' centres, equally spaced on the carrier, act as their mass on the joint axis and
-    as N m_p r_c^2 about it.
-    """
-    stage = stage_symbols(joint)
-    angles = [sp.S.Zero, *link_angles(joints)]
-    centre = _joint_centre(joint)
-    carrier = stage.M_c * stage.r_cp**2
-    orbit = stage.N * stage.m_p * stage.r_c**2
-    return [
-        Body(f"ring {joint}", stage.m_r, stage.J_r, angles[joint - 1], centre),
-        Body(f"carrier {joint}", stage.m_c, carrier, angles[joint], centre),
-        Body(f"planet centres {joint}", stage.N * stage.m_p, orbit, angles[joint], centre),
-        Body(f"sun centre {joint}", stage.m_s, sp.S.Zero, angles[joint - 1], centre),
-    ]
-
-
-def spinning_bodies(joint: int, joints: int) -> list[Body]:
-    """Spin of sun and planets about their own axes (their masses are in `carrier_bodies`)."""
-    stage = stage_symbols(joint)
-    theta_s, theta_p = _gear_angles(joint, joints)
-    base = ([sp.S.Zero, *link_angles(joints)])[joint - 1]
-    sun, planet = stage.M_s * stage.r_s**2, stage.M_p * stage.r_p**2
-    return [
-        Body(f"sun {joint}", sp.S.Zero, sun, base + theta_s),
-        Body(f"planets {joint}", sp.S.Zero, stage.N * planet, base - theta_p),
-    ]
-
-
-def _joint_centre(joint: int) -> tuple[sp.Symbol, ...]:
-    return tuple(stage_symbols(k).L for k in range(1, joint))
-
-
-def _gear_angles(joint: int, joints: int) -> tuple[sp.Expr, sp.Expr]:
-    stage = stage_symbols(joint)
-    x_sp, x_pr, theta = geared_variables(joints).q[3 * joint - 3 : 3 * joint]
-    return gear_angles(x_sp, x_pr, theta, stage.r_s, stage.r_p, stage.r_cp)
-
-
-def _efforts(joints: int) -> list[tuple[sp.Expr, sp.Expr]]:
-    """Mesh forces against their displacements; T/n on the sun, reacting on the previous link."""
+def _force(chain: Chain, joints: int) -> sp.ImmutableMatrix:
+    """Mesh forces and torques on the coordinates."""
     variables = geared_variables(joints)
-    efforts = []
-    for joint in range(1, joints + 1):
-        stage = stage_symbols(joint)
-        x_sp, x_pr, _ = variables.q[3 * joint - 3 : 3 * joint]
-        F_sp, F_pr = variables.mesh_forces[2 * joint - 2 : 2 * joint]
-        theta_s, _ = _gear_angles(joint, joints)
-        efforts += [(-stage.N * F_sp, x_sp), (-stage.N * F_pr, x_pr)]
-        efforts += [(variables.torques[joint - 1] / stage.n, theta_s)]
-    return efforts
+    total = sp.zeros(len(variables.q), 1)
+    for rows, symbols in (
+        (mesh_rows(chain), variables.mesh_forces),
+        (drive_rows(chain), variables.torques),
+    ):
+        for row, symbol in zip(rows, symbols, strict=True):
+            total += symbol * sp.Matrix(list(row))
+    return sp.ImmutableMatrix(total.applyfunc(sp.expand))

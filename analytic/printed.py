@@ -10,11 +10,12 @@ from functools import lru_cache
 import sympy as sp
 
 from analytic.energies import JOINTS, ONE, TWO, joint_mass
-from analytic.lagrange import Form
-from analytic.symbols import StageSymbols, geared_variables, m_payload
+from analytic.forms import Form
+from analytic.stage import Stage
+from analytic.symbols import geared_variables, m_payload
 
 
-def primed_inertia(s: StageSymbols) -> sp.Expr:
+def primed_inertia(s: Stage) -> sp.Expr:
     """I'_ci = I_ci + 3 m_pi r_ci^2 + I_i, with I_ci = M_ci r_cip^2."""
     return s.M_c * s.r_cp**2 + 3 * s.m_p * s.r_c**2 + s.I_l
 

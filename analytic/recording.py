@@ -26,7 +26,7 @@ def along(
         kernel.acceleration(terms, gears, drive, time[k], q, v, accelerations[k])
         kernel.elastic_forces(gears, time[k], q, v, forces[k])
         for j in range(joints):
-            efforts[k, j] = kernel.torque(drive, j, time[k], q, v)
+            efforts[k, j] = kernel.torque(terms, drive, j, time[k], q, v)
         kernel.mass_matrix(terms, q, matrix)
         energy[k] = v @ (matrix @ v) / 2
     return accelerations, forces, efforts, energy

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from analytic import kernel
 from analytic.gears import Gears
@@ -28,6 +27,8 @@ def solve(
     q, v (times, n); work (times, 2) [J]: done by all forces since the start, and turned over (the
     integral of its rate's magnitude). Rows that the integrator did not reach are NaN.
     """
+    from scipy.integrate import solve_ivp  # a third of a second, for references alone
+
     n = start[0].size
     rate, force = np.empty(2 * n + 2), np.empty(n)
 

@@ -18,7 +18,7 @@ def contact_eigenvalues(
 ) -> np.ndarray:
     """Eigenvalues [1/s] at pose q with every mesh in contact, shape (2 n,).
 
-    stiffness [N/m], per mesh and planet; the controller's gains are included.
+    stiffness [N/m], per mesh and planet; the controller's gains, friction and weight are included.
     """
     n = q.size
     mass = np.empty((n, n))
@@ -26,9 +26,12 @@ def contact_eigenvalues(
     position, rate = np.zeros((n, n)), np.zeros((n, n))
     position[:, gears.where] = terms.mesh_map * stiffness
     rate[gears.where, gears.where] = -gears.d
+    rate[terms.theta, terms.theta] -= terms.friction
+    for (row, wave), (cosine, sine) in zip(terms.weight, terms.weight_coeff, strict=True):
+        angle = terms.waves[wave] @ q
+        position[row] += (sine * np.cos(angle) - cosine * np.sin(angle)) * terms.waves[wave]
     if drive.code == PD:
-        joints = terms.drive_map.shape[1]
-        sensed = np.arange(n // joints - 1, n, n // joints)
+        sensed = terms.theta
         position[:, sensed] -= terms.drive_map * drive.gains[:, 1]
         rate[:, sensed] -= terms.drive_map * drive.gains[:, 2]
     zero, unit = np.zeros((n, n)), np.eye(n)

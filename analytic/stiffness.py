@@ -1,9 +1,99 @@
-"""Time-variant meshing stiffness, Eqs. 7-8."""
+"""Time-variant meshing stiffness, Eqs. 7-8, and laws that the paper has not."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
-from numba import vectorize
+from numba import njit, vectorize
+
+from models.stiffness import (
+    FourierStiffness,
+    SineStiffness,
+    SquareStiffness,
+    StiffnessLaw,
+    TableStiffness,
+)
+
+SINE, WAVES, TABLE = range(3)
+TURN = 2 * np.pi
+SAMPLES = 4096  # of a period, for the peak of a law
+
+
+class StiffnessData(NamedTuple):
+    """Laws of several meshes, flat.
+
+    code (meshes,): SINE is Eq. 8, WAVES a Fourier series about the mean, TABLE cubic pieces.
+    first (meshes + 1,): where a mesh's rows begin. rows (rows, 5): of a series n, the coefficients
+    of cos(n phi) and sin(n phi) [N/m], 0, 0; of a table where a piece begins, in cycles, and its
+    coefficients, the cubic one first.
+    """
+
+    code: np.ndarray
+    first: np.ndarray
+    rows: np.ndarray
+
+
+def stiffness_data(laws: Sequence[StiffnessLaw]) -> StiffnessData:
+    """The laws as the kernel reads them."""
+    rows = [_rows(law) for law in laws]
+    return StiffnessData(
+        np.array([_code(law) for law in laws], dtype=np.int64),
+        np.cumsum([0, *map(len, rows)]),
+        np.concatenate([*rows, np.zeros((0, 5))]),
+    )
+
+
+def _code(law: StiffnessLaw) -> int:
+    if isinstance(law, SineStiffness):
+        return SINE
+    return TABLE if isinstance(law, TableStiffness) else WAVES
+
+
+def _rows(law: StiffnessLaw) -> np.ndarray:
+    if isinstance(law, SineStiffness):
+        return np.zeros((0, 5))
+    if isinstance(law, TableStiffness):
+        return _pieces(law)
+    cosines, sines = _waves(law)
+    orders = np.arange(1, len(cosines) + 1)
+    return np.column_stack([orders, cosines, sines, 0 * cosines, 0 * cosines])
+
+
+def _waves(law: FourierStiffness | SquareStiffness) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients [N/m] of cos(n phi) and sin(n phi), n = 1, 2, ...; of Eq. 7 by its two sines."""
+    if isinstance(law, FourierStiffness):
+        count = max(len(law.cosine_N_per_m), len(law.sine_N_per_m))
+        cosines, sines = np.zeros((2, count))
+        cosines[: len(law.cosine_N_per_m)] = law.cosine_N_per_m
+        sines[: len(law.sine_N_per_m)] = law.sine_N_per_m
+        return cosines, sines
+    i = np.arange(1, law.harmonics + 1)
+    size = (law.largest_N_per_m - law.least_N_per_m) / (i * np.pi)
+    lag = TURN * i * (law.contact_ratio - 1)
+    return size * np.sin(lag), size * (1 - np.cos(lag))
+
+
+def _pieces(law: TableStiffness) -> np.ndarray:
+    """The periodic cubic spline through the table, by SciPy."""
+    from scipy.interpolate import CubicSpline  # a third of a second, for tables alone
+
+    spline = CubicSpline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
+    return np.column_stack([spline.x[:-1], spline.c.T])
+
+
+def mean_stiffness(law: StiffnessLaw) -> float:
+    """Over a period [N/m]; of Eq. 7 its constant part."""
+    if isinstance(law, TableStiffness):
+        begin, a, b, c, d = _pieces(law).T
+        width = np.diff(begin, append=1.0)
+        return float((width * (d + width * (c / 2 + width * (b / 3 + width * a / 4)))).sum())
+    if isinstance(law, SquareStiffness):
+        return law.least_N_per_m + (law.largest_N_per_m - law.least_N_per_m) * (
+            law.contact_ratio - 1
+        )
+    return law.mean_N_per_m
 
 
 def square_wave_series(
@@ -30,3 +120,36 @@ def square_wave(cycle: np.ndarray, k_min: float, k_max: float, contact_ratio: fl
 def fundamental(sine: float, k_m: float, k_a: float) -> float:
     """k of Eq. 8 [N/m]; sine: that of the mesh phase."""
     return k_m + k_a * sine
+
+
+@njit(cache=True, inline="always")
+def stiffness(
+    law: StiffnessData, i: int, phase: float, sine: float, k_m: float, k_a: float
+) -> float:
+    """k [N/m] of mesh i at its phase [rad]; sine: that of the phase."""
+    if law.code[i] == SINE:
+        return fundamental(sine, k_m, k_a)
+    if law.code[i] == WAVES:
+        value = k_m
+        for row in range(law.first[i], law.first[i + 1]):
+            turn = law.rows[row, 0] * phase
+            value += law.rows[row, 1] * np.cos(turn) + law.rows[row, 2] * np.sin(turn)
+        return value
+    cycle = phase / TURN
+    cycle -= np.floor(cycle)
+    row = law.first[i + 1] - 1
+    while law.rows[row, 0] > cycle:
+        row -= 1
+    s = cycle - law.rows[row, 0]
+    return law.rows[row, 4] + s * (law.rows[row, 3] + s * (law.rows[row, 2] + s * law.rows[row, 1]))
+
+
+@njit(cache=True)
+def peak_stiffness(law: StiffnessData, k_m: np.ndarray, k_a: np.ndarray) -> np.ndarray:
+    """Largest k [N/m] of every mesh, shape (meshes,); of laws other than Eq. 8 by samples."""
+    peaks = k_m + k_a
+    for i in range(k_m.size):
+        for sample in range(SAMPLES if law.code[i] != SINE else 0):
+            phase = TURN * sample / SAMPLES
+            peaks[i] = max(peaks[i], stiffness(law, i, phase, np.sin(phase), k_m[i], k_a[i]))
+    return peaks

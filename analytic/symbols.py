@@ -1,54 +1,26 @@
-"""The symbols of the model, named as in the paper, and their values for an arm."""
+"""The symbols of the model, named as in the paper."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
 import sympy as sp
 
-from analytic.kinematics import stage_geometry
-from models.arm import Arm, Joint, Link
-
-
-class StageSymbols(NamedTuple):
-    """Symbols of one stage and the link that it drives.
-
-    M_s, M_p, M_c: equivalent masses [kg]; m_s, m_p, m_c, m_r: masses [kg]; J_r: ring inertia
-    [kg m^2]; r_s, r_p, r_c, r_cp: radii [m]; n: ratio; N: planets; m, I_l, d, L: the link's mass
-    [kg], inertia about its centre [kg m^2], centre [m] and length [m].
-    """
-
-    M_s: sp.Symbol
-    M_p: sp.Symbol
-    M_c: sp.Symbol
-    m_s: sp.Symbol
-    m_p: sp.Symbol
-    m_c: sp.Symbol
-    m_r: sp.Symbol
-    J_r: sp.Symbol
-    r_s: sp.Symbol
-    r_p: sp.Symbol
-    r_c: sp.Symbol
-    r_cp: sp.Symbol
-    n: sp.Symbol
-    N: sp.Symbol
-    m: sp.Symbol
-    I_l: sp.Symbol
-    d: sp.Symbol
-    L: sp.Symbol
-
+from analytic.chain import Chain
+from analytic.stage import Stage, exact, stage_values
+from models.arm import Arm
+from models.layout import layout_of
 
 m_payload = sp.Symbol("m_payload", positive=True)
 
 
 @lru_cache
-def stage_symbols(joint: int) -> StageSymbols:
+def stage_symbols(joint: int) -> Stage:
     """Symbols of the stage of joint 1, 2, ..."""
-    return StageSymbols(
-        *(sp.Symbol(f"{name}{joint}", positive=True) for name in StageSymbols._fields)
-    )
+    return Stage(*(sp.Symbol(f"{name}{joint}", positive=True) for name in Stage._fields))
 
 
 class Variables(NamedTuple):
@@ -87,35 +59,15 @@ def _torques(joints: int) -> tuple[sp.Symbol, ...]:
     return _reals(f"T_{i}" for i in range(1, joints + 1))
 
 
-def parameter_values(arm: Arm) -> dict[sp.Symbol, float]:
-    """The number behind every symbol, for this arm."""
-    values = {m_payload: arm.payload_mass_kg}
+def parameter_values(arm: Arm) -> dict[sp.Symbol, Fraction]:
+    """The number behind every symbol, for an arm with gears in all joints."""
+    values = {m_payload: exact(arm.payload_mass_kg)}
     for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
-        stage = stage_symbols(number)
-        values |= dict(zip(stage, _stage_values(joint, link), strict=True))
+        values |= dict(zip(stage_symbols(number), stage_values(joint, link), strict=True))
     return values
 
 
-def _stage_values(joint: Joint, link: Link) -> tuple[float, ...]:
-    geometry = stage_geometry(joint)
-    mass = link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
-    return (
-        joint.sun_equivalent_mass_kg,
-        joint.planet_equivalent_mass_kg,
-        joint.carrier_equivalent_mass_kg,
-        joint.sun_mass_kg,
-        joint.planet_mass_kg,
-        joint.carrier_mass_kg,
-        joint.ring_mass_kg,
-        joint.ring_inertia_kg_m2,
-        geometry.r_s,
-        geometry.r_p,
-        geometry.r_c,
-        geometry.r_cp,
-        geometry.n,
-        float(joint.planet_count),
-        mass,
-        mass * link.length_m**2 / 12,  # slender rod
-        link.com_m,
-        link.length_m,
-    )
+def symbolic_chain(meshing: Sequence[bool]) -> Chain:
+    """Geared joints in symbols; ``meshing``: which of them have mesh displacements."""
+    stages = tuple(stage_symbols(joint) for joint in range(1, len(meshing) + 1))
+    return Chain(stages, m_payload, layout_of(meshing))

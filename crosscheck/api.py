@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import xarray as xr
 
 from crosscheck.findings import Agreement
@@ -9,7 +11,8 @@ from crosscheck.registry import build
 from models.arm import Arm
 from models.errors import InputError
 from models.interface import Model
-from models.loading import load_arm, load_scenario
+from models.loading import load_arm, load_scenario, require_fit
+from models.scenario import Scenario
 
 __all__ = ["build", "check", "load_arm", "load_scenario", "require_stable_step", "simulate"]
 
@@ -40,9 +43,23 @@ def require_stable_step(model: Model) -> None:
 
 
 def check(
-    arm: Arm | str = "paper-labelled", *, quick: bool = False, jobs: int = 1, seed: int = 0
+    arm: Arm | str = "paper-labelled",
+    *,
+    scenarios: Sequence[Scenario | str] = (),
+    quick: bool = False,
+    jobs: int = 1,
+    seed: int = 0,
 ) -> Agreement:
-    """Run every check on an arm: states, trajectories, rigid levels. Raises InputError."""
+    """Run every check on an arm: states, trajectories, rigid levels.
+
+    scenarios: what to run in place of the usual experiments, those of the paper or sized to the
+    arm. Raises InputError.
+    """
+    from crosscheck.plan import Wanted
     from crosscheck.run import cross_check
 
-    return cross_check(arm, quick=quick, jobs=jobs, seed=seed).agreement
+    chosen = load_arm(arm) if isinstance(arm, str) else arm
+    loaded = tuple(load_scenario(s) if isinstance(s, str) else s for s in scenarios)
+    for scenario in loaded:
+        require_fit(scenario, chosen)
+    return cross_check(Wanted(chosen, quick, seed, loaded), jobs=jobs).agreement

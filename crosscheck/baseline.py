@@ -3,35 +3,31 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import Field, model_validator
 
-from crosscheck import LARGEST_SEED
-from crosscheck.checks.trajectories import MEANINGFUL, UNITS, Limit
+from crosscheck.checks.records import BY_PLANET
+from crosscheck.checks.trajectories import UNITS
+from crosscheck.provenance import Provenance
 from models.arm import Arm
-from models.quantities import Data, Finite, NotNegative
+from models.quantities import Data, Finite, NotNegative, UpToSeven
 from models.scenario import Scenario
 from models.switches import Switches
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 SampledName = Literal["theta", "theta_dot", "x_sp", "x_pr"]
 ExtremesName = Literal["theta_ddot", "F_sp", "F_pr"]
 CheckVerdict = Literal["agree", "unresolved", "differ", "failed"]
 BEST_FIRST: tuple[str, ...] = get_args(CheckVerdict)
+JointNumber = Annotated[int, Field(ge=1, le=7)]
 Row = Annotated[tuple[Finite, ...], Field(min_length=2, strict=False)]
 Rows = Annotated[tuple[Row, ...], Field(min_length=1, strict=False)]
 # Times are recorded to 0.1 ns.
 SAME_TIME_S = 1e-9
-# A tolerance above these means nothing: the quantity is recorded, but not compared.
-WIDEST = MEANINGFUL | {
-    "theta_dot": Limit(1e-5, "1e-6 rad at the 10 1/s of the arm's own motion"),
-    "theta_ddot": Limit(6.6, "60 N on the meshes, measured 0.11 rad/s2 per N"),
-    "F_sp": Limit(60.0, "5e-7 m at the peak mesh stiffness of the paper's arm, 1.2e8 N/m"),
-    "F_pr": Limit(60.0, "5e-7 m at the peak mesh stiffness of the paper's arm, 1.2e8 N/m"),
-}
 
 
 class Misfit(ValueError):
@@ -46,12 +42,21 @@ class Bounded(Data):
     """What a repetition may differ by, in ``unit``, and why; None: it is not compared.
 
     ``uncertainty``: numerical uncertainty by step refinement, None where it was not measured.
+    ``widest``: the tolerance above which a comparison would mean nothing, where there is one.
     """
 
     unit: str
     tolerance: NotNegative | None
     basis: str
     uncertainty: NotNegative | None = None
+    widest: NotNegative | None = None
+
+    @model_validator(mode="after")
+    def _tolerance_means_something(self) -> Self:
+        most = math.inf if self.widest is None else self.widest
+        if self.tolerance is not None and self.tolerance > most:
+            raise Misfit("tolerance", self.tolerance, f"at most {most:g} {self.unit}")
+        return self
 
 
 class Measurement(Bounded):
@@ -61,8 +66,12 @@ class Measurement(Bounded):
 
 
 class Table(Bounded):
-    """Numbers of one quantity of a run (planet 1); a row's first entry says what it is about."""
+    """Numbers of one quantity of a run (planet 1); a row's first entry says what it is about.
 
+    joints: the numbers of those that have the quantity, in their order.
+    """
+
+    joints: Annotated[tuple[JointNumber, ...], UpToSeven]
     rows: Rows
 
     @model_validator(mode="after")
@@ -70,6 +79,8 @@ class Table(Bounded):
         for number, row in enumerate(self.rows):
             if len(row) != len(self.rows[0]):
                 raise Misfit(f"rows.{number}", row, f"{len(self.rows[0])} numbers, as the first")
+        if any(later <= earlier for earlier, later in pairwise(self.joints)):
+            raise Misfit("joints", self.joints, "numbers of joints in their order")
         return self
 
 
@@ -77,14 +88,9 @@ class Sampled(Table):
     """A quantity at some times; rows of time [s] and a value per joint."""
 
     @property
-    def joints(self) -> int:
-        """How many joints it is about."""
-        return len(self.rows[0]) - 1
-
-    @property
     def values(self) -> list[int]:
         """The columns that are compared."""
-        return list(range(1, self.joints + 1))
+        return list(range(1, len(self.joints) + 1))
 
     @property
     def times_s(self) -> list[float]:
@@ -93,7 +99,13 @@ class Sampled(Table):
 
     def place(self, row: int, column: int) -> str:
         """Where a value lies, for a reader."""
-        return f"joint {column} at {self.rows[row][0]:g} s"
+        return f"joint {self.joints[column - 1]} at {self.rows[row][0]:g} s"
+
+    @model_validator(mode="after")
+    def _has_a_column_per_joint(self) -> Self:
+        if len(self.rows[0]) - 1 != len(self.joints):
+            raise Misfit("rows.0", self.rows[0], f"a time and {len(self.joints)} numbers")
+        return self
 
     @model_validator(mode="after")
     def _time_goes_on(self) -> Self:
@@ -110,11 +122,6 @@ class Extremes(Table):
     """
 
     @property
-    def joints(self) -> int:
-        """How many joints it is about."""
-        return len(self.rows)
-
-    @property
     def values(self) -> list[int]:
         """The columns that are compared."""
         return [1, 3]
@@ -126,15 +133,17 @@ class Extremes(Table):
 
     def place(self, row: int, column: int) -> str:
         """Where a value lies, for a reader."""
-        return f"{'minimum' if column == 1 else 'maximum'} of joint {row + 1}"
+        return f"{'minimum' if column == 1 else 'maximum'} of joint {self.joints[row]}"
 
     @model_validator(mode="after")
     def _are_extremes_of_every_joint(self) -> Self:
+        if len(self.rows) != len(self.joints):
+            raise Misfit("rows", len(self.rows), f"must cover {len(self.joints)} joints")
         for number, row in enumerate(self.rows):
             if len(row) != 5:
                 raise Misfit(f"rows.{number}", row, "joint, minimum, its time, maximum, its time")
-            if row[0] != number + 1:
-                raise Misfit(f"rows.{number}.0", row[0], f"joint {number + 1}")
+            if row[0] != self.joints[number]:
+                raise Misfit(f"rows.{number}.0", row[0], f"joint {self.joints[number]}")
             if row[1] > row[3]:
                 raise Misfit(f"rows.{number}.1", row[1], f"at most the maximum, {row[3]:g}")
         return self
@@ -156,23 +165,22 @@ class Run(Data):
 
     @model_validator(mode="after")
     def _tables_are_of_this_run(self) -> Self:
-        joints = max((table.joints for table in self.tables.values()), default=0)
+        every = sorted({joint for table in self.tables.values() for joint in table.joints})
+        geared = {t.joints for quantity, t in self.tables.items() if quantity in BY_PLANET}
         for quantity, table in self.tables.items():
             where = f"{'sampled' if quantity in self.sampled else 'extremes'}.{quantity}"
-            _require_own_limits(where, quantity, table)
+            _require_own_unit(where, quantity, table)
             _require_within(where, table, self.scenario.duration_s)
-            if table.joints != joints:
-                raise Misfit(f"{where}.rows", table.joints, f"must cover {joints} joints")
+            if quantity not in BY_PLANET and table.joints != tuple(every):
+                raise Misfit(f"{where}.joints", table.joints, f"must be {every}")
+            if quantity in BY_PLANET and len(geared) > 1:
+                raise Misfit(f"{where}.joints", table.joints, "must be those of the other meshes")
         return self
 
 
-def _require_own_limits(where: str, quantity: str, table: Table) -> None:
-    widest = WIDEST[quantity]
+def _require_own_unit(where: str, quantity: str, table: Table) -> None:
     if table.unit != UNITS[quantity]:
         raise Misfit(f"{where}.unit", table.unit, f"must be {UNITS[quantity]}")
-    if table.tolerance is not None and table.tolerance > widest.value:
-        allowed = f"at most {widest.value:g} {table.unit}, {widest.basis}"
-        raise Misfit(f"{where}.tolerance", table.tolerance, allowed)
 
 
 def _require_within(where: str, table: Sampled | Extremes, duration_s: float) -> None:
@@ -192,26 +200,10 @@ class Known(Data):
     number: Measurement | None
 
 
-class Provenance(Data):
-    """Where the record comes from, as crosscheck.provenance has it."""
-
-    arm: Arm
-    arm_sha256: str
-    quick: bool
-    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)]
-    command: str
-    created: str
-    versions: dict[str, str | None]
-    python: str
-    machine: str
-    revision: str | None
-    lock_sha256: str | None
-
-
 class Baseline(Data):
     """A cross-check of an arm on record; checks and measurements by id, runs by key."""
 
-    schema_version: Literal[2] = 2
+    schema_version: Literal[3] = 3
     project_version: str
     checks: dict[str, CheckVerdict]
     known: dict[str, Known]

@@ -24,6 +24,7 @@ from crosscheck.baseline import (
     differences,
 )
 from crosscheck.output import write_text
+from crosscheck.plan import Wanted
 from crosscheck.report.words import printable
 from models.arm import Arm
 from models.errors import InputError
@@ -36,17 +37,26 @@ SEAL = "content_sha256"
 LARGEST_BYTES = 20_000_000
 
 
-def baseline_path(folder: Path, arm: Arm, quick: bool) -> Path:
+def baseline_path(folder: Path, wanted: Wanted) -> Path:
     """Where the baseline of an arm lies, such as paper-labelled-quick.json.
 
-    Any other name than plain lower case gets a digest behind a ``~``, which plain names have not:
-    two names never share a file, nor do Arm and arm where the file system takes them for one.
+    Scenarios of the user's own are named behind a ``+`` each.
     """
-    name = arm.name
-    if not re.fullmatch(r"[a-z0-9._-]+", name):
-        digest = hashlib.sha256(name.encode()).hexdigest()[:16]
-        name = f"{re.sub(r'[^A-Za-z0-9._-]+', '-', name)}~{digest}"
-    return folder / f"{name}-{'quick' if quick else 'full'}.json"
+    names = (wanted.arm.name, *(scenario.name for scenario in wanted.scenarios))
+    kind = "quick" if wanted.quick else "full"
+    return folder / f"{'+'.join(map(_plain, names))}-{kind}.json"
+
+
+def _plain(name: str) -> str:
+    """A name as part of a file's.
+
+    Any other than plain lower case gets a digest behind a ``~``, which plain names have not: two
+    names never share a file, nor do Arm and arm where the file system takes them for one.
+    """
+    if re.fullmatch(r"[a-z0-9._-]+", name):
+        return name
+    digest = hashlib.sha256(name.encode()).hexdigest()[:16]
+    return f"{re.sub(r'[^A-Za-z0-9._-]+', '-', name)}~{digest}"
 
 
 def write_baseline(path: Path, baseline: Baseline) -> None:
@@ -61,8 +71,8 @@ def sealed(data: dict[str, Any]) -> dict[str, Any]:
     return {**content, SEAL: digest}
 
 
-def read_baseline(path: Path, arm: Arm, quick: bool, renew: str) -> Baseline:
-    """The baseline in a file, if it can be held against this arm, plan and version.
+def read_baseline(path: Path, wanted: Wanted, renew: str) -> Baseline:
+    """The baseline in a file, if it can be held against what is wanted, by this version.
 
     renew: the command that makes it anew, for the message. Raises InputError.
     """
@@ -71,7 +81,7 @@ def read_baseline(path: Path, arm: Arm, quick: bool, renew: str) -> Baseline:
         _require_version(data)
         baseline = _validated(data)
         _require_untouched(data)
-        _require_same_plan(baseline.provenance, arm, quick)
+        _require_same_plan(baseline.provenance, wanted)
     except FileNotFoundError:
         raise InputError(str(path), "", None, f"no such file; make it: {renew}") from None
     except Misfit as error:
@@ -178,10 +188,17 @@ def _require_untouched(data: dict[str, Any]) -> None:
         raise Misfit(SEAL, seal, "the record was changed by hand since it was made")
 
 
-def _require_same_plan(provenance: Provenance, arm: Arm, quick: bool) -> None:
-    if provenance.quick != quick:
-        needed = f"{'a --quick' if quick else 'a full'} record is needed here"
+def _require_same_plan(provenance: Provenance, wanted: Wanted) -> None:
+    arm = wanted.arm
+    if provenance.quick != wanted.quick:
+        needed = f"{'a --quick' if wanted.quick else 'a full'} record is needed here"
         raise Misfit("provenance.quick", provenance.quick, needed)
+    for field, ours, theirs in (
+        ("scenarios", wanted.scenarios, provenance.scenarios),
+        ("switches", wanted.chosen, provenance.switches),
+    ):
+        if ours != theirs:
+            raise Misfit(f"provenance.{field}", None, f"made with other {field} than these")
     if provenance.arm == arm and provenance.arm_sha256 == arm_digest(arm):
         return
     then, now = (one.model_dump(mode="json") for one in (provenance.arm, arm))

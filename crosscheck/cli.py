@@ -34,6 +34,14 @@ ArmName = Annotated[str, typer.Argument(metavar="ARM", help="Built-in name or TO
 Quick = Annotated[bool, typer.Option("--quick", help="Fewer states, shorter runs.")]
 Jobs = Annotated[int | None, typer.Option(min=1, max=1000, help="Processes; all cores.")]
 JUnit = Annotated[Path | None, typer.Option("--junit", help="JUnit XML file to write.")]
+Scenarios = Annotated[
+    list[str] | None,
+    typer.Option("--scenario", help="Run this, a name or file, in place of the usual; repeatable."),
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="As arm.joints.*.backlash_m=2e-5."),
+]
 Seed = Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the random states.")]
 Baselines = Annotated[Path, typer.Option("--dir", help="Folder of the records.")]
 
@@ -71,19 +79,24 @@ def _options(
 def run(
     arm: ArmName = "paper-labelled",
     out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("report"),
+    scenario: Scenarios = None,
+    settings: Settings = None,
     quick: Quick = False,
     jobs: Jobs = None,
     seed: Seed = 0,
 ) -> None:
     """Cross-check all models of an arm; write index.html and agreement.json."""
-    from crosscheck.commands import run_command
+    from crosscheck.commands import run_command, wanted
 
-    raise typer.Exit(run_command(arm, out, quick, jobs or os.cpu_count() or 1, seed))
+    chosen = wanted(arm, scenario, settings, quick, seed)
+    raise typer.Exit(run_command(chosen, out, jobs or os.cpu_count() or 1))
 
 
 @app.command()
 def validate(
     arm: ArmName = "paper-labelled",
+    scenario: Scenarios = None,
+    settings: Settings = None,
     quick: Quick = False,
     jobs: Jobs = None,
     seed: Seed = 0,
@@ -91,9 +104,11 @@ def validate(
     junit: JUnit = None,
 ) -> None:
     """Cross-check all models of an arm, without the report page."""
+    from crosscheck.commands import wanted
     from crosscheck.validate import validate_command
 
-    code = validate_command(arm, quick, jobs or os.cpu_count() or 1, seed, json_file, junit)
+    chosen = wanted(arm, scenario, settings, quick, seed)
+    code = validate_command(chosen, jobs or os.cpu_count() or 1, json_file, junit)
     raise typer.Exit(code)
 
 
@@ -101,6 +116,8 @@ def validate(
 def accept(
     arm: ArmName = "paper-labelled",
     folder: Baselines = Path("baselines"),
+    scenario: Scenarios = None,
+    settings: Settings = None,
     quick: Quick = False,
     jobs: Jobs = None,
     junit: JUnit = None,
@@ -109,9 +126,11 @@ def accept(
     ] = False,
 ) -> None:
     """Cross-check an arm and record the result, in place of an older record, unless it is red."""
+    from crosscheck.commands import wanted
     from crosscheck.validate import accept_command
 
-    code = accept_command(arm, folder, quick, jobs or os.cpu_count() or 1, junit, with_red)
+    chosen = wanted(arm, scenario, settings, quick, 0)
+    code = accept_command(chosen, folder, jobs or os.cpu_count() or 1, junit, with_red)
     raise typer.Exit(code)
 
 
@@ -119,14 +138,20 @@ def accept(
 def check(
     arm: ArmName = "paper-labelled",
     folder: Baselines = Path("baselines"),
+    scenario: Scenarios = None,
+    settings: Settings = None,
     quick: Quick = False,
     jobs: Jobs = None,
     junit: JUnit = None,
 ) -> None:
     """Repeat a recorded cross-check and show what moved; exit code 1 if anything did."""
-    from crosscheck.validate import check_command
+    from crosscheck.commands import wanted
+    from crosscheck.validate import check_command, renewal
 
-    raise typer.Exit(check_command(arm, folder, quick, jobs or os.cpu_count() or 1, junit))
+    chosen = wanted(arm, scenario, settings, quick, 0)
+    renew = renewal(arm, folder, scenario or [], settings or [], quick)
+    code = check_command(chosen, folder, jobs or os.cpu_count() or 1, junit, renew)
+    raise typer.Exit(code)
 
 
 @app.command()
@@ -139,10 +164,7 @@ def simulate(
     step: Annotated[str | None, typer.Option(help="Integration step in seconds.")] = None,
     phase: Annotated[Phase | None, typer.Option(help="Phase law; angle.")] = None,
     ring_rate: Annotated[RingRate | None, typer.Option(help="Follows the phase law.")] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="PATH=VALUE", help="As arm.joints.*.backlash_m=2e-5."),
-    ] = None,
+    settings: Settings = None,
     force: Annotated[bool, typer.Option("--force", help="Go on past the stable step.")] = False,
 ) -> None:
     """Simulate one model and write its trajectory."""
@@ -162,6 +184,17 @@ def list_() -> None:
     from crosscheck.listing import list_command
 
     list_command()
+
+
+@app.command()
+def init(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="TOML file to write.")],
+    joints: Annotated[int, typer.Option(min=1, max=7, help="Geared joints.")] = 2,
+) -> None:
+    """Write a commented file of an arm to begin with; never over another file."""
+    from crosscheck.template import init_command
+
+    init_command(file, joints)
 
 
 @app.command()

@@ -2,48 +2,74 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
 
 from crosscheck.output import require_file, write_files
-from crosscheck.plan import is_the_papers
+from crosscheck.plan import Wanted, is_the_papers
 from crosscheck.progress import progress_bar, shown_progress
 from crosscheck.provenance import provenance
 from crosscheck.registry import entry_of
-from crosscheck.report.html import report_page
+from crosscheck.report.chapter import Chapter
 from crosscheck.report.terminal import print_agreement
-from crosscheck.run import cross_check
-from crosscheck.studies.study import Study, cache_folder
+from crosscheck.report.words import printable
+from crosscheck.run import CrossCheck, cross_check
 from crosscheck.tasks import Failure, Request
 from crosscheck.workers import perform_all
 from models.errors import Unfinished
-from models.loading import load_arm, load_case
+from models.loading import load_case, load_chosen
 from models.trajectory import netcdf
 
 STDERR = Console(stderr=True)
 
 
-def run_command(arm: str, out: Path, quick: bool, jobs: int, seed: int) -> int:
-    """Cross-check an arm, write the report, print the table; returns the exit code."""
-    from crosscheck.paper.report import chapters as paper_chapters  # a second of imports
+def wanted(
+    arm: str, scenarios: list[str] | None, settings: list[str] | None, quick: bool, seed: int
+) -> Wanted:
+    """What a command line asks to be cross-checked. Raises InputError."""
+    chosen = load_chosen(arm, scenarios or [], settings or [])
+    return Wanted(chosen.arm, quick, seed, chosen.scenarios, chosen.switches)
 
-    chosen = load_arm(arm)
+
+def run_command(chosen: Wanted, out: Path, jobs: int) -> int:
+    """Cross-check an arm, write the report, print the table; returns the exit code."""
+    from crosscheck.report.html import report_page  # Matplotlib, which no simulation need wait for
+
     files = out / "index.html", out / "agreement.json"
     for file in files:
         require_file(file)
-    with shown_progress() as told:
-        result = cross_check(chosen, quick=quick, jobs=jobs, seed=seed, told=told)
-    with progress_bar() as bar:
-        in_brief = not quick and is_the_papers(chosen)
-        brief = paper_chapters(Study(cache_folder(), jobs, bar), quick=True) if in_brief else []
-        page = report_page(result, brief)
+    result = checked_aloud(chosen, jobs)
+    page = report_page(result, _papers_chapters(jobs) if _is_about_the_paper(chosen) else [])
     write_files(dict(zip(files, (page, result.agreement.to_json()), strict=True)))
     print_agreement(result.agreement)
     print(f"wrote {files[0]} and {files[1]}")
     return result.agreement.exit_code
+
+
+def _is_about_the_paper(chosen: Wanted) -> bool:
+    """Whether the paper's chapters, in brief, belong on the page."""
+    usual = not chosen.scenarios and chosen.chosen is None
+    return usual and not chosen.quick and is_the_papers(chosen.arm)
+
+
+def _papers_chapters(jobs: int) -> list[Chapter]:
+    from crosscheck.paper.report import chapters  # a second of imports
+    from crosscheck.studies.study import Study, cache_folder
+
+    with progress_bar() as bar:
+        return chapters(Study(cache_folder(), jobs, bar), quick=True)
+
+
+def checked_aloud(chosen: Wanted, jobs: int) -> CrossCheck:
+    """The cross-check, with its progress and what a user should know before it."""
+    with shown_progress() as told:
+        return cross_check(chosen, jobs=jobs, told=told, warned=_say)
+
+
+def _say(line: str) -> None:
+    STDERR.print(printable(line), markup=False, highlight=False)
 
 
 def simulate_command(
@@ -68,7 +94,7 @@ def simulate_command(
     if isinstance(trajectory, Exception):
         raise trajectory
     record = provenance(case.arm, 0, False)
-    trajectory.attrs |= {"provenance": json.dumps(record), "command": record["command"]}
+    trajectory.attrs |= {"provenance": record.model_dump_json(), "command": record.command}
     write_files({out: netcdf(trajectory)})
     final = ", ".join(f"{angle:.9g}" for angle in trajectory["theta"].values[-1])
     print(f"wrote {out}: {trajectory.sizes['time']} times, theta at the end {final} rad")

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
+
+from crosscheck.provenance import Provenance
 
 SCHEMA_VERSION = 2
 Kind = Literal["check", "measurement"]
@@ -165,10 +167,16 @@ def _finite_or_none(value: float | None) -> float | None:
 
 @dataclass(frozen=True)
 class Agreement:
-    """All Findings of a run, with where they come from."""
+    """All Findings of a run, with where they come from.
+
+    Where the run is held against an older one, ``record`` is where that came from, and ``known``
+    are the checks of which a difference was accepted.
+    """
 
     findings: Sequence[Finding]
-    provenance: Mapping[str, Any] = field(default_factory=dict)
+    provenance: Provenance | None = None
+    record: Provenance | None = None
+    known: Sequence[Key] = ()
 
     @property
     def red(self) -> list[Finding]:
@@ -187,10 +195,11 @@ class Agreement:
 
     def to_dict(self) -> dict[str, Any]:
         """As in crosscheck/schema/agreement.schema.json."""
+        own = self.provenance
         return {
             "schema_version": SCHEMA_VERSION,
             "findings": [finding.to_dict() for finding in self.findings],
-            "provenance": dict(self.provenance),
+            "provenance": {} if own is None else own.model_dump(mode="json"),
         }
 
     def to_json(self) -> str:

@@ -6,16 +6,16 @@ from rich.console import Console
 from rich.table import Table
 
 from crosscheck.registry import MODELS
-from models.loading import builtin_arms, builtin_scenarios, load_arm, load_scenario
+from models.loading import builtin_arms, builtin_scenarios, builtin_title
 
 
 def list_command() -> None:
     """Print what `ARM`, `--model` and `--scenario` accept."""
     table = Table("", "name", "title", box=None)
     for name in builtin_arms():
-        table.add_row("arm", name, load_arm(name).title)
+        table.add_row("arm", name, builtin_title("arms", name))
     for name, entry in MODELS.items():
         table.add_row("model", name, "" if "simulate" in entry.promises else "states only")
     for name in builtin_scenarios():
-        table.add_row("scenario", name, load_scenario(name).title)
+        table.add_row("scenario", name, builtin_title("scenarios", name))
     Console().print(table)

@@ -2,56 +2,66 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
+from crosscheck.checks.scales import EPS, base_radius, geared, largest_torques, meshes, rounding
 from crosscheck.registry import MODELS
+from crosscheck.sizing import Sizes, pd_scenario, step_scenario
+from crosscheck.stability import Growth
 from crosscheck.tasks import RunKey, Simulation
 from models.arm import Arm
 from models.errors import InputError
 from models.loading import Case, load_arm, load_scenario
-from models.scenario import ConstantDrive, SinusoidDrive
+from models.scenario import ConstantDrive, Scenario, SinusoidDrive, Start, per_joint
 from models.switches import Switches, switches
 
-# Long enough for the paper's events; the quick plan keeps the start impact and the first drive.
+# Of the paper's experiments: long enough for its events; the quick plan keeps the start impact and
+# the first drive.
 FULL_S = {"constant-torque": 0.5, "pd": 3.0}
 QUICK_S = {"constant-torque": 0.05, "pd": 0.1}
-# The paper's own step of 1e-5 s is a ninth of its arm's limit; other arms are resolved as finely.
-# The tier with constraints is of second order and needs a tenth of that step.
+# What other experiments may take at most.
+FULL_STEPS, QUICK_STEPS = 300_000, 10_000
+# Steps within the limit of stability. The paper's own of 1e-5 s is a ninth of its arm's limit, and
+# other arms are resolved as finely at least. The tier with constraints is of second order and needs
+# a tenth of that step.
 RESOLVED, SHORT_RESOLVED = 8, 80
-RIGID_STEP_S = 1e-4  # RK4 on the smooth rigid arm: its error is far below 1e-10 rad
+RIGID_STEP_S, RIGID_STEPS = 1e-4, 2000  # at most so long and at least so many on a rigid arm
 REFERENCE_RTOL, COARSE_RTOL = 1e-10, 1e-8
 RIGID_COARSE_RTOL = 1e-11
-ORDER_S, ORDER_LEVELS = 0.004, 3
-# At a quarter of the step the fastest mesh mode turns by 0.08 rad a step: there the order shows.
-ASYMPTOTIC = 4
-SHORT_S, SHORT_STEP_S = 0.005, 1e-6
+# Three steps of which the largest turns the fastest mesh mode by a sixth of a radian: there the
+# order shows. Teeth that start so far apart, of the sun's radius, leave rounding far below.
+ORDER_RESOLVED, ORDER_STEPS, ORDER_LEVELS, ORDER_OFFSET = 16, 512, 3, 1e-3
+SHORT_STEPS, SHORT_RECORDS = 5000, 50
 PROBE_S = 0.05
 # Longer runs than this nobody waits for: an arm that needs them is refused beforehand.
 MOST_STEPS = 20_000_000
 MECHANISM = switches()
 PAPER_PHASE = switches(phase="omega_t")
+OWN_NAMES = ("probe", "order-smooth", "order-impact", "short-contact", "short-crossing")
 
 Variant = Literal["", "coarse", "nudged", "reference", "reference-coarse"]
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """One scenario of the plan, with a short name for ids."""
+    """One scenario of the plan, with a short name for ids; ``growth`` of an unstable loop."""
 
     name: str
     case: Case
+    growth: Growth | None = None
 
     def run(self, model: str, variant: Variant = "") -> Simulation:
-        """One of a model's runs: at its step, at twice that, or from a start one ulp away.
+        """One of a model's runs: at its step, at twice that, or from a start a rounding away.
 
         An adaptive model has a looser tolerance instead of a step twice as long; ``reference``
         is an adaptive run of a model that otherwise takes fixed steps.
         """
         key = RunKey(self.name, model, variant)
-        if variant.startswith("reference"):
+        if variant in ("reference", "reference-coarse"):
             rtol = REFERENCE_RTOL if variant == "reference" else COARSE_RTOL
             return Simulation(key, self.case, rtol)
         if MODELS[model].order is None:
@@ -62,29 +72,100 @@ class Experiment:
 
     def _step(self, model: str) -> float:
         """The rigid arm has no mesh to resolve."""
+        scenario = self.case.scenario
         if MODELS[model].role != "rigid":
-            return self.case.scenario.step_s
-        interval = self.case.scenario.step_s * self.case.scenario.stride
-        return interval / (2 * max(1, np.ceil(interval / (2 * RIGID_STEP_S) - 1e-9)))
+            return scenario.step_s
+        interval = scenario.step_s * scenario.stride
+        longest = min(RIGID_STEP_S, scenario.duration_s / RIGID_STEPS)
+        return interval / (2 * max(1, np.ceil(interval / (2 * longest) - 1e-9)))
 
 
-def experiments(arm: Arm, quick: bool, limit_s: float) -> list[Experiment]:
-    """Constant torque and PD under the angle law, constant torque under omega_t, the probe.
+@dataclass(frozen=True)
+class Wanted:
+    """What a user asks to be cross-checked.
+
+    scenarios: their own experiments, in place of the plan's; chosen: laws of all of them, None for
+    the plan's. Raises InputError for scenarios that cannot stand side by side.
+    """
+
+    arm: Arm
+    quick: bool = False
+    seed: int = 0
+    scenarios: tuple[Scenario, ...] = ()
+    chosen: Switches | None = None
+
+    def __post_init__(self) -> None:
+        _require_names(self.scenarios)
+
+    @property
+    def needs_sizes(self) -> bool:
+        """Whether experiments must be made for the arm."""
+        return not self.scenarios and not is_the_papers(self.arm)
+
+    @property
+    def keeps_steps(self) -> bool:
+        """Whether the experiments are the paper's, whose steps and durations are settled."""
+        return not self.scenarios and is_the_papers(self.arm)
+
+
+def outlined(wanted: Wanted, sizes: Sizes | None) -> list[Experiment]:
+    """The experiments at the steps of their scenarios: what must be known before the plan."""
+    laws = wanted.chosen or MECHANISM
+    if wanted.scenarios:
+        return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in wanted.scenarios]
+    if sizes is not None:
+        scenarios = (step_scenario(sizes), pd_scenario(sizes))
+        return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in scenarios]
+    durations = QUICK_S if wanted.quick else FULL_S
+    found = []
+    for law, duration in durations.items():
+        scenario = load_scenario(law).model_copy(update={"duration_s": duration})
+        found.append(Experiment(law, Case(wanted.arm, scenario, laws)))
+    if wanted.chosen is None:
+        name = f"{found[0].name}-{PAPER_PHASE.phase}"
+        found.append(Experiment(name, found[0].case._replace(switches=PAPER_PHASE)))
+    return found
+
+
+def _require_names(scenarios: Sequence[Scenario]) -> None:
+    """Raise InputError unless each has a name that no other experiment has."""
+    taken = [*OWN_NAMES]
+    for scenario in scenarios:
+        if scenario.name in taken:
+            allowed = "a name that no other experiment of the cross-check has"
+            raise InputError("scenario", "name", scenario.name, allowed)
+        taken.append(scenario.name)
+
+
+def resolved(wanted: Wanted, outline: Sequence[Experiment], limit_s: float) -> list[Experiment]:
+    """The outlined experiments at steps that are well within the limit of stability.
 
     limit_s: largest stable step [s] of the arm's models. Raises InputError for an arm whose
     teeth would need a forbidding number of steps.
     """
-    durations = QUICK_S if quick else FULL_S
-    chosen = (
-        ("constant-torque", "constant-torque", MECHANISM),
-        ("pd", "pd", MECHANISM),
-        ("constant-torque-omega_t", "constant-torque", PAPER_PHASE),
-    )
-    own = [
-        Experiment(name, _case(arm, law, durations[law], phase, limit_s))
-        for name, law, phase in chosen
-    ]
-    return [*own, probe_experiment()]
+    return [replace(each, case=_resolved(each.case, RESOLVED, limit_s)) for each in outline]
+
+
+def shortened(wanted: Wanted, experiment: Experiment) -> Experiment:
+    """As many of the experiment's first steps as a cross-check has time for.
+
+    Its last state is on the recording grid.
+    """
+    if wanted.keeps_steps:
+        return experiment
+    most = QUICK_STEPS if wanted.quick else FULL_STEPS if wanted.needs_sizes else MOST_STEPS
+    scenario = experiment.case.scenario
+    intervals = min(scenario.steps, max(most, scenario.stride)) // scenario.stride
+    if intervals * scenario.stride == scenario.steps:
+        return experiment
+    duration = intervals * scenario.stride * scenario.step_s
+    case = _with(experiment.case, scenario.model_copy(update={"duration_s": duration}))
+    return replace(experiment, case=case)
+
+
+def finer(experiment: Experiment) -> Experiment:
+    """The experiment at half its step."""
+    return replace(experiment, case=with_step(experiment.case, experiment.case.scenario.step_s / 2))
 
 
 def probe_experiment() -> Experiment:
@@ -101,46 +182,68 @@ def probe_experiment() -> Experiment:
     return Experiment("probe", case)
 
 
-def _case(arm: Arm, scenario: str, duration_s: float, chosen: Switches, limit_s: float) -> Case:
-    loaded = load_scenario(scenario).model_copy(update={"duration_s": duration_s})
-    return _resolved(Case(arm, loaded, chosen), RESOLVED, limit_s)
+def _with(case: Case, scenario: Scenario) -> Case:
+    return case._replace(scenario=scenario)
 
 
 def _resolved(case: Case, times: int, limit_s: float) -> Case:
     """The case with its step halved until so many of them are within the limit [s].
 
-    Raises InputError for an arm whose teeth would need a forbidding number of steps.
+    And until twice the step meets every recorded time. Raises InputError for an arm whose teeth
+    would need a forbidding number of steps.
     """
     step, duration = case.scenario.step_s, case.scenario.duration_s
-    while times * step > limit_s:
-        step /= 2
+    halvings = 0
+    while times * step > limit_s or (case.scenario.stride << halvings) % 2:
+        step, halvings = step / 2, halvings + 1
         if duration / step > MOST_STEPS:
             allowed = f"the teeth need steps below {limit_s:.2g} s, too many in {duration:g} s"
             raise InputError(case.arm.name, "joints", None, allowed)
     return case if step == case.scenario.step_s else with_step(case, step)
 
 
-def short_experiments(arm: Arm, limit_s: float) -> list[Experiment]:
-    """A few milliseconds at fine steps, for the tier with constraints: both flanks of the teeth.
+def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Experiment]:
+    """Some thousand fine steps for the tier with constraints: both flanks of the teeth.
 
-    limit_s: largest stable step [s] of the arm's models.
+    first: whose torques are tried; limit_s: largest stable step [s] of the arm's models.
     """
-    scenario = load_scenario("constant-torque")
+    step = _rounded(min(limit_s, 8 * first.case.scenario.step_s) / SHORT_RESOLVED)
+    duration = SHORT_STEPS * step
+    torques = np.maximum(
+        largest_torques(arm, first.case.scenario), _crossing_torques(arm, duration / 3)
+    )
+    numbers = np.arange(len(arm.joints))
+    bent = Start(theta_rad=tuple(map(float, 0.4 - 0.7 * numbers)))
     found = []
-    for name, torque in (("short-contact", 100.0), ("short-crossing", -100.0)):
-        numbers = range(len(arm.joints))
-        torques = tuple(torque * (1 - 0.1 * number) for number in numbers)
-        bent = {"theta_rad": tuple(0.4 - 0.7 * number for number in numbers)}
-        update = {
-            "duration_s": SHORT_S,
-            "step_s": SHORT_STEP_S,
-            "record_every": 100,
-            "drive": ConstantDrive(kind="constant", torque_N_m=torques),
-            "start": scenario.start.model_copy(update=bent),
-        }
-        case = Case(arm, scenario.model_copy(update=update), MECHANISM)
-        found.append(Experiment(name, _resolved(case, SHORT_RESOLVED, limit_s)))
+    for name, sign in (("short-contact", 1.0), ("short-crossing", -1.0)):
+        pushed = tuple(map(float, sign * torques * (1 - 0.1 * numbers)))
+        scenario = Scenario(
+            schema_version=1,
+            name=name,
+            duration_s=duration,
+            step_s=step,
+            record_every=SHORT_STEPS // SHORT_RECORDS,
+            start=bent,
+            drive=ConstantDrive(kind="constant", torque_N_m=pushed),
+        )
+        found.append(Experiment(name, Case(arm, scenario, MECHANISM)))
     return found
+
+
+def _crossing_torques(arm: Arm, within_s: float) -> np.ndarray:
+    """Torques [N m], (joints,), that take a sun's teeth across their play in this time."""
+    torques = np.zeros(len(arm.joints))
+    for number, joint in geared(arm):
+        play = 2 * sum(mesh.backlash_m for mesh in meshes(joint))
+        radius, ratio = base_radius(joint, joint.sun_teeth), 1 + joint.ring_teeth / joint.sun_teeth
+        inertia = joint.sun_inertia_kg_m2 or (joint.sun_equivalent_mass_kg or 0.0) * radius**2
+        torques[number] = 2 * play / within_s**2 / radius * inertia * ratio
+    return torques
+
+
+def _rounded(value: float) -> float:
+    """To two digits, downwards enough."""
+    return float(f"{0.97 * value:.1e}")
 
 
 @dataclass(frozen=True)
@@ -153,7 +256,7 @@ class OrderCase:
 
     def runs(self, model: str) -> tuple[Simulation, ...]:
         """A model's run at each of the steps, the largest first."""
-        step = self.case.scenario.step_s / ASYMPTOTIC
+        step = self.case.scenario.step_s
         return tuple(
             Simulation(
                 RunKey(self.name, model, f"level-{level}"), with_step(self.case, step / 2**level)
@@ -162,17 +265,44 @@ class OrderCase:
         )
 
 
-def order_cases(arm: Arm, limit_s: float) -> list[OrderCase]:
-    """Teeth without clearance, whose force has no kink, and teeth that meet after free play."""
-    tight = tuple(joint.model_copy(update={"backlash_m": 0.0}) for joint in arm.joints)
-    base = experiments(arm, True, limit_s)[0].case.scenario
-    start = base.start.model_copy(update={"mesh": "centre"})
-    scenario = base.model_copy(update={"duration_s": ORDER_S, "start": start})
-    without = Case(arm.model_copy(update={"joints": tight}), scenario, MECHANISM)
+def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
+    """Teeth without clearance, whose force has no kink, and teeth that meet after free play.
+
+    None for an arm without teeth: its motion is so smooth that rounding hides the order.
+    """
+    if not geared(arm):
+        return []
+    step = _rounded(min(limit_s, 8 * first.case.scenario.step_s) / ORDER_RESOLVED)
+    torques = tuple(map(float, largest_torques(arm, first.case.scenario)))
+    stretched = np.zeros(len(arm.joints))
+    for number, joint in geared(arm):
+        stretched[number] = ORDER_OFFSET * base_radius(joint, joint.sun_teeth)
+    start = Start(mesh="centre", sun_planet_offset_m=tuple(map(float, stretched)))
+    scenario = Scenario(
+        schema_version=1,
+        name="order",
+        duration_s=ORDER_STEPS * step,
+        step_s=step,
+        record_every=8,
+        start=start,
+        drive=ConstantDrive(kind="constant", torque_N_m=torques),
+    )
     return [
-        OrderCase("order-smooth", without, True),
+        OrderCase("order-smooth", Case(without_play(arm), scenario, MECHANISM), True),
         OrderCase("order-impact", Case(arm, scenario, MECHANISM), False),
     ]
+
+
+def without_play(arm: Arm) -> Arm:
+    """The arm with teeth that touch on both sides."""
+    joints = list(arm.joints)
+    for number, joint in geared(arm):
+        tight = {
+            name: mesh.model_copy(update={"backlash_m": 0.0})
+            for name, mesh in (("sun_mesh", joint.sun_mesh), ("ring_mesh", joint.ring_mesh))
+        }
+        joints[number] = joint.model_copy(update=tight)
+    return arm.model_copy(update={"joints": tuple(joints)})
 
 
 def with_step(case: Case, step_s: float) -> Case:
@@ -185,16 +315,22 @@ def with_step(case: Case, step_s: float) -> Case:
     if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
         raise ValueError(f"steps of {step_s:g} s miss the recorded times of {scenario.name}")
     update = {"step_s": step_s, "record_every": round(ratio)}
-    return case._replace(scenario=scenario.model_copy(update=update))
+    return _with(case, scenario.model_copy(update=update))
 
 
 def nudged(case: Case) -> Case:
-    """The case with x_sp1 one unit in the last place away from where it starts."""
-    start = case.scenario.start
-    at = case.arm.joints[0].backlash_m if start.mesh == "contact" else 0.0
-    offset = (float(np.spacing(at)), *([0.0] * (len(case.arm.joints) - 1)))
-    moved = start.model_copy(update={"sun_planet_offset_m": offset})
-    return case._replace(scenario=case.scenario.model_copy(update={"start": moved}))
+    """The case with every angle and mesh displacement started one rounding further."""
+    joints, start = len(case.arm.joints), case.scenario.start
+    update = {
+        name: tuple(value + by for value in per_joint(getattr(start, name), joints))
+        for name, by in (
+            ("theta_rad", EPS),
+            ("sun_planet_offset_m", rounding(case.arm)),
+            ("planet_ring_offset_m", rounding(case.arm)),
+        )
+    }
+    moved = start.model_copy(update=update)
+    return _with(case, case.scenario.model_copy(update={"start": moved}))
 
 
 def readings(arm: Arm) -> list[Arm]:

@@ -7,32 +7,72 @@ import os
 import platform
 import subprocess
 import sys
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
+from pydantic import Field
+
+from crosscheck import LARGEST_SEED
 from models.arm import Arm
+from models.quantities import Data
+from models.scenario import Scenario
+from models.switches import Switches
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("pin", "exudyn", "numpy", "scipy", "numba", "sympy", "xarray", "geararm-crosscheck")
 
 
-def provenance(arm: Arm, seed: int, quick: bool) -> dict[str, Any]:
-    """Everything that a reader needs to run the same again, JSON-able."""
-    return {
-        "command": _text(" ".join(["crosscheck", *sys.argv[1:]])),
-        "created": datetime.now(UTC).isoformat(timespec="seconds"),
-        "arm": arm.model_dump(mode="json"),
-        "arm_sha256": hashlib.sha256(arm.model_dump_json().encode()).hexdigest(),
-        "seed": seed,
-        "quick": quick,
-        "versions": {name: version(name) for name in PACKAGES},
-        "python": platform.python_version(),
-        "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
-        "revision": _revision(),
-        "lock_sha256": _digest(ROOT / "run.lock"),
-    }
+class Provenance(Data):
+    """Everything that a reader needs to run the same again.
+
+    scenarios, switches: those that a user chose in place of the usual. remarks: what was found out
+    before anything ran.
+    """
+
+    command: str
+    created: str
+    arm: Arm
+    arm_sha256: str
+    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)]
+    quick: bool
+    scenarios: Annotated[tuple[Scenario, ...], Field(strict=False)] = ()
+    switches: Switches | None = None
+    remarks: Annotated[tuple[str, ...], Field(strict=False)] = ()
+    versions: dict[str, str | None]
+    python: str
+    machine: str
+    revision: str | None
+    lock_sha256: str | None
+
+
+def provenance(
+    arm: Arm,
+    seed: int,
+    quick: bool,
+    scenarios: Sequence[Scenario] = (),
+    chosen: Switches | None = None,
+    remarks: Sequence[str] = (),
+) -> Provenance:
+    """Of a result that this process makes now."""
+    return Provenance(
+        command=_text(" ".join(["crosscheck", *sys.argv[1:]])),
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        arm=arm,
+        arm_sha256=hashlib.sha256(arm.model_dump_json().encode()).hexdigest(),
+        seed=seed,
+        quick=quick,
+        scenarios=tuple(scenarios),
+        switches=chosen,
+        remarks=tuple(remarks),
+        versions={name: version(name) for name in PACKAGES},
+        python=platform.python_version(),
+        machine=f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
+        revision=_revision(),
+        lock_sha256=_digest(ROOT / "run.lock"),
+    )
 
 
 def _text(argument: str) -> str:

@@ -9,7 +9,6 @@ run's own uncertainty is recorded beside the tolerance: 2e-8 m, for a backlash w
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -22,26 +21,34 @@ from pydantic import ValidationError
 from crosscheck import __version__
 from crosscheck.baseline import (
     BEST_FIRST,
-    WIDEST,
     Baseline,
     CheckVerdict,
     ExtremesName,
     Known,
     Measurement,
     Misfit,
-    Provenance,
     Run,
     SampledName,
 )
+from crosscheck.checks.records import BY_PLANET
+from crosscheck.checks.scales import Limit, meaningful
 from crosscheck.checks.states import LOOSEST
-from crosscheck.checks.trajectories import SAME_STEP, Incomparable, Limit, largest_difference
+from crosscheck.checks.trajectories import (
+    Incomparable,
+    Pair,
+    repeatable,
+    rounding_of,
+    size,
+)
 from crosscheck.checks.trajectories import uncertainty as refinement
 from crosscheck.findings import Agreement, Finding
+from crosscheck.registry import lead
 from crosscheck.report.words import outcome
 from crosscheck.run import CrossCheck
-from crosscheck.run_suite import ANALYTIC
+from crosscheck.run_suite import ONE_ROUNDING
 from crosscheck.tasks import Failure, RunKey
 from models.arm import Arm
+from models.loading import Case
 
 SAMPLED: tuple[str, ...] = get_args(SampledName)
 EXTREMES: tuple[str, ...] = get_args(ExtremesName)
@@ -49,28 +56,25 @@ INTERVALS = 20
 # Runs that are recorded for themselves, and the run that measures the uncertainty of each; all
 # others (another step, a nudged start) are not recorded.
 COARSER = {"": "coarse", "reference": "reference-coarse"}
-# Rounding growth of the same steps. Two engines on the paper's arm stay below these by a factor of
-# 30 and more over the full runs: 4.9e-14 rad, 4.9e-13 rad/s, 6.2e-9 rad/s2, 3.3e-15 m, 3.9e-7 N.
-# The implicit tier, started 1e-16 rad and 3e-17 m apart, stays below 2e-16 rad and 6e-17 m.
-REPEATED = {
-    name: Limit(limit.value, "the same steps again: rounding growth only, as between two engines")
-    for name, limit in SAME_STEP.items()
-}
-# Every variable is rounded in every step, one ulp in the start only once.
-ROUNDINGS = 1000
 # For a measurement whose uncertainty nobody measured: of its own value, and of its quantity's size.
 UNKNOWN, UNKNOWN_OF_SIZE = 1e-6, 1e-10
-RECORDED = tuple(Provenance.model_fields)
+# Where no second run tells what one rounding grows to.
+UNMEASURED_ROUNDINGS = 1000
+BY_ROUNDING = "the same steps again: rounding as it was measured to grow over the run"
 
 Datasets = dict[RunKey, xr.Dataset]
 
 
 class Bound(NamedTuple):
-    """Tolerance of a repetition (None: not comparable), its reason, measured uncertainty."""
+    """Tolerance of a repetition (None: not comparable), its reason, measured uncertainty.
+
+    widest: above which a tolerance means nothing.
+    """
 
     tolerance: float | None
     basis: str
     uncertainty: float | None = None
+    widest: float | None = None
 
 
 Bounds = dict[RunKey, dict[str, Bound]]
@@ -79,6 +83,7 @@ Bounds = dict[RunKey, dict[str, Bound]]
 def baseline_of(result: CrossCheck) -> Baseline:
     """What to record of a cross-check. Runs that failed are left out."""
     agreement = result.agreement
+    assert agreement.provenance is not None  # as cross_check gives it
     runs: dict[str, Run] = {}
     bounds: Bounds = {}
     for key in filter(is_recorded, result.runs):
@@ -100,7 +105,7 @@ def baseline_of(result: CrossCheck) -> Baseline:
         },
         measurements={name: number(f) for name, f in measurements_by_id(agreement).items()},
         runs=runs,
-        provenance=Provenance(**{name: agreement.provenance[name] for name in RECORDED}),
+        provenance=agreement.provenance,
     )
 
 
@@ -124,8 +129,8 @@ def reduced_run(key: RunKey, result: CrossCheck) -> tuple[Run, dict[str, Bound]]
     if isinstance(run, Failure):
         return run
     try:
-        bounds = bounds_of(key, datasets(result))
-        return _reduced(run, bounds), bounds
+        bounds = bounds_of(key, result)
+        return _reduced(run, result.cases[key], bounds), bounds
     except Exception as error:
         return Failure("cannot be recorded", _reason(error))
 
@@ -157,50 +162,54 @@ def datasets(result: CrossCheck) -> Datasets:
     return {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
 
 
-def settings_of(run: xr.Dataset) -> dict[str, Any]:
-    """Scenario and switches of a run, as its Dataset states them."""
-    return {name: json.loads(run.attrs[name]) for name in ("scenario", "switches")}
-
-
 def sample_times(run: xr.Dataset) -> np.ndarray:
     """Indices of about 20 equally spaced records, first and last among them, shape (samples,)."""
     return np.unique(np.linspace(0, run.sizes["time"] - 1, INTERVALS + 1).round().astype(int))
 
 
-def per_joint(run: xr.Dataset, quantity: str) -> np.ndarray:
-    """A quantity of planet 1, shape (times, joints), in its own unit."""
-    values = run[quantity]
+def joints_of(run: xr.Dataset, case: Case, quantity: str) -> list[int]:
+    """Numbers of a run's joints that have a quantity: a direct one has no teeth."""
+    toothed = [number for number, j in enumerate(case.arm.joints, start=1) if j.planet_count]
+    every = run["joint"].values.tolist()
+    return [number for number in every if quantity not in BY_PLANET or number in toothed]
+
+
+def per_joint(run: xr.Dataset, case: Case, quantity: str) -> np.ndarray:
+    """A quantity of planet 1, shape (times, joints that have it), in its own unit."""
+    values = run[quantity].sel(joint=joints_of(run, case, quantity))
     return np.asarray(values.isel(planet=0) if "planet" in values.dims else values)
 
 
-def extreme_rows(run: xr.Dataset, quantity: str) -> np.ndarray:
+def extreme_rows(run: xr.Dataset, case: Case, quantity: str) -> np.ndarray:
     """Per joint: number, minimum, its time [s], maximum, its time; shape (joints, 5)."""
-    values, time = per_joint(run, quantity), run["time"].values.round(10)
+    values, time = per_joint(run, case, quantity), run["time"].values.round(10)
     low, high = values.argmin(axis=0), values.argmax(axis=0)
-    joints = run["joint"].values
+    joints = joints_of(run, case, quantity)
     return np.column_stack([joints, values.min(axis=0), time[low], values.max(axis=0), time[high]])
 
 
-def bounds_of(key: RunKey, runs: Datasets) -> dict[str, Bound]:
+def bounds_of(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
     """Quantity -> how far a repetition of this run may move."""
+    runs, case = datasets(result), result.cases[key]
     run, coarse = runs[key], runs.get(replace(key, variant=COARSER[key.variant]))
+    pair = _pair(key.experiment, runs)
     # A coarser run at the same step is one whose integrator chooses its own.
     own_steps = coarse is not None and coarse.attrs["step_s"] == run.attrs["step_s"]
     bounds = {}
     for quantity in (name for name in (*SAMPLED, *EXTREMES) if name in run):
         measured = _measured(refinement, run, coarse, quantity)
+        limit = _repeated(pair, run, quantity)
         if own_steps:
-            limit = _adaptive(quantity, measured)
-        else:
-            limit = _repeated(quantity, _growth(key.experiment, run, quantity, runs))
-        bounds[quantity] = _meaningful(quantity, limit, _short(measured))
+            limit = _adaptive(limit, measured)
+        widest = meaningful(quantity, case.arm, case.scenario, size(run, quantity))
+        bounds[quantity] = _meaningful(limit, widest, _short(measured))
     return bounds
 
 
-def _growth(experiment: str, run: xr.Dataset, quantity: str, runs: Datasets) -> float | None:
-    """What one ulp in the start grows to in a geared run, whichever engine it is from."""
-    pair = [runs.get(RunKey(experiment, ANALYTIC, kind)) for kind in ("", "nudged")]
-    return _measured(largest_difference, pair[0], pair[1], quantity) if "x_sp" in run else None
+def _pair(experiment: str, runs: Datasets) -> Pair | None:
+    """The lead's run of an experiment, and the one that started a rounding away."""
+    one, other = (runs.get(RunKey(experiment, lead(), kind)) for kind in ("", "nudged"))
+    return None if one is None or other is None else Pair(one, other)
 
 
 def _measured(
@@ -216,27 +225,29 @@ def _measured(
         return None
 
 
-def _adaptive(quantity: str, measured: float | None) -> Limit:
-    floor = REPEATED[quantity]
+def _adaptive(floor: Limit, measured: float | None) -> Limit:
     if measured is None or measured <= floor.value:
         return floor._replace(basis="numerical uncertainty is less; no run is held to more digits")
     basis = "numerical uncertainty by a coarser tolerance: the integrator chooses its own steps"
     return Limit(measured, basis)
 
 
-def _repeated(quantity: str, growth: float | None) -> Limit:
-    floor = REPEATED[quantity]
-    if growth is None or ROUNDINGS * growth <= floor.value:
-        return floor
-    return Limit(ROUNDINGS * growth, f"{ROUNDINGS} x what one ulp in the start grows to")
+def _repeated(pair: Pair | None, run: xr.Dataset, quantity: str) -> Limit:
+    """What rounding alone can make of the same steps again, in whichever engine."""
+    try:
+        if pair is not None and quantity in pair.run:
+            return Limit(repeatable(pair, quantity).value, BY_ROUNDING)
+    except Incomparable:
+        pass
+    value = UNMEASURED_ROUNDINGS * rounding_of(run, quantity)
+    return Limit(value, f"{UNMEASURED_ROUNDINGS} x rounding, whose growth could not be measured")
 
 
-def _meaningful(quantity: str, limit: Limit, uncertainty: float | None) -> Bound:
-    widest = WIDEST[quantity]
+def _meaningful(limit: Limit, widest: Limit, uncertainty: float | None) -> Bound:
     if not limit.value <= widest.value:
-        reason = f"not compared: {limit.basis}, {limit.value:.2g}; {widest.value:g} at most"
-        return Bound(None, f"{reason}, {widest.basis}", uncertainty)
-    return Bound(_short(limit.value), limit.basis, uncertainty)
+        reason = f"not compared: {limit.basis}, {limit.value:.2g}; {widest.value:.2g} at most"
+        return Bound(None, f"{reason}, {widest.basis}", uncertainty, _short(widest.value))
+    return Bound(_short(limit.value), limit.basis, uncertainty, _short(widest.value))
 
 
 def _short(value: float | None) -> float | None:
@@ -247,18 +258,21 @@ def _short(value: float | None) -> float | None:
     return digits if digits >= value else float(f"{value * 1.005:.2e}")
 
 
-def _reduced(run: xr.Dataset, bounds: dict[str, Bound]) -> Run:
+def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> Run:
     times = run["time"].values.round(10)
     at = sample_times(run)
     tables: dict[str, dict[str, Any]] = {"sampled": {}, "extremes": {}}
     for quantity, bound in bounds.items():
         if quantity in SAMPLED:
-            rows, section = np.column_stack([times[at], per_joint(run, quantity)[at]]), "sampled"
+            sampled = per_joint(run, case, quantity)[at]
+            rows, section = np.column_stack([times[at], sampled]), "sampled"
         else:
-            rows, section = extreme_rows(run, quantity), "extremes"
+            rows, section = extreme_rows(run, case, quantity), "extremes"
         fields = {"unit": run[quantity].attrs["units"], **bound._asdict()}
-        tables[section][quantity] = {"rows": rows.tolist(), **fields}
-    return Run.model_validate({**settings_of(run), **tables})
+        joints = joints_of(run, case, quantity)
+        tables[section][quantity] = {"joints": joints, "rows": rows.tolist(), **fields}
+    settings = {"scenario": case.scenario, "switches": case.switches}
+    return Run.model_validate({**settings, **tables})
 
 
 def _measurement(finding: Finding, bounds: Bounds, arm: Arm) -> Measurement:
@@ -269,9 +283,11 @@ def _measurement(finding: Finding, bounds: Bounds, arm: Arm) -> Measurement:
 
 def _measurement_bound(finding: Finding, bounds: Bounds, arm: Arm) -> Bound:
     key = finding.about.key
-    if key.family == "one-ulp" and finding.quantity in REPEATED:
+    if key.family == ONE_ROUNDING:
         # Rounding itself: its digits mean nothing, but it must stay below what matters.
-        return Bound(REPEATED[finding.quantity].value, "rounding: must stay below same-step limit")
+        granted = bounds.get(RunKey(key.case, key.left), {}).get(finding.quantity)
+        tolerance = None if granted is None else granted.tolerance
+        return Bound(tolerance, "rounding: must stay below what the run may move by")
     if key.family in ("states", "form-states"):
         return Bound(LOOSEST, "states repeat to rounding: the loosest tolerance of state checks")
     quantity = "theta" if finding.quantity == "tip" else finding.quantity

@@ -8,13 +8,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Literal
 
+from analytic.covered import papers_kind
 from models.arm import Arm
 from models.errors import InputError
-from models.interface import STATE_ABILITIES, Model, gear_coordinates, link_coordinates
+from models.interface import STATE_ABILITIES, Model
+from models.layout import Layout, lumped_layout, rigid_layout
 from models.scenario import Scenario
 from models.switches import Switches
 
 Role = Literal["geared", "form", "rigid"]
+Engine = Literal["analytic", "pinocchio", "exudyn"]
 STATES = frozenset(STATE_ABILITIES)
 RUNS = STATES | {"simulate"}
 BOTH_WAYS = RUNS | {"reference"}
@@ -26,12 +29,15 @@ class Entry:
     """A model: where its class is, and what a cross-check may count on.
 
     role: ``geared`` must agree with every other geared model; a ``form`` is the paper's and is
-    measured against them; ``rigid`` has no gears. promises: methods that a cross-check uses; it
-    plans by these and never by what the class says of itself, so that nothing goes unnoticed.
-    order: of its fixed-step integrator, None for one that chooses its steps. free_planets: whether
-    every planet moves by itself inside. call_s: rough cost [s] of a step or state.
+    measured against them; ``rigid`` has no gears, and a level that others of it share. promises:
+    methods that a cross-check uses; it plans by these and never by what the class says of itself,
+    so that nothing goes unnoticed. order: of its fixed-step integrator, None for one that chooses
+    its steps. free_planets: whether every planet moves by itself inside. call_s: rough cost [s] of
+    a step or state. any_stride: whether its states are the same, bit by bit, however often they are
+    recorded.
     """
 
+    engine: Engine
     module: str
     attribute: str
     role: Role
@@ -39,36 +45,78 @@ class Entry:
     order: int | None = None
     free_planets: bool = False
     call_s: float = 1e-5
+    level: str = ""
+    any_stride: bool = False
 
-    def coordinates(self, joints: int) -> tuple[str, ...]:
-        """What its coordinates must be for an arm of so many joints."""
-        return link_coordinates(joints) if self.role == "rigid" else gear_coordinates(joints)
+    def layout(self, arm: Arm) -> Layout:
+        """What its coordinates must be for an arm."""
+        return rigid_layout(arm) if self.role == "rigid" else lumped_layout(arm)
+
+    def covers(self, arm: Arm) -> bool:
+        """Whether it is about such an arm."""
+        return self.role != "form" or papers_kind(arm)
+
+    @property
+    def packages(self) -> tuple[str, ...]:
+        """Distributions whose versions its results depend on."""
+        return (*EVERY_MODELS_PACKAGES, *ENGINES_PACKAGES[self.engine])
 
 
-def _analytic(attribute: str, role: Role, promises: frozenset[str] = RUNS) -> Entry:
-    return Entry("analytic.model", attribute, role, promises, order=4)
+EVERY_MODELS_PACKAGES = ("numpy", "scipy", "numba", "xarray")
+ENGINES_PACKAGES: dict[Engine, tuple[str, ...]] = {
+    "analytic": ("sympy",),
+    "pinocchio": ("pin",),
+    "exudyn": ("exudyn",),
+}
 
 
-def _pinocchio(attribute: str) -> Entry:
-    return Entry("models.pinocchio_rigid", attribute, "rigid", BOTH_WAYS)
+def _analytic(attribute: str, level: str) -> Entry:
+    module = "analytic.model"
+    return Entry(
+        "analytic", module, attribute, "rigid", RUNS, order=4, level=level, any_stride=True
+    )
+
+
+def _paper(attribute: str) -> Entry:
+    module = "analytic.paper_model"
+    return Entry("analytic", module, attribute, "form", RUNS, order=4, any_stride=True)
+
+
+def _pinocchio(attribute: str, level: str) -> Entry:
+    module = "models.pinocchio_rigid"
+    return Entry("pinocchio", module, attribute, "rigid", BOTH_WAYS, level=level)
 
 
 MODELS = {
-    "analytic:physical": _analytic("PhysicalModel", "geared", BOTH_WAYS | {"mesh_modes"}),
-    "analytic:energies": _analytic("EnergiesModel", "form"),
-    "analytic:printed": _analytic("PrintedModel", "form"),
-    "analytic:links": _analytic("RigidLinks", "rigid"),
-    "analytic:carriers": _analytic("RigidCarriers", "rigid"),
-    "analytic:armature": _analytic("RigidArmature", "rigid"),
-    "analytic:coupled": _analytic("RigidCoupled", "rigid"),
-    "pinocchio:links": _pinocchio("PinocchioLinks"),
-    "pinocchio:carriers": _pinocchio("PinocchioCarriers"),
-    "pinocchio:armature": _pinocchio("PinocchioArmature"),
-    "pinocchio:coupled": _pinocchio("PinocchioCoupled"),
+    "analytic:physical": Entry(
+        "analytic",
+        "analytic.model",
+        "PhysicalModel",
+        "geared",
+        BOTH_WAYS | {"mesh_modes", "contact_poles"},
+        order=4,
+        any_stride=True,
+    ),
+    "analytic:energies": _paper("EnergiesModel"),
+    "analytic:printed": _paper("PrintedModel"),
+    "analytic:links": _analytic("RigidLinks", "links"),
+    "analytic:carriers": _analytic("RigidCarriers", "carriers"),
+    "analytic:armature": _analytic("RigidArmature", "armature"),
+    "analytic:coupled": _analytic("RigidCoupled", "coupled"),
+    "pinocchio:links": _pinocchio("PinocchioLinks", "links"),
+    "pinocchio:carriers": _pinocchio("PinocchioCarriers", "carriers"),
+    "pinocchio:armature": _pinocchio("PinocchioArmature", "armature"),
+    "pinocchio:coupled": _pinocchio("PinocchioCoupled", "coupled"),
     "pinocchio:gears": Entry(
-        "models.pinocchio_gears", "PinocchioGears", "geared", STATES, free_planets=True
+        "pinocchio",
+        "models.pinocchio_gears",
+        "PinocchioGears",
+        "geared",
+        STATES,
+        free_planets=True,
     ),
     "exudyn:tree": Entry(
+        "exudyn",
         "models.exudyn_tree",
         "ExudynTree",
         "geared",
@@ -78,6 +126,7 @@ MODELS = {
         call_s=2e-4,
     ),
     "exudyn:bodies": Entry(
+        "exudyn",
         "models.exudyn_bodies",
         "ExudynBodies",
         "geared",
@@ -100,6 +149,27 @@ def promising(ability: str, among: tuple[str, ...]) -> tuple[str, ...]:
 
 
 GEARED, PAPER_FORMS = names("geared"), names("form")
+
+
+def of_level(level: str) -> tuple[str, ...]:
+    """The rigid models of a level."""
+    return tuple(name for name, entry in MODELS.items() if entry.level == level)
+
+
+def lead() -> str:
+    """The geared model that others are measured against: it integrates in both ways."""
+    return promising("reference", names("geared"))[0]
+
+
+def same_integrator() -> tuple[str, ...]:
+    """The geared models with the lead's fixed-step integrator, the lead first."""
+    order = MODELS[lead()].order
+    return tuple(n for n in promising("simulate", names("geared")) if MODELS[n].order == order)
+
+
+def constrained() -> tuple[str, ...]:
+    """The geared models that close their joints by constraint equations, and simulate."""
+    return promising("constraint_residual", promising("simulate", names("geared")))
 
 
 def entry_of(name: str) -> Entry:

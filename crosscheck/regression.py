@@ -11,7 +11,6 @@ import numpy as np
 
 from crosscheck.baseline import (
     BEST_FIRST,
-    WIDEST,
     Baseline,
     Bounded,
     Extremes,
@@ -22,6 +21,7 @@ from crosscheck.baseline import (
 )
 from crosscheck.checks.trajectories import UNITS
 from crosscheck.findings import About, Agreement, Finding, Key, checked, failed, measured_only
+from crosscheck.provenance import Provenance
 from crosscheck.reduction import (
     baseline_of,
     checks_by_id,
@@ -61,15 +61,13 @@ def compare(baseline: Baseline, result: CrossCheck) -> Agreement:
     findings += _measurements(baseline, now, result.agreement)
     for name in sorted({*baseline.runs, *now.runs}):
         findings += _run_findings(name, baseline.runs.get(name), now.runs.get(name), result)
-    record = baseline.provenance.model_dump(mode="json")
-    known = [_key("verdict", name).id for name in sorted(baseline.known)]
-    return Agreement(findings, {**result.agreement.provenance, "recorded": record, "known": known})
+    known = [_key("verdict", name) for name in sorted(baseline.known)]
+    return Agreement(findings, result.agreement.provenance, baseline.provenance, known)
 
 
 def known_differences(agreement: Agreement) -> list[Finding]:
     """The checks that are red as they were accepted. agreement: as compare returns it."""
-    known = set(agreement.provenance["known"])
-    return [f for f in agreement.checks if f.id in known and f.verdict == "agree"]
+    return [f for f in agreement.checks if f.about.key in agreement.known and f.verdict == "agree"]
 
 
 def changed_since(agreement: Agreement) -> list[str]:
@@ -77,14 +75,23 @@ def changed_since(agreement: Agreement) -> list[str]:
 
     agreement: as compare returns it.
     """
-    now = agreement.provenance
-    then = now["recorded"]
-    names = ("python", "machine", "revision", "lock_sha256", "arm_sha256")
-    before, after = ({**p["versions"], **{name: p[name] for name in names}} for p in (then, now))
+    then, now = agreement.record, agreement.provenance
+    if then is None or now is None:
+        return []
     return [
         f"{name} {_brief(name, was)} -> {_brief(name, is_now)}"
-        for name, was, is_now in differences(before, after)
+        for name, was, is_now in differences(_surroundings(then), _surroundings(now))
     ]
+
+
+def _surroundings(of: Provenance) -> dict[str, str | None]:
+    return of.versions | {
+        "python": of.python,
+        "machine": of.machine,
+        "revision": of.revision,
+        "lock_sha256": of.lock_sha256,
+        "arm_sha256": of.arm_sha256,
+    }
 
 
 def _brief(name: str, value: Any) -> str:
@@ -120,7 +127,7 @@ def _unturned(about: About, was: Known | None, now: Known | None, finding: Findi
     said = f"known difference, {finding.verdict}: {outcome(finding)}"
     if was.number is not None and now.number is not None:
         pair = Pair(was.number, now.number, was.number.measured, now.number.measured)
-        found = _number(replace(about, unit=finding.unit), finding.quantity, pair, said)
+        found = _number(replace(about, unit=finding.unit), pair, said)
         if found.kind == "check":
             return found
     return _verdict(about, 0, said)
@@ -144,7 +151,7 @@ def _measurements(baseline: Baseline, now: Baseline, agreement: Agreement) -> It
             yield failed(about, _NEW)
         else:
             pair = Pair(record, is_now, record.measured, is_now.measured)
-            yield _number(about, finding.quantity, pair, "")
+            yield _number(about, pair, "")
 
 
 def _run_findings(
@@ -192,11 +199,11 @@ def _table(
     row, place = map(int, np.unravel_index(int(apart.argmax()), apart.shape))
     column = record.values[place]
     pair = Pair(record, now, float(was[row, column]), float(is_now[row, column]))
-    return _number(about, about.key.quantity, pair, record.place(row, column))
+    return _number(about, pair, record.place(row, column))
 
 
-def _number(about: About, quantity: str, pair: Pair, where: str) -> Finding:
-    """One number held against another; quantity: what it is of, where: what to say before it."""
+def _number(about: About, pair: Pair, where: str) -> Finding:
+    """One number held against another; where: what to say before it."""
     record, now, was, is_now = pair
     apart = abs(is_now - was)
     note = f"{where}: {was:.12g} -> {is_now:.12g}".removeprefix(": ")
@@ -205,7 +212,7 @@ def _number(about: About, quantity: str, pair: Pair, where: str) -> Finding:
     if record.uncertainty is not None and record.uncertainty > (record.tolerance or 0.0):
         note += f" (numerical uncertainty {record.uncertainty:g})"
     moved = record.tolerance is not None and apart > record.tolerance
-    if not moved and _is_widened(record, now, quantity):
+    if not moved and _is_widened(record, now):
         said = f"{record.tolerance} on record, {now.tolerance} now; renew the record"
         return failed(about, f"a tolerance that is not granted: {said}; {note}")
     if record.tolerance is None:
@@ -213,12 +220,11 @@ def _number(about: About, quantity: str, pair: Pair, where: str) -> Finding:
     return checked(about, measured=apart, tolerance=record.tolerance, basis=record.basis, note=note)
 
 
-def _is_widened(record: Bounded, now: Bounded, quantity: str) -> bool:
+def _is_widened(record: Bounded, now: Bounded) -> bool:
     """Whether a tolerance on record, or the lack of one, is far from what is granted now."""
     if now.tolerance is None:
         return False
-    widest = WIDEST.get("theta" if quantity == "tip" else quantity)
-    uncompared = widest.value if widest else math.inf
+    uncompared = math.inf if now.widest is None else now.widest
     was = uncompared if record.tolerance is None else record.tolerance
     return was > WIDENED * now.tolerance
 

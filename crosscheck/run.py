@@ -10,26 +10,19 @@ import xarray as xr
 
 from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.findings import Agreement
-from crosscheck.plan import (
-    FULL_S,
-    MECHANISM,
-    experiments,
-    order_cases,
-    readings,
-    short_experiments,
-)
+from crosscheck.plan import Wanted, order_cases, readings, short_experiments
+from crosscheck.preparation import Prepared, prepared
 from crosscheck.provenance import provenance
 from crosscheck.run_suite import (
-    FIXED_STEP,
     experiment_comparisons,
     order_comparisons,
     short_comparisons,
 )
 from crosscheck.state_suite import probe_comparisons, state_comparisons
-from crosscheck.tasks import Evaluation, Failure, RunKey
+from crosscheck.tasks import Failure, RunKey, Simulation
 from crosscheck.workers import Workers
 from models.arm import Arm
-from models.loading import Case, load_arm, load_scenario
+from models.loading import Case
 
 Told = Callable[[str, int], None]  # (what is being done, steps still to come)
 
@@ -38,37 +31,55 @@ Told = Callable[[str, int], None]  # (what is being done, steps still to come)
 class CrossCheck:
     """An Agreement and the runs that it was drawn from: a trajectory, or why there is none."""
 
-    arm: Arm
+    wanted: Wanted
     agreement: Agreement
+    cases: dict[RunKey, Case]
     runs: dict[RunKey, xr.Dataset | Failure]
+
+    @property
+    def arm(self) -> Arm:
+        """Of which it is."""
+        return self.wanted.arm
 
 
 def cross_check(
-    arm: Arm | str, *, quick: bool, jobs: int, seed: int, told: Told = lambda what, left: None
+    wanted: Wanted,
+    *,
+    jobs: int,
+    told: Told = lambda what, left: None,
+    warned: Callable[[str], None] = lambda line: None,
 ) -> CrossCheck:
-    """Run every check on an arm. Raises InputError for an arm that cannot be loaded or run."""
-    arm = load_arm(arm) if isinstance(arm, str) else arm
+    """Run every check on an arm; ``warned`` of unstable loops before they run.
+
+    Raises InputError for an arm or scenarios that cannot be run.
+    """
     with Workers(jobs) as workers:
         told("starting", 0)
-        limits = workers.perform(stable_steps(arm), lambda key: None)
-        comparisons = planned(arm, quick, seed, smallest(limits))
+        chosen = prepared(wanted, workers)
+        for line in chosen.remarks:
+            warned(line)
+        comparisons = planned(wanted, chosen)
         results = performed(workers, tasks_of(comparisons), told)
     findings = list(findings_of(comparisons, results))
-    return CrossCheck(arm, Agreement(findings, provenance(arm, seed, quick)), runs_of(results))
+    own = wanted.scenarios, wanted.chosen, chosen.remarks
+    agreement = Agreement(findings, provenance(wanted.arm, wanted.seed, wanted.quick, *own))
+    return CrossCheck(wanted, agreement, cases_of(comparisons), runs_of(results))
 
 
-def planned(arm: Arm, quick: bool, seed: int, limit_s: float) -> list[Comparison]:
-    """All that a cross-check of the arm compares, before anything has run.
+def planned(wanted: Wanted, chosen: Prepared) -> list[Comparison]:
+    """All that a cross-check of the arm compares, before anything of it has run.
 
-    limit_s: largest stable step [s] of the arm's fixed-step models. Raises InputError.
+    Raises InputError.
     """
+    arm, quick, seed = wanted.arm, wanted.quick, wanted.seed
     found = [c for reading in readings(arm) for c in state_comparisons(reading, quick, seed)]
     found += probe_comparisons(arm, quick, seed)
-    for experiment in experiments(arm, quick, limit_s):
+    for experiment in chosen.experiments:
         found += experiment_comparisons(experiment)
-    for experiment in short_experiments(arm, limit_s):
+    first = chosen.experiments[0]
+    for experiment in short_experiments(arm, first, chosen.limit_s):
         found += short_comparisons(experiment)
-    for case in order_cases(arm, limit_s):
+    for case in order_cases(arm, first, chosen.limit_s):
         found += order_comparisons(case)
     return found
 
@@ -86,18 +97,10 @@ def performed(workers: Workers, tasks: Sequence[ModelTask], told: Told) -> Resul
     return Results(workers.perform(tasks, done))
 
 
-def stable_steps(arm: Arm) -> list[Evaluation]:
-    """What must be known of the arm before its runs can be planned."""
-    cases = [Case(arm, load_scenario(name), MECHANISM) for name in FULL_S]
-    return [
-        Evaluation(model, case, "largest_stable_step") for model in FIXED_STEP for case in cases
-    ]
-
-
-def smallest(limits: dict[Any, Any]) -> float:
-    """Of the steps [s] that are known; where none is, its checks will say so."""
-    known = [float(limit) for limit in limits.values() if not isinstance(limit, Failure)]
-    return min(known, default=float("inf"))
+def cases_of(comparisons: Sequence[Comparison]) -> dict[RunKey, Case]:
+    """What each run that they need is of."""
+    tasks = (task for task in tasks_of(comparisons) if isinstance(task, Simulation))
+    return {task.key: task.case for task in tasks}
 
 
 def runs_of(results: Results) -> dict[RunKey, xr.Dataset | Failure]:

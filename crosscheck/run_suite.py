@@ -3,70 +3,131 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from crosscheck.checks import convergence, invariants, trajectories
-from crosscheck.checks.trajectories import SAME_STEP, UNITS
+from crosscheck.checks.records import BY_PLANET
+from crosscheck.checks.scales import Limit, meaningful
+from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair, sensitivity
 from crosscheck.comparison import Comparison, Results
-from crosscheck.findings import About, Finding, Key, checked
+from crosscheck.findings import About, Finding, Key, checked, measured_only
 from crosscheck.plan import MECHANISM, Experiment, OrderCase
-from crosscheck.registry import MODELS, PAPER_FORMS, RIGID_LEVELS
-from crosscheck.state_suite import covered_by_paper
+from crosscheck.registry import (
+    MODELS,
+    PAPER_FORMS,
+    RIGID_LEVELS,
+    constrained,
+    lead,
+    of_level,
+    same_integrator,
+)
 from crosscheck.tasks import Evaluation, Simulation
+from models.arm import Arm
+from models.layout import lumped_layout
 
 LARGEST = "largest absolute difference"
-ANALYTIC, TREE, BODIES = "analytic:physical", "exudyn:tree", "exudyn:bodies"
-FIXED_STEP = (ANALYTIC, TREE)
 MESH = ("theta", "x_sp", "x_pr")
+SENSITIVE = ("theta", "x_sp")
 FORM_QUANTITIES = ("theta", "x_sp", "F_sp", "F_pr")
-MIDWAY_S = 2.0  # the paper's events are over; the comparison at one instant stands on the page
+ONE_ROUNDING = "one-rounding"  # the family of comparisons that measure sensitivity
+MIDWAY_S = 2.0  # of longer experiments one instant stands on the page for itself
 
 
 def experiment_comparisons(experiment: Experiment) -> list[Comparison]:
     """Every comparison of this experiment's runs, and each run's own completeness."""
-    return _with_records([*_fixed_steps(experiment), *_under_mechanism(experiment)])
+    found = [*_fixed_steps(experiment), *_under_mechanism(experiment)]
+    if experiment.growth is not None:
+        found = [_forgiving(experiment, comparison) for comparison in found]
+        found.append(_unstable(experiment))
+    return _with_records(found)
 
 
 def short_comparisons(experiment: Experiment) -> list[Comparison]:
-    """Exudyn's tier with constraints against its tree."""
-    sides = [(experiment.run(tier), experiment.run(tier, "coarse")) for tier in (TREE, BODIES)]
-    return _with_records([_refined(experiment, sides, quantity) for quantity in MESH])
+    """The tier with constraints against the tree that the lead is held to at the same step."""
+    first = lead()
+    pair = experiment.run(first), experiment.run(first, "nudged")
+    found = [
+        _of_runs(_about(ONE_ROUNDING, experiment, quantity, (first, first)), pair, sensitivity)
+        for quantity in _of(experiment, SENSITIVE)
+    ]
+    for tier in constrained():
+        sides = [_refinement(experiment, name) for name in (same_integrator()[-1], tier)]
+        found += [_refined(experiment, sides, quantity) for quantity in _of(experiment, MESH)]
+    return _with_records(found)
 
 
 def order_comparisons(case: OrderCase) -> list[Comparison]:
     """Observed order of each fixed-step integrator, smooth and through impacts."""
-    return _with_records([_order(case, model) for model in FIXED_STEP])
+    return _with_records([_order(case, model) for model in same_integrator()])
 
 
 def _order(case: OrderCase, model: str) -> Comparison:
     runs, formal = case.runs(model), MODELS[model].order
     assert formal is not None  # of fixed-step models
+    quantity = "x_sp"
     key = Key("order", case.name, "order-of-convergence", model)
     against = f"formal order {formal}"
     if case.smooth:
-        metric = "distance of the observed order in x_sp from the formal one"
+        metric = f"distance of the observed order in {quantity} from the formal one"
         return _of_runs(
             About(key, "1", metric, against),
             runs,
-            lambda about, *given: convergence.formal_order(about, given, formal),
+            lambda about, *given: convergence.formal_order(about, given, formal, quantity),
         )
     return _of_runs(
-        About(key, "1", "observed order in x_sp from steps h, h/2, h/4", against),
+        About(key, "1", f"observed order in {quantity} from steps h, h/2, h/4", against),
         runs,
-        lambda about, *given: convergence.order_through_impacts(about, given),
+        lambda about, *given: convergence.order_through_impacts(about, given, quantity),
     )
 
 
+def geared_quantities(arm: Arm) -> bool:
+    """Whether runs of an arm's geared models have mesh variables."""
+    return bool(lumped_layout(arm).meshing)
+
+
+def _of(experiment: Experiment, quantities: Sequence[str]) -> Iterator[str]:
+    """Those that runs of the experiment's arm have."""
+    has_meshes = geared_quantities(experiment.case.arm)
+    return (name for name in quantities if has_meshes or name not in BY_PLANET)
+
+
 def _fixed_steps(experiment: Experiment) -> Iterator[Comparison]:
-    """The analytic model and Exudyn's tree, step by step the same integrator."""
-    runs = [experiment.run(model) for model in FIXED_STEP]
+    """The lead and each model with its integrator, step by step."""
+    first, *others = same_integrator()
+    nudged = experiment.run(first, "nudged")
     duration = experiment.case.scenario.duration_s
-    for quantity in SAME_STEP:
-        yield _of_runs(_about("same-step", experiment, quantity), runs, trajectories.same_step)
-    for quantity in SAME_STEP if duration > MIDWAY_S else ():
-        at = partial(trajectories.at_time, time_s=MIDWAY_S)
-        yield _of_runs(_about(f"at-{MIDWAY_S:g}-s", experiment, quantity), runs, at)
+    for other in others:
+        runs = [experiment.run(first), experiment.run(other), experiment.run(first), nudged]
+        for quantity in _of(experiment, SAME_STEP):
+            about = _about("same-step", experiment, quantity, (first, other))
+            yield _of_runs(about, runs, partial(_same_step, experiment))
+        for quantity in _of(experiment, SAME_STEP) if duration > MIDWAY_S else ():
+            about = _about(f"at-{MIDWAY_S:g}-s", experiment, quantity, (first, other))
+            yield _of_runs(about, runs, partial(_same_step, experiment, time_s=MIDWAY_S))
+
+
+def _same_step(
+    experiment: Experiment,
+    about: About,
+    left: Any,
+    right: Any,
+    run: Any,
+    nudged: Any,
+    time_s: float | None = None,
+) -> Finding:
+    pair, widest = Pair(run, nudged), _widest(experiment, about, run)
+    if time_s is None:
+        return trajectories.same_step(about, left, right, pair, widest)
+    return trajectories.at_time(about, left, right, pair, widest, time_s)
+
+
+def _widest(experiment: Experiment, about: About, run: Any) -> Limit:
+    arm, scenario, _ = experiment.case
+    quantity = about.key.quantity
+    return meaningful(quantity, arm, scenario, trajectories.size(run, quantity))
 
 
 def _under_mechanism(experiment: Experiment) -> Iterator[Comparison]:
@@ -74,52 +135,65 @@ def _under_mechanism(experiment: Experiment) -> Iterator[Comparison]:
     if experiment.case.switches != MECHANISM:
         return
     yield from _against_reference(experiment)
-    ours, moved = experiment.run(ANALYTIC), experiment.run(ANALYTIC, "nudged")
-    for quantity in ("theta", "x_sp"):
-        about = _about("one-ulp", experiment, quantity, (ANALYTIC, ANALYTIC))
-        yield _of_runs(about, (ours, moved), trajectories.sensitivity)
-    if covered_by_paper(experiment.case.arm):
-        yield from _forms(experiment)
+    first = lead()
+    pair = experiment.run(first), experiment.run(first, "nudged")
+    for quantity in _of(experiment, SENSITIVE):
+        about = _about(ONE_ROUNDING, experiment, quantity, (first, first))
+        yield _of_runs(about, pair, sensitivity)
+    yield from _forms(experiment)
     for level in RIGID_LEVELS:
         yield from _rigid(experiment, level)
 
 
 def _against_reference(experiment: Experiment) -> Iterator[Comparison]:
-    """The analytic model's adaptive reference against the tree's refined steps; its energy."""
-    reference = experiment.run(ANALYTIC, "reference")
+    """The lead's adaptive reference against the other's refined steps; its energy."""
+    first, other = lead(), same_integrator()[-1]
+    reference = experiment.run(first, "reference")
     sides = [
-        (reference, experiment.run(ANALYTIC, "reference-coarse")),
-        (experiment.run(TREE), experiment.run(TREE, "coarse")),
+        (reference, experiment.run(first, "reference-coarse")),
+        _refinement(experiment, other),
     ]
-    for quantity in MESH:
+    for quantity in _of(experiment, MESH):
         yield _refined(experiment, sides, quantity)
-    key = Key("invariants", experiment.name, "energy", ANALYTIC)
+    key = Key("invariants", experiment.name, "energy", first)
     metric = "largest difference of energy gained and work done over the run"
     about = About(key, "J", metric, "first principles")
     yield _of_runs(about, (reference,), invariants.energy_over_run)
 
 
+def _refinement(experiment: Experiment, model: str) -> tuple[Simulation, Simulation]:
+    """A model's run, and the coarser one that tells how good it is."""
+    return experiment.run(model), experiment.run(model, "coarse")
+
+
 def _forms(experiment: Experiment) -> Iterator[Comparison]:
     """How far the paper's own forms are from an engine."""
+    other = same_integrator()[-1]
     for form in PAPER_FORMS:
-        runs = (experiment.run(form), experiment.run(TREE))
-        for quantity in FORM_QUANTITIES:
-            about = _about("form", experiment, quantity, (form, TREE))
+        runs = (experiment.run(form), experiment.run(other))
+        for quantity in FORM_QUANTITIES if MODELS[form].covers(experiment.case.arm) else ():
+            about = _about("form", experiment, quantity, (form, other))
             yield _of_runs(about, runs, trajectories.deviation)
 
 
 def _rigid(experiment: Experiment, level: str) -> Iterator[Comparison]:
     """A rigid level in two engines, and how far it is from the geared arm: joints, and tip."""
-    engines = (f"pinocchio:{level}", f"analytic:{level}")
-    sides = [(experiment.run(name), experiment.run(name, "coarse")) for name in engines]
+    sides = [_refinement(experiment, name) for name in engines_first(level)]
     yield _refined(experiment, sides, "theta")
-    pair, names = (sides[0][0], experiment.run(ANALYTIC)), (engines[0], ANALYTIC)
+    first = lead()
+    engine = sides[0][0]
+    pair, names = (engine, experiment.run(first)), (engine.model, first)
     tip = partial(trajectories.tip_deviation, arm=experiment.case.arm)
     yield _of_runs(_about("deviation", experiment, "tip", names), pair, tip)
     for joint in range(1, len(experiment.case.arm.joints) + 1):
         for quantity in ("theta", "theta_dot"):
             about = _about("deviation", experiment, quantity, names, joint)
             yield _of_runs(about, pair, trajectories.deviation)
+
+
+def engines_first(level: str) -> list[str]:
+    """The rigid models of a level, those that choose their own steps before the others."""
+    return sorted(of_level(level), key=lambda name: MODELS[name].order is not None)
 
 
 def _refined(
@@ -129,7 +203,8 @@ def _refined(
     about = _about("refined", experiment, quantity, names)
 
     def judged(about: About, fine: Any, coarse: Any, other: Any, other_coarse: Any) -> Finding:
-        return trajectories.refined(about, (fine, coarse), (other, other_coarse))
+        widest = _widest(experiment, about, fine)
+        return trajectories.refined(about, (fine, coarse), (other, other_coarse), widest)
 
     return _of_runs(about, (*sides[0], *sides[1]), judged)
 
@@ -138,10 +213,40 @@ def _about(
     family: str,
     experiment: Experiment,
     quantity: str,
-    models: tuple[str, str] = FIXED_STEP,
+    models: tuple[str, str],
     joint: int | None = None,
 ) -> About:
     return About(Key(family, experiment.name, quantity, *models, joint), UNITS[quantity], LARGEST)
+
+
+def _unstable(experiment: Experiment) -> Comparison:
+    """The growth itself, for the record."""
+    growth = experiment.growth
+    assert growth is not None  # as the caller has seen
+    key = Key("stability", experiment.name, "growth-rate", lead())
+    about = About(key, "1/s", "fastest-growing vibration with every tooth in contact", "stability")
+    return Comparison(
+        about,
+        (),
+        lambda about, results: measured_only(about, measured=growth.rate_per_s, note=str(growth)),
+    )
+
+
+def _forgiving(experiment: Experiment, comparison: Comparison) -> Comparison:
+    """The comparison, said to mean nothing where an unstable loop alone may have moved it."""
+
+    def judged(about: About, results: Results) -> Finding:
+        finding = comparison.judge(about, results)
+        if finding.verdict == "failed":
+            return replace(finding, note=f"{finding.note}; {experiment.growth}")
+        if finding.verdict not in ("differ", "unresolved") or finding.measured is None:
+            return finding
+        basis = f"not judged, for {experiment.growth}; else {finding.basis}"
+        return measured_only(
+            about, measured=finding.measured, basis=basis, relative=finding.relative
+        )
+
+    return replace(comparison, judge=judged)
 
 
 def _of_runs(about: About, runs: Sequence[Simulation], judge: Callable[..., Finding]) -> Comparison:

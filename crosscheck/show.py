@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from analytic.gears import damping
-from analytic.kinematics import stage_geometry
-from analytic.mesh_frequency import ring_mesh_rate, sun_mesh_rate
-from analytic.model import PhysicalModel
-from analytic.stability import contact_eigenvalues
-from crosscheck.registry import usable_numbers
-from models.arm import Arm, Joint, Link
-from models.loading import load_arm, load_scenario
-
-Row = tuple[str, float, str]
-UNIT_SUFFIXES = (
-    ("_N_s_per_m", "N s/m"),
-    ("_N_per_m", "N/m"),
-    ("_kg_per_m3", "kg/m^3"),
-    ("_kg_m2", "kg m^2"),
-    ("_per_m", "1/m"),
-    ("_deg", "deg"),
-    ("_rad", "rad"),
-    ("_kg", "kg"),
-    ("_m2", "m^2"),
-    ("_m", "m"),
+from crosscheck.derived import (
+    Quantity,
+    derived_arm,
+    derived_experiments,
+    derived_joint,
+    derived_link,
+    derived_mesh,
+    named_meshes,
 )
+from crosscheck.plan import is_the_papers
+from crosscheck.registry import usable_numbers
+from crosscheck.schema import described
+from crosscheck.sizing import sizes_of
+from models.arm import Arm, Planetary
+from models.errors import InputError
+from models.loading import load_arm
+from models.quantities import Data
+
+MOST_LISTED = 6  # of a list of numbers
+OF_THE_FILE = ("schema_version", "name", "title")
 
 
 def show_command(name: str) -> None:
@@ -43,71 +39,55 @@ def show_command(name: str) -> None:
 
 
 def _tables(arm: Arm) -> Iterator[Table]:
-    for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
-        yield _table(f"joint {number}", _given(joint))
-        yield _table(f"joint {number}, derived", _derived_joint(joint))
-        yield _table(f"link {number}", [*_given(link), *_derived_link(link)])
-    yield _table("arm", _derived_arm(arm))
+    for place in range(len(arm.joints)):
+        yield from _joint_tables(arm, place)
+    yield _table("arm", [*_given(arm), *derived_arm(arm)])
+    if not is_the_papers(arm):
+        yield _table("experiments of its size", _experiments(arm))
 
 
-def _table(title: str, rows: list[Row] | Iterator[Row]) -> Table:
+def _joint_tables(arm: Arm, place: int) -> Iterator[Table]:
+    """Of a joint, its meshes and the link behind it."""
+    joint, title = arm.joints[place], f"joint {place + 1}"
+    yield _table(title, _given(joint))
+    if isinstance(joint, Planetary):
+        for named in named_meshes(joint):
+            given = (*_given(named.mesh.stiffness), *_given(named.mesh))
+            rows = [*given, *derived_mesh(joint, named)]
+            yield _table(f"{title}, {named.title}", rows)
+    yield _table(f"{title}, derived", derived_joint(joint))
+    rows = [*_given(arm.links[place]), *derived_link(arm, place)]
+    yield _table(f"link {place + 1}", rows)
+
+
+def _given(record: Data) -> Iterator[Quantity]:
+    """The values of a record itself, not of what it holds, nor of the file around it."""
+    for field in described(type(record)):
+        value = getattr(record, field.name)
+        if value is not None and not field.records and field.name not in OF_THE_FILE:
+            yield Quantity(field.name, value, field.unit)
+
+
+def _experiments(arm: Arm) -> list[Quantity]:
+    try:
+        return list(derived_experiments(sizes_of(arm)))
+    except InputError as error:
+        return [Quantity("none", error.allowed)]
+
+
+def _table(title: str, rows: Iterator[Quantity] | list[Quantity]) -> Table:
     table = Table("quantity", "value", "unit", title=title, title_justify="left", box=None)
-    for quantity, value, unit in rows:
-        table.add_row(quantity, f"{value:.10g}", unit)
+    for quantity in rows:
+        table.add_row(quantity.name, _shown(quantity.value), quantity.unit)
     return table
 
 
-def _given(record: Joint | Link) -> Iterator[Row]:
-    for field, value in record:
-        if value is not None:
-            unit = next((u for suffix, u in UNIT_SUFFIXES if field.endswith(suffix)), "")
-            yield field, value, unit
-
-
-def _derived_joint(joint: Joint) -> Iterator[Row]:
-    geometry = stage_geometry(joint)
-    yield "r_s, base radius of the sun", geometry.r_s, "m"
-    yield "r_p, base radius of a planet", geometry.r_p, "m"
-    yield "r_c, carrier radius", geometry.r_c, "m"
-    yield "r_cp = r_c cos(alpha)", geometry.r_cp, "m"
-    yield "n, reduction ratio", geometry.n, ""
-    yield "I_s, inertia of the sun", joint.sun_equivalent_mass_kg * geometry.r_s**2, "kg m^2"
-    yield "I_p, inertia of a planet", joint.planet_equivalent_mass_kg * geometry.r_p**2, "kg m^2"
-    yield (
-        "I_c, inertia of the carrier",
-        joint.carrier_equivalent_mass_kg * geometry.r_cp**2,
-        "kg m^2",
-    )
-    yield "reflected inertia of sun and planets", _reflected(joint, geometry.r_cp), "kg m^2"
-    if joint.sun_mass_kg:
-        gyration = math.sqrt(joint.sun_equivalent_mass_kg / joint.sun_mass_kg)
-        yield "sun: radius of gyration over base radius", gyration, ""
-    yield "sun mesh: cycles per turn of the carrier", sun_mesh_rate(joint, geometry), ""
-    for rate in ("eq13", "corrected"):
-        yield f"ring mesh: the same, {rate}", ring_mesh_rate(joint, geometry, rate), ""
-    d_sp, d_pr = damping(joint)
-    yield "d_sp, damping of x_sp, all planets", d_sp, "N s/m"
-    yield "d_pr, damping of x_pr, all planets", d_pr, "N s/m"
-
-
-def _reflected(joint: Joint, r_cp: float) -> float:
-    planets = joint.planet_count * joint.planet_equivalent_mass_kg
-    return (4 * joint.sun_equivalent_mass_kg + planets) * r_cp**2
-
-
-def _derived_link(link: Link) -> Iterator[Row]:
-    mass = link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
-    yield "mass", mass, "kg"
-    yield "inertia about its centre, slender rod", mass * link.length_m**2 / 12, "kg m^2"
-
-
-def _derived_arm(arm: Arm) -> Iterator[Row]:
-    """Modes with every tooth in contact, arm stretched out, under no control."""
-    yield "payload_mass_kg", arm.payload_mass_kg, "kg"
-    model = PhysicalModel(arm, load_scenario("constant-torque"))
-    pose = np.zeros(len(model.coordinates))
-    poles = contact_eigenvalues(model.terms, model.gears, model.drive, pose, model.gears.k_m)
-    for pole in sorted(poles[poles.imag > 1], key=abs):
-        yield "mesh mode", abs(pole) / (2 * math.pi), "Hz"
-        yield "its damping ratio", -pole.real / abs(pole), ""
-    yield "largest stable step of RK4", model.largest_stable_step(), "s"
+def _shown(value: float | str | tuple[float, ...]) -> str:
+    """Of a long list its first values and their number."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, tuple):
+        listed = ", ".join(f"{entry:.10g}" for entry in value[:MOST_LISTED])
+        more = f", ... ({len(value)} values)" if len(value) > MOST_LISTED else ""
+        return listed + more
+    return f"{value:.10g}"

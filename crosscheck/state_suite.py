@@ -8,16 +8,30 @@ from itertools import combinations, product
 
 import numpy as np
 
-from crosscheck.checks import invariants, modes, states
-from crosscheck.checks.answers import ABILITIES, CHRISTOFFEL, random_states
+from crosscheck.checks import invariants, modes, poles, scales, states
+from crosscheck.checks.answers import (
+    ABILITIES,
+    CHRISTOFFEL,
+    FORCE_SLOPES,
+    START_MASS,
+    random_states,
+)
 from crosscheck.comparison import Comparison, Results, Unavailable
 from crosscheck.findings import About, Finding, Key, checked, failed
-from crosscheck.registry import GEARED, MODELS, PAPER_FORMS, RIGID_LEVELS, promising
+from crosscheck.registry import (
+    GEARED,
+    MODELS,
+    PAPER_FORMS,
+    RIGID_LEVELS,
+    lead,
+    of_level,
+    promising,
+)
 from crosscheck.tasks import Evaluation
 from models.arm import Arm
 from models.interface import STATE_ABILITIES
 from models.loading import Case, load_arm, load_scenario
-from models.scenario import PdDrive, Scenario
+from models.scenario import PdDrive, Scenario, Start
 from models.switches import Switches, switches
 
 COUNT, QUICK_COUNT = 200, 20
@@ -46,8 +60,8 @@ def probe_comparisons(arm: Arm, quick: bool, seed: int) -> list[Comparison]:
 def rigid(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
     """States of the rigid levels, analytic against Pinocchio; each level's own invariants."""
     for level in RIGID_LEVELS:
-        models = (f"analytic:{level}", f"pinocchio:{level}")
-        spots = [Spot(f"{arm.name}/{level}", name, _case(arm), count, seed) for name in models]
+        where, case = f"{arm.name}/{level}", _case(arm)
+        spots = [Spot(where, name, case, count, seed) for name in of_level(level)]
         for spot in spots:
             yield from _own(spot)
         yield from pairs(spots, STATE_ABILITIES)
@@ -71,14 +85,9 @@ def geared(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
         yield from balances(spot)
     yield from _closed_joints(spots)
     yield from mode_comparisons(arm)
+    yield from pole_comparisons(arm)
     yield from _locked_stages(arm)
-    if covered_by_paper(arm):
-        yield from _forms(spots[1:])
-
-
-def covered_by_paper(arm: Arm) -> bool:
-    """Whether the paper's forms are about such an arm: two joints with three planets each."""
-    return [joint.planet_count for joint in arm.joints] == [3, 3]
+    yield from _forms([spot for spot in spots if spot.model != lead()])
 
 
 class Spot:
@@ -96,9 +105,9 @@ class Spot:
     def setting(self) -> states.Setting:
         """The states themselves."""
         arm = self.case.arm
-        coordinates = MODELS[self.model].coordinates(len(arm.joints))
-        drawn = random_states(coordinates, arm, self.count, self.seed)
-        return states.Setting(arm, coordinates, drawn)
+        layout = MODELS[self.model].layout(arm)
+        drawn = random_states(layout, arm, self.count, self.seed)
+        return states.Setting(arm, layout, drawn)
 
 
 def pairs(spots: Sequence[Spot], quantities: Sequence[str]) -> Iterator[Comparison]:
@@ -112,6 +121,8 @@ def _forms(spots: Sequence[Spot]) -> Iterator[Comparison]:
     """How far each of the paper's own forms is from each engine."""
     for other in spots:
         for form in PAPER_FORMS:
+            if not MODELS[form].covers(other.case.arm):
+                continue
             case = Case(other.case.arm, load_scenario("pd"), switches())
             left = Spot(other.where, form, case, other.count, other.seed)
             right = Spot(other.where, other.model, case, other.count, other.seed)
@@ -213,17 +224,38 @@ def _closed(task: Evaluation, about: About, results: Results) -> Finding:
     return invariants.constraints(about, results.need(task))
 
 
+POLE_METRIC = "largest relative distance of a pole to the nearest of the other model's forces"
 MODE_METRIC = "largest relative distance of a mode to the nearest of the other model"
 
 
 def mode_comparisons(arm: Arm) -> Iterator[Comparison]:
     """Mesh modes of every pair of models that have them."""
     case = Case(arm, load_scenario("constant-torque"), switches())
-    able = promising("mesh_modes", GEARED)
+    able = promising("mesh_modes", GEARED) if scales.geared(arm) else ()
     for left, right in combinations(able, 2):
         tasks = tuple(Evaluation(name, case, "mesh_modes") for name in (left, right))
         key = Key("modes", arm.name, "mesh-mode", left, right)
         yield Comparison(About(key, "1", MODE_METRIC), tasks, partial(_same_modes, tasks))
+
+
+def pole_comparisons(arm: Arm) -> Iterator[Comparison]:
+    """Poles of the loop with the teeth in contact, by which experiments are called unstable."""
+    bent = Start(theta_rad=tuple(0.4 - 0.7 * number for number in range(len(arm.joints))))
+    scenario = unequal_gains(arm).model_copy(update={"start": bent})
+    case = Case(arm, scenario, switches())
+    linear = case._replace(arm=poles.linear_teeth(arm))
+    for left in promising("contact_poles", GEARED):
+        for right in (name for name in GEARED if name != left):
+            own = Evaluation(left, case, "contact_poles")
+            system = Evaluation(right, linear, START_MASS), Evaluation(right, linear, FORCE_SLOPES)
+            key = Key("modes", arm.name, "contact-poles", left, right)
+            yield Comparison(
+                About(key, "1", POLE_METRIC), (own, *system), partial(_same_poles, (own, *system))
+            )
+
+
+def _same_poles(tasks: Sequence[Evaluation], about: About, results: Results) -> Finding:
+    return poles.poles_follow(about, *(results.need(task) for task in tasks))
 
 
 def _same_modes(tasks: Sequence[Evaluation], about: About, results: Results) -> Finding:
@@ -236,27 +268,39 @@ def _all_modes(task: Evaluation, results: Results) -> np.ndarray:
     """A model's modes. Raises Unavailable if it has lost some."""
     found, joints = results.need(task), task.case.arm.joints
     free = MODELS[task.model].free_planets
-    expected = sum(1 + (joint.planet_count if free else 1) for joint in joints)
+    planets = [joint.planet_count for joint in joints if joint.planet_count]
+    expected = sum(1 + (count if free else 1) for count in planets)
     if len(found) != expected:
         raise Unavailable(f"{task.model}: {len(found)} mesh modes, there must be {expected}")
     return found
 
 
 def _locked_stages(arm: Arm) -> Iterator[Comparison]:
-    """The modes of each stage, carrier locked, against their closed form."""
-    for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
-        heavy = link.model_copy(update={"density_kg_per_m3": modes.LOCK * link.density_kg_per_m3})
-        one = arm.model_copy(update={"joints": (joint,), "links": (heavy,)})
-        case = Case(one, load_scenario("constant-torque"), switches())
+    """The modes of each geared stage, carrier locked, against their closed form."""
+    for number, joint in scales.geared(arm):
+        case = Case(locked_stage(arm, number), load_scenario("constant-torque"), switches())
         for name in promising("mesh_modes", GEARED):
             task = Evaluation(name, case, "mesh_modes")
-            key = Key("modes", arm.name, "locked-stage", name, joint=number)
+            key = Key("modes", arm.name, "locked-stage", name, joint=number + 1)
             closed = modes.closed_form_modes(joint)
             yield Comparison(
                 About(key, "1", MODE_METRIC, "closed form"),
                 (task,),
                 partial(_as_closed_form, task, closed),
             )
+
+
+def locked_stage(arm: Arm, number: int) -> Arm:
+    """One geared joint alone, its link too heavy to move, without weight and friction."""
+    free = arm.joints[number].model_copy(update={"friction_N_m_s_per_rad": 0.0})
+    link = arm.links[number]
+    heavier = {
+        name: modes.LOCK * value
+        for name, value in link
+        if name in ("density_kg_per_m3", "mass_kg", "inertia_kg_m2") and value is not None
+    }
+    locked = {"joints": (free,), "links": (link.model_copy(update=heavier),)}
+    return arm.model_copy(update={**locked, "gravity_m_per_s2": (0.0, 0.0)})
 
 
 def _as_closed_form(

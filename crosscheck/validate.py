@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import shlex
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from crosscheck.baseline import Baseline
@@ -13,51 +15,46 @@ from crosscheck.baseline_file import (
     require_replaceable,
     write_baseline,
 )
+from crosscheck.commands import checked_aloud
 from crosscheck.output import require_file, write_text
-from crosscheck.progress import shown_progress
+from crosscheck.plan import Wanted
 from crosscheck.reduction import baseline_of, uncompared, unrecorded
 from crosscheck.regression import compare
 from crosscheck.report.junit import junit_xml
 from crosscheck.report.moved import print_moved
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import counted, printable
-from crosscheck.run import CrossCheck, cross_check
-from models.arm import Arm
+from crosscheck.run import CrossCheck
 from models.errors import InputError
-from models.loading import load_arm
 
 
-def validate_command(
-    arm: str, quick: bool, jobs: int, seed: int, json_file: Path | None, junit: Path | None
-) -> int:
+def validate_command(chosen: Wanted, jobs: int, json_file: Path | None, junit: Path | None) -> int:
     """Cross-check an arm and print the table; returns the exit code. Raises InputError."""
-    chosen = load_arm(arm)
     _require_files(json_file, junit)
-    agreement = _checked(chosen, quick, jobs, seed).agreement
+    agreement = checked_aloud(chosen, jobs).agreement
     if json_file is not None:
         write_text(json_file, agreement.to_json())
     if junit is not None:
-        write_text(junit, junit_xml(agreement, f"crosscheck {chosen.name}"))
+        write_text(junit, junit_xml(agreement, f"crosscheck {chosen.arm.name}"))
     print_agreement(agreement)
     return agreement.exit_code
 
 
 def accept_command(
-    arm: str, folder: Path, quick: bool, jobs: int, junit: Path | None, with_red: bool
+    chosen: Wanted, folder: Path, jobs: int, junit: Path | None, with_red: bool
 ) -> int:
     """Cross-check an arm and record the result; returns the exit code.
 
     Red checks are recorded only ``with_red``, as known differences. Raises InputError, before
     anything is run, where another arm's record would be replaced.
     """
-    chosen = load_arm(arm)
-    path = baseline_path(folder, chosen, quick)
+    path = baseline_path(folder, chosen)
     _require_files(path, junit)
-    require_replaceable(path, chosen)
-    result = _checked(chosen, quick, jobs, seed=0)
+    require_replaceable(path, chosen.arm)
+    result = checked_aloud(chosen, jobs)
     agreement = result.agreement
     if junit is not None:
-        write_text(junit, junit_xml(agreement, f"crosscheck {chosen.name}"))
+        write_text(junit, junit_xml(agreement, f"crosscheck {chosen.arm.name}"))
     print_agreement(agreement)
     if not _may_be_recorded(result, with_red):
         return 1
@@ -88,32 +85,33 @@ def _record(path: Path, baseline: Baseline) -> None:
     )
 
 
-def check_command(arm: str, folder: Path, quick: bool, jobs: int, junit: Path | None) -> int:
+def check_command(chosen: Wanted, folder: Path, jobs: int, junit: Path | None, renew: str) -> int:
     """Repeat a recorded cross-check and print what moved; returns the exit code.
+
+    renew: the command that records anew.
 
     Raises InputError, before anything is run, for a record that cannot be held against this.
     """
-    chosen = load_arm(arm)
-    path = baseline_path(folder, chosen, quick)
+    path = baseline_path(folder, chosen)
     _require_files(junit, apart_from=path)
-    baseline = read_baseline(path, chosen, quick, _renewal(arm, folder, quick))
-    agreement = compare(baseline, _checked(chosen, quick, jobs, baseline.provenance.seed))
+    baseline = read_baseline(path, chosen, renew)
+    again = replace(chosen, seed=baseline.provenance.seed)
+    agreement = compare(baseline, checked_aloud(again, jobs))
     if junit is not None:
-        write_text(junit, junit_xml(agreement, f"baseline {chosen.name}"))
+        write_text(junit, junit_xml(agreement, f"baseline {chosen.arm.name}"))
     print_moved(agreement)
     return agreement.exit_code
 
 
-def _renewal(arm: str, folder: Path, quick: bool) -> str:
+def renewal(
+    arm: str, folder: Path, scenarios: Sequence[str], settings: Sequence[str], quick: bool
+) -> str:
     """The command that records anew."""
     parts = ["crosscheck", "baseline", "accept", arm]
     parts += ["--dir", str(folder)] if folder != Path("baselines") else []
+    parts += [part for name in scenarios for part in ("--scenario", name)]
+    parts += [part for setting in settings for part in ("--set", setting)]
     return shlex.join(parts + (["--quick"] if quick else []))
-
-
-def _checked(arm: Arm, quick: bool, jobs: int, seed: int) -> CrossCheck:
-    with shown_progress() as told:
-        return cross_check(arm, quick=quick, jobs=jobs, seed=seed, told=told)
 
 
 def _require_files(*paths: Path | None, apart_from: Path | None = None) -> None:

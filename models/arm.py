@@ -8,16 +8,21 @@ arm's inertias beside each other.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import FailFast, model_validator
+from pydantic import FailFast, Field, model_validator
 
+from models.arm_v1 import is_first, upgraded
 from models.quantities import (
+    Acceleration,
     Area,
+    ArmVersion,
     Damping,
     DampingRatio,
     Data,
     Density,
+    Friction,
+    GearInertia,
     GearMass,
     Inertia,
     Length,
@@ -29,15 +34,13 @@ from models.quantities import (
     PlanetCount,
     Play,
     PressureAngle,
-    SchemaVersion,
     Sharpness,
-    Stiffness,
-    StiffnessPart,
     Title,
     ToothCount,
     UpToSeven,
     short,
 )
+from models.stiffness import StiffnessLaw
 
 # Numbers of 16 digits must hold the parts of an arm beside each other. Within these limits each of
 # 6000 random arms over all ranges kept nine digits of its accelerations in every engine.
@@ -48,38 +51,96 @@ LEAST_GYRATION = (
 )
 LONGEST_REACH = 3e4  # of the arm over its smallest gear
 LARGEST_RING_M = 50.0
+ROD, BODY = ("cross_section_m2", "density_kg_per_m3"), ("mass_kg", "inertia_kg_m2")
 
 
-class Joint(Data):
-    """One 2K-H planetary joint: sun driven, ring on the previous body, carrier on the next link.
+class Mesh(Data):
+    """One of a stage's two kinds of tooth contact, alike for every planet.
 
-    An *equivalent mass* is an inertia over a base radius squared, the paper's M = J / r^2: base
-    radius of the gear for sun and planet, carrier radius times cos(pressure angle) for the carrier.
+    The phase is added to that of the mesh's sines. Damping counts all planets together: directly,
+    or as the ratio zeta of 2 zeta sqrt(N k M), k the mean stiffness and M the equivalent mass of
+    the sun, or that of all planets for the ring mesh.
     """
 
-    sun_teeth: ToothCount
-    planet_teeth: ToothCount
-    ring_teeth: ToothCount
-    planet_count: PlanetCount = 3
-    module_m: Module
-    pressure_angle_deg: PressureAngle
-    sun_equivalent_mass_kg: GearMass
-    planet_equivalent_mass_kg: GearMass
-    carrier_equivalent_mass_kg: Mass
-    sun_mass_kg: Mass
-    planet_mass_kg: Mass
-    carrier_mass_kg: Mass
-    ring_mass_kg: Mass
-    ring_inertia_kg_m2: Inertia = 0.0
+    stiffness: StiffnessLaw
+    """k of one planet's contact over the mesh phase, by one of the laws."""
     backlash_m: Play
-    mesh_stiffness_N_per_m: Stiffness
-    mesh_stiffness_amplitude_N_per_m: StiffnessPart
+    """b, half the clearance 2 b between the teeth, along the line of action."""
     tooth_error_m: Play
-    ring_mesh_phase_rad: Phase = 0.0
+    """E of the tooth profile error e = E sin(phase)."""
+    phase_rad: Phase = 0.0
+    """Added to the mesh's phase, for stiffness and tooth error alike."""
     damping_ratio: DampingRatio | None = None
-    sun_planet_damping_N_s_per_m: Damping | None = None
-    planet_ring_damping_N_s_per_m: Damping | None = None
+    """zeta of d = 2 zeta sqrt(N k M); this or damping_N_s_per_m."""
+    damping_N_s_per_m: Damping | None = None
+    """d itself, all planets together; this or damping_ratio."""
     tanh_sharpness_per_m: Sharpness = 1e8
+    """Sharpness of the corners of Eq. 6, used with the switch dead_zone = tanh alone."""
+
+    @model_validator(mode="after")
+    def _one_way_to_damp(self) -> Self:
+        if (self.damping_ratio is None) == (self.damping_N_s_per_m is None):
+            raise ValueError("damping_ratio|give either this or the damping itself, in N s/m")
+        return self
+
+
+class Planetary(Data):
+    """One 2K-H planetary joint: sun driven, ring on the previous body, carrier on the next link.
+
+    An inertia is given as it is, or as the paper's *equivalent mass* M = J / r^2, r the base radius
+    of sun or planet, or the carrier radius times cos(pressure angle).
+    """
+
+    kind: Literal["planetary"]
+    """Which sort of joint this is."""
+    sun_teeth: ToothCount
+    """Teeth of the sun."""
+    planet_teeth: ToothCount
+    """Teeth of each planet."""
+    ring_teeth: ToothCount
+    """Teeth of the ring: sun_teeth + 2 planet_teeth."""
+    planet_count: PlanetCount = 3
+    """N, equally spaced: it divides sun_teeth + ring_teeth, and the planets clear each other."""
+    module_m: Module
+    """Pitch diameter of a gear over its teeth."""
+    pressure_angle_deg: PressureAngle
+    """Between the line of action and the common tangent of the pitch circles."""
+    sun_equivalent_mass_kg: GearMass | None = None
+    """J / r^2 of the sun, r its base radius; this or sun_inertia_kg_m2."""
+    sun_inertia_kg_m2: GearInertia | None = None
+    """J of the sun about its axis, the motor's rotor included."""
+    planet_equivalent_mass_kg: GearMass | None = None
+    """J / r^2 of one planet, r its base radius; this or planet_inertia_kg_m2."""
+    planet_inertia_kg_m2: GearInertia | None = None
+    """J of one planet about its own axis."""
+    carrier_equivalent_mass_kg: Mass | None = None
+    """J / r^2 of the carrier, r its radius x cos(pressure angle); this or carrier_inertia_kg_m2."""
+    carrier_inertia_kg_m2: Inertia | None = None
+    """J of the carrier about the joint's axis, without the planets."""
+    sun_mass_kg: Mass
+    """Mass of the sun, at the joint's axis."""
+    planet_mass_kg: Mass
+    """Mass of one planet, at its centre on the carrier."""
+    carrier_mass_kg: Mass
+    """Mass of the carrier, at the joint's axis."""
+    ring_mass_kg: Mass
+    """Mass of ring and housing, at the joint's axis."""
+    ring_inertia_kg_m2: Inertia = 0.0
+    """J of ring and housing about the joint's axis; they turn with the previous body."""
+    friction_N_m_s_per_rad: Friction = 0.0
+    """c of the torque -c theta' on the link, and its reaction on the previous body."""
+    sun_mesh: Mesh
+    """Contact of the sun with each planet."""
+    ring_mesh: Mesh
+    """Contact of each planet with the ring."""
+
+    @model_validator(mode="after")
+    def _one_form_of_each_inertia(self) -> Self:
+        for part in ("sun", "planet", "carrier"):
+            mass, inertia = f"{part}_equivalent_mass_kg", f"{part}_inertia_kg_m2"
+            if (getattr(self, mass) is None) == (getattr(self, inertia) is None):
+                raise ValueError(f"{mass}|give either {mass} or {inertia}")
+        return self
 
     @model_validator(mode="after")
     def _can_be_assembled(self) -> Self:
@@ -115,49 +176,84 @@ class Joint(Data):
 
     @model_validator(mode="after")
     def _gears_have_inertia(self) -> Self:
-        sun = self.sun_equivalent_mass_kg
-        for field, part, whole, of in (
-            ("sun", LEAST_GYRATION, self.sun_mass_kg, "sun_mass_kg"),
-            ("planet", LEAST_GYRATION, self.planet_mass_kg, "planet_mass_kg"),
-            ("planet", LEAST_PLANET, sun, "sun_equivalent_mass_kg"),
+        sun, planet = _equivalent_mass(self, "sun"), _equivalent_mass(self, "planet")
+        for part, own, least, why in (
+            ("sun", sun, LEAST_GYRATION * self.sun_mass_kg, f"{short(LEAST_GYRATION)} sun_mass_kg"),
+            (
+                "planet",
+                planet,
+                LEAST_GYRATION * self.planet_mass_kg,
+                f"{short(LEAST_GYRATION)} planet_mass_kg",
+            ),
+            ("planet", planet, LEAST_PLANET * sun, f"{short(LEAST_PLANET)} of the sun's"),
         ):
-            if getattr(self, f"{field}_equivalent_mass_kg") < part * whole:
+            if own < least:
+                as_mass = getattr(self, f"{part}_equivalent_mass_kg") is not None
+                field = f"{part}_{'equivalent_mass_kg' if as_mass else 'inertia_kg_m2'}"
+                needed = least * getattr(self, field) / own
                 raise ValueError(
-                    f"{field}_equivalent_mass_kg|must be at least {short(part)} {of} ="
-                    f" {part * whole:.3g}"
+                    f"{field}|must be at least {needed:.3g}, an equivalent mass of {why}"
                 )
         return self
 
-    @model_validator(mode="after")
-    def _stiffness_stays_positive(self) -> Self:
-        if self.mesh_stiffness_amplitude_N_per_m >= self.mesh_stiffness_N_per_m:
-            raise ValueError(
-                "mesh_stiffness_amplitude_N_per_m|must be below mesh_stiffness_N_per_m ="
-                f" {self.mesh_stiffness_N_per_m:g}"
-            )
-        return self
 
-    @model_validator(mode="after")
-    def _one_way_to_damp(self) -> Self:
-        direct = (self.sun_planet_damping_N_s_per_m, self.planet_ring_damping_N_s_per_m)
-        given = sum(value is not None for value in direct)
-        if self.damping_ratio is None and given != 2:
-            raise ValueError(
-                "damping_ratio|give damping_ratio, or both sun_planet_damping_N_s_per_m and"
-                " planet_ring_damping_N_s_per_m"
-            )
-        if self.damping_ratio is not None and given:
-            raise ValueError("damping_ratio|give either damping_ratio or the direct dampings")
-        return self
+class Direct(Data):
+    """A joint without gears: a motor between two links, its rotor on the next one.
+
+    The motor's mass is at the joint's axis; the rotor's inertia turns with the next link.
+    """
+
+    kind: Literal["direct"]
+    """Which sort of joint this is."""
+    motor_mass_kg: Mass
+    """Mass of the motor, at the joint's axis."""
+    rotor_inertia_kg_m2: Inertia
+    """J of the rotor about the joint's axis; it turns with the next link."""
+    friction_N_m_s_per_rad: Friction = 0.0
+    """c of the torque -c theta' on the link, and its reaction on the previous body."""
+
+    @property
+    def planet_count(self) -> int:
+        """It has none."""
+        return 0
+
+
+Joint = Annotated[Planetary | Direct, Field(discriminator="kind")]
 
 
 class Link(Data):
-    """A slender uniform rod; its centre of mass may be stated elsewhere than at half length."""
+    """A body between two joints, its centre of mass on the line through them.
+
+    A slender uniform rod, whose centre may be stated elsewhere than at half length; or a body of
+    given mass and inertia about its centre of mass.
+    """
 
     length_m: Length
+    """From its joint's axis to the next one's, or to the payload."""
     com_m: Place
-    cross_section_m2: Area
-    density_kg_per_m3: Density
+    """From its joint's axis to the centre of mass, on the line through both ends."""
+    cross_section_m2: Area | None = None
+    """Of a rod, whose mass is section x density x length, and J = mass x length^2 / 12."""
+    density_kg_per_m3: Density | None = None
+    """Of a rod."""
+    mass_kg: GearMass | None = None
+    """Of a body that is no rod."""
+    inertia_kg_m2: GearInertia | None = None
+    """J of that body about its centre of mass."""
+
+    @model_validator(mode="after")
+    def _rod_or_body(self) -> Self:
+        rod = [name for name in ROD if getattr(self, name) is not None]
+        body = [name for name in BODY if getattr(self, name) is not None]
+        if rod and body:
+            raise ValueError(f"{body[0]}|give either {' and '.join(ROD)}, or {' and '.join(BODY)}")
+        for given, names in ((rod, ROD), (body, BODY)):
+            missing = [name for name in names if name not in given]
+            if given and missing:
+                raise ValueError(f"{missing[0]}|is missing; {given[0]} needs it beside")
+        if not rod and not body:
+            raise ValueError(f"{ROD[0]}|give {' and '.join(ROD)}, or {' and '.join(BODY)}")
+        return self
 
     @model_validator(mode="after")
     def _com_on_the_link(self) -> Self:
@@ -167,14 +263,32 @@ class Link(Data):
 
 
 class Arm(Data):
-    """A planar arm of 1 to 7 geared joints, on a fixed base, with a point payload at its tip."""
+    """A planar arm of 1 to 7 joints, on a fixed base, with a point payload at its tip.
 
-    schema_version: SchemaVersion
+    Gravity [m/s^2] is along the base's x and y; at zero angles x points along the links.
+    """
+
+    schema_version: ArmVersion
+    """Version of the file: 2, or 1 for the older form."""
     name: Name
+    """What reports, records and messages call the arm."""
     title: Title = ""
+    """One line about it."""
     payload_mass_kg: Mass
+    """Point mass at the tip."""
+    gravity_m_per_s2: Annotated[
+        tuple[Acceleration, Acceleration], Field(strict=False), FailFast()
+    ] = (0.0, 0.0)
+    """Along the base's x and y; at zero angles x points along the links."""
     joints: Annotated[tuple[Joint, ...], UpToSeven, FailFast()]
+    """From the base to the tip."""
     links: Annotated[tuple[Link, ...], UpToSeven, FailFast()]
+    """One after each joint, in the same order."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_either_version(cls, data: Any) -> Any:
+        return upgraded(data) if is_first(data) else data
 
     @model_validator(mode="after")
     def _a_link_per_joint(self) -> Self:
@@ -185,7 +299,9 @@ class Arm(Data):
     @model_validator(mode="after")
     def _gears_suit_the_links(self) -> Self:
         reach = sum(link.length_m for link in self.links)
-        smallest = min(j.module_m * min(j.sun_teeth, j.planet_teeth) / 2 for j in self.joints)
+        geared = [joint for joint in self.joints if isinstance(joint, Planetary)]
+        radii = [j.module_m * min(j.sun_teeth, j.planet_teeth) / 2 for j in geared]
+        smallest = min(radii, default=reach)
         if reach > LONGEST_REACH * smallest:
             raise ValueError(
                 f"links|must not be longer together than {LONGEST_REACH * smallest:.3g} m,"
@@ -194,7 +310,7 @@ class Arm(Data):
         return self
 
     @model_validator(mode="after")
-    def _rods_have_inertia(self) -> Self:
+    def _links_have_inertia(self) -> Self:
         for place in range(len(self.links)):
             own, load = _own_inertia(self, place), _turned_inertia(self, place)
             if own < LEAST_ROD * load:
@@ -206,39 +322,71 @@ class Arm(Data):
 
 
 def _own_inertia(arm: Arm, place: int) -> float:
-    """Of a rod about its centre, of the last one with the payload [kg m^2]."""
+    """Of a link about its centre, of the last one with the payload [kg m^2]."""
+    link = arm.links[place]
     end = arm.payload_mass_kg if place + 1 == len(arm.links) else 0.0
-    return (_rod_mass(arm.links[place]) / 12 + end) * arm.links[place].length_m ** 2
+    return _link_inertia(link) + end * link.length_m**2
 
 
 def _turned_inertia(arm: Arm, place: int) -> float:
     """Bound of what a joint turns [kg m^2], arm stretched out, its own gears as it feels them."""
-    stage = arm.joints[place]
-    gears = 4 * stage.sun_equivalent_mass_kg + stage.planet_count * stage.planet_equivalent_mass_kg
-    total, reach = gears * _carrier_radius(stage) ** 2, 0.0
+    total, reach = _felt_inertia(arm.joints[place]), 0.0
     for number in range(place, len(arm.links)):
         if number > place:
             joint = arm.joints[number]
             total += _joint_mass(joint) * reach**2 + _spun_inertia(joint)
         reach += arm.links[number].length_m
-        total += _rod_mass(arm.links[number]) * reach**2
+        total += _link_mass(arm.links[number]) * reach**2
     return total + arm.payload_mass_kg * reach**2
 
 
-def _spun_inertia(joint: Joint) -> float:
-    gears = joint.sun_equivalent_mass_kg + joint.carrier_equivalent_mass_kg
-    gears += joint.planet_count * joint.planet_equivalent_mass_kg
+def _felt_inertia(joint: Planetary | Direct) -> float:
+    """Of a joint's own motor and gears [kg m^2]."""
+    if isinstance(joint, Direct):
+        return joint.rotor_inertia_kg_m2
+    planets = joint.planet_count * _equivalent_mass(joint, "planet")
+    return (4 * _equivalent_mass(joint, "sun") + planets) * _carrier_radius(joint) ** 2
+
+
+def _spun_inertia(joint: Planetary | Direct) -> float:
+    if isinstance(joint, Direct):
+        return joint.rotor_inertia_kg_m2
+    gears = _equivalent_mass(joint, "sun") + _equivalent_mass(joint, "carrier")
+    gears += joint.planet_count * _equivalent_mass(joint, "planet")
     return gears * _carrier_radius(joint) ** 2 + joint.ring_inertia_kg_m2
 
 
-def _joint_mass(joint: Joint) -> float:
+def _joint_mass(joint: Planetary | Direct) -> float:
+    if isinstance(joint, Direct):
+        return joint.motor_mass_kg
     planets = joint.planet_count * joint.planet_mass_kg
     return joint.sun_mass_kg + planets + joint.carrier_mass_kg + joint.ring_mass_kg
 
 
-def _rod_mass(link: Link) -> float:
+def _equivalent_mass(joint: Planetary, part: str) -> float:
+    """M = J / r^2 [kg] of sun, planet or carrier."""
+    given: float | None = getattr(joint, f"{part}_equivalent_mass_kg")
+    if given is not None:
+        return given
+    inertia: float = getattr(joint, f"{part}_inertia_kg_m2")
+    teeth = {"sun": joint.sun_teeth, "planet": joint.planet_teeth}
+    pitch = joint.module_m * teeth.get(part, joint.sun_teeth + joint.planet_teeth) / 2
+    return inertia / (pitch * math.cos(math.radians(joint.pressure_angle_deg))) ** 2
+
+
+def _link_mass(link: Link) -> float:
+    if link.mass_kg is not None:
+        return link.mass_kg
+    assert link.density_kg_per_m3 is not None  # as _rod_or_body has seen
+    assert link.cross_section_m2 is not None
     return link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
 
 
-def _carrier_radius(joint: Joint) -> float:
+def _link_inertia(link: Link) -> float:
+    if link.inertia_kg_m2 is not None:
+        return link.inertia_kg_m2
+    return _link_mass(link) * link.length_m**2 / 12
+
+
+def _carrier_radius(joint: Planetary) -> float:
     return joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2

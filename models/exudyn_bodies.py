@@ -13,18 +13,38 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from models.arm import Arm, Joint
+from models.arm import Arm, Joint, Planetary
 from models.drive import DriveData, drive_data, joint_torque
 from models.errors import Diverged
 from models.exudyn_bodies_engine import BodyEngine, Connector
-from models.exudyn_contact import Mesh, Side, mesh_of, push_bodies, readings
-from models.exudyn_poses import GROUND, PoseMap, Stage, bodies_of, ring_seat, stages_of
-from models.interface import STATE_ABILITIES, Model, gear_coordinates, require_finite
+from models.exudyn_contact import (
+    Mesh,
+    Side,
+    meshes_with,
+    push_bodies,
+    readings,
+    torque_rounding,
+)
+from models.exudyn_contact_stiffness import Spring
+from models.exudyn_poses import (
+    GROUND,
+    PoseMap,
+    Stage,
+    bodies_of,
+    gear_inertia,
+    ring_seat,
+    stages_of,
+)
+from models.interface import STATE_ABILITIES, Model, require_finite
+from models.layout import MESHES, lumped_layout
 from models.scenario import Scenario, per_joint
 from models.switches import Switches
 from models.trajectory import recorded_times, trajectory
 
 STANDS = (0.0, 0.0, 0.0)  # pose and velocity of the ground
+
+# Of the largest acceleration or squared rate: a linear solve leaves 1e-12 between equal planets.
+MOVES_ALIKE = 1e-9
 
 
 class Toothed(NamedTuple):
@@ -35,25 +55,29 @@ class Toothed(NamedTuple):
 
 
 def meshes_of(arm: Arm, chosen: Switches) -> list[list[list[Toothed]]]:
-    """The meshes by joint, side (sun, ring) and planet."""
+    """The meshes by joint, side (sun, ring; none of a direct joint) and planet."""
+    stages = zip(stages_of(arm), arm.joints, strict=True)
+    return [
+        _sides(stage, joint, chosen, ring_seat(arm, number)) if isinstance(joint, Planetary) else []
+        for number, (stage, joint) in enumerate(stages)
+    ]
+
+
+def _sides(stage: Stage, joint: Planetary, chosen: Switches, ring_at: float) -> list[list[Toothed]]:
     return [
         [
-            [
-                Toothed(
-                    mesh_of(joint, chosen, side, place, ring_seat(arm, number)),
-                    (planet, stage.link, *wheel, stage.previous),
-                )
-                for place, planet in enumerate(stage.planets)
-            ]
-            for side, wheel in wheels(stage)
+            Toothed(mesh, (planet, stage.link, *wheel, stage.previous))
+            for planet, mesh in zip(
+                stage.planets, meshes_with(joint, chosen, side, ring_at), strict=True
+            )
         ]
-        for number, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True))
+        for side, wheel in wheels(stage)
     ]
 
 
 def wheels(stage: Stage) -> tuple[tuple[Side, tuple[int, ...]], ...]:
     """The central wheels of a joint and their own bodies; the ring is the previous link's."""
-    return ("sun", (stage.sun,)), ("ring", ())
+    return ("sun", (stage.driven,)), ("ring", ())
 
 
 def teeth(toothed: Toothed) -> Connector:
@@ -69,17 +93,29 @@ def teeth(toothed: Toothed) -> Connector:
 
 
 def motor(stage: Stage, joint: Joint, law: DriveData, place: int) -> Connector:
-    """T / n on the sun and back on the previous body, T from the link's angle and rate."""
-    ratio = joint.ring_teeth / joint.sun_teeth + 1
-    grounded = stage.previous == GROUND
-    moving = (stage.sun, stage.link) if grounded else (stage.sun, stage.link, stage.previous)
+    """T / n on what the motor turns, friction on the link, both back on the previous body.
+
+    T and friction are those of the link's angle and rate.
+    """
+    ratio = joint.ring_teeth / joint.sun_teeth + 1 if isinstance(joint, Planetary) else 1.0
+    grounded, friction = stage.previous == GROUND, joint.friction_N_m_s_per_rad
+    turning = tuple(dict.fromkeys((stage.driven, stage.link)))
+    moving = turning if grounded else (*turning, stage.previous)
+    link = 3 * len(turning) - 1
     gains, table = law.gains[place], law.table_torque[place]
 
     def force(_: object, t: float, _item: int, q: list[float], q_t: list[float]) -> list[float]:
-        theta, theta_dot = (q[5], q_t[5]) if grounded else (q[5] - q[8], q_t[5] - q_t[8])
+        theta, theta_dot = q[link], q_t[link]
+        if not grounded:
+            theta, theta_dot = theta - q[-1], theta_dot - q_t[-1]
         torque = joint_torque(law.code, gains, law.table_time, table, t, theta, theta_dot)
-        on_sun = torque / ratio
-        return [0.0, 0.0, on_sun, 0.0, 0.0, 0.0, 0.0, 0.0, -on_sun][: len(q)]
+        on_driven, drag = torque / ratio, friction * theta_dot
+        torques = [0.0] * len(q)
+        torques[2] += on_driven
+        torques[link] -= drag
+        if not grounded:
+            torques[-1] = drag - on_driven
+        return torques
 
     return Connector(moving, force)
 
@@ -98,7 +134,7 @@ class ExudynBodies(Model):
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
-        self.coordinates = gear_coordinates(len(arm.joints))
+        self.layout = lumped_layout(arm)
         self.stages = stages_of(arm)
         self.poses = PoseMap(arm)
         self.meshes = meshes_of(arm, self.switches)
@@ -106,22 +142,22 @@ class ExudynBodies(Model):
     @cached_property
     def free(self) -> BodyEngine:
         """The bodies on their joints without any force."""
-        return self._engine([])
+        return self._engine([], gravity=(0.0, 0.0))
 
     @cached_property
     def driven(self) -> BodyEngine:
-        """The bodies on their joints with meshes and motors."""
+        """The bodies on their joints with meshes, motors, friction and gravity."""
         law = drive_data(self.scenario, len(self.stages))
         motors = [
             motor(stage, joint, law, place)
             for place, (stage, joint) in enumerate(zip(self.stages, self.arm.joints, strict=True))
         ]
         contacts = [teeth(toothed) for joint in self.meshes for side in joint for toothed in side]
-        return self._engine(motors + contacts)
+        return self._engine(motors + contacts, self.arm.gravity_m_per_s2)
 
-    def _engine(self, connectors: Sequence[Connector]) -> BodyEngine:
-        zero = self.poses.pose(np.zeros(len(self.coordinates)))
-        return BodyEngine(bodies_of(self.arm), connectors, zero)
+    def _engine(self, connectors: Sequence[Connector], gravity: tuple[float, float]) -> BodyEngine:
+        zero = self.poses.pose(np.zeros(len(self.layout)))
+        return BodyEngine(bodies_of(self.arm), connectors, gravity, zero)
 
     def _placed(self, engine: BodyEngine, t: float, q: np.ndarray, v: np.ndarray) -> BodyEngine:
         engine.place(t, self.poses.pose(q), self.poses.velocity(q, v))
@@ -141,11 +177,14 @@ class ExudynBodies(Model):
         return self.poses.jacobian(q).T @ inertial
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Drive, mesh and damping force at t [s], shape (n,): what the connectors add."""
+        """Drive, meshes, dampers, friction and gravity at t [s], shape (n,)."""
         return self.poses.jacobian(q).T @ self.body_forces(t, q, v)
 
     def body_forces(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Forces [N] and torques [N m] of teeth and motors, (3 bodies,), about bodies' origins."""
+        """Forces [N], and torques [N m] about their origins, on the bodies, (3 bodies,).
+
+        Of teeth, motors, friction and gravity.
+        """
         driven, free = (self._placed(engine, t, q, v) for engine in (self.driven, self.free))
         return driven.right_hand_side() - free.right_hand_side()
 
@@ -154,7 +193,29 @@ class ExudynBodies(Model):
 
         Raises ArithmeticError should equal planets not move alike.
         """
-        return self.poses.paper(self.body_accelerations(t, q, v)[2::3])
+        turning, rates = self.body_accelerations(t, q, v)[2::3], self.poses.velocity(q, v)[2::3]
+        size = max(abs(turning).max(), (rates**2).max())
+        return self.poses.paper(turning, MOVES_ALIKE * size + self._rounding(q, v))
+
+    def _rounding(self, q: np.ndarray, v: np.ndarray) -> float:
+        """What roundings of the meshes' forces may do to a planet [rad/s^2]."""
+        pose, velocity = self.poses.pose(q)[None], self.poses.velocity(q, v)[None]
+        felt = [
+            torque_rounding(mesh, largest, _seen(pose, bodies)[0], _seen(velocity, bodies)[0])
+            / inertia
+            for (mesh, bodies), largest, inertia in self._stiffest
+        ]
+        return max(felt, default=0.0)
+
+    @cached_property
+    def _stiffest(self) -> list[tuple[Toothed, float, float]]:
+        """One mesh of each kind, its largest stiffness [N/m], its planet's inertia [kg m^2]."""
+        return [
+            (side[0], _spring(side[0].mesh).largest, gear_inertia(joint, "planet"))
+            for joint, sides in zip(self.arm.joints, self.meshes, strict=True)
+            if isinstance(joint, Planetary)
+            for side in sides
+        ]
 
     def body_accelerations(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Accelerations of x, y and angle of every body at t [s], shape (3 bodies,)."""
@@ -183,21 +244,24 @@ class ExudynBodies(Model):
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """q and v at t = 0; no mesh slides."""
-        start, joints = self.scenario.start, self.arm.joints
-        contact = [joint.backlash_m * (start.mesh == "contact") for joint in joints]
+        start, layout, joints = self.scenario.start, self.layout, len(self.stages)
+        q, v = np.zeros(len(layout)), np.zeros(len(layout))
         offsets = start.sun_planet_offset_m, start.planet_ring_offset_m
-        q, v = np.zeros((len(joints), 3)), np.zeros((len(joints), 3))
-        q[:, 0], q[:, 1] = (np.add(contact, per_joint(each, len(joints))) for each in offsets)
-        q[:, 2] = per_joint(start.theta_rad, len(joints))
-        v[:, 2] = per_joint(start.theta_dot_rad_per_s, len(joints))
-        return q.ravel(), v.ravel()
+        for side, (meaning, offset) in enumerate(zip(MESHES, offsets, strict=True)):
+            away = [sides[side][0].mesh.backlash for sides in self.meshes if sides]
+            apart = np.array(per_joint(offset, joints))[layout.meshing]
+            q[layout.of(meaning)] = np.multiply(away, start.mesh == "contact") + apart
+        q[layout.theta] = per_joint(start.theta_rad, joints)
+        v[layout.theta] = per_joint(start.theta_dot_rad_per_s, joints)
+        return q, v
 
     def simulate(self) -> xr.Dataset:
         """The trapezoidal rule at the scenario's step, all of it in the engine.
 
-        Meant for some milliseconds: 4.5 kHz are resolved to 1e-4 at 1 us. Mesh variables hold one
-        value per planet, NaN where a stage has fewer planets than another. Raises Diverged at the
-        first recorded time with a value that is not finite, or where the solver gave up.
+        Meant for some milliseconds: 4.5 kHz are resolved to 1e-4 at 1 us. Mesh variables, if any
+        joint has gears, hold one value per planet, NaN where a joint has fewer planets than
+        another. Raises Diverged at the first recorded time with a value that is not finite, or
+        where the solver gave up.
         """
         run, (q, v) = self.scenario, self.start()
         time = recorded_times(run)
@@ -225,7 +289,6 @@ class ExudynBodies(Model):
             np.diff(values[:, 2::3][:, self.poses.links], axis=1, prepend=0.0)
             for values in (pose, velocity, acceleration)
         )
-        read = self._readings(time, pose, velocity)
         return trajectory(
             self,
             time,
@@ -233,17 +296,16 @@ class ExudynBodies(Model):
             theta_dot=theta_dot,
             theta_ddot=theta_ddot,
             torque=self._torques(time, theta, theta_dot),
-            x_sp=read[0, 0],
-            x_pr=read[1, 0],
-            x_sp_dot=read[0, 2],
-            x_pr_dot=read[1, 2],
-            F_sp=read[0, 1],
-            F_pr=read[1, 1],
+            **self._mesh_records(time, pose, velocity),
             kinetic_energy=energy,
         )
 
-    def _readings(self, time: np.ndarray, pose: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """What the meshes saw: by side, (x [m], spring [N], x' [m/s]), time, joint and planet."""
+    def _mesh_records(
+        self, time: np.ndarray, pose: np.ndarray, velocity: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """The trajectory's mesh variables by name, (times, joints, planets); none without gears."""
+        if not self.layout.meshing:
+            return {}
         planets = max(len(stage.planets) for stage in self.stages)
         read = np.full((2, 3, len(time), len(self.stages), planets), np.nan)
         for joint, sides in enumerate(self.meshes):
@@ -251,7 +313,14 @@ class ExudynBodies(Model):
                 for planet, (mesh, bodies) in enumerate(toothed):
                     seen = [_seen(values, bodies) for values in (pose, velocity)]
                     read[side, :, :, joint, planet] = readings(mesh, time, *seen)
-        return read
+        return {
+            "x_sp": read[0, 0],
+            "x_pr": read[1, 0],
+            "x_sp_dot": read[0, 2],
+            "x_pr_dot": read[1, 2],
+            "F_sp": read[0, 1],
+            "F_pr": read[1, 1],
+        }
 
     def _torques(self, time: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
         """Output-side torques [N m], shape (times, joints)."""
@@ -275,6 +344,10 @@ class ExudynBodies(Model):
         Accuracy sets the step instead: at h the rule slows a mode of omega by (omega h)^2 / 12.
         """
         return float("inf")
+
+
+def _spring(mesh: Mesh) -> Spring:
+    return Spring(mesh.kind, mesh.mean, mesh.numbers)
 
 
 def _seen(values: np.ndarray, bodies: Sequence[int]) -> np.ndarray:

@@ -27,11 +27,16 @@ class BodyEngine:
     """An assembled system: states in; mass, forces, constraints, accelerations or a motion out.
 
     Poses, velocities and accelerations have shape (3 bodies,): x, y [m] and angle [rad] of body
-    after body. The reference pose is zero, so that coordinates are poses.
+    after body. The reference pose is zero, so that coordinates are poses. gravity [m/s^2] is along
+    the ground's x and y.
     """
 
     def __init__(
-        self, bodies: Sequence[RigidBody], connectors: Sequence[Connector], pose: np.ndarray
+        self,
+        bodies: Sequence[RigidBody],
+        connectors: Sequence[Connector],
+        gravity: tuple[float, float],
+        pose: np.ndarray,
     ) -> None:
         self.container = exudyn.SystemContainer()
         self.system = self.container.AddSystem()
@@ -39,7 +44,7 @@ class BodyEngine:
             self.system.AddNode(items.NodeRigidBody2D(initialCoordinates=own))
             for own in pose.reshape(-1, 3)
         ]
-        self._add_bodies(bodies)
+        self._add_bodies(bodies, gravity)
         for connector in connectors:
             self.system.AddObject(_connector(connector, self.nodes))
         self.system.Assemble()
@@ -48,15 +53,23 @@ class BodyEngine:
         self.solver.InitializeSolver(self.system, self.settings)
         self.size = len(pose)
 
-    def _add_bodies(self, bodies: Sequence[RigidBody]) -> None:
+    def _add_bodies(self, bodies: Sequence[RigidBody], gravity: tuple[float, float]) -> None:
         """Parts of one body share its node, which welds them."""
         ground = self.system.AddObject(items.ObjectGround())
         first = {GROUND: ground}
         for number, body in enumerate(bodies):
             parts = [self.system.AddObject(_part(part, self.nodes[number])) for part in body.parts]
             first[number] = parts[0]
+            for part in parts:
+                self._add_weight(part, gravity)
         for number, body in enumerate(bodies):
             self._add_joint(first[body.seat_body], body.seat, first[number])
+
+    def _add_weight(self, part: Any, gravity: tuple[float, float]) -> None:
+        if any(gravity):
+            marker = self.system.AddMarker(items.MarkerBodyMass(bodyNumber=part))
+            load = items.LoadMassProportional(markerNumber=marker, loadVector=[*gravity, 0.0])
+            self.system.AddLoad(load)
 
     def _add_joint(self, holder: Any, seat: complex, body: Any) -> None:
         markers = [

@@ -18,11 +18,14 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numba import njit, types
 
-from models.arm import Joint
-from models.exudyn_poses import pitch_radius, planet_seats
+from models.arm import Planetary
+from models.exudyn_contact_stiffness import Spring, spring_of, stiffness_at
+from models.exudyn_poses import equivalent_mass, pitch_radius, planet_seats
 from models.switches import Switches
 
 Side = Literal["sun", "ring"]
+EPSILON = float(np.finfo(float).eps)
+ROUNDINGS = 10  # in a deflection: poses, line of centres and the turns against it
 PLANET, CARRIER, WHEEL, PREVIOUS = 0, 1, 2, -1  # bodies of a mesh; a ring's wheel is the previous
 
 
@@ -30,8 +33,8 @@ class Mesh(NamedTuple):
     """One mesh in SI units.
 
     seat [m]: the wheel's centre on its body's x axis. direction [rad]: line of centres at zero.
-    damping [N s/m]: of this one mesh. teeth: mesh phase over joint angle. The last three are
-    switches, 1.0 or 0.0.
+    kind, mean, numbers: a Spring's. damping [N s/m]: of this one mesh. teeth: mesh phase over joint
+    angle. by_clock, smooth and contact_only are switches, 1.0 or 0.0.
     """
 
     side: float
@@ -41,8 +44,6 @@ class Mesh(NamedTuple):
     sine: float
     seat: float
     direction: float
-    stiffness: float
-    amplitude: float
     error: float
     backlash: float
     damping: float
@@ -52,6 +53,9 @@ class Mesh(NamedTuple):
     by_clock: float
     smooth: float
     contact_only: float
+    kind: float
+    mean: float
+    numbers: np.ndarray
 
 
 class Motion(NamedTuple):
@@ -64,60 +68,63 @@ class Motion(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """Deflection [m] and its rate, line of centres, levers [m] of the two bodies, sin(phase)."""
+    """Deflection [m] and its rate, line of centres, levers [m] of the two bodies, phase [rad]."""
 
     x: float
     x_dot: float
     along: complex
     planet_lever: complex
     wheel_lever: complex
-    wave: float
+    phase: float
 
 
-def mesh_of(joint: Joint, chosen: Switches, side: Side, planet: int, ring_at: float) -> Mesh:
-    """The mesh of one planet, counted from 0, with sun or ring.
+def meshes_with(joint: Planetary, chosen: Switches, side: Side, ring_at: float) -> tuple[Mesh, ...]:
+    """The meshes of a joint's planets with sun or ring.
 
     ring_at [m]: where the ring is centred on its body's x axis.
     """
     sun = side == "sun"
-    alpha = np.radians(joint.pressure_angle_deg)
-    return Mesh(
+    own, alpha = joint.sun_mesh if sun else joint.ring_mesh, np.radians(joint.pressure_angle_deg)
+    spring = spring_of(own.stiffness)
+    first = Mesh(
         side=1.0 if sun else -1.0,
         wheel_pitch=pitch_radius(joint, joint.sun_teeth if sun else joint.ring_teeth),
         planet_pitch=pitch_radius(joint, joint.planet_teeth),
         cosine=float(np.cos(alpha)),
         sine=float(np.sin(alpha)),
         seat=0.0 if sun else ring_at,
-        direction=float(np.angle(planet_seats(joint)[planet])),
-        stiffness=joint.mesh_stiffness_N_per_m,
-        amplitude=joint.mesh_stiffness_amplitude_N_per_m,
-        error=joint.tooth_error_m,
-        backlash=joint.backlash_m,
-        damping=damping_of(joint, side),
-        sharpness=joint.tanh_sharpness_per_m,
+        direction=0.0,
+        error=own.tooth_error_m,
+        backlash=own.backlash_m,
+        damping=damping_of(joint, side, spring),
+        sharpness=own.tanh_sharpness_per_m,
         teeth=teeth_passing(joint, chosen, side),
-        offset=0.0 if sun else joint.ring_mesh_phase_rad,
+        offset=own.phase_rad,
         by_clock=float(chosen.phase == "omega_t"),
         smooth=float(chosen.dead_zone == "tanh"),
         contact_only=float(chosen.damping == "contact"),
+        kind=spring.kind,
+        mean=spring.mean,
+        numbers=spring.numbers,
     )
+    return tuple(first._replace(direction=float(np.angle(at))) for at in planet_seats(joint))
 
 
-def damping_of(joint: Joint, side: Side) -> float:
+def damping_of(joint: Planetary, side: Side, spring: Spring) -> float:
     """Damping [N s/m] of one mesh, 1/N of the stage's 2 zeta sqrt(N k_m M), M = M_s or N M_p."""
-    count = joint.planet_count
-    given, mass = joint.sun_planet_damping_N_s_per_m, joint.sun_equivalent_mass_kg
+    count, mesh = joint.planet_count, joint.sun_mesh
+    mass = equivalent_mass(joint, "sun")
     if side == "ring":
-        given = joint.planet_ring_damping_N_s_per_m
-        mass = count * joint.planet_equivalent_mass_kg
+        mesh, mass = joint.ring_mesh, count * equivalent_mass(joint, "planet")
+    given = mesh.damping_N_s_per_m
     if given is None:
-        assert joint.damping_ratio is not None
-        critical = 2 * float(np.sqrt(count * joint.mesh_stiffness_N_per_m * mass))
-        given = joint.damping_ratio * critical
+        assert mesh.damping_ratio is not None
+        critical = 2 * float(np.sqrt(count * spring.mean * mass))
+        given = mesh.damping_ratio * critical
     return given / count
 
 
-def teeth_passing(joint: Joint, chosen: Switches, side: Side) -> float:
+def teeth_passing(joint: Planetary, chosen: Switches, side: Side) -> float:
     """Radians of mesh phase per radian of the carrier (Eqs. 12, 13)."""
     if side == "ring" and chosen.ring_rate == "eq13":
         carrier_teeth = joint.sun_teeth + joint.planet_teeth  # r_c cos(alpha), in teeth
@@ -141,18 +148,18 @@ def rounded_dead_zone(gap: float, b: float, sharpness: float) -> float:
 @njit(cache=True)
 def elastic_force(mesh: Mesh, contact: Contact) -> float:
     """Spring force [N] along the line of action (Eqs. 4, 8, 14, 15)."""
-    gap = contact.x - mesh.error * contact.wave
+    gap = contact.x - mesh.error * np.sin(contact.phase)
     if mesh.smooth:
         travel = rounded_dead_zone(gap, mesh.backlash, mesh.sharpness)
     else:
         travel = dead_zone(gap, mesh.backlash)
-    return (mesh.stiffness + mesh.amplitude * contact.wave) * travel
+    return stiffness_at(mesh.kind, mesh.mean, mesh.numbers, contact.phase) * travel
 
 
 @njit(cache=True)
 def damping_force(mesh: Mesh, contact: Contact) -> float:
     """Damper force [N] along the line of action."""
-    gap = contact.x - mesh.error * contact.wave
+    gap = contact.x - mesh.error * np.sin(contact.phase)
     apart = mesh.contact_only and dead_zone(gap, mesh.backlash) == 0
     return 0.0 if apart else mesh.damping * contact.x_dot
 
@@ -200,17 +207,17 @@ def look(mesh: Mesh, t: float, q: np.ndarray, q_t: np.ndarray) -> Contact:
     slip = carried(body, wheel_lever).velocity - carried(planet, planet_lever).velocity
     x_dot = (np.conj(line_of_action(mesh, along, x)) * slip).real
     return Contact(
-        x, x_dot, along, planet_lever, wheel_lever, mesh_wave(mesh, t, carrier, previous)
+        x, x_dot, along, planet_lever, wheel_lever, mesh_phase(mesh, t, carrier, previous)
     )
 
 
 @njit(cache=True)
-def mesh_wave(mesh: Mesh, t: float, carrier: Motion, previous: Motion) -> float:
-    """sin of the mesh phase (Eqs. 8, 14), from the angle or the rate of link against link."""
+def mesh_phase(mesh: Mesh, t: float, carrier: Motion, previous: Motion) -> float:
+    """The mesh phase [rad] (Eqs. 8, 14), from the angle or the rate of link against link."""
     angle = carrier.angle - previous.angle
     if mesh.by_clock:
         angle = (carrier.spin - previous.spin) * t
-    return np.sin(mesh.teeth * angle + mesh.offset)
+    return mesh.teeth * angle + mesh.offset
 
 
 @njit(cache=True)
@@ -233,7 +240,7 @@ def mesh_forces(mesh: Mesh, t: float, q: np.ndarray, q_t: np.ndarray) -> np.ndar
 # Entered directly, past numba's choice among signatures: saves two thirds of 13 us per call.
 push_bodies = mesh_forces.compile(
     types.float64[::1](
-        types.NamedUniTuple(types.float64, len(Mesh._fields), Mesh),
+        types.NamedTuple([*[types.float64] * (len(Mesh._fields) - 1), types.float64[:, ::1]], Mesh),
         types.float64,
         types.float64[::1],
         types.float64[::1],
@@ -251,3 +258,17 @@ def readings(mesh: Mesh, t: np.ndarray, q: np.ndarray, q_t: np.ndarray) -> np.nd
         read[1, row] = elastic_force(mesh, contact)
         read[2, row] = contact.x_dot
     return read
+
+
+def torque_rounding(mesh: Mesh, largest: float, q: np.ndarray, q_t: np.ndarray) -> float:
+    """What roundings of a mesh's deflection and rate may change on its planet [N m].
+
+    largest: its stiffness [N/m]. q, q_t: of the mesh's bodies as in ``look``.
+    """
+
+    def path(values: np.ndarray) -> float:  # what a deflection is the small difference of
+        places, angles = abs(values.reshape(-1, 3)[:, :2]), abs(values[2::3])
+        return float(places.max() + (mesh.wheel_pitch + mesh.planet_pitch) * angles.max())
+
+    force = largest * path(q) + mesh.damping * path(q_t)
+    return ROUNDINGS * EPSILON * mesh.planet_pitch * force

@@ -30,11 +30,18 @@ class Body(NamedTuple):
 class Engine:
     """An assembled system: states in, mass matrix and right-hand side or advanced states out.
 
+    gravity [m/s^2]: along the base's x and y.
     The engine's own clock counts from the last ``place``; the connectors add ``clock[0]``. Summing
     0.00001 s over a whole run instead would drift by 1e-11 s in 3 s, and with it the step.
     """
 
-    def __init__(self, bodies: Sequence[Body], forces: Sequence[UserFunction], clock: list[float]):
+    def __init__(
+        self,
+        bodies: Sequence[Body],
+        forces: Sequence[UserFunction],
+        clock: list[float],
+        gravity: tuple[float, float],
+    ) -> None:
         size = len(bodies)
         self.clock = clock
         self.container = exudyn.SystemContainer()
@@ -47,7 +54,7 @@ class Engine:
                 numberOfODE2Coordinates=size,
             )
         )
-        self.system.AddObject(_tree(node, bodies))
+        self.system.AddObject(_tree(node, bodies, gravity))
         for force in forces:
             self.system.AddObject(_connector(node, size, force))
         self.system.Assemble()
@@ -109,7 +116,7 @@ def _settings() -> Any:
     return settings
 
 
-def _tree(node: int, bodies: Sequence[Body]) -> Any:
+def _tree(node: int, bodies: Sequence[Body], gravity: tuple[float, float]) -> Any:
     return items.ObjectKinematicTree(
         nodeNumber=node,
         jointTypes=[exudyn.JointType.RevoluteZ] * len(bodies),
@@ -119,7 +126,7 @@ def _tree(node: int, bodies: Sequence[Body]) -> Any:
         linkInertiasCOM=exudyn.Matrix3DList([np.diag([0, 0, body.inertia]) for body in bodies]),
         linkCOMs=exudyn.Vector3DList([np.array([body.com_x, 0.0, 0.0]) for body in bodies]),
         linkMasses=[body.mass for body in bodies],
-        gravity=[0.0, 0.0, 0.0],
+        gravity=[*gravity, 0.0],
     )
 
 

@@ -19,10 +19,14 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numba import njit
 
-from models.arm import Joint
+from models.arm import Mesh, Planetary
+from models.exudyn_tree_stiffness import Curve, constant, curve_of, stiffness_at
 from models.switches import Switches
 
 Side = Literal["sun", "ring"]
+Gear = Literal["sun", "planet", "carrier"]
+EPSILON = float(np.finfo(float).eps)
+ROUNDINGS = 10  # in a deflection: sums of three products, and maps of coordinates before
 
 
 class MeshLaw(NamedTuple):
@@ -30,13 +34,12 @@ class MeshLaw(NamedTuple):
 
     wheel_radius, planet_radius: base radii of the deflection above, the latter negative for the
     ring. damping [N s/m]: of this one mesh, 1/N of the stage's. phase_rate: radians of mesh phase
-    per radian of joint angle. The last three are switches, 1.0 or 0.0.
+    per radian of joint angle. clock_phase, smooth and damped_in_contact_only are switches, 1.0 or
+    0.0. curve: the stiffness.
     """
 
     wheel_radius: float
     planet_radius: float
-    stiffness: float
-    stiffness_amplitude: float
     tooth_error: float
     backlash: float
     damping: float
@@ -46,54 +49,94 @@ class MeshLaw(NamedTuple):
     clock_phase: float
     smooth: float
     damped_in_contact_only: float
+    curve: Curve
 
     @property
     def array(self) -> np.ndarray:
-        """The fields as float64, shape (13,)."""
-        return np.array(self)
+        """The fields as float64, those of the curve from place CURVE on."""
+        return np.concatenate([self[:CURVE], self.curve.array])
 
 
 _FIELDS = {name: place for place, name in enumerate(MeshLaw._fields)}
 WHEEL_RADIUS, PLANET_RADIUS = _FIELDS["wheel_radius"], _FIELDS["planet_radius"]
-K_M, K_A = _FIELDS["stiffness"], _FIELDS["stiffness_amplitude"]
 ERROR, BACKLASH = _FIELDS["tooth_error"], _FIELDS["backlash"]
 DAMPING, SHARPNESS = _FIELDS["damping"], _FIELDS["sharpness"]
 RATE, OFFSET = _FIELDS["phase_rate"], _FIELDS["phase_offset"]
 BY_CLOCK, SMOOTH = _FIELDS["clock_phase"], _FIELDS["smooth"]
-CONTACT_ONLY = _FIELDS["damped_in_contact_only"]
+CONTACT_ONLY, CURVE = _FIELDS["damped_in_contact_only"], _FIELDS["curve"]
 
 
-def base_radius(joint: Joint, teeth: int) -> float:
+def base_radius(joint: Planetary, teeth: int) -> float:
     """Radius [m] of the circle the involutes of a wheel with this many teeth unwind from."""
     return joint.module_m * teeth / 2 * float(np.cos(np.radians(joint.pressure_angle_deg)))
 
 
-def mesh_law(joint: Joint, chosen: Switches, side: Side) -> MeshLaw:
+def inertia(joint: Planetary, gear: Gear) -> float:
+    """J [kg m^2] of a gear or the carrier, as given or M r^2."""
+    mass, given, radius = _gear(joint, gear)
+    if given is not None:
+        return given
+    assert mass is not None
+    return mass * radius**2
+
+
+def equivalent_mass(joint: Planetary, gear: Gear) -> float:
+    """M [kg] of a gear or the carrier, as given or J / r^2."""
+    mass, given, radius = _gear(joint, gear)
+    if mass is not None:
+        return mass
+    assert given is not None
+    return given / radius**2
+
+
+def _gear(joint: Planetary, gear: Gear) -> tuple[float | None, float | None, float]:
+    """M or J, whichever is given, and r [m], of the carrier r_c cos(alpha)."""
+    mass, given, teeth = {
+        "sun": (joint.sun_equivalent_mass_kg, joint.sun_inertia_kg_m2, joint.sun_teeth),
+        "planet": (joint.planet_equivalent_mass_kg, joint.planet_inertia_kg_m2, joint.planet_teeth),
+        "carrier": (
+            joint.carrier_equivalent_mass_kg,
+            joint.carrier_inertia_kg_m2,
+            joint.sun_teeth + joint.planet_teeth,
+        ),
+    }[gear]
+    return mass, given, base_radius(joint, teeth)
+
+
+def mesh_law(joint: Planetary, chosen: Switches, side: Side) -> MeshLaw:
     """The law of each of the joint's equal meshes on one side of the planets."""
     sun = side == "sun"
-    planet_radius = base_radius(joint, joint.planet_teeth)
+    mesh = joint.sun_mesh if sun else joint.ring_mesh
+    planet_radius, curve = base_radius(joint, joint.planet_teeth), curve_of(mesh.stiffness)
     return MeshLaw(
         wheel_radius=base_radius(joint, joint.sun_teeth if sun else joint.ring_teeth),
         planet_radius=planet_radius if sun else -planet_radius,
-        stiffness=joint.mesh_stiffness_N_per_m,
-        stiffness_amplitude=joint.mesh_stiffness_amplitude_N_per_m,
-        tooth_error=joint.tooth_error_m,
-        backlash=joint.backlash_m,
-        damping=_stage_damping(joint, side) / joint.planet_count,
-        sharpness=joint.tanh_sharpness_per_m,
+        tooth_error=mesh.tooth_error_m,
+        backlash=mesh.backlash_m,
+        damping=_stage_damping(joint, side, mesh, curve.mean) / joint.planet_count,
+        sharpness=mesh.tanh_sharpness_per_m,
         phase_rate=_phase_rate(joint, chosen, side),
-        phase_offset=0.0 if sun else joint.ring_mesh_phase_rad,
+        phase_offset=mesh.phase_rad,
         clock_phase=float(chosen.phase == "omega_t"),
         smooth=float(chosen.dead_zone == "tanh"),
         damped_in_contact_only=float(chosen.damping == "contact"),
+        curve=curve,
     )
 
 
 def stiffest(law: MeshLaw) -> MeshLaw:
     """The linear law that bounds this one: in contact everywhere, at its largest stiffness."""
+    return _linear(law, law.curve.largest)
+
+
+def mean_spring(law: MeshLaw) -> MeshLaw:
+    """The law's mean stiffness alone: in contact everywhere, undamped."""
+    return _linear(law, law.curve.mean)._replace(damping=0.0)
+
+
+def _linear(law: MeshLaw, stiffness: float) -> MeshLaw:
     return law._replace(
-        stiffness=law.stiffness + law.stiffness_amplitude,
-        stiffness_amplitude=0.0,
+        curve=constant(stiffness),
         tooth_error=0.0,
         backlash=0.0,
         smooth=0.0,
@@ -101,26 +144,18 @@ def stiffest(law: MeshLaw) -> MeshLaw:
     )
 
 
-def mean_spring(law: MeshLaw) -> MeshLaw:
-    """The law's mean stiffness alone: in contact everywhere, undamped."""
-    return stiffest(law)._replace(stiffness=law.stiffness, damping=0.0)
-
-
-def _stage_damping(joint: Joint, side: Side) -> float:
+def _stage_damping(joint: Planetary, side: Side, mesh: Mesh, stiffness: float) -> float:
     """Damping [N s/m] of all N meshes of one side together: 2 zeta sqrt(N k_m * mass)."""
-    planets, stiffness = joint.planet_count, joint.mesh_stiffness_N_per_m
-    sun_mass, planet_mass = joint.sun_equivalent_mass_kg, joint.planet_equivalent_mass_kg
-    direct = joint.sun_planet_damping_N_s_per_m
-    mass = sun_mass
-    if side == "ring":
-        direct, mass = joint.planet_ring_damping_N_s_per_m, planets * planet_mass
-    if direct is not None:
-        return direct
-    assert joint.damping_ratio is not None
-    return 2 * joint.damping_ratio * float(np.sqrt(planets * stiffness * mass))
+    planets = joint.planet_count
+    sun_mass, planet_mass = equivalent_mass(joint, "sun"), equivalent_mass(joint, "planet")
+    mass = sun_mass if side == "sun" else planets * planet_mass
+    if mesh.damping_N_s_per_m is not None:
+        return mesh.damping_N_s_per_m
+    assert mesh.damping_ratio is not None
+    return 2 * mesh.damping_ratio * float(np.sqrt(planets * stiffness * mass))
 
 
-def _phase_rate(joint: Joint, chosen: Switches, side: Side) -> float:
+def _phase_rate(joint: Planetary, chosen: Switches, side: Side) -> float:
     """Teeth passing one planet per radian of the carrier: z_r on both sides, but for Eq. 13."""
     if side == "sun" or chosen.ring_rate == "corrected":
         return float(joint.ring_teeth)
@@ -147,21 +182,23 @@ def smooth_clearance(x: float, b: float, sharpness: float) -> float:
 
 
 @njit(cache=True)
-def mesh_sine(law: np.ndarray, t: float, theta: float, theta_dot: float) -> float:
-    """sin(phi) at time t [s], joint angle [rad] and rate [rad/s] (Eqs. 8, 14)."""
+def variation(law: np.ndarray, t: float, theta: float, theta_dot: float) -> tuple[float, float]:
+    """k [N/m] and sin(phi) at time t [s], joint angle [rad] and rate [rad/s] (Eqs. 8, 14)."""
     angle = theta_dot * t if law[BY_CLOCK] else theta
-    return np.sin(law[RATE] * angle + law[OFFSET])
+    phase = law[RATE] * angle + law[OFFSET]
+    sine = np.sin(phase)
+    return stiffness_at(law, CURVE, phase, sine), sine
 
 
 @njit(cache=True)
-def elastic_force(law: np.ndarray, x: float, sine: float) -> float:
+def elastic_force(law: np.ndarray, x: float, stiffness: float, sine: float) -> float:
     """Spring force [N] along the line of action (Eqs. 4, 8, 14, 15)."""
     gap = x - law[ERROR] * sine
     if law[SMOOTH]:
         travel = smooth_clearance(gap, law[BACKLASH], law[SHARPNESS])
     else:
         travel = clearance(gap, law[BACKLASH])
-    return (law[K_M] + law[K_A] * sine) * travel
+    return stiffness * travel
 
 
 @njit(cache=True)
@@ -175,7 +212,8 @@ def damping_force(law: np.ndarray, x: float, x_dot: float, sine: float) -> float
 @njit(cache=True)
 def mesh_force(
     law: np.ndarray,
-    t: float,
+    stiffness: float,
+    sine: float,
     wheel: float,
     planet: float,
     carrier: float,
@@ -185,13 +223,12 @@ def mesh_force(
 ) -> float:
     """Force [N] of one mesh along its line of action, spring and damper.
 
-    wheel and carrier turn relative to the previous link, planet relative to the carrier, rad and
-    rad/s. The carrier's angle is the joint angle.
+    stiffness and sine: of ``variation``. wheel and carrier turn relative to the previous link,
+    planet relative to the carrier, rad and rad/s.
     """
     x = law[WHEEL_RADIUS] * (wheel - carrier) + law[PLANET_RADIUS] * planet
     x_dot = law[WHEEL_RADIUS] * (wheel_dot - carrier_dot) + law[PLANET_RADIUS] * planet_dot
-    sine = mesh_sine(law, t, carrier, carrier_dot)
-    return elastic_force(law, x, sine) + damping_force(law, x, x_dot, sine)
+    return elastic_force(law, x, stiffness, sine) + damping_force(law, x, x_dot, sine)
 
 
 @njit(cache=True)
@@ -204,25 +241,49 @@ def elastic_forces(
     """
     forces = np.empty_like(x)
     for row in range(len(t)):
-        sine = mesh_sine(law, t[row], theta[row], theta_dot[row])
+        stiffness, sine = variation(law, t[row], theta[row], theta_dot[row])
         for planet in range(x.shape[1]):
-            forces[row, planet] = elastic_force(law, x[row, planet], sine)
+            forces[row, planet] = elastic_force(law, x[row, planet], stiffness, sine)
     return forces
 
 
 class Stage(NamedTuple):
-    """Places of one joint's bodies among the tree coordinates."""
+    """Places of one joint's bodies among the tree coordinates.
+
+    driven: what the motor turns, the sun; of a direct joint, which has no planets, the link.
+    """
 
     link: int
-    sun: int
+    driven: int
     planets: tuple[int, ...]
+
+    @property
+    def after(self) -> int:
+        """The place after its last body."""
+        return max((self.driven, *self.planets)) + 1
+
+
+class GearStage(NamedTuple):
+    """A geared joint, counted from 0, its bodies, a planet's inertia [kg m^2] and its mesh laws."""
+
+    joint: int
+    bodies: Stage
+    planet_inertia: float
+    sun: MeshLaw
+    ring: MeshLaw
+
+
+def gear_stage(place: int, bodies: Stage, joint: Planetary, chosen: Switches) -> GearStage:
+    """What is known of a geared joint, the place-th from 0."""
+    sun, ring = mesh_law(joint, chosen, "sun"), mesh_law(joint, chosen, "ring")
+    return GearStage(place, bodies, inertia(joint, "planet"), sun, ring)
 
 
 class Gearing(NamedTuple):
-    """All gear stages of an arm as flat arrays, one row per joint.
+    """All gear stages of an arm as flat arrays, one row per geared joint.
 
-    sun_laws, ring_laws (joints, 13): MeshLaw.array; places (joints, 4): tree coordinates of link,
-    sun and first planet, and the one after the last planet.
+    sun_laws, ring_laws (stages, longest law): MeshLaw.array, zeros behind it; places (stages, 4):
+    tree coordinates of link, sun and first planet, and the one after the last planet.
     """
 
     sun_laws: np.ndarray
@@ -230,17 +291,29 @@ class Gearing(NamedTuple):
     places: np.ndarray
 
 
-def gearing(stages: Sequence[Stage], laws: Sequence[tuple[MeshLaw, MeshLaw]]) -> Gearing:
-    """The stages with their laws, a pair (sun, ring) for each."""
-    suns, rings = (np.array([pair[side].array for pair in laws]) for side in (0, 1))
-    places = [(s.link, s.sun, s.planets[0], s.planets[-1] + 1) for s in stages]
-    return Gearing(suns, rings, np.array(places))
+def gearing(gears: Sequence[GearStage]) -> Gearing:
+    """The stages with their laws."""
+    stages = [gear.bodies for gear in gears]
+    places = [(s.link, s.driven, s.planets[0], s.planets[-1] + 1) for s in stages]
+    return Gearing(
+        _rows([gear.sun.array for gear in gears]),
+        _rows([gear.ring.array for gear in gears]),
+        np.array(places, dtype=np.int64).reshape(-1, 4),
+    )
+
+
+def _rows(arrays: Sequence[np.ndarray]) -> np.ndarray:
+    rows = np.zeros((len(arrays), max((array.size for array in arrays), default=0)))
+    for row, array in zip(rows, arrays, strict=True):
+        row[: array.size] = array
+    return rows
 
 
 @njit(cache=True)
 def add_sun_mesh(
     law: np.ndarray,
-    t: float,
+    stiffness: float,
+    sine: float,
     q: np.ndarray,
     q_t: np.ndarray,
     link: int,
@@ -249,7 +322,9 @@ def add_sun_mesh(
     forces: np.ndarray,
 ) -> None:
     """Spring and damper of one sun-planet mesh, onto the forces [N m] of the three it couples."""
-    pull = mesh_force(law, t, q[sun], q[planet], q[link], q_t[sun], q_t[planet], q_t[link])
+    pull = mesh_force(
+        law, stiffness, sine, q[sun], q[planet], q[link], q_t[sun], q_t[planet], q_t[link]
+    )
     forces[link] += law[WHEEL_RADIUS] * pull
     forces[sun] -= law[WHEEL_RADIUS] * pull
     forces[planet] -= law[PLANET_RADIUS] * pull
@@ -258,7 +333,8 @@ def add_sun_mesh(
 @njit(cache=True)
 def add_ring_mesh(
     law: np.ndarray,
-    t: float,
+    stiffness: float,
+    sine: float,
     q: np.ndarray,
     q_t: np.ndarray,
     link: int,
@@ -266,7 +342,7 @@ def add_ring_mesh(
     forces: np.ndarray,
 ) -> None:
     """One ring-planet mesh, as ``add_sun_mesh``: the ring rests on the previous link."""
-    pull = mesh_force(law, t, 0.0, q[planet], q[link], 0.0, q_t[planet], q_t[link])
+    pull = mesh_force(law, stiffness, sine, 0.0, q[planet], q[link], 0.0, q_t[planet], q_t[link])
     forces[link] += law[WHEEL_RADIUS] * pull
     forces[planet] -= law[PLANET_RADIUS] * pull
 
@@ -276,11 +352,14 @@ def add_meshes(
     gears: Gearing, t: float, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray
 ) -> None:
     """Every mesh spring of the arm at time t [s], onto the forces [N m] of the tree coordinates."""
-    for joint in range(len(gears.places)):
-        link, sun, first, after = gears.places[joint]
+    for stage in range(len(gears.places)):
+        link, sun, first, after = gears.places[stage]
+        of_sun, of_ring = gears.sun_laws[stage], gears.ring_laws[stage]
+        sun_stiffness, sun_sine = variation(of_sun, t, q[link], q_t[link])
+        ring_stiffness, ring_sine = variation(of_ring, t, q[link], q_t[link])
         for planet in range(first, after):
-            add_sun_mesh(gears.sun_laws[joint], t, q, q_t, link, sun, planet, forces)
-            add_ring_mesh(gears.ring_laws[joint], t, q, q_t, link, planet, forces)
+            add_sun_mesh(of_sun, sun_stiffness, sun_sine, q, q_t, link, sun, planet, forces)
+            add_ring_mesh(of_ring, ring_stiffness, ring_sine, q, q_t, link, planet, forces)
 
 
 def deflection(law: MeshLaw, stage: Stage, q: np.ndarray, with_sun: bool) -> np.ndarray:
@@ -288,6 +367,20 @@ def deflection(law: MeshLaw, stage: Stage, q: np.ndarray, with_sun: bool) -> np.
 
     Linear: angles give displacements, and their rates the displacements' rates.
     """
-    wheel = q[:, stage.sun] if with_sun else 0.0
+    wheel = q[:, stage.driven] if with_sun else 0.0
     turn = law.wheel_radius * (wheel - q[:, stage.link])
     return turn[:, None] + law.planet_radius * q[:, list(stage.planets)]
+
+
+def torque_rounding(law: MeshLaw, stage: Stage, q: np.ndarray, q_t: np.ndarray) -> float:
+    """What roundings of a linear law's deflection and rate may change on a planet [N m].
+
+    q, q_t: tree coordinates and rates (bodies,), all planets alike.
+    """
+
+    def path(turned: np.ndarray) -> float:  # what a deflection is the small difference of
+        link, wheel, planet = abs(turned[[stage.link, stage.driven, stage.planets[0]]])
+        return law.wheel_radius * float(link + wheel) + abs(law.planet_radius) * float(planet)
+
+    force = law.curve.mean * path(q) + law.damping * path(q_t)
+    return ROUNDINGS * EPSILON * abs(law.planet_radius) * force

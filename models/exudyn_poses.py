@@ -9,14 +9,15 @@ the plane are complex numbers.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from models.arm import Arm, Joint
+from models.arm import Arm, Link, Planetary
+from models.layout import lumped_layout
 
+Gear = Literal["sun", "planet", "carrier"]
 GROUND = -1
-MOVES_ALIKE = 1e-9  # of the largest; what a linear solve leaves between equal planets is 1e-12
 
 
 class Part(NamedTuple):
@@ -36,27 +37,39 @@ class RigidBody(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """Numbers of one joint's bodies; ``previous`` carries the ring and may be GROUND."""
+    """Numbers of one joint's bodies; ``previous`` carries ring or motor and may be GROUND.
+
+    driven: what the motor turns, the sun; of a direct joint, which has no planets, the link.
+    """
 
     previous: int
     link: int
-    sun: int
+    driven: int
     planets: tuple[int, ...]
 
 
-def pitch_radius(joint: Joint, teeth: int) -> float:
+def pitch_radius(joint: Planetary, teeth: int) -> float:
     """Radius [m] of a wheel of the joint where it rolls without sliding."""
     return joint.module_m * teeth / 2
 
 
 def stages_of(arm: Arm) -> list[Stage]:
-    """Bodies are counted joint by joint: link, sun, planets."""
-    stages, previous, first = [], GROUND, 0
+    """Bodies are counted joint by joint: link, and of a geared joint sun and planets."""
+    stages, previous, number = [], GROUND, 0
     for joint in arm.joints:
-        after = first + 2 + joint.planet_count
-        stages.append(Stage(previous, first, first + 1, tuple(range(first + 2, after))))
-        previous, first = first, after
+        link, driven = number, number
+        if isinstance(joint, Planetary):
+            driven += 1
+        number = driven + 1 + joint.planet_count
+        stages.append(Stage(previous, link, driven, tuple(range(driven + 1, number))))
+        previous = link
     return stages
+
+
+def body_count(arm: Arm) -> int:
+    """How many bodies move."""
+    last = stages_of(arm)[-1]
+    return last.driven + 1 + len(last.planets)
 
 
 def bodies_of(arm: Arm) -> list[RigidBody]:
@@ -64,20 +77,21 @@ def bodies_of(arm: Arm) -> list[RigidBody]:
     bodies = []
     for place, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True)):
         axis = ring_seat(arm, place) + 0j
-        sun = (Part(joint.sun_mass_kg, 0.0, _gear_inertia(joint, "sun")),)
-        planet = (Part(joint.planet_mass_kg, 0.0, _gear_inertia(joint, "planet")),)
         bodies.append(RigidBody(link_parts(arm, place), stage.previous, axis))
-        bodies.append(RigidBody(sun, stage.previous, axis))
-        bodies += [RigidBody(planet, stage.link, seat) for seat in planet_seats(joint)]
+        if isinstance(joint, Planetary):
+            sun = (Part(joint.sun_mass_kg, 0.0, gear_inertia(joint, "sun")),)
+            planet = (Part(joint.planet_mass_kg, 0.0, gear_inertia(joint, "planet")),)
+            bodies.append(RigidBody(sun, stage.previous, axis))
+            bodies += [RigidBody(planet, stage.link, seat) for seat in planet_seats(joint)]
     return bodies
 
 
 def ring_seat(arm: Arm, place: int) -> float:
-    """How far along its body's x axis a joint's ring is centred [m]: 0 on the ground."""
+    """How far along its body's x axis a joint's ring or motor is centred [m]: 0 on the ground."""
     return arm.links[place - 1].length_m if place else 0.0
 
 
-def planet_seats(joint: Joint) -> list[complex]:
+def planet_seats(joint: Planetary) -> list[complex]:
     """Centres of the planets on their carrier [m], the first on its x axis."""
     radius = pitch_radius(joint, joint.sun_teeth) + pitch_radius(joint, joint.planet_teeth)
     turns = np.arange(joint.planet_count) / joint.planet_count
@@ -85,54 +99,109 @@ def planet_seats(joint: Joint) -> list[complex]:
 
 
 def link_parts(arm: Arm, place: int) -> tuple[Part, ...]:
-    """Rod and carrier, and at the far end the next joint's ring or the payload."""
-    link, joint = arm.links[place], arm.joints[place]
-    rod = link.length_m * link.cross_section_m2 * link.density_kg_per_m3
-    end = Part(arm.payload_mass_kg, link.length_m, 0.0)
+    """Link, carrier or rotor, and at the far end the next joint's ring or motor, or the payload."""
+    joint, end = arm.joints[place], arm.links[place].length_m
+    if isinstance(joint, Planetary):
+        hub = Part(joint.carrier_mass_kg, 0.0, gear_inertia(joint, "carrier"))
+    else:
+        hub = Part(0.0, 0.0, joint.rotor_inertia_kg_m2)
+    tip = Part(arm.payload_mass_kg, end, 0.0)
     if place + 1 < len(arm.joints):
         outer = arm.joints[place + 1]
-        end = Part(outer.ring_mass_kg, link.length_m, outer.ring_inertia_kg_m2)
-    return (
-        Part(rod, link.com_m, rod * link.length_m**2 / 12),
-        Part(joint.carrier_mass_kg, 0.0, _gear_inertia(joint, "carrier")),
-        end,
-    )
+        if isinstance(outer, Planetary):
+            tip = Part(outer.ring_mass_kg, end, outer.ring_inertia_kg_m2)
+        else:
+            tip = Part(outer.motor_mass_kg, end, 0.0)
+    return _bare_link(arm.links[place]), hub, tip
 
 
-def _gear_inertia(joint: Joint, gear: str) -> float:
-    """J = M r^2, r the base radius, of the carrier r_c cos(alpha)."""
-    teeth, mass = {
-        "sun": (joint.sun_teeth, joint.sun_equivalent_mass_kg),
-        "planet": (joint.planet_teeth, joint.planet_equivalent_mass_kg),
-        "carrier": (joint.sun_teeth + joint.planet_teeth, joint.carrier_equivalent_mass_kg),
+def _bare_link(link: Link) -> Part:
+    mass, inertia = link.mass_kg, link.inertia_kg_m2
+    if link.cross_section_m2 is not None and link.density_kg_per_m3 is not None:
+        mass = link.length_m * link.cross_section_m2 * link.density_kg_per_m3
+        inertia = mass * link.length_m**2 / 12
+    assert mass is not None
+    assert inertia is not None
+    return Part(mass, link.com_m, inertia)
+
+
+def gear_inertia(joint: Planetary, gear: Gear) -> float:
+    """J [kg m^2], or the M [kg] given instead times the square of ``base_radius``."""
+    inertia, mass = _given(joint, gear)
+    if mass is not None:
+        return mass * base_radius(joint, gear) ** 2
+    assert inertia is not None
+    return inertia
+
+
+def equivalent_mass(joint: Planetary, gear: Gear) -> float:
+    """M [kg], or the J [kg m^2] given instead over the square of ``base_radius``."""
+    inertia, mass = _given(joint, gear)
+    if inertia is not None:
+        return inertia / base_radius(joint, gear) ** 2
+    assert mass is not None
+    return mass
+
+
+def _given(joint: Planetary, gear: Gear) -> tuple[float | None, float | None]:
+    """J and M, one of them."""
+    return {
+        "sun": (joint.sun_inertia_kg_m2, joint.sun_equivalent_mass_kg),
+        "planet": (joint.planet_inertia_kg_m2, joint.planet_equivalent_mass_kg),
+        "carrier": (joint.carrier_inertia_kg_m2, joint.carrier_equivalent_mass_kg),
     }[gear]
-    return mass * (pitch_radius(joint, teeth) * _cosine(joint)) ** 2
 
 
-def _cosine(joint: Joint) -> float:
-    return float(np.cos(np.radians(joint.pressure_angle_deg)))
+def base_radius(joint: Planetary, gear: Gear) -> float:
+    """Of a gear [m]; of the carrier r_c cos(alpha)."""
+    teeth = {
+        "sun": joint.sun_teeth,
+        "planet": joint.planet_teeth,
+        "carrier": joint.sun_teeth + joint.planet_teeth,
+    }[gear]
+    return pitch_radius(joint, teeth) * float(np.cos(np.radians(joint.pressure_angle_deg)))
 
 
 def turns_of(arm: Arm) -> np.ndarray:
-    """Absolute angles of the bodies over the paper's coordinates, shape (bodies, 3 joints).
+    """Absolute angles of the bodies over the paper's coordinates, shape (bodies, n).
 
     Eqs. 2 and 3 give the wheels' angles relative to the previous link, planets against the carrier:
     r_p theta_p = x_pr + r_cp theta_c and r_s theta_s = x_sp + r_p theta_p + r_cp theta_c.
     """
-    stages = stages_of(arm)
-    turns = np.zeros((stages[-1].planets[-1] + 1, 3 * len(stages)))
-    x_sp, x_pr, theta = np.eye(3 * len(stages)).reshape(-1, 3, 3 * len(stages)).swapaxes(0, 1)
+    stages, layout = stages_of(arm), lumped_layout(arm)
+    turns, unit = np.zeros((body_count(arm), len(layout))), np.eye(len(layout))
     for place, (stage, joint) in enumerate(zip(stages, arm.joints, strict=True)):
-        r_s, r_p = (
-            pitch_radius(joint, teeth) * _cosine(joint)
-            for teeth in (joint.sun_teeth, joint.planet_teeth)
-        )
-        base = turns[stage.previous] if place else np.zeros(3 * len(stages))
-        along_planet = x_pr[place] + (r_s + r_p) * theta[place]
-        turns[stage.link] = base + theta[place]
-        turns[list(stage.planets)] = base - along_planet / r_p
-        turns[stage.sun] = base + (x_sp[place] + along_planet + (r_s + r_p) * theta[place]) / r_s
+        base = turns[stage.previous] if place else np.zeros(len(layout))
+        theta = unit[layout.at("theta", place)]
+        turns[stage.link] = base + theta
+        if isinstance(joint, Planetary):
+            x_sp, x_pr = unit[layout.at("x_sp", place)], unit[layout.at("x_pr", place)]
+            r_s, r_p = base_radius(joint, "sun"), base_radius(joint, "planet")
+            along_planet = x_pr + (r_s + r_p) * theta
+            turns[list(stage.planets)] = base - along_planet / r_p
+            turns[stage.driven] = base + (x_sp + along_planet + (r_s + r_p) * theta) / r_s
     return turns
+
+
+def turned_back(arm: Arm) -> np.ndarray:
+    """The paper's coordinates over absolute angles, shape (n, bodies), by a stage's mean planet.
+
+    Solved for by hand: a pseudo-inverse leaves of a link's small acceleration what rounding of the
+    gears' large ones does.
+    """
+    layout, unit = lumped_layout(arm), np.eye(body_count(arm))
+    paper = np.zeros((len(layout), len(unit)))
+    for place, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True)):
+        base = unit[stage.previous] if place else np.zeros(len(unit))
+        theta = unit[stage.link] - base
+        paper[layout.at("theta", place)] = theta
+        if isinstance(joint, Planetary):
+            r_s, r_p = base_radius(joint, "sun"), base_radius(joint, "planet")
+            along_planet = r_p * (base - unit[list(stage.planets)].mean(axis=0))
+            paper[layout.at("x_pr", place)] = along_planet - (r_s + r_p) * theta
+            along_sun = r_s * (unit[stage.driven] - base)
+            paper[layout.at("x_sp", place)] = along_sun - along_planet - (r_s + r_p) * theta
+    return paper
 
 
 def levers_of(bodies: Sequence[RigidBody], links: Sequence[int]) -> np.ndarray:
@@ -156,7 +225,7 @@ class PoseMap:
         self.links = [stage.link for stage in stages_of(arm)]
         self.turns = turns_of(arm)
         self.levers = levers_of(bodies_of(arm), self.links)
-        self._back = np.linalg.pinv(self.turns)  # the mean over the planets of a stage
+        self._back = turned_back(arm)
 
     def pose(self, q: np.ndarray) -> np.ndarray:
         """Where the bodies are."""
@@ -178,13 +247,13 @@ class PoseMap:
         swing = 1j * self._directions(q)[:, None] * self.turns[self.links]
         return _flat(self.levers @ swing, self.turns)
 
-    def paper(self, turning: np.ndarray) -> np.ndarray:
+    def paper(self, turning: np.ndarray, close: float) -> np.ndarray:
         """The paper's coordinates (n,) of angles, or their rates or accelerations, (bodies,).
 
-        Raises ArithmeticError if planets of one stage differ.
+        Raises ArithmeticError if planets of one stage differ by more than is called close.
         """
         paper = self._back @ turning
-        if not np.allclose(self.turns @ paper, turning, rtol=0, atol=MOVES_ALIKE * _size(turning)):
+        if not np.allclose(self.turns @ paper, turning, rtol=0, atol=close):
             raise ArithmeticError("equal planets do not move alike")
         return paper
 
@@ -194,7 +263,3 @@ class PoseMap:
 
 def _flat(at: np.ndarray, angle: np.ndarray) -> np.ndarray:
     return np.stack([at.real, at.imag, angle], axis=1).reshape(-1, *angle.shape[1:])
-
-
-def _size(values: np.ndarray) -> float:
-    return float(abs(values).max())

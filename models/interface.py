@@ -9,6 +9,7 @@ import numpy as np
 
 from models.arm import Arm
 from models.errors import CannotDo, Diverged
+from models.layout import Layout
 from models.loading import require_fit
 from models.scenario import Scenario
 from models.switches import Switches, switches
@@ -17,31 +18,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STATE_ABILITIES = ("mass_matrix", "bias", "generalized_force", "acceleration")
-MESH_NAMES = ("x_sp", "x_pr")
-
-
-def gear_coordinates(joints: int) -> tuple[str, ...]:
-    """The paper's coordinates (Eq. 20): x_sp and x_pr [m] and theta [rad], joint by joint."""
-    names = (*MESH_NAMES, "theta_")
-    return tuple(f"{name}{joint}" for joint in range(1, joints + 1) for name in names)
-
-
-def link_coordinates(joints: int) -> tuple[str, ...]:
-    """The rigid arm's coordinates: theta [rad], joint by joint, relative."""
-    return tuple(f"theta_{joint}" for joint in range(1, joints + 1))
 
 
 class Model(ABC):
     """Equations of motion M(q) a + bias(q, v) = f(t, q, v) of an arm in one experiment.
 
-    Arrays are float64. q and v, shape (n,), are in ``coordinates`` (SI units; angles relative to
-    the previous link), whatever coordinates the engine uses inside. ``abilities`` names the methods
-    that this model has; the others raise CannotDo.
+    Arrays are float64. q and v, shape (n,), are in the coordinates of ``layout`` (SI units; angles
+    relative to the previous link), whatever coordinates the engine uses inside. ``abilities`` names
+    the methods that this model has; the others raise CannotDo.
     """
 
     name: ClassVar[str]
     abilities: ClassVar[frozenset[str]]
-    coordinates: tuple[str, ...]
+    layout: Layout
 
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
@@ -50,6 +39,11 @@ class Model(ABC):
         self.arm = arm
         self.scenario = scenario
         self.switches = chosen_switches or switches()
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates."""
+        return self.layout.names
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q), shape (n, n)."""
@@ -60,7 +54,7 @@ class Model(ABC):
         raise CannotDo(f"{self.name} has no bias")
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Drive, mesh and damping force at time t [s], shape (n,), on the right."""
+        """Drive, meshes, dampers, friction and gravity at time t [s], shape (n,), on the right."""
         raise CannotDo(f"{self.name} has no generalized_force")
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -84,6 +78,14 @@ class Model(ABC):
         Without mesh damping, with the drive's feedback, in the scenario's start pose.
         """
         raise CannotDo(f"{self.name} has no mesh_modes")
+
+    def contact_poles(self) -> np.ndarray:
+        """Eigenvalues [1/s], shape (2 n,), of the motion about the scenario's start pose at rest.
+
+        With every tooth in contact at mean stiffness, damping, friction, weight and the drive's
+        feedback.
+        """
+        raise CannotDo(f"{self.name} has no contact_poles")
 
     def constraint_residual(
         self, q: np.ndarray, v: np.ndarray, a: np.ndarray

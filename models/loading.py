@@ -8,12 +8,13 @@ import stat
 import tomllib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from models.arm import Arm
+from models.arm_v1 import JOINT_KEYS, is_first, old_location
 from models.errors import InputError
 from models.scenario import Scenario, first_misfit
 from models.switches import Switches
@@ -23,12 +24,16 @@ HERE = Path(__file__).parent
 SECTIONS = ("arm", "scenario", "switches")
 LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes as many
 DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
-UNION_TAGS = {"constant", "pd", "sinusoid", "table", "number", "list"}  # of the schema's unions
+# Of the schema's unions.
+UNION_TAGS = {
+    *("constant", "pd", "sinusoid", "table", "number", "list"),
+    *("planetary", "direct", "sine", "fourier", "square"),
+}
 EXPECTED = {
     "model_type": "must be a table",
     "model_attributes_type": "must be a table",
     "tuple_type": "must be a list",
-    "union_tag_not_found": "must be a table with a kind",
+    "union_tag_not_found": "must be a table with a {tag}",
 }
 
 
@@ -48,6 +53,11 @@ def builtin_arms() -> tuple[str, ...]:
 def builtin_scenarios() -> tuple[str, ...]:
     """Names of the scenarios that come with the project."""
     return _stems("scenarios")
+
+
+def builtin_title(folder: Literal["arms", "scenarios"], name: str) -> str:
+    """Title of what comes with the project, as it stands: a list waits for no validation."""
+    return str(_read(name, folder).get("title", ""))
 
 
 def load_arm(name: str) -> Arm:
@@ -88,6 +98,40 @@ def load_case(
     )
     require_fit(case.scenario, case.arm, scenario)
     return case
+
+
+class Chosen(NamedTuple):
+    """An arm and the experiments that a user wants of it; no switches: the usual ones."""
+
+    arm: Arm
+    scenarios: tuple[Scenario, ...]
+    switches: Switches | None
+
+
+def load_chosen(arm: str, scenarios: Sequence[str] = (), settings: Sequence[str] = ()) -> Chosen:
+    """An arm and scenarios by name or file, with ``path=value`` settings as in ``load_case``.
+
+    A setting of the scenario holds for each. Raises InputError.
+    """
+    data: dict[str, Any] = {"arm": _read(arm, "arms"), "switches": {}}
+    stages = [{"scenario": _read(name, "scenarios")} for name in scenarios]
+    for setting in settings:
+        section = setting.partition(".")[0].strip()
+        if section == "scenario" and not stages:
+            raise InputError("--set", setting, None, "needs --scenario")
+        for target in stages if section == "scenario" else [data]:
+            _apply(target, setting)
+    chosen = Chosen(
+        _validated(Arm, data["arm"], arm),
+        tuple(
+            _validated(Scenario, stage["scenario"], name)
+            for stage, name in zip(stages, scenarios, strict=True)
+        ),
+        _validated(Switches, data["switches"], "switches") if data["switches"] else None,
+    )
+    for scenario, name in zip(chosen.scenarios, scenarios, strict=True):
+        require_fit(scenario, chosen.arm, name)
+    return chosen
 
 
 def require_fit(scenario: Scenario, arm: Arm, where: str = "") -> None:
@@ -219,49 +263,76 @@ def _validated(record: type[Record], data: object, where: str) -> Record:
     except ValidationError as error:
         # A misspelt key shows as unknown and as missing; the first says how it should be spelt.
         worst = sorted(error.errors(), key=lambda details: details["type"] != "extra_forbidden")
-        raise _input_error(record, worst[0], where) from None
+        raise _input_error(record, worst[0], where, is_first(data)) from None
 
 
-def _input_error(record: type[BaseModel], details: ErrorDetails, where: str) -> InputError:
+def _input_error(
+    record: type[BaseModel], details: ErrorDetails, where: str, first_version: bool
+) -> InputError:
+    """One line about the worst of what is wrong, in the terms of the file's own version."""
+
+    def dotted(*location: Any) -> str:
+        return _dotted(old_location(list(location)) if first_version else location)
+
     location = [part for part in details["loc"] if part not in UNION_TAGS]
     value: object = details["input"]
     if details["type"] == "value_error":
         field, _, allowed = str(details["ctx"]["error"]).partition("|")
-        return InputError(where, _dotted([*location, field]), _entry(value, field), allowed)
+        return InputError(where, dotted(*location, field), _entry(value, field), allowed)
     if details["type"] == "extra_forbidden":
         *above, key = details["loc"]  # the user's own key, whatever it is called
         location = [*(part for part in above if part not in UNION_TAGS), key]
-        return InputError(where, _dotted(location), value, _unknown_key(record, location))
+        old = first_version and location[0] == "joints"
+        keys = JOINT_KEYS if old else _keys_at(record.model_json_schema(), location[:-1])
+        return InputError(where, _dotted(location), value, _unknown_key(str(key), keys))
     if details["type"] == "missing":
-        return InputError(where, _dotted(location), None, "is missing; a value is required")
+        return InputError(where, dotted(*location), None, "is missing; a value is required")
     allowed = EXPECTED.get(details["type"], details["msg"])
-    return InputError(where, _dotted(location), value, allowed)
+    tag = str(details.get("ctx", {}).get("discriminator", "")).strip("'")
+    return InputError(where, dotted(*location), value, allowed.replace("{tag}", tag))
 
 
 def _entry(value: Any, dotted: str) -> Any:
-    """What stands at a dotted path in nested tables, None if nothing does."""
-    for key in dotted.split("."):
-        value = value.get(key) if isinstance(value, dict) else None
+    """What stands at a path as ``joints[0].kind`` in nested tables and lists, None if nothing."""
+    for key in re.findall(r"[^.\[\]]+", dotted):
+        if isinstance(value, list | tuple) and key.isdigit() and int(key) < len(value):
+            value = value[int(key)]
+        else:
+            value = value.get(key) if isinstance(value, dict) else None
     return value
 
 
-def _unknown_key(record: type[BaseModel], location: list[Any]) -> str:
-    allowed = sorted(_keys_at(record, location[:-1]))
-    close = difflib.get_close_matches(str(location[-1]), allowed, n=1, cutoff=0.4)
+def _unknown_key(key: str, keys: set[str]) -> str:
+    allowed = sorted(keys)
+    close = difflib.get_close_matches(key, allowed, n=1, cutoff=0.4)
     if close:
         return f"unknown key; did you mean {close[0]}?"
     return f"unknown key; allowed: {', '.join(allowed)}"
 
 
-def _keys_at(record: type[BaseModel], location: list[Any]) -> set[str]:
-    """Every key that the records below this place in the schema know."""
-    schema = record.model_json_schema()
-    node = schema
+def _keys_at(schema: dict[str, Any], location: list[Any]) -> set[str]:
+    """Every key that the records at this place of a JSON schema know, all variants together."""
+    nodes = [schema]
     for part in location:
-        node = node["items"] if isinstance(part, int) else node["properties"][part]
-        node = schema["$defs"][node["$ref"].rsplit("/", 1)[1]] if "$ref" in node else node
-    variants = [schema["$defs"][v["$ref"].rsplit("/", 1)[1]] for v in node.get("oneOf", [])]
-    return {key for variant in [node, *variants] for key in variant.get("properties", {})}
+        below = [
+            node["items"] if isinstance(part, int) else node["properties"][part]
+            for node in nodes
+            if isinstance(part, int) or part in node.get("properties", {})
+        ]
+        nodes = [variant for node in below for variant in _variants(schema, node)]
+    return {key for node in nodes for key in node.get("properties", {})}
+
+
+def _variants(schema: dict[str, Any], node: dict[str, Any]) -> list[dict[str, Any]]:
+    """The records that a node of a schema may be."""
+    if "$ref" in node:
+        return [schema["$defs"][node["$ref"].rsplit("/", 1)[1]]]
+    return [
+        found
+        for key in ("oneOf", "anyOf")
+        for one in node.get(key, [])
+        for found in _variants(schema, one)
+    ] or [node]
 
 
 def _dotted(location: Sequence[Any]) -> str:

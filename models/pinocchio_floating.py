@@ -2,7 +2,7 @@
 
 The base is a homogeneous cube that nothing drives: it moves by the arm's reactions alone. Its
 frame sits where the shoulder starts, x along the arm's start direction and out of the face's
-middle, so the cube's centre lies half a side behind.
+middle, so the cube's centre lies half a side behind. Nothing pulls at it: there is no gravity.
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 from models.arm import Arm
-from models.drive import joint_torque
-from models.errors import Diverged
+from models.errors import Diverged, InputError
 from models.interface import STATE_ABILITIES, require_finite
 from models.pinocchio_rigid import PinocchioCoupled
 from models.scenario import Scenario, per_joint
@@ -41,29 +40,36 @@ class Base:
 
 
 class PinocchioFloating(PinocchioCoupled):
-    """Coordinates: the base frame's x, y [m] and angle [rad], then the relative joint angles."""
+    """Coordinates: the base frame's x, y [m] and angle [rad], then the joints', of ``layout``.
+
+    Raises InputError for an arm with gravity.
+    """
 
     name = "pinocchio:floating"
     abilities = frozenset({*STATE_ABILITIES, "simulate"})
 
     def __init__(self, arm: Arm, scenario: Scenario, base: Base) -> None:
+        gravity = arm.gravity_m_per_s2
+        if any(gravity):
+            allowed = "must be (0, 0) on a free-flying base"
+            raise InputError(arm.name, "gravity_m_per_s2", gravity, allowed)
         self._base = base
         super().__init__(arm, scenario)
-        self.coordinates = (*BASE_COORDINATES, *self.coordinates)
+        self._friction = np.concatenate((np.zeros(3), self._friction))
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates."""
+        return (*BASE_COORDINATES, *super().coordinates)
 
     @property
     def arm_mass_kg(self) -> float:
         """Everything but the cube: links, payload and both joints' gears, rings included."""
         return float(sum(body.mass for body in self._tree.inertias)) - self._base.mass_kg
 
-    def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Driving torque [N m] of every joint, shape (n,); none on the base."""
-        law, gains, table_time, table_torque = self._drive
-        joints = [
-            joint_torque(law, gains[i], table_time, table_torque[i], t, angle, rate)
-            for i, (angle, rate) in enumerate(zip(q[3:], v[3:], strict=True))
-        ]
-        return np.array([0.0, 0.0, 0.0, *joints])
+    def driving_torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Output-side torques [N m] of the motors at time t [s], shape (n,); none on the base."""
+        return np.array([0.0, 0.0, 0.0, *super().driving_torques(t, q[3:], v[3:])])
 
     def simulate(self) -> xr.Dataset:
         """Run the scenario from rest of the base, by DOP853. Raises Diverged.
@@ -80,7 +86,7 @@ class PinocchioFloating(PinocchioCoupled):
             theta=q[:, 3:],
             theta_dot=v[:, 3:],
             theta_ddot=np.array([self.acceleration(*state)[3:] for state in states]),
-            torque=np.array([self.generalized_force(*state)[3:] for state in states]),
+            torque=np.array([self.driving_torques(*state)[3:] for state in states]),
         )
         momentum = np.array([self.momentum(*state[1:]) for state in states])
         return run.assign(

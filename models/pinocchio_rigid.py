@@ -2,7 +2,8 @@
 
 Each level is a kinematic tree of bodies in the plane, frames at the joints, z the joint axis, x
 along the link. What each level adds is stated by its class; no formula of the arm's dynamics
-stands here, Pinocchio works them out. Gears turn without slip and without play; damping is zero.
+stands here, Pinocchio works them out. Gears turn without slip and without play; only the joints
+have friction. Motors of joints without gears are dead weight, from the second level on.
 """
 
 from __future__ import annotations
@@ -15,10 +16,11 @@ import pinocchio as pin
 import xarray as xr
 from scipy.integrate import solve_ivp
 
-from models.arm import Arm, Joint
+from models.arm import Arm, Direct, Link, Planetary
 from models.drive import drive_data, joint_torque
 from models.errors import Diverged, InputError
-from models.interface import STATE_ABILITIES, Model, link_coordinates, require_finite
+from models.interface import STATE_ABILITIES, Model, require_finite
+from models.layout import rigid_layout
 from models.scenario import Scenario, TableDrive, per_joint
 from models.switches import Switches
 from models.trajectory import recorded_times, trajectory
@@ -38,7 +40,7 @@ MOST_EVALUATIONS = 3_000_000
 
 
 class PinocchioLinks(Model):
-    """Links and payload only: slender rods with a point mass at the tip.
+    """Links and payload only: rods or other bodies with a point mass at the tip.
 
     Coordinates: joint angles [rad], each relative to the previous link.
     """
@@ -50,9 +52,12 @@ class PinocchioLinks(Model):
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
-        self.coordinates = link_coordinates(len(arm.joints))
+        self.layout = rigid_layout(arm)
         self._drive = drive_data(scenario, len(arm.joints))
-        self._tree = self._build()
+        self._friction = np.array([joint.friction_N_m_s_per_rad for joint in arm.joints])
+        self._weightless = self._build()
+        self._tree = self._weightless.copy()
+        self._tree.gravity.linear = np.array([*arm.gravity_m_per_s2, 0.0])
         self._data = self._tree.createData()
         if not self._tree.check(self._data):
             raise RuntimeError(f"{self.name}: joints of the tree are not in depth-first order")
@@ -64,10 +69,20 @@ class PinocchioLinks(Model):
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Coriolis and centrifugal torque [N m], shape (n,), by recursive Newton-Euler."""
-        return np.array(pin.nle(self._tree, self._data, q, v))
+        return np.array(pin.nle(self._weightless, self._data, q, v))
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Output-side driving torque [N m] at time t [s], shape (n,)."""
+        """Drive, friction and gravity [N m] at time t [s], shape (n,)."""
+        still = np.zeros_like(v)
+        # At rest, the joints must hold the weights.
+        return self._joint_torques(t, q, v) - pin.rnea(self._tree, self._data, q, still, still)
+
+    def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """theta'' [rad/s^2] at time t [s], shape (n,), by the articulated body algorithm."""
+        return np.array(pin.aba(self._tree, self._data, q, v, self._joint_torques(t, q, v)))
+
+    def driving_torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Output-side torques [N m] of the motors at time t [s], shape (n,)."""
         law, gains, table_time, table_torque = self._drive
         return np.array(
             [
@@ -75,10 +90,6 @@ class PinocchioLinks(Model):
                 for i in range(len(gains))
             ]
         )
-
-    def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """theta'' [rad/s^2] at time t [s], shape (n,), by the articulated body algorithm."""
-        return np.array(pin.aba(self._tree, self._data, q, v, self.generalized_force(t, q, v)))
 
     def simulate(self) -> xr.Dataset:
         """Run the scenario from its start by DOP853, recorded on the scenario's grid.
@@ -100,13 +111,17 @@ class PinocchioLinks(Model):
             theta=theta,
             theta_dot=theta_dot,
             theta_ddot=np.array([self.acceleration(*state) for state in states]),
-            torque=np.array([self.generalized_force(*state) for state in states]),
+            torque=np.array([self.driving_torques(*state) for state in states]),
             kinetic_energy=np.array([0.5 * v @ self.mass_matrix(q) @ v for _, q, v in states]),
         )
 
     def _build(self) -> pin.Model:
         """The tree; each level adds its bodies to that of the level below."""
         return _links_and_payload(self.arm)
+
+    def _joint_torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """What acts in the joints [N m], drive and friction, shape (n,)."""
+        return self.driving_torques(t, q, v) - self._friction * v
 
     def _integrate(self, time: np.ndarray, rtol: float) -> np.ndarray:
         """States (theta, theta') at the given times [s], shape (times, 2 n)."""
@@ -168,6 +183,7 @@ class PinocchioCarriers(PinocchioLinks):
 
     The joint mass m_s + N m_p + m_c + m_r sits at the end of the previous link (on the base for the
     first joint), I_c + N m_p r_c^2 turns with the carrier's link, the ring with the previous link.
+    Without gears it is the motor's mass that sits there, and its rotor that turns with the link.
     """
 
     name = "pinocchio:carriers"
@@ -175,6 +191,9 @@ class PinocchioCarriers(PinocchioLinks):
     def _build(self) -> pin.Model:
         tree = super()._build()
         for number, joint in enumerate(self.arm.joints, 1):
+            if isinstance(joint, Direct):
+                _attach_motor(tree, number, joint)
+                continue
             orbit = joint.planet_count * joint.planet_mass_kg * _carrier_radius(joint) ** 2
             _attach(tree, number, 0.0, _carrier_inertia(joint) + orbit)
             _attach_to_previous(tree, number, _joint_mass(joint), joint.ring_inertia_kg_m2)
@@ -199,14 +218,17 @@ class PinocchioCoupled(PinocchioLinks):
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """theta'' [rad/s^2] at time t [s], shape (n,); aba does not know mimic joints."""
-        force = self.generalized_force(t, q, v) - self.bias(q, v)
-        return np.linalg.solve(self.mass_matrix(q), force)
+        resisting = pin.nle(self._tree, self._data, q, v)  # velocities and weights
+        return np.linalg.solve(self.mass_matrix(q), self._joint_torques(t, q, v) - resisting)
 
     def _build(self) -> pin.Model:
         tree = super()._build()
         ratios: dict[int, tuple[int, float]] = {}
         # From the tip inwards, each link's own gears close its subtree: depth-first.
         for number, joint in reversed(list(enumerate(self.arm.joints, 1))):
+            if isinstance(joint, Direct):
+                _attach_motor(tree, number, joint)
+                continue
             _attach(tree, number, joint.carrier_mass_kg, _carrier_inertia(joint))
             _attach_to_previous(tree, number, joint.ring_mass_kg, joint.ring_inertia_kg_m2)
             for gear, ratio in _add_gears(tree, number, joint):
@@ -217,20 +239,19 @@ class PinocchioCoupled(PinocchioLinks):
 
 
 def _links_and_payload(arm: Arm) -> pin.Model:
-    """Joint i turns body i, a rod; numbers from 1, body 0 is the base. No gravity."""
+    """Joint i turns body i, a link; numbers from 1, body 0 is the base. No gravity."""
     tree = pin.Model()
     tree.gravity.linear = np.zeros(3)
     reach = 0.0
     for number, link in enumerate(arm.links, 1):
         _add_joint(tree, number - 1, (reach, 0.0), f"link_{number}")
-        mass = link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
-        _attach(tree, number, mass, mass * link.length_m**2 / 12, link.com_m)
+        _attach(tree, number, *_mass_and_inertia(link), link.com_m)
         reach = link.length_m
     _attach(tree, len(arm.links), arm.payload_mass_kg, 0.0, reach)
     return tree
 
 
-def _add_gears(tree: pin.Model, number: int, joint: Joint) -> list[tuple[int, float]]:
+def _add_gears(tree: pin.Model, number: int, joint: Planetary) -> list[tuple[int, float]]:
     """Planets and sun of a joint, as body number and turns, relative to what bears it, per turn.
 
     Rolling inside the ring, the planet turns -z_r / z_p times in its carrier; the sun, driven by
@@ -248,6 +269,12 @@ def _add_gears(tree: pin.Model, number: int, joint: Joint) -> list[tuple[int, fl
     sun = _add_joint(tree, tree.parents[number], (x, y), f"sun_{number}")
     _attach(tree, sun, joint.sun_mass_kg, _sun_inertia(joint))
     return [*gears, (sun, 1 + joint.ring_teeth / joint.sun_teeth)]
+
+
+def _attach_motor(tree: pin.Model, number: int, joint: Direct) -> None:
+    """The motor's mass at the end of the previous link, its rotor on the link."""
+    _attach(tree, number, 0.0, joint.rotor_inertia_kg_m2)
+    _attach_to_previous(tree, number, joint.motor_mass_kg, 0.0)
 
 
 def _add_joint(tree: pin.Model, parent: int, place: tuple[float, float], name: str) -> int:
@@ -271,35 +298,60 @@ def _attach_to_previous(tree: pin.Model, number: int, mass: float, inertia: floa
     _attach(tree, tree.parents[number], mass, inertia, place)
 
 
-def _joint_mass(joint: Joint) -> float:
+def _joint_mass(joint: Planetary) -> float:
     """The paper's m_j [kg]."""
     planets = joint.planet_count * joint.planet_mass_kg
     return joint.sun_mass_kg + planets + joint.carrier_mass_kg + joint.ring_mass_kg
 
 
-def _reflected_inertia(joint: Joint) -> float:
-    """Inertia [kg m^2] that spinning sun and planets add to their carrier on a standing ring."""
+def _reflected_inertia(joint: Planetary | Direct) -> float:
+    """Inertia [kg m^2] that spinning sun and planets add to their carrier on a standing ring.
+
+    None without gears: there the rotor has the link's rate.
+    """
+    if isinstance(joint, Direct):
+        return 0.0
     sun = 1 + joint.ring_teeth / joint.sun_teeth
     planet = 1 - joint.ring_teeth / joint.planet_teeth
     return _sun_inertia(joint) * sun**2 + joint.planet_count * _planet_inertia(joint) * planet**2
 
 
-def _carrier_radius(joint: Joint) -> float:
+def _carrier_radius(joint: Planetary) -> float:
     return joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
 
 
-def _base_radius(joint: Joint, teeth: int) -> float:
+def _base_radius(joint: Planetary, teeth: int) -> float:
     return joint.module_m * teeth / 2 * cos(radians(joint.pressure_angle_deg))
 
 
-def _sun_inertia(joint: Joint) -> float:
-    return joint.sun_equivalent_mass_kg * _base_radius(joint, joint.sun_teeth) ** 2
+def _sun_inertia(joint: Planetary) -> float:
+    radius = _base_radius(joint, joint.sun_teeth)
+    return _inertia(joint.sun_inertia_kg_m2, joint.sun_equivalent_mass_kg, radius)
 
 
-def _planet_inertia(joint: Joint) -> float:
-    return joint.planet_equivalent_mass_kg * _base_radius(joint, joint.planet_teeth) ** 2
+def _planet_inertia(joint: Planetary) -> float:
+    radius = _base_radius(joint, joint.planet_teeth)
+    return _inertia(joint.planet_inertia_kg_m2, joint.planet_equivalent_mass_kg, radius)
 
 
-def _carrier_inertia(joint: Joint) -> float:
+def _carrier_inertia(joint: Planetary) -> float:
     radius = _carrier_radius(joint) * cos(radians(joint.pressure_angle_deg))
-    return joint.carrier_equivalent_mass_kg * radius**2
+    return _inertia(joint.carrier_inertia_kg_m2, joint.carrier_equivalent_mass_kg, radius)
+
+
+def _inertia(given: float | None, equivalent_mass: float | None, radius: float) -> float:
+    """J [kg m^2]: as it is given, else M r^2."""
+    if given is not None:
+        return given
+    assert equivalent_mass is not None  # the arm has one of them
+    return equivalent_mass * radius**2
+
+
+def _mass_and_inertia(link: Link) -> tuple[float, float]:
+    """Mass [kg] of a link, and inertia [kg m^2] about its centre of mass."""
+    if link.mass_kg is not None and link.inertia_kg_m2 is not None:
+        return link.mass_kg, link.inertia_kg_m2
+    assert link.density_kg_per_m3 is not None
+    assert link.cross_section_m2 is not None
+    mass = link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
+    return mass, mass * link.length_m**2 / 12

@@ -24,13 +24,15 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 class Data(BaseModel):
     """A frozen record that refuses unknown keys and silent conversions."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, use_attribute_docstrings=True
+    )
 
 
 class Limit:
     """Metadata of a type that holds its values to what ``str`` of it says.
 
-    The JSON schema shows that as the field's description, the error of another value as well.
+    The error of another value shows that, and the JSON schema where a field has no other meaning.
     """
 
     def allows(self, value: Any) -> bool:
@@ -114,11 +116,13 @@ NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Name = Annotated[str, Printable(80)]
 Title = Annotated[str, Printable(200, may_be_empty=True)]
 SchemaVersion = Annotated[int, Within(1, 1)]
+ArmVersion = Annotated[int, Within(1, 2)]
 ToothCount = Annotated[int, Within(5, 2000)]
 PlanetCount = Annotated[int, Within(2, 8)]
 Module = Annotated[float, Within(1e-5, 1, "m")]
 PressureAngle = Annotated[float, Within(1, 45, "deg")]
 GearMass = Annotated[float, Within(1e-12, 1e9, "kg")]
+GearInertia = Annotated[float, Within(1e-24, 1e15, "kg m^2")]
 Mass = Annotated[float, Within(1e-12, 1e9, "kg", or_zero=True)]
 Inertia = Annotated[float, Within(1e-24, 1e15, "kg m^2", or_zero=True)]
 Length = Annotated[float, Within(1e-5, 1e3, "m")]
@@ -132,6 +136,12 @@ Damping = Annotated[float, Within(1e-9, 1e12, "N s/m", or_zero=True)]
 DampingRatio = Annotated[float, Within(1e-9, 10, or_zero=True)]
 Sharpness = Annotated[float, Within(1, 1e15, "1/m")]
 Phase = Annotated[float, Within(-1000, 1000, "rad")]
+Friction = Annotated[float, Within(1e-15, 1e12, "N m s/rad", or_zero=True)]
+Acceleration = Annotated[float, Within(-1e3, 1e3, "m/s^2")]
+ContactRatio = Annotated[float, Within(1, 2)]
+Harmonics = Annotated[int, Within(1, 50)]
+Wave = Annotated[float, Within(-1e12, 1e12, "N/m")]
+Cycles = Annotated[float, Within(0, 1, "cycles")]
 
 Torque = Annotated[float, Within(-1e9, 1e9, "N m")]
 Gain = Annotated[float, Within(-1e12, 1e12, "N m/rad")]

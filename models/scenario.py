@@ -42,35 +42,48 @@ class ConstantDrive(Data):
     """T = const, output side."""
 
     kind: Literal["constant"]
+    """Which drive law this is."""
     torque_N_m: PerJoint[Torque]
+    """T, on the output side of the gears."""
 
 
 class PdDrive(Data):
     """Eq. 23: T = P (target - theta) - D theta', sensing the link."""
 
     kind: Literal["pd"]
+    """Which drive law this is."""
     target_rad: PerJoint[Angle]
+    """Joint angle to reach."""
     proportional_N_m_per_rad: PerJoint[Gain]
+    """P."""
     derivative_N_m_s_per_rad: PerJoint[RateGain]
+    """D."""
 
 
 class SinusoidDrive(Data):
     """T = A sin(rate * t), or A sin(rate * sqrt(t)) as Section 4.1 prints it."""
 
     kind: Literal["sinusoid"]
+    """Which drive law this is."""
     amplitude_N_m: PerJoint[Torque]
+    """A, on the output side of the gears."""
     rate_rad_per_s: PerJoint[DriveRate]
+    """Angular frequency; over sqrt(s) instead of s where the argument is sqrt_time."""
     argument: Literal["time", "sqrt_time"]
+    """What the rate is multiplied with: t or its square root."""
 
 
 class TableDrive(Data):
     """T interpolated linearly between rows of a table, one column per joint."""
 
     kind: Literal["table"]
+    """Which drive law this is."""
     time_s: Annotated[tuple[TableTime, ...], Rows, FailFast()]
+    """Of every row, rising, from 0 or before to the duration or after it."""
     torque_N_m: Annotated[
         tuple[Annotated[tuple[Torque, ...], Rows, FailFast()], ...], UpToSeven, FailFast()
     ]
+    """T of every row, one list for each joint, on the output side of the gears."""
 
     @model_validator(mode="after")
     def _is_a_table(self) -> Self:
@@ -91,10 +104,15 @@ class Start(Data):
     """
 
     mesh: Literal["contact", "centre"] = "contact"
+    """Displacements of the meshes: at first contact (x = b), or centred (x = 0)."""
     theta_rad: PerJoint[Angle] = 0.0
+    """Joint angles, each relative to the previous link."""
     theta_dot_rad_per_s: PerJoint[AngularRate] = 0.0
+    """Joint rates."""
     sun_planet_offset_m: PerJoint[Offset] = 0.0
+    """Added to x_sp."""
     planet_ring_offset_m: PerJoint[Offset] = 0.0
+    """Added to x_pr."""
 
 
 class Scenario(Data):
@@ -106,13 +124,21 @@ class Scenario(Data):
     """
 
     schema_version: SchemaVersion
+    """Version of the file."""
     name: Name
+    """What reports, records and messages call the experiment."""
     title: Title = ""
+    """One line about it."""
     duration_s: Duration
+    """How long it is simulated."""
     step_s: Step
+    """Step of the fixed-step integrators; it divides the duration."""
     record_every: Count = 10
+    """Steps between two recorded states."""
     start: Start = Start()
+    """State at t = 0."""
     drive: Annotated[Drive, Field(discriminator="kind")]
+    """Law of the torques on the joints."""
 
     @property
     def steps(self) -> int:

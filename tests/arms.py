@@ -1,103 +1,219 @@
-"""Arms of any number of joints, for identities that hold for all of them."""
+"""Arms of one to seven joints of every kind, for what holds of all of them."""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from hypothesis import strategies as st
 
-from models.arm import Arm
+from models.arm import Arm, Direct, Link, Mesh, Planetary
 from models.loading import load_arm
+from models.stiffness import (
+    FourierStiffness,
+    SineStiffness,
+    SquareStiffness,
+    StiffnessLaw,
+    TableStiffness,
+)
 
 PAPER = load_arm("paper-labelled")
+GRAVITY = (1.7, -9.66)  # as on a tilted base
+Choice = TypeVar("Choice")
 
 
-def arm_of(joints: int, scale: float = 1.0) -> Arm:
-    """An arm of this many joints, all different from each other in mass and length."""
-    shrink = [scale * (1 - 0.11 * number) for number in range(joints)]
-    return PAPER.model_copy(
-        update={
-            "name": f"{joints}-joint",
-            "joints": tuple(
-                PAPER.joints[0].model_copy(
-                    update={
-                        "sun_equivalent_mass_kg": 0.5 * factor,
-                        "planet_mass_kg": 0.61 * factor,
-                        "ring_inertia_kg_m2": 0.18 * factor,
-                        "mesh_stiffness_N_per_m": 1e8 * factor,
-                    }
-                )
-                for factor in shrink
-            ),
-            "links": tuple(
-                PAPER.links[0].model_copy(update={"length_m": f, "com_m": 0.4 * f}) for f in shrink
-            ),
-        }
+def arm_of(joints: int, scale: float = 1.0, direct: Collection[int] = ()) -> Arm:
+    """An arm under gravity of joints and links unlike each other, from a seed of its own.
+
+    scale: of its links' lengths; direct: which joints, counted from 0, have no gears.
+    """
+    dice = Dice(np.random.default_rng(joints))
+    kinds = [_direct if number in direct else _planetary for number in range(joints)]
+    lengths = [scale * (1 - 0.11 * number) for number in range(joints)]
+    return Arm(
+        schema_version=2,
+        name=f"{joints}-joint",
+        payload_mass_kg=10.0,
+        gravity_m_per_s2=GRAVITY,
+        joints=tuple(kind(dice) for kind in kinds),
+        links=tuple(_link(dice, length) for length in lengths),
     )
 
 
-arms = st.builds(arm_of, st.integers(1, 4), st.floats(0.3, 3.0))
+def random_arm(seed: int, most_joints: int = 7, all_geared: bool = False) -> Arm:
+    """A valid arm of joints unlike one another, each number within a factor of the paper's arm.
 
-
-def random_arm(seed: int, most_joints: int = 4) -> Arm:
-    """A valid arm of joints unlike one another, each number within a factor of the paper's arm."""
-    draw = np.random.default_rng(seed)
-    joints = int(draw.integers(1, most_joints + 1))
-
-    def near(value: float, factor: float = 3.0) -> float:
-        return float(value * factor ** draw.uniform(-1, 1))
-
-    def joint() -> dict[str, object]:
-        stiffness = near(1e8)
-        return {
-            **_gear_set(draw),
-            "module_m": near(0.003, 2),
-            "pressure_angle_deg": float(draw.uniform(14.5, 28)),
-            "sun_equivalent_mass_kg": near(0.5),
-            "planet_equivalent_mass_kg": near(0.66),
-            "carrier_equivalent_mass_kg": near(5.8),
-            "sun_mass_kg": near(0.4),
-            "planet_mass_kg": near(0.6),
-            "carrier_mass_kg": near(6.3),
-            "ring_mass_kg": near(10),
-            "ring_inertia_kg_m2": near(0.18) * int(draw.integers(2)),
-            "backlash_m": near(5e-5) * int(draw.integers(8) > 0),
-            "mesh_stiffness_N_per_m": stiffness,
-            "mesh_stiffness_amplitude_N_per_m": stiffness * float(draw.uniform(0, 0.4)),
-            "tooth_error_m": near(5e-6),
-            "ring_mesh_phase_rad": float(draw.uniform(-3, 3)),
-            "damping_ratio": near(0.05, 2),
-        }
-
-    def link() -> dict[str, object]:
-        length = near(0.8, 2)
-        return {
-            "length_m": length,
-            "com_m": length * float(draw.uniform(0.3, 0.7)),
-            "cross_section_m2": near(0.01, 2),
-            "density_kg_per_m3": near(2700, 2),
-        }
-
-    return Arm.model_validate(
-        {
-            "schema_version": 1,
-            "name": f"random-{seed}",
-            "payload_mass_kg": near(10),
-            "joints": [joint() for _ in range(joints)],
-            "links": [link() for _ in range(joints)],
-        }
+    Gravity, friction and direct joints, none geared among them, come and go with the seed.
+    """
+    dice = Dice(np.random.default_rng(seed))
+    joints = dice.whole(1, most_joints)
+    directness = 0.0 if all_geared else dice.one_of((0.0, 0.0, 0.4, 0.4, 1.0))
+    kinds = [_direct if dice.chance(directness) else _planetary for _ in range(joints)]
+    return Arm(
+        schema_version=2,
+        name=f"random-{seed}",
+        payload_mass_kg=dice.near(10),
+        gravity_m_per_s2=dice.one_of(((0.0, 0.0), (0.0, -9.81), GRAVITY)),
+        joints=tuple(kind(dice) for kind in kinds),
+        links=tuple(_link(dice, dice.near(0.8, 2)) for _ in range(joints)),
     )
 
 
-def _gear_set(draw: np.random.Generator) -> dict[str, int]:
-    """Teeth and planets that assemble and clear each other."""
+seeds = st.integers(0, 2**32 - 1)
+arms = st.builds(random_arm, seeds, st.integers(1, 4))
+geared_arms = st.builds(random_arm, seeds, st.integers(1, 4), st.just(True))
+
+
+@dataclass(frozen=True)
+class Dice:
+    """Random numbers about those of the paper's arm."""
+
+    generator: np.random.Generator
+
+    def near(self, value: float, factor: float = 3.0) -> float:
+        """Within a factor of a value."""
+        return float(value * factor ** self.generator.uniform(-1, 1))
+
+    def between(self, least: float, most: float) -> float:
+        """Anywhere between."""
+        return float(self.generator.uniform(least, most))
+
+    def whole(self, least: int, most: int) -> int:
+        """A whole number, both ends among them."""
+        return int(self.generator.integers(least, most + 1))
+
+    def chance(self, probability: float) -> bool:
+        """True as often as that."""
+        return bool(self.generator.uniform() < probability)
+
+    def one_of(self, choices: tuple[Choice, ...]) -> Choice:
+        """Any of them alike."""
+        return choices[self.whole(0, len(choices) - 1)]
+
+
+def _planetary(dice: Dice) -> Planetary:
+    teeth = _gear_set(dice)
+    module, angle = dice.near(0.003, 2), dice.between(14.5, 28)
+    sun, planet, carrier = dice.near(0.5), dice.near(0.66), dice.near(5.8)
+    pitches = [module * count / 2 for count in (teeth.sun, teeth.planet, teeth.sun + teeth.planet)]
+    r_s, r_p, r_cp = (pitch * float(np.cos(np.radians(angle))) for pitch in pitches)
+    as_mass = dice.chance(0.5)
+    return Planetary(
+        kind="planetary",
+        sun_teeth=teeth.sun,
+        planet_teeth=teeth.planet,
+        ring_teeth=teeth.sun + 2 * teeth.planet,
+        planet_count=teeth.planets,
+        module_m=module,
+        pressure_angle_deg=angle,
+        sun_equivalent_mass_kg=sun if as_mass else None,
+        sun_inertia_kg_m2=None if as_mass else sun * r_s**2,
+        planet_equivalent_mass_kg=planet if as_mass else None,
+        planet_inertia_kg_m2=None if as_mass else planet * r_p**2,
+        carrier_equivalent_mass_kg=carrier if as_mass else None,
+        carrier_inertia_kg_m2=None if as_mass else carrier * r_cp**2,
+        sun_mass_kg=dice.near(0.4),
+        planet_mass_kg=dice.near(0.6),
+        carrier_mass_kg=dice.near(6.3),
+        ring_mass_kg=dice.near(10),
+        ring_inertia_kg_m2=dice.near(0.18) * dice.whole(0, 1),
+        friction_N_m_s_per_rad=dice.near(4.0) * dice.whole(0, 1),
+        sun_mesh=_mesh(dice),
+        ring_mesh=_mesh(dice),
+    )
+
+
+def _direct(dice: Dice) -> Direct:
+    return Direct(
+        kind="direct",
+        motor_mass_kg=dice.near(6.0),
+        rotor_inertia_kg_m2=dice.near(0.02),
+        friction_N_m_s_per_rad=dice.near(2.0) * dice.whole(0, 1),
+    )
+
+
+def _mesh(dice: Dice) -> Mesh:
+    as_ratio = dice.chance(0.6)
+    return Mesh(
+        stiffness=dice.one_of(LAWS)(dice, dice.near(1e8)),
+        backlash_m=dice.near(5e-5) * dice.chance(0.9),
+        tooth_error_m=dice.near(5e-6),
+        phase_rad=dice.between(-3, 3),
+        damping_ratio=dice.near(0.05, 2) if as_ratio else None,
+        damping_N_s_per_m=None if as_ratio else dice.near(1500),
+        tanh_sharpness_per_m=dice.near(3e4),
+    )
+
+
+def _sine(dice: Dice, mean: float) -> SineStiffness:
+    amplitude = mean * dice.between(0, 0.4)
+    return SineStiffness(law="sine", mean_N_per_m=mean, amplitude_N_per_m=amplitude)
+
+
+def _fourier(dice: Dice, mean: float) -> FourierStiffness:
+    """Up to four cosines and sines, not as many of each."""
+    cosines, sines = (
+        tuple(mean * dice.between(-0.1, 0.1) for _ in range(dice.whole(0, 4))) for _ in range(2)
+    )
+    return FourierStiffness(
+        law="fourier", mean_N_per_m=mean, cosine_N_per_m=cosines, sine_N_per_m=sines
+    )
+
+
+def _square(dice: Dice, mean: float) -> SquareStiffness:
+    return SquareStiffness(
+        law="square",
+        contact_ratio=dice.between(1.1, 1.9),
+        least_N_per_m=mean,
+        largest_N_per_m=mean * dice.between(1, 1.6),
+        harmonics=dice.whole(1, 8),
+    )
+
+
+def _table(dice: Dice, mean: float) -> TableStiffness:
+    """Five to thirteen rows at unequal distances."""
+    widths = [dice.between(0.6, 1.4) for _ in range(dice.whole(4, 12))]
+    ends = np.cumsum(widths) / sum(widths)
+    values = [mean * dice.between(0.8, 1.2) for _ in widths]
+    return TableStiffness(
+        law="table",
+        phase_cycles=(0.0, *map(float, ends[:-1]), 1.0),
+        stiffness_N_per_m=(*values, values[0]),
+    )
+
+
+LAWS: tuple[Callable[[Dice, float], StiffnessLaw], ...] = (_sine, _fourier, _square, _table)
+
+
+def _link(dice: Dice, length: float) -> Link:
+    """A rod, or a body as from a CAD model."""
+    com, rod = length * dice.between(0.3, 0.7), dice.chance(0.5)
+    section, density = dice.near(0.01, 2), dice.near(2700, 2)
+    mass = section * density * length
+    return Link(
+        length_m=length,
+        com_m=com,
+        cross_section_m2=section if rod else None,
+        density_kg_per_m3=density if rod else None,
+        mass_kg=None if rod else mass,
+        inertia_kg_m2=None if rod else mass * length**2 * dice.between(0.05, 0.15),
+    )
+
+
+class GearSet(NamedTuple):
+    """Teeth of sun and planet, and the number of planets."""
+
+    sun: int
+    planet: int
+    planets: int
+
+
+def _gear_set(dice: Dice) -> GearSet:
+    """One that assembles and whose planets clear each other."""
     while True:
-        sun, planet = (int(teeth) for teeth in draw.integers(15, 45, 2))
-        count = int(draw.integers(2, 6))
+        sun, planet, count = dice.whole(15, 44), dice.whole(15, 44), dice.whole(2, 5)
         clear = (sun + planet) * np.sin(np.pi / count) > planet + 2
         if clear and (2 * sun + 2 * planet) % count == 0:
-            return {
-                "sun_teeth": sun,
-                "planet_teeth": planet,
-                "ring_teeth": sun + 2 * planet,
-                "planet_count": count,
-            }
+            return GearSet(sun, planet, count)

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import math
 import random
-from typing import Any, get_args
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from models.arm import Arm, Joint, Link
+from models.arm import Arm, Direct, Link, Mesh, Planetary
 from models.quantities import Within
+from models.stiffness import FourierStiffness, SineStiffness, SquareStiffness, TableStiffness
 
 TEETH = ("sun_teeth", "planet_teeth", "ring_teeth", "planet_count")
-DAMPINGS = ("damping_ratio", "sun_planet_damping_N_s_per_m", "planet_ring_damping_N_s_per_m")
+GEARS = ("sun", "planet", "carrier")
+Drawn = TypeVar("Drawn", bound=BaseModel)
+Make = Callable[[random.Random], dict[str, Any]]
 
 
 def fresh_seed() -> int:
@@ -34,26 +39,106 @@ def part_metadata(part: Any) -> tuple[Any, ...]:
     return getattr(part, "__metadata__", ())
 
 
+def ranges_of(record: type[BaseModel]) -> dict[str, Within]:
+    """The ranges of a record's single numbers, by field."""
+    found = {}
+    for name, field in record.model_fields.items():
+        if get_origin(field.annotation) is not tuple:
+            with suppress(StopIteration):
+                found[name] = range_of(field)
+    return found
+
+
 def any_arm(generator: random.Random, joints: int) -> Arm:
     """An arm drawn from the whole of every range, those refused for other reasons left out."""
-    while True:
-        data = {
-            "schema_version": 1,
+    pull = generator.choice((0.0, 9.81, 1000.0))
+    return _drawn(
+        Arm,
+        generator,
+        lambda generator: {
+            "schema_version": 2,
             "name": "drawn",
             "payload_mass_kg": _number(generator, range_of(Arm.model_fields["payload_mass_kg"])),
+            "gravity_m_per_s2": [generator.uniform(-pull, pull) for _ in range(2)],
             "joints": [_joint(generator) for _ in range(joints)],
-            "links": [_numbers(generator, Link) for _ in range(joints)],
-        }
+            "links": [_drawn(Link, generator, _link) for _ in range(joints)],
+        },
+    )
+
+
+def _drawn(record: type[Drawn], generator: random.Random, make: Make) -> Drawn:
+    """The first one that is not refused."""
+    while True:
         try:
-            return Arm.model_validate(data)
+            return record.model_validate(make(generator))
         except ValidationError:
             continue
 
 
-def _joint(generator: random.Random) -> dict[str, Any]:
-    left_out = DAMPINGS[:1] if generator.random() < 0.5 else DAMPINGS[1:]
-    given = _numbers(generator, Joint, (*TEETH, *left_out))
-    return given | dict(zip(TEETH, _teeth(generator), strict=True))
+def _joint(generator: random.Random) -> Planetary | Direct:
+    if generator.random() < 0.25:
+        return _drawn(Direct, generator, lambda g: {"kind": "direct", **_numbers(g, Direct)})
+    return _drawn(Planetary, generator, _planetary)
+
+
+def _planetary(generator: random.Random) -> dict[str, Any]:
+    forms = ("equivalent_mass_kg", "inertia_kg_m2")
+    left_out = [f"{gear}_{generator.choice(forms)}" for gear in GEARS]
+    return {
+        "kind": "planetary",
+        **_numbers(generator, Planetary, (*TEETH, *left_out)),
+        **dict(zip(TEETH, _teeth(generator), strict=True)),
+        "sun_mesh": _drawn(Mesh, generator, _mesh),
+        "ring_mesh": _drawn(Mesh, generator, _mesh),
+    }
+
+
+def _mesh(generator: random.Random) -> dict[str, Any]:
+    left_out = generator.choice(("damping_ratio", "damping_N_s_per_m"))
+    law = generator.choice((_sine, _fourier, _square, _table))
+    return {"stiffness": law(generator), **_numbers(generator, Mesh, (left_out,))}
+
+
+def _sine(generator: random.Random) -> SineStiffness:
+    return _drawn(SineStiffness, generator, lambda g: {"law": "sine", **_numbers(g, SineStiffness)})
+
+
+def _fourier(generator: random.Random) -> FourierStiffness:
+    mean = _number(generator, ranges_of(FourierStiffness)["mean_N_per_m"])
+    waves = [mean * generator.uniform(-0.1, 0.1) for _ in range(generator.randint(0, 8))]
+    return FourierStiffness(
+        law="fourier",
+        mean_N_per_m=mean,
+        cosine_N_per_m=tuple(waves[::2]),
+        sine_N_per_m=tuple(waves[1::2]),
+    )
+
+
+def _square(generator: random.Random) -> SquareStiffness:
+    def make(generator: random.Random) -> dict[str, Any]:
+        harmonics = {"harmonics": generator.randint(1, 50)}
+        return {"law": "square", **_numbers(generator, SquareStiffness), **harmonics}
+
+    return _drawn(SquareStiffness, generator, make)
+
+
+def _table(generator: random.Random) -> TableStiffness:
+    def make(generator: random.Random) -> dict[str, Any]:
+        inner = sorted(generator.random() for _ in range(generator.randint(3, 40)))
+        largest = 10 ** generator.uniform(1, 12)
+        values = [largest * generator.uniform(0.5, 1) for _ in range(len(inner) + 1)]
+        return {
+            "law": "table",
+            "phase_cycles": [0.0, *inner, 1.0],
+            "stiffness_N_per_m": [*values, values[0]],
+        }
+
+    return _drawn(TableStiffness, generator, make)
+
+
+def _link(generator: random.Random) -> dict[str, Any]:
+    forms = ("cross_section_m2", "density_kg_per_m3"), ("mass_kg", "inertia_kg_m2")
+    return _numbers(generator, Link, generator.choice(forms))
 
 
 def _teeth(generator: random.Random) -> tuple[int, int, int, int]:
@@ -71,8 +156,8 @@ def _numbers(
     generator: random.Random, record: type[BaseModel], without: tuple[str, ...] = ()
 ) -> dict[str, Any]:
     return {
-        name: _number(generator, range_of(field))
-        for name, field in record.model_fields.items()
+        name: _number(generator, allowed)
+        for name, allowed in ranges_of(record).items()
         if name not in without
     }
 

@@ -9,7 +9,8 @@ import xarray as xr
 from crosscheck.checks import invariants as laws
 from crosscheck.checks import trajectories
 from crosscheck.checks.answers import answers
-from crosscheck.checks.trajectories import SAME_STEP, UNITS
+from crosscheck.checks.scales import Limit, meaningful
+from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair
 from crosscheck.comparison import Comparison, Results, findings_of, tasks_of
 from crosscheck.findings import About, Finding, Key
 from crosscheck.registry import MODELS
@@ -30,7 +31,7 @@ def judged(comparisons: Sequence[Comparison], models: Sequence[Model]) -> list[F
     outcomes = {}
     for task in tasks_of(comparisons):
         model = own[task.model]
-        expected = MODELS[task.model].coordinates(len(model.arm.joints))
+        expected = MODELS[task.model].layout(model.arm)
         try:
             outcome = answers(model, expected, task.quantity, task.count, task.seed)
         except Exception as error:
@@ -64,30 +65,45 @@ def about(
     )
 
 
-def same_step(case: str, left: xr.Dataset, right: xr.Dataset) -> Iterator[Finding]:
-    """Every quantity over the whole run."""
-    for quantity in SAME_STEP:
-        subject = about("same-step", case, quantity, left, right)
-        yield trajectories.same_step(subject, left, right)
+def same_step(
+    name: str, of: Case, left: xr.Dataset, right: xr.Dataset, pair: Pair
+) -> Iterator[Finding]:
+    """Every quantity that both runs have, over the whole run; the pair is any model's."""
+    for quantity in _recorded(left):
+        subject = about("same-step", name, quantity, left, right)
+        yield trajectories.same_step(subject, left, right, pair, _widest(of, quantity, pair.run))
 
 
-def at_time(case: str, left: xr.Dataset, right: xr.Dataset, time_s: float) -> Iterator[Finding]:
+def at_time(
+    name: str, of: Case, left: xr.Dataset, right: xr.Dataset, pair: Pair, time_s: float
+) -> Iterator[Finding]:
     """Every quantity at one instant."""
-    for quantity in SAME_STEP:
-        subject = about("at", case, quantity, left, right)
-        yield trajectories.at_time(subject, left, right, time_s)
+    for quantity in _recorded(left):
+        subject = about("at", name, quantity, left, right)
+        widest = _widest(of, quantity, pair.run)
+        yield trajectories.at_time(subject, left, right, pair, widest, time_s)
+
+
+def _recorded(run: xr.Dataset) -> list[str]:
+    """A run of an arm without gears has no mesh variables."""
+    return [quantity for quantity in SAME_STEP if quantity in run]
+
+
+def _widest(of: Case, quantity: str, run: xr.Dataset) -> Limit:
+    return meaningful(quantity, of.arm, of.scenario, trajectories.size(run, quantity))
 
 
 def refined(
-    case: str,
+    name: str,
+    of: Case,
     left: tuple[xr.Dataset, xr.Dataset],
     right: tuple[xr.Dataset, xr.Dataset],
     quantities: Sequence[str] = ("theta", "x_sp", "x_pr"),
 ) -> Iterator[Finding]:
     """Each side's (fine, coarse) runs against the other's."""
     for quantity in quantities:
-        subject = about("refined", case, quantity, left[0], right[0])
-        yield trajectories.refined(subject, left, right)
+        subject = about("refined", name, quantity, left[0], right[0])
+        yield trajectories.refined(subject, left, right, _widest(of, quantity, left[0]))
 
 
 def energy_over_run(case: str, run: xr.Dataset) -> list[Finding]:

@@ -9,6 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 NOBODY = 65534
+HEAVY = {"pinocchio", "exudyn", "numba", "xarray", "sympy", "scipy", "matplotlib"}
+SHOW_LOADED = (
+    "import sys; sys.argv = ['crosscheck', *sys.argv[1:]]; import atexit;"
+    "atexit.register(lambda: print('loaded', *sorted(sys.modules)));"
+    "from crosscheck.cli import main; main()"
+)
 
 
 def command_line(
@@ -22,6 +28,13 @@ def command_line(
     options: dict[str, object] = {"capture_output": True, "text": True, "timeout": 120}
     command = [sys.executable, *python, *map(str, arguments)]
     return subprocess.run(command, env=around, check=False, **(options | more))  # type: ignore[call-overload]
+
+
+def modules_loaded_by(*arguments: object) -> set[str]:
+    """Names of all modules that a command has loaded when it ends."""
+    command = [sys.executable, "-c", SHOW_LOADED, *map(str, arguments)]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    return set(answer.stdout.rsplit("loaded ", 1)[1].split())
 
 
 def in_child(work: Callable[[], None], nobody: bool = False) -> bool:

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from crosscheck.checks.christoffel import christoffel_force
-from models.arm import Arm
+from models.arm import Arm, Planetary
 from models.interface import Model
+from models.layout import Layout
+from models.scenario import per_joint
 
 # Quantities that no method of a model gives by itself.
 CHRISTOFFEL, ABILITIES = "christoffel_force", "abilities"
+START_MASS, FORCE_SLOPES = "start_mass", "force_slopes"
+# Of angles [rad, rad/s] and displacements [m, m/s], of which forces are differenced.
+TURN, SHIFT = 1e-4, 1e-6
+# How far and fast random states go; what is compared there is measured against its own size.
+LEAST_PLAY_M, SLIDING_M_PER_S, TURNING_RAD_PER_S = 2e-5, 0.1, 3.0
 
 
 class BadAnswer(ValueError):
@@ -27,13 +34,15 @@ class States(NamedTuple):
     v: np.ndarray
 
 
-def random_states(coordinates: Sequence[str], arm: Arm, count: int, seed: int) -> States:
-    """States on both flanks, in free play, at any pose, as brisk as the paper's runs."""
+def random_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
+    """States on both flanks, in free play, at any pose, moving briskly."""
     generator = np.random.default_rng(seed)
-    play = 3 * max(*(joint.backlash_m for joint in arm.joints), 2e-5)
-    angular = angles_among(coordinates)
-    q_size, v_size = np.where(angular, np.pi, play), np.where(angular, 3.0, 0.1)
-    shape = (count, len(coordinates))
+    geared = [joint for joint in arm.joints if isinstance(joint, Planetary)]
+    clearances = [mesh.backlash_m for j in geared for mesh in (j.sun_mesh, j.ring_mesh)]
+    play = 3 * max(*clearances, LEAST_PLAY_M, LEAST_PLAY_M)
+    q_size = np.where(layout.angular, np.pi, play)
+    v_size = np.where(layout.angular, TURNING_RAD_PER_S, SLIDING_M_PER_S)
+    shape = (count, len(layout))
     return States(
         generator.uniform(0, 2, count),
         generator.uniform(-1, 1, shape) * q_size,
@@ -41,20 +50,13 @@ def random_states(coordinates: Sequence[str], arm: Arm, count: int, seed: int) -
     )
 
 
-def angles_among(coordinates: Sequence[str]) -> np.ndarray:
-    """Which coordinates (n,) are angles; the others are displacements."""
-    return np.array([name.startswith("theta") for name in coordinates])
-
-
-def answers(
-    model: Model, expected: tuple[str, ...], quantity: str, count: int, seed: int
-) -> np.ndarray:
+def answers(model: Model, expected: Layout, quantity: str, count: int, seed: int) -> np.ndarray:
     """A model's answers at random states, the states along the first axis.
 
     expected: the coordinates that it must have. Raises BadAnswer, and whatever the model raises.
     """
-    if tuple(model.coordinates) != expected:
-        raise BadAnswer(f"coordinates are {model.coordinates}, must be {expected}")
+    if model.layout != expected:
+        raise BadAnswer(f"coordinates are {model.layout.names}, must be {expected.names}")
     if quantity in WITHOUT_STATE:
         return np.array(WITHOUT_STATE[quantity](model))
     states = random_states(expected, model.arm, count, seed)
@@ -96,7 +98,7 @@ def _christoffel(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.nda
     def mass_matrix(pose: np.ndarray) -> np.ndarray:
         return _mass_matrix(model, t, pose, v)
 
-    return christoffel_force(mass_matrix, q, v, angles_among(model.coordinates))
+    return christoffel_force(mass_matrix, q, v, model.layout.angular)
 
 
 def _widest_gap(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> float:
@@ -109,7 +111,7 @@ def _widest_gap(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> float:
     if gaps.size == 0 or any(other.shape != gaps.shape for other in others):
         raise BadAnswer("constraint_residual is empty, or its parts are of unequal shapes")
     reach = sum(link.length_m for link in model.arm.links)
-    angular = angles_among(model.coordinates)
+    angular = model.layout.angular
     sizes = [max(1.0, reach * float(np.abs(vector[angular]).max())) for vector in (v * 0, v, a)]
     return max(
         float(np.abs(r).max()) / size for r, size in zip((gaps, *others), sizes, strict=True)
@@ -118,9 +120,18 @@ def _widest_gap(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> float:
 
 def _mesh_modes(model: Model) -> np.ndarray:
     modes = _numbers(model.mesh_modes(), "mesh_modes", None)
-    if modes.ndim != 1 or not modes.size or modes[0] <= 0 or (np.diff(modes) < 0).any():
+    if modes.ndim != 1 or (modes <= 0).any() or (np.diff(modes) < 0).any():
         raise BadAnswer("mesh_modes are not positive frequencies in ascending order")
     return modes
+
+
+def _contact_poles(model: Model) -> np.ndarray:
+    poles = model.contact_poles()
+    if not isinstance(poles, np.ndarray) or poles.shape != (2 * len(model.layout),):
+        raise BadAnswer("contact_poles are not two for every coordinate")
+    parts = np.array([poles.real, poles.imag])
+    _numbers(parts, "contact_poles", parts.shape)
+    return parts[0] + 1j * parts[1]
 
 
 def _largest_stable_step(model: Model) -> float:
@@ -128,6 +139,32 @@ def _largest_stable_step(model: Model) -> float:
     if not isinstance(step, float) or not step > 0:
         raise BadAnswer(f"largest_stable_step is {step!r}, must be a positive number")
     return step
+
+
+def _start_pose(model: Model) -> np.ndarray:
+    """The scenario's angles, the teeth centred, shape (n,)."""
+    pose = np.zeros(len(model.layout))
+    pose[model.layout.theta] = per_joint(model.scenario.start.theta_rad, len(model.arm.joints))
+    return pose
+
+
+def _start_mass(model: Model) -> np.ndarray:
+    pose = _start_pose(model)
+    return _mass_matrix(model, 0.0, pose, 0 * pose)
+
+
+def _force_slopes(model: Model) -> np.ndarray:
+    """Of the generalized force by q and v, at rest in the start pose, shape (n, 2 n)."""
+    pose = _start_pose(model)
+    sizes = np.tile(np.where(model.layout.angular, TURN, SHIFT), 2)
+
+    def force(state: np.ndarray) -> np.ndarray:
+        q, v = np.split(state, 2)
+        return _generalized_force(model, 0.0, q, v)
+
+    start, steps = np.append(pose, 0 * pose), np.diag(sizes)
+    differences = [force(start + step) - force(start - step) for step in steps]
+    return np.stack(differences, axis=1) / (2 * sizes)
 
 
 def _abilities(model: Model) -> list[str]:
@@ -144,6 +181,9 @@ AT_STATE: dict[str, Callable[[Model, float, np.ndarray, np.ndarray], np.ndarray 
 }
 WITHOUT_STATE: dict[str, Callable[[Model], np.ndarray | float | list[str]]] = {
     "mesh_modes": _mesh_modes,
+    "contact_poles": _contact_poles,
     "largest_stable_step": _largest_stable_step,
     ABILITIES: _abilities,
+    START_MASS: _start_mass,
+    FORCE_SLOPES: _force_slopes,
 }

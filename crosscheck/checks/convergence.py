@@ -22,9 +22,9 @@ def observed_order(runs: Sequence[xr.Dataset], quantity: str) -> float:
     return math.log2(first / second) if first > 0 and second > 0 else math.nan
 
 
-def formal_order(about: About, runs: Sequence[xr.Dataset], formal: int) -> Finding:
+def formal_order(about: About, runs: Sequence[xr.Dataset], formal: int, quantity: str) -> Finding:
     """In smooth motion the formal order must show."""
-    observed = observed_order(runs, "x_sp")
+    observed = observed_order(runs, quantity)
     return checked(
         about,
         measured=abs(observed - formal),
@@ -34,10 +34,10 @@ def formal_order(about: About, runs: Sequence[xr.Dataset], formal: int) -> Findi
     )
 
 
-def order_through_impacts(about: About, runs: Sequence[xr.Dataset]) -> Finding:
+def order_through_impacts(about: About, runs: Sequence[xr.Dataset], quantity: str) -> Finding:
     """Through impacts the order is measured."""
     note = "the dead zone's kink leaves less than the formal order"
-    return measured_only(about, measured=observed_order(runs, "x_sp"), note=note)
+    return measured_only(about, measured=observed_order(runs, quantity), note=note)
 
 
 def stable_step(about: About, step_s: float, limit_s: float) -> Finding:

@@ -20,9 +20,11 @@ from crosscheck.checks.states import (
     scaled,
     usable,
 )
+from crosscheck.checks.weights import weight_moments
 from crosscheck.findings import About, Finding, checked, failed
-from models.arm import Arm
+from models.arm import Arm, Planetary
 from models.drive import DriveData, drive_data, joint_torque
+from models.layout import MESHES, Layout
 from models.scenario import Scenario
 
 # Powers of 1e4 N x 0.1 m/s whose forces carry the rounding of displacements (see states).
@@ -48,13 +50,16 @@ class Motion(NamedTuple):
     """One state, what moves it and how it moves: M a + bias [n], force [n], torques [joints].
 
     summed [n]: the magnitudes whose sum ``inertial`` is, |M| |a| + |bias|; their rounding stays.
+    passive [joints]: moments of weight and friction [N m].
     """
 
+    layout: Layout
     v: np.ndarray
     inertial: np.ndarray
     summed: np.ndarray
     force: np.ndarray
     torques: np.ndarray
+    passive: np.ndarray
 
 
 Balance = Callable[[About, Answered, Setting, Scenario], Finding]
@@ -93,9 +98,12 @@ def _motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[
     inertial = np.einsum("kij,kj->ki", mass, a) + bias
     summed = np.einsum("kij,kj->ki", np.abs(mass), np.abs(a)) + np.abs(bias)
     states = zip(*setting.states, inertial, summed, given.generalized_force, strict=True)
+    friction = np.array([joint.friction_N_m_s_per_rad for joint in setting.arm.joints])
     for t, q, v, moved, magnitude, force in states:
-        torques = torques_at(drive, t, q[2::3], v[2::3])
-        yield Motion(v, moved, magnitude, force, torques)
+        theta, theta_dot = q[setting.layout.theta], v[setting.layout.theta]
+        torques = torques_at(drive, t, theta, theta_dot)
+        passive = weight_moments(setting.arm, theta) - friction * theta_dot
+        yield Motion(setting.layout, v, moved, magnitude, force, torques, passive)
 
 
 def torques_at(drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
@@ -107,44 +115,51 @@ def torques_at(drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndar
 
 
 def _power_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
-    """d(kinetic)/dt = sum of T theta_s' / n and of what the meshes and dampers put in.
+    """d(kinetic)/dt = sum of T theta_s' / n and of what meshes, dampers, weight, friction put in.
 
     v . (M a + bias) is the rate of v . M v / 2. A motor turns its sun n times as fast as the link,
     and by the mesh displacements; its torque reaches a mesh row of the force as T / (n r_s).
     """
-    supplied, size = 0.0, float(np.abs(motion.v) @ motion.summed)
-    for joint, torque in enumerate(motion.torques):
-        radius, ratio = sun_of(arm, joint)
-        dx_sp, dx_pr, dtheta = motion.v[3 * joint : 3 * joint + 3]
-        motor = torque / ratio
-        sun_rate = (dx_sp + dx_pr) / radius + ratio * dtheta
-        mesh = motion.force[3 * joint : 3 * joint + 2] - motor / radius
-        terms = np.array([motor * sun_rate, mesh[0] * dx_sp, mesh[1] * dx_pr])
-        supplied += terms.sum()
-        size += np.abs(terms).sum()
-    return float(motion.v @ motion.inertial - supplied), float(size)
+    dtheta = motion.v[motion.layout.theta]
+    terms = [*(motion.passive * dtheta)]
+    for number, (joint, torque) in enumerate(zip(arm.joints, motion.torques, strict=True)):
+        if not isinstance(joint, Planetary):
+            terms.append(torque * dtheta[number])
+            continue
+        radius, ratio = sun_of(joint)
+        rows = [motion.layout.at(mesh, number) for mesh in MESHES]
+        slides, motor = motion.v[rows], torque / ratio
+        terms.append(motor * (slides.sum() / radius + ratio * dtheta[number]))
+        terms += [*((motion.force[rows] - motor / radius) * slides)]
+    size = np.abs(motion.v) @ motion.summed + np.abs(terms).sum()
+    return float(motion.v @ motion.inertial - np.sum(terms)), float(size)
 
 
 def _angular_momentum_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
-    """dH/dt = T_1 / n + (N F_pr1 + d_pr x_pr1') r_r: only the ground acts from outside.
+    """dH/dt = T_1 / n + (N F_pr1 + d_pr x_pr1') r_r, friction and weight: what is outside acts.
 
     Turning the whole arm turns the first ring's teeth past its planets: x_pr1 changes by -r_r.
     """
-    radius, ratio = sun_of(arm, 0)
-    ring = radius * arm.joints[0].ring_teeth / arm.joints[0].sun_teeth
-    motor = motion.torques[0] / ratio
-    rate = motion.inertial[2] - ring * motion.inertial[1]
-    on_teeth = motor / radius - motion.force[1]
-    size = motion.summed[2] + ring * motion.summed[1] + abs(motor) + abs(on_teeth * ring)
-    return float(rate - motor - on_teeth * ring), float(size)
+    joint, shoulder = arm.joints[0], motion.layout.at("theta", 0)
+    outside, torque = motion.passive[0], motion.torques[0]
+    if not isinstance(joint, Planetary):
+        size = motion.summed[shoulder] + abs(torque) + abs(outside)
+        return float(motion.inertial[shoulder] - torque - outside), float(size)
+    radius, ratio = sun_of(joint)
+    ring, slide = radius * joint.ring_teeth / joint.sun_teeth, motion.layout.at("x_pr", 0)
+    motor = torque / ratio
+    rate = motion.inertial[shoulder] - ring * motion.inertial[slide]
+    on_teeth = (motor / radius - motion.force[slide]) * ring
+    terms = np.array([motor, on_teeth, outside])
+    size = motion.summed[shoulder] + ring * motion.summed[slide] + np.abs(terms).sum()
+    return float(rate - terms.sum()), float(size)
 
 
-def sun_of(arm: Arm, joint: int) -> tuple[float, float]:
-    """(base radius of the sun [m], speed ratio) from the arm's own numbers."""
-    data = arm.joints[joint]
-    pitch = data.module_m * data.sun_teeth / 2
-    radius = pitch * math.cos(math.radians(data.pressure_angle_deg))
-    return radius, (data.sun_teeth + data.ring_teeth) / data.sun_teeth
+def sun_of(joint: Planetary) -> tuple[float, float]:
+    """(base radius of the sun [m], speed ratio) from the joint's own numbers."""
+    pitch = joint.module_m * joint.sun_teeth / 2
+    radius = pitch * math.cos(math.radians(joint.pressure_angle_deg))
+    return radius, (joint.sun_teeth + joint.ring_teeth) / joint.sun_teeth
 
 
 def bias_follows(

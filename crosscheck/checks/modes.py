@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
+from crosscheck.checks.scales import base_radius, meshes
 from crosscheck.findings import About, Finding, checked
-from models.arm import Joint
+from models.arm import Mesh, Planetary
+from models.stiffness import SquareStiffness, TableStiffness
 
 TOLERANCE = 1e-6
 BASIS = "1e-6: engines linearise by finite differences of forces of 1e4 N at 1e-7 relative steps"
@@ -27,15 +31,37 @@ def modes_among(about: About, few: np.ndarray, many: np.ndarray) -> Finding:
     )
 
 
-def closed_form_modes(joint: Joint) -> np.ndarray:
+def closed_form_modes(joint: Planetary) -> np.ndarray:
     """Both modes [Hz] of a stage with its carrier locked, ascending.
 
-    With u = r_s theta_s and w = r_p theta_p: M_s u'' = -K (u - w) and N M_p w'' = K (u - w) - K w,
-    K = N k, so omega^2 solves a quadratic.
+    With u = r_s theta_s and w = r_p theta_p: M_s u'' = -K_s (u - w) and
+    N M_p w'' = K_s (u - w) - K_r w, K = N k of sun and ring mesh, so omega^2 solves a quadratic.
     """
-    stiffness = joint.planet_count * joint.mesh_stiffness_N_per_m
-    sun = stiffness / joint.sun_equivalent_mass_kg
-    planets = stiffness / (joint.planet_count * joint.planet_equivalent_mass_kg)
-    mean, product = (sun + 2 * planets) / 2, sun * planets
-    root = np.sqrt(mean**2 - product)
+    sun, planet = _equivalent_mass(joint, "sun"), _equivalent_mass(joint, "planet")
+    K_s, K_r = (joint.planet_count * mean_stiffness(mesh) for mesh in meshes(joint))
+    planets = joint.planet_count * planet
+    mean = (K_s / sun + (K_s + K_r) / planets) / 2
+    root = np.sqrt(mean**2 - K_s * K_r / (sun * planets))
     return np.sqrt(np.array([mean - root, mean + root])) / (2 * np.pi)
+
+
+def mean_stiffness(mesh: Mesh) -> float:
+    """Over a period of the mesh [N/m]."""
+    law = mesh.stiffness
+    if isinstance(law, TableStiffness):
+        from scipy.interpolate import CubicSpline  # a third of a second, for tables alone
+
+        spline = CubicSpline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
+        return float(spline.integrate(0, 1))
+    if isinstance(law, SquareStiffness):
+        share = law.contact_ratio - 1
+        return law.least_N_per_m * (1 - share) + law.largest_N_per_m * share
+    return law.mean_N_per_m
+
+
+def _equivalent_mass(joint: Planetary, gear: Literal["sun", "planet"]) -> float:
+    sun = gear == "sun"
+    mass = joint.sun_equivalent_mass_kg if sun else joint.planet_equivalent_mass_kg
+    inertia = joint.sun_inertia_kg_m2 if sun else joint.planet_inertia_kg_m2
+    teeth = joint.sun_teeth if sun else joint.planet_teeth
+    return mass if mass is not None else (inertia or 0.0) / base_radius(joint, teeth) ** 2

@@ -22,14 +22,15 @@ class Incomplete(ValueError):
     """A run that lacks something, or has it in another form."""
 
 
-def require_complete(run: object, model: str, case: Case, *, geared: bool) -> None:
+def require_complete(run: object, model: str, case: Case, *, meshing: bool) -> None:
     """Raise Incomplete unless a run covers its scenario's grid, joints, planets and variables.
 
-    Every value must be a finite float64; mesh variables are NaN beyond a joint's own planets.
+    meshing: whether the model has mesh displacements. Every value must be a finite float64; mesh
+    variables are NaN beyond a joint's own planets.
     """
     if not isinstance(run, xr.Dataset):
         raise Incomplete(f"the run is a {type(run).__name__}, must be a Dataset")
-    missing = next(_missing(run, case, GEARED if geared else RIGID), None)
+    missing = next(_missing(run, case, GEARED if meshing else RIGID), None)
     if missing is not None:
         raise Incomplete(missing)
     told, step = run.attrs.get("model"), run.attrs.get("step_s")

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.answers import States, angles_among
+from crosscheck.checks.answers import States
 from crosscheck.findings import About, Finding, checked, failed, measured_only
-from models.arm import Arm
+from models.arm import Arm, Planetary
+from models.layout import Layout
 
 EPS = np.finfo(float).eps
 # Rounding of a few hundred operations, times how badly conditioned they are; but never looser
@@ -19,10 +20,10 @@ LOOSEST = 1e-10
 
 
 class Setting(NamedTuple):
-    """Where values were taken: the arm, its coordinates' names, and the states."""
+    """Where values were taken: the arm, its coordinates, and the states."""
 
     arm: Arm
-    coordinates: Sequence[str]
+    layout: Layout
     states: States
 
 
@@ -103,7 +104,7 @@ def natural_sizes(
     times what the model's other components share.
     """
     diagonal = np.diag(inertia)
-    angular = angles_among(setting.coordinates)
+    angular = setting.layout.angular
     if quantity in ("mass_matrix", "bias"):
         rates = setting.states.v[:, angular]
         return np.sqrt(diagonal * diagonal[angular].max()) * float((rates**2).mean())
@@ -128,10 +129,11 @@ def _scale(quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Sett
 
 def _play_conditioning(setting: Setting) -> float:
     """A mesh displacement is a small difference of large arcs, in a model that turns its gears."""
-    angular = angles_among(setting.coordinates)
+    angular = setting.layout.angular
     if angular.all():
         return 1.0
-    pitch = max(joint.module_m * joint.ring_teeth / 2 for joint in setting.arm.joints)
+    geared = [joint for joint in setting.arm.joints if isinstance(joint, Planetary)]
+    pitch = max(joint.module_m * joint.ring_teeth / 2 for joint in geared)
     arcs = pitch * np.abs(setting.states.q[:, angular]).max()
     return float(arcs / np.sqrt((setting.states.q[:, ~angular] ** 2).mean()))
 

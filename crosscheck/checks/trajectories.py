@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from crosscheck.checks.scales import EPS, Limit
 from crosscheck.findings import About, Finding, checked, measured_only
 from models.arm import Arm
 
@@ -24,33 +26,14 @@ UNITS = {
 }
 
 
-class Limit(NamedTuple):
-    """A tolerance with the reason for it."""
-
-    value: float
-    basis: str
-
-
 # RK4 commutes with a linear change of coordinates: two models with the same equations, step and
-# start differ by rounding alone, whatever coordinates they use inside.
-_SAME_STEP = "same integrator and step: what the growth of rounding over 1e6 stages can explain"
-SAME_STEP = {
-    "theta": Limit(1e-10, _SAME_STEP),
-    "x_sp": Limit(1e-13, _SAME_STEP),
-    "x_pr": Limit(1e-13, _SAME_STEP),
-    "F_sp": Limit(1.2e-5, "1e-13 m at the peak mesh stiffness of the paper's arm, 1.2e8 N/m"),
-    "F_pr": Limit(1.2e-5, "1e-13 m at the peak mesh stiffness of the paper's arm, 1.2e8 N/m"),
-    "theta_dot": Limit(1e-9, "1e-10 rad at the 10 1/s of the arm's own motion"),
-    "theta_ddot": Limit(1.5e-6, "1.2e-5 N on the meshes, measured 0.11 rad/s2 per N"),
-    "torque": Limit(5e-7, "the PD gains, 1000 N m/rad and 400 N m s/rad, on theta and theta_dot"),
-    "kinetic_energy": Limit(5e-7, "1e-9 rad/s at the arm's largest momentum, 500 N m s"),
-}
-# An uncertainty above these would hide differences that the paper discusses.
-MEANINGFUL = {
-    "theta": Limit(1e-6, "a thousandth of the 0.001 rad that the paper discusses"),
-    "x_sp": Limit(5e-7, "a tenth of the paper's tooth error of 5 um"),
-    "x_pr": Limit(5e-7, "a tenth of the paper's tooth error of 5 um"),
-}
+# start differ by rounding alone, whatever coordinates they use inside. Every step rounds, and so
+# many roundings add up at random; the factor is for roundings that do more than one in the start.
+SAME_STEP = (
+    *("theta", "x_sp", "x_pr", "F_sp", "F_pr"),
+    *("theta_dot", "theta_ddot", "torque", "kinetic_energy"),
+)
+ROUNDINGS_AT_ONCE = 10
 # Safety factor of the grid convergence index for two grids (Roache). The order is taken as 1: the
 # dead zone and the clearance's impacts leave no higher one to rely on.
 SAFETY = 3.0
@@ -95,23 +78,51 @@ def uncertainty(fine: xr.Dataset, coarse: xr.Dataset, quantity: str) -> float:
     return SAFETY * largest_difference(fine, coarse, quantity)
 
 
-def same_step(about: About, left: xr.Dataset, right: xr.Dataset) -> Finding:
+class Pair(NamedTuple):
+    """A run, and the same from a start that is one rounding away."""
+
+    run: xr.Dataset
+    nudged: xr.Dataset
+
+
+def same_step(
+    about: About, left: xr.Dataset, right: xr.Dataset, pair: Pair, widest: Limit
+) -> Finding:
     """Two models through the same integrator and step, over the whole run."""
     quantity = about.key.quantity
-    limit = SAME_STEP[quantity]
+    limit = repeatable(pair, quantity)
     measured = largest_difference(left, right, quantity)
     return checked(
         about,
         measured=measured,
         tolerance=limit.value,
-        basis=limit.basis,
+        resolved=limit.value <= widest.value,
+        basis=f"{limit.basis}; means something below {widest.value:.2g}, {widest.basis}",
         relative=_relative(measured, left, quantity),
     )
 
 
-def at_time(about: About, left: xr.Dataset, right: xr.Dataset, time_s: float) -> Finding:
+def repeatable(pair: Pair, quantity: str) -> Limit:
+    """How far the same steps may lead apart by rounding alone."""
+    grown, own = largest_difference(*pair, quantity), EPS * size(pair.run, quantity)
+    steps = steps_of(pair.run)
+    basis = (
+        f"{ROUNDINGS_AT_ONCE} x the root of {steps:.0f} steps' roundings: one in the start grows to"
+        f" {grown:.1e}, one of the quantity is {own:.1e}"
+    )
+    return Limit(ROUNDINGS_AT_ONCE * math.sqrt(steps) * (grown + own), basis)
+
+
+def steps_of(run: xr.Dataset) -> float:
+    """That a run has taken, at least one."""
+    return max(float(run["time"][-1]) / float(run.attrs["step_s"]), 1.0)
+
+
+def at_time(
+    about: About, left: xr.Dataset, right: xr.Dataset, pair: Pair, widest: Limit, time_s: float
+) -> Finding:
     """The same comparison at one instant."""
-    return same_step(about, _at(left, time_s), _at(right, time_s))
+    return same_step(about, _at(left, time_s), _at(right, time_s), pair, widest)
 
 
 def _at(run: xr.Dataset, time_s: float) -> xr.Dataset:
@@ -121,23 +132,25 @@ def _at(run: xr.Dataset, time_s: float) -> xr.Dataset:
 
 
 def refined(
-    about: About, left: tuple[xr.Dataset, xr.Dataset], right: tuple[xr.Dataset, xr.Dataset]
+    about: About,
+    left: tuple[xr.Dataset, xr.Dataset],
+    right: tuple[xr.Dataset, xr.Dataset],
+    widest: Limit,
 ) -> Finding:
     """Each side's own best run against the other's; (fine, coarse) give its uncertainty."""
     quantity = about.key.quantity
     own = [uncertainty(*side, quantity) for side in (left, right)]
     rounding = max(rounding_of(side[0], quantity) for side in (left, right))
     combined = float(np.hypot(own[0], own[1]))
-    meaningful = MEANINGFUL[quantity]
     measured = largest_difference(left[0], right[0], quantity)
     return checked(
         about,
         measured=measured,
         tolerance=combined + rounding,
-        resolved=combined <= meaningful.value,
+        resolved=combined <= widest.value,
         basis=(
             f"combined uncertainty by step refinement, {own[0]:.2g} and {own[1]:.2g}, and rounding,"
-            f" {rounding:.1g}; means something below {meaningful.value:g}, {meaningful.basis}"
+            f" {rounding:.1g}; means something below {widest.value:.2g}, {widest.basis}"
         ),
         relative=_relative(measured, left[0], quantity),
     )
@@ -149,13 +162,12 @@ def rounding_of(run: xr.Dataset, quantity: str) -> float:
     Every step rounds the state that it adds to; over N steps that is sqrt(N) roundings of its
     size. No refinement can measure less.
     """
-    steps = max(float(run["time"][-1]) / float(run.attrs["step_s"]), 1.0)
-    return float(np.finfo(float).eps * size(run, quantity) * np.sqrt(steps))
+    return float(EPS * size(run, quantity) * math.sqrt(steps_of(run)))
 
 
 def sensitivity(about: About, run: xr.Dataset, nudged: xr.Dataset) -> Finding:
-    """How far a run moves when its start is changed in the last place."""
-    return _measured(about, run, nudged, "start changed by one unit in the last place of x_sp1")
+    """How far a run moves when its start is changed by a rounding."""
+    return _measured(about, run, nudged, "every angle and displacement started a rounding away")
 
 
 def deviation(about: About, left: xr.Dataset, right: xr.Dataset) -> Finding:

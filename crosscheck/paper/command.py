@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
 from crosscheck.output import require_file, write_text
+from crosscheck.paper.errata.erratum import Slip
 from crosscheck.paper.errata.finder import SCHEMA_VERSION, errata_records
 from crosscheck.paper.report import PAGE, paper_files, write_figures, write_paper
 from crosscheck.progress import progress_bar
@@ -27,14 +28,14 @@ def errata_command(arm_name: str, json_file: Path | None) -> None:
     if json_file is not None:
         require_file(json_file, "--json")
     with Console(stderr=True).status("errata") as status:
-        records = errata_records(arm, lambda where: status.update(f"effect of {where}"))
-    Console().print(_table(records))
-    print(f"{len(records)} errata, arm {arm.name}")
+        slips = errata_records(arm, lambda where: status.update(f"effect of {where}"))
+    Console().print(_table(slips))
+    print(f"{len(slips)} errata, arm {arm.name}")
     if json_file is not None:
         document = {
             "schema_version": SCHEMA_VERSION,
-            "errata": records,
-            "provenance": provenance(arm, 0, False),
+            "errata": [slip.to_dict() for slip in slips],
+            "provenance": provenance(arm, 0, False).model_dump(mode="json"),
         }
         write_text(json_file, json.dumps(document, indent=1, allow_nan=False) + "\n")
 
@@ -54,14 +55,15 @@ def paper_command(figures: list[int], out: Path, jobs: int) -> None:
     print(f"wrote {out / PAGE}; {study.made} simulations made, {study.found} from the cache")
 
 
-def _table(records: list[dict[str, Any]]) -> Table:
+def _table(slips: Sequence[Slip]) -> Table:
     table = Table("where", "printed", "derived", "size", "effect: theta [rad], force [N]")
-    for record in records:
-        size = "" if record["size"] is None else f"{record['size']:.3g} {record['unit']}"
+    for slip in slips:
+        erratum = slip.erratum
+        size = "" if erratum.size is None else f"{erratum.size:.3g} {erratum.unit}"
         effects = "\n".join(
-            f"{name}: {effect['theta_rad']:.2g}, {effect['mesh_force_N']:.2g}"
-            for name, effect in record["effects"].items()
+            f"{name}: {effect.theta_rad:.2g}, {effect.mesh_force_N:.2g}"
+            for name, effect in slip.effects.items()
         )
-        derived = f"{record['derived']} {record['remark']}".strip()
-        table.add_row(record["where"], record["printed"], derived, size, effects)
+        derived = f"{erratum.derived} {erratum.remark}".strip()
+        table.add_row(erratum.where, erratum.printed, derived, size, effects)
     return table

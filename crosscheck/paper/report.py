@@ -6,13 +6,12 @@ import importlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.output import write_files, write_text
-from crosscheck.paper.errata.sheet import markdown
+from crosscheck.paper.errata.sheet import ErrataSheet, markdown
 from crosscheck.paper.scale import FULL, QUICK, Scale
 from crosscheck.paper.undefined import UNDEFINED
 from crosscheck.provenance import provenance
@@ -85,13 +84,13 @@ def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[Chapter]:
     """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
     made = _chapters(study, scale)
     figures = importlib.import_module("crosscheck.paper.figures.chapter")
-    sheet = next(chapter for chapter in made if chapter.id == "errata")
+    slips = [s for chapter in made if isinstance(chapter, ErrataSheet) for s in chapter.slips]
     contents: dict[Path, str | bytes] = {
         out / f"{name}.nc": netcdf(run) for name, run in figures.trajectories(study, scale).items()
     }
     contents[out / PAGE] = page(made, study)
     contents[out / CLAIMS] = records_json(made, study)
-    contents[out / ERRATA] = markdown(sheet.records)
+    contents[out / ERRATA] = markdown(slips)
     write_files(contents)
     return made
 
@@ -131,6 +130,7 @@ def _plain(value: object) -> object:
     raise TypeError(f"not JSON: {value!r}")
 
 
-def _provenance(study: Study) -> dict[str, Any]:
+def _provenance(study: Study) -> dict[str, object]:
     cache = {"simulations_made": study.made, "simulations_from_cache": study.found}
-    return {**provenance(load_arm("paper-labelled"), 0, False), **cache}
+    own = provenance(load_arm("paper-labelled"), 0, False)
+    return own.model_dump(mode="json") | cache

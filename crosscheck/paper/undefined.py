@@ -7,18 +7,21 @@ run diverged. Records hold None for it, texts the word.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
-from typing import Any
+from typing import overload
 
 import numpy as np
+from pydantic import JsonValue
 
+from crosscheck.paper.record import JsonObject
 from crosscheck.studies.study import Numbers
 
 UNDEFINED = "undefined"
+Quantity = float | np.floating | np.ndarray | Sequence[float | None] | None
 
 
-def known(*values: Any) -> bool:
+def known(*values: Quantity) -> bool:
     """Whether all numbers, alone or in sequences, are there and finite."""
     return all(bool(np.isfinite(np.asarray(value, dtype=float)).all()) for value in values)
 
@@ -27,7 +30,7 @@ def where_known(decide: Callable[..., bool]) -> Callable[..., bool | None]:
     """The decision; None, and not asked, if one of the numbers that it rests on is undefined."""
 
     @wraps(decide)
-    def decided(*numbers: Any) -> bool | None:
+    def decided(*numbers: Quantity) -> bool | None:
         return bool(decide(*numbers)) if known(*numbers) else None
 
     return decided
@@ -87,10 +90,26 @@ def finite(numbers: Mapping[str, float | None]) -> Numbers:
     return {name: defined(value) for name, value in numbers.items()}
 
 
-def recorded(value: Any) -> Any:
-    """For JSON: everything inside as it is, but None for every float that is not finite."""
-    if isinstance(value, Mapping):
-        return {name: recorded(inner) for name, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [recorded(inner) for inner in value]
-    return defined(value) if isinstance(value, float | np.floating) else value
+@overload
+def recorded(value: Mapping[str, object]) -> JsonObject: ...
+
+
+@overload
+def recorded(value: object) -> JsonValue: ...
+
+
+def recorded(value: object) -> JsonValue:
+    """For JSON: everything inside as it is, but None for every float that is not finite.
+
+    Raises TypeError for what JSON has no word for.
+    """
+    plain = value.item() if isinstance(value, np.generic) else value
+    if isinstance(plain, float):
+        return defined(plain)
+    if plain is None or isinstance(plain, bool | int | str):
+        return plain
+    if isinstance(plain, Mapping):
+        return {name: recorded(inner) for name, inner in plain.items()}
+    if isinstance(plain, Sequence):
+        return [recorded(inner) for inner in plain]
+    raise TypeError(f"not JSON: {value!r}")

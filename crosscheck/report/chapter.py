@@ -2,20 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
 
 
 @dataclass(frozen=True)
 class Chapter:
     """``html``: a fragment, headings from <h3> down, figures inlined as <svg>.
 
-    ``records``: JSON-able numbers and verdicts, deterministic, each a dict with an ``id``.
+    ``records``: numbers and verdicts as they go into the JSON file, deterministic, each with an
+    ``id``.
     ``outcome``: what came out, in one sentence for the top of the page.
     """
 
     id: str
     title: str
     html: str
-    records: list[dict[str, Any]] = field(default_factory=list)
+    records: Sequence[Mapping[str, object]] = ()
     outcome: str = ""
+
+
+class Record(Protocol):
+    """Numbers or a verdict of a chapter."""
+
+    def to_dict(self) -> Mapping[str, object]:
+        """As it goes into the JSON file, with an ``id``."""
+
+
+def rendered(records: Iterable[Record]) -> list[Mapping[str, object]]:
+    """All of them, as they go into the JSON file."""
+    return [record.to_dict() for record in records]

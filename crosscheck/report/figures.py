@@ -6,7 +6,7 @@ import io
 import itertools
 import re
 from collections.abc import Mapping
-from typing import Any
+from contextlib import AbstractContextManager
 
 import matplotlib as mpl
 import numpy as np
@@ -19,24 +19,29 @@ from crosscheck.envelope import envelope
 from crosscheck.report.fragments import COLOURS
 
 BINS = 900
-STYLE: dict[Any, Any] = {
-    "svg.hashsalt": "geararm-crosscheck",  # identical inputs, identical file
-    "font.size": 9,
-    "axes.grid": True,
-    "grid.alpha": 0.25,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "lines.linewidth": 1.2,
-}
 LEGEND_LETTERS, KEY_LETTERS = 120, 9  # that fit beside each other; as wide as an entry's line
 MICRO, KILO = 1e6, 1e-3
 NOT_REACHED = "the run ends before"
 
 
+def _style() -> AbstractContextManager[None]:
+    return mpl.rc_context(
+        {
+            "svg.hashsalt": "geararm-crosscheck",  # identical inputs, identical file
+            "font.size": 9,
+            "axes.grid": True,
+            "grid.alpha": 0.25,
+            "axes.spines.top": False,
+            "axes.spines.right": False,
+            "lines.linewidth": 1.2,
+        }
+    )
+
+
 def to_svg(figure: Figure) -> str:
     """The figure as an <svg> element."""
     stream = io.StringIO()
-    with mpl.rc_context(STYLE):
+    with _style():
         figure.savefig(stream, format="svg", metadata={"Date": None})
     text = stream.getvalue()
     return _IMAGE_ID.sub(r"\1", text[text.index("<svg") :])
@@ -64,7 +69,7 @@ _ID = re.compile(r'(\bid="|xlink:href="#|url\(#)')
 
 def new_figure(rows: int, columns: int = 2, height: float = 2.1) -> tuple[Figure, np.ndarray]:
     """A figure of the report's width with a grid of axes, (rows, columns)."""
-    with mpl.rc_context(STYLE):
+    with _style():
         figure = Figure(figsize=(9.2, height * rows), layout="constrained")
         return figure, figure.subplots(rows, columns, squeeze=False)
 

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.findings import Finding
-from crosscheck.registry import RIGID_LEVELS
+from crosscheck.registry import RIGID_LEVELS, same_integrator
 from crosscheck.report import figures
 from crosscheck.report.chapter import Chapter
 from crosscheck.report.matrix import cells, groups
 from crosscheck.report.words import counted, tally
 from crosscheck.run import CrossCheck
-from crosscheck.run_suite import FIXED_STEP, MIDWAY_S
+from crosscheck.run_suite import MIDWAY_S, engines_first
 from crosscheck.tasks import RunKey
 
-HEADLINE = (f"at-{MIDWAY_S:g}-s", "same-step")
+HEADLINE, HEADLINE_CASES = (f"at-{MIDWAY_S:g}-s", "same-step"), ("pd", "pd-motion")
 
 
 def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
@@ -38,7 +38,7 @@ def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
         deviations=_deviations(agreement.findings),
         charts=_charts(result),
         chapters=chapters,
-        provenance=agreement.provenance,
+        provenance=agreement.to_dict()["provenance"],
     )
     return figures.sound_links(page)
 
@@ -50,7 +50,7 @@ def number(value: float | None) -> str:
 
 def _is_headline(finding: Finding) -> bool:
     key = finding.about.key
-    return key.case == "pd" and key.family in HEADLINE
+    return key.case in HEADLINE_CASES and key.family in HEADLINE
 
 
 def _deviations(findings: Sequence[Finding]) -> dict[str, dict[str, list[Finding]]]:
@@ -63,21 +63,25 @@ def _deviations(findings: Sequence[Finding]) -> dict[str, dict[str, list[Finding
     return table
 
 
-def _charts(result: CrossCheck) -> list[dict[str, Any]]:
-    """Per experiment: the runs of both engines, and the rigid levels' deviation."""
+@dataclass(frozen=True)
+class Chart:
+    """Of an experiment, as SVG: the runs of both engines, and the rigid levels' deviation."""
+
+    name: str
+    runs: str
+    levels: str
+
+
+def _charts(result: CrossCheck) -> list[Chart]:
+    """One for every experiment that both engines ran."""
     runs = {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
     charts = []
     for name in dict.fromkeys(key.experiment for key in result.runs):
-        pair = [runs.get(RunKey(name, model)) for model in FIXED_STEP]
+        pair = [runs.get(RunKey(name, model)) for model in same_integrator()[:2]]
         if pair[0] is None or pair[1] is None:
             continue
-        rigid = {level: runs.get(RunKey(name, f"pinocchio:{level}")) for level in RIGID_LEVELS}
+        rigid = {lvl: runs.get(RunKey(name, engines_first(lvl)[0])) for lvl in RIGID_LEVELS}
         known = {level: run for level, run in rigid.items() if run is not None}
-        charts.append(
-            {
-                "name": name,
-                "runs": figures.run_figure(pair[0], pair[1]),
-                "levels": figures.level_figure(pair[0], known) if known else "",
-            }
-        )
-    return sorted(charts, key=lambda chart: chart["name"])
+        levels = figures.level_figure(pair[0], known) if known else ""
+        charts.append(Chart(name, figures.run_figure(pair[0], pair[1]), levels))
+    return sorted(charts, key=lambda chart: chart.name)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 from xml.etree import ElementTree
 
 from crosscheck.findings import Agreement, Finding
+from crosscheck.provenance import Provenance
 from crosscheck.report.words import outcome
 
 # XML 1.0 has no way to write these; an exception's message may hold them.
@@ -27,9 +27,8 @@ def junit_xml(agreement: Agreement, suite: str = "crosscheck") -> str:
     }
     root = ElementTree.Element("testsuites", counts)
     only = ElementTree.SubElement(root, "testsuite", {"name": suite, **counts})
-    created = agreement.provenance.get("created")
-    if isinstance(created, str):
-        only.set("timestamp", created.partition("+")[0])
+    if agreement.provenance is not None:
+        only.set("timestamp", agreement.provenance.created.partition("+")[0])
     only.append(_properties(agreement))
     only.extend(cases)
     ElementTree.indent(root)
@@ -67,8 +66,11 @@ def _details(finding: Finding) -> str:
 def _properties(agreement: Agreement) -> ElementTree.Element:
     """Provenance, as far as it is text and numbers, and the measurements."""
     properties = ElementTree.Element("properties")
-    for name, value in _scalars(agreement.provenance).items():
+    for name, value in _scalars(agreement.provenance):
         ElementTree.SubElement(properties, "property", {"name": name, "value": _clean(str(value))})
+    if agreement.known:
+        known = _clean(", ".join(key.id for key in agreement.known))
+        ElementTree.SubElement(properties, "property", {"name": "known", "value": known})
     for finding in agreement.findings:
         if finding.kind == "measurement":
             value = f"{finding.measured!r} {finding.unit}"
@@ -77,10 +79,10 @@ def _properties(agreement: Agreement) -> ElementTree.Element:
     return properties
 
 
-def _scalars(provenance: Mapping[str, Any]) -> dict[str, Any]:
-    versions = provenance.get("versions", {})
-    own = {name: value for name, value in provenance.items() if not isinstance(value, Mapping)}
-    return own | {f"version {name}": value for name, value in versions.items()}
+def _scalars(of: Provenance | None) -> Iterator[tuple[str, object]]:
+    if of is not None:
+        yield from ((name, value) for name, value in of if isinstance(value, str | int | None))
+        yield from ((f"version {name}", value) for name, value in of.versions.items())
 
 
 def _clean(text: str) -> str:

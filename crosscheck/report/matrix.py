@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from crosscheck.findings import Finding, Verdict
+from crosscheck.report.words import counted
 
 WORST_FIRST: tuple[Verdict, ...] = ("failed", "differ", "unresolved", "agree")
 
@@ -16,35 +17,53 @@ FAMILIES = {"states": "at states", "same-step": "over runs", "refined": "by othe
 
 @dataclass(frozen=True)
 class Cell:
-    """What all checks between two models come to.
+    """What all checks between two models, or of a model against something else, come to.
 
     digits: per family of checks, the digits that its worst relative difference leaves in common.
     """
 
     left: str
     right: str
+    between_models: bool
     verdict: Verdict
     checks: int
     digits: dict[str, float]
 
-    @property
-    def between_models(self) -> bool:
-        """False for a model against a closed form or first principles."""
-        return ":" in self.left and ":" in self.right
-
 
 def cells(findings: Sequence[Finding]) -> list[Cell]:
     """One Cell per pair that any check compares, pairs of models first, else by appearance."""
-    pairs: dict[tuple[str, str], list[Finding]] = {}
+    pairs: dict[tuple[str, str, bool], list[Finding]] = {}
     for finding in findings:
         if finding.kind == "check" and finding.left != finding.right:
-            left, right = sorted((finding.left, finding.right))
-            pairs.setdefault((left, right), []).append(finding)
+            between = bool(finding.about.key.right)
+            ends = (finding.left, finding.right)
+            left, right = sorted(ends) if between else ends
+            pairs.setdefault((left, right, between), []).append(finding)
     found = [_cell(pair, checks) for pair, checks in pairs.items()]
     return sorted(found, key=lambda cell: not cell.between_models)
 
 
-def _cell(pair: tuple[str, str], checks: list[Finding]) -> Cell:
+def folded(found: Sequence[Cell]) -> list[Cell]:
+    """The same with one Cell for all models that are held against one other thing and agree."""
+    alone = [cell for cell in found if cell.between_models or cell.verdict != "agree"]
+    rest: dict[str, list[Cell]] = {}
+    for cell in found:
+        if cell not in alone:
+            rest.setdefault(cell.right, []).append(cell)
+    return [
+        *alone,
+        *(
+            replace(
+                some[0],
+                left=some[0].left if len(some) == 1 else counted(len(some), "model"),
+                checks=sum(cell.checks for cell in some),
+            )
+            for some in rest.values()
+        ),
+    ]
+
+
+def _cell(pair: tuple[str, str, bool], checks: list[Finding]) -> Cell:
     verdict = min((check.verdict for check in checks), key=WORST_FIRST.index)
     worst: dict[str, float] = {}
     for check in checks:

@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from crosscheck.findings import Agreement, Finding
-from crosscheck.report.matrix import cells
+from crosscheck.report.matrix import cells, folded
 from crosscheck.report.words import outcome, printable, tally
 
 COLOURS = {"agree": "green", "differ": "red", "unresolved": "yellow", "failed": "red"}
@@ -24,7 +24,7 @@ def print_agreement(agreement: Agreement) -> None:
 
 def _matrix(agreement: Agreement) -> Table:
     table = Table("left", "right", "verdict", "checks", "digits in common", box=None)
-    for cell in cells(agreement.findings):
+    for cell in folded(cells(agreement.findings)):
         digits = ", ".join(f"{value:.1f} {family}" for family, value in cell.digits.items())
         verdict = Text(cell.verdict, COLOURS[cell.verdict])
         table.add_row(Text(cell.left), Text(cell.right), verdict, str(cell.checks), digits)

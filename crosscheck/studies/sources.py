@@ -120,7 +120,7 @@ def uses(path: Path, module: str, name: str | None) -> Uses:
     seen = _seen(tuple(source.acts if name is None else source.definitions[name]))
     inside = _Source(source.definitions, source.imports | seen.imports, [])
     names = {meant for used in seen.names for meant in _meant(inside, *used, module)}
-    strings = frozenset(seen.strings)
+    strings = frozenset(seen.strings | _texts(source, seen))
     if module in CHOSEN_BY_OTHERS or module.startswith(("models.", "analytic.")):
         strings = frozenset()
     named = [model for text in strings for model in _models_named(text)]
@@ -130,6 +130,12 @@ def uses(path: Path, module: str, name: str | None) -> Uses:
     names |= {(text, None) for text in strings if _is_dotted(text)}
     data = frozenset(path for text in strings for path in _data().get(text, ()))
     return Uses(frozenset(names), data, frozenset(_modules(seen.imports)))
+
+
+def _texts(source: _Source, seen: _Seen) -> set[str]:
+    """The strings in those constants of the file that are used."""
+    used = [node for name, _ in seen.names for node in source.definitions.get(name, ())]
+    return _seen(tuple(node for node in used if isinstance(node, ast.Assign))).strings
 
 
 def _modules(imports: dict[str, Name]) -> Iterator[str]:

@@ -5,54 +5,71 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 import xarray as xr
 
 from crosscheck.provenance import version
-from crosscheck.registry import home
+from crosscheck.registry import MODELS, home
 from crosscheck.studies.sources import code_hash
 from crosscheck.studies.store import Store
-from crosscheck.studies.variant import Measure, Numbers, Variant, measured, simulate
-from crosscheck.tasks import Failure, failure
+from crosscheck.studies.variant import Comparison, Measure, Numbers, Variant, simulate
+from crosscheck.studies.work import (
+    Made,
+    Piece,
+    Question,
+    Reduction,
+    Run,
+    Task,
+    Value,
+    decoded,
+    inquiry,
+    integrations,
+    kept,
+    made_by,
+    measured,
+    whole,
+)
+from crosscheck.tasks import Failure
 from crosscheck.workers import perform_all
 from models.errors import Diverged, InputError, Unfinished
 from models.places import cache_folder
-from models.trajectory import from_netcdf, netcdf
+from models.trajectory import from_netcdf
 
-__all__ = ["Measure", "Numbers", "Question", "Reduction", "Study", "Variant", "cache_folder"]
-PACKAGES = ("numpy", "scipy", "numba", "pin", "exudyn", "xarray", "h5netcdf", "h5py", "sympy")
+__all__ = [
+    "Asked",
+    "Comparison",
+    "Measure",
+    "Numbers",
+    "Question",
+    "Reduction",
+    "Study",
+    "Variant",
+    "cache_folder",
+]
+STORES_PACKAGES = ("h5netcdf", "h5py")
 
-Json = Any  # what json.dumps takes
-Reduction = Callable[[xr.Dataset], xr.Dataset]
 
+class Asked(NamedTuple):
+    """Numbers of a variant's run that are asked for."""
 
-class Question(Protocol):
-    """Work that is not one variant's run: a frozen dataclass of a module.
-
-    inputs: all that its answer depends on besides code; cost: rough seconds.
-    """
-
-    @property
-    def inputs(self) -> str: ...
-
-    @property
-    def cost(self) -> float: ...
-
-    def answer(self) -> Json: ...
+    variant: Variant
+    measure: Measure | Comparison
 
 
 @dataclass
 class Study:
     """Runs variants and remembers them in a folder; tells how far it is.
 
-    told(what, done, total) is called before and after every simulation of a request. What cannot be
-    kept, or does not fit any more, is made again. A simulation that comes to no end raises
-    Unfinished, after all others of the request.
+    told(what, done, total) counts results, before and after every simulation of a request. Variants
+    of a request that differ in nothing but what is recorded or measured are integrated once. What
+    cannot be kept, or does not fit any more, is made again. A simulation that comes to no end
+    raises Unfinished, after all others of the request.
     """
 
     folder: Path
@@ -71,152 +88,158 @@ class Study:
 
         ``keep``: a function of a module.
         """
-        wanted = list(dict.fromkeys(variants))
-        tasks = [
-            _Task(run_key(v, keep), v.model, _cost(v), partial(_run, v, keep), self.store)
-            for v in wanted
-        ]
-        return dict(zip(wanted, self._results(tasks, from_netcdf, what), strict=True))
+        tried = self._runs(variants, what, keep)
+        return {variant: whole(run) for variant, run in tried.items()}
 
     def measures(
-        self, variants: Sequence[Variant], measure: Measure, what: str = "measures"
+        self, variants: Sequence[Variant], measure: Measure | Comparison, what: str = "measures"
     ) -> list[Numbers]:
-        """Numbers of each variant's trajectory, worked out where it ran; only they are kept.
+        """``numbers`` of one kind."""
+        return self.numbers([Asked(variant, measure) for variant in variants], what)
 
-        ``measure``: a function of a module. A run that diverges gives {"diverged_s": time}.
+    def numbers(self, asked: Sequence[Asked], what: str) -> list[Numbers]:
+        """Numbers of trajectories, worked out where they ran; only they are kept.
+
+        Measures are functions of a module. A run that diverges gives {"diverged_s": time}.
         """
-        tasks = [
-            _Task(run_key(v, measure), v.model, _cost(v), partial(_numbers, v, measure), self.store)
-            for v in variants
-        ]
-        return self._results(tasks, json.loads, what)
+        keyed = [(run_key(*one), one) for one in asked]
+        wanted = dict(keyed)
+        planned = partial(self._measurings, wanted, what)
+        found = self._results(dict.fromkeys(wanted, _numbers), planned, what)
+        return [whole(found[key]) for key, _ in keyed]
 
-    def answers(self, questions: Sequence[Question], what: str) -> list[Json]:
+    def answers(self, questions: Sequence[Question[Value]], what: str) -> list[Value]:
         """Of each question, worked out once and kept."""
-        tasks = [
-            _Task(question_key(q), type(q).__name__, q.cost, partial(_answer, q), self.store)
-            for q in questions
-        ]
-        return self._results(tasks, json.loads, what)
+        keyed = [(question_key(question), question) for question in questions]
+        wanted = dict(keyed)
+
+        def planned(missing: Sequence[str]) -> list[Task]:
+            return [inquiry(key, wanted[key], self.store) for key in missing]
+
+        decoders = {key: partial(decoded, question) for key, question in wanted.items()}
+        found = self._results(decoders, planned, what)
+        return [whole(found[key]) for key, _ in keyed]
+
+    def _measurings(
+        self, wanted: Mapping[str, Asked], what: str, missing: Sequence[str]
+    ) -> list[Task]:
+        """The work for what is missing of the wanted; what it is held against has been run."""
+        left = {key: wanted[key] for key in missing}
+        others = dict.fromkeys(other for one in left.values() for other in _others(*one))
+        beside = self._runs(others, f"{what}, to compare with") if others else {}
+        pieces = [Piece(key, one.variant, _numbers_of(one, beside)) for key, one in left.items()]
+        return integrations(pieces, self.store)
+
+    def _runs(
+        self, variants: Iterable[Variant], what: str, keep: Reduction | None = None
+    ) -> dict[Variant, Run]:
+        """Trajectories, or why there is none."""
+        keys = {variant: run_key(variant, keep) for variant in dict.fromkeys(variants)}
+        wanted = {key: variant for variant, key in keys.items()}
+
+        def planned(missing: Sequence[str]) -> list[Task]:
+            pieces = [Piece(key, wanted[key], partial(kept, keep)) for key in missing]
+            return integrations(pieces, self.store)
+
+        found = self._results(dict.fromkeys(wanted, from_netcdf), planned, what)
+        return {variant: found[key] for variant, key in keys.items()}
 
     def _results(
-        self, tasks: Sequence[_Task], decoded: Callable[[bytes], Any], what: str
-    ) -> list[Any]:
-        """Of every task: kept already, or performed now."""
-        results: dict[str, Any] = {}
-        missing: dict[str, _Task] = {}
-        for task in {task.key: task for task in tasks}.values():
-            try:
-                results[task.key] = self.store.get(task.key, decoded)
-            except KeyError:
-                missing[task.key] = task
+        self,
+        wanted: Mapping[str, Callable[[bytes], Value]],
+        planned: Callable[[Sequence[str]], list[Task]],
+        what: str,
+    ) -> dict[str, Value | Diverged]:
+        """By key, each with how it is read: kept already, or performed now as planned."""
+        results: dict[str, Value | Diverged] = {}
+        for key, read in wanted.items():
+            with suppress(KeyError):
+                results[key] = self.store.get(key, read)
         self.found += len(results)
-        for key, outcome in self._perform(list(missing.values()), len(results), what).items():
-            results[key] = decoded(self._content(outcome, what, missing[key].name))
-        return [results[task.key] for task in tasks]
+        tasks = planned([key for key in wanted if key not in results])
+        for made in self._perform(tasks, len(results), what):
+            content, read = self._content(made, what), wanted[made.key]
+            results[made.key] = content if isinstance(content, Diverged) else read(content)
+        return results
 
-    def _perform(self, tasks: Sequence[_Task], done: int, what: str) -> dict[str, Any]:
-        """Outcomes by key."""
-        total = done + len(tasks)
+    def _perform(self, tasks: Sequence[Task], done: int, what: str) -> list[Made]:
+        """What all tasks made."""
+        total = done + sum(len(task.keys) for task in tasks)
+        sizes = {task.key: len(task.keys) for task in tasks}
         self.told(what, done, total)
 
-        def finished(_: str) -> None:
+        def finished(key: str) -> None:
             nonlocal done
-            done += 1
+            done += sizes[key]
             self.made += 1
             self.told(what, done, total)
 
-        return perform_all(tasks, self.jobs, finished)
+        outcomes = perform_all(tasks, self.jobs, finished)
+        return [made for task in tasks for made in made_by(task, outcomes[task.key])]
 
-    def _content(self, outcome: Any, what: str, name: str) -> bytes:
-        """What was made. Raises what went wrong."""
-        if isinstance(outcome, Failure):
-            raise Unfinished(f"{what}: {name}: {outcome}")
-        if isinstance(outcome, Exception):
-            raise outcome
-        if outcome.not_kept is not None:
-            self.store.give_up(outcome.not_kept)
-        return outcome.content
-
-
-class _Made(NamedTuple):
-    """What a task made, as it is kept, and why it could not be."""
-
-    content: bytes
-    not_kept: OSError | None = None
+    def _content(self, made: Made, what: str) -> bytes | Diverged:
+        """What was made. Raises what went wrong, apart from a divergence."""
+        if isinstance(made.content, Failure):
+            raise Unfinished(f"{what}: {made.name}: {made.content}")
+        if isinstance(made.content, InputError):
+            raise made.content
+        if made.not_kept is not None:
+            self.store.give_up(made.not_kept)
+        return made.content
 
 
-@dataclass(frozen=True)
-class _Task:
-    """Work for another process, which keeps the result."""
-
-    key: str
-    name: str
-    cost: float
-    make: Callable[[], bytes]
-    store: Store
-
-    def perform(self) -> _Made | Failure | InputError | Diverged:
-        try:
-            content = self.make()
-        except (InputError, Diverged) as error:  # handed to the caller's process
-            return error
-        except Exception as error:
-            return failure(error)
-        try:
-            self.store.put(self.key, content)
-        except OSError as error:
-            return _Made(content, error)
-        return _Made(content)
+def _others(
+    variant: Variant, made_of_it: Measure | Comparison | Reduction | None
+) -> tuple[Variant, ...]:
+    """The variants beside which something is made of a variant's run."""
+    return made_of_it.others(variant) if isinstance(made_of_it, Comparison) else ()
 
 
-def _run(variant: Variant, keep: Reduction | None) -> bytes:
-    run = simulate(variant)
-    return netcdf(run if keep is None else keep(run))
+def _numbers_of(asked: Asked, beside: Mapping[Variant, Run]) -> Callable[[Run], bytes]:
+    return partial(measured, asked.measure, tuple(beside[other] for other in _others(*asked)))
 
 
-def _numbers(variant: Variant, measure: Measure) -> bytes:
-    return _json(measured(variant, measure))
+def _numbers(content: bytes) -> Numbers:
+    numbers: Numbers = json.loads(content)
+    return numbers
 
 
-def _answer(question: Question) -> bytes:
-    return _json(question.answer())
+def run_key(variant: Variant, made_of_it: Measure | Comparison | Reduction | None = None) -> str:
+    """Of a variant's trajectory, or of what functions of a module make of it."""
+    needed = [variant, *_others(variant, made_of_it)]
+    function = made_of_it.numbers if isinstance(made_of_it, Comparison) else made_of_it
+    names = [(simulate.__module__, name) for name in ("Variant", "simulate_all")]
+    names += [home(one.model) for one in needed]
+    inputs = [part for one in needed for part in _inputs(one)]
+    if function is not None:
+        inputs.append(function.__qualname__)
+        names.append((function.__module__, function.__qualname__.partition(".")[0]))
+    return _key(inputs, names, [MODELS[one.model].packages for one in needed])
 
 
-def _json(value: Json) -> bytes:
-    return json.dumps(value, allow_nan=False).encode()
+def _inputs(variant: Variant) -> list[str]:
+    return [variant.model, *(record.model_dump_json() for record in variant.case())]
 
 
-def _cost(variant: Variant) -> float:
-    return (variant.duration_s or 3.0) * (12 if variant.model.startswith("exudyn") else 0.5)
-
-
-def run_key(variant: Variant, made_of_it: Measure | Reduction | None = None) -> str:
-    """Of a variant's trajectory, or of what a function of a module makes of it."""
-    inputs = [variant.model, *(record.model_dump_json() for record in variant.case())]
-    names = [(simulate.__module__, name) for name in ("Variant", "simulate", "measured")]
-    names.append(home(variant.model))
-    if made_of_it is not None:
-        inputs.append(made_of_it.__qualname__)
-        names.append((made_of_it.__module__, made_of_it.__qualname__.partition(".")[0]))
-    return _key(inputs, names)
-
-
-def question_key(question: Question) -> str:
+def question_key(question: Question[object]) -> str:
     """Of its answer."""
     kind = type(question)
     name = (kind.__module__, kind.__qualname__.partition(".")[0])
-    return _key([kind.__qualname__, question.inputs], [name])
+    anything = [entry.packages for entry in MODELS.values()]
+    return _key([kind.__qualname__, question.inputs], [name], anything)
 
 
-def _key(inputs: Sequence[str], names: Sequence[tuple[str, str]]) -> str:
+def _key(
+    inputs: Sequence[str], names: Sequence[tuple[str, str]], packages: Sequence[tuple[str, ...]]
+) -> str:
     """Of everything that a result depends on: inputs, versions and the code that runs."""
-    text = "\n".join([*inputs, code_hash(*names), *_versions()])
+    computing = sorted({*STORES_PACKAGES, *(name for some in packages for name in some)})
+    text = "\n".join([*inputs, code_hash(*names), *_versions(*computing)])
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 @lru_cache
-def _versions() -> tuple[str, ...]:
-    """Of all that computes; None for an engine that is missing."""
+def _versions(*packages: str) -> tuple[str, ...]:
+    """Of what computes; None for an engine that is missing."""
     python = f"python {platform.python_version()} {platform.machine()}"
-    return (python, *(f"{name} {version(name)}" for name in PACKAGES))
+    return (python, *(f"{name} {version(name)}" for name in packages))

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck import cli, validate
+from crosscheck import cli, commands
 from crosscheck.baseline_file import baseline_path, write_baseline
+from crosscheck.plan import Wanted
 from crosscheck.reduction import baseline_of
 from crosscheck.run import CrossCheck
 from models.arm import Arm
-from tests.baselines.short import short_check
+from tests.baselines.short import quick, short_check
 
 Command = Callable[..., int]
 
@@ -27,7 +28,7 @@ def result(labelled: Arm) -> CrossCheck:
 @pytest.fixture
 def recorded(result: CrossCheck, labelled: Arm, tmp_path: Path) -> Path:
     """A baseline file of it, alone in a folder, where `command` looks for it."""
-    path = baseline_path(tmp_path / "baselines", labelled, quick=True)
+    path = baseline_path(tmp_path / "baselines", quick(labelled))
     write_baseline(path, baseline_of(result))
     return path
 
@@ -38,12 +39,12 @@ def command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Command:
     monkeypatch.chdir(tmp_path)
 
     def call(*words: object, result: CrossCheck | None = None) -> int:
-        def cross_check(arm: Arm, **options: object) -> CrossCheck:
+        def cross_check(wanted: Wanted, **options: object) -> CrossCheck:
             if result is None:
                 pytest.fail("a cross-check was run")
             return result
 
-        monkeypatch.setattr(validate, "cross_check", cross_check)
+        monkeypatch.setattr(commands, "cross_check", cross_check)
         monkeypatch.setattr(sys, "argv", ["crosscheck", *map(str, words)])
         with pytest.raises(SystemExit) as exit_:
             cli.main()

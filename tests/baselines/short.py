@@ -15,11 +15,11 @@ from crosscheck.baseline_file import read_baseline, sealed
 from crosscheck.checks.trajectories import UNITS
 from crosscheck.comparison import Comparison, Results, findings_of, tasks_of
 from crosscheck.findings import About, Agreement, Finding, Key, checked, measured_only
-from crosscheck.plan import Experiment
+from crosscheck.plan import Experiment, Wanted
 from crosscheck.provenance import provenance
 from crosscheck.registry import MODELS
 from crosscheck.regression import compare
-from crosscheck.run import CrossCheck, runs_of
+from crosscheck.run import CrossCheck, cases_of, runs_of
 from crosscheck.run_suite import experiment_comparisons
 from crosscheck.tasks import RunKey, Simulation
 from crosscheck.workers import perform_all
@@ -34,6 +34,11 @@ RENEW = "crosscheck baseline accept paper-labelled --quick"
 Change = Callable[[dict[str, Any]], object]
 
 
+def quick(arm: Arm) -> Wanted:
+    """What these cross-checks and their records are of."""
+    return Wanted(arm, quick=True)
+
+
 def short_check(arm: Arm, only: RunKey | None = None) -> CrossCheck:
     """A cross-check of one short experiment: real engines, real checks; or one run of it."""
     scenario = load_scenario("pd").model_copy(update={"duration_s": DURATION_S})
@@ -41,7 +46,8 @@ def short_check(arm: Arm, only: RunKey | None = None) -> CrossCheck:
     planned = [c for c in experiment_comparisons(experiment) if _is_wanted(c, only)]
     results = Results(perform_all(tasks_of(planned), 1, lambda key: None))
     findings = list(findings_of(planned, results))
-    return CrossCheck(arm, Agreement(findings, provenance(arm, 0, True)), runs_of(results))
+    agreement = Agreement(findings, provenance(arm, 0, True))
+    return CrossCheck(quick(arm), agreement, cases_of(planned), runs_of(results))
 
 
 def _is_wanted(comparison: Comparison, only: RunKey | None) -> bool:
@@ -70,7 +76,8 @@ def invented_check(arm: Arm) -> CrossCheck:
     texts = {name: json.dumps(value.model_dump()) for name, value in settings.items()}
     run = run.assign_attrs(model="analytic:physical", step_s=scenario.step_s, **texts)
     agreement = Agreement([green()], provenance(arm, 0, True))
-    return CrossCheck(arm, agreement, {ANALYTIC: run})
+    cases = {ANALYTIC: Case(arm, scenario, switches())}
+    return CrossCheck(quick(arm), agreement, cases, {ANALYTIC: run})
 
 
 def about(family: str, case: str = "pd") -> About:
@@ -112,7 +119,7 @@ def edited(path: Path, change: Change) -> None:
 
 def held_against(path: Path, result: CrossCheck) -> Agreement:
     """The comparison of a recorded file with a result."""
-    return compare(read_baseline(path, load_arm("paper-labelled"), True, RENEW), result)
+    return compare(read_baseline(path, quick(load_arm("paper-labelled")), RENEW), result)
 
 
 def moved(agreement: Agreement) -> dict[str, Finding]:

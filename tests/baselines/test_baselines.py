@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 import analytic.model
-from crosscheck.baseline import WIDEST, arm_digest
+from crosscheck.baseline import arm_digest
 from crosscheck.baseline_file import baseline_path, read_baseline, write_baseline
 from crosscheck.findings import Agreement, checked
 from crosscheck.reduction import baseline_of, unrecorded
@@ -35,6 +35,7 @@ from tests.baselines.short import (
     held_against,
     measurement,
     moved,
+    quick,
     red,
     short_check,
     with_findings,
@@ -49,7 +50,7 @@ COMMITTED = Path(__file__).parents[2] / "baselines"
 
 def test_a_record_read_back_is_the_record(result: CrossCheck, recorded: Path) -> None:
     baseline = baseline_of(result)
-    assert read_baseline(recorded, result.arm, True, RENEW) == baseline
+    assert read_baseline(recorded, result.wanted, RENEW) == baseline
     before = recorded.read_bytes()
     write_baseline(recorded, baseline)
     assert recorded.read_bytes() == before
@@ -68,7 +69,10 @@ def test_rounding_of_another_kind_does_not_move(
 ) -> None:
     """Another implementation of the same steps rounds as differently as any machine could."""
     run = result.runs[stand_in].assign_attrs(result.runs[ANALYTIC].attrs)
-    agreement = held_against(recorded, with_run(result, ANALYTIC, run))
+    others = with_run(result, ANALYTIC, run)
+    if stand_in == NUDGED:  # what one rounding grows to is still the distance of the two
+        others = with_run(others, NUDGED, result.runs[ANALYTIC])
+    agreement = held_against(recorded, others)
     assert agreement.exit_code == 0
     assert any(f.measured for f in agreement.checks if f.id.startswith(f"recorded-run/{ANALYTIC}/"))
 
@@ -88,7 +92,11 @@ def test_numbers_have_17_digits_and_one_row_each(recorded: Path) -> None:
 def _scaled(arm: Arm, place: str, field: str) -> Arm:
     """The arm with one parameter of its first joint or link a millionth larger."""
     data = arm.model_dump()
-    data[place][0][field] *= 1 + 1e-6
+    *above, name = field.split(".")
+    table = data[place][0]
+    for key in above:
+        table = table[key]
+    table[name] *= 1 + 1e-6
     return Arm.model_validate(data)
 
 
@@ -97,10 +105,12 @@ def _scaled(arm: Arm, place: str, field: str) -> Arm:
 @pytest.mark.parametrize(
     ("place", "field"),
     [
-        ("joints", "backlash_m"),
-        ("joints", "mesh_stiffness_N_per_m"),
-        ("joints", "tooth_error_m"),
-        ("joints", "damping_ratio"),
+        ("joints", "sun_mesh.backlash_m"),
+        ("joints", "ring_mesh.backlash_m"),
+        ("joints", "sun_mesh.stiffness.mean_N_per_m"),
+        ("joints", "ring_mesh.stiffness.mean_N_per_m"),
+        ("joints", "sun_mesh.tooth_error_m"),
+        ("joints", "sun_mesh.damping_ratio"),
         ("joints", "sun_equivalent_mass_kg"),
         ("joints", "planet_equivalent_mass_kg"),
         ("links", "length_m"),
@@ -147,10 +157,14 @@ def test_a_planted_fault_moves(
     assert not any(str(EXUDYN) in name for name in changes)
 
 
-@pytest.mark.parametrize(("by", "verdict"), [(0.9e-10, "agree"), (2e-10, "differ")])
+@pytest.mark.parametrize(("times", "verdict"), [(0.9, "agree"), (2.0, "differ")])
 def test_a_number_moves_beyond_its_tolerance(
-    result: CrossCheck, recorded: Path, by: float, verdict: str
+    result: CrossCheck, recorded: Path, times: float, verdict: str
 ) -> None:
+    tolerance = baseline_of(result).runs[str(ANALYTIC)].sampled["theta"].tolerance
+    assert tolerance is not None
+    by = times * tolerance
+
     def change(data: dict[str, Any]) -> None:
         data["runs"][str(ANALYTIC)]["sampled"]["theta"]["rows"][7][2] += by
 
@@ -158,7 +172,7 @@ def test_a_number_moves_beyond_its_tolerance(
     agreement = held_against(recorded, result)
     finding = next(f for f in agreement.checks if f.id == f"recorded-run/{ANALYTIC}/theta")
     assert finding.verdict == verdict
-    assert finding.measured == pytest.approx(by, rel=1e-5)
+    assert finding.measured == pytest.approx(by, rel=1e-2)
     assert finding.note.startswith("joint 2 at 0.007 s: ")
     assert len(agreement.red) == (verdict == "differ")
 
@@ -217,13 +231,13 @@ def test_what_else_changed_is_named(result: CrossCheck, recorded: Path) -> None:
 
 
 def test_without_a_meaningful_tolerance_nothing_is_compared(result: CrossCheck) -> None:
-    """A start that one ulp decides: the run is recorded, the numbers are not held against it."""
+    """A start that one rounding decides: a run is recorded, no numbers are held against it."""
     wild = result.runs[NUDGED]
     wild = with_run(result, NUDGED, wild.assign(x_sp=wild["x_sp"] + 1e-5))
     sampled = baseline_of(wild).runs[str(ANALYTIC)].sampled
     assert sampled["x_sp"].tolerance is None
-    assert sampled["x_sp"].basis.startswith("not compared: 1000 x what one ulp")
-    assert sampled["theta"].tolerance == 1e-10
+    assert sampled["x_sp"].basis.startswith("not compared: the same steps again: rounding")
+    assert sampled["theta"].tolerance is not None
 
 
 @pytest.mark.parametrize(("times", "red"), [(50.0, False), (200.0, True)])
@@ -281,7 +295,6 @@ SPOILT: dict[str, Callable[[xr.Dataset], xr.Dataset]] = {
     "text": lambda run: run.assign(theta=run["theta"].astype(str)),
     "nothing": lambda run: run.assign(theta=xr.full_like(run["theta"], None, dtype=object)),
     "no attributes": lambda run: run.drop_attrs(),
-    "no settings": lambda run: run.assign_attrs(scenario="{}"),
     "other units": lambda run: run.assign(theta=run["theta"].assign_attrs(units="deg")),
     "no time": lambda run: run.isel(time=0),
     "empty": lambda run: run.isel(time=slice(0, 0)),
@@ -339,12 +352,12 @@ def test_words() -> None:
 def test_the_projects_own_records_fit(name: str) -> None:
     """They are of today's arm, small, and no tolerance is too wide to mean anything."""
     arm = load_arm(name)
-    path = baseline_path(COMMITTED, arm, quick=True)
-    baseline = read_baseline(path, arm, True, RENEW)
+    path = baseline_path(COMMITTED, quick(arm))
+    baseline = read_baseline(path, quick(arm), RENEW)
     assert path.stat().st_size < 300_000
     assert baseline.provenance.arm_sha256 == arm_digest(arm)
     for run in baseline.runs.values():
         for quantity, record in run.tables.items():
             assert record.basis
             assert record.tolerance is not None
-            assert record.tolerance <= WIDEST[quantity].value
+            assert record.tolerance <= record.widest, quantity

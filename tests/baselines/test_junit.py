@@ -13,7 +13,9 @@ from crosscheck.findings import (
     failed,
     measured_only,
 )
+from crosscheck.provenance import provenance
 from crosscheck.report.junit import junit_xml
+from models.loading import load_arm
 
 
 def _about(family: str, quantity: str = "theta") -> About:
@@ -28,7 +30,9 @@ def _agreement() -> Agreement:
         failed(_about("run"), "RuntimeError: \x1b[31mno\x00 engine\ufffe"),
         measured_only(_about("deviation"), measured=0.1),
     ]
-    return Agreement(findings, {"created": "2024-01-02T03:04:05+00:00", "versions": {"pin": "4"}})
+    made = {"created": "2024-01-02T03:04:05+00:00", "versions": {"pin": "4"}}
+    here = provenance(load_arm("probe"), 0, True)
+    return Agreement(findings, here.model_copy(update=made))
 
 
 def test_counts_match_the_agreement() -> None:

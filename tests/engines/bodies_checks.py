@@ -18,7 +18,7 @@ def wrenches(model: ExudynBodies, other: PinocchioGears) -> Finding:
     The motors of ``model`` must be at rest.
     """
     rows = [other.bodies.index(name) for name in _names(model)]
-    states = zip(*random_states(model.coordinates, model.arm, STATES, SEED), strict=True)
+    states = zip(*random_states(model.layout, model.arm, STATES, SEED), strict=True)
     pairs = [
         (model.body_forces(*state).reshape(-1, 3), other.contact_wrenches(*state)[rows])
         for state in states
@@ -42,7 +42,7 @@ def _names(model: ExudynBodies) -> list[str]:
 
 def joint_gaps(model: ExudynBodies) -> Finding:
     """Do the model's poses, rates and accelerations keep the engine's joints closed?"""
-    states = random_states(model.coordinates, model.arm, STATES, SEED)
+    states = random_states(model.layout, model.arm, STATES, SEED)
     a = np.random.default_rng(SEED).normal(size=states.q.shape)
     gaps = [model.constraint_residual(*state) for state in zip(states.q, states.v, a, strict=True)]
     widest = float(abs(np.array(gaps)).max())

@@ -8,10 +8,11 @@ from itertools import product
 import numpy as np
 import pytest
 
+from crosscheck.plan import without_play
 from crosscheck.registry import GEARED, RIGID_LEVELS, build
 from models.arm import Arm
 from models.interface import STATE_ABILITIES
-from models.loading import load_scenario
+from models.loading import load_arm, load_scenario
 from models.switches import Switches, switches
 from tests.arms import PAPER, arm_of
 from tests.judged import compare_states
@@ -27,19 +28,27 @@ LAWS = {
 ALL_SWITCHES = [
     switches(**dict(zip(LAWS, chosen, strict=True))) for chosen in product(*LAWS.values())
 ]
-DIRECT = {
-    "damping_ratio": None,
-    "sun_planet_damping_N_s_per_m": 1300.0,
-    "planet_ring_damping_N_s_per_m": 700.0,
-}
 FOUR_PLANETS = {"sun_teeth": 30, "planet_teeth": 30, "ring_teeth": 90, "planet_count": 4}
+
+
+def direct_damping(sun: float, ring: float) -> dict[str, object]:
+    """A joint's meshes damped directly [N s/m]."""
+    given = [
+        mesh.model_copy(update={"damping_ratio": None, "damping_N_s_per_m": value})
+        for mesh, value in ((PAPER.joints[0].sun_mesh, sun), (PAPER.joints[0].ring_mesh, ring))
+    ]
+    return {"sun_mesh": given[0], "ring_mesh": given[1]}
+
+
+def ring_mesh(**update: float) -> dict[str, object]:
+    """A joint with another ring mesh."""
+    return {"ring_mesh": PAPER.joints[0].ring_mesh.model_copy(update=update)}
 
 
 def paper_arm_with(*updates: dict[str, object]) -> Arm:
     """The paper's arm, each joint with changes of its own."""
-    data = PAPER.model_dump()
-    joints = [joint | update for joint, update in zip(data["joints"], updates, strict=True)]
-    return Arm.model_validate(data | {"joints": joints})
+    joints = [j.model_copy(update=u) for j, u in zip(PAPER.joints, updates, strict=True)]
+    return Arm.model_validate(PAPER.model_copy(update={"joints": tuple(joints)}).model_dump())
 
 
 ARMS = {
@@ -47,16 +56,22 @@ ARMS = {
     "two joints": arm_of(2, 1.3),
     "three joints": arm_of(3),
     "four joints": arm_of(4, 0.7),
-    "direct damping": paper_arm_with(DIRECT, DIRECT | {"sun_planet_damping_N_s_per_m": 0.0}),
+    "seven joints": arm_of(7, 0.6),
+    "one direct joint": arm_of(1, direct=[0]),
+    "direct joints alone": arm_of(3, direct=[0, 1, 2]),
+    "direct joints first and last": arm_of(4, direct=[0, 3]),
+    "direct joint between": load_arm("direct-between"),
+    "unlike meshes": load_arm("three-unlike"),
+    "direct damping": paper_arm_with(direct_damping(1300.0, 700.0), direct_damping(0.0, 700.0)),
     "phase of the ring mesh": paper_arm_with(
-        {"ring_mesh_phase_rad": 3.141592653589793}, {"ring_mesh_phase_rad": -0.4}
+        ring_mesh(phase_rad=3.141592653589793), ring_mesh(phase_rad=-0.4)
     ),
     "inertia of the ring": paper_arm_with(
         {"ring_inertia_kg_m2": 0.3}, {"ring_inertia_kg_m2": 0.18231}
     ),
     "unequal numbers of planets": paper_arm_with({}, FOUR_PLANETS),
     "everything unequal": probe_arm(),
-    "no backlash": paper_arm_with({"backlash_m": 0.0}, {"backlash_m": 0.0}),
+    "no backlash": without_play(PAPER),
 }
 
 
@@ -94,7 +109,10 @@ def test_rigid_levels_agree_on_both_readings(reading, level):
 
 
 @pytest.mark.parametrize("level", RIGID_LEVELS)
-@pytest.mark.parametrize("name", ["one joint", "three joints", "everything unequal"])
+@pytest.mark.parametrize(
+    "name",
+    ["one joint", "three joints", "seven joints", "direct joints first and last", "unlike meshes"],
+)
 def test_rigid_levels_agree_on_any_arm(name, level):
     names = (f"analytic:{level}", f"pinocchio:{level}")
     assert disagreements(ARMS[name], names, switches()) == []

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.checks.trajectories import largest_difference
+from crosscheck.checks.trajectories import Pair, largest_difference
+from crosscheck.plan import nudged
 from crosscheck.registry import build
 from models.arm import Arm
-from models.loading import load_case
+from models.loading import Case, load_case
 from models.scenario import Scenario
 from models.switches import Switches, switches
 from tests.arms import PAPER, arm_of
@@ -44,15 +45,21 @@ def experiment(drive: dict, duration_s: float = 0.01, step_s: float = 1e-5, **mo
     return Scenario.model_validate({"schema_version": 1, "name": "test", **fields, **more})
 
 
-def runs(arm: Arm, scenario: Scenario, chosen: Switches) -> list[xr.Dataset]:
-    return [build(name, arm, scenario, chosen).simulate() for name in PAIR]
+def runs(case: Case) -> list[xr.Dataset]:
+    return [build(name, *case).simulate() for name in PAIR]
 
 
 def disagreements(arm: Arm, scenario: Scenario, chosen: Switches | None = None) -> list[str]:
     """Checks that are not green at the tolerances of a common step."""
-    left, right = runs(arm, scenario, chosen or switches())
-    findings = list(same_step("test", left, right))
+    case = Case(arm, scenario, chosen or switches())
+    left, right = runs(case)
+    findings = list(same_step("test", case, left, right, Pair(left, nudged_run(case))))
     return [f"{f.id}: {f.measured} > {f.tolerance}" for f in findings if f.verdict != "agree"]
+
+
+def nudged_run(case: Case) -> xr.Dataset:
+    """The first model's, started one rounding away."""
+    return build(PAIR[0], *nudged(case)).simulate()
 
 
 @pytest.mark.parametrize("phase", ["angle", "omega_t"])
@@ -81,11 +88,14 @@ def test_every_switch_agrees_on_unequal_joints(chosen):
     assert disagreements(probe_arm(), experiment(PD, start=start), chosen) == []
 
 
-@pytest.mark.parametrize("joints", [1, 3])
-def test_arms_of_other_sizes_agree(joints):
-    assert (
-        disagreements(arm_of(joints), experiment(CONSTANT | {"torque_N_m": [40.0] * joints})) == []
-    )
+@pytest.mark.parametrize(
+    "arm",
+    [arm_of(1), arm_of(3), arm_of(2, direct=[0]), arm_of(3, direct=[2]), arm_of(2, direct=[0, 1])],
+    ids=["one", "three", "direct-geared", "geared-geared-direct", "direct"],
+)
+def test_arms_of_other_sizes_and_kinds_agree(arm):
+    drive = CONSTANT | {"torque_N_m": [40.0] * len(arm.joints)}
+    assert disagreements(arm, experiment(drive)) == []
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -103,19 +113,20 @@ def test_starts_perturbed_at_random_agree(seed):
 
 @pytest.mark.slow
 def test_pd_run_agrees_at_two_seconds():
-    arm, scenario, chosen = load_case(
+    case = load_case(
         "paper-labelled", "pd", settings=["scenario.duration_s=2.01", "scenario.record_every=1000"]
     )
-    left, right = runs(arm, scenario, chosen)
-    findings = {f.quantity: f for f in at_time("test", left, right, 2.0)}
-    # Rounding through 200 000 steps; the tolerances are those of every common step.
-    limits = {quantity: findings[quantity].tolerance for quantity in ("theta", "x_sp", "x_pr")}
-    assert limits == {"theta": 1e-10, "x_sp": 1e-13, "x_pr": 1e-13}
+    left, right = runs(case)
+    pair = Pair(left, nudged_run(case))
+    findings = {f.quantity: f for f in at_time("test", case, left, right, pair, 2.0)}
+    # Rounding through 200 000 steps.
+    limits = {"theta": 1e-10, "x_sp": 1e-13, "x_pr": 1e-13}
     assert {f.verdict for f in findings.values()} == {"agree"}
+    assert all(findings[quantity].measured < limit for quantity, limit in limits.items())
 
 
 def test_recorded_rates_accelerations_torques_and_energies_agree():
-    left, right = runs(PAPER, experiment(PD), switches())
+    left, right = runs(Case(PAPER, experiment(PD), switches()))
     # Over their largest values: angles agree to 1e-15 rad; mesh modes of 3e4 rad/s, twice
     # differentiated, lift that by 1e9 against accelerations of 1e2 rad/s^2.
     limits = {"theta_dot": 1e-10, "theta_ddot": 1e-8, "torque": 1e-12, "kinetic_energy": 1e-10}

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from crosscheck.plan import OWN_NAMES
 from models.loading import HERE
 from tests.interface.conftest import Answer
 
@@ -124,13 +125,13 @@ BAD_ARMS = {
         "damping_ratio = 0.05",
         "damping_ratio = 0.05\nsun_planet_damping_N_s_per_m = 1.0",
         "damping_ratio",
-        "direct dampings",
+        "damping itself",
     ),
     "no way to damp": (
         "damping_ratio = 0.05",
         "",
         "joints[0].damping_ratio",
-        "sun_planet_damping_N_s_per_m",
+        "damping itself",
     ),
     "centre of mass off the link": ("com_m = 0.5", "com_m = 1.5", "links[0].com_m", "1.5", "1"),
     "a link too many": (
@@ -140,7 +141,13 @@ BAD_ARMS = {
         "links",
         "2",
     ),
-    "another schema": ("schema_version = 1", "schema_version = 2", "schema_version", "2", "1"),
+    "another schema": ("schema_version = 1", "schema_version = 3", "schema_version", "3", "1 to 2"),
+    "joints of another schema": (
+        "schema_version = 1",
+        "schema_version = 2",
+        "joints[0]",
+        "table with a kind",
+    ),
     "not TOML": ("payload_mass_kg = 10.0", "payload_mass_kg 10.0", "not TOML"),
     "same key twice": ("sun_teeth = 27", "sun_teeth = 27\nsun_teeth = 27", "not TOML"),
     "list for a number": (
@@ -266,6 +273,48 @@ def test_bad_scenario_is_named_with_its_file(short, tmp_path, case):
     file = tmp_path / "scenario.toml"
     file.write_text(SCENARIO.replace(old, new, 1))
     assert_one_line(short("--scenario", file), str(file))
+
+
+THREE_TORQUES = SCENARIO.replace("torque_N_m = 100.0", "torque_N_m = [1.0, 2.0, 3.0]")
+COMMANDS = {
+    "run": ("run", "paper-labelled"),
+    "validate": ("validate", "paper-labelled"),
+    "baseline": ("baseline", "check", "paper-labelled"),
+}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_scenario_of_another_number_of_joints_is_refused(crosscheck, tmp_path, command):
+    file = tmp_path / "scenario.toml"
+    file.write_text(THREE_TORQUES)
+    answer = crosscheck(*COMMANDS[command], "--scenario", file)
+    assert_one_line(answer, str(file), "drive.torque_N_m", "needs 2 values, has 3")
+    assert list(tmp_path.iterdir()) == [file]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_setting_of_a_scenario_needs_one(crosscheck, tmp_path, command, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    answer = crosscheck(*COMMANDS[command], "--set", "scenario.duration_s=0.1")
+    assert_one_line(answer, "--set", "scenario.duration_s=0.1", "needs --scenario")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_two_scenarios_of_one_name_are_refused(crosscheck, tmp_path, command, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    answer = crosscheck(*COMMANDS[command], "--scenario", "pd", "--scenario", "pd")
+    assert_one_line(answer, "name", "pd", "no other experiment")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", OWN_NAMES)
+def test_names_of_the_plan_are_not_for_scenarios(crosscheck, tmp_path, name):
+    file = tmp_path / "scenario.toml"
+    file.write_text(SCENARIO.replace('name = "constant-torque"', f'name = "{name}"'))
+    answer = crosscheck("run", "paper-labelled", "--scenario", file, "--out", tmp_path / "report")
+    assert_one_line(answer, "name", name, "no other experiment")
+    assert list(tmp_path.iterdir()) == [file]
 
 
 def no_file(path: Path) -> None:

@@ -11,20 +11,12 @@ from crosscheck import __version__, listing
 from crosscheck.registry import MODELS
 from models import exudyn_tree
 from models.loading import builtin_arms, builtin_scenarios
-
-HEAVY = {"pinocchio", "exudyn", "numba", "xarray", "sympy", "scipy", "matplotlib"}
-SHOW_LOADED = (
-    "import sys; sys.argv = ['crosscheck', *sys.argv[1:]]; import atexit;"
-    "atexit.register(lambda: print('loaded', *sorted(sys.modules)));"
-    "from crosscheck.cli import main; main()"
-)
+from tests.processes import HEAVY, modules_loaded_by
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["simulate", "--help"]])
 def test_help_loads_no_engine(arguments):
-    command = [sys.executable, "-c", SHOW_LOADED, *arguments]
-    answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
-    loaded = set(answer.stdout.rsplit("loaded ", 1)[1].split())
+    loaded = modules_loaded_by(*arguments)
     assert "crosscheck.cli" in loaded
     assert HEAVY.isdisjoint(loaded)
 
@@ -39,7 +31,7 @@ def test_version_is_printed(crosscheck):
     assert crosscheck("--version") == (0, f"crosscheck {__version__}\n", "")
 
 
-@pytest.mark.parametrize("command", ["run", "simulate", "list", "show"])
+@pytest.mark.parametrize("command", ["run", "simulate", "list", "init", "show"])
 def test_help_of_every_command(crosscheck, command):
     answer = crosscheck(command, "--help")
     assert (answer.code, answer.err) == (0, "")
@@ -61,6 +53,34 @@ def test_show_derives_the_papers_numbers(crosscheck):
         assert number in answer.out
     for unit in ("kg m^2", "N s/m", "N/m", "Hz", "rad", "deg"):
         assert f" {unit}" in answer.out
+
+
+def test_show_knows_joints_without_gears_and_other_laws(crosscheck):
+    answer = crosscheck("show", "direct-between")
+    assert (answer.code, answer.err) == (0, "")
+    for row in ("rotor_inertia_kg_m2", "reflected inertia of the rotor", "joint 3, ring mesh"):
+        assert row in answer.out
+    assert "table" in answer.out
+    assert answer.out.count("mesh mode ") == 4
+    # The ratio that the damping of the wrist's ring mesh comes to, and the controller's rate.
+    assert "0.0532808" in answer.out
+    assert "5.71759" in answer.out
+
+
+def test_an_arm_that_swings_under_its_weight_has_no_mesh_modes(crosscheck, tmp_path):
+    text = """
+        schema_version = 2
+        name = "hanging"
+        payload_mass_kg = 2.0
+        gravity_m_per_s2 = [9.81, 0.0]
+        joints = [{ kind = "direct", motor_mass_kg = 2.0, rotor_inertia_kg_m2 = 0.01 }]
+        links = [{ length_m = 0.5, com_m = 0.2, mass_kg = 3.0, inertia_kg_m2 = 0.1 }]
+    """
+    (tmp_path / "hanging.toml").write_text(text, encoding="utf-8")
+    answer = crosscheck("show", str(tmp_path / "hanging.toml"))
+    assert (answer.code, answer.err) == (0, "")
+    assert "mesh mode" not in answer.out
+    assert "15.696" in answer.out  # (3 x 0.2 + 2 x 0.5) x 9.81 N m
 
 
 def test_interruption_is_exit_code_130(crosscheck, monkeypatch):

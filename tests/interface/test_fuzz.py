@@ -25,9 +25,9 @@ DRAWS = int(os.environ.get("CROSSCHECK_DRAWS", "30"))
 # What each command does once its input is accepted; none of it is done here.
 WORK = {
     "run": "crosscheck.commands.cross_check",
-    "validate": "crosscheck.validate.cross_check",
-    "baseline accept": "crosscheck.validate.cross_check",
-    "baseline check": "crosscheck.validate.cross_check",
+    "validate": "crosscheck.commands.cross_check",
+    "baseline accept": "crosscheck.commands.cross_check",
+    "baseline check": "crosscheck.commands.cross_check",
     "simulate": "crosscheck.commands.perform_all",
     "errata": "crosscheck.paper.command.errata_records",
     "show": None,

@@ -69,7 +69,7 @@ def test_a_signal_at_any_moment_ends_the_program_in_one_line(
     command, whom, number, tmp_path, record_property
 ):
     # A test run draws other moments each time.
-    delay = random.choice([random.uniform(0.0, 1.0), random.uniform(1.0, 6.0)])
+    delay = random.choice([random.uniform(0.0, 1.0), random.uniform(1.0, 4.0)])
     record_property("delay_s", delay)
     program = _start(command, tmp_path)
     while not _listens(program.pid):  # until then it is the interpreter's own start

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck import commands, validate
+from crosscheck import commands
 from crosscheck.interruption import leftovers
 from crosscheck.output import draft, require_file, write_files, write_text
 from crosscheck.paper import command as paper
@@ -126,7 +126,7 @@ def test_it_is_refused_before_the_work(
     words = obstacles(tmp_path)[name]
     for module, work in (
         (commands, "perform_all"),
-        (validate, "cross_check"),
+        (commands, "cross_check"),
         (paper, "errata_records"),
     ):
         monkeypatch.setattr(module, work, None)
@@ -149,7 +149,7 @@ def test_a_report_that_cannot_be_written_is_refused_before_the_work(
 
 
 def test_one_file_for_two_things_is_refused(crosscheck, tmp_path, monkeypatch):
-    monkeypatch.setattr(validate, "cross_check", None)
+    monkeypatch.setattr(commands, "cross_check", None)
     (tmp_path / "link").symlink_to("a")
     arguments = ("validate", "--json", tmp_path / "a", "--junit", tmp_path / "link")
     assert_one_line(crosscheck(*arguments), "link: is in use for two things")

@@ -6,15 +6,17 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from pydantic import BaseModel
 
 from crosscheck.registry import build
 from models import pinocchio_rigid
-from models.arm import Arm, Joint, Link
+from models.arm import Arm, Direct, Link, Mesh, Planetary
 from models.errors import InputError
 from models.loading import load_arm, load_case, load_scenario
 from models.quantities import Within
 from models.scenario import Scenario
-from tests.draws import range_of
+from models.stiffness import FourierStiffness, SineStiffness, SquareStiffness
+from tests.draws import range_of, ranges_of
 from tests.interface.test_bad_input import assert_one_line
 
 ARM, SCENARIO = "paper-labelled", "constant-torque"
@@ -39,41 +41,64 @@ def test_schema_describes_every_number_and_text(record):
     assert [leaf for leaf in found if not leaf.get("description")] == []
 
 
-def limits() -> Iterator[tuple[str, Within]]:
-    """The path and the range of every number of an arm, and of a scenario with one drive."""
-    for path, record in (("arm.joints.0", Joint), ("arm.links.1", Link)):
-        for name, field in record.model_fields.items():
-            yield f"{path}.{name}", range_of(field)
-    yield "arm.payload_mass_kg", range_of(Arm.model_fields["payload_mass_kg"])
+RECORDS: list[tuple[str, str, type[BaseModel]]] = [
+    ("three-unlike", "arm.joints.0", Planetary),
+    ("three-unlike", "arm.joints.1", Planetary),
+    ("three-unlike", "arm.joints.0.sun_mesh", Mesh),
+    ("three-unlike", "arm.joints.1.ring_mesh", Mesh),
+    ("three-unlike", "arm.joints.0.sun_mesh.stiffness", SineStiffness),
+    ("three-unlike", "arm.joints.0.ring_mesh.stiffness", FourierStiffness),
+    ("three-unlike", "arm.joints.1.sun_mesh.stiffness", SquareStiffness),
+    ("direct-between", "arm.joints.1", Direct),
+    ("three-unlike", "arm.links.0", Link),
+    ("three-unlike", "arm.links.1", Link),
+    ("three-unlike", "arm", Arm),
+]
+
+
+def limits() -> Iterator[tuple[str, str, Within]]:
+    """Arm, path and range of every number of an arm, and of a scenario with one drive."""
+    for arm, path, record in RECORDS:
+        for name, limit in ranges_of(record).items():
+            if name not in ("schema_version", "name", "title"):
+                yield arm, f"{path}.{name}", limit
     for name in ("duration_s", "step_s", "record_every"):
-        yield f"scenario.{name}", range_of(Scenario.model_fields[name])
+        yield "three-unlike", f"scenario.{name}", range_of(Scenario.model_fields[name])
+    for place in (0, 1):
+        yield "three-unlike", f"arm.gravity_m_per_s2.{place}", Within(-1e3, 1e3, "m/s^2")
+
+
+def _last(path: str) -> str:
+    """Of a path, as messages write it."""
+    *_, name = path.split(".")
+    return f"[{name}]" if name.isdigit() else name
 
 
 OUTSIDE = ("1e308", "1e155", "-1e308", "nan", "inf", "-inf", "9" * 400)
-LIMITS = dict(limits())
+LIMITS = {f"{arm} {path}": (arm, path, limit) for arm, path, limit in limits()}
 
 
-@pytest.mark.parametrize("path", LIMITS)
-def test_number_outside_its_range_is_refused_at_its_field(path):
-    limit = LIMITS[path]
+@pytest.mark.parametrize("number", LIMITS)
+def test_number_outside_its_range_is_refused_at_its_field(number):
+    arm, path, limit = LIMITS[number]
     least = [] if limit.or_zero or limit.least <= 0 else ["0", "-0.0"]
     below = [] if limit.least <= 0 else ["5e-324", "1e-308", "-5e-324", repr(0.5 * limit.least)]
     for value in (*OUTSIDE, *least, *below, repr(2 * limit.most), repr(-2 * limit.most)):
         with pytest.raises(InputError) as refused:
-            load_case(ARM, SCENARIO, {}, [f"{path}={value}"])
-        assert refused.value.field.endswith(path.rsplit(".", 1)[1])
+            load_case(arm, SCENARIO, {}, [f"{path}={value}"])
+        assert refused.value.field.endswith(_last(path))
         if isinstance(refused.value.value, float):
             assert refused.value.allowed == f"must be {limit}"
 
 
-@pytest.mark.parametrize("path", LIMITS)
-def test_ends_of_a_range_are_inside(path):
+@pytest.mark.parametrize("number", LIMITS)
+def test_ends_of_a_range_are_inside(number):
     """Other promises (of whole teeth, of gears beside each other) may still refuse them."""
-    limit = LIMITS[path]
+    arm, path, limit = LIMITS[number]
     for value in (limit.least, limit.most, *([0.0] if limit.or_zero else [])):
         reason = ""
         try:
-            load_case(ARM, SCENARIO, {}, [f"{path}={value!r}"])
+            load_case(arm, SCENARIO, {}, [f"{path}={value!r}"])
         except InputError as refused:
             reason = refused.allowed
         assert reason != f"must be {limit}"

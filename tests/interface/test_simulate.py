@@ -53,6 +53,12 @@ def test_rigid_run_leaves_the_mesh_variables_out(short, tmp_path, model):
     assert UNITS.keys() - MESH <= set(run.variables)
 
 
+def _backlashes(run: xr.Dataset) -> list[tuple[float, ...]]:
+    """Of sun and ring mesh, joint by joint [m]."""
+    joints = json.loads(run.attrs["arm"])["joints"]
+    return [tuple(j[mesh]["backlash_m"] for mesh in ("sun_mesh", "ring_mesh")) for j in joints]
+
+
 def test_attributes_say_what_was_run(short, tmp_path):
     short("--phase", "omega_t", "--ring-rate", "corrected", "--set", "arm.joints.*.backlash_m=2e-5")
     run = written(tmp_path)
@@ -62,8 +68,7 @@ def test_attributes_say_what_was_run(short, tmp_path):
         "dead_zone": "exact",
         "damping": "always",
     }
-    joints = json.loads(run.attrs["arm"])["joints"]
-    assert [joint["backlash_m"] for joint in joints] == [2e-5, 2e-5]
+    assert _backlashes(run) == [(2e-5, 2e-5), (2e-5, 2e-5)]
     np.testing.assert_array_equal(run["x_sp"][0], 2e-5)
     assert json.loads(run.attrs["scenario"])["duration_s"] == 0.002
     assert run.attrs["model"] == "analytic:physical"
@@ -81,7 +86,7 @@ def test_settings_reach_switches_and_single_entries(short, tmp_path):
     short(*(argument for setting in settings for argument in ("--set", setting)))
     run = written(tmp_path)
     assert json.loads(run.attrs["switches"])["dead_zone"] == "tanh"
-    assert [j["backlash_m"] for j in json.loads(run.attrs["arm"])["joints"]] == [5e-5, 1e-5]
+    assert _backlashes(run) == [(5e-5, 5e-5), (1e-5, 1e-5)]
     np.testing.assert_array_equal(run["x_sp"][0], 0)
 
 

@@ -187,7 +187,7 @@ def test_bearings_and_teeth_accelerate_every_gear():
         teeth = model.body_forces(0.0, q, v).reshape(-1, 3)
         bearings = model.joint_forces(0.0, q, v)
         for stage in model.stages:
-            for gear, numbers in (("sun", [stage.sun]), ("planet", list(stage.planets))):
+            for gear, numbers in (("sun", [stage.driven]), ("planet", list(stage.planets))):
                 total = teeth[numbers, :2] + bearings[numbers]
                 # Teeth push with up to 2e4 N, and three of them balance on the sun.
                 np.testing.assert_allclose(total, mass[gear] * a[numbers, :2], atol=1e-8)

@@ -15,9 +15,10 @@ from analytic.model import (
     RigidLinks,
 )
 from analytic.stability import contact_eigenvalues
-from models.arm import Arm
+from models.arm import Arm, Planetary
 from models.loading import load_arm, load_case, load_scenario
-from tests.arms import arm_of, arms
+from models.stiffness import SineStiffness
+from tests.arms import PAPER, arms, geared_arms
 
 # Rigid arm at t = 0.5 s [rad], from rest at zero, labelled reading: 100 N m on both joints, then
 # PD 1000/400 to 30 degrees. Obtained twice independently with DOP853 at rtol 1e-12.
@@ -61,7 +62,7 @@ def test_two_link_mass_matrix_in_closed_form(labelled: Arm):
 def _state(model: PhysicalModel, seed: int) -> tuple[np.ndarray, np.ndarray]:
     generator = np.random.default_rng(seed)
     q, v = generator.uniform(-1, 1, (2, len(model.coordinates)))
-    mesh = [name.startswith("x_") for name in model.coordinates]
+    mesh = ~model.layout.angular
     q[mesh] *= 1e-4
     v[mesh] *= 1e-2
     return q, v
@@ -89,21 +90,33 @@ def test_inertial_forces_do_no_work_of_their_own(arm, seed):
     assert v @ change @ v / 2 == pytest.approx(v @ model.bias(q, v), abs=1e-9 * size + 1e-12)
 
 
+def _springs(joint: Planetary) -> Planetary:
+    """A joint whose meshes are springs with play and nothing else; no friction."""
+    meshes = {}
+    for name, mesh in (("sun_mesh", joint.sun_mesh), ("ring_mesh", joint.ring_mesh)):
+        stiffness = SineStiffness(law="sine", mean_N_per_m=9e7, amplitude_N_per_m=0.0)
+        undamped = {"damping_ratio": 0.0, "damping_N_s_per_m": None, "tooth_error_m": 0.0}
+        meshes[name] = mesh.model_copy(update={"stiffness": stiffness, **undamped})
+    return joint.model_copy(update={"friction_N_m_s_per_rad": 0.0, **meshes})
+
+
 @settings(max_examples=15, deadline=None)
-@given(arms, seeds)
+@given(geared_arms, seeds)
 def test_mesh_forces_are_the_slope_of_a_potential(arm, seed):
     """Constant stiffness, no tooth error, no damping: F = -dV/dq with V = N k f_k^2 / 2."""
-    plain = {"mesh_stiffness_amplitude_N_per_m": 0.0, "tooth_error_m": 0.0, "damping_ratio": 0.0}
-    joints = tuple(joint.model_copy(update=plain) for joint in arm.joints)
+    joints = tuple(_springs(joint) for joint in arm.joints)
     still = load_case("paper-labelled", "constant-torque", settings=["scenario.drive.torque_N_m=0"])
-    model = PhysicalModel(arm.model_copy(update={"joints": joints}), still.scenario)
+    weightless = {"joints": joints, "gravity_m_per_s2": (0.0, 0.0)}
+    model = PhysicalModel(arm.model_copy(update=weightless), still.scenario)
     q, v = _state(model, seed)
 
     def potential(displacement: np.ndarray) -> float:
         energy = 0.0
-        for joint, x in zip(joints, displacement.reshape(-1, 3)[:, :2], strict=True):
-            beyond = np.maximum(np.abs(x) - joint.backlash_m, 0)
-            energy += joint.planet_count * joint.mesh_stiffness_N_per_m * (beyond @ beyond) / 2
+        for number, joint in enumerate(joints):
+            for name, mesh in (("x_sp", joint.sun_mesh), ("x_pr", joint.ring_mesh)):
+                x = displacement[model.layout.at(name, number)]
+                beyond = max(abs(x) - mesh.backlash_m, 0.0)
+                energy += joint.planet_count * mesh.stiffness.mean_N_per_m * beyond**2 / 2
         return energy
 
     h = 1e-9
@@ -121,10 +134,9 @@ def test_modes_of_one_stage_with_the_carrier_locked():
     assert frequencies == pytest.approx([1709.9, 4466.6], abs=0.05)
     # A link a million times heavier locks the carrier.
     heavy = {"density_kg_per_m3": 2.7e9}
-    arm = arm_of(1)
-    joint = arm.joints[0].model_copy(update={"damping_ratio": 0.0})
-    links = (arm.links[0].model_copy(update=heavy),)
-    arm = arm.model_copy(update={"links": links, "joints": (joint,)})
+    joint = _springs(PAPER.joints[0])
+    links = (PAPER.links[0].model_copy(update=heavy),)
+    arm = PAPER.model_copy(update={"links": links, "joints": (joint,)})
     model = PhysicalModel(arm, load_scenario("constant-torque"))
     poles = contact_eigenvalues(model.terms, model.gears, model.drive, np.zeros(3), np.full(2, 1e8))
     modes = np.sort(np.abs(poles[poles.imag > 1])) / (2 * np.pi)

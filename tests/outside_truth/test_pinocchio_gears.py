@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from models.arm import Arm
+from models.arm import Arm, Planetary
 from models.loading import Case, load_case
 from models.pinocchio_gears import PinocchioGears
 from models.pinocchio_rigid import PinocchioCoupled
@@ -281,6 +281,15 @@ def test_mesh_force_follows_the_switches(phase, rate, zone):
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-7)
 
 
+def damped_by(joint: Planetary, d_sp: float, d_pr: float) -> Planetary:
+    """The joint with these dampings [N s/m] of all planets, and no damping ratio."""
+    sun, ring = (
+        mesh.model_copy(update={"damping_ratio": None, "damping_N_s_per_m": damping})
+        for mesh, damping in ((joint.sun_mesh, d_sp), (joint.ring_mesh, d_pr))
+    )
+    return joint.model_copy(update={"sun_mesh": sun, "ring_mesh": ring})
+
+
 @pytest.mark.parametrize("x", [0.0, 6e-5])
 @pytest.mark.parametrize("damping", ["always", "contact"])
 @pytest.mark.parametrize(
@@ -290,9 +299,7 @@ def test_mesh_force_follows_the_switches(phase, rate, zone):
 def test_dampers_act_in_every_mesh_or_in_contact_alone(x, damping, given_damping, d_sp, d_pr):
     arm, scenario, _ = paper_case(*PLAIN[1:])
     if given_damping:
-        names = ("sun_planet_damping_N_s_per_m", "planet_ring_damping_N_s_per_m")
-        update = {"damping_ratio": None, **dict(zip(names, given_damping, strict=True))}
-        joints = tuple(joint.model_copy(update=update) for joint in arm.joints)
+        joints = tuple(damped_by(joint, *given_damping) for joint in arm.joints)
         arm = arm.model_copy(update={"joints": joints})
     model = PinocchioGears(arm, scenario, switches(damping=damping))
     q, v = np.array([x, x, 0.2, x, x, 0.1]), np.array([0.1, 0.2, 1.0, -0.3, 0.4, 0.5])

@@ -45,9 +45,4 @@ def test_ordered_share():
     ("rate", "misfit", "own"), [(8.0, 0.05, True), (13.0, 0.05, False), (10.0, 0.11, False)]
 )
 def test_own_sensitivity_on_both_sides(rate, misfit, own):
-    numbers = {
-        "error_growth_per_s": rate,
-        "rigid_growth_per_s": 10.0,
-        "prediction_misfit": misfit,
-    }
-    assert accumulation.is_own_sensitivity(numbers) is own
+    assert accumulation.is_own_sensitivity(rate, 10.0, misfit) is own

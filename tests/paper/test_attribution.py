@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from crosscheck.paper.hypotheses import ladder, ladder_rungs
+from crosscheck.paper.hypotheses import ladder_records, ladder_rungs
+from crosscheck.paper.hypotheses.ladder_records import attributions, ladder_verdict
 from crosscheck.paper.hypotheses.ladder_rungs import ORDERS, Ladder, contributions, rungs, variant
-from crosscheck.studies.study import simulate
+from crosscheck.studies.variant import simulate
 
 
 def test_both_orders_climb_the_same_rungs():
@@ -55,14 +56,14 @@ def test_shares_sum_to_one_and_uncertainty_is_three_times_the_change():
 
 @pytest.mark.parametrize(("share", "name"), [(0.91, "meshes"), (0.89, "none alone")])
 def test_dominant_on_both_sides_of_the_threshold(share, name):
-    assert ladder.dominant({"meshes": share, "slips": 1 - share}) == name
+    assert ladder_records.dominant({"meshes": share, "slips": 1 - share}) == name
 
 
 @pytest.mark.parametrize(
     ("measured", "same"), [(0.019, True), (-0.019, True), (0.021, False), (0.0049, False)]
 )
 def test_reproduces_within_a_factor_of_two(measured, same):
-    assert ladder.reproduces(measured, 0.01) is same
+    assert ladder_records.reproduces(measured, 0.01) is same
 
 
 @pytest.mark.parametrize(
@@ -75,5 +76,5 @@ def test_reproduces_within_a_factor_of_two(measured, same):
 )
 def test_verdicts_follow_the_cause(cause, h2, paper):
     made = replace(_ladder({cause: 1.0, "slips": 0.01}), scenario="constant-torque")
-    verdicts = {record["id"]: record for record in ladder.verdicts_of(ladder.records_of(made))}
-    assert (verdicts["H2"]["verdict"], verdicts["H2/paper"]["verdict"]) == (h2, paper)
+    verdict = ladder_verdict(attributions(made))
+    assert (verdict.as_worded, verdict.papers) == (h2, paper)

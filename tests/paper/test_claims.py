@@ -9,19 +9,29 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from crosscheck.paper import events
 from crosscheck.paper.claims import chapter as claims
 from crosscheck.paper.claims import measures as claims_measures
 from crosscheck.paper.claims import pd as claims_pd
 from crosscheck.paper.claims.cells import FULL, experiments
+from crosscheck.paper.claims.quantities import (
+    BACK,
+    BACKLASH,
+    ERROR,
+    PD,
+    STATIC,
+    Family,
+    Known,
+    NotSimulatedError,
+    Quantity,
+)
 from crosscheck.paper.claims.rule import (
     DAMPING,
     READING,
     Answer,
     Cell,
     Claim,
-    Known,
     Limits,
-    NotSimulatedError,
     answers,
     rank,
     spread,
@@ -32,19 +42,19 @@ from crosscheck.paper.scale import QUICK
 from crosscheck.studies.study import Study
 
 IDS = [f"{claim.section}: {claim.statement}" for claim in claims.CLAIMS]
-EXPERIMENTS = {e.name for e in experiments(FULL, Cell("angle", "paper-labelled", 0.006))}
-FAMILIES = {
-    "b": ("5", "10", "25", "50", "500", "1000", "3000"),
-    "E": ("0_8", "1_6", "3_2", "5", "6_3"),
-    "back": ("0", "50", "100", "500"),
+EXPERIMENTS = {e.source for e in experiments(FULL, Cell("angle", "paper-labelled", 0.006))}
+SIZES_UM = {
+    BACKLASH: (5.0, 10.0, 25.0, 50.0, 500.0, 1000.0, 3000.0),
+    ERROR: (0.8, 1.6, 3.2, 5.0, 6.3),
+    BACK: (0.0, 50.0, 100.0, 500.0),
 }
 SWEPT = {
-    "b": (
+    BACKLASH: (
         *("first", "second", "third", "second_force_N", "third_force_N", "third_force_fast_N"),
         *("side_change_s", "second_decay_s", "flight_s", "frequency_Hz"),
     ),
-    "E": ("third", "third_force_fast_N"),
-    "back": ("error_early", "error_1_s", "error_2_s"),
+    ERROR: ("third", "third_force_fast_N"),
+    BACK: ("error_early", "error_1_s", "error_2_s"),
 }
 DRAWS = 20000
 
@@ -57,28 +67,27 @@ class Synthetic(Known):
         ends = [end for end in (claim.decide.low, claim.decide.high) if math.isfinite(end)]
         self.scales = [*ends, *(-end for end in ends), 1.0, 10.0, 100.0, 1000.0]
         self.generator = generator
-        for family, parameters in FAMILIES.items():
-            for quantity in SWEPT[family]:
-                self._trend(family, parameters, quantity)
+        for family in SIZES_UM:
+            for name in SWEPT[family]:
+                self._trend(family, name)
 
-    def __missing__(self, name: str) -> float:
-        if name.split(".")[0] not in EXPERIMENTS | {"static", "b50", "E5"}:
-            raise NotSimulatedError(name)
-        self[name] = self._number()
-        return self[name]
+    def __missing__(self, quantity: Quantity) -> float:
+        if quantity.source not in EXPERIMENTS | {STATIC, BACKLASH(50), ERROR(5)}:
+            raise NotSimulatedError(quantity)
+        self[quantity] = self._number()
+        return self[quantity]
 
     def _number(self) -> float:
         width = self.generator.choice([0.003, 0.1, 2.0])
         return float(self.generator.choice(self.scales) * np.exp(width * self.generator.normal()))
 
-    def _trend(self, family: str, parameters: tuple[str, ...], quantity: str) -> None:
-        """Proportional to a power of the parameter, apart from one member."""
+    def _trend(self, family: Family, name: str) -> None:
+        """Proportional to a power of the size, apart from one member."""
         slope, base = self.generator.choice([-1.0, -0.3, 0.0, 0.3, 1.0]), abs(self._number())
-        for parameter in parameters:
-            size = max(float(parameter.replace("_", ".")), 0.1) / 50
-            self[f"{family}{parameter}.{quantity}"] = base * size**slope
-        odd = self.generator.choice(parameters)
-        self[f"{family}{odd}.{quantity}"] *= self.generator.choice([1.0, 1e-3])
+        for size in SIZES_UM[family]:
+            self[family(size)(name)] = base * (max(size, 0.1) / 50) ** slope
+        odd = self.generator.choice(SIZES_UM[family])
+        self[family(odd)(name)] *= self.generator.choice([1.0, 1e-3])
 
 
 @pytest.mark.parametrize("claim", claims.CLAIMS, ids=IDS)
@@ -113,8 +122,8 @@ def _is_measured(claim: Claim) -> bool:
 def test_divergence_is_answered_both_ways():
     claim = next(claim for claim in claims.CLAIMS if not _is_measured(claim))
     formula = claim.formulas[""]
-    assert claim.decide(formula(Known({"pd.diverged_s": 0.1})))
-    assert not claim.decide(formula(Known({"pd.first": 20.0})))
+    assert claim.decide(formula(Known({PD("diverged_s"): 0.1})))
+    assert not claim.decide(formula(Known({PD("first"): 20.0})))
 
 
 def test_number_of_claims_and_their_figures():
@@ -164,29 +173,29 @@ def test_dependence_names_what_decides(others, expected):
 
 
 def test_unknown_quantity_of_a_simulated_experiment_is_an_error():
-    numbers = Known({"pd.first": 1.0})
+    numbers = Known({PD("first"): 1.0})
     with pytest.raises(KeyError):
-        numbers["pd.frist"]
+        numbers[PD("frist")]
     with pytest.raises(NotSimulatedError):
-        numbers["b5.third"]
-    assert math.isnan(Known({"pd.diverged_s": 0.3})["pd.first"])
+        numbers[BACKLASH(5)("third")]
+    assert math.isnan(Known({PD("diverged_s"): 0.3})[PD("first")])
 
 
 def test_sweeps_need_three_members():
-    numbers = Known({"b5.third": 3.0, "b50.third": 2.0})
+    numbers = Known({BACKLASH(5)("third"): 3.0, BACKLASH(50)("third"): 2.0})
     with pytest.raises(NotSimulatedError):
-        rank("b", "third")(numbers)
-    numbers["b500.third"] = 1.0
-    assert rank("b", "third")(numbers) == pytest.approx(-1.0)
-    assert spread("b", "third")(numbers) == pytest.approx(3.0)
-    numbers["b500.third"] = 2.5
-    assert abs(rank("b", "third")(numbers)) < 0.9
+        rank(BACKLASH, "third")(numbers)
+    numbers[BACKLASH(500)("third")] = 1.0
+    assert rank(BACKLASH, "third")(numbers) == pytest.approx(-1.0)
+    assert spread(BACKLASH, "third")(numbers) == pytest.approx(3.0)
+    numbers[BACKLASH(500)("third")] = 2.5
+    assert abs(rank(BACKLASH, "third")(numbers)) < 0.9
 
 
 def test_condition_hides_a_number():
-    formula = where("pd.third", Limits(low=10.0), lambda n: n["pd.frequency_Hz"])
-    assert formula(Known({"pd.third": 11.0, "pd.frequency_Hz": 900.0})) == 900.0
-    assert math.isnan(formula(Known({"pd.third": 9.0, "pd.frequency_Hz": 900.0})))
+    formula = where(PD("third"), Limits(low=10.0), lambda n: n[PD("frequency_Hz")])
+    assert formula(Known({PD("third"): 11.0, PD("frequency_Hz"): 900.0})) == 900.0
+    assert math.isnan(formula(Known({PD("third"): 9.0, PD("frequency_Hz"): 900.0})))
 
 
 TIME = np.arange(0, 1.2, 4e-5)
@@ -195,23 +204,24 @@ TIME = np.arange(0, 1.2, 4e-5)
 def test_side_change_is_the_first_negative_force_after_the_start():
     force = np.where(TIME < 0.35, 100.0, np.where(TIME < 0.36, 0.0, -100.0))
     force[TIME < 0.01] = -1.0  # the starting vibration
-    side, left = claims_pd._side_change(TIME, force)
-    assert side == pytest.approx(0.36, abs=1e-4)
-    assert left == pytest.approx(0.35, abs=1e-4)
-    assert math.isnan(claims_pd._side_change(TIME, np.abs(force))[0])
+    change = events.side_change(TIME, force)
+    assert change is not None
+    assert change.met_s == pytest.approx(0.36, abs=1e-4)
+    assert change.left_s == pytest.approx(0.35, abs=1e-4)
+    assert events.side_change(TIME, np.abs(force)) is None
 
 
 def test_return_follows_the_last_contact_on_the_other_side():
     time = np.arange(0, 3.0, 1e-3)
     force = np.where(time < 1.6, -1.0, np.where(time < 1.62, 0.0, 1.0))
     force[(time > 1.3) & (time < 1.35)] = 1.0  # the third fluctuation's own side changes
-    assert claims_pd._return(time, force) == pytest.approx(1.62, abs=2e-3)
-    assert claims_pd._return(time, -np.ones_like(time)) is None
-    assert claims_pd._return(time, np.ones_like(time)) is None
+    assert events.teeth_return(time, force) == pytest.approx(1.62, abs=2e-3)
+    assert events.teeth_return(time, -np.ones_like(time)) is None
+    assert events.teeth_return(time, np.ones_like(time)) is None
 
 
 def test_third_window_leaves_out_a_late_impact():
-    begins = [TIME[claims_pd._third_window(TIME, side).start] for side in (0.35, 0.55, np.nan)]
+    begins = [TIME[events.third_window(TIME, side).start] for side in (0.35, 0.55, None)]
     assert begins == pytest.approx([0.5, 0.65, 0.5], abs=1e-4)
 
 
@@ -244,8 +254,8 @@ def test_spectrum_tells_a_line_from_a_continuum():
 
 
 def test_side_changes_ignore_free_flight():
-    assert claims_pd._side_changes(np.array([1.0, 0.0, 0.0, -1.0, 0.0, -2.0, 3.0])) == 2
-    assert claims_pd._side_changes(np.array([1.0, 0.0, 2.0, 0.0])) == 0
+    assert events.count_side_changes(np.array([1.0, 0.0, 0.0, -1.0, 0.0, -2.0, 3.0])) == 2
+    assert events.count_side_changes(np.array([1.0, 0.0, 2.0, 0.0])) == 0
 
 
 @pytest.mark.slow

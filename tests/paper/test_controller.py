@@ -9,6 +9,7 @@ import xarray as xr
 from analytic.model import PhysicalModel
 from analytic.stability import contact_eigenvalues
 from crosscheck.paper.hypotheses import controller, feedback
+from crosscheck.paper.hypotheses.controller_records import Flutter, Threshold, growth_agrees
 from crosscheck.paper.hypotheses.feedback import SUN, Point
 from crosscheck.studies.study import Variant
 
@@ -47,9 +48,9 @@ def test_feedback_at_the_sun_only_stores_and_dissipates(elbow):
     assert feedback.threshold(Point(elbow_rad=elbow, sensed=SUN)) == 0
 
 
-def _cells(with_error: bool, without: bool) -> list[dict]:
+def _cells(with_error: bool, without: bool) -> list[Flutter]:
     return [
-        {"damping": "always", "zeta": 0.003, "tooth_error_m": E, "flutters": flutters}
+        Flutter("always", 0.003, E, 2.0 if flutters else 0.5)
         for E, flutters in ((5e-6, with_error), (0.0, without))
     ]
 
@@ -64,20 +65,20 @@ def test_independent_of_error(with_error, without, independent):
 
 @pytest.mark.parametrize(("size", "goes_on"), [(1.1, True), (0.9, False), (None, True)])
 def test_flutters_on_both_sides(size, goes_on):
-    numbers = {"diverged_s": 1.0} if size is None else {"amplitude_rad_per_s2": size}
-    assert controller.flutters(numbers) is goes_on
+    diverged = 1.0 if size is None else None
+    assert Flutter("always", 0.003, 0.0, size, diverged_s=diverged).flutters is goes_on
 
 
 @pytest.mark.parametrize(("measured", "agrees"), [(10.9, True), (11.1, False), (8.9, False)])
 def test_growth_agrees_within_a_tenth(measured, agrees):
-    assert controller.growth_agrees(measured, 10.0) is agrees
+    assert growth_agrees(measured, 10.0) is agrees
 
 
 @pytest.mark.parametrize(("sun", "cured"), [(0.0, True), (0.001, False)])
 def test_cured_at_the_sun(sun, cured):
     survey = [
-        {"sensed": "link", "zeta": 0.005, "D_N_m_s_per_rad": 400.0},
-        {"sensed": SUN, "zeta": sun, "D_N_m_s_per_rad": 400.0},
+        Threshold(Point(), 0.005, 1500.0, 1.0, 0.0),
+        Threshold(Point(sensed=SUN), sun, 1500.0, 1.0, 0.0),
     ]
     assert controller.cured_at_the_sun(survey) is cured
 

@@ -7,7 +7,14 @@ import pytest
 
 from crosscheck.paper.claims.cells import RECORD_EVERY
 from crosscheck.paper.hypotheses import damping_fit
-from crosscheck.paper.hypotheses.damping_fit import LARGEST_MISFIT, Statement
+from crosscheck.paper.hypotheses.damping_fit import (
+    LARGEST_MISFIT,
+    LAWS,
+    Fit,
+    FitVerdict,
+    Law,
+    Statement,
+)
 from crosscheck.studies.study import Variant
 
 STATEMENT = Statement("a", "10 to 40", 10.0, 40.0, 1.25)
@@ -29,23 +36,17 @@ def test_explained_and_rms():
 
 def test_the_fit_shares_the_claims_runs():
     plain = Variant(phase="omega_t", zeta=0.01, record_every=RECORD_EVERY)
-    assert damping_fit._variant("omega_t", "eq13", 0.01).case() == plain.case()
+    assert damping_fit._variant(Law("omega_t", "eq13"), 0.01).case() == plain.case()
 
 
-def _fit(law: str, misfits: list[float]) -> dict:
+def _fit(law: Law, misfits: list[float]) -> Fit:
     names = [statement.name for statement in damping_fit.STATEMENTS]
-    return {
-        "law": law,
-        "zeta": 0.01,
-        "misfits": dict(zip(names, misfits, strict=True)),
-        "misfit": damping_fit.rms(misfits),
-        "explained": damping_fit.explained(misfits),
-    }
+    return Fit(law, 0.01, dict.fromkeys(names), dict(zip(names, misfits, strict=True)))
 
 
 @pytest.mark.parametrize(
     ("last", "verdict"), [(0.9, "one ratio explains all"), (1.1, "no ratio explains all")]
 )
 def test_verdict_on_both_sides(last, verdict):
-    fits = [_fit("one", [0.5] * 7 + [last]), _fit("other", [3.0] * 8)]
-    assert damping_fit._verdict(fits)["verdict"] == verdict
+    fits = (_fit(LAWS[0], [0.5] * 7 + [last]), _fit(LAWS[1], [3.0] * 8))
+    assert FitVerdict(fits).verdict == verdict

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import product
 
@@ -9,12 +10,13 @@ import pytest
 import sympy as sp
 
 from analytic.energies import energies_form, kinetic_energies
-from analytic.lagrange import Form
+from analytic.forms import Form
 from analytic.physical import physical_form
 from analytic.printed import printed_form
 from crosscheck.paper.errata import auxiliary, compare, energy, transcript
 from crosscheck.paper.errata import finder as errata
 from crosscheck.paper.errata.erratum import effect_of
+from crosscheck.paper.stage import paper_stage, without_backlash
 from models.errors import InputError
 from models.loading import load_arm
 from tests.arms import arm_of
@@ -97,9 +99,7 @@ def test_auxiliary_errata_vanish_when_the_paper_is_put_right(labelled, monkeypat
     monkeypatch.setattr(transcript, "DEFINITIONS", unique)
     assert list(auxiliary.symbols_used_twice()) == []
     assert list(auxiliary.quantities_with_two_symbols()) == []
-    no_play = tuple(joint.model_copy(update={"backlash_m": 0.0}) for joint in labelled.joints)
-    tight = labelled.model_copy(update={"joints": no_play})
-    assert list(auxiliary.force_without_clearance(tight)) == []
+    assert list(auxiliary.force_without_clearance(without_backlash(labelled))) == []
 
 
 def test_only_the_labelled_reading_has_a_sun_heavier_outside_than_its_rim():
@@ -113,6 +113,21 @@ def test_only_the_labelled_reading_has_a_sun_heavier_outside_than_its_rim():
 def test_other_arms_than_the_papers_are_refused():
     with pytest.raises(InputError, match="two joints with three planets"):
         errata.find_errata(arm_of(3))
+
+
+def test_a_stage_whose_meshes_differ_is_refused(labelled):
+    mesh = labelled.joints[0].ring_mesh.model_copy(update={"backlash_m": 1e-5})
+    joint = labelled.joints[0].model_copy(update={"ring_mesh": mesh})
+    unlike = labelled.model_copy(update={"joints": (joint, labelled.joints[1])})
+    with pytest.raises(InputError, match=r"joints\[0\].ring_mesh: must be as sun_mesh"):
+        paper_stage(unlike)
+    assert paper_stage(unlike, 1).backlash_m == 5e-5
+
+
+@pytest.mark.parametrize(("place", "field"), [(0, "sun_mesh.stiffness"), (1, "joints[1].kind")])
+def test_a_stage_of_another_kind_is_refused(place, field):
+    with pytest.raises(InputError, match=rf"{re.escape(field)} = '\w+': must be"):
+        paper_stage(load_arm("direct-between"), place)
 
 
 def test_every_simulated_effect_is_resolved(labelled):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from crosscheck.paper import events
 from crosscheck.paper.figures import chapter as figures
 from crosscheck.paper.figures import measures as figures_measures
 from crosscheck.paper.figures import verdicts as figures_verdicts
@@ -102,10 +103,10 @@ def test_swing_ignores_the_slow_motion() -> None:
 
 def test_side_changes_and_cycles() -> None:
     x = 60e-6 * np.cos(2 * np.pi * 2 * TIME)
-    times = figures_measures.side_changes(TIME, x, 50e-6)
+    times = events.arrivals(TIME, x, 50e-6)
     assert times.size == 5
     assert times[0] == pytest.approx((np.pi - np.arccos(0.75)) / (4 * np.pi), abs=1e-4)
-    assert figures_measures.side_changes(TIME, 0.5 * x, 50e-6).size == 0
+    assert events.arrivals(TIME, 0.5 * x, 50e-6).size == 0
     ripple = 5 * np.sin(2 * np.pi * 20 * TIME) + np.sin(2 * np.pi * 1700 * TIME)
     assert figures_measures.cycles(TIME, 52 + ripple, 52.0, 2.5) == pytest.approx(24, abs=1)
 
@@ -113,10 +114,10 @@ def test_side_changes_and_cycles() -> None:
 def test_impact() -> None:
     force = np.where(TIME < 0.35, 10.0, np.where((TIME > 0.36) & (TIME < 0.37), 0.0, -400.0))
     found = figures_measures.impact(TIME, force)
-    assert found["contact_s"] == pytest.approx(0.35, abs=1e-4)
-    assert found["peak_N"] == 400
-    assert found["bouncing_s"] == pytest.approx(0.02, abs=2e-4)
-    assert figures_measures.impact(TIME, np.ones_like(TIME))["contact_s"] is None
+    assert found.contact_s == pytest.approx(0.35, abs=1e-4)
+    assert found.peak_N == 400
+    assert found.bouncing_s == pytest.approx(0.02, abs=2e-4)
+    assert figures_measures.impact(TIME, np.ones_like(TIME)).contact_s is None
 
 
 def test_line_of_a_tone_in_noise() -> None:

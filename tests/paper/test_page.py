@@ -48,9 +48,12 @@ def test_records_are_identical_but_for_the_provenance(tmp_path: Path):
 
 def test_errata_sheet_says_the_same_as_a_page_and_as_markdown(tmp_path: Path):
     sheet = chapter(Study(tmp_path), QUICK)
-    text = markdown(sheet.records)
-    for record in sheet.records:
-        assert record["where"].replace("|", r"\|") in text
+    errata, text = [slip.erratum for slip in sheet.slips], markdown(sheet.slips)
+    assert [f"erratum/paper-labelled/{erratum.where}" for erratum in errata] == [
+        record["id"] for record in sheet.records
+    ]
+    for erratum in errata:
+        assert erratum.where.replace("|", r"\|") in text
     assert sheet.html.count("<svg") == sum(
-        bool(record[side]) for record in sheet.records for side in ("printed_tex", "derived_tex")
+        bool(tex) for erratum in errata for tex in (erratum.printed_tex, erratum.derived_tex)
     )

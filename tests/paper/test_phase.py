@@ -8,11 +8,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analytic.model import PhysicalModel
 from crosscheck.paper.phase import engines as phase_engines
 from crosscheck.paper.phase import maps as phase_maps
 from crosscheck.paper.phase import stability as phase_stability
 from crosscheck.paper.phase.chapter import chapter
-from crosscheck.paper.phase.experiments import Experiment, Response, third_amplitude, vibration
+from crosscheck.paper.phase.engines import Comparison, HeldAlike
+from crosscheck.paper.phase.experiments import (
+    Experiment,
+    Response,
+    Setting,
+    third_amplitude,
+    vibration,
+)
+from crosscheck.paper.phase.fluctuations import Fluctuation, Fluctuations, Spread
 from crosscheck.paper.phase.linear import (
     Modes,
     base_motion,
@@ -22,7 +31,7 @@ from crosscheck.paper.phase.linear import (
     unstable_intervals,
 )
 from crosscheck.paper.phase.planets import planet_spread
-from crosscheck.paper.phase.plant import integrate, neglected_weights, physical, plant_of
+from crosscheck.paper.phase.plant import integrate, neglected_weights, plant_of
 from crosscheck.paper.phase.resonance import tongues
 from crosscheck.paper.phase.verdict import (
     CLOCK_N,
@@ -33,6 +42,8 @@ from crosscheck.paper.phase.verdict import (
     OUT_OF_STEP_M,
     PRESENT_RAD_PER_S2,
     SAME,
+    Presence,
+    Vibration,
     dies,
     error_part,
     h1_verdict,
@@ -56,13 +67,15 @@ ABOVE, BELOW = 1.01, 0.99
 @pytest.mark.parametrize(
     ("omega_t", "angle", "expected"),
     [
-        (ABOVE, BELOW, "only with omega_t"),
-        (BELOW, ABOVE, "only with angle"),
-        (ABOVE, ABOVE, "with both"),
-        (BELOW, BELOW, "with neither"),
+        (ABOVE, BELOW, Presence.PRINTED),
+        (BELOW, ABOVE, Presence.INTEGRATED),
+        (ABOVE, ABOVE, Presence.BOTH),
+        (BELOW, BELOW, Presence.NEITHER),
     ],
 )
-def test_one_cell_above_the_threshold_decides(omega_t: float, angle: float, expected: str) -> None:
+def test_one_cell_above_the_threshold_decides(
+    omega_t: float, angle: float, expected: Presence
+) -> None:
     parts = {
         "omega_t": [0.0, omega_t * PRESENT_RAD_PER_S2],
         "angle": [angle * PRESENT_RAD_PER_S2, 0.0],
@@ -83,18 +96,45 @@ def test_a_clock_is_seen_above_rounding() -> None:
     assert not knows_the_clock(BELOW * CLOCK_N)
 
 
+def _spreads(amplitude: float | None, apart_m: float | None) -> Fluctuations:
+    return Fluctuations.of([Fluctuation(0.6, 1350.0, amplitude, apart_m) for _ in range(2)])
+
+
+@pytest.mark.parametrize(("held_m", "explained"), [(BELOW, True), (ABOVE, False), (None, None)])
+def test_held_planets_are_told_of_only_if_they_explain(
+    held_m: float | None, explained: bool | None
+) -> None:
+    held = None if held_m is None else held_m * OUT_OF_STEP_M
+    setting = Setting(0.005, "eq13")
+    free = Comparison(setting, 2, _spreads(400.0, None), _spreads(200.0, 1e-6))
+    alike = Comparison(setting, 2, _spreads(400.0, None), _spreads(400.0, held))
+    control = HeldAlike(alike, free)
+    assert (free.same, alike.same) == (False, True)
+    assert control.explains is explained
+    told = phase_engines.freed_planets([control])
+    assert ("1 µm" in told and "200 rad/s² instead of 400" in told) == bool(explained)
+
+
+def test_a_start_without_a_fluctuation_leaves_the_spread_undefined() -> None:
+    assert Spread.of([1.0, 3.0, 2.0]) == Spread(2.0, 1.0, 3.0)
+    assert Spread.of([1.0, None]) == Spread()
+    with pytest.raises(TypeError):
+        Fluctuation.of({"amplitude": 1.0})
+
+
 def test_a_vibration_dies_below_a_tenth() -> None:
     assert dies(100.0, BELOW * DEAD * 100.0)
     assert not dies(100.0, ABOVE * DEAD * 100.0)
 
 
-@pytest.mark.parametrize("name", SAME)
+@pytest.mark.parametrize("name", Vibration._fields)
 def test_every_gap_must_be_inside_its_limit(name: str) -> None:
-    one = {"onset_s": 1.0, "frequency_Hz": 1350.0, "amplitude_rad_per_s2": 400.0}
+    one = Vibration(onset_s=1.0, frequency_Hz=1350.0, amplitude_rad_per_s2=400.0)
     for factor, expected in ((BELOW, True), (ABOVE, False)):
-        other = {**one, name: one[name] * (1 + factor * SAME[name])}
+        beyond = getattr(one, name) * (1 + factor * getattr(SAME, name))
+        other = one._replace(**{name: beyond})
         assert same_vibration(relative_gaps(one, other)) is expected
-    assert same_vibration(relative_gaps(one, {**one, name: None})) is None
+    assert same_vibration(relative_gaps(one, one._replace(**{name: None}))) is None
 
 
 def test_far_from_a_resonance() -> None:
@@ -142,12 +182,12 @@ def test_onset_predicted() -> None:
 
 def test_verdict_of_h1() -> None:
     every = {"clock": True, "engine": True}
-    assert h1_verdict("only with omega_t", every) == "holds"
-    assert h1_verdict("undefined", every) == "undefined"
-    undefined = h1_verdict("only with omega_t", {**every, "engine": None})
+    assert h1_verdict(Presence.PRINTED, every) == "holds"
+    assert h1_verdict(Presence.UNKNOWN, every) == "undefined"
+    undefined = h1_verdict(Presence.PRINTED, {**every, "engine": None})
     assert undefined == "holds in the simulations, but undefined in: engine"
-    assert "clock" in h1_verdict("only with omega_t", {**every, "clock": False})
-    for elsewhere in ("with both", "with neither", "only with angle"):
+    assert "clock" in h1_verdict(Presence.PRINTED, {**every, "clock": False})
+    for elsewhere in (Presence.BOTH, Presence.NEITHER, Presence.INTEGRATED):
         assert h1_verdict(elsewhere, every) == "does not hold"
 
 
@@ -171,7 +211,7 @@ def test_an_experiment_goes_on_where_another_stopped() -> None:
 
 
 def test_eq_11_in_full_is_the_suns_and_the_planets_own_turning() -> None:
-    model = physical(SHORT.case())
+    model = PhysicalModel(*SHORT.case())
     weights = neglected_weights(model)
     sun, planet = 27 / 36.82406e-3, 36 / 49.09875e-3
     assert weights[0] == pytest.approx([sun, sun, 0, 0, 0, 0], rel=1e-6)
@@ -182,14 +222,14 @@ def test_eq_11_in_full_is_the_suns_and_the_planets_own_turning() -> None:
 @pytest.mark.parametrize("full_rate", [False, True])
 def test_jacobian_is_that_of_the_equations(law: str, full_rate: bool) -> None:
     case = replace(SHORT, phase=law, duration_s=1.0).case()
-    plant = plant_of(physical(case), full_rate)
+    plant = plant_of(PhysicalModel(*case), full_rate)
     assert jacobian_error(plant, base_motion(case, plant, 100), 6) < 1e-7
 
 
 def test_the_base_motion_needs_no_vibration_to_carry_the_arm() -> None:
     """Started on it, the full equations stay on it: forces balance row by row."""
     case = replace(SHORT, phase="angle", duration_s=0.6).case()
-    plant = plant_of(physical(case))
+    plant = plant_of(PhysicalModel(*case))
     base = base_motion(case, plant, 10)
     k = int(np.searchsorted(base.time, 0.5))
     qs, _ = integrate(plant, float(base.time[k]), base.q[k], base.v[k], 1e-5, 1000, 1000)
@@ -200,10 +240,10 @@ def test_the_base_motion_needs_no_vibration_to_carry_the_arm() -> None:
 
 def test_modes_at_rest_are_those_of_the_model() -> None:
     case = replace(SHORT, zeta=1e-6, phase="angle").case()
-    plant = plant_of(physical(case))
+    plant = plant_of(PhysicalModel(*case))
     base = base_motion(case, plant, 10)
     still = base._replace(time=base.time[:1], q=base.q[:1], v=base.v[:1], force=base.force[:1])
-    expected = physical(case).mesh_modes()[-4:]
+    expected = PhysicalModel(*case).mesh_modes()[-4:]
     assert np.sort(mesh_modes(plant, still).frequency[0]) == pytest.approx(expected, rel=2e-3)
 
 
@@ -234,7 +274,7 @@ def test_vibration_leaves_the_motion_of_the_arm_out() -> None:
 def test_a_diverged_run_has_no_finite_amplitude() -> None:
     nothing = np.full((10, 2), np.nan)
     assert third_amplitude(Response(np.arange(10.0), nothing, nothing[0], nothing[0])) == np.inf
-    assert phase_maps.amplitude({"diverged_s": 0.1}) == np.inf
+    assert phase_maps.amplitude(Fluctuation(diverged_s=0.1)) == np.inf
 
 
 def test_a_tongue_opens_at_twice_a_modes_frequency_and_damping_closes_it() -> None:

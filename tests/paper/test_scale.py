@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 
 from crosscheck.paper import signals
-from crosscheck.paper.claims.measures import back_and_forth, constant_torque
-from crosscheck.paper.claims.pd import whole
-from crosscheck.paper.fluctuation import third_fluctuation
-from crosscheck.paper.hypotheses.controller import growth_rate, sustained
+from crosscheck.paper.claims.measures import BACK_AND_FORTH, CONSTANT_TORQUE
+from crosscheck.paper.claims.pd import WHOLE
+from crosscheck.paper.fluctuation import THIRD_FLUCTUATION
+from crosscheck.paper.hypotheses.controller import SUSTAINED, growth_rate
 from crosscheck.paper.hypotheses.damping_fit import rigid_numbers
 from crosscheck.paper.phase.experiments import vibration
 from crosscheck.paper.phase.handover import handover
 from crosscheck.paper.phase.stability import stability
 from crosscheck.paper.scale import FULL, Scale
-from crosscheck.studies.study import Measure, Study, Variant, simulate
+from crosscheck.studies.study import Comparison, Measure, Study, Variant
+from tests.paper.measuring import numbers_of
 
 
 @pytest.mark.parametrize(
@@ -57,20 +58,20 @@ def test_a_still_signal_has_no_frequency_and_an_unknown_target_is_not_reached() 
 @pytest.mark.parametrize(
     ("measure", "scenario"),
     [
-        (whole, "pd"),
-        (third_fluctuation, "pd"),
+        (WHOLE, "pd"),
+        (THIRD_FLUCTUATION, "pd"),
         (growth_rate, "pd"),
-        (sustained, "pd"),
+        (SUSTAINED, "pd"),
         (rigid_numbers, "pd"),
-        (constant_torque, "constant-torque"),
-        (back_and_forth, "back-and-forth"),
+        (CONSTANT_TORQUE, "constant-torque"),
+        (BACK_AND_FORTH, "back-and-forth"),
     ],
 )
 def test_a_measure_has_the_same_numbers_for_a_run_of_any_length(
-    measure: Measure, scenario: str
+    measure: Measure | Comparison, scenario: str
 ) -> None:
-    runs = [simulate(Variant(scenario, duration_s=d, record_every=2)) for d in (0.002, 0.02, 0.3)]
-    found = [measure(run) for run in runs]
+    variants = [Variant(scenario, duration_s=d, record_every=2) for d in (0.002, 0.02, 0.3)]
+    found = [numbers_of(variant, measure) for variant in variants]
     assert set(found[0]) == set(found[1]) == set(found[2])
     for numbers in found:
         assert all(value is None or math.isfinite(value) for value in numbers.values())
@@ -82,9 +83,9 @@ def test_a_vibration_that_is_reached_is_followed_and_handed_over(tmp_path_factor
     study = Study(tmp_path_factory.mktemp("kept"))
     scale = Scale(longest_s=0.55)
     followed, handed = stability(study, scale), handover(study, scale)
-    assert {record["as_predicted"] for record in followed.records} <= {True, False}
-    assert all(record["largest_growth_per_s"] is not None for record in followed.records)
+    assert {onset.as_predicted for onset in followed.records} <= {True, False}
+    assert all(onset.growth.largest_growth_per_s is not None for onset in followed.records)
     assert len(handed.records) == 12
-    assert all(record["before_rad_per_s2"] > 0 for record in handed.records)
-    assert all(0.5 <= record["at_s"] <= 0.55 for record in handed.records)
+    assert all(handed_over.before_rad_per_s2 > 0 for handed_over in handed.records)
+    assert all(0.5 <= handed_over.at_s <= 0.55 for handed_over in handed.records)
     assert followed.html.count("<svg") == handed.html.count("<svg") == 1

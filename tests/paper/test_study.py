@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.paper.fluctuation import excess_acceleration
 from crosscheck.paper.phase import experiments
+from crosscheck.registry import MODELS
 from crosscheck.studies import study as study_module
-from crosscheck.studies.study import Numbers, Study, Variant, run_key
-from crosscheck.studies.variant import simulate
+from crosscheck.studies.store import Store
+from crosscheck.studies.study import Asked, Comparison, Numbers, Study, Variant, run_key
+from crosscheck.studies.variant import integration, simulate
+from crosscheck.studies.work import Piece, integrations
 from crosscheck.tasks import Failure
 from models.errors import Diverged, InputError, Unfinished
 from models.loading import HERE, load_arm
@@ -28,9 +30,9 @@ def final_angle(run: xr.Dataset) -> Numbers:
     return {"theta_1": float(run["theta"].values[-1, 0])}
 
 
-def largest_excess(run: xr.Dataset) -> Numbers:
+def largest_acceleration(run: xr.Dataset) -> Numbers:
     """Of both joints."""
-    return {"excess": float(np.abs(excess_acceleration(run)).max())}
+    return {"theta_ddot": float(np.abs(run["theta_ddot"]).max())}
 
 
 @pytest.fixture
@@ -73,7 +75,7 @@ def test_every_input_is_part_of_the_key(change: dict[str, object]):
 
 
 def test_another_measure_has_another_key():
-    keys = {run_key(SHORT, measure) for measure in (None, final_angle, largest_excess)}
+    keys = {run_key(SHORT, measure) for measure in (None, final_angle, largest_acceleration)}
     assert len(keys) == 3
 
 
@@ -82,8 +84,16 @@ def test_code_and_versions_are_part_of_the_key(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(study_module, "code_hash", lambda *names: "changed")
     changed_code = run_key(SHORT)
     monkeypatch.undo()
-    monkeypatch.setattr(study_module, "_versions", lambda: ("numpy 0.0",))
+    seen: list[str] = []
+
+    def versions(*packages: str) -> tuple[str, ...]:
+        seen.extend(packages)
+        return ("numpy 0.0",)
+
+    monkeypatch.setattr(study_module, "_versions", versions)
     assert len({before, changed_code, run_key(SHORT)}) == 3
+    assert set(seen) >= {"numpy", "numba", "h5py"}
+    assert "exudyn" not in seen  # which has no part in an analytic run
 
 
 def test_a_kept_run_is_the_run(study: Study):
@@ -92,6 +102,78 @@ def test_a_kept_run_is_the_run(study: Study):
     fresh = simulate(SHORT)
     for run in (kept, again):
         assert np.array_equal(run["theta"].values, fresh["theta"].values)
+
+
+def records(run: xr.Dataset) -> Numbers:
+    """How many there are."""
+    return {"records": float(run["time"].size)}
+
+
+def apart(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
+    """At the end, from one other run."""
+    (other,) = others
+    return {"theta_1": float(run["theta"].values[-1, 0] - other["theta"].values[-1, 0])}
+
+
+def rigid(variant: Variant) -> tuple[Variant, ...]:
+    """The arm without gears, in the same experiment."""
+    return (replace(variant, model="analytic:coupled"),)
+
+
+def test_one_integration_serves_all_that_is_asked_of_it(study: Study):
+    seldom = replace(SHORT, record_every=40)
+    asked = [Asked(SHORT, final_angle), Asked(SHORT, records), Asked(seldom, records)]
+    angle, often, few = study.numbers(asked, "numbers")
+    assert study.made == 1
+    assert (often["records"], few["records"]) == (101, 6)
+    again = Study(study.folder)
+    assert again.measures([SHORT], final_angle) == [angle]
+    assert again.measures([seldom], records) == [few]
+    assert (again.made, again.found) == (0, 2)
+
+
+def test_a_run_recorded_seldom_is_that_run_whoever_shared_its_integration(study: Study):
+    variants = [replace(SHORT, record_every=number) for number in (3, 8, 20)]
+    runs = study.runs(variants)
+    assert study.made == 1
+    for variant in variants:
+        assert runs[variant].identical(simulate(variant))
+
+
+def test_an_engine_whose_states_hang_on_the_records_runs_for_each():
+    tree = replace(SHORT, model="exudyn:tree")
+    assert integration(tree) != integration(replace(tree, record_every=7))
+    assert integration(SHORT) == integration(replace(SHORT, record_every=7))
+    assert integration(SHORT) != integration(replace(SHORT, zeta=0.01))
+
+
+def test_a_divergence_is_found_at_the_runs_own_records(study: Study):
+    wild = Variant("constant-torque", duration_s=0.1, settings=("scenario.step_s=1e-3",))
+    variants = [replace(wild, record_every=number) for number in (1, 5, 20)]
+    together = study.measures(variants, final_angle)
+    assert together == [Study(study.folder / "own").measures([v], final_angle)[0] for v in variants]
+    assert study.made == 1
+
+
+def test_a_run_held_against_another_has_it_run_once(study: Study):
+    variants = [SHORT, replace(SHORT, model="analytic:energies")]
+    found = study.measures(variants, Comparison(apart, rigid))
+    own = study.runs([*variants, *rigid(SHORT)])
+    assert study.made == 5
+    for variant, numbers in zip(variants, found, strict=True):
+        assert numbers == apart(own[variant], (own[rigid(SHORT)[0]],))
+
+
+def test_what_a_run_is_held_against_is_part_of_the_key():
+    compared = Comparison(apart, rigid)
+    keys = {run_key(SHORT, made) for made in (compared, Comparison(apart, lambda v: (v,)), apart)}
+    assert len(keys) == 3
+
+
+def test_a_longer_run_of_a_slower_model_costs_more():
+    slow = replace(SHORT, model="exudyn:tree")
+    costs = [integrations([Piece("", v, repr)], Store(Path()))[0].cost for v in (SHORT, slow)]
+    assert costs == [200 * MODELS[v.model].call_s for v in (SHORT, slow)]
 
 
 def test_a_diverging_run_is_a_number_not_a_crash(study: Study):
@@ -132,6 +214,35 @@ def test_an_answer_is_worked_out_once_for_its_inputs(study: Study):
     assert study.answers([Square(2.0), Square(3.0)], "squares") == [4.0, 9.0]
     assert study.answers([Square(3.0), Square(4.0)], "squares") == [9.0, 16.0]
     assert (study.made, study.found) == (3, 1)
+
+
+@dataclass(frozen=True)
+class Root:
+    """An answer that is a record."""
+
+    value: float | None
+    of: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Roots:
+    """A question that is answered in records."""
+
+    numbers: tuple[float, ...]
+    cost: float = 0.0
+
+    @property
+    def inputs(self) -> str:
+        return repr(self.numbers)
+
+    def answer(self) -> list[Root]:
+        return [Root(n**0.5 if n >= 0 else None, (n, 0.1 * n)) for n in self.numbers]
+
+
+def test_an_answer_in_records_is_kept_as_json_and_comes_back_in_records(study: Study):
+    asked = Roots((2.0, -1.0))
+    assert study.answers([asked], "roots") == [asked.answer()]
+    assert Study(study.folder).answers([asked], "roots") == [asked.answer()]
 
 
 @dataclass(frozen=True)
@@ -182,6 +293,6 @@ def test_an_arms_own_damping_stays_unless_another_is_given(tmp_path: Path):
         file = str(tmp_path / f"{name}.toml")
         assert Variant(arm=file).case().arm == load_arm(file)
         for joint in Variant(arm=file, zeta=0.2).case().arm.joints:
-            assert joint.damping_ratio == 0.2
-            assert joint.sun_planet_damping_N_s_per_m is None
+            for mesh in (joint.sun_mesh, joint.ring_mesh):
+                assert (mesh.damping_ratio, mesh.damping_N_s_per_m) == (0.2, None)
     assert Variant(zeta=0.05).case() == Variant().case()

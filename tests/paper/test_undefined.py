@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from itertools import product
 from typing import Any
@@ -16,12 +17,22 @@ from hypothesis import strategies as st
 
 from crosscheck.paper.claims import chapter as claims
 from crosscheck.paper.claims.cells import FULL, experiments
+from crosscheck.paper.claims.judged import judged
+from crosscheck.paper.claims.quantities import (
+    BACKLASH,
+    ERROR,
+    PD,
+    STATIC,
+    Known,
+    NotSimulatedError,
+    Quantity,
+    Source,
+)
 from crosscheck.paper.claims.rule import (
     LAWS,
     Answer,
     Cell,
-    Known,
-    NotSimulatedError,
+    Claim,
     answers,
     difference,
     rank,
@@ -33,11 +44,20 @@ from crosscheck.paper.claims.section4 import default_over_least, edges_over_leas
 from crosscheck.paper.claims.statics import statics
 from crosscheck.paper.claims.table import table_html
 from crosscheck.paper.figures import verdicts as figures
-from crosscheck.paper.hypotheses import accumulation, controller, damping_fit, floating_base, ladder
+from crosscheck.paper.hypotheses import (
+    accumulation,
+    controller,
+    damping_fit,
+    floating_base,
+    ladder_records,
+)
+from crosscheck.paper.hypotheses.controller_records import Flutter, growth_agrees
+from crosscheck.paper.hypotheses.ladder_rungs import GROUPS
 from crosscheck.paper.phase import verdict as phase
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, all_of, any_of, recorded, shown
-from crosscheck.studies.study import Numbers, simulate
+from crosscheck.studies.study import Numbers
+from tests.paper.measuring import numbers_of
 
 ODD = (None, math.nan, math.inf, -math.inf, 0.0, -0.0)
 BRIEF = Scale(longest_s=0.002)
@@ -45,14 +65,15 @@ UNHURRIED = settings(deadline=None)
 
 
 @cache
-def measured() -> dict[str, Numbers]:
+def measured() -> dict[Source, Numbers]:
     """Every experiment of the full chapter with the numbers that its measure gives."""
     cells = [Cell("angle", "paper-labelled", zeta) for zeta in (0.006, 0.05)]
-    wanted = {e.name: e for cell in cells for e in experiments(FULL, cell)}
+    wanted = {e.source: e for cell in cells for e in experiments(FULL, cell)}
     brief = {e.measure: BRIEF.cut(e.variant) for e in wanted.values()}
-    numbers = {measure: measure(simulate(variant)) for measure, variant in brief.items()}
-    found = {name: numbers[experiment.measure] for name, experiment in wanted.items()}
-    return {**found, "b50": found["pd"], "E5": found["pd"], "static": statics("paper-labelled")}
+    numbers = {measure: numbers_of(variant, measure) for measure, variant in brief.items()}
+    found = {source: numbers[experiment.measure] for source, experiment in wanted.items()}
+    default = dict.fromkeys((BACKLASH(50), ERROR(5)), found[PD])
+    return {**found, **default, STATIC: statics("paper-labelled")}
 
 
 def _drawn(generator: np.random.Generator) -> Known:
@@ -79,16 +100,16 @@ def test_every_claim_gets_a_verdict_whatever_is_missing(seed: int) -> None:
     generator = np.random.default_rng(seed)
     where = product(LAWS, ("paper-labelled", "paper-swapped"), (0.006, 0.05))
     cells = [Cell(*place, _drawn(generator)) for place in where]
-    records = []
+    found = []
     for name, claim in zip(claims._names(), claims.CLAIMS, strict=True):
         given_answers = answers(claim, cells)
         for answer in given_answers:
             assert (answer.yes is None) == (not math.isfinite(answer.value))
-        records.append(claims._record(name, claim, given_answers))
-        counted = sum(group["undefined"] for group in records[-1]["values"].values())
-        assert records[-1]["undefined"] == counted
-    json.dumps(records, allow_nan=False)
-    html = table_html(records, (0.006, 0.05), claims._left(cells))
+        found.append(judged(name, claim, given_answers))
+        counted = sum(group.undefined for group in found[-1].groups)
+        assert found[-1].verdict.undefined == counted
+    json.dumps([one.to_dict() for one in found], allow_nan=False)
+    html = table_html(found, (0.006, 0.05), claims._left(cells))
     assert html.count("<tr id=") == len(claims.CLAIMS)
 
 
@@ -97,67 +118,68 @@ def test_a_cell_without_any_number_supports_nothing(fate: str) -> None:
     """Every run diverged, or none has anything to tell: nothing but the arm's data is left."""
     known = Known()
     for name, numbers in measured().items():
-        if name == "static":
+        if name == STATIC:
             known.add(name, numbers)
         else:
             known.add(name, {fate: 0.1} if fate == "diverged_s" else dict.fromkeys(numbers))
     for claim in claims.CLAIMS:
         found = answers(claim, [Cell("angle", "x", 0.05, known)])
         assert found
-        if "static." not in _names_of(claim) and "diverge" not in claim.statement:
+        if STATIC not in _sources_of(claim) and "diverge" not in claim.statement:
             assert {answer.yes for answer in found} == {None}
             assert verdict(found).verdict == UNDEFINED
 
 
-def _names_of(claim: Any) -> str:
+def _sources_of(claim: Claim) -> set[Source]:
     """What its formulas read."""
+    asked: set[Source] = set()
 
     class Spy(Known):
-        asked = ""
-
-        def __getitem__(self, name: str) -> float:
-            self.asked += name + " "
+        def __getitem__(self, quantity: Quantity) -> float:
+            asked.add(quantity.source)
             return 1.0
 
     spy = Spy()
     for formula in claim.formulas.values():
-        try:
+        with suppress(NotSimulatedError):
             formula(spy)
-        except NotSimulatedError:
-            continue
-    return spy.asked
+    return asked
 
 
 def _sweep() -> Known:
     known = Known()
     for b in (5, 50, 500):
-        known.add(f"b{b}", {"third": 1.0 / b, "second_force_N": float(b), "third_force_N": 2.0})
-    known.add("b3000", {"diverged_s": 0.7})
+        numbers = {"third": 1.0 / b, "second_force_N": float(b), "third_force_N": 2.0}
+        known.add(BACKLASH(b), numbers)
+    known.add(BACKLASH(3000), {"diverged_s": 0.7})
     return known
 
 
-@pytest.mark.parametrize("formula", [rank("b", "third"), spread("b", "third"), edges_over_least])
+@pytest.mark.parametrize(
+    "formula", [rank(BACKLASH, "third"), spread(BACKLASH, "third"), edges_over_least]
+)
 def test_a_diverged_member_leaves_a_sweep_undefined(formula: Callable[[Known], float]) -> None:
-    whole = Known({name: value for name, value in _sweep().items() if "3000" not in name})
+    whole = Known({q: value for q, value in _sweep().items() if q.source != BACKLASH(3000)})
     assert math.isfinite(formula(whole))
     assert math.isnan(formula(_sweep()))
 
 
-@pytest.mark.parametrize("diverged", ["b50", "b5"])
-def test_the_suitable_backlash_is_undefined_with_any_of_them(diverged: str) -> None:
-    known = Known({n: v for n, v in _sweep().items() if not n.startswith(f"{diverged}.")})
+@pytest.mark.parametrize("diverged", [BACKLASH(50), BACKLASH(5)])
+def test_the_suitable_backlash_is_undefined_with_any_of_them(diverged: Source) -> None:
+    known = Known({q: v for q, v in _sweep().items() if q.source != diverged})
     known.add(diverged, {"diverged_s": 0.3})
     assert math.isnan(default_over_least(known))
 
 
 def test_ratios_and_differences_with_nothing_are_undefined() -> None:
-    known = Known({"a.x": 1.0, "a.zero": 0.0, "a.none": math.nan, "b.diverged_s": 0.1})
+    a, b = Source("a"), Source("b")
+    known = Known({a("x"): 1.0, a("zero"): 0.0, a("none"): math.nan, b("diverged_s"): 0.1})
     with np.errstate(divide="ignore", invalid="ignore"):
         for formula in (ratio, difference):
-            assert math.isfinite(formula("a.x", "a.x")(known))
-            for other in ("a.none", "b.x"):
-                assert math.isnan(formula("a.x", other)(known))
-        assert not math.isfinite(ratio("a.x", "a.zero")(known))
+            assert math.isfinite(formula(a("x"), a("x"))(known))
+            for other in (a("none"), b("x")):
+                assert math.isnan(formula(a("x"), other)(known))
+        assert not math.isfinite(ratio(a("x"), a("zero"))(known))
 
 
 def _answer(phase_law: str, yes: bool | None) -> Answer:
@@ -207,7 +229,7 @@ SCALARS: list[tuple[Callable[..., Any], int]] = [
     (phase.is_quiet, 1),
     (accumulation.is_linear, 1),
     (accumulation.is_ordered, 1),
-    (controller.growth_agrees, 2),
+    (growth_agrees, 2),
 ]
 
 
@@ -250,7 +272,7 @@ def test_a_trend_is_open_where_a_member_is_undefined(
 def test_open_decisions_in_words(one: bool | None, other: bool | None, third: bool | None) -> None:
     word = figures.by_law({"omega_t": one, "angle": other})
     assert (word == UNDEFINED) == (None in (one, other))
-    answer = phase.h1_verdict("only with omega_t", {"a": one, "b": other, "c": third})
+    answer = phase.h1_verdict(phase.Presence.PRINTED, {"a": one, "b": other, "c": third})
     assert (answer == "holds") == (one is other is third is True)
     assert all_of((one, other, third)) in (True, False, None)
     assert any_of((one, other)) == (one if one == other else one or other or None)
@@ -281,20 +303,16 @@ def test_where_the_error_shows_is_told_from_what_is_known(
 def test_nothing_else_falls_over_what_is_missing(data: st.DataObject) -> None:
     number = data.draw(NUMBER)
     values = [math.nan if value is None else value for value in data.draw(NUMBERS)]
-    rates = dict(zip(("error_growth_per_s", "rigid_growth_per_s"), values, strict=False))
-    numbers = {**rates, "prediction_misfit": values[2]}
-    assert accumulation.is_own_sensitivity(numbers) in (True, False, None)
+    assert accumulation.is_own_sensitivity(*values[:3]) in (True, False, None)
     assert math.isfinite(damping_fit.STATEMENTS[0].misfit(number))
-    assert controller.flutters({"amplitude_rad_per_s2": number}) in (True, False, None)
-    assert controller.flutters({"diverged_s": 0.1}) is True
-    shares = dict(zip(ladder.GROUPS, values, strict=True))
-    assert (ladder.dominant(shares) == UNDEFINED) == (not np.isfinite(values).all())
+    assert Flutter("always", 0.01, 0.0, number).flutters in (True, False, None)
+    assert Flutter("always", 0.01, 0.0, diverged_s=0.1).flutters is True
+    shares = dict(zip(GROUPS, values, strict=True))
+    assert (ladder_records.dominant(shares) == UNDEFINED) == (not np.isfinite(values).all())
     errors = np.abs(values) + 1e-9
     needed = floating_base.needed_ratio(np.array(SIZES), errors, 0.03)
     assert needed is None or np.isfinite(errors).any()
-    gaps = phase.relative_gaps(
-        dict(zip(phase.SAME, values, strict=False)), dict.fromkeys(phase.SAME, number)
-    )
+    gaps = phase.relative_gaps(phase.Vibration(*values[:3]), phase.Vibration(*[number] * 3))
     assert phase.same_vibration(gaps) in (True, False, None)
     assert phase.planets_explain(data.draw(YES), number, values[0]) in (True, False, None)
     assert phase.second_engine_supports([data.draw(YES)], [number]) in (True, False, None)
@@ -315,3 +333,10 @@ def test_records_are_json_and_texts_words(value: Any) -> None:
     json.dumps(recorded(value), allow_nan=False)
     if value is None or isinstance(value, float):
         assert (shown(value) == UNDEFINED) == (value is None or not math.isfinite(value))
+
+
+def test_a_record_takes_numpys_numbers_and_nothing_foreign() -> None:
+    numbers = {"a": np.float64(1.5), "b": np.bool_(True), "c": (np.int64(2), np.float32("nan"))}
+    assert recorded(numbers) == {"a": 1.5, "b": True, "c": [2, None]}
+    with pytest.raises(TypeError, match="not JSON"):
+        recorded({"a": object()})

@@ -25,7 +25,7 @@ SHORT = {"scenario": "constant-torque", "duration_s": 2e-3, "record_every": 1}
 PAPER = "crosscheck.paper"
 # What cuts a measure or a question to milliseconds: constants of modules, (module, name) -> value.
 CUTS: dict[tuple[str, str], Any] = {
-    (f"{PAPER}.fluctuation", "THIRD_S"): (0.0, 2e-3),
+    (f"{PAPER}.events", "THIRD_S"): (0.0, 2e-3),
     (f"{PAPER}.phase.experiments", "THIRD_S"): (0.0, 1.0),
     (f"{PAPER}.phase.experiments", "FILTER_EDGE_S"): 0.0,
     (f"{PAPER}.hypotheses.floating_base", "RATIOS"): (10.0,),
@@ -46,9 +46,14 @@ def run(keep: str | None = None, **variant: Any) -> Callable[[], Result]:
         variants = importlib.import_module("crosscheck.studies.variant")
         one = variants.Variant(**(SHORT | variant))
         function = found(keep) if keep is not None else None
-        made = (
-            partial(variants.measured, one, function) if keep else partial(variants.simulate, one)
-        )
+        others = function.others(one) if isinstance(function, studies.Comparison) else ()
+
+        def made() -> object:
+            this, *beside = map(variants.simulate, (one, *others))
+            if function is None:
+                return this
+            return function.numbers(this, tuple(beside)) if beside else function(this)
+
         return partial(studies.run_key, one, function), made
 
     return result
@@ -70,6 +75,16 @@ def found(name: str) -> Any:
     return getattr(importlib.import_module(f"{PAPER}.{module}"), attribute)
 
 
+def of_variant(kind: str) -> Callable[[], Result]:
+    """An answer about the short variant, which is made where the project may be imported."""
+
+    def result() -> Result:
+        variants = importlib.import_module("crosscheck.studies.variant")
+        return question(kind, variants.Variant(**SHORT))()
+
+    return result
+
+
 def third_amplitude() -> Result:
     experiments = importlib.import_module(f"{PAPER}.phase.experiments")
     variant = importlib.import_module("crosscheck.studies.variant").Variant(**SHORT)
@@ -83,10 +98,10 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "printed run, one planet": run("reductions.first_planets", model="analytic:printed"),
     "exudyn run": run(model="exudyn:tree"),
     "pinocchio run": run(model="pinocchio:coupled"),
-    "measure of exudyn": run("phase.planets.fluctuation_and_spread", model="exudyn:tree"),
-    "measure by exudyn": run("phase.planets.in_step"),
-    "measure with rounding": run("phase.rounding.with_rounding"),
-    "claims' measure": run("claims.measures.back_and_forth", model="analytic:links"),
+    "measure of exudyn": run("phase.planets.FLUCTUATION_AND_SPREAD", model="exudyn:tree"),
+    "planets in step": of_variant("phase.planets.InStep"),
+    "with rounding": of_variant("phase.rounding.Rounded"),
+    "claims' measure": run("claims.measures.BACK_AND_FORTH", model="analytic:links"),
     "floating base": question("hypotheses.floating_base._Flights", "pd", 2.0, 1e-3),
     "errata": question("errata.sheet.Errata", "paper-labelled", 1e-4),
     "planet spin": question("hypotheses.planet_spin.SpinCost", "paper-labelled", "pd", 1e-3),

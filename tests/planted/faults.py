@@ -11,29 +11,35 @@ import __future__
 import inspect
 import sys
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from importlib import import_module
 from types import ModuleType
 from typing import NamedTuple
 
 import pytest
-import xarray as xr
 
+from crosscheck.checks.trajectories import Pair
 from crosscheck.findings import Finding
+from crosscheck.plan import nudged
 from crosscheck.registry import MODELS, build, model_class
 from models.arm import Arm
 from models.interface import STATE_ABILITIES, Model
+from models.loading import Case, load_arm
 from models.scenario import Scenario
 from models.switches import switches
-from tests.arms import PAPER
 from tests.judged import compare_states, energy_over_run, invariants, same_step
 
 STATES, SEED = 5, 0
 PACKAGES = {
     "analytic": ("analytic",),
     "pinocchio": (),
-    "exudyn": ("models.exudyn_mesh", "models.exudyn_tree"),
+    "exudyn": (
+        "models.exudyn_mesh",
+        "models.exudyn_tree",
+        "models.exudyn_tree_parts",
+        "models.exudyn_tree_stiffness",
+    ),
 }
 Plant = Callable[[pytest.MonkeyPatch], None]
 Laws = tuple[tuple[str, str], ...]
@@ -41,14 +47,31 @@ Laws = tuple[tuple[str, str], ...]
 MASS, BIAS = "states/mass_matrix", "states/bias"
 FORCE, ACCELERATION = "states/generalized_force", "states/acceleration"
 OMEGA_T, EQ13 = (("phase", "omega_t"),), (("ring_rate", "eq13"),)
+UNLIKE, DIRECT = "three-unlike", "direct-between"  # arms of the second version
+SHIFTED_TABLE = "(*law.stiffness_N_per_m[1:], law.stiffness_N_per_m[1])"
 TANH, CONTACT = (("dead_zone", "tanh"),), (("damping", "contact"),)
+
+
+class Setup(NamedTuple):
+    """Switches, drive and arm of the experiment in which a fault is sought; see Fault."""
+
+    laws: Laws = ()
+    drive: str = "pd"
+    arm: str = "probe"
+
+    @property
+    def case(self) -> Case:
+        """The experiment."""
+        arm = load_arm(self.arm)
+        scenario = probe_scenario(self.drive, len(arm.joints))
+        return Case(arm, scenario, switches(**dict(self.laws)))
 
 
 class Fault(NamedTuple):
     """A fault and the check that must see it.
 
     red_check: kind and quantity of the check, as ``states/bias`` or ``same-step/theta``. laws:
-    switches, and drive a name in DRIVES, under which the fault can be seen.
+    switches, drive a name in DRIVES and arm a built-in one, on which the fault can be seen.
     """
 
     name: str
@@ -56,6 +79,12 @@ class Fault(NamedTuple):
     red_check: str
     laws: Laws = ()
     drive: str = "pd"
+    arm: str = "probe"
+
+    @property
+    def setup(self) -> Setup:
+        """In which it is planted."""
+        return Setup(self.laws, self.drive, self.arm)
 
 
 def edit(place: str, old: str, new: str) -> Plant:
@@ -122,68 +151,37 @@ def interpret(patch: pytest.MonkeyPatch, model: str) -> None:
 
 def probe_arm() -> Arm:
     """An arm on which no two numbers are equal that a fault might confuse."""
-    shoulder = {
-        "ring_inertia_kg_m2": 0.17,
-        "ring_mesh_phase_rad": 0.7,
-        "tooth_error_m": 3e-5,
-        "tanh_sharpness_per_m": 2e4,
-    }
-    elbow = {
-        "sun_teeth": 30,
-        "planet_teeth": 30,
-        "ring_teeth": 90,
-        "planet_count": 4,
-        "module_m": 0.0025,
-        "pressure_angle_deg": 20.0,
-        "sun_equivalent_mass_kg": 0.4,
-        "planet_equivalent_mass_kg": 0.7,
-        "carrier_equivalent_mass_kg": 5.1,
-        "sun_mass_kg": 0.36,
-        "planet_mass_kg": 0.52,
-        "carrier_mass_kg": 5.5,
-        "ring_mass_kg": 8.0,
-        "ring_inertia_kg_m2": 0.11,
-        "backlash_m": 4e-5,
-        "mesh_stiffness_N_per_m": 8e7,
-        "mesh_stiffness_amplitude_N_per_m": 1.5e7,
-        "tooth_error_m": 2e-5,
-        "ring_mesh_phase_rad": -0.4,
-        "damping_ratio": None,
-        "sun_planet_damping_N_s_per_m": 900.0,
-        "planet_ring_damping_N_s_per_m": 1700.0,
-        "tanh_sharpness_per_m": 3e4,
-    }
-    first, second = (joint.model_dump() for joint in PAPER.joints)
-    near, far = (link.model_dump() for link in PAPER.links)
-    return Arm.model_validate(
-        {
-            "schema_version": 1,
-            "name": "probe",
-            "payload_mass_kg": 7.0,
-            "joints": [first | shoulder, second | elbow],
-            "links": [near | {"com_m": 0.42}, far | {"com_m": 0.4, "cross_section_m2": 0.008}],
-        }
-    )
+    return load_arm("probe")
 
 
 DRIVES = {
     "pd": {
         "kind": "pd",
-        "target_rad": [0.5, -0.3],
-        "proportional_N_m_per_rad": [1000.0, 800.0],
-        "derivative_N_m_s_per_rad": [400.0, 300.0],
+        "target_rad": [0.5, -0.3, 0.2],
+        "proportional_N_m_per_rad": [1000.0, 800.0, 500.0],
+        "derivative_N_m_s_per_rad": [400.0, 300.0, 60.0],
     },
     "sinusoid": {
         "kind": "sinusoid",
-        "amplitude_N_m": [200.0, 150.0],
-        "rate_rad_per_s": [50.0, 70.0],
+        "amplitude_N_m": [200.0, 150.0, 40.0],
+        "rate_rad_per_s": [50.0, 70.0, 90.0],
         "argument": "time",
     },
 }
+START = {
+    "theta_rad": [0.3, -0.8, 0.5],
+    "theta_dot_rad_per_s": [0.6, -0.9, 0.7],
+    "sun_planet_offset_m": [2e-6, 5e-6, 1e-6],
+    "planet_ring_offset_m": [-3e-6, 4e-6, 2e-6],
+}
 
 
-def probe_scenario(drive: str) -> Scenario:
-    """200 steps from a start in motion, off centre in every mesh."""
+def probe_scenario(drive: str, joints: int = 2) -> Scenario:
+    """200 steps from a start in motion, off centre in every mesh, of up to three joints."""
+
+    def of_joints(fields: Mapping[str, object]) -> dict[str, object]:
+        return {k: v[:joints] if isinstance(v, list) else v for k, v in fields.items()}
+
     return Scenario.model_validate(
         {
             "schema_version": 1,
@@ -191,28 +189,25 @@ def probe_scenario(drive: str) -> Scenario:
             "duration_s": 2e-3,
             "step_s": 1e-5,
             "record_every": 10,
-            "start": {
-                "theta_rad": [0.3, -0.8],
-                "theta_dot_rad_per_s": [0.6, -0.9],
-                "sun_planet_offset_m": [2e-6, 5e-6],
-                "planet_ring_offset_m": [-3e-6, 4e-6],
-            },
-            "drive": DRIVES[drive],
+            "start": of_joints(START),
+            "drive": of_joints(DRIVES[drive]),
         }
     )
 
 
-def probe_model(name: str, laws: Laws, drive: str) -> Model:
+def probe_model(name: str, setup: Setup) -> Model:
     """The model in the experiment in which faults are sought."""
-    return build(name, probe_arm(), probe_scenario(drive), switches(**dict(laws)))
+    return build(name, *setup.case)
 
 
 unharmed = lru_cache(probe_model)  # never handed out with a fault planted in it
 
 
 @lru_cache
-def _unharmed_run(name: str, laws: Laws, drive: str) -> xr.Dataset:
-    return unharmed(name, laws, drive).simulate()
+def _unharmed_runs(name: str, setup: Setup) -> Pair:
+    """A run, and that from a start one rounding away."""
+    case = setup.case
+    return Pair(*(build(name, *of).simulate() for of in (case, nudged(case))))
 
 
 def verdict(fault: Fault, harmed: str, partner: str) -> str:
@@ -228,14 +223,14 @@ def verdict(fault: Fault, harmed: str, partner: str) -> str:
 
 
 def _findings(fault: Fault, harmed: str, partner: str) -> Iterator[Finding]:
-    where = fault.laws, fault.drive
-    model = probe_model(harmed, *where)
+    model = probe_model(harmed, fault.setup)
     if fault.red_check.startswith("states/"):
-        pair = {harmed: model, partner: unharmed(partner, *where)}
-        models = [pair[name] for name in MODELS if name in pair]  # as in a cross-check
+        both = {harmed: model, partner: unharmed(partner, fault.setup)}
+        models = [both[name] for name in MODELS if name in both]  # as in a cross-check
         yield from compare_states("planted", models, STATE_ABILITIES, STATES, SEED)
     elif fault.red_check.startswith("same-step/"):
-        yield from same_step("planted", model.simulate(), _unharmed_run(partner, *where))
+        pair = _unharmed_runs(partner, fault.setup)
+        yield from same_step("planted", fault.setup.case, model.simulate(), pair.run, pair)
     elif fault.red_check == "invariants/energy":
         yield from energy_over_run("planted", model.reference(1e-10))
     else:
@@ -243,8 +238,8 @@ def _findings(fault: Fault, harmed: str, partner: str) -> Iterator[Finding]:
 
 
 @lru_cache
-def _control(harmed: str, partner: str, red_check: str, laws: Laws, drive: str) -> str:
-    fault = Fault("none", lambda patch: None, red_check, laws, drive)
+def _control(harmed: str, partner: str, red_check: str, setup: Setup) -> str:
+    fault = Fault("none", lambda patch: None, red_check, *setup)
     with pytest.MonkeyPatch.context() as patch:
         interpret(patch, harmed)
         return verdict(fault, harmed, partner)
@@ -252,8 +247,7 @@ def _control(harmed: str, partner: str, red_check: str, laws: Laws, drive: str) 
 
 def assert_seen(fault: Fault, harmed: str, partner: str) -> None:
     """The check agrees without the fault and differs with it; no fault merely raises."""
-    check = fault.red_check, fault.laws, fault.drive
-    assert _control(harmed, partner, *check) == "agree"
+    assert _control(harmed, partner, fault.red_check, fault.setup) == "agree"
     with pytest.MonkeyPatch.context() as patch:
         interpret(patch, harmed)
         fault.plant(patch)

@@ -16,13 +16,14 @@ import pytest
 import xarray as xr
 
 from crosscheck import plan, state_suite
-from crosscheck.checks.answers import CHRISTOFFEL
-from crosscheck.comparison import ModelTask, Results, findings_of, tasks_of
+from crosscheck.checks.answers import CHRISTOFFEL, FORCE_SLOPES, START_MASS
+from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.findings import Finding
+from crosscheck.preparation import prepared
 from crosscheck.registry import MODELS, model_class
-from crosscheck.run import planned, smallest, stable_steps
+from crosscheck.run import planned
 from crosscheck.tasks import Outcome, Simulation
-from crosscheck.workers import perform_all
+from crosscheck.workers import Workers
 from models.arm import Arm
 
 STATES = 4
@@ -179,6 +180,17 @@ MODES: dict[str, Mutate] = {
     "factor 1 + 1e-6": lambda modes: modes * FACTOR,
     "one 1 % off": lambda modes: np.sort(_off((0,))(modes)),
 }
+POLES: dict[str, Mutate] = {
+    "empty": lambda poles: poles[:0],
+    "one missing": lambda poles: poles[1:],
+    "real parts alone": lambda poles: poles.real,
+    "one NaN": lambda poles: _entry((0,), np.nan)(poles),
+    "sign": lambda poles: -poles,
+    "without damping": lambda poles: 1j * poles.imag,
+    "factor 1 + 1e-6": lambda poles: poles * FACTOR,
+    "one 1 % off": lambda poles: _off((0,))(poles),
+    "one for all": lambda poles: np.full_like(poles, poles[0]),
+}
 
 
 def _residual(at: int, change: Mutate) -> Mutate:
@@ -199,17 +211,18 @@ RESIDUAL: dict[str, Mutate] = {
 
 OTHERS = {
     "mesh_modes": MODES,
+    "contact_poles": POLES,
     "largest_stable_step": SCALAR,
     "constraint_residual": RESIDUAL,
 }
 
 
-def changes(method: str, role: str) -> Iterator[tuple[str, Mutate]]:
-    """Every mutation that applies to a method's answer."""
+def changes(method: str, role: str, size: int) -> Iterator[tuple[str, Mutate]]:
+    """Every mutation that applies to a method's answer, of a model of so many coordinates."""
     yield from ANY.items()
     if method in ARRAYS:
         yield from ARRAY.items()
-        yield from _values(method, role).items()
+        yield from _values(method, role, size).items()
     elif method in RUNS:
         yield from RUN.items()
         for name in VARIABLES[:5] if role == "rigid" else VARIABLES:
@@ -223,7 +236,7 @@ def _without(name: str, run: xr.Dataset) -> xr.Dataset:
     return run.drop_vars(name)
 
 
-def _values(method: str, role: str) -> dict[str, Mutate]:
+def _values(method: str, role: str, size: int) -> dict[str, Mutate]:
     """Wrong numbers in an array of the right form, which a form of the paper may well have.
 
     What the paper's forms answer is measured, not trusted. They have no method of their own, so
@@ -232,7 +245,6 @@ def _values(method: str, role: str) -> dict[str, Mutate]:
     """
     if role == "form":
         return {}
-    size = 2 if role == "rigid" else 6
     places = np.ndindex(*([size] * (2 if method == "mass_matrix" else 1)))
     return {
         "zero": lambda a: a * 0,
@@ -243,18 +255,22 @@ def _values(method: str, role: str) -> dict[str, Mutate]:
     }
 
 
-def mutants(model: str) -> list[Mutant]:
+def mutants(model: str, arm: Arm) -> list[Mutant]:
     """Of every method that the model promises."""
-    entry = MODELS[model]
+    entry, size = MODELS[model], len(MODELS[model].layout(arm))
     methods = [*sorted(entry.promises), *["largest_stable_step"] * ("simulate" in entry.promises)]
     return [
         Mutant(model, method, name, change)
         for method in methods
-        for name, change in changes(method, entry.role)
+        for name, change in changes(method, entry.role, size)
     ]
 
 
-CALLS = {CHRISTOFFEL: "mass_matrix"}
+CALLS = {
+    CHRISTOFFEL: "mass_matrix",
+    START_MASS: "mass_matrix",
+    FORCE_SLOPES: "generalized_force",
+}
 
 
 def calls(task: ModelTask) -> str:
@@ -268,21 +284,32 @@ class Campaign:
     """A plan, performed unharmed once, against which mutants are held."""
 
     def __init__(self, arm: Arm) -> None:
-        limits = perform_all(stable_steps(arm), 1, lambda key: None)
-        self.comparisons = planned(arm, True, 0, smallest(limits))
-        self.outcomes = perform_all(tasks_of(self.comparisons), 2, lambda key: None)
+        self.concerned: dict[tuple[str, str], tuple[list[ModelTask], list[Comparison]]] = {}
+        wanted = plan.Wanted(arm, quick=True)
+        with Workers(2) as workers:
+            self.comparisons = planned(wanted, prepared(wanted, workers))
+            self.outcomes = workers.perform(tasks_of(self.comparisons), lambda key: None)
         findings = findings_of(self.comparisons, Results(self.outcomes))
         self.red = [f for f in findings if f.kind == "check" and f.verdict != "agree"]
 
     def findings(self, mutant: Mutant, patch: pytest.MonkeyPatch) -> list[Finding]:
         """All that the mutant has a part in."""
-        touched = [t for t in tasks_of(self.comparisons) if self._is_touched(t, mutant)]
-        asked = [c for c in self.comparisons if set(touched) & set(c.needs)]
+        touched, asked = self._concerned(mutant.model, mutant.method)
         changed = {task.key: self._performed(task, mutant, patch) for task in touched}
         return list(findings_of(asked, Results(self.outcomes | changed)))
 
-    def _is_touched(self, task: ModelTask, mutant: Mutant) -> bool:
-        return task.model == mutant.model and calls(task) == mutant.method
+    def _concerned(self, model: str, method: str) -> tuple[list[ModelTask], list[Comparison]]:
+        """The tasks that call a method of a model, and the comparisons that need them."""
+        if (model, method) not in self.concerned:
+            of_it = [
+                task
+                for task in tasks_of(self.comparisons)
+                if task.model == model and calls(task) == method
+            ]
+            keys = set(of_it)
+            asked = [c for c in self.comparisons if not keys.isdisjoint(c.needs)]
+            self.concerned[model, method] = of_it, asked
+        return self.concerned[model, method]
 
     def _performed(self, task: ModelTask, mutant: Mutant, patch: pytest.MonkeyPatch) -> Outcome:
         owner = model_class(task.model)
@@ -304,5 +331,5 @@ def brief(patch: pytest.MonkeyPatch) -> None:
     for name, duration in BRIEF_S.items():
         patch.setitem(plan.QUICK_S, name, duration)
     patch.setattr(plan, "PROBE_S", 1e-3)
-    patch.setattr(plan, "SHORT_S", 2e-3)
+    patch.setattr(plan, "SHORT_STEPS", 500)
     patch.setattr(state_suite, "QUICK_COUNT", STATES)

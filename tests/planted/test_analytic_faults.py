@@ -8,11 +8,14 @@ from tests.planted.faults import (
     ACCELERATION,
     BIAS,
     CONTACT,
+    DIRECT,
     EQ13,
     FORCE,
     MASS,
     OMEGA_T,
+    SHIFTED_TABLE,
     TANH,
+    UNLIKE,
     Fault,
     Plant,
     assert_seen,
@@ -30,61 +33,57 @@ def change(function: str, old: str, new: str) -> Plant:
 BODIES = [
     Fault(
         "planet's spin sign",
-        change("physical:spinning_bodies", "base - theta_p", "base + theta_p"),
+        change("bodies:spinning_bodies", "base - theta_p", "base + theta_p"),
         MASS,
     ),
     Fault(
         "elbow's planets without the shoulder's rotation",
-        change("physical:spinning_bodies", "base - theta_p", "-theta_p"),
+        change("bodies:spinning_bodies", "base - theta_p", "-theta_p"),
         MASS,
     ),
     Fault(
         "elbow's sun without the shoulder's rotation",
-        change("physical:spinning_bodies", "base + theta_s", "theta_s"),
+        change("bodies:spinning_bodies", "base + theta_s", "theta_s"),
         MASS,
     ),
-    Fault(
-        "one planet spins", change("physical:spinning_bodies", "stage.N * planet", "planet"), MASS
-    ),
+    Fault("one planet spins", change("bodies:spinning_bodies", "stage.N * planet", "planet"), MASS),
     Fault(
         "planets on the base circle",
-        change("physical:carrier_bodies", "stage.r_c**2", "stage.r_cp**2"),
+        change("bodies:carried_bodies", "stage.r_c**2", "stage.r_cp**2"),
         MASS,
     ),
     Fault(
         "planets without orbit inertia",
         change(
-            "physical:carrier_bodies",
+            "bodies:carried_bodies",
             "stage.N * stage.m_p, orbit",
-            "stage.N * stage.m_p, sp.S.Zero",
+            "stage.N * stage.m_p, 0",
         ),
         MASS,
     ),
     Fault(
         "orbit of one planet",
-        change("physical:carrier_bodies", "orbit = stage.N * ", "orbit = "),
+        change("bodies:carried_bodies", "orbit = stage.N * ", "orbit = "),
         MASS,
     ),
     Fault(
         "ring on the link that it drives",
-        change(
-            "physical:carrier_bodies", "stage.J_r, angles[joint - 1]", "stage.J_r, angles[joint]"
-        ),
+        change("bodies:carried_bodies", "stage.J_r, before", "stage.J_r, after"),
         MASS,
     ),
     Fault(
         "centre of mass at half length",
-        change("physical:link_bodies", "stage.d)", "stage.L / 2)"),
+        change("bodies:link_bodies", "stage.d)", "stage.L / 2)"),
         MASS,
     ),
     Fault(
         "payload at the centre of mass",
-        change("physical:link_bodies", "stage.L)", "stage.d)"),
+        change("bodies:link_bodies", "stage.L)", "stage.d)"),
         MASS,
     ),
     Fault(
         "elbow at its own link's length",
-        change("physical:_joint_centre", "stage_symbols(k)", "stage_symbols(joint)"),
+        change("chain:Chain.centre_of", "(stage.L for", "(self.stages[joint - 1].L for"),
         MASS,
     ),
     Fault(
@@ -103,11 +102,11 @@ BODIES = [
         change("kinematics:stage_geometry", "r_cp=r_c * cos_alpha", "r_cp=r_c"),
         MASS,
     ),
-    Fault("rod about its end", change("symbols:_stage_values", "**2 / 12", "**2 / 3"), MASS),
+    Fault("rod about its end", change("stage:_link_inertia", "**2 / 12", "**2 / 3"), MASS),
     Fault(
         "masses of sun and planet swapped",
         change(
-            "symbols:_stage_values",
+            "stage:_gear_values",
             "joint.sun_mass_kg,\n        joint.planet_mass_kg",
             "joint.planet_mass_kg, joint.sun_mass_kg",
         ),
@@ -115,19 +114,23 @@ BODIES = [
     ),
     Fault(
         "only half of the kinetic energy's slope",
-        change("lagrange:christoffel_bias", "[0] / 2", "[0] / 4"),
+        change("lagrange:bias_terms", "slope / 2", "slope / 4"),
         BIAS,
     ),
     Fault(
         "no Coriolis force from a changing mass matrix",
-        change("lagrange:christoffel_bias", "(changing - slope)", "(-slope)"),
+        change("lagrange:bias_terms", "max(j, k)] += slope", "max(j, k)] += 0 * slope"),
         BIAS,
     ),
-    Fault("rates mistaken among the terms", change("terms:_bias_terms", "a, b))", "a, a))"), BIAS),
+    Fault(
+        "rates mistaken among the terms",
+        change("terms:chain_terms", "waves.number(w), a, b)", "waves.number(w), a, a)"),
+        BIAS,
+    ),
 ]
 
 FORCES = [
-    Fault("motor torque without 1/n", change("physical:_efforts", " / stage.n", ""), FORCE),
+    Fault("motor torque without 1/n", change("efforts:drive_rows", " / stage.n", ""), FORCE),
     Fault(
         "ratio without the ring's turn",
         change("kinematics:stage_geometry", "sun_teeth + 1", "sun_teeth"),
@@ -135,19 +138,23 @@ FORCES = [
     ),
     Fault(
         "motor without reaction on the link before",
-        change("physical:_efforts", ", theta_s)]", ", theta_s + link_angles(joints)[joint - 1])]"),
+        change(
+            "efforts:drive_rows",
+            "chain.gear_rows(joint)[0]",
+            "(chain.gear_rows(joint)[0] + chain.angles[joint - 1])",
+        ),
         FORCE,
     ),
-    Fault("one planet's force", change("physical:_efforts", "-stage.N * F_sp", "-F_sp"), FORCE),
+    Fault("one planet's force", change("efforts:mesh_rows", "-stage.N * ", "-"), FORCE),
     Fault(
         "sign of the ring mesh",
-        change("physical:_efforts", "-stage.N * F_pr", "stage.N * F_pr"),
+        change("efforts:mesh_rows", "-stage.N", "(1 if mesh == MESHES[1] else -1) * stage.N"),
         FORCE,
     ),
     Fault("tooth error sign", change("mesh_force:mesh_force", "x - tooth", "x + tooth"), FORCE),
     Fault(
         "stiffness does not vary",
-        change("mesh_force:mesh_force", "fundamental(sine, k_m, k_a)", "k_m"),
+        change("kernel:elastic_force", "x, sine, k,", "x, sine, gears.k_m[i],"),
         FORCE,
     ),
     Fault(
@@ -184,7 +191,9 @@ FORCES = [
         FORCE,
         EQ13,
     ),
-    Fault("phase of the wrong joint", change("gears:gears", "3 * (mesh // 2) + 2", "2"), FORCE),
+    Fault(
+        "phase of the wrong joint", change("gears:gears", "theta[mesh.joint]", "theta[0]"), FORCE
+    ),
     Fault(
         "phase without time",
         change("mesh_frequency:mesh_phase", "theta_dot * t", "theta_dot"),
@@ -193,7 +202,7 @@ FORCES = [
     ),
     Fault(
         "ring phase lost",
-        change("gears:gears", "(0.0, joint.ring_mesh_phase_rad)", "(0.0, 0.0)"),
+        change("gears:gears", "entry.mesh.phase_rad", "0.0"),
         FORCE,
     ),
     Fault(
@@ -203,17 +212,21 @@ FORCES = [
     ),
     Fault(
         "damping of one planet",
-        change("gears:damping", "stiffness * joint.sun", "stiffness / planets * joint.sun"),
+        change("gears:_damping", "stiffness = planets * ", "stiffness = "),
         FORCE,
     ),
     Fault(
         "damping by one planet's mass",
-        change("gears:damping", "stiffness * planets * joint", "stiffness * joint"),
+        change("gears:damping", "joint.planet_count * planet", "planet"),
         FORCE,
     ),
     Fault(
-        "direct dampings swapped",
-        change("gears:damping", "return direct[0], direct[1]", "return direct[1], direct[0]"),
+        "dampings swapped",
+        change(
+            "gears:damping",
+            "(joint.sun_mesh, joint.ring_mesh)",
+            "(joint.ring_mesh, joint.sun_mesh)",
+        ),
         FORCE,
     ),
     Fault("damping pushes", change("kernel:generalized_force", "] -= gears", "] += gears"), FORCE),
@@ -231,7 +244,7 @@ FORCES = [
     ),
     Fault(
         "controller senses the mesh",
-        change("kernel:torque", "(q.size // joints) - 1", "(q.size // joints) - 2"),
+        change("kernel:torque", "terms.theta[j]", "terms.theta[j] - 1"),
         FORCE,
     ),
     Fault(
@@ -299,15 +312,15 @@ RUNS = [
     ),
     Fault(
         "forces recorded of the other mesh",
-        change("model:AnalyticModel.record", "forces[:, offset::2]", "forces[:, 1 - offset :: 2]"),
+        change("model:AnalyticModel.record", "forces[:, place::2]", "forces[:, 1 - place :: 2]"),
         F_SP,
     ),
     Fault(
         "displacements recorded of the other mesh",
         change(
             "model:AnalyticModel.record",
-            "self.gears.where[offset::2]",
-            "self.gears.where[1 - offset :: 2]",
+            "self.layout.of(mesh)",
+            "self.layout.of(MESHES[1 - place])",
         ),
         X_SP,
     ),
@@ -319,8 +332,121 @@ RUNS = [
     ),
 ]
 
+SECOND_VERSION = [
+    Fault(
+        "weights lift",
+        change("lagrange:weight_terms", "cosine + lever", "cosine - lever"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "base tilted the other way",
+        change("lagrange:weight_terms", "sine - sign", "sine + sign"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "weight of the links alone",
+        change("terms:chain_terms", "weight_terms(bodies,", "weight_terms(bodies[: len(links)],"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction pushes",
+        change("kernel:generalized_force", "] -= terms.friction", "] += terms.friction"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction of the shoulder everywhere",
+        change("kernel:generalized_force", "terms.friction[j]", "terms.friction[0]"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "motor without mass",
+        change("bodies:carried_bodies", "stage.m_m, stage.J_m", "0, stage.J_m"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "rotor without inertia",
+        change("bodies:carried_bodies", "stage.m_m, stage.J_m", "stage.m_m, 0"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "rotor on the link before",
+        change("bodies:carried_bodies", "stage.J_m, after", "stage.J_m, before"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "direct torque without reaction",
+        change("efforts:drive_rows", 'chain.row("theta", joint)', "chain.angles[joint]"),
+        FORCE,
+        arm=DIRECT,
+    ),
+    Fault(
+        "last harmonic lost",
+        change("stiffness:stiffness", "law.first[i + 1])", "law.first[i + 1] - 1)"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "square wave begins elsewhere",
+        change("stiffness:_waves", "(1 - np.cos(lag))", "(1 + np.cos(lag))"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "square wave's mean is its peak",
+        change("stiffness:mean_stiffness", "law.contact_ratio - 1", "1.0"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "table shifted by a row",
+        change("stiffness:_pieces", "law.stiffness_N_per_m", SHIFTED_TABLE),
+        FORCE,
+        arm=DIRECT,
+    ),
+    Fault(
+        "mean of a table without its curves",
+        change("stiffness:mean_stiffness", "width * a / 4", "0 * a"),
+        FORCE,
+        arm=DIRECT,
+    ),
+    Fault(
+        "ring with the sun's law",
+        change(
+            "gears:gears",
+            "entry.mesh.stiffness for entry in meshes])",
+            "meshes[2 * (place // 2)].mesh.stiffness for place in range(len(meshes))])",
+        ),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "inertia over the radius alone",
+        change("stage:_either", "radius**2", "radius"),
+        MASS,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "link's inertia about its joint",
+        change(
+            "stage:_link_inertia",
+            "return link.mass_kg, link.inertia_kg_m2",
+            "return link.mass_kg, link.inertia_kg_m2 - link.mass_kg * link.com_m**2",
+        ),
+        MASS,
+        arm=UNLIKE,
+    ),
+]
 
-@pytest.mark.parametrize("fault", [*BODIES, *FORCES], ids=lambda fault: fault.name)
+
+@pytest.mark.parametrize("fault", [*BODIES, *FORCES, *SECOND_VERSION], ids=lambda fault: fault.name)
 def test_fault_turns_its_check_red(fault: Fault):
     assert_seen(fault, "analytic:physical", "pinocchio:gears")
 

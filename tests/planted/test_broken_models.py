@@ -8,15 +8,15 @@ import pytest
 from crosscheck.findings import Finding
 from models.interface import STATE_ABILITIES
 from tests.judged import compare_states
-from tests.planted.faults import SEED, STATES, probe_model, unharmed
+from tests.planted.faults import SEED, STATES, Setup, probe_model, unharmed
 
 PAIR = ("analytic:physical", "pinocchio:gears")
 
 
 def _finding(quantity: str, order: tuple[str, ...], answer: object) -> Finding:
-    broken = probe_model("pinocchio:gears", (), "pd")
+    broken = probe_model("pinocchio:gears", Setup())
     setattr(broken, quantity, answer)
-    models = {"analytic:physical": unharmed("analytic:physical", (), "pd"), broken.name: broken}
+    models = {"analytic:physical": unharmed("analytic:physical", Setup()), broken.name: broken}
     chosen = [models[name] for name in order]
     (finding,) = compare_states("broken", chosen, [quantity], STATES, SEED)
     return finding

@@ -2,56 +2,63 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Iterable
 from functools import lru_cache
 
 import pytest
 
 from crosscheck.findings import Finding
-from models import exudyn_bodies, exudyn_contact
 from models.exudyn_bodies import ExudynBodies
 from models.exudyn_tree import ExudynTree
-from models.interface import STATE_ABILITIES, Model
-from models.loading import load_case
+from models.interface import STATE_ABILITIES
+from models.loading import Case, load_case
 from models.pinocchio_gears import PinocchioGears
-from models.scenario import Scenario
-from models.switches import switches
 from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.judged import compare_states, refined
+from tests.planted.bodies_interpreted import interpret
 from tests.planted.faults import (
     ACCELERATION,
     BIAS,
     CONTACT,
+    DIRECT,
     EQ13,
     FORCE,
     MASS,
     OMEGA_T,
     SEED,
+    SHIFTED_TABLE,
     STATES,
     TANH,
+    UNLIKE,
     Fault,
-    Laws,
+    Setup,
     edit,
-    probe_arm,
-    probe_scenario,
 )
 
 BODIES, MESH = "models.exudyn_bodies:", "models.exudyn_contact:"
+STIFFNESS = "models.exudyn_contact_stiffness:"
 POSES, ENGINE = "models.exudyn_poses:", "models.exudyn_bodies_engine:"
 WRENCHES, JOINTS = "bodies/wrenches", "bodies/joints"
 THETA, X_SP, X_PR = "refined/theta", "refined/x_sp", "refined/x_pr"
 
 
 PARTS = [
-    Fault("rod about its end", edit(POSES + "link_parts", "**2 / 12", "**2 / 3"), MASS),
+    Fault("rod about its end", edit(POSES + "_bare_link", "**2 / 12", "**2 / 3"), MASS),
     Fault(
         "ring of the wrong joint",
         edit(POSES + "link_parts", "arm.joints[place + 1]", "arm.joints[place]"),
         MASS,
     ),
     Fault("parallel axes forgotten", edit(ENGINE + "_part", "part.mass * part.x**2", "0.0"), MASS),
-    Fault("pitch for base radius", edit(POSES + "_gear_inertia", " * _cosine(joint)", ""), MASS),
+    Fault(
+        "pitch for base radius",
+        edit(
+            POSES + "base_radius",
+            " * float(np.cos(np.radians(joint.pressure_angle_deg)))",
+            "",
+        ),
+        MASS,
+    ),
     Fault(
         "planets not spread all round",
         edit(POSES + "planet_seats", "joint.planet_count\n", "joint.planet_count * 0.9\n"),
@@ -65,7 +72,7 @@ PARTS = [
     ),
     Fault(
         "sun without the carrier's second turn",
-        edit(POSES + "turns_of", "along_planet + (r_s + r_p) * theta[place])", "along_planet)"),
+        edit(POSES + "turns_of", "along_planet + (r_s + r_p) * theta)", "along_planet)"),
         MASS,
     ),
     Fault(
@@ -101,10 +108,10 @@ PARTS = [
 ]
 
 CONTACTS = [
-    Fault("ring as an external mesh", edit(MESH + "mesh_of", "else -1.0", "else 1.0"), FORCE),
+    Fault("ring as an external mesh", edit(MESH + "meshes_with", "else -1.0", "else 1.0"), FORCE),
     Fault(
         "r_c for r_s",
-        edit(MESH + "mesh_of", "sun_teeth if", "sun_teeth + joint.planet_teeth if"),
+        edit(MESH + "meshes_with", "sun_teeth if", "sun_teeth + joint.planet_teeth if"),
         FORCE,
     ),
     Fault("deflection on the pitch circles", edit(MESH + "look", "mesh.cosine * (", "("), FORCE),
@@ -121,7 +128,7 @@ CONTACTS = [
     Fault("where the planet began forgotten", edit(MESH + "turned", "- direction", ""), FORCE),
     Fault(
         "elbow's ring at the shoulder",
-        edit(MESH + "mesh_of", "0.0 if sun else ring_at", "0.0"),
+        edit(MESH + "meshes_with", "0.0 if sun else ring_at", "0.0"),
         FORCE,
     ),
     Fault(
@@ -151,27 +158,35 @@ CONTACTS = [
     ),
     Fault("ring pulls its planets", edit(MESH + "line_of_action", "mesh.side * ", ""), WRENCHES),
     Fault("every mesh with all damping", edit(MESH + "damping_of", " / count", ""), FORCE),
-    Fault("one planet's mass", edit(MESH + "damping_of", "mass = count * ", "mass = "), FORCE),
+    Fault(
+        "one planet's mass",
+        edit(MESH + "damping_of", "joint.ring_mesh, count * ", "joint.ring_mesh, "),
+        FORCE,
+    ),
     Fault("tooth error sign", edit(MESH + "elastic_force", "x - mesh", "x + mesh"), FORCE),
-    Fault("stiffness sign", edit(MESH + "elastic_force", "stiffness + ", "stiffness - "), FORCE),
+    Fault(
+        "stiffness sign",
+        edit(STIFFNESS + "stiffness_at", "mean + numbers[0, 0]", "mean - numbers[0, 0]"),
+        FORCE,
+    ),
     Fault("one flank", edit(MESH + "dead_zone", "min(max(gap, -b), b)", "min(gap, b)"), FORCE),
     Fault("sign of Eq. 6", edit(MESH + "rounded_dead_zone", "- below", "+ below"), FORCE, TANH),
     Fault(
         "contact without tooth error",
-        edit(MESH + "damping_force", " - mesh.error * contact.wave", ""),
+        edit(MESH + "damping_force", " - mesh.error * np.sin(contact.phase)", ""),
         FORCE,
         CONTACT,
     ),
-    Fault("phase of the link in space", edit(MESH + "mesh_wave", " - previous.angle", ""), FORCE),
+    Fault("phase of the link in space", edit(MESH + "mesh_phase", " - previous.angle", ""), FORCE),
     Fault(
         "clock of the link in space",
-        edit(MESH + "mesh_wave", "(carrier.spin - previous.spin)", "carrier.spin"),
+        edit(MESH + "mesh_phase", "(carrier.spin - previous.spin)", "carrier.spin"),
         FORCE,
         OMEGA_T,
     ),
     Fault(
         "ring phase lost",
-        edit(MESH + "mesh_of", "else joint.ring_mesh_phase_rad", "else 0.0"),
+        edit(MESH + "meshes_with", "=own.phase_rad", "=0.0"),
         FORCE,
     ),
     Fault("sign in Eq. 13", edit(MESH + "teeth_passing", "- 1)", "+ 1)"), FORCE, EQ13),
@@ -180,13 +195,13 @@ CONTACTS = [
 MOTORS = [
     Fault("torque without 1/n", edit(BODIES + "motor", "torque / ratio", "torque"), FORCE),
     Fault("ratio without the ring", edit(BODIES + "motor", "sun_teeth + 1", "sun_teeth"), FORCE),
-    Fault("reaction lost", edit(BODIES + "motor", "-on_sun]", "0.0]"), FORCE),
+    Fault("reaction lost", edit(BODIES + "motor", "drag - on_driven", "drag"), FORCE),
     Fault(
         "reaction on the driven link",
-        edit(BODIES + "motor", "0.0, 0.0, 0.0, -on_sun]", "-on_sun, 0.0, 0.0, 0.0]"),
+        edit(BODIES + "motor", "torques[-1] = drag", "torques[link] += drag"),
         FORCE,
     ),
-    Fault("angle in space sensed", edit(BODIES + "motor", "q[5] - q[8]", "q[5]"), FORCE),
+    Fault("angle in space sensed", edit(BODIES + "motor", "theta - q[-1]", "theta"), FORCE),
     Fault("shoulder's gains", edit(BODIES + "motor", "law.gains[place]", "law.gains[0]"), FORCE),
 ]
 
@@ -210,71 +225,161 @@ RUNS = [
     ),
     Fault(
         "sides swapped in the record",
-        edit(BODIES + "ExudynBodies._trajectory", "x_sp=read[0, 0]", "x_sp=read[1, 0]"),
+        edit(BODIES + "ExudynBodies._mesh_records", '"x_sp": read[0, 0]', '"x_sp": read[1, 0]'),
         X_SP,
     ),
 ]
 
-FAULTS = [*PARTS, *CONTACTS, *MOTORS, *RUNS]
+SECOND_VERSION = [
+    Fault(
+        "weights lift",
+        edit(ENGINE + "BodyEngine._add_weight", "[*gravity, 0.0]", "[*(-g for g in gravity), 0.0]"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "weight of the links alone",
+        edit(ENGINE + "BodyEngine._add_bodies", "for part in parts:", "for part in parts[:1]:"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction pushes",
+        edit(BODIES + "motor", "torques[link] -= drag", "torques[link] += drag"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction without reaction",
+        edit(BODIES + "motor", "drag - on_driven", "-on_driven"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction of the rate in space",
+        edit(BODIES + "motor", "friction * theta_dot", "friction * q_t[link]"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "motor without mass",
+        edit(POSES + "link_parts", "outer.motor_mass_kg", "0.0"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "rotor without inertia",
+        edit(POSES + "link_parts", "joint.rotor_inertia_kg_m2", "0.0"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "direct joint with a ratio",
+        edit(BODIES + "motor", "else 1.0", "else 2.0"),
+        FORCE,
+        arm=DIRECT,
+    ),
+    Fault(
+        "last harmonic lost",
+        edit(STIFFNESS + "waves", "len(numbers)", "len(numbers) - 1"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "last harmonic of the square wave lost",
+        edit(STIFFNESS + "square", "int(harmonics) + 1", "int(harmonics)"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "table shifted by a row",
+        edit(STIFFNESS + "_table", "law.stiffness_N_per_m", SHIFTED_TABLE),
+        FORCE,
+        arm=DIRECT,
+    ),
+    Fault(
+        "slopes of a table from its neighbours alone",
+        edit(STIFFNESS + "_table", "range(PASSES)", "range(1)"),
+        FORCE,
+        arm=DIRECT,
+    ),
+    Fault(
+        "ring with the sun's law",
+        edit(MESH + "meshes_with", "spring_of(own.", "spring_of(joint.sun_mesh."),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "ring with the sun's tooth error",
+        edit(MESH + "meshes_with", "=own.tooth_error_m", "=joint.sun_mesh.tooth_error_m"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "inertia over the radius alone",
+        edit(POSES + "equivalent_mass", "** 2", "** 1"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "link's inertia of a rod of its mass",
+        edit(
+            POSES + "_bare_link",
+            "    assert mass is not None",
+            "    inertia = mass * link.length_m**2 / 12",
+        ),
+        MASS,
+        arm=UNLIKE,
+    ),
+]
+
+FAULTS = [*PARTS, *CONTACTS, *MOTORS, *RUNS, *SECOND_VERSION]
 
 
-def interpret(patch: pytest.MonkeyPatch) -> None:
-    """Compiled functions of the contact become their Python originals, which can be changed."""
-    for module in (exudyn_contact, exudyn_bodies):
-        for name, value in list(vars(module).items()):
-            if hasattr(value, "py_func") and value.__module__ == exudyn_contact.__name__:
-                patch.setattr(module, name, inspect.unwrap(value))
-        patch.setattr(module, "push_bodies", exudyn_contact.mesh_forces)
-
-
-def found(red_check: str, laws: Laws) -> Finding:
+def found(red_check: str, setup: Setup) -> Finding:
     """The named check, with whatever is planted in the bodies."""
     kind, quantity = red_check.split("/")
-    findings = {"states": _states, "refined": _refined, "bodies": _bodies}[kind](laws)
+    findings = {"states": _states, "refined": _refined, "bodies": _bodies}[kind](setup.case)
     return next(finding for finding in findings if finding.quantity == quantity)
 
 
-def _model(kind: type[Model], scenario: Scenario, laws: Laws) -> Model:
-    return kind(probe_arm(), scenario, switches(**dict(laws)))
-
-
-def _states(laws: Laws) -> Iterable[Finding]:
-    models = [_model(kind, probe_scenario("pd"), laws) for kind in (PinocchioGears, ExudynBodies)]
+def _states(case: Case) -> Iterable[Finding]:
+    models = [kind(*case) for kind in (PinocchioGears, ExudynBodies)]
     return compare_states("planted", models, STATE_ABILITIES, STATES, SEED)
 
 
-def _bodies(laws: Laws) -> Iterable[Finding]:
+def _bodies(case: Case) -> Iterable[Finding]:
     settings = ("scenario.drive.torque_N_m=0.0",)
     still = load_case("paper-labelled", "constant-torque", {}, settings).scenario
-    model = ExudynBodies(probe_arm(), still, switches(**dict(laws)))
+    model = ExudynBodies(case.arm, still, case.switches)
     return joint_gaps(model), wrenches(model, PinocchioGears(model.arm, still, model.switches))
 
 
-def _refined(laws: Laws) -> Iterable[Finding]:
+def _refined(case: Case) -> Iterable[Finding]:
     bodies, tree = (
-        tuple(_model(kind, _short(step), laws).simulate() for step in (1e-6, 2e-6))
+        tuple(kind(*_short(case, step)).simulate() for step in (1e-6, 2e-6))
         for kind in (ExudynBodies, ExudynTree)
     )
-    return refined("planted", bodies, tree)
+    return refined("planted", _short(case, 1e-6), bodies, tree)
 
 
-def _short(step_s: float) -> Scenario:
+def _short(case: Case, step_s: float) -> Case:
     """0.2 ms from the start in motion."""
     grid = {"duration_s": 2e-4, "step_s": step_s, "record_every": round(2e-5 / step_s)}
-    return probe_scenario("pd").model_copy(update=grid)
+    return case._replace(scenario=case.scenario.model_copy(update=grid))
 
 
 @lru_cache
-def _control(red_check: str, laws: Laws) -> str:
+def _control(red_check: str, setup: Setup) -> str:
     with pytest.MonkeyPatch.context() as patch:
         interpret(patch)
-        return found(red_check, laws).verdict
+        return found(red_check, setup).verdict
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 def test_fault_turns_its_check_red(fault: Fault, monkeypatch: pytest.MonkeyPatch):
-    assert _control(fault.red_check, fault.laws) == "agree"
+    assert _control(fault.red_check, fault.setup) == "agree"
     if not fault.red_check.startswith("refined"):  # whole runs need the compiled functions' speed
         interpret(monkeypatch)
     fault.plant(monkeypatch)
-    assert found(fault.red_check, fault.laws).verdict == "differ"
+    assert found(fault.red_check, fault.setup).verdict == "differ"

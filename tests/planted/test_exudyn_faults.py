@@ -7,74 +7,79 @@ import pytest
 from tests.planted.faults import (
     BIAS,
     CONTACT,
+    DIRECT,
     EQ13,
     FORCE,
     MASS,
     OMEGA_T,
+    SHIFTED_TABLE,
     TANH,
+    UNLIKE,
     Fault,
     assert_seen,
     edit,
 )
 
 TREE, MESH, ENGINE = "models.exudyn_tree:", "models.exudyn_mesh:", "models.exudyn_engine:"
+PARTS, STIFFNESS = "models.exudyn_tree_parts:", "models.exudyn_tree_stiffness:"
+RECORDS = TREE + "ExudynTree._mesh_records"
 THETA, X_SP, X_PR = "same-step/theta", "same-step/x_sp", "same-step/x_pr"
 F_SP, F_PR = "same-step/F_sp", "same-step/F_pr"
 SINUSOID = {"drive": "sinusoid"}
 
 BODIES = [
-    Fault("rod about its end", edit(TREE + "_link_parts", "**2 / 12", "**2 / 3"), MASS),
+    Fault("rod about its end", edit(PARTS + "_link", "**2 / 12", "**2 / 3"), MASS),
     Fault(
         "centre of mass at half length",
-        edit(TREE + "_link_parts", "(rod, link.com_m", "(rod, link.length_m / 2"),
+        edit(PARTS + "_link", "rod, link.com_m", "rod, link.length_m / 2"),
         MASS,
     ),
     Fault(
         "payload at the elbow",
-        edit(TREE + "_link_parts", "payload_mass_kg, link.length_m", "payload_mass_kg, 0.0"),
+        edit(PARTS + "_far_end", "payload_mass_kg, at", "payload_mass_kg, 0.0"),
         MASS,
     ),
     Fault(
         "carrier's inertia by the planet's radius",
-        edit(TREE + "_link_parts", "joint.sun_teeth + joint.planet_teeth", "joint.planet_teeth"),
+        edit(MESH + "_gear", "joint.sun_teeth + joint.planet_teeth", "joint.planet_teeth"),
         MASS,
     ),
     Fault(
         "ring of the wrong joint",
-        edit(TREE + "_link_parts", "arm.joints[place + 1]", "arm.joints[place]"),
+        edit(PARTS + "_far_end", "arm.joints[place + 1]", "arm.joints[place]"),
         MASS,
     ),
     Fault(
-        "ring without inertia", edit(TREE + "_link_parts", "outer.ring_inertia_kg_m2", "0.0"), MASS
+        "ring without inertia", edit(PARTS + "_far_end", "outer.ring_inertia_kg_m2", "0.0"), MASS
     ),
     Fault(
         "parallel axes forgotten",
-        edit(TREE + "_composite", "inertia.sum() + mass @ (x - com) ** 2", "inertia.sum()"),
+        edit(PARTS + "_composite", " + mass @ (x - com) ** 2", ""),
         MASS,
     ),
     Fault(
         "sun on the link that it drives",
         edit(
-            TREE + "_bodies",
-            "Body(parent, axis, joint.sun_mass_kg",
-            "Body(stage.link, (0.0, 0.0), joint.sun_mass_kg",
+            PARTS + "bodies_of",
+            "Body(parent, axis, mass",
+            "Body(stage.link, (0.0, 0.0), mass",
         ),
         MASS,
     ),
     Fault(
         "sun's inertia by the planet's radius",
-        edit(TREE + "_bodies", "joint, joint.sun_teeth)", "joint, joint.planet_teeth)"),
+        edit(MESH + "_gear", "sun_inertia_kg_m2, joint.sun", "sun_inertia_kg_m2, joint.planet"),
         MASS,
     ),
-    Fault("planets on half the circle", edit(TREE + "_planets", "2 * np.pi", "np.pi"), MASS),
+    Fault("planets on half the circle", edit(PARTS + "_planets", "2 * np.pi", "np.pi"), MASS),
     Fault(
         "planets on the base circle",
-        edit(TREE + "_planets", "/ 2\n", "/ 2 * np.cos(np.radians(joint.pressure_angle_deg))\n"),
+        edit(PARTS + "_planets", "/ 2\n", "/ 2 * np.cos(np.radians(joint.pressure_angle_deg))\n"),
         MASS,
     ),
     Fault(
         "planets without orbit inertia",
-        edit(TREE + "_planets", "joint.planet_mass_kg or NO_MASS", "1e-9"),
+        edit(PARTS + "_planets", "joint.planet_mass_kg or NO_MASS", "1e-9"),
         MASS,
     ),
     Fault(
@@ -86,12 +91,12 @@ BODIES = [
     ),
     Fault(
         "planet's spin sign",
-        edit(TREE + "tree_from_paper", "-ring / planet", "ring / planet"),
+        edit(PARTS + "tree_from_paper", "-ring / planet", "ring / planet"),
         MASS,
     ),
     Fault(
         "sun turns in the link instead of its base",
-        edit(TREE + "tree_from_paper", "(sun + ring) / sun", "ring / sun"),
+        edit(PARTS + "tree_from_paper", "(sun + ring) / sun", "ring / sun"),
         MASS,
     ),
     Fault(
@@ -106,7 +111,7 @@ BODIES = [
     ),
     Fault(
         "gravity left on",
-        edit(ENGINE + "_tree", "[0.0, 0.0, 0.0],\n    )", "[0.0, -9.81, 0.0],\n    )"),
+        edit(ENGINE + "_tree", "[*gravity, 0.0]", "[0.0, -9.81, 0.0]"),
         BIAS,
     ),
 ]
@@ -114,20 +119,20 @@ BODIES = [
 FORCES = [
     Fault(
         "motor torque without 1/n",
-        edit(TREE + "add_motors", "torque / ratios[joint]", "torque"),
+        edit(TREE + "add_joints", "torque / joints.ratios[joint]", "torque"),
         FORCE,
     ),
     Fault("ratio without the ring's turn", edit(TREE + "_ratio", " + 1", ""), FORCE),
-    Fault("motor on the link", edit(TREE + "add_motors", "forces[sun]", "forces[link]"), FORCE),
+    Fault("motor on the link", edit(TREE + "add_joints", "forces[driven]", "forces[link]"), FORCE),
     Fault(
         "motor with the shoulder's gains",
-        edit(TREE + "add_motors", "drive.gains[joint]", "drive.gains[0]"),
+        edit(TREE + "add_joints", "drive.gains[joint]", "drive.gains[0]"),
         FORCE,
     ),
     Fault("connector's clock stands", edit(TREE + "_loads", "clock[0] + t", "t"), FORCE, OMEGA_T),
     Fault(
         "motor's clock stands",
-        edit(TREE + "loads_on_tree", "gears.places, t", "gears.places, 0.0"),
+        edit(TREE + "loads_on_tree", "joints, t", "joints, 0.0"),
         FORCE,
         **SINUSOID,
     ),
@@ -153,7 +158,7 @@ FORCES = [
     ),
     Fault(
         "meshes of the shoulder everywhere",
-        edit(MESH + "add_meshes", "gears.sun_laws[joint]", "gears.sun_laws[0]"),
+        edit(MESH + "add_meshes", "gears.sun_laws[stage]", "gears.sun_laws[0]"),
         FORCE,
     ),
     Fault(
@@ -189,12 +194,12 @@ FORCES = [
     ),
     Fault(
         "ring mesh with the sun mesh's direct damping",
-        edit(MESH + "_stage_damping", "joint.planet_ring_damping", "joint.sun_planet_damping"),
+        edit(MESH + "_stage_damping", "return mesh", "return joint.sun_mesh"),
         FORCE,
     ),
     Fault(
         "ring phase lost",
-        edit(MESH + "mesh_law", "else joint.ring_mesh_phase_rad", "else 0.0"),
+        edit(MESH + "mesh_law", "=mesh.phase_rad", "=0.0"),
         FORCE,
     ),
     Fault(
@@ -216,7 +221,7 @@ FORCES = [
     Fault("tooth error sign", edit(MESH + "elastic_force", "x - law", "x + law"), FORCE),
     Fault(
         "stiffness varies the other way",
-        edit(MESH + "elastic_force", "law[K_M] + law[K_A]", "law[K_M] - law[K_A]"),
+        edit(STIFFNESS + "stiffness_at", "MEAN] + law", "MEAN] - law"),
         FORCE,
     ),
     Fault(
@@ -244,7 +249,7 @@ FORCES = [
         TANH,
     ),
     Fault(
-        "phase without time", edit(MESH + "mesh_sine", "theta_dot * t", "theta_dot"), FORCE, OMEGA_T
+        "phase without time", edit(MESH + "variation", "theta_dot * t", "theta_dot"), FORCE, OMEGA_T
     ),
     Fault(
         "phase by the clock whatever the switch",
@@ -295,7 +300,7 @@ RUNS = [
     Fault(
         "ring mesh recorded with the sun",
         edit(
-            TREE + "ExudynTree._trajectory",
+            RECORDS,
             "stage, q, with_sun=side == 0",
             "stage, q, with_sun=True",
         ),
@@ -304,18 +309,138 @@ RUNS = [
     Fault("sun's sign in the record", edit(MESH + "deflection", "wheel - q", "wheel + q"), X_SP),
     Fault(
         "forces recorded with the shoulder's phase",
-        edit(TREE + "ExudynTree._trajectory", "here], theta[:, place]", "here], theta[:, 0]"),
+        edit(RECORDS, "x[at], q[:, link]", "x[at], q[:, 0]"),
         F_SP,
     ),
     Fault(
         "forces recorded without the clock",
-        edit(TREE + "ExudynTree._trajectory", "law.array, time,", "law.array, 0 * time,"),
+        edit(RECORDS, "law.array, time,", "law.array, 0 * time,"),
         F_PR,
         OMEGA_T,
     ),
 ]
 
-FAULTS = [*BODIES, *FORCES, *RUNS]
+SECOND_VERSION = [
+    Fault(
+        "weights lift",
+        edit(ENGINE + "_tree", "[*gravity, 0.0]", "[*(-g for g in gravity), 0.0]"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "gravity along the other axis",
+        edit(ENGINE + "_tree", "[*gravity, 0.0]", "[*gravity[::-1], 0.0]"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction pushes",
+        edit(TREE + "add_joints", "forces[link] -=", "forces[link] +="),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction on the sun",
+        edit(TREE + "add_joints", "forces[link] -=", "forces[driven] -="),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction of the shoulder everywhere",
+        edit(TREE + "add_joints", "friction[joint]", "friction[0]"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "motor without mass",
+        edit(PARTS + "_far_end", "outer.motor_mass_kg", "0.0"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "rotor without inertia",
+        edit(PARTS + "_link_parts", "joint.rotor_inertia_kg_m2", "0.0"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "rotor on the link before as well",
+        edit(
+            PARTS + "_far_end",
+            "motor_mass_kg, at, 0.0",
+            "motor_mass_kg, at, outer.rotor_inertia_kg_m2",
+        ),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault("direct joint with a ratio", edit(TREE + "_ratio", "1.0", "2.0"), FORCE, arm=DIRECT),
+    Fault(
+        "last harmonic lost",
+        edit(STIFFNESS + "waves_at", "first + rows)", "first + rows - 1)"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "square wave's sines and cosines swapped",
+        edit(STIFFNESS + "_square", "cosines, sines = size", "sines, cosines = size"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "table shifted by a row",
+        edit(STIFFNESS + "curve_of", "law.stiffness_N_per_m", SHIFTED_TABLE),
+        FORCE,
+        arm=DIRECT,
+    ),
+    Fault(
+        "straight lines between a table's rows",
+        edit(STIFFNESS + "spline_at", "straight + bent", "straight + 0 * bent"),
+        FORCE,
+        arm=DIRECT,
+    ),
+    Fault(
+        "ring with the sun's law",
+        edit(MESH + "mesh_law", "curve_of(mesh.", "curve_of(joint.sun_mesh."),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "ring with the sun's clearance",
+        edit(MESH + "mesh_law", "=mesh.backlash_m", "=joint.sun_mesh.backlash_m"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "damping by inertia over the radius alone",
+        edit(MESH + "equivalent_mass", "radius**2", "radius"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "link's inertia about its joint",
+        edit(
+            PARTS + "_link",
+            "link.com_m, link.inertia_kg_m2",
+            "link.com_m, link.inertia_kg_m2 - link.mass_kg * link.com_m**2",
+        ),
+        MASS,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction missing in a run",
+        edit(TREE + "joints_of", "joint.friction_N_m_s_per_rad", "0.0"),
+        THETA,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "weights lift in a run",
+        edit(ENGINE + "_tree", "[*gravity, 0.0]", "[*(-g for g in gravity), 0.0]"),
+        THETA,
+        arm=UNLIKE,
+    ),
+]
+
+FAULTS = [*BODIES, *FORCES, *RUNS, *SECOND_VERSION]
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)

@@ -8,11 +8,14 @@ from tests.planted.faults import (
     ACCELERATION,
     BIAS,
     CONTACT,
+    DIRECT,
     EQ13,
     FORCE,
     MASS,
     OMEGA_T,
+    SHIFTED_TABLE,
     TANH,
+    UNLIKE,
     Fault,
     Plant,
     assert_seen,
@@ -24,67 +27,67 @@ def change(function: str, old: str, new: str) -> Plant:
     return edit(f"models.pinocchio_gears:{function}", old, new)
 
 
+def rebuild(function: str, old: str, new: str) -> Plant:
+    return edit(f"models.pinocchio_tree:{function}", old, new)
+
+
 FAULTS = [
     Fault(
         "rod about its end",
-        change("_build", "length_m**2 / 12", "length_m**2 / 3"),
+        rebuild("_mass_and_inertia", "length_m**2 / 12", "length_m**2 / 3"),
         MASS,
     ),
     Fault(
         "centre of mass at half length",
-        change("_build", "link.com_m, mass", "link.length_m / 2, mass"),
+        rebuild("build_tree", "link.com_m, *", "link.length_m / 2, *"),
         MASS,
     ),
     Fault(
         "payload at the elbow",
-        change("_build", "places[-1], arm.payload", "0.0, arm.payload"),
+        rebuild("build_tree", "places[-1], arm.payload", "0.0, arm.payload"),
         MASS,
     ),
     Fault(
         "gravity left on",
-        change("_build", "np.zeros(3)", "np.array([0.0, -9.81, 0.0])"),
+        rebuild("build_tree", "np.zeros(3)", "np.array([0.0, -9.81, 0.0])"),
         BIAS,
     ),
     Fault(
         "carrier's inertia by the sun's radius",
-        change(
-            "_add_gears", "equivalent_mass_kg * (r_s + r_p) ** 2", "equivalent_mass_kg * r_s**2"
-        ),
+        rebuild("_inertias", "(r_s + r_p) ** 2", "r_s**2"),
         MASS,
     ),
     Fault(
         "planets on the base circle",
-        change(
+        rebuild(
             "_add_gears",
             "radius = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2",
-            "radius = r_s + r_p",
+            "radius = sum(base_radii(joint)[:2])",
         ),
         MASS,
     ),
     Fault(
         "planets without orbit inertia",
-        change("_add_gears", "0.0, joint.planet_mass_kg", "0.0, 0.0"),
+        rebuild("_add_gears", "0.0, joint.planet_mass_kg", "0.0, 0.0"),
         MASS,
     ),
     Fault(
         "planet's inertia by the sun's radius",
-        change(
-            "_add_gears", "planet_equivalent_mass_kg * r_p**2", "planet_equivalent_mass_kg * r_s**2"
-        ),
+        rebuild("_inertias", "r_p**2", "r_s**2"),
         MASS,
     ),
     Fault(
         "sun's equivalent mass and mass swapped",
-        change(
+        rebuild(
             "_add_gears",
-            "joint.sun_mass_kg, joint.sun_equivalent_mass_kg",
-            "joint.sun_equivalent_mass_kg, joint.sun_mass_kg",
+            "joint.sun_mass_kg, sun_inertia",
+            "joint.sun_equivalent_mass_kg, joint.sun_mass_kg * base_radii(joint)[0] ** 2",
         ),
         MASS,
     ),
     Fault(
         "ring on the link that it drives",
-        change(
+        rebuild(
             "_add_gears",
             "_load(tree, previous, place, joint.ring",
             "_load(tree, link, 0, joint.ring",
@@ -93,12 +96,14 @@ FAULTS = [
     ),
     Fault(
         "planet's spin sign",
-        change("_to_tree", "-joint.ring_teeth / joint.planet", "joint.ring_teeth / joint.planet"),
+        rebuild(
+            "map_to_tree", "-joint.ring_teeth / joint.planet", "joint.ring_teeth / joint.planet"
+        ),
         MASS,
     ),
     Fault(
         "sun turns in the link instead of its base",
-        change("_to_tree", "1 + joint.ring_teeth", "joint.ring_teeth"),
+        rebuild("sun_turns", "1 + joint", "joint"),
         MASS,
     ),
     Fault(
@@ -113,12 +118,12 @@ FAULTS = [
     ),
     Fault(
         "motor torque without 1/n",
-        change("PinocchioGears._motor_torques", "output / self._ratios[i]", "output"),
+        change("PinocchioGears._joint_torques", "output / self._ratios[i]", "output"),
         FORCE,
     ),
     Fault(
         "controller senses the sun",
-        change("PinocchioGears._motor_torques", "angles[self._links]", "angles[self._suns]"),
+        change("PinocchioGears._joint_torques", "angles[self._links]", "angles[self._driven]"),
         FORCE,
     ),
     Fault(
@@ -162,12 +167,12 @@ FAULTS = [
     ),
     Fault(
         "tooth error sign",
-        change("PinocchioGears._mesh_forces", "- mesh.error * wave", "+ mesh.error * wave"),
+        change("PinocchioGears._mesh_forces", "- mesh.error * np", "+ mesh.error * np"),
         FORCE,
     ),
     Fault(
         "stiffness does not vary",
-        change("PinocchioGears._mesh_forces", "mesh.amplitude * wave", "0 * wave"),
+        change("PinocchioGears._mesh_forces", "stiffness.at(phase)", "stiffness.at(0 * phase)"),
         FORCE,
     ),
     Fault(
@@ -183,11 +188,7 @@ FAULTS = [
     ),
     Fault(
         "ring phase on the sun mesh",
-        change(
-            "_mesh",
-            "0.0 if external else joint.ring_mesh",
-            "0.0 if not external else joint.ring_mesh",
-        ),
+        change("_mesh", "mesh.phase_rad", "joint.ring_mesh.phase_rad * external"),
         FORCE,
     ),
     Fault(
@@ -226,19 +227,28 @@ FAULTS = [
         "every mesh has the damping of all",
         change(
             "_mesh",
-            "_stage_damping(joint, external) / joint.planet_count",
-            "_stage_damping(joint, external)",
+            "_stage_damping(contact) / joint.planet_count",
+            "_stage_damping(contact)",
         ),
         FORCE,
     ),
     Fault(
         "damping by one planet's mass",
-        change("_stage_damping", "else planets * joint.planet", "else joint.planet"),
+        change("_stage_damping", "else planets * planet", "else planet"),
         FORCE,
     ),
     Fault(
-        "direct dampings swapped",
-        change("_stage_damping", "given[external]", "given[not external]"),
+        "direct damping of the ring everywhere",
+        change("_stage_damping", "return mesh.damping", "return joint.ring_mesh.damping"),
+        FORCE,
+    ),
+    Fault(
+        "meshes swapped",
+        change(
+            "_contacts",
+            "(+1, joint.sun_mesh), (-1, joint.ring_mesh)",
+            "(+1, joint.ring_mesh), (-1, joint.sun_mesh)",
+        ),
         FORCE,
     ),
     Fault(
@@ -269,7 +279,126 @@ FAULTS = [
     ),
 ]
 
+SECOND_VERSION = [
+    Fault(
+        "weights lift",
+        change(
+            "PinocchioGears.__init__",
+            "*arm.gravity_m_per_s2, 0.0",
+            "*(-g for g in arm.gravity_m_per_s2), 0.0",
+        ),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "gravity along the other axis",
+        change("PinocchioGears.__init__", "gravity_m_per_s2, 0.0", "gravity_m_per_s2[::-1], 0.0"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "gravity in the bias",
+        change("PinocchioGears.bias", "self._weightless", "self._tree"),
+        BIAS,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction pushes",
+        change("PinocchioGears._joint_torques", "= -self._friction", "= self._friction"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction on the sun",
+        change(
+            "PinocchioGears._joint_torques", "torques[self._links] = -", "torques[self._driven] = -"
+        ),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction of the shoulder everywhere",
+        change("PinocchioGears._joint_torques", "-self._friction", "-self._friction[0]"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "motor without mass",
+        rebuild("_add_drive", "place, joint.motor_mass_kg", "place, 0.0"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "rotor without inertia",
+        rebuild("_add_drive", "joint.rotor_inertia_kg_m2", "0.0"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "rotor on the link before",
+        rebuild("_add_drive", "_load(tree, link,", "_load(tree, previous,"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "direct joint with a ratio",
+        change("PinocchioGears.__init__", "else 1.0", "else 2.0"),
+        FORCE,
+        arm=DIRECT,
+    ),
+    Fault(
+        "last harmonic lost",
+        edit(
+            "models.pinocchio_stiffness:_harmonics",
+            "len(sizes) + 1))) @ sizes",
+            "len(sizes)))) @ sizes[:-1]",
+        ),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "square wave's phase turned back",
+        edit("models.pinocchio_stiffness:_square", "swing * sin(end)", "-swing * sin(end)"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "table shifted by a row",
+        edit("models.pinocchio_stiffness:curve_of", "law.stiffness_N_per_m", SHIFTED_TABLE),
+        FORCE,
+        arm=DIRECT,
+    ),
+    Fault(
+        "ring with the sun's law",
+        change("_stiffness", "contact.mesh", "contact.joint.sun_mesh"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "ring with the sun's clearance",
+        change("_mesh", "mesh.backlash_m", "joint.sun_mesh.backlash_m"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "sun's inertia over the planet's radius",
+        rebuild("equivalent_masses", "1 / r_s**2", "1 / r_p**2"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "link's inertia of a rod of its mass",
+        rebuild(
+            "_mass_and_inertia",
+            "link.mass_kg, link.inertia_kg_m2\n    a",
+            "link.mass_kg, link.mass_kg * link.length_m**2 / 12\n    a",
+        ),
+        MASS,
+        arm=UNLIKE,
+    ),
+]
 
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+
+@pytest.mark.parametrize("fault", [*FAULTS, *SECOND_VERSION], ids=lambda fault: fault.name)
 def test_fault_turns_its_check_red(fault: Fault):
     assert_seen(fault, "pinocchio:gears", "analytic:physical")

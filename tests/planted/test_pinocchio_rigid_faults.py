@@ -4,15 +4,28 @@ from __future__ import annotations
 
 import pytest
 
-from tests.planted.faults import ACCELERATION, BIAS, FORCE, MASS, Fault, Plant, assert_seen, edit
+from tests.planted.faults import (
+    ACCELERATION,
+    BIAS,
+    DIRECT,
+    FORCE,
+    MASS,
+    UNLIKE,
+    Fault,
+    Plant,
+    assert_seen,
+    edit,
+)
 
 
 def change(function: str, old: str, new: str) -> Plant:
     return edit(f"models.pinocchio_rigid:{function}", old, new)
 
 
+GIVEN = "PinocchioLinks.__init__"
+
 LINKS = [
-    Fault("rod about its end", change("_links_and_payload", "**2 / 12", "**2 / 3"), MASS),
+    Fault("rod about its end", change("_mass_and_inertia", "**2 / 12", "**2 / 3"), MASS),
     Fault(
         "centre of mass at half length",
         change("_links_and_payload", "link.com_m", "link.length_m / 2"),
@@ -37,18 +50,64 @@ LINKS = [
     ),
     Fault(
         "controller with the shoulder's gains",
-        change("PinocchioLinks.generalized_force", "gains[i]", "gains[0]"),
+        change("PinocchioLinks.driving_torques", "gains[i]", "gains[0]"),
         FORCE,
     ),
     Fault(
         "controller senses the shoulder",
-        change("PinocchioLinks.generalized_force", "q[i]", "q[0]"),
+        change("PinocchioLinks.driving_torques", "q[i]", "q[0]"),
         FORCE,
     ),
     Fault(
         "acceleration without Coriolis force",
-        change("PinocchioLinks.acceleration", "q, v, self", "q, 0 * v, self"),
+        change("PinocchioLinks.acceleration", "_data, q, v, self", "_data, q, 0 * v, self"),
         ACCELERATION,
+    ),
+    Fault(
+        "weights lift",
+        change(GIVEN, "*arm.gravity_m_per_s2, 0.0", "*(-g for g in arm.gravity_m_per_s2), 0.0"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "gravity along the other axis",
+        change(GIVEN, "gravity_m_per_s2, 0.0", "gravity_m_per_s2[::-1], 0.0"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "gravity in the bias",
+        change("PinocchioLinks.bias", "self._weightless", "self._tree"),
+        BIAS,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "acceleration without weights",
+        change("PinocchioLinks.acceleration", "pin.aba(self._tree", "pin.aba(self._weightless"),
+        ACCELERATION,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction pushes",
+        change("PinocchioLinks._joint_torques", "- self._friction", "+ self._friction"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction of the shoulder everywhere",
+        change("PinocchioLinks._joint_torques", "self._friction *", "self._friction[0] *"),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "link's inertia of a rod of its mass",
+        change(
+            "_mass_and_inertia",
+            "link.mass_kg, link.inertia_kg_m2\n    a",
+            "link.mass_kg, link.mass_kg * link.length_m**2 / 12\n    a",
+        ),
+        MASS,
+        arm=UNLIKE,
     ),
 ]
 
@@ -87,6 +146,34 @@ CARRIERS = [
         change("_attach_to_previous", "translation[0]", "translation[1]"),
         MASS,
     ),
+    Fault(
+        "motor without mass",
+        change("_attach_motor", "joint.motor_mass_kg", "0.0"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "rotor without inertia",
+        change("_attach_motor", "joint.rotor_inertia_kg_m2", "0.0"),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "motor on its own link",
+        change(
+            "_attach_motor",
+            "_attach_to_previous(tree, number, joint.motor_mass_kg, 0.0)",
+            "_attach(tree, number, joint.motor_mass_kg, 0.0, 1.0)",
+        ),
+        MASS,
+        arm=DIRECT,
+    ),
+    Fault(
+        "given inertia times the squared radius",
+        change("_inertia", "return given", "return given * radius**2"),
+        MASS,
+        arm=UNLIKE,
+    ),
 ]
 
 ARMATURE = [
@@ -119,6 +206,12 @@ ARMATURE = [
             "_reflected_inertia(self.arm.joints[0])",
         ),
         MASS,
+    ),
+    Fault(
+        "rotor of a direct joint counted twice",
+        change("_reflected_inertia", "return 0.0", "return joint.rotor_inertia_kg_m2"),
+        MASS,
+        arm=DIRECT,
     ),
 ]
 
@@ -159,8 +252,20 @@ COUPLED = [
     ),
     Fault(
         "acceleration without Coriolis force",
-        change("PinocchioCoupled.acceleration", " - self.bias(q, v)", ""),
+        change("PinocchioCoupled.acceleration", "self._data, q, v)", "self._data, q, 0 * v)"),
         ACCELERATION,
+    ),
+    Fault(
+        "acceleration without weights",
+        change("PinocchioCoupled.acceleration", "pin.nle(self._tree", "pin.nle(self._weightless"),
+        ACCELERATION,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "motor without mass, rotor without inertia",
+        change("PinocchioCoupled._build", "_attach_motor(tree, number, joint)", "pass"),
+        MASS,
+        arm=DIRECT,
     ),
 ]
 

@@ -15,8 +15,8 @@ RECORDS = {
             "rates recorded of the meshes",
             edit(
                 "analytic.model:AnalyticModel.record",
-                "vs[:, self._theta]",
-                "vs[:, self._theta - 1]",
+                "vs[:, theta]",
+                "vs[:, theta - 1]",
             ),
             "same-step/theta_dot",
         ),
@@ -28,7 +28,7 @@ RECORDS = {
         ),
         Fault(
             "torques recorded without the clock",
-            edit(ALONG, "kernel.torque(drive, j, time[k]", "kernel.torque(drive, j, 0.0"),
+            edit(ALONG, "drive, j, time[k]", "drive, j, 0.0"),
             "same-step/torque",
             (),
             "sinusoid",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from crosscheck.paper.claims.control import EXISTS, FIRST_TWO, MINOR, POSITION_RAD
+from crosscheck.paper.claims.quantities import CONSTANT_STIFFNESS, NO_BACKLASH, NO_ERROR, PD
 from crosscheck.paper.claims.rule import (
     Claim,
     about,
@@ -24,7 +25,7 @@ SIZES = (
         "The first fluctuation reaches 10 to 40 rad/s².",
         "largest before 0.25 s",
         "rad/s²",
-        of("pd.first"),
+        of(PD("first")),
         FIRST_TWO,
     ),
     Claim(
@@ -33,7 +34,7 @@ SIZES = (
         "The second fluctuation reaches 10 to 40 rad/s².",
         "largest within 0.1 s of the side change",
         "rad/s²",
-        of("pd.second"),
+        of(PD("second")),
         FIRST_TWO,
     ),
     Claim(
@@ -42,7 +43,7 @@ SIZES = (
         "The third reaches 300 rad/s².",
         "largest from 0.5 to 1.2 s",
         "rad/s²",
-        of("pd.third"),
+        of(PD("third")),
         about(300, 1 / 3),
     ),
     Claim(
@@ -51,7 +52,7 @@ SIZES = (
         "Internal excitation is more severe than meshing impacts.",
         "third fluctuation over the larger of the first two",
         "1",
-        over(of("pd.third"), largest("pd.first", "pd.second")),
+        over(of(PD("third")), largest(PD("first"), PD("second"))),
         above(1.0),
     ),
     Claim(
@@ -60,7 +61,7 @@ SIZES = (
         "Clearance and tooth error cause a considerable fluctuation of acceleration.",
         "largest fluctuation after the start",
         "rad/s²",
-        largest("pd.second", "pd.third"),
+        largest(PD("second"), PD("third")),
         above(EVIDENT),
     ),
     Claim(
@@ -69,7 +70,7 @@ SIZES = (
         "Backlash and tooth error have limited influence on positioning accuracy.",
         "largest deviation from the rigid arm with the gears' inertia",
         "rad",
-        of("pd.deviation_rad"),
+        of(PD("deviation_rad")),
         below(POSITION_RAD),
     ),
     Claim(
@@ -78,7 +79,7 @@ SIZES = (
         "The output velocity becomes uncontrollable.",
         "fast part of the shoulder's speed after 0.5 s over its largest",
         "1",
-        of("pd.speed_fast"),
+        of(PD("speed_fast")),
         above(VISIBLE_SHARE),
     ),
 )
@@ -90,7 +91,7 @@ ABLATIONS = (
         "Without backlash the first fluctuation stays (not said to change).",
         "without over with backlash",
         "1",
-        ratio("no_backlash.first", "pd.first"),
+        ratio(NO_BACKLASH("first"), PD("first")),
         above(HALVED),
     ),
     Claim(
@@ -99,7 +100,7 @@ ABLATIONS = (
         "Without backlash the second fluctuation disappears.",
         "without over with backlash",
         "1",
-        ratio("no_backlash.second", "pd.second"),
+        ratio(NO_BACKLASH("second"), PD("second")),
         below(HALVED),
     ),
     Claim(
@@ -108,7 +109,7 @@ ABLATIONS = (
         "Without backlash the third fluctuation is amplified.",
         "without over with backlash, where there is one",
         "1",
-        where("no_backlash.third", EXISTS, ratio("no_backlash.third", "pd.third")),
+        where(NO_BACKLASH("third"), EXISTS, ratio(NO_BACKLASH("third"), PD("third"))),
         above(1.0),
     ),
     Claim(
@@ -117,7 +118,7 @@ ABLATIONS = (
         "Without tooth error the first fluctuation stays (not said to change).",
         "without over with tooth error",
         "1",
-        ratio("no_error.first", "pd.first"),
+        ratio(NO_ERROR("first"), PD("first")),
         above(HALVED),
     ),
     Claim(
@@ -126,7 +127,7 @@ ABLATIONS = (
         "Without tooth error the second fluctuation stays (not said to change).",
         "without over with tooth error",
         "1",
-        ratio("no_error.second", "pd.second"),
+        ratio(NO_ERROR("second"), PD("second")),
         above(HALVED),
     ),
     Claim(
@@ -135,7 +136,7 @@ ABLATIONS = (
         "Without tooth error the third fluctuation vanishes.",
         "without over with tooth error, where there is one",
         "1",
-        where("pd.third", EXISTS, ratio("no_error.third", "pd.third")),
+        where(PD("third"), EXISTS, ratio(NO_ERROR("third"), PD("third"))),
         below(0.1),
     ),
     Claim(
@@ -144,7 +145,7 @@ ABLATIONS = (
         "With constant stiffness the first fluctuation occurs.",
         "largest before 0.25 s",
         "rad/s²",
-        of("constant_stiffness.first"),
+        of(CONSTANT_STIFFNESS("first")),
         above(MINOR),
     ),
     Claim(
@@ -153,7 +154,7 @@ ABLATIONS = (
         "With constant stiffness the second fluctuation occurs.",
         "largest within 0.1 s of the side change",
         "rad/s²",
-        of("constant_stiffness.second"),
+        of(CONSTANT_STIFFNESS("second")),
         above(MINOR),
     ),
     Claim(
@@ -162,7 +163,7 @@ ABLATIONS = (
         "With constant stiffness the third fluctuation occurs.",
         "largest from 0.5 to 1.2 s",
         "rad/s²",
-        of("constant_stiffness.third"),
+        of(CONSTANT_STIFFNESS("third")),
         above(EVIDENT),
     ),
     Claim(
@@ -171,7 +172,7 @@ ABLATIONS = (
         "With constant stiffness the third fluctuation is smaller.",
         "with constant over with varying stiffness, where there is one",
         "1",
-        where("pd.third", EXISTS, ratio("constant_stiffness.third", "pd.third")),
+        where(PD("third"), EXISTS, ratio(CONSTANT_STIFFNESS("third"), PD("third"))),
         below(1.0),
     ),
     Claim(
@@ -180,7 +181,7 @@ ABLATIONS = (
         "Tooth error is the main source of internal excitation.",
         "third fluctuation lost without tooth error less that lost with constant stiffness",
         "rad/s²",
-        difference("constant_stiffness.third", "no_error.third"),
+        difference(CONSTANT_STIFFNESS("third"), NO_ERROR("third")),
         above(EVIDENT),
     ),
     Claim(
@@ -189,7 +190,7 @@ ABLATIONS = (
         "Varying stiffness intensifies the fluctuation.",
         "third fluctuation less that with constant stiffness",
         "rad/s²",
-        difference("pd.third", "constant_stiffness.third"),
+        difference(PD("third"), CONSTANT_STIFFNESS("third")),
         above(EVIDENT),
     ),
     Claim(
@@ -198,7 +199,7 @@ ABLATIONS = (
         "Tiny clearance and error produce an evident fluctuation.",
         "third fluctuation with b = 50 um and E = 5 um",
         "rad/s²",
-        of("pd.third"),
+        of(PD("third")),
         above(SEVERE),
     ),
 )

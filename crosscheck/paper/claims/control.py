@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from crosscheck.paper.claims.pd import BANDS
+from crosscheck.paper.claims.quantities import NO_ERROR, PD
 from crosscheck.paper.claims.rule import (
     Claim,
     Limits,
@@ -18,6 +18,7 @@ from crosscheck.paper.claims.rule import (
     where,
 )
 from crosscheck.paper.claims.section2 import DOUBLED, EVIDENT, HALVED, VISIBLE_SHARE
+from crosscheck.paper.events import SETTLING_BANDS
 
 POSITION_RAD = 1e-3  # Section 4.1's scale
 SAME_TIME_S = 0.02
@@ -27,8 +28,8 @@ FIRST_TWO = Limits(10, 40)  # rad/s^2, as printed
 FEW = 0.05  # of the largest
 HIGH_HZ = 100.0
 EXISTS = above(EVIDENT)
-THREE = ("pd.first", "pd.second", "pd.third")
-BAND_NAMES = tuple(f"{band:g}" for band in BANDS)
+THREE = (PD("first"), PD("second"), PD("third"))
+BAND_NAMES = tuple(f"{band:g}" for band in SETTLING_BANDS)
 
 POSITIONING = (
     Claim(
@@ -37,7 +38,7 @@ POSITIONING = (
         "P = 1000, D = 400 move the shoulder without considerable overshoot.",
         "overshoot over 30 degrees",
         "1",
-        of("pd.overshoot_1"),
+        of(PD("overshoot_1")),
         below(FEW),
     ),
     Claim(
@@ -46,7 +47,7 @@ POSITIONING = (
         "P = 1000, D = 400 move the elbow without considerable overshoot.",
         "overshoot over 30 degrees",
         "1",
-        of("pd.overshoot_2"),
+        of(PD("overshoot_2")),
         below(FEW),
     ),
     Claim(
@@ -55,7 +56,7 @@ POSITIONING = (
         "Both joints reach 30 degrees.",
         "larger distance from 30 degrees at 3 s",
         "rad",
-        largest("pd.final_1_rad", "pd.final_2_rad"),
+        largest(PD("final_1_rad"), PD("final_2_rad")),
         below(DOUBLED * POSITION_RAD),
     ),
     Claim(
@@ -64,7 +65,7 @@ POSITIONING = (
         "The shoulder settles after 2.6 s.",
         "settling time of theta_1",
         "s",
-        each(BAND_NAMES, lambda band: of(f"pd.settling_1_{band}_s")),
+        each(BAND_NAMES, lambda band: of(PD(f"settling_1_{band}_s"))),
         about(2.6, 0.1),
         "the settling band over the step",
     ),
@@ -74,7 +75,7 @@ POSITIONING = (
         "The elbow settles after 2.6 s.",
         "settling time of theta_2",
         "s",
-        each(BAND_NAMES, lambda band: of(f"pd.settling_2_{band}_s")),
+        each(BAND_NAMES, lambda band: of(PD(f"settling_2_{band}_s"))),
         about(2.6, 0.1),
         "the settling band over the step",
     ),
@@ -84,7 +85,7 @@ POSITIONING = (
         "The angular displacement does not fluctuate.",
         "fast part of theta_1 after 0.5 s",
         "rad",
-        of("pd.theta_fast_rad"),
+        of(PD("theta_fast_rad")),
         below(VISIBLE_SHARE * POSITION_RAD),
     ),
     Claim(
@@ -93,7 +94,7 @@ POSITIONING = (
         "The shoulder's torque fluctuates at high frequency.",
         "fast part of the torque after 0.5 s over its largest value",
         "1",
-        of("pd.torque_fast_1"),
+        of(PD("torque_fast_1")),
         above(VISIBLE_SHARE),
     ),
     Claim(
@@ -102,7 +103,7 @@ POSITIONING = (
         "The elbow's torque fluctuates at high frequency.",
         "fast part of the torque after 0.5 s over its largest value",
         "1",
-        of("pd.torque_fast_2"),
+        of(PD("torque_fast_2")),
         above(VISIBLE_SHARE),
     ),
     Claim(
@@ -111,7 +112,7 @@ POSITIONING = (
         "The torque's fluctuation follows the acceleration's.",
         "correlation of their envelopes after 0.5 s, where there is a fluctuation",
         "1",
-        where("pd.third", EXISTS, of("pd.torque_follows")),
+        where(PD("third"), EXISTS, of(PD("torque_follows"))),
         above(0.9),
     ),
     Claim(
@@ -120,7 +121,7 @@ POSITIONING = (
         "A stable output needs a servo motor with high-frequency response.",
         "frequency of the torque's fluctuation, where there is one",
         "Hz",
-        where("pd.third", EXISTS, of("pd.frequency_Hz")),
+        where(PD("third"), EXISTS, of(PD("frequency_Hz"))),
         above(HIGH_HZ),
     ),
 )
@@ -132,7 +133,7 @@ COURSE = (
         "The shoulder's acceleration fluctuates severely.",
         "largest fluctuation over the rigid arm's largest acceleration",
         "1",
-        over(largest(*THREE), of("pd.rigid_peak")),
+        over(largest(*THREE), of(PD("rigid_peak"))),
         above(1.0),
     ),
     Claim(
@@ -150,7 +151,7 @@ COURSE = (
         "In all three the acceleration is at times reduced to zero.",
         "of the three windows, those in which the acceleration changes sign",
         "1",
-        of("pd.zero_windows"),
+        of(PD("zero_windows")),
         above(2.5),
     ),
     Claim(
@@ -159,7 +160,7 @@ COURSE = (
         "Then the gear pairs are out of contact.",
         "of the three windows, those in which the mesh force is zero at times",
         "1",
-        of("pd.apart_windows"),
+        of(PD("apart_windows")),
         above(2.5),
     ),
     Claim(
@@ -168,7 +169,7 @@ COURSE = (
         "The starting impact excites the first fluctuation.",
         "first fluctuation without tooth error over that with it",
         "1",
-        ratio("no_error.first", "pd.first"),
+        ratio(NO_ERROR("first"), PD("first")),
         above(HALVED),
     ),
     Claim(
@@ -177,7 +178,7 @@ COURSE = (
         "Mesh displacement and force change sign after 0.3 s.",
         "first negative mesh force after the start",
         "s",
-        of("pd.side_change_s"),
+        of(PD("side_change_s")),
         Limits(0.3, 0.4),
     ),
     Claim(
@@ -186,7 +187,7 @@ COURSE = (
         "The second fluctuation occurs when they change sign.",
         "its onset after the side change",
         "s",
-        of("pd.second_delay_s"),
+        of(PD("second_delay_s")),
         below(SAME_TIME_S),
     ),
     Claim(
@@ -195,7 +196,7 @@ COURSE = (
         "The gear pairs then mesh on the opposite side.",
         "smallest x_sp within 0.1 s of the change, over -b",
         "1",
-        lambda n: n["pd.other_side_um"] / -50.0,
+        lambda n: n[PD("other_side_um")] / -50.0,
         above(1.0),
     ),
     Claim(
@@ -204,7 +205,7 @@ COURSE = (
         "The sudden change in displacement is caused by the backlash.",
         "its size over 2b",
         "1",
-        lambda n: n["pd.jump_um"] / 100.0,
+        lambda n: n[PD("jump_um")] / 100.0,
         about(1.0, 0.1),
     ),
     Claim(
@@ -213,7 +214,7 @@ COURSE = (
         "The pair returns to its first side at 1.5 s.",
         "first contact on the first side after the last on the other",
         "s",
-        of("pd.return_s"),
+        of(PD("return_s")),
         about(1.5, 0.05),
     ),
     Claim(
@@ -222,7 +223,7 @@ COURSE = (
         "By then the velocity has gradually fallen to zero.",
         "shoulder's speed at the return over its largest",
         "1",
-        of("pd.speed_at_return"),
+        of(PD("speed_at_return")),
         below(FEW),
     ),
     Claim(
@@ -231,7 +232,7 @@ COURSE = (
         "The return produces a fourth fluctuation.",
         "largest within 0.4 s of the return",
         "rad/s²",
-        of("pd.fourth"),
+        of(PD("fourth")),
         above(0.1),
     ),
     Claim(
@@ -240,7 +241,7 @@ COURSE = (
         "The fourth is smaller than the previous three.",
         "the fourth over the smallest of them",
         "1",
-        over(of("pd.fourth"), smallest(*THREE)),
+        over(of(PD("fourth")), smallest(*THREE)),
         below(1.0),
     ),
     Claim(
@@ -249,7 +250,7 @@ COURSE = (
         "The impacts' fluctuations cannot converge quickly.",
         "longer of the times in which the first two fall to a tenth",
         "s",
-        largest("pd.first_decay_s", "pd.second_decay_s"),
+        largest(PD("first_decay_s"), PD("second_decay_s")),
         above(SUDDEN_S),
     ),
     Claim(
@@ -258,7 +259,7 @@ COURSE = (
         "The third does not follow a sudden excitation.",
         "its onset after the side change, where there is one",
         "s",
-        where("pd.third", EXISTS, of("pd.third_gap_s")),
+        where(PD("third"), EXISTS, of(PD("third_gap_s"))),
         above(DOUBLED * SUDDEN_S),
     ),
     Claim(
@@ -267,7 +268,7 @@ COURSE = (
         "The third shows a trend of instability.",
         "its largest over that of its window's first 0.1 s, where there is one",
         "1",
-        where("pd.third", EXISTS, of("pd.third_growth")),
+        where(PD("third"), EXISTS, of(PD("third_growth"))),
         above(DOUBLED),
     ),
 )

@@ -6,24 +6,23 @@ numbers for every run: None for what the run does not last for, or what does not
 
 from __future__ import annotations
 
-import json
-from functools import lru_cache
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import find_peaks
 
-from analytic.kinematics import StageGeometry, stage_geometry
+from analytic.kinematics import StageGeometry
 from crosscheck.checks.trajectories import tip_position
 from crosscheck.paper import signals
-from crosscheck.paper.fluctuation import RIGID_STEP_S
+from crosscheck.paper.reading import arm_of, first_mesh, resampled, switches_of
+from crosscheck.paper.rigid import beside_every_level, without_gears
+from crosscheck.paper.stage import paper_stage
 from crosscheck.paper.undefined import finite, quotient
-from crosscheck.registry import RIGID_LEVELS, build
-from crosscheck.studies.study import Numbers
-from models.arm import Arm
-from models.scenario import Scenario, Start
-from models.switches import Switches
+from crosscheck.registry import RIGID_LEVELS
+from crosscheck.studies.study import Comparison, Numbers, Variant
 
 SETTLED_S = 0.1  # constant torque: the starting transient is over
 HALFWAY_S = 0.25
@@ -35,26 +34,20 @@ SMOOTHING_S = 0.01  # slower than the meshes' vibrations, faster than the arm's 
 ERROR_WINDOWS_S = {"early": (0.1, 0.3), "1_s": (0.8, 1.0), "2_s": (1.8, 2.0)}
 FEWEST = 3  # samples that a straight trend can be taken off
 OWN_SHIFT_RAD = 1e-6  # small enough to stay in proportion for 2 s
-NO_MESH = {
-    "backlash_m": 0.0,
-    "tooth_error_m": 0.0,
-    "mesh_stiffness_amplitude_N_per_m": 0.0,
-    "damping_ratio": 0.0,
-}
 RING_CYCLES = 99.0  # Eq. 12 over the carrier's rate
 
 
-def constant_torque(run: xr.Dataset) -> Numbers:
+def constant_torque(run: xr.Dataset, rigid: tuple[xr.Dataset, ...]) -> Numbers:
     """Figs. 6-9: deviations from the rigid levels, mesh displacement and force."""
     time = run["time"].values
     late = signals.window(time, SETTLED_S, np.inf)
     start = slice(0, late.start)
-    x, force = first_planet(run["x_sp"]), first_planet(run["F_sp"])
+    x, force = first_mesh(run, "x_sp"), first_mesh(run, "F_sp")
     speed = np.abs(run["theta_dot"].values[:, 0])
-    error = recorded(run)[0].joints[0].tooth_error_m
+    error = paper_stage(arm_of(run)).tooth_error_m
     return finite(
         {
-            **_deviations(run),
+            **_deviations(run, dict(zip(RIGID_LEVELS, rigid, strict=True))),
             "x_middle_um": 1e6 * signals.middle(x[late]),
             "x_ripple_um": 1e6 * signals.peak_to_peak(x[late]),
             "vibration_decay_s": decay(time, fast(time, force, RINGING_S)),
@@ -70,18 +63,26 @@ def constant_torque(run: xr.Dataset) -> Numbers:
     )
 
 
-def back_and_forth(run: xr.Dataset) -> Numbers:
+CONSTANT_TORQUE = Comparison(constant_torque, beside_every_level)
+
+
+def nudged(variant: Variant) -> tuple[Variant, ...]:
+    """The rigid arm from the run's own start, and from OWN_SHIFT_RAD away.
+
+    All at one step: the torque's square root at t = 0 then costs them the same and drops out.
+    """
+    rigid = without_gears(variant)
+    shift = f"scenario.start.theta_rad={OWN_SHIFT_RAD!r}"
+    return rigid, replace(rigid, settings=(*rigid.settings, shift))
+
+
+def back_and_forth(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
     """Fig. 15: the shoulder's largest distance [rad] from the rigid arm, early and late.
 
     ``own``: that of a rigid arm which starts OWN_SHIFT_RAD away, for that arm's own sensitivity.
-    All at one step: the torque's square root at t = 0 then costs them the same and drops out.
     """
     time = run["time"].values
-    step = float(run.attrs["step_s"])
-    rigid, shifted = (
-        resampled(rigid_arm(run, "coupled", step, shift), "theta", time)[:, 0]
-        for shift in (0.0, OWN_SHIFT_RAD)
-    )
+    rigid, shifted = (resampled(other, "theta", time)[:, 0] for other in others)
     gaps = {"error": run["theta"].values[:, 0] - rigid, "own": shifted - rigid}
     return finite(
         {
@@ -92,14 +93,16 @@ def back_and_forth(run: xr.Dataset) -> Numbers:
     )
 
 
-def _deviations(run: xr.Dataset) -> dict[str, float]:
+BACK_AND_FORTH = Comparison(back_and_forth, nudged)
+
+
+def _deviations(run: xr.Dataset, levels: Mapping[str, xr.Dataset]) -> dict[str, float]:
     """Detailed less rigid, at every rigid level: joints [rad], tip [mm], late over early half."""
-    time = run["time"].values
-    arm, _ = recorded(run)
+    time, arm = run["time"].values, arm_of(run)
     half = time.size // 2
     numbers: dict[str, float] = {}
-    for level in RIGID_LEVELS:
-        rigid = resampled(rigid_arm(run, level), "theta", time)
+    for level, arm_without in levels.items():
+        rigid = resampled(arm_without, "theta", time)
         gap = np.abs(run["theta"].values - rigid)
         moved = run.assign(theta=(run["theta"].dims, rigid))
         tip = (tip_position(run, arm) - tip_position(moved, arm)).values
@@ -130,73 +133,28 @@ def _turns(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> in
 
 def _stiffness_correlation(run: xr.Dataset, part: slice) -> float:
     """Of the mesh force with the mesh stiffness, both less their straight trend."""
-    force = first_planet(run["F_sp"])[part]
+    force = first_mesh(run, "F_sp")[part]
     return correlation(_flat(force), _flat(np.sin(mesh_phase(run)[part])))
 
 
 def _torque_gain(run: xr.Dataset, part: slice) -> float:
     """Torque of the meshes on the shoulder's carrier over the motor's, T / n."""
-    arm, _ = recorded(run)
-    stage, planets = geometry(run), arm.joints[0].planet_count
-    forces = first_planet(run["F_sp"])[part] + first_planet(run["F_pr"])[part]
+    stage, planets = geometry(run), arm_of(run).joints[0].planet_count
+    forces = first_mesh(run, "F_sp")[part] + first_mesh(run, "F_pr")[part]
     motor = run["torque"].values[part, 0] / stage.n
     return quotient(planets * stage.r_cp * signals.mean(forces), signals.mean(motor))
 
 
 def mesh_phase(run: xr.Dataset) -> np.ndarray:
     """The shoulder's sun mesh phase [rad], (times,), by the run's own law."""
-    law = Switches.model_validate(json.loads(run.attrs["switches"])).phase
-    if law == "omega_t":
+    if switches_of(run).phase == "omega_t":
         return RING_CYCLES * run["theta_dot"].values[:, 0] * run["time"].values
     return RING_CYCLES * run["theta"].values[:, 0]
 
 
-def rigid_arm(
-    run: xr.Dataset, level: str = "coupled", step_s: float = RIGID_STEP_S, shift_rad: float = 0.0
-) -> xr.Dataset:
-    """The rigid arm at a level of the ladder through the same experiment as ``run``.
-
-    Its joints start at ``shift_rad``. The meshes do not matter to it, so runs share it.
-    """
-    arm, scenario = recorded(run)
-    joints = tuple(joint.model_copy(update=NO_MESH) for joint in arm.joints)
-    start = Start(theta_rad=shift_rad)
-    update = {"step_s": step_s, "record_every": 1, "start": start}
-    return _rigid_run(
-        level,
-        arm.model_copy(update={"joints": joints}).model_dump_json(),
-        scenario.model_copy(update=update).model_dump_json(),
-    )
-
-
-@lru_cache(maxsize=32)
-def _rigid_run(level: str, arm: str, scenario: str) -> xr.Dataset:
-    model = build(
-        f"analytic:{level}", Arm.model_validate_json(arm), Scenario.model_validate_json(scenario)
-    )
-    return model.simulate()[["theta", "theta_ddot"]]
-
-
-def recorded(run: xr.Dataset) -> tuple[Arm, Scenario]:
-    """The arm and the scenario that a run was made with."""
-    arm = Arm.model_validate(json.loads(run.attrs["arm"]))
-    return arm, Scenario.model_validate(json.loads(run.attrs["scenario"]))
-
-
 def geometry(run: xr.Dataset) -> StageGeometry:
     """Radii [m] of the shoulder's gears."""
-    return stage_geometry(recorded(run)[0].joints[0])
-
-
-def first_planet(values: xr.DataArray) -> np.ndarray:
-    """The shoulder's first planet, (times,)."""
-    return values.values[:, 0, 0]
-
-
-def resampled(run: xr.Dataset, name: str, time: np.ndarray) -> np.ndarray:
-    """A smooth variable of the joints at other times, (times, joints)."""
-    own = run["time"].values
-    return np.array([np.interp(time, own, column) for column in run[name].values.T]).T
+    return paper_stage(arm_of(run)).geometry
 
 
 def fast(time: np.ndarray, values: np.ndarray, over_s: float = SMOOTHING_S) -> np.ndarray:

@@ -9,54 +9,36 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from crosscheck.paper import signals
-from crosscheck.paper.claims.measures import (
-    RING_CYCLES,
-    correlation,
-    decay,
-    fast,
-    first_planet,
-    geometry,
-    recorded,
-    resampled,
-    rigid_arm,
-)
-from crosscheck.paper.fluctuation import THIRD_S
+from crosscheck.paper import events, signals
+from crosscheck.paper.claims.measures import RING_CYCLES, correlation, decay, fast, geometry
+from crosscheck.paper.events import IMPACT_S, PEAK_S, SETTLING_BANDS, SideChange
+from crosscheck.paper.reading import excess_acceleration, first_mesh, resampled, scenario_of
+from crosscheck.paper.rigid import beside_coupled
 from crosscheck.paper.undefined import finite, quotient
-from crosscheck.studies.study import Numbers
+from crosscheck.studies.study import Comparison, Numbers
 from models.scenario import PdDrive
 
 FIRST_S = (0.0, 0.25)
-SIDE_AFTER_S = 0.25  # the starting vibration no longer turns the mesh force
-IMPACT_S = 0.1  # what follows a side change within this time belongs to it
-RETURN_S = (1.3, 2.4)  # between the third fluctuation's side changes and the end's
 FOURTH_S = 0.4
-NEAR_S = 0.1  # stretch around the largest value that a spectrum is taken of
-BANDS = (0.02, 0.003, 0.005, 0.01, 0.05)  # settling bands, over the step of 30 degrees
 LOWEST_HZ, LOW_HZ, LINE_HZ = 20.0, 500.0, 50.0  # "low frequency"; half the width of a line
 START_S = 1e-3  # at the very start the meshes touch without force
 
 
-def transient(run: xr.Dataset) -> Numbers:
+def transient(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
     """Figs. 11-14, 16-20: the fluctuations of the first 1.2 s."""
-    rigid = rigid_arm(run)
+    (rigid,) = others
     time = run["time"].values
-    excess = run["theta_ddot"].values - resampled(rigid, "theta_ddot", time)
+    excess = excess_acceleration(run, rigid)
     gap = run["theta"].values - resampled(rigid, "theta", time)
-    side, left = _side_change(time, first_planet(run["F_sp"]))
-    third = _third_window(time, side)
-    windows = (
-        signals.window(time, START_S, FIRST_S[1]),
-        signals.window(time, side, side + IMPACT_S),
-        third,
-    )
+    side = events.side_change(time, first_mesh(run, "F_sp"))
+    third = events.third_window(time, side.met_s if side else None)
     return finite(
         {
-            **_impacts(run, excess[:, 0], side, left),
+            **_impacts(run, excess[:, 0], side),
             **_third(time, excess, third, side),
             **_spectra(run, excess, third),
             **_loads(run, excess[:, 0], third),
-            **_contacts(run, windows),
+            **_contacts(run, (_first_window(time), _second_window(time, side), third)),
             **_mesh_rates(run),
             "deviation_rad": signals.amplitude(gap),
             "rigid_peak": signals.amplitude(rigid["theta_ddot"].values[:, 0]),
@@ -65,55 +47,65 @@ def transient(run: xr.Dataset) -> Numbers:
     )
 
 
-def whole(run: xr.Dataset) -> Numbers:
+def whole(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
     """Figs. 10-14: all of the 3 s."""
-    return {**transient(run), **finite({**_positioning(run), **_fourth(run)})}
+    (rigid,) = others
+    return {**transient(run, others), **finite({**_positioning(run), **_fourth(run, rigid)})}
 
 
-def _side_change(time: np.ndarray, force: np.ndarray) -> tuple[float, float]:
-    """Times [s] when the teeth first meet on the other side, and left the first one; nan if not."""
-    after = signals.window(time, SIDE_AFTER_S, np.inf)
-    side = signals.first_below(time[after], force[after], 0.0)
-    if side is None:
-        return float("nan"), float("nan")
-    held = np.flatnonzero(force[: int(np.searchsorted(time, side))] > 0)
-    return side, float(time[held[-1]]) if held.size else float("nan")
+TRANSIENT, WHOLE = (Comparison(numbers, beside_coupled) for numbers in (transient, whole))
 
 
-def _third_window(time: np.ndarray, side: float) -> slice:
-    """0.5 to 1.2 s, without what follows a late side change."""
-    late = np.isfinite(side) and side + IMPACT_S < THIRD_S[1] - NEAR_S
-    return signals.window(time, max(THIRD_S[0], side + IMPACT_S) if late else THIRD_S[0], 1.2)
+def _first_window(time: np.ndarray) -> slice:
+    return signals.window(time, START_S, FIRST_S[1])
+
+
+def _second_window(time: np.ndarray, side: SideChange | None) -> slice:
+    """What a side change brings; nothing without one."""
+    return signals.window(time, side.met_s, side.met_s + IMPACT_S) if side else slice(0, 0)
 
 
 def _impacts(
-    run: xr.Dataset, excess: np.ndarray, side: float, left: float
+    run: xr.Dataset, excess: np.ndarray, side: SideChange | None
 ) -> dict[str, float | None]:
     """First and second fluctuation; the second is the excess over what was there before it."""
-    time, force, x = run["time"].values, first_planet(run["F_sp"]), first_planet(run["x_sp"])
+    time = run["time"].values
     start = signals.window(time, *FIRST_S)
     numbers: dict[str, float | None] = {
         "first": signals.amplitude(excess[start]),
         "first_decay_s": decay(time[start], excess[start]),
-        "side_change_s": side,
     }
-    if not np.isfinite(side):
+    if side is None:
         return numbers | dict.fromkeys(_SECOND)
-    parting, meeting = np.searchsorted(time, (left, side))
-    change = signals.window(time, side, side + IMPACT_S)
+    return numbers | _second(run, excess, side)
+
+
+def _second(run: xr.Dataset, excess: np.ndarray, side: SideChange) -> dict[str, float | None]:
+    """The fluctuation at a side change, and the teeth's way to the other side."""
+    time, force, x = run["time"].values, first_mesh(run, "F_sp"), first_mesh(run, "x_sp")
+    change = _second_window(time, side)
     onset = signals.onset(time[change], excess[change])
-    return numbers | {
+    numbers: dict[str, float | None] = {
+        "side_change_s": side.met_s,
         "second": signals.amplitude(excess[change]),
         "second_decay_s": decay(time[change], excess[change]),
-        "second_delay_s": None if onset is None else onset - side,
+        "second_delay_s": None if onset is None else onset - side.met_s,
         "second_force_N": signals.amplitude(force[change]),
-        "jump_um": 1e6 * (x[parting] - x[meeting]) if np.isfinite(left) else None,
-        "flight_s": side - left,
         "other_side_um": 1e6 * x[change].min(),
+        "jump_um": None,
+        "flight_s": None,
+    }
+    if side.left_s is None:
+        return numbers
+    parting, meeting = np.searchsorted(time, (side.left_s, side.met_s))
+    return numbers | {
+        "jump_um": 1e6 * (x[parting] - x[meeting]),
+        "flight_s": side.met_s - side.left_s,
     }
 
 
 _SECOND = (
+    "side_change_s",
     "second",
     "second_decay_s",
     "second_delay_s",
@@ -125,19 +117,19 @@ _SECOND = (
 
 
 def _third(
-    time: np.ndarray, excess: np.ndarray, part: slice, side: float
+    time: np.ndarray, excess: np.ndarray, part: slice, side: SideChange | None
 ) -> dict[str, float | None]:
     """Sizes [rad/s^2] and course of the third fluctuation."""
     window, shoulder = time[part], excess[part, 0]
     if not window.size:
         return dict.fromkeys(_THIRD)
-    beginning = signals.amplitude(shoulder[: np.searchsorted(window, window[0] + NEAR_S)])
-    onset = signals.onset(window, shoulder)
+    beginning = signals.amplitude(shoulder[: np.searchsorted(window, window[0] + PEAK_S)])
+    onset = events.third_onset(time, excess[:, 0], part)
     return {
         "third": signals.amplitude(shoulder),
         "third_elbow": signals.amplitude(excess[part, 1]),
         "third_growth": quotient(signals.amplitude(shoulder), beginning),
-        "third_gap_s": None if onset is None else onset - side,
+        "third_gap_s": None if onset is None or side is None else onset - side.met_s,
     }
 
 
@@ -146,18 +138,16 @@ _THIRD = ("third", "third_elbow", "third_growth", "third_gap_s")
 
 def _spectra(run: xr.Dataset, excess: np.ndarray, part: slice) -> dict[str, float | None]:
     """Lines of both joints' accelerations in the 0.1 s around the third fluctuation's peak."""
-    time = run["time"].values[part]
-    if not time.size:
+    time = run["time"].values
+    if not time[part].size:
         return {f"{name}{joint}{unit}": None for joint in _JOINTS for name, unit in _SPECTRAL}
-    centre = time[int(np.abs(excess[part, 0]).argmax())]
-    begin = min(max(centre - NEAR_S / 2, time[0]), time[-1] - NEAR_S)
-    near = part.start + np.flatnonzero((time >= begin) & (time < begin + NEAR_S))
+    near = events.third_peak(time, excess[:, 0], part)
     numbers: dict[str, float | None] = {}
     for joint, name in enumerate(_JOINTS):
         values = excess[near, joint]
         static = abs(run["theta_ddot"].values[near, joint].mean())
-        frequency, lines = signals.spectrum(run["time"].values[near], values)
-        peak = signals.dominant_frequency(run["time"].values[near], values)
+        frequency, lines = signals.spectrum(time[near], values)
+        peak = signals.dominant_frequency(time[near], values)
         numbers |= {
             f"frequency{name}_Hz": peak,
             f"overtone{name}": quotient(
@@ -197,7 +187,7 @@ def _loads(run: xr.Dataset, excess: np.ndarray, part: slice) -> dict[str, float 
     """Mesh force, torque and speed in the third fluctuation."""
     time = run["time"].values
     torque, speed = run["torque"].values, run["theta_dot"].values[:, 0]
-    force = first_planet(run["F_sp"])
+    force = first_mesh(run, "F_sp")
     shaken = [fast(time, column) for column in torque.T]
     return {
         "third_force_N": signals.amplitude(force[part]),
@@ -206,7 +196,7 @@ def _loads(run: xr.Dataset, excess: np.ndarray, part: slice) -> dict[str, float 
         "torque_fast_2": _share_of_largest(shaken[1][part], torque[:, 1]),
         "torque_follows": _envelopes_correlate(time, shaken[0][part], excess[part]),
         "speed_fast": _share_of_largest(fast(time, speed)[part], speed),
-        "side_changes": float(_side_changes(force[part])) if force[part].size else None,
+        "side_changes": float(events.count_side_changes(force[part])) if force[part].size else None,
     }
 
 
@@ -223,18 +213,12 @@ def _envelopes_correlate(time: np.ndarray, one: np.ndarray, other: np.ndarray) -
     return correlation(peaks[0], peaks[1])
 
 
-def _side_changes(force: np.ndarray) -> int:
-    """How often a mesh force, where it is not zero, changes its sign."""
-    loaded = force[force != 0]
-    return int(np.count_nonzero(np.diff(np.signbit(loaded))))
-
-
 def _contacts(run: xr.Dataset, windows: tuple[slice, ...]) -> dict[str, float | None]:
     """In how many windows the acceleration passes zero, and the teeth part; share of time apart.
 
     Windows are counted if there are all.
     """
-    force, acceleration = first_planet(run["F_sp"]), run["theta_ddot"].values[:, 0]
+    force, acceleration = first_mesh(run, "F_sp"), run["theta_ddot"].values[:, 0]
     begun = signals.window(run["time"].values, START_S, np.inf)
     shares: dict[str, float | None] = {"apart_share": signals.mean(force[begun] == 0)}
     if any(window.stop <= window.start for window in windows):
@@ -251,7 +235,7 @@ def _mesh_rates(run: xr.Dataset) -> dict[str, float | None]:
     Rates by central differences of the recorded displacements.
     """
     time, theta, speed = (run[name].values for name in ("time", "theta", "theta_dot"))
-    x_sp, x_pr = first_planet(run["x_sp"]), first_planet(run["x_pr"])
+    x_sp, x_pr = first_mesh(run, "x_sp"), first_mesh(run, "x_pr")
     sp_rate, pr_rate = (np.gradient(x, time) for x in (x_sp, x_pr))
     r_cp = geometry(run).r_cp
     top = np.abs(speed[:, 0]).max()
@@ -266,7 +250,7 @@ def _mesh_rates(run: xr.Dataset) -> dict[str, float | None]:
 def _positioning(run: xr.Dataset) -> dict[str, float | None]:
     """Fig. 10: final errors [rad], overshoots and settling times [s] of both joints."""
     time, theta = run["time"].values, run["theta"].values
-    drive = recorded(run)[1].drive
+    drive = scenario_of(run).drive
     assert isinstance(drive, PdDrive)
     target = float(np.mean(drive.target_rad))
     numbers: dict[str, float | None] = {}
@@ -274,35 +258,22 @@ def _positioning(run: xr.Dataset) -> dict[str, float | None]:
         angle = theta[:, joint - 1]
         numbers |= {
             f"final_{joint}_rad": abs(angle[-1] - target),
-            f"overshoot_{joint}": angle.max() / target - 1,
+            f"overshoot_{joint}": events.overshoot(angle, target),
             **{
-                f"settling_{joint}_{band:g}_s": signals.settling_time(
-                    time, angle, target, band * target
-                )
-                for band in BANDS
+                f"settling_{joint}_{band:g}_s": events.settling(time, angle, target, band)
+                for band in SETTLING_BANDS
             },
         }
     return numbers
 
 
-def _return(time: np.ndarray, force: np.ndarray) -> float | None:
-    """Time [s] of the first contact on the first side after the last one on the other."""
-    part = signals.window(time, *RETURN_S)
-    other_side = np.flatnonzero(force[part] < 0)
-    if not other_side.size:
-        return None
-    after = slice(part.start + int(other_side[-1]), part.stop)
-    return signals.first_above(time[after], force[after], 0.0)
-
-
-def _fourth(run: xr.Dataset) -> dict[str, float | None]:
+def _fourth(run: xr.Dataset, rigid: xr.Dataset) -> dict[str, float | None]:
     """What happens when the teeth return to their first side."""
     time = run["time"].values
-    back = _return(time, first_planet(run["F_sp"]))
+    back = events.teeth_return(time, first_mesh(run, "F_sp"))
     if back is None:
         return {"return_s": None, "fourth": None, "speed_at_return": None}
-    rigid = resampled(rigid_arm(run), "theta_ddot", time)[:, 0]
-    excess = run["theta_ddot"].values[:, 0] - rigid
+    excess = excess_acceleration(run, rigid)[:, 0]
     speed = np.abs(run["theta_dot"].values[:, 0])
     around = signals.window(time, back, back + FOURTH_S)
     return {

@@ -4,57 +4,27 @@ from __future__ import annotations
 
 import math
 import operator
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import spearmanr
 
+from crosscheck.paper.claims.quantities import (
+    Family,
+    Known,
+    NotSimulatedError,
+    Quantity,
+    Source,
+)
 from crosscheck.paper.undefined import UNDEFINED
-from crosscheck.studies.study import Numbers
 
 LAWS = ("omega_t", "angle")
 DEFAULT_ZETA = 0.05
 READING, DAMPING = "reading of Table I", "damping"
 CLEAR_RANK = 0.75  # of a rank correlation: with seven values chance alone rarely reaches it
-
-
-class NotSimulatedError(LookupError):
-    """A cell lacks the experiment that a claim is about."""
-
-
-class Known(dict[str, float]):
-    """Numbers of a cell by ``experiment.quantity``; nan where a run has no such number or diverged.
-
-    An experiment named after a size has its decimal point as ``_``. Numbers come as NumPy's, so
-    that a division by zero is not finite and not an exception.
-
-    Raises NotSimulatedError for an experiment that the cell does not have, KeyError for a quantity
-    that no experiment measures.
-    """
-
-    def __getitem__(self, name: str) -> float:
-        return np.float64(super().__getitem__(name))
-
-    def __missing__(self, name: str) -> float:
-        experiment = name.split(".")[0]
-        if f"{experiment}.diverged_s" in self:
-            return math.nan
-        if self.simulated(experiment):
-            raise KeyError(name)
-        raise NotSimulatedError(name)
-
-    def simulated(self, experiment: str) -> bool:
-        """Whether the cell has it."""
-        return any(known.startswith(f"{experiment}.") for known in self)
-
-    def add(self, experiment: str, numbers: Numbers) -> None:
-        """Take over an experiment's numbers."""
-        for name, value in numbers.items():
-            self[f"{experiment}.{name}"] = math.nan if value is None else value
 
 
 Formula = Callable[[Known], float]
@@ -185,7 +155,7 @@ def verdict(given: Sequence[Answer], free: str = "") -> Verdict:
 
 def _deciding(given: Sequence[Answer], free: str) -> tuple[str, ...]:
     """Parameters whose change alone changes the answer; all that vary if none does so alone."""
-    axes = {
+    axes: dict[str, Callable[[Answer], str | float]] = {
         READING: operator.attrgetter("reading"),
         DAMPING: operator.attrgetter("zeta"),
         free: operator.attrgetter("choice"),
@@ -201,19 +171,19 @@ def _deciding(given: Sequence[Answer], free: str) -> tuple[str, ...]:
 
 
 def _only_difference(
-    axes: Mapping[str, Callable[[Answer], Any]], one: Answer, other: Answer
+    axes: Mapping[str, Callable[[Answer], str | float]], one: Answer, other: Answer
 ) -> list[str]:
     """The axis along which two answers differ, if it is one."""
     differing = [name for name, coordinate in axes.items() if coordinate(one) != coordinate(other)]
     return differing if len(differing) == 1 else []
 
 
-def of(name: str) -> Formula:
+def of(quantity: Quantity) -> Formula:
     """The number itself."""
-    return lambda n: n[name]
+    return lambda n: n[quantity]
 
 
-def difference(one: str, other: str) -> Formula:
+def difference(one: Quantity, other: Quantity) -> Formula:
     """One number less another."""
     return lambda n: n[one] - n[other]
 
@@ -228,38 +198,38 @@ def over(one: Formula, other: Formula) -> Formula:
     return lambda n: one(n) / other(n)
 
 
-def ratio(one: str, other: str) -> Formula:
+def ratio(one: Quantity, other: Quantity) -> Formula:
     """One number over another."""
     return over(of(one), of(other))
 
 
-def smallest(*names: str) -> Formula:
+def smallest(*quantities: Quantity) -> Formula:
     """The smallest of several numbers; not a number if one is not."""
-    return lambda n: np.min([n[name] for name in names])
+    return lambda n: np.min([n[quantity] for quantity in quantities])
 
 
-def largest(*names: str) -> Formula:
+def largest(*quantities: Quantity) -> Formula:
     """The largest of several numbers; not a number if one is not."""
-    return lambda n: np.max([n[name] for name in names])
+    return lambda n: np.max([n[quantity] for quantity in quantities])
 
 
-def diverges(experiment: str) -> Formula:
+def diverges(source: Source) -> Formula:
     """1 if the experiment's run diverged, 0 if it did not."""
 
     def formula(n: Known) -> float:
-        if not n.simulated(experiment):
-            raise NotSimulatedError(experiment)
-        return float(f"{experiment}.diverged_s" in n)
+        if not n.simulated(source):
+            raise NotSimulatedError(source)
+        return float(n.diverged(source))
 
     return formula
 
 
-def where(name: str, limits: Limits, formula: Formula) -> Formula:
+def where(condition: Quantity, limits: Limits, formula: Formula) -> Formula:
     """The formula; not a number where a condition on another number fails or is undefined."""
 
     def gated(n: Known) -> float:
         value = formula(n)
-        return value if limits(n[name]) else math.nan
+        return value if limits(n[condition]) else math.nan
 
     return gated
 
@@ -269,30 +239,28 @@ def each(choices: Sequence[str], formula: Callable[[str], Formula]) -> dict[str,
     return {choice: formula(choice) for choice in choices}
 
 
-def along(family: str, quantity: str, n: Known) -> tuple[np.ndarray, np.ndarray]:
-    """(parameter, quantity) of the experiments family<parameter>, ascending.
+def along(family: Family, name: str, n: Known) -> tuple[np.ndarray, np.ndarray]:
+    """(size [um], quantity) of the experiments of a family, ascending.
 
     One that diverged is there, with nan. Raises NotSimulatedError with fewer than three of them.
     """
-    matches = [re.match(rf"({family}([0-9_]+))\.", name) for name in n]
-    members = {match[1]: float(match[2].replace("_", ".")) for match in matches if match}
+    members = n.members(family)
     if len(members) < 3:
-        raise NotSimulatedError(f"{family}*.{quantity}")
-    ascending = sorted(members, key=members.__getitem__)
+        raise NotSimulatedError(family)
     return (
-        np.array([members[name] for name in ascending]),
-        np.array([n[f"{name}.{quantity}"] for name in ascending]),
+        np.array([source.size_um for source in members]),
+        np.array([n[source(name)] for source in members]),
     )
 
 
-def rank(family: str, quantity: str) -> Formula:
+def rank(family: Family, name: str) -> Formula:
     """Rank correlation of a quantity with the parameter of a family of experiments.
 
     Not a number if one of them has no such number, or all have the same.
     """
 
     def formula(n: Known) -> float:
-        return rank_correlation(*along(family, quantity, n))
+        return rank_correlation(*along(family, name, n))
 
     return formula
 
@@ -304,16 +272,16 @@ def rank_correlation(parameter: np.ndarray, values: np.ndarray) -> float:
     return float(spearmanr(parameter, values).statistic)
 
 
-def least(family: str, quantity: str) -> Formula:
+def least(family: Family, name: str) -> Formula:
     """Smallest value in a family of experiments; not a number if one is not."""
-    return lambda n: along(family, quantity, n)[1].min()
+    return lambda n: along(family, name, n)[1].min()
 
 
-def greatest(family: str, quantity: str) -> Formula:
+def greatest(family: Family, name: str) -> Formula:
     """Largest value in a family of experiments; not a number if one is not."""
-    return lambda n: along(family, quantity, n)[1].max()
+    return lambda n: along(family, name, n)[1].max()
 
 
-def spread(family: str, quantity: str) -> Formula:
+def spread(family: Family, name: str) -> Formula:
     """Largest over smallest value in a family of experiments."""
-    return over(greatest(family, quantity), least(family, quantity))
+    return over(greatest(family, name), least(family, name))

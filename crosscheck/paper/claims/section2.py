@@ -2,6 +2,17 @@
 
 from __future__ import annotations
 
+from crosscheck.paper.claims.quantities import (
+    BACK,
+    CONSTANT,
+    CONSTANT_NO_ERROR,
+    CONSTANT_STIFFNESS,
+    NO_BACKLASH,
+    NO_ERROR,
+    PD,
+    STATIC,
+    TWO_PLANETS,
+)
 from crosscheck.paper.claims.rule import (
     Claim,
     about,
@@ -39,7 +50,7 @@ ABSTRACT = (
         "1",
         each(
             ("1", "2"),
-            lambda s: ratio(f"back50.error_{s}_s", f"back0.error_{s}_s"),
+            lambda s: ratio(BACK(50)(f"error_{s}_s"), BACK(0)(f"error_{s}_s")),
         ),
         above(DOUBLED),
         "duration of the run [s]",
@@ -50,7 +61,7 @@ ABSTRACT = (
         "Tooth error is the main cause of severe acceleration fluctuations.",
         "part of the third fluctuation that vanishes with the tooth error",
         "rad/s²",
-        difference("pd.third", "no_error.third"),
+        difference(PD("third"), NO_ERROR("third")),
         above(SEVERE),
     ),
     Claim(
@@ -59,7 +70,7 @@ ABSTRACT = (
         "Tooth error is the main cause of severe meshing force impacts.",
         "fast mesh force after 0.5 s without tooth error over that with it",
         "1",
-        ratio("no_error.third_force_fast_N", "pd.third_force_fast_N"),
+        ratio(NO_ERROR("third_force_fast_N"), PD("third_force_fast_N")),
         below(HALVED),
     ),
     Claim(
@@ -68,7 +79,7 @@ ABSTRACT = (
         "The fluctuations make the torque unsteady.",
         "fast part of the torque after 0.5 s over its largest value, larger of both joints",
         "1",
-        largest("pd.torque_fast_1", "pd.torque_fast_2"),
+        largest(PD("torque_fast_1"), PD("torque_fast_2")),
         above(VISIBLE_SHARE),
     ),
 )
@@ -80,7 +91,7 @@ FRAME = (
         "The floating base is so heavy that its movement is not obvious: a fixed base will do.",
         "shift of a free base, kept from turning, over the PD motion",
         "mm",
-        each(BASE_MASSES, lambda m: of(f"static.base_shift_{m}_mm")),
+        each(BASE_MASSES, lambda m: of(STATIC(f"base_shift_{m}_mm"))),
         below(CONSIDERABLE_MM),
         "base mass over the arm's",
     ),
@@ -90,7 +101,7 @@ FRAME = (
         "The reduction ratio is n = z_r / z_s + 1.",
         "error of n against rolling without slip",
         "1",
-        of("static.ratio_error"),
+        of(STATIC("ratio_error")),
         below(EXACT),
     ),
 )
@@ -102,7 +113,7 @@ BACKLASH = (
         "Backlash interrupts the meshing force.",
         "share of the PD run in which the teeth are apart",
         "1",
-        of("pd.apart_share"),
+        of(PD("apart_share")),
         above(1e-3),
     ),
     Claim(
@@ -111,7 +122,7 @@ BACKLASH = (
         "Backlash excites fluctuation.",
         "second fluctuation less that without backlash",
         "rad/s²",
-        difference("pd.second", "no_backlash.second"),
+        difference(PD("second"), NO_BACKLASH("second")),
         above(1.0),
     ),
     Claim(
@@ -120,7 +131,7 @@ BACKLASH = (
         "The fluctuation that backlash excites may end in instability.",
         "growth of the fluctuation after 0.5 s without tooth error, where there is one",
         "1",
-        where("no_error.third", above(EVIDENT), of("no_error.third_growth")),
+        where(NO_ERROR("third"), above(EVIDENT), of(NO_ERROR("third_growth"))),
         above(DOUBLED),
     ),
     Claim(
@@ -129,7 +140,7 @@ BACKLASH = (
         "Several pairs meshing at once make the effect of backlash worse.",
         "second fluctuation with three planets over that with two",
         "1",
-        ratio("pd.second", "two_planets.second"),
+        ratio(PD("second"), TWO_PLANETS("second")),
         above(1.05),
     ),
     Claim(
@@ -139,8 +150,8 @@ BACKLASH = (
         "largest fluctuation, third or second, with backlash over that without",
         "1",
         over(
-            largest("pd.second", "pd.third"),
-            largest("no_backlash.second", "no_backlash.third"),
+            largest(PD("second"), PD("third")),
+            largest(NO_BACKLASH("second"), NO_BACKLASH("third")),
         ),
         above(DOUBLED),
     ),
@@ -150,7 +161,7 @@ BACKLASH = (
         "The clearance of a mesh is 2b (Eqs. 4, 5).",
         "width of the force-free range over 2b",
         "1",
-        of("static.free_play_over_2b"),
+        of(STATIC("free_play_over_2b")),
         about(1.0, 1e-3),
     ),
     Claim(
@@ -159,7 +170,7 @@ BACKLASH = (
         "Eq. 5 takes significantly longer to compute than its smooth stand-in.",
         "evaluations that an adaptive integrator needs with Eq. 5 over those with Eq. 6",
         "1",
-        each(SIGMAS, lambda sigma: of(f"static.tanh_cost_{sigma}")),
+        each(SIGMAS, lambda sigma: of(STATIC(f"tanh_cost_{sigma}"))),
         above(1.2),
         "sigma of Eq. 6 [1/m]",
     ),
@@ -169,7 +180,7 @@ BACKLASH = (
         "Eq. 5's corners may make the numerical solution diverge.",
         "runs with the exact dead zone that diverge, of one per cell",
         "1",
-        diverges("pd"),
+        diverges(PD),
         above(HALVED),
     ),
     Claim(
@@ -178,7 +189,7 @@ BACKLASH = (
         "Eq. 6 is accurate enough when sigma is large enough.",
         f"largest error of Eq. 6 against Eq. 5 at sigma = {SIGMAS[0]} 1/m",
         "m",
-        of(f"static.tanh_error_{SIGMAS[0]}_m"),
+        of(STATIC(f"tanh_error_{SIGMAS[0]}_m")),
         below(TANH_M),
     ),
     Claim(
@@ -187,7 +198,7 @@ BACKLASH = (
         "Eq. 6 can stand in for Eq. 5.",
         "largest error of Eq. 6 against Eq. 5",
         "m",
-        each(SIGMAS, lambda sigma: of(f"static.tanh_error_{sigma}_m")),
+        each(SIGMAS, lambda sigma: of(STATIC(f"tanh_error_{sigma}_m"))),
         below(TANH_M),
         "sigma of Eq. 6 [1/m]",
     ),
@@ -200,7 +211,7 @@ STIFFNESS = (
         "The mesh force rises with two pairs of teeth engaged and falls with one.",
         "correlation of mesh force and stiffness under constant torque, tooth error left out",
         "1",
-        of("constant_no_error.stiffness_correlation"),
+        of(CONSTANT_NO_ERROR("stiffness_correlation")),
         above(CORRELATED),
     ),
     Claim(
@@ -209,7 +220,7 @@ STIFFNESS = (
         "The varying stiffness also excites fluctuation.",
         "third fluctuation less that with constant stiffness",
         "rad/s²",
-        difference("pd.third", "constant_stiffness.third"),
+        difference(PD("third"), CONSTANT_STIFFNESS("third")),
         above(1.0),
     ),
     Claim(
@@ -218,7 +229,7 @@ STIFFNESS = (
         "Eq. 7 is the Fourier series of the square wave of Fig. 5.",
         "root mean square error with 400 harmonics, over the wave's swing",
         "1",
-        each(CONTACT_RATIOS, lambda e: of(f"static.series_error_{e}")),
+        each(CONTACT_RATIOS, lambda e: of(STATIC(f"series_error_{e}"))),
         below(0.03),
         "contact ratio",
     ),
@@ -228,7 +239,7 @@ STIFFNESS = (
         "The fundamental alone is sufficient for the stiffness.",
         "share of the square wave's variance in the fundamental",
         "1",
-        each(CONTACT_RATIOS, lambda e: of(f"static.first_harmonic_share_{e}")),
+        each(CONTACT_RATIOS, lambda e: of(STATIC(f"first_harmonic_share_{e}"))),
         above(SUFFICIENT),
         "contact ratio",
     ),
@@ -238,7 +249,7 @@ STIFFNESS = (
         "Eq. 8, a sine without phase, is the fundamental of Eq. 7.",
         "root mean square error of Eq. 8 over that of its sine",
         "1",
-        each(CONTACT_RATIOS, lambda e: of(f"static.eq8_error_{e}")),
+        each(CONTACT_RATIOS, lambda e: of(STATIC(f"eq8_error_{e}"))),
         below(VISIBLE_SHARE),
         "contact ratio",
     ),
@@ -248,7 +259,7 @@ STIFFNESS = (
         "Eq. 10, speed relative to the carrier times teeth, holds for sun, planet and ring alike.",
         "spread of the three gears' meshing frequencies over the carrier's speed",
         "1",
-        of("static.gear_rates_spread"),
+        of(STATIC("gear_rates_spread")),
         below(EXACT),
     ),
     Claim(
@@ -257,7 +268,7 @@ STIFFNESS = (
         "x_sp' and x_pr' are several orders of magnitude below theta_c'.",
         "largest x_sp' or x_pr' [m/s] over largest theta_c' [rad/s], numbers in SI units",
         "m",
-        of("pd.mesh_rate_over_speed"),
+        of(PD("mesh_rate_over_speed")),
         below(SEVERAL_ORDERS),
     ),
     Claim(
@@ -266,7 +277,7 @@ STIFFNESS = (
         "x_sp' and x_pr' can be left out of Eq. 11.",
         "largest x_sp' + x_pr' over largest 2 r_c cos(alpha) theta_c' over the PD run",
         "1",
-        of("pd.neglected_in_eq11"),
+        of(PD("neglected_in_eq11")),
         below(VISIBLE_SHARE),
     ),
     Claim(
@@ -275,7 +286,7 @@ STIFFNESS = (
         "Eq. 12 gives the sun mesh's frequency.",
         "error of Eq. 12 against Eq. 10 and rolling without slip",
         "1",
-        of("static.eq12_error"),
+        of(STATIC("eq12_error")),
         below(EXACT),
     ),
     Claim(
@@ -284,7 +295,7 @@ STIFFNESS = (
         "Eq. 13 gives the ring mesh's frequency, similarly.",
         "error of Eq. 13 against Eq. 10 and rolling without slip",
         "1",
-        of("static.eq13_error"),
+        of(STATIC("eq13_error")),
         below(EXACT),
     ),
 )
@@ -296,7 +307,7 @@ TOOTH_ERROR = (
         "Tooth error excites fluctuation in the meshing.",
         "ripple of x_sp under constant torque with tooth error over that without",
         "1",
-        ratio("constant.x_ripple_um", "constant_no_error.x_ripple_um"),
+        ratio(CONSTANT("x_ripple_um"), CONSTANT_NO_ERROR("x_ripple_um")),
         above(DOUBLED),
     ),
     Claim(
@@ -305,7 +316,7 @@ TOOTH_ERROR = (
         "The tooth error is E sin(omega_e t), omega_e the current meshing frequency (Eq. 14).",
         "largest distance of omega_e t from the angle that has passed the mesh, PD run",
         "rad",
-        of("pd.phase_gap_rad"),
+        of(PD("phase_gap_rad")),
         below(0.1),
     ),
     Claim(
@@ -314,7 +325,7 @@ TOOTH_ERROR = (
         "Mesh forces are k (x - e) (Eq. 15).",
         "force that Eq. 15 adds to Eq. 4's within and beyond the clearance",
         "N",
-        of("static.eq15_excess_N"),
+        of(STATIC("eq15_excess_N")),
         below(1.0),
     ),
 )
@@ -326,7 +337,7 @@ EQUATIONS = (
         "Eqs. 16 to 19 are the kinetic energy of joints and links.",
         "largest entry of M missing against true absolute velocities, over the largest of M",
         "1",
-        of("static.energy_gap"),
+        of(STATIC("energy_gap")),
         below(EXACT),
     ),
     Claim(
@@ -335,7 +346,7 @@ EQUATIONS = (
         "The listed M follows from Eqs. 16 to 19.",
         "largest difference over the largest entry",
         "1",
-        of("static.mass_slip"),
+        of(STATIC("mass_slip")),
         below(EXACT),
     ),
     Claim(
@@ -344,7 +355,7 @@ EQUATIONS = (
         "The listed C follows from Eqs. 16 to 19.",
         "largest difference of the force C q' over its largest entry",
         "1",
-        of("static.bias_slip"),
+        of(STATIC("bias_slip")),
         below(EXACT),
     ),
     Claim(
@@ -353,7 +364,7 @@ EQUATIONS = (
         "The listed F is that of virtual work.",
         "largest difference over the largest entry",
         "1",
-        of("static.force_slip"),
+        of(STATIC("force_slip")),
         below(EXACT),
     ),
     Claim(
@@ -362,7 +373,7 @@ EQUATIONS = (
         "M is an inertia matrix: symmetric.",
         "largest difference of opposite entries of the printed M",
         "mixed",
-        of("static.asymmetry"),
+        of(STATIC("asymmetry")),
         below(EXACT),
     ),
     Claim(
@@ -371,7 +382,7 @@ EQUATIONS = (
         "M is an inertia matrix: positive definite.",
         "smallest eigenvalue of the printed M over random poses",
         "mixed",
-        of("static.least_eigenvalue"),
+        of(STATIC("least_eigenvalue")),
         above(EXACT),
     ),
     Claim(
@@ -380,7 +391,7 @@ EQUATIONS = (
         "The teeth's deformation is small against the gross motion.",
         "largest x_sp or x_pr over the carrier's path 2 r_c cos(alpha) theta, PD run",
         "1",
-        of("pd.mesh_over_gross"),
+        of(PD("mesh_over_gross")),
         below(VISIBLE_SHARE),
     ),
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from crosscheck.paper.claims.quantities import CONSTANT, CONSTANT_NO_ERROR, STATIC
 from crosscheck.paper.claims.rule import Claim, Limits, about, above, below, each, of, ratio
 from crosscheck.paper.claims.section2 import DOUBLED, EXACT, HALVED, TORQUE_SHARE
 from crosscheck.paper.claims.statics import BENDS
@@ -24,7 +25,7 @@ START = (
         "The gearbox amplifies the torque by the reduction ratio.",
         "mesh torque on the carrier over the motor's, constant torque",
         "1",
-        of("constant.torque_gain"),
+        of(CONSTANT("torque_gain")),
         about(RATIO, TORQUE_SHARE),
     ),
     Claim(
@@ -33,7 +34,7 @@ START = (
         "At the start the teeth are just touching, without force.",
         "mesh force at t = 0",
         "N",
-        of("constant.force_at_start_N"),
+        of(CONSTANT("force_at_start_N")),
         below(EXACT),
     ),
     Claim(
@@ -42,7 +43,7 @@ START = (
         "The initial values listed for the detailed model are its state.",
         "initial values listed, for twelve first-order states",
         "1",
-        of("static.initial_values"),
+        of(STATIC("initial_values")),
         Limits(11.5, 12.5),
     ),
     Claim(
@@ -51,7 +52,7 @@ START = (
         "Table I: M is an inertia over a squared radius and m a mass.",
         "sun's radius of gyration over its pitch radius",
         "1",
-        of("static.gyration_over_pitch"),
+        of(STATIC("gyration_over_pitch")),
         below(1.0),
     ),
 )
@@ -63,7 +64,7 @@ DEVIATIONS = (
         "The first link deviates by 0.02 rad from the rigid model.",
         "largest deviation of theta_1 in 0.5 s",
         "rad",
-        each(RIGID_LEVELS, lambda level: of(f"constant.deviation_1_{level}_rad")),
+        each(RIGID_LEVELS, lambda level: of(CONSTANT(f"deviation_1_{level}_rad"))),
         TWO_HUNDREDTHS,
         LEVEL,
     ),
@@ -73,7 +74,7 @@ DEVIATIONS = (
         "The second link deviates by 0.01 rad from the rigid model.",
         "largest deviation of theta_2 in 0.5 s",
         "rad",
-        each(RIGID_LEVELS, lambda level: of(f"constant.deviation_2_{level}_rad")),
+        each(RIGID_LEVELS, lambda level: of(CONSTANT(f"deviation_2_{level}_rad"))),
         ONE_HUNDREDTH,
         LEVEL,
     ),
@@ -83,7 +84,7 @@ DEVIATIONS = (
         "Deviations of 0.02 and 0.01 rad put the tip off by about 30 mm.",
         "tip displacement by these two angles",
         "mm",
-        each(BENDS, lambda angle: of(f"static.bent_{angle}_mm")),
+        each(BENDS, lambda angle: of(STATIC(f"bent_{angle}_mm"))),
         THIRTY,
         "the elbow's angle [deg]",
     ),
@@ -93,7 +94,7 @@ DEVIATIONS = (
         "The tip is off by about 30 mm.",
         "largest tip deviation from the rigid model in 0.5 s",
         "mm",
-        each(RIGID_LEVELS, lambda level: of(f"constant.tip_{level}_mm")),
+        each(RIGID_LEVELS, lambda level: of(CONSTANT(f"tip_{level}_mm"))),
         THIRTY,
         LEVEL,
     ),
@@ -103,7 +104,7 @@ DEVIATIONS = (
         "The errors are tolerable against the half-circle stroke.",
         "larger joint deviation over pi",
         "1",
-        each(RIGID_LEVELS, lambda level: of(f"constant.stroke_share_{level}")),
+        each(RIGID_LEVELS, lambda level: of(CONSTANT(f"stroke_share_{level}"))),
         below(TOLERABLE),
         LEVEL,
     ),
@@ -113,7 +114,7 @@ DEVIATIONS = (
         "The errors accumulate over time.",
         "largest tip deviation in the second half over that in the first",
         "1",
-        each(RIGID_LEVELS, lambda level: of(f"constant.growth_{level}")),
+        each(RIGID_LEVELS, lambda level: of(CONSTANT(f"growth_{level}"))),
         above(DOUBLED),
         LEVEL,
     ),
@@ -123,7 +124,7 @@ DEVIATIONS = (
         "The deviation from the rigid model shows the influence of the gear meshing.",
         "deviation left when the rigid model has the gears' masses and inertias, over all of it",
         "1",
-        ratio("constant.deviation_1_coupled_rad", "constant.deviation_1_links_rad"),
+        ratio(CONSTANT("deviation_1_coupled_rad"), CONSTANT("deviation_1_links_rad")),
         above(HALVED),
     ),
     Claim(
@@ -132,7 +133,7 @@ DEVIATIONS = (
         "The detailed model's response differs slightly from the rigid model's.",
         "largest joint deviation over the largest joint angle",
         "1",
-        each(RIGID_LEVELS, lambda level: of(f"constant.relative_{level}")),
+        each(RIGID_LEVELS, lambda level: of(CONSTANT(f"relative_{level}"))),
         below(SLIGHT),
         LEVEL,
     ),
@@ -145,7 +146,7 @@ MESH = (
         "x_sp converges to 52 um.",
         "middle of the range of x_sp after 0.1 s",
         "um",
-        of("constant.x_middle_um"),
+        of(CONSTANT("x_middle_um")),
         about(52, 0.02),
     ),
     Claim(
@@ -154,7 +155,7 @@ MESH = (
         "x_sp vibrates at the beginning and converges rapidly.",
         "time in which the vibration of F_sp / k falls to a tenth",
         "s",
-        of("constant.vibration_decay_s"),
+        of(CONSTANT("vibration_decay_s")),
         below(RAPID_S),
     ),
     Claim(
@@ -163,7 +164,7 @@ MESH = (
         "F_sp follows the same trend: it vibrates and converges.",
         "swing before 0.1 s over swing after",
         "1",
-        of("constant.force_decay"),
+        of(CONSTANT("force_decay")),
         above(DOUBLED),
     ),
     Claim(
@@ -172,7 +173,7 @@ MESH = (
         "A starting impact causes it.",
         "largest mesh force over its mean after 0.1 s",
         "1",
-        of("constant.force_overshoot"),
+        of(CONSTANT("force_overshoot")),
         above(1.2),
     ),
     Claim(
@@ -181,7 +182,7 @@ MESH = (
         "The fluctuation of x_sp that follows is due to the tooth error.",
         "ripple of x_sp after 0.1 s without tooth error over that with it",
         "1",
-        ratio("constant_no_error.x_ripple_um", "constant.x_ripple_um"),
+        ratio(CONSTANT_NO_ERROR("x_ripple_um"), CONSTANT("x_ripple_um")),
         below(HALVED),
     ),
     Claim(
@@ -190,7 +191,7 @@ MESH = (
         "Its magnitude is about 10 um.",
         "ripple of x_sp after 0.1 s, peak to peak",
         "um",
-        of("constant.x_ripple_um"),
+        of(CONSTANT("x_ripple_um")),
         about(10, READ_OFF),
     ),
     Claim(
@@ -199,7 +200,7 @@ MESH = (
         "That is similar to the given tooth error.",
         "ripple over the tooth error's own 2 E",
         "1",
-        of("constant.x_ripple_over_2E"),
+        of(CONSTANT("x_ripple_over_2E")),
         about(1, READ_OFF),
     ),
     Claim(
@@ -208,7 +209,7 @@ MESH = (
         "Its frequency rises with time.",
         "turning points of the ripple in the second half less those in the first",
         "1",
-        of("constant.turns_gained"),
+        of(CONSTANT("turns_gained")),
         above(0.5),
     ),
     Claim(
@@ -217,7 +218,7 @@ MESH = (
         "The frequency rises because the shoulder speeds up.",
         "share of the 0.5 s in which the shoulder speeds up",
         "1",
-        of("constant.speeding_up"),
+        of(CONSTANT("speeding_up")),
         above(MOSTLY),
     ),
 )

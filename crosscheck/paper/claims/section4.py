@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from crosscheck.paper.claims.control import EXISTS, MINOR, POSITION_RAD
+from crosscheck.paper.claims.quantities import BACK, BACKLASH, NO_BACKLASH, PD, STATIC
 from crosscheck.paper.claims.rule import (
     CLEAR_RANK,
     Claim,
@@ -43,7 +44,7 @@ falls, rises = below(-CLEAR_RANK), above(CLEAR_RANK)
 
 def worst(n: Known) -> np.ndarray:
     """Larger mesh force [N] of impact and third fluctuation, for every backlash ascending."""
-    impact, third = along("b", "second_force_N", n)[1], along("b", "third_force_N", n)[1]
+    impact, third = along(BACKLASH, "second_force_N", n)[1], along(BACKLASH, "third_force_N", n)[1]
     return np.maximum(impact, third)
 
 
@@ -55,7 +56,7 @@ def edges_over_least(n: Known) -> float:
 
 def default_over_least(n: Known) -> float:
     """Worst force at b = 50 um over the least of all backlashes."""
-    default = np.maximum(n["b50.second_force_N"], n["b50.third_force_N"])
+    default = np.maximum(n[BACKLASH(50)("second_force_N")], n[BACKLASH(50)("third_force_N")])
     return float(default / worst(n).min())
 
 
@@ -63,15 +64,16 @@ def growth_over_own(second: str) -> Formula:
     """Growth of the back-and-forth error since 0.1 to 0.3 s over the rigid arm's own."""
 
     error, own = (
-        ratio(f"back50.{kind}_{second}_s", f"back50.{kind}_early") for kind in ("error", "own")
+        ratio(BACK(50)(f"{kind}_{second}_s"), BACK(50)(f"{kind}_early"))
+        for kind in ("error", "own")
     )
     return over(error, own)
 
 
 def severe_least_over_greatest(n: Known) -> float:
     """Smallest over largest third fluctuation of all backlashes; nan unless one is severe."""
-    largest = greatest("b", "third")(n)
-    return float(least("b", "third")(n) / largest) if largest > SEVERE else float("nan")
+    largest = greatest(BACKLASH, "third")(n)
+    return float(least(BACKLASH, "third")(n) / largest) if largest > SEVERE else float("nan")
 
 
 BEGINNING = (
@@ -81,7 +83,7 @@ BEGINNING = (
         "Backlash weakens the self-excited fluctuation.",
         "third fluctuation without backlash over that with it, where there is one",
         "1",
-        where("no_backlash.third", EXISTS, ratio("no_backlash.third", "pd.third")),
+        where(NO_BACKLASH("third"), EXISTS, ratio(NO_BACKLASH("third"), PD("third"))),
         above(1.0),
     ),
     Claim(
@@ -90,7 +92,7 @@ BEGINNING = (
         "Fluctuations from the start cannot be avoided.",
         "smallest first fluctuation of all backlashes",
         "rad/s²",
-        least("b", "first"),
+        least(BACKLASH, "first"),
         above(MINOR),
     ),
     Claim(
@@ -99,7 +101,7 @@ BEGINNING = (
         "Fluctuations from meshing impacts cannot be avoided.",
         "smallest second fluctuation of all backlashes",
         "rad/s²",
-        least("b", "second"),
+        least(BACKLASH, "second"),
         above(MINOR),
     ),
 )
@@ -111,7 +113,7 @@ POSITION = (
         "With a clearance of 100 um the positioning error stays on a 0.001 rad scale.",
         "largest deviation from the rigid arm with the gears' inertia",
         "rad",
-        of("pd.deviation_rad"),
+        of(PD("deviation_rad")),
         below(DOUBLED * POSITION_RAD),
     ),
     Claim(
@@ -120,7 +122,7 @@ POSITION = (
         "With a clearance of 6 mm the positioning error stays on a 0.001 rad scale.",
         "largest deviation from the rigid arm with the gears' inertia",
         "rad",
-        of("b3000.deviation_rad"),
+        of(BACKLASH(3000)("deviation_rad")),
         below(DOUBLED * POSITION_RAD),
     ),
     Claim(
@@ -129,7 +131,7 @@ POSITION = (
         "6 mm is nearly a third of the tooth thickness.",
         "6 mm over the tooth thickness at the pitch circle, pi m / 2",
         "1",
-        of("static.tooth_thickness_share"),
+        of(STATIC("tooth_thickness_share")),
         about(1 / 3, 0.1),
     ),
     Claim(
@@ -138,7 +140,7 @@ POSITION = (
         "In closed loop the final error converges to zero, even with 6 mm.",
         "final error of theta_1 with 6 mm less that with 100 um",
         "rad",
-        size(difference("b3000.final_1_rad", "pd.final_1_rad")),
+        size(difference(BACKLASH(3000)("final_1_rad"), PD("final_1_rad"))),
         below(CLOSED_LOOP_RAD),
     ),
     Claim(
@@ -147,7 +149,7 @@ POSITION = (
         "Driven back and forth, the error accumulates.",
         "largest error of the last 0.2 s over that from 0.1 to 0.3 s",
         "1",
-        each(SECONDS, lambda s: ratio(f"back50.error_{s}_s", "back50.error_early")),
+        each(SECONDS, lambda s: ratio(BACK(50)(f"error_{s}_s"), BACK(50)("error_early"))),
         above(DOUBLED),
         DURATION,
     ),
@@ -157,7 +159,7 @@ POSITION = (
         "That error grows with the backlash.",
         "rank correlation of the error in the last 0.2 s with b",
         "1",
-        each(SECONDS, lambda s: rank("back", f"error_{s}_s")),
+        each(SECONDS, lambda s: rank(BACK, f"error_{s}_s")),
         rises,
         DURATION,
     ),
@@ -180,7 +182,7 @@ IMPACT = (
         "A larger clearance makes the meshing impact more severe.",
         "rank correlation of the impact's mesh force with b",
         "1",
-        rank("b", "second_force_N"),
+        rank(BACKLASH, "second_force_N"),
         rises,
     ),
     Claim(
@@ -189,7 +191,7 @@ IMPACT = (
         "The impact occurs later with a larger clearance.",
         "rank correlation of the side change's time with b",
         "1",
-        rank("b", "side_change_s"),
+        rank(BACKLASH, "side_change_s"),
         rises,
     ),
     Claim(
@@ -198,7 +200,7 @@ IMPACT = (
         "The impact lasts shorter with a larger clearance.",
         "rank correlation of its time of decay with b",
         "1",
-        rank("b", "second_decay_s"),
+        rank(BACKLASH, "second_decay_s"),
         falls,
     ),
     Claim(
@@ -207,7 +209,7 @@ IMPACT = (
         "A larger clearance needs more time to come into contact again.",
         "rank correlation of the free flight's time with b",
         "1",
-        rank("b", "flight_s"),
+        rank(BACKLASH, "flight_s"),
         rises,
     ),
 )
@@ -219,7 +221,7 @@ FLUCTUATION = (
         "Backlash has a strong effect on the size of the fluctuation.",
         "largest over smallest third fluctuation of all backlashes, where there is one",
         "1",
-        where("pd.third", EXISTS, spread("b", "third")),
+        where(PD("third"), EXISTS, spread(BACKLASH, "third")),
         above(DOUBLED),
     ),
     Claim(
@@ -228,7 +230,7 @@ FLUCTUATION = (
         "With small clearances it is similar to that without.",
         "third fluctuation at b = 5 um over that at b = 0, where there is one",
         "1",
-        where("b5.third", EXISTS, ratio("b5.third", "no_backlash.third")),
+        where(BACKLASH(5)("third"), EXISTS, ratio(BACKLASH(5)("third"), NO_BACKLASH("third"))),
         about(1.0, HALVED),
     ),
     Claim(
@@ -237,7 +239,7 @@ FLUCTUATION = (
         "Internal excitation recedes as the clearance grows.",
         "rank correlation of the third fluctuation with b, where there is one",
         "1",
-        where("pd.third", EXISTS, rank("b", "third")),
+        where(PD("third"), EXISTS, rank(BACKLASH, "third")),
         falls,
     ),
     Claim(
@@ -246,7 +248,7 @@ FLUCTUATION = (
         "Its mesh force recedes as the clearance grows.",
         "rank correlation of the fast mesh force with b, where there is a fluctuation",
         "1",
-        where("pd.third", EXISTS, rank("b", "third_force_fast_N")),
+        where(PD("third"), EXISTS, rank(BACKLASH, "third_force_fast_N")),
         falls,
     ),
     Claim(
@@ -255,7 +257,7 @@ FLUCTUATION = (
         "With a small clearance the contact keeps changing sides.",
         "side changes in the third fluctuation at b = 5 um",
         "1",
-        of("b5.side_changes"),
+        of(BACKLASH(5)("side_changes")),
         above(MANY_SIDES),
     ),
     Claim(
@@ -264,7 +266,7 @@ FLUCTUATION = (
         "A smaller clearance is not better.",
         "third fluctuation at b = 5 um over that at 50 um, where there is one",
         "1",
-        where("b5.third", EXISTS, ratio("b5.third", "pd.third")),
+        where(BACKLASH(5)("third"), EXISTS, ratio(BACKLASH(5)("third"), PD("third"))),
         above(1.0),
     ),
     Claim(
@@ -285,7 +287,7 @@ SPECTRA = (
         "The shoulder fluctuates at about 1500 Hz.",
         "dominant frequency, where there is a third fluctuation",
         "Hz",
-        where("pd.third", EXISTS, of("pd.frequency_Hz")),
+        where(PD("third"), EXISTS, of(PD("frequency_Hz"))),
         about(1500, 0.1),
     ),
     Claim(
@@ -294,7 +296,7 @@ SPECTRA = (
         "The elbow fluctuates at about 1500 Hz.",
         "dominant frequency, where there is a third fluctuation",
         "Hz",
-        where("pd.third", EXISTS, of("pd.frequency_elbow_Hz")),
+        where(PD("third"), EXISTS, of(PD("frequency_elbow_Hz"))),
         about(1500, 0.1),
     ),
     Claim(
@@ -303,7 +305,7 @@ SPECTRA = (
         "Doubled frequencies appear as well.",
         "line at twice the frequency over the first, where there is a third fluctuation",
         "1",
-        where("pd.third", EXISTS, of("pd.overtone")),
+        where(PD("third"), EXISTS, of(PD("overtone"))),
         above(OVERTONE),
     ),
     Claim(
@@ -312,7 +314,7 @@ SPECTRA = (
         "The elbow's acceleration is much larger than the shoulder's.",
         "third fluctuation of the elbow over the shoulder's, where there is one",
         "1",
-        where("pd.third", EXISTS, ratio("pd.third_elbow", "pd.third")),
+        where(PD("third"), EXISTS, ratio(PD("third_elbow"), PD("third"))),
         above(GREATER),
     ),
     Claim(
@@ -321,7 +323,7 @@ SPECTRA = (
         "The frequency drifts down as the clearance grows.",
         "rank correlation of the frequency with b, where there is a third fluctuation",
         "1",
-        where("pd.third", EXISTS, rank("b", "frequency_Hz")),
+        where(PD("third"), EXISTS, rank(BACKLASH, "frequency_Hz")),
         falls,
     ),
     Claim(
@@ -330,7 +332,7 @@ SPECTRA = (
         "Above 500 um the fluctuation is chaotic, its spectrum continuous.",
         "energy share of the largest line at b = 1000 um, where there is a fluctuation",
         "1",
-        where("b1000.third", EXISTS, of("b1000.line_share")),
+        where(BACKLASH(1000)("third"), EXISTS, of(BACKLASH(1000)("line_share"))),
         below(CONTINUOUS),
     ),
     Claim(
@@ -339,7 +341,7 @@ SPECTRA = (
         "Above 500 um the spectrum lies at low frequencies.",
         "energy share below 500 Hz at b = 1000 um, where there is a fluctuation",
         "1",
-        where("b1000.third", EXISTS, of("b1000.low_share")),
+        where(BACKLASH(1000)("third"), EXISTS, of(BACKLASH(1000)("low_share"))),
         above(HALVED),
     ),
     Claim(

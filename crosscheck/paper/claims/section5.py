@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from crosscheck.paper.claims.control import EXISTS, MINOR, POSITION_RAD
+from crosscheck.paper.claims.quantities import BACKLASH, ERROR, NO_BACKLASH, NO_ERROR, PD, STATIC
 from crosscheck.paper.claims.rule import (
     Claim,
     Known,
@@ -32,8 +33,8 @@ QUICKLY_S = 0.1
 
 def overall(n: Known) -> float:
     """Rank of the largest fluctuation after the start with the backlash."""
-    backlashes, second = along("b", "second", n)
-    return rank_correlation(backlashes, np.maximum(second, along("b", "third", n)[1]))
+    backlashes, second = along(BACKLASH, "second", n)
+    return rank_correlation(backlashes, np.maximum(second, along(BACKLASH, "third", n)[1]))
 
 
 TOOTH_ERROR = (
@@ -43,7 +44,7 @@ TOOTH_ERROR = (
         "The size of the tooth error hardly affects the positioning error.",
         "largest deviation from the rigid arm at 6.3 um",
         "rad",
-        of("E6_3.deviation_rad"),
+        of(ERROR(6.3)("deviation_rad")),
         below(POSITION_RAD),
     ),
     Claim(
@@ -52,7 +53,7 @@ TOOTH_ERROR = (
         "The angular error is mostly unchanged when the tooth error grows.",
         "deviation at 6.3 um over that at 1.6 um",
         "1",
-        ratio("E6_3.deviation_rad", "E1_6.deviation_rad"),
+        ratio(ERROR(6.3)("deviation_rad"), ERROR(1.6)("deviation_rad")),
         about(1.0, 0.1),
     ),
     Claim(
@@ -61,7 +62,7 @@ TOOTH_ERROR = (
         "The tooth error is smaller than the backlash by one order of magnitude.",
         "E over b",
         "1",
-        of("static.error_over_backlash"),
+        of(STATIC("error_over_backlash")),
         ONE_ORDER,
     ),
     Claim(
@@ -70,7 +71,7 @@ TOOTH_ERROR = (
         "Meshing and starting impacts converge rapidly while the backlash exceeds the error.",
         "longer of the times in which the first two fluctuations fall to a tenth",
         "s",
-        largest("pd.first_decay_s", "pd.second_decay_s"),
+        largest(PD("first_decay_s"), PD("second_decay_s")),
         below(QUICKLY_S),
     ),
     Claim(
@@ -79,7 +80,7 @@ TOOTH_ERROR = (
         "The size of the error has a remarkable influence on the fluctuation.",
         "third fluctuation at 6.3 um over that at 1.6 um, where there is one",
         "1",
-        where("E6_3.third", EXISTS, ratio("E6_3.third", "E1_6.third")),
+        where(ERROR(6.3)("third"), EXISTS, ratio(ERROR(6.3)("third"), ERROR(1.6)("third"))),
         above(DOUBLED),
     ),
     Claim(
@@ -88,7 +89,7 @@ TOOTH_ERROR = (
         "Below 1 um there is no fluctuation.",
         "third fluctuation at 0.8 um",
         "rad/s²",
-        of("E0_8.third"),
+        of(ERROR(0.8)("third")),
         below(MINOR),
     ),
     Claim(
@@ -97,7 +98,7 @@ TOOTH_ERROR = (
         "Minor fluctuations appear at 1.6 um.",
         "third fluctuation at 1.6 um",
         "rad/s²",
-        of("E1_6.third"),
+        of(ERROR(1.6)("third")),
         Limits(MINOR, SEVERE / 2),
     ),
     Claim(
@@ -106,7 +107,7 @@ TOOTH_ERROR = (
         "The contact force grows with the error.",
         "rank correlation of the fast mesh force with E, where there is a fluctuation",
         "1",
-        where("E6_3.third", EXISTS, rank("E", "third_force_fast_N")),
+        where(ERROR(6.3)("third"), EXISTS, rank(ERROR, "third_force_fast_N")),
         rises,
     ),
     Claim(
@@ -115,7 +116,7 @@ TOOTH_ERROR = (
         "Below 5 um the shoulder's 0 Hz line dominates.",
         "0 Hz over the largest fast line at 3.2 um",
         "1",
-        of("E3_2.static_over_line"),
+        of(ERROR(3.2)("static_over_line")),
         above(1.0),
     ),
     Claim(
@@ -124,7 +125,7 @@ TOOTH_ERROR = (
         "Below 5 um the shoulder's fast components are a minor fluctuation.",
         "third fluctuation at 3.2 um",
         "rad/s²",
-        of("E3_2.third"),
+        of(ERROR(3.2)("third")),
         Limits(MINOR, SEVERE / 2),
     ),
     Claim(
@@ -133,7 +134,7 @@ TOOTH_ERROR = (
         "The elbow's fast components exceed its 0 Hz line.",
         "0 Hz over the largest fast line at 3.2 um",
         "1",
-        of("E3_2.static_over_line_elbow"),
+        of(ERROR(3.2)("static_over_line_elbow")),
         below(1.0),
     ),
     Claim(
@@ -142,7 +143,7 @@ TOOTH_ERROR = (
         "Above 5 um the self-excited fluctuation stands out.",
         "third fluctuation at 6.3 um",
         "rad/s²",
-        of("E6_3.third"),
+        of(ERROR(6.3)("third")),
         above(SEVERE),
     ),
     Claim(
@@ -151,7 +152,7 @@ TOOTH_ERROR = (
         "Its components are those of Fig. 18.",
         "frequency at 6.3 um over that at 5 um, where there is a fluctuation",
         "1",
-        where("pd.third", EXISTS, ratio("E6_3.frequency_Hz", "pd.frequency_Hz")),
+        where(PD("third"), EXISTS, ratio(ERROR(6.3)("frequency_Hz"), PD("frequency_Hz"))),
         about(1.0, 0.1),
     ),
     Claim(
@@ -160,7 +161,7 @@ TOOTH_ERROR = (
         "From 5 to 6.3 um the magnitude grows dramatically.",
         "third fluctuation at 6.3 um over that at 5 um, where there is one",
         "1",
-        where("E6_3.third", EXISTS, ratio("E6_3.third", "pd.third")),
+        where(ERROR(6.3)("third"), EXISTS, ratio(ERROR(6.3)("third"), PD("third"))),
         above(DOUBLED),
     ),
     Claim(
@@ -169,7 +170,7 @@ TOOTH_ERROR = (
         "Tooth error is the reason for the self-excited impacts.",
         "mesh force of the third fluctuation, without over with tooth error, where there is one",
         "1",
-        where("pd.third", EXISTS, ratio("no_error.third_force_fast_N", "pd.third_force_fast_N")),
+        where(PD("third"), EXISTS, ratio(NO_ERROR("third_force_fast_N"), PD("third_force_fast_N"))),
         below(SUPPRESSED),
     ),
     Claim(
@@ -178,7 +179,7 @@ TOOTH_ERROR = (
         "Tiny errors result in tremendous fluctuations.",
         "largest third fluctuation of all tooth errors",
         "rad/s²",
-        greatest("E", "third"),
+        greatest(ERROR, "third"),
         above(SEVERE),
     ),
 )
@@ -190,7 +191,7 @@ CONCLUSION = (
         "Gear meshing results in fluctuation.",
         "largest of the first three fluctuations",
         "rad/s²",
-        largest("pd.first", "pd.second", "pd.third"),
+        largest(PD("first"), PD("second"), PD("third")),
         above(EVIDENT),
     ),
     Claim(
@@ -200,8 +201,8 @@ CONCLUSION = (
         "largest of the first two fluctuations, without over with backlash",
         "1",
         over(
-            largest("no_backlash.first", "no_backlash.second"),
-            largest("pd.first", "pd.second"),
+            largest(NO_BACKLASH("first"), NO_BACKLASH("second")),
+            largest(PD("first"), PD("second")),
         ),
         below(HALVED),
     ),
@@ -220,7 +221,7 @@ CONCLUSION = (
         "Tooth error results in a self-excited fluctuation.",
         "part of the third fluctuation that vanishes with the tooth error",
         "rad/s²",
-        difference("pd.third", "no_error.third"),
+        difference(PD("third"), NO_ERROR("third")),
         above(EVIDENT),
     ),
     Claim(
@@ -229,7 +230,7 @@ CONCLUSION = (
         "A small backlash intensifies it.",
         "third fluctuation at b = 5 um less that at 50 um",
         "rad/s²",
-        difference("b5.third", "pd.third"),
+        difference(BACKLASH(5)("third"), PD("third")),
         above(EVIDENT),
     ),
     Claim(
@@ -238,7 +239,7 @@ CONCLUSION = (
         "Tooth error must be kept as small as possible.",
         "rank correlation of the third fluctuation with E, where there is one",
         "1",
-        where("E6_3.third", EXISTS, rank("E", "third")),
+        where(ERROR(6.3)("third"), EXISTS, rank(ERROR, "third")),
         rises,
     ),
 )

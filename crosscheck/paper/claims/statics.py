@@ -9,13 +9,16 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from analytic.backlash import dead_zone, dead_zone_tanh
-from analytic.kinematics import StageGeometry, gear_angles, stage_geometry
+from analytic.kinematics import gear_angles
 from analytic.mesh_frequency import meshing_frequency, ring_mesh_rate, sun_mesh_rate
-from analytic.model import EnergiesModel, PhysicalModel, PrintedModel
+from analytic.model import PhysicalModel
+from analytic.paper_model import EnergiesModel, PrintedModel
 from analytic.stiffness import fundamental, square_wave, square_wave_series
+from crosscheck.checks.weights import joint_mass, link_mass
 from crosscheck.paper.errata import transcript
+from crosscheck.paper.stage import PaperStage, paper_stage
 from crosscheck.studies.study import Numbers
-from models.arm import Arm, Joint
+from models.arm import Arm
 from models.interface import Model
 from models.loading import load_arm, load_scenario
 from models.switches import switches
@@ -34,50 +37,50 @@ BENDS = ("0", "45", "90", "135")  # elbow angle [deg] at which joint errors are 
 def statics(arm_name: str) -> Numbers:
     """All numbers of an arm that follow from its data alone."""
     arm = load_arm(arm_name)
-    joint = arm.joints[0]
-    stage = stage_geometry(joint)
+    stage = paper_stage(arm)
     return {
-        **_gearing(joint, stage),
-        **_clearance(joint),
-        **_stiffness_wave(joint),
+        **_gearing(stage),
+        **_clearance(stage),
+        **_stiffness_wave(stage),
         **_equations(arm),
         **_base(arm),
-        "gyration_over_pitch": _gyration(joint, stage),
+        "gyration_over_pitch": _gyration(stage),
         "initial_values": float(len(transcript.INITIAL_VALUES)),
-        "tooth_thickness_share": EXTREME_M / (math.pi * joint.module_m / 2),
-        "error_over_backlash": joint.tooth_error_m / joint.backlash_m,
+        "tooth_thickness_share": EXTREME_M / (math.pi * stage.joint.module_m / 2),
+        "error_over_backlash": stage.tooth_error_m / stage.backlash_m,
         **{f"bent_{angle}_mm": _tip_shift(arm, math.radians(float(angle))) for angle in BENDS},
     }
 
 
-def _gearing(joint: Joint, stage: StageGeometry) -> Numbers:
+def _gearing(stage: PaperStage) -> Numbers:
     """Reduction ratio from rolling without slip; meshing frequencies over the carrier's rate."""
-    sun, planet = gear_angles(0.0, 0.0, 1.0, stage.r_s, stage.r_p, stage.r_cp)
+    joint, geometry = stage.joint, stage.geometry
+    sun, planet = gear_angles(0.0, 0.0, 1.0, geometry.r_s, geometry.r_p, geometry.r_cp)
     by_gear = (
         meshing_frequency(sun, 1.0, joint.sun_teeth),
         -meshing_frequency(-planet, 1.0, joint.planet_teeth),
         -meshing_frequency(0.0, 1.0, joint.ring_teeth),
     )
-    printed = ring_mesh_rate(joint, stage, "eq13")
+    printed = ring_mesh_rate(joint, geometry, "eq13")
     return {
-        "ratio_error": abs(sun / stage.n - 1),
+        "ratio_error": abs(sun / geometry.n - 1),
         "gear_rates_spread": float(np.ptp(by_gear)),
-        "eq12": sun_mesh_rate(joint, stage),
-        "eq12_error": abs(sun_mesh_rate(joint, stage) / by_gear[0] - 1),
+        "eq12": sun_mesh_rate(joint, geometry),
+        "eq12_error": abs(sun_mesh_rate(joint, geometry) / by_gear[0] - 1),
         "eq13": printed,
         "eq13_error": abs(printed / by_gear[1] - 1),
     }
 
 
-def _clearance(joint: Joint) -> Numbers:
+def _clearance(stage: PaperStage) -> Numbers:
     """Eqs. 4-6 and 15: free play, the smooth stand-in's error, the force that Eq. 15 invents."""
-    b = joint.backlash_m
+    b = stage.backlash_m
     x = np.linspace(-3 * b, 3 * b, 60001)
     exact = dead_zone(x, b)
     free = x[exact == 0]
     numbers: Numbers = {
         "free_play_over_2b": float(np.ptp(free) / (2 * b)),
-        "eq15_excess_N": joint.mesh_stiffness_N_per_m * float(np.abs(x - exact).max()),
+        "eq15_excess_N": stage.mesh_stiffness_N_per_m * float(np.abs(x - exact).max()),
     }
     for sigma in SIGMAS:
         error = np.abs(dead_zone_tanh(x, b, float(sigma)) - exact).max()
@@ -99,20 +102,20 @@ def _evaluations(b: float, sigma: float | None) -> int:
     )
 
 
-def _stiffness_wave(joint: Joint) -> Numbers:
+def _stiffness_wave(stage: PaperStage) -> Numbers:
     """Eqs. 7-8 against the wave of Fig. 5, swing chosen so that the fundamental is k_a."""
     cycle = (np.arange(20000) + 0.5) / 20000
-    swing = math.pi * joint.mesh_stiffness_amplitude_N_per_m
+    swing = math.pi * stage.mesh_stiffness_amplitude_N_per_m
     numbers: Numbers = {}
     for text in CONTACT_RATIOS:
         ratio = float(text)
-        low = joint.mesh_stiffness_N_per_m - swing * (ratio - 1)
+        low = stage.mesh_stiffness_N_per_m - swing * (ratio - 1)
         wave = square_wave(cycle, low, low + swing, ratio)
         series = [
             square_wave_series(cycle, low, low + swing, ratio, count) for count in (1, HARMONICS)
         ]
         eq8 = fundamental(
-            np.sin(2 * np.pi * cycle), joint.mesh_stiffness_N_per_m, np.ptp(series[0]) / 2
+            np.sin(2 * np.pi * cycle), stage.mesh_stiffness_N_per_m, np.ptp(series[0]) / 2
         )
         numbers |= {
             f"series_error_{text}": _rms(series[1] - wave) / swing,
@@ -167,10 +170,11 @@ def _largest_gap(one: list[np.ndarray], other: list[np.ndarray]) -> float:
     return float(np.abs(np.subtract(one, other)).max() / np.abs(other).max())
 
 
-def _gyration(joint: Joint, stage: StageGeometry) -> float:
+def _gyration(stage: PaperStage) -> float:
     """Sun's radius of gyration over its pitch radius, as the reading has mass and inertia."""
-    share = joint.sun_equivalent_mass_kg / joint.sun_mass_kg
-    return stage.r_s * math.sqrt(share) / (joint.module_m * joint.sun_teeth / 2)
+    joint = stage.joint
+    share = stage.sun_equivalent_mass_kg / joint.sun_mass_kg
+    return stage.geometry.r_s * math.sqrt(share) / (joint.module_m * joint.sun_teeth / 2)
 
 
 def _base(arm: Arm) -> Numbers:
@@ -185,12 +189,7 @@ def _base(arm: Arm) -> Numbers:
 
 def _masses(arm: Arm) -> np.ndarray:
     """Links, elbow joint (m_j), payload [kg]."""
-    elbow = arm.joints[1]
-    gears = elbow.sun_mass_kg + elbow.planet_count * elbow.planet_mass_kg
-    links = [link.density_kg_per_m3 * link.cross_section_m2 * link.length_m for link in arm.links]
-    return np.array(
-        [*links, gears + elbow.carrier_mass_kg + elbow.ring_mass_kg, arm.payload_mass_kg]
-    )
+    return np.array([*map(link_mass, arm.links), joint_mass(arm.joints[1]), arm.payload_mass_kg])
 
 
 def _centres(arm: Arm, angle: float) -> np.ndarray:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from html import escape
-from typing import Any
+from typing import NamedTuple
 
+from crosscheck.paper.claims.judged import Group, Judged
 from crosscheck.paper.claims.rule import DEFAULT_ZETA, LAWS
 from crosscheck.paper.undefined import UNDEFINED, shown
 
@@ -41,27 +42,33 @@ rad/s² to the tooth error: a statement about &quot;the third fluctuation&quot; 
 another one, which the chapter on the controller examines.</p>"""
 
 
-def table_html(
-    records: Sequence[dict[str, Any]], zetas: Sequence[float], left: tuple[float, float]
-) -> str:
-    """The rule, the count of verdicts by section, and every claim's row.
+class Left(NamedTuple):
+    """What is left under `angle`: the largest third fluctuation, and its part due to tooth error.
 
-    left: the largest third fluctuation [rad/s^2] under `angle`, and its part due to tooth error.
+    Both in rad/s^2.
     """
-    sections = tuple(dict.fromkeys(record["section"] for record in records))
+
+    third: float
+    due_to_error: float
+
+
+def table_html(found: Sequence[Judged], zetas: Sequence[float], left: Left) -> str:
+    """The rule, the count of verdicts by section, and every claim's row."""
+    sections = tuple(dict.fromkeys(one.claim.section for one in found))
     sweep = ", ".join(f"{zeta:g}" for zeta in zetas)
+    third, due = shown(left.third), shown(left.due_to_error)
     parts = [
         INTRODUCTION.format(default=DEFAULT_ZETA),
-        COVERAGE.format(count=len(records), zetas=sweep, third=shown(left[0]), due=shown(left[1])),
-        _counts(sections, records),
-        *(_section(section, records) for section in sections),
+        COVERAGE.format(count=len(found), zetas=sweep, third=third, due=due),
+        _counts(sections, found),
+        *(_section(section, found) for section in sections),
     ]
     return "\n".join(parts)
 
 
-def _counts(sections: Sequence[str], records: Sequence[dict[str, Any]]) -> str:
+def _counts(sections: Sequence[str], found: Sequence[Judged]) -> str:
     """How many of each section's statements have which verdict."""
-    counts = Counter((record["section"], record["verdict"]) for record in records)
+    counts = Counter((one.claim.section, one.verdict.verdict) for one in found)
     shown = [name for name in VERDICTS if any(counts[section, name] for section in sections)]
     rows = [[section, *(counts[section, name] for name in shown)] for section in sections]
     rows.append(["all", *(sum(counts[s, name] for s in sections) for name in shown)])
@@ -72,10 +79,10 @@ def _counts(sections: Sequence[str], records: Sequence[dict[str, Any]]) -> str:
     return f'<div class="wide"><table><tr>{titles}</tr>{lines}</table></div>'
 
 
-def _section(section: str, records: Sequence[dict[str, Any]]) -> str:
+def _section(section: str, found: Sequence[Judged]) -> str:
     title = section if section == "Abstract" else f"Section {section}"
     head = ("no.", "statement", "decided by", "threshold", *LAWS, "verdict", "figure")
-    rows = [_row(record) for record in records if record["section"] == section]
+    rows = [_row(one) for one in found if one.claim.section == section]
     lines = "\n".join(rows)
     titles = "".join(f"<th>{name}</th>" for name in head)
     return (
@@ -84,43 +91,42 @@ def _section(section: str, records: Sequence[dict[str, Any]]) -> str:
     )
 
 
-def _row(record: dict[str, Any]) -> str:
-    colour = COLOURS.get(record["verdict"], "unresolved")
-    unit = "" if record["unit"] == "1" else f" [{record['unit']}]"
+def _row(one: Judged) -> str:
+    claim = one.claim
+    colour = COLOURS.get(one.verdict.verdict, "unresolved")
+    unit = "" if claim.unit == "1" else f" [{claim.unit}]"
     columns = [
-        f"<td>{record['id']}</td>",
-        f"<td>{escape(record['statement'])}</td>",
-        f"<td>{escape(record['quantity'] + unit)}</td>",
-        f"<td>{escape(record['threshold'])}</td>",
-        *(f'<td class="n">{_law(record, law)}</td>' for law in LAWS),
-        f'<td class="{colour}">{escape(_verdict(record))}</td>',
-        f"<td>{_link(record['figure'])}</td>",
+        f"<td>{one.name}</td>",
+        f"<td>{escape(claim.statement)}</td>",
+        f"<td>{escape(claim.quantity + unit)}</td>",
+        f"<td>{escape(str(claim.decide))}</td>",
+        *(f'<td class="n">{_law(one, law)}</td>' for law in LAWS),
+        f'<td class="{colour}">{escape(_verdict(one))}</td>',
+        f"<td>{_link(claim.figure)}</td>",
     ]
-    return f'<tr id="claim-{record["id"]}">' + "".join(columns) + "</tr>"
+    return f'<tr id="claim-{one.name}">' + "".join(columns) + "</tr>"
 
 
-def _verdict(record: dict[str, Any]) -> str:
+def _verdict(one: Judged) -> str:
     """In words, with how many cells have no say in it."""
-    on = ", ".join(record["depends_on"])
-    verdict = f"depends on {on}" if on else record["verdict"]
-    cells = sum(group["cells"] for group in record["values"].values())
-    undefined = record["undefined"]
-    return f"{verdict} ({undefined} of {cells} undefined)" if undefined else str(verdict)
+    verdict, depends_on, undefined = one.verdict
+    words = f"depends on {', '.join(depends_on)}" if depends_on else verdict
+    return f"{words} ({undefined} of {one.cells} undefined)" if undefined else words
 
 
-def _law(record: dict[str, Any], law: str) -> str:
-    """Each reading under one law: default, range where there is one, counts of yes, undefined."""
-    lines = []
-    for name, group in record["values"].items():
-        if name.startswith(f"{law}, "):
-            reading = name.removeprefix(f"{law}, paper-")
-            low, high = _number(group["min"]), _number(group["max"])
-            span = "" if low == high == _number(group["default"]) else f" [{low}, {high}]"
-            count = f"{group['yes']}/{group['cells']}"
-            if group["undefined"]:
-                count += f", {group['undefined']} undefined"
-            lines.append(f"{reading}: {_number(group['default'])}{span}; {count}")
+def _law(one: Judged, law: str) -> str:
+    """Each reading under one law."""
+    lines = [_reading(group) for group in one.groups if group.place.phase == law]
     return "<br>".join(lines) or NONE
+
+
+def _reading(group: Group) -> str:
+    """Default, range where there is one, counts of yes, undefined."""
+    default, low, high = (_number(v) for v in (group.default, group.least, group.greatest))
+    span = "" if low == high == default else f" [{low}, {high}]"
+    undefined = f", {group.undefined} undefined" if group.undefined else ""
+    reading = group.place.reading.removeprefix("paper-")
+    return f"{reading}: {default}{span}; {group.yes}/{group.cells}{undefined}"
 
 
 def _number(value: float | None) -> str:

@@ -14,13 +14,13 @@ import sympy as sp
 
 from analytic.backlash import dead_zone_tanh
 from analytic.energies import JOINTS
-from analytic.kinematics import stage_geometry
 from analytic.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from analytic.model import PhysicalModel
 from analytic.symbols import geared_variables
 from crosscheck.paper.errata import transcript
 from crosscheck.paper.errata.erratum import Erratum, Trial
 from crosscheck.paper.errata.typeset import tex
+from crosscheck.paper.stage import paper_stage, without_backlash
 from models.arm import Arm
 from models.switches import switches
 
@@ -39,8 +39,8 @@ def auxiliary_errata(arm: Arm) -> Iterator[Erratum]:
 
 def clearance_attracts(arm: Arm) -> Iterator[Erratum]:
     """Eq. 6 against Eq. 5, which never pulls: the deepest pull outside contact."""
-    joint = arm.joints[0]
-    b, sigma = joint.backlash_m, joint.tanh_sharpness_per_m
+    stage = paper_stage(arm)
+    b, sigma = stage.backlash_m, stage.tanh_sharpness_per_m
     outside = b - np.linspace(0, 10 / sigma, 100001)
     pull = -float(dead_zone_tanh(outside, b, sigma).min())
     if pull > 0:
@@ -49,7 +49,7 @@ def clearance_attracts(arm: Arm) -> Iterator[Erratum]:
             kind="auxiliary",
             printed="f_k smooth and close to Eq. 5",
             derived=f"f_k < 0 just below x = b: attraction of up to {pull * sigma:.4f} k / sigma",
-            size=pull * joint.mesh_stiffness_N_per_m,
+            size=pull * stage.mesh_stiffness_N_per_m,
             unit="N",
         )
 
@@ -63,8 +63,7 @@ def ring_mesh_frequency(arm: Arm) -> Iterator[Erratum]:
     z_p, r_p, r_cp, dtheta = sp.symbols("z_p r_p r_cp dtheta_c", positive=True)
     printed = dtheta * z_p * (r_cp / r_p - 1)
     derived = dtheta * z_p * (r_cp / r_p + 1)
-    joint = arm.joints[0]
-    geometry = stage_geometry(joint)
+    joint, geometry = paper_stage(arm).joint, paper_stage(arm).geometry
     sun = sun_mesh_rate(joint, geometry)
     rates = {rate: ring_mesh_rate(joint, geometry, rate) for rate in ("eq13", "corrected")}
     numbers = {z_p: joint.planet_teeth, r_p: geometry.r_p, r_cp: geometry.r_cp, dtheta: 1}
@@ -120,10 +119,9 @@ def phase_of_a_varying_frequency(arm: Arm) -> Iterator[Erratum]:
 
 def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
     """Eq. 15 against Eq. 4: inside the clearance there is no contact, hence no force."""
-    joint = arm.joints[0]
-    force_at_edge = joint.mesh_stiffness_N_per_m * joint.backlash_m
+    stage = paper_stage(arm)
+    force_at_edge = stage.mesh_stiffness_N_per_m * stage.backlash_m
     if force_at_edge > 0:
-        tight = tuple(j.model_copy(update={"backlash_m": 0.0}) for j in arm.joints)
         yield Erratum(
             where="Eq. 15",
             kind="auxiliary",
@@ -135,7 +133,7 @@ def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
             size=force_at_edge,
             unit="N",
             trial=Trial(
-                lambda scenario: PhysicalModel(arm.model_copy(update={"joints": tight}), scenario),
+                lambda scenario: PhysicalModel(without_backlash(arm), scenario),
                 lambda scenario: PhysicalModel(arm, scenario),
             ),
         )
@@ -158,12 +156,12 @@ def initial_values() -> Iterator[Erratum]:
 
 def masses_and_inertias(arm: Arm) -> Iterator[Erratum]:
     """Table I: no gear's mass can lie, on average, beyond its pitch circle."""
-    joint = arm.joints[0]
-    geometry = stage_geometry(joint)
+    stage = paper_stage(arm)
+    joint, geometry = stage.joint, stage.geometry
     gears = {
-        "sun": (joint.sun_equivalent_mass_kg, joint.sun_mass_kg, geometry.r_s, joint.sun_teeth),
+        "sun": (stage.sun_equivalent_mass_kg, joint.sun_mass_kg, geometry.r_s, joint.sun_teeth),
         "planet": (
-            joint.planet_equivalent_mass_kg,
+            stage.planet_equivalent_mass_kg,
             joint.planet_mass_kg,
             geometry.r_p,
             joint.planet_teeth,

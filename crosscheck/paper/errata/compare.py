@@ -4,22 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Literal, get_args
 
 import sympy as sp
 
-from analytic.lagrange import Form
+from analytic.forms import Form
 from analytic.symbols import stage_symbols
+
+Matrix = Literal["mass_matrix", "bias", "force"]  # of a Form
 
 
 @dataclass(frozen=True)
 class EntryDifference:
     """Entries of one matrix of a form that differ from the derived ones in the same way.
 
-    matrix: ``mass_matrix``, ``bias`` or ``force``; entries: row and column counted from 0;
+    entries: row and column counted from 0;
     printed, derived: the terms that only one side has.
     """
 
-    matrix: str
+    matrix: Matrix
     entries: tuple[tuple[int, int], ...]
     printed: sp.Expr
     derived: sp.Expr
@@ -56,13 +59,11 @@ def differences(printed: Form, derived: Form) -> list[EntryDifference]:
     M and F are compared entry by entry; C is not unique, so the force C q' is compared by rows.
     M_ij and M_ji are one difference if they differ in the same way.
     """
-    found = [
-        d for matrix in ("mass_matrix", "bias", "force") for d in _in(matrix, printed, derived)
-    ]
+    found = [d for matrix in get_args(Matrix) for d in _in(matrix, printed, derived)]
     return list(_mirrored_together(found))
 
 
-def _in(matrix: str, printed: Form, derived: Form) -> Iterator[EntryDifference]:
+def _in(matrix: Matrix, printed: Form, derived: Form) -> Iterator[EntryDifference]:
     ours, theirs = getattr(printed, matrix), getattr(derived, matrix)
     for row in range(ours.rows):
         for column in range(ours.cols):

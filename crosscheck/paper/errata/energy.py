@@ -7,11 +7,15 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
+from analytic.bodies import Body, carried_bodies, link_bodies, spinning_bodies
 from analytic.energies import JOINTS, kinetic_energies, without_sine_squares
-from analytic.lagrange import Body, mass_matrix
-from analytic.physical import carrier_bodies, link_angles, link_bodies, spinning_bodies
-from analytic.symbols import geared_variables, m_payload, stage_symbols
+from analytic.forms import mass_matrix
+from analytic.lagrange import mass_terms
+from analytic.stage import Stage
+from analytic.symbols import geared_variables, m_payload, stage_symbols, symbolic_chain
 from crosscheck.paper.errata.compare import same
+
+CHAIN = symbolic_chain([True] * JOINTS)  # the paper's arm
 
 
 @dataclass(frozen=True)
@@ -38,13 +42,14 @@ def true_energies() -> dict[str, dict[str, sp.Expr]]:
 
     Eq. 17 carries the elbow joint's masses along with link 1, Eq. 18 turns them.
     """
-    elbow = [*carrier_bodies(2, JOINTS), *spinning_bodies(2, JOINTS)]
-    payload_and_link = link_bodies(2, JOINTS)
+    shoulder, elbow = (
+        [*carried_bodies(CHAIN, joint), *spinning_bodies(CHAIN, joint)] for joint in (1, 2)
+    )
     return {
-        "Eq. 16": _energies([*carrier_bodies(1, JOINTS), *spinning_bodies(1, JOINTS)]),
-        "Eq. 17": _energies([*link_bodies(1, JOINTS), *map(_moving_only, elbow)]),
+        "Eq. 16": _energies(shoulder),
+        "Eq. 17": _energies([*link_bodies(CHAIN, 1), *map(_moving_only, elbow)]),
         "Eq. 18": _energies([_turning_only(body) for body in elbow]),
-        "Eq. 19": _energies(payload_and_link),
+        "Eq. 19": _energies(link_bodies(CHAIN, 2)),
     }
 
 
@@ -73,13 +78,14 @@ def _belongs(term: sp.Expr, energy: sp.Expr) -> bool:
 
 
 def _parameters(expression: sp.Expr) -> frozenset[sp.Symbol]:
-    inertial = {
-        symbol
-        for joint in (1, 2)
-        for symbol in stage_symbols(joint)
-        if symbol.name.startswith(("M_", "m", "J_", "I_"))
-    }
+    inertial = {symbol for joint in (1, 2) for symbol in _inertial(stage_symbols(joint))}
     return frozenset(expression.free_symbols & (inertial | {m_payload}))
+
+
+def _inertial(stage: Stage) -> set[sp.Symbol]:
+    """Masses and inertias of a stage and its link."""
+    equivalent, link = {stage.M_s, stage.M_p, stage.M_c}, {stage.m, stage.I_l}
+    return equivalent | link | {stage.m_s, stage.m_p, stage.m_c, stage.m_r, stage.J_r}
 
 
 def _energies(bodies: list[Body]) -> dict[str, sp.Expr]:
@@ -88,7 +94,7 @@ def _energies(bodies: list[Body]) -> dict[str, sp.Expr]:
     rates = sp.Matrix(variables.v)
     shares: dict[str, sp.Expr] = {}
     for body in bodies:
-        mass = sp.Matrix(mass_matrix([body], link_angles(JOINTS), variables.q))
+        mass = sp.Matrix(mass_matrix(mass_terms([body], CHAIN.angles[1:]), variables.q))
         energy = sp.expand((rates.T * mass * rates)[0] / 2)
         if energy != 0:
             shares[body.name] = shares.get(body.name, sp.S.Zero) + energy

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import asdict, dataclass, replace
+from typing import Literal
 
 import numpy as np
 
 from crosscheck.checks.trajectories import largest_difference
+from crosscheck.paper.record import JsonObject
+from crosscheck.paper.undefined import defined
 from models.interface import Model
 from models.scenario import Scenario
 
@@ -58,18 +60,32 @@ def effect_of(trial: Trial, scenario: Scenario) -> Effect:
     return Effect(largest_difference(printed, right, "theta"), float(np.max(forces)))
 
 
-def as_record(erratum: Erratum, effects: Mapping[str, Effect]) -> dict[str, Any]:
-    """JSON-able: the trial gives way to its effects, by scenario."""
-    return {
-        "where": erratum.where,
-        "kind": erratum.kind,
-        "printed": erratum.printed,
-        "derived": erratum.derived,
-        "remark": erratum.remark,
-        "printed_tex": erratum.printed_tex,
-        "derived_tex": erratum.derived_tex,
-        "size": erratum.size,
-        "unit": erratum.unit,
-        "relative": erratum.relative,
-        "effects": {name: asdict(effect) for name, effect in effects.items()},
-    }
+@dataclass(frozen=True)
+class Slip:
+    """An erratum and what it changes in a run, by scenario; its trial is over."""
+
+    erratum: Erratum
+    effects: dict[str, Effect]
+
+    def to_dict(self) -> JsonObject:
+        """For JSON."""
+        erratum = self.erratum
+        return {
+            "where": erratum.where,
+            "kind": erratum.kind,
+            "printed": erratum.printed,
+            "derived": erratum.derived,
+            "remark": erratum.remark,
+            "printed_tex": erratum.printed_tex,
+            "derived_tex": erratum.derived_tex,
+            "size": erratum.size,
+            "unit": erratum.unit,
+            "relative": erratum.relative,
+            "effects": {name: asdict(effect) for name, effect in self.effects.items()},
+        }
+
+
+def tried(erratum: Erratum, effects: Mapping[str, Effect]) -> Slip:
+    """The erratum with its effects; None for a size that is not finite."""
+    size, relative = defined(erratum.size), defined(erratum.relative)
+    return Slip(replace(erratum, size=size, relative=relative, trial=None), dict(effects))

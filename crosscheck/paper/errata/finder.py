@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any
+from fractions import Fraction
 
 import sympy as sp
 
 from analytic.energies import JOINTS, energies_form
-from analytic.lagrange import Form, christoffel_bias
-from analytic.model import FormModel, PrintedModel
+from analytic.forms import Form, christoffel_bias
+from analytic.paper_model import FormModel, PrintedModel
 from analytic.printed import printed_form
 from analytic.symbols import geared_variables, parameter_values, stage_symbols
 from crosscheck.paper.errata import compare, energy
 from crosscheck.paper.errata.auxiliary import auxiliary_errata
-from crosscheck.paper.errata.erratum import Erratum, Trial, as_record, effect_of
+from crosscheck.paper.errata.erratum import Erratum, Slip, Trial, effect_of, tried
 from crosscheck.paper.errata.typeset import tex
 from models.arm import Arm
 from models.interface import Model
+from models.layout import layout_of
 from models.loading import load_scenario
 from models.scenario import Scenario
 
 SCHEMA_VERSION = 1
+Values = dict[sp.Symbol, Fraction]  # of a form's parameters
+LAYOUT = layout_of([True] * JOINTS)  # of Eq. 20
 EFFECT_S = 0.5
 
 
@@ -62,10 +64,10 @@ def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
 
 
 def _size(
-    difference: compare.EntryDifference, derived: Form, values: dict[sp.Symbol, float]
+    difference: compare.EntryDifference, derived: Form, values: Values
 ) -> tuple[float | None, float | None]:
     """Derived minus printed at theta = 0 and unit rates, forces and torques; and over the entry."""
-    at_zero = values | dict.fromkeys(derived.q, 0.0)
+    at_zero = values | dict.fromkeys(derived.q, Fraction(0))
     row, column = difference.entries[0]
     whole = _number(getattr(derived, difference.matrix)[row, column], at_zero)
     size = _number(difference.derived - difference.printed, at_zero)
@@ -73,15 +75,14 @@ def _size(
 
 
 def _unit(difference: compare.EntryDifference) -> str:
-    """Rows and columns of displacements [m] and of angles alternate as in Eq. 20."""
+    """By whether rows and columns are displacements [m] or angles."""
     row, column = difference.entries[0]
-    angular = (row % 3 == 2) + (difference.matrix == "mass_matrix" and column % 3 == 2)
     if difference.matrix == "mass_matrix":
-        return ("kg", "kg m", "kg m^2")[angular]
-    return ("N", "N m")[angular]
+        return ("kg", "kg m", "kg m^2")[int(LAYOUT.angular[[row, column]].sum())]
+    return ("N", "N m")[int(LAYOUT.angular[row])]
 
 
-def _number(expression: sp.Expr, values: dict[sp.Symbol, float]) -> float:
+def _number(expression: sp.Expr, values: Values) -> float:
     known = expression.subs(values)
     return float(known.subs(dict.fromkeys(known.free_symbols, 1.0)))
 
@@ -109,9 +110,7 @@ def energy_errata(arm: Arm) -> Iterator[Erratum]:
         )
 
 
-def _thin_ring_if_unknown(
-    values: dict[sp.Symbol, float], missing: sp.Expr
-) -> dict[sp.Symbol, float]:
+def _thin_ring_if_unknown(values: Values, missing: sp.Expr) -> Values:
     """Table I gives no ring inertia: where it matters, a thin ring at its base radius."""
     guessed = dict(values)
     for joint in range(1, JOINTS + 1):
@@ -122,15 +121,13 @@ def _thin_ring_if_unknown(
     return guessed
 
 
-def _energy_size(
-    missing: sp.Expr, values: dict[sp.Symbol, float]
-) -> tuple[float | None, float | None]:
+def _energy_size(missing: sp.Expr, values: Values) -> tuple[float | None, float | None]:
     """Share of M_33 [kg m^2] that is missing, and over M_33 with the arm stretched."""
-    dtheta_1 = geared_variables(JOINTS).v[2]
-    share = _number(sp.diff(missing, dtheta_1, 2), values)
-    whole = _number(
-        energies_form().mass_matrix[2, 2].subs(geared_variables(JOINTS).q[5], 0), values
-    )
+    shoulder, elbow = LAYOUT.theta
+    variables = geared_variables(JOINTS)
+    share = _number(sp.diff(missing, variables.v[shoulder], 2), values)
+    entry = energies_form().mass_matrix[shoulder, shoulder]
+    whole = _number(entry.subs(variables.q[elbow], 0), values)
     return share, share / whole
 
 
@@ -148,9 +145,9 @@ def _with_form(arm: Arm, form: Form) -> Callable[[Scenario], Model]:
 
 def errata_records(
     arm: Arm, told: Callable[[str], None], duration_s: float = EFFECT_S
-) -> list[dict[str, Any]]:
-    """All errata with their simulated effects, JSON-able; ``told`` hears of each trial."""
-    records = []
+) -> list[Slip]:
+    """All errata with their simulated effects; ``told`` hears of each trial."""
+    slips = []
     for erratum in find_errata(arm):
         told(erratum.where)
         effects = {
@@ -158,18 +155,11 @@ def errata_records(
             for scenario in effect_scenarios(duration_s)
             if erratum.trial is not None
         }
-        records.append(as_record(erratum, effects))
-    return [_finite(record) for record in records]
+        slips.append(tried(erratum, effects))
+    return slips
 
 
 def effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:
     """Constant torque, which stays on one flank, and PD, which in half a second does not."""
     names = ("constant-torque", "pd")
     return [load_scenario(name).model_copy(update={"duration_s": duration_s}) for name in names]
-
-
-def _finite(record: dict[str, Any]) -> dict[str, Any]:
-    return {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
-        for key, value in record.items()
-    }

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from functools import lru_cache
 from html import escape
-from typing import Any
 
+from crosscheck.paper.errata.erratum import Erratum, Slip
 from crosscheck.paper.errata.finder import EFFECT_S, errata_records
 from crosscheck.paper.errata.referee import CONTRADICTIONS, GAPS
 from crosscheck.paper.errata.typeset import formula_svg
+from crosscheck.paper.record import JsonObject, Record, read
 from crosscheck.paper.scale import Scale
 from crosscheck.report.chapter import Chapter
 from crosscheck.studies.study import Study
@@ -41,37 +43,62 @@ class Errata:
     def cost(self) -> float:
         return 10 * self.duration_s
 
-    def answer(self) -> list[dict[str, Any]]:
+    def answer(self) -> list[JsonObject]:
         found = errata_records(load_arm(self.arm), lambda where: None, self.duration_s)
-        return [{"id": f"erratum/{self.arm}/{record['where']}", **record} for record in found]
+        return [asdict(slip) for slip in found]
 
 
-def chapter(study: Study, scale: Scale) -> Chapter:
+@dataclass(frozen=True)
+class ArmSlip(Record):
+    """A slip, its size and its effects those of an arm."""
+
+    arm: str
+    slip: Slip
+
+    @property
+    def id(self) -> str:
+        return f"erratum/{self.arm}/{self.slip.erratum.where}"
+
+    def to_dict(self) -> JsonObject:
+        return {"id": self.id, **self.slip.to_dict()}
+
+
+@dataclass(frozen=True)
+class ErrataSheet(Chapter):
+    """The chapter, with the slips in it that are those of the first arm."""
+
+    slips: tuple[Slip, ...] = ()
+
+
+def chapter(study: Study, scale: Scale) -> ErrataSheet:
     """The errata sheet for both readings of Table I (the quick one for the first alone)."""
     arms = ARMS[:1] if scale.quick else ARMS
     duration = scale.seconds(QUICK_S if scale.quick else EFFECT_S)
-    found = study.answers([Errata(name, duration) for name in arms], "errata sheet")
-    records = [record for errata in found for record in errata]
-    html = [f"<p>{INTRODUCTION} Runs of {duration:g} s, arm {ARMS[0]}.</p>", _table(found[0])]
-    html += [_readings(records)] if not scale.quick else []
+    answers = study.answers([Errata(name, duration) for name in arms], "errata sheet")
+    found = dict(zip(arms, read(list[tuple[Slip, ...]], answers), strict=True))
+    slips = found[ARMS[0]]
+    html = [f"<p>{INTRODUCTION} Runs of {duration:g} s, arm {ARMS[0]}.</p>", _table(slips)]
+    html += [_readings(found)] if not scale.quick else []
     html += [_contradictions(), _gaps()]
-    outcome = f"{len(found[0])} slips, {len(CONTRADICTIONS)} contradictions, {len(GAPS)} gaps."
-    return Chapter(ID, TITLE, "\n".join(html), records, outcome)
+    records = [ArmSlip(arm, slip).to_dict() for arm, own in found.items() for slip in own]
+    outcome = f"{len(slips)} slips, {len(CONTRADICTIONS)} contradictions, {len(GAPS)} gaps."
+    return ErrataSheet(ID, TITLE, "\n".join(html), records, outcome, slips)
 
 
-def _table(records: list[dict[str, Any]]) -> str:
-    rows = "".join(_row(record) for record in records)
+def _table(slips: Sequence[Slip]) -> str:
+    rows = "".join(_row(slip) for slip in slips)
     head = "<tr><th>where</th><th>printed</th><th>should read</th><th>size</th><th>effect</th></tr>"
     return f'<h3>Slips</h3><div class="wide"><table>{head}{rows}</table></div>'
 
 
-def _row(record: dict[str, Any]) -> str:
+def _row(slip: Slip) -> str:
+    erratum = slip.erratum
     cells = (
-        escape(record["where"]),
-        _formula(record["printed_tex"], record["printed"]),
-        f"{_formula(record['derived_tex'], record['derived'])} {escape(record['remark'])}",
-        _size(record),
-        "<br>".join(escape(effect) for effect in effects(record)),
+        escape(erratum.where),
+        _formula(erratum.printed_tex, erratum.printed),
+        f"{_formula(erratum.derived_tex, erratum.derived)} {escape(erratum.remark)}",
+        escape(_size(erratum)),
+        "<br>".join(escape(effect) for effect in effects(slip)),
     )
     return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
 
@@ -82,27 +109,24 @@ def _formula(tex: str, text: str) -> str:
     return formula_svg(tex) if tex else escape(text)
 
 
-def _size(record: dict[str, Any]) -> str:
-    if record["size"] is None:
+def _size(erratum: Erratum) -> str:
+    if erratum.size is None:
         return ""
-    relative = "" if record["relative"] is None else f" ({100 * record['relative']:.3g} %)"
-    return escape(f"{record['size']:.3g} {record['unit']}{relative}")
+    relative = "" if erratum.relative is None else f" ({100 * erratum.relative:.3g} %)"
+    return f"{erratum.size:.3g} {erratum.unit}{relative}"
 
 
-def effects(record: dict[str, Any]) -> list[str]:
+def effects(slip: Slip) -> list[str]:
     """One line per scenario that was simulated."""
     return [
-        f"{name}: {effect['theta_rad']:.3g} rad, {effect['mesh_force_N']:.3g} N"
-        for name, effect in record["effects"].items()
+        f"{name}: {effect.theta_rad:.3g} rad, {effect.mesh_force_N:.3g} N"
+        for name, effect in slip.effects.items()
     ]
 
 
-def _readings(records: list[dict[str, Any]]) -> str:
+def _readings(found: Mapping[str, Sequence[Slip]]) -> str:
     """Which slips exist under one reading of Table I alone."""
-    by_arm = [
-        {record["where"] for record in records if record["id"].startswith(f"erratum/{name}/")}
-        for name in ARMS
-    ]
+    by_arm = [{slip.erratum.where for slip in found[name]} for name in ARMS]
     lines = [
         f"under {name} alone: {', '.join(sorted(own - other)) or 'none'}"
         for name, own, other in zip(ARMS, by_arm, reversed(by_arm), strict=True)
@@ -132,16 +156,11 @@ def _gaps() -> str:
     return f'{title}<div class="wide"><table>{head}{rows}</table></div>'
 
 
-def markdown(records: list[dict[str, Any]]) -> str:
-    """The sheet as Markdown, formulas as TeX; records as the chapter's."""
+def markdown(slips: Sequence[Slip]) -> str:
+    """The sheet as Markdown, formulas as TeX; the slips are the chapter's."""
     lines = ["# Errata sheet", "", INTRODUCTION, ""]
     lines += ["| where | printed | should read | size | effect |", "|---|---|---|---|---|"]
-    for record in records:
-        if record["id"].startswith(f"erratum/{ARMS[0]}/"):
-            formulas = [_markdown_formula(record, side) for side in ("printed", "derived")]
-            formulas[1] = f"{formulas[1]} {record['remark']}".strip()
-            cells = [record["where"], *formulas, _size(record), "; ".join(effects(record))]
-            lines.append("| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |")
+    lines += [f"| {' | '.join(_markdown_cells(slip))} |" for slip in slips]
     lines += ["", "## Where the text contradicts itself", ""]
     lines += [f"- {c.first}: {c.first_says}. {c.second}: {c.second_says}." for c in CONTRADICTIONS]
     lines += ["", "## What is missing to reproduce it", ""]
@@ -149,6 +168,18 @@ def markdown(records: list[dict[str, Any]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _markdown_formula(record: dict[str, Any], side: str) -> str:
-    tex = record[f"{side}_tex"]
-    return f"${tex}$" if tex else str(record[side])
+def _markdown_cells(slip: Slip) -> list[str]:
+    erratum = slip.erratum
+    derived = _markdown_formula(erratum.derived_tex, erratum.derived)
+    cells = (
+        erratum.where,
+        _markdown_formula(erratum.printed_tex, erratum.printed),
+        f"{derived} {erratum.remark}".strip(),
+        _size(erratum),
+        "; ".join(effects(slip)),
+    )
+    return [cell.replace("|", r"\|") for cell in cells]
+
+
+def _markdown_formula(tex: str, text: str) -> str:
+    return f"${tex}$" if tex else text

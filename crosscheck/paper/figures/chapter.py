@@ -15,7 +15,7 @@ from crosscheck.paper.figures.spectra import figure_18, figure_20
 from crosscheck.paper.figures.store import trajectories
 from crosscheck.paper.figures.torque import figure_6, figure_7, figure_8, figure_9
 from crosscheck.paper.scale import FULL, Scale
-from crosscheck.report.chapter import Chapter
+from crosscheck.report.chapter import Chapter, rendered
 from crosscheck.studies.study import Study
 from models.errors import Diverged
 
@@ -50,8 +50,7 @@ def chapter(study: Study, scale: Scale) -> Chapter:
     shelf = Shelf(study, scale)
     plates = [_made(shelf, number) for number in (QUICK_NUMBERS if scale.quick else NUMBERS)]
     html = "\n".join([_introduction(), *(plate.html() for plate in plates)])
-    records = [plate.record() for plate in plates]
-    return Chapter(ID, TITLE, html, records, _outcome(plates))
+    return Chapter(ID, TITLE, html, rendered(plates), _outcome(plates))
 
 
 def _outcome(plates: list[Plate]) -> str:

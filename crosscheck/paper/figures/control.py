@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from crosscheck.paper import signals
-from crosscheck.paper.figures.measures import (
-    THIRD_S,
-    first_mesh,
-    impact,
-    side_changes,
-    swing,
-)
+from crosscheck.paper import events, signals
+from crosscheck.paper.events import THIRD_S
+from crosscheck.paper.figures.measures import impact, swing
 from crosscheck.paper.figures.plate import (
     MICRO,
     Plate,
     Shelf,
     Strip,
-    arm_of,
     conditions,
     law_figure,
     table,
@@ -33,6 +28,8 @@ from crosscheck.paper.figures.runs import (
     gain_run,
 )
 from crosscheck.paper.figures.verdicts import OVERSHOOT, by_law, near, restrained, verdict, visible
+from crosscheck.paper.reading import arm_of, first_mesh
+from crosscheck.paper.stage import paper_stage
 from crosscheck.paper.undefined import all_of, extreme
 from crosscheck.report.figures import new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
@@ -52,14 +49,15 @@ def figure_10(shelf: Shelf) -> Plate:
     gains = [*((p, GAINS[1]) for p in PROPORTIONAL), *((GAINS[0], d) for d in DERIVATIVE)]
     variants = {gain: gain_run(*gain) for gain in gains}
     runs = shelf.runs(variants.values(), 10)
-    measured = {gain: _response(runs[variant]) for gain, variant in variants.items()}
+    measured = {gain: _responses(runs[variant]) for gain, variant in variants.items()}
     rows = [
-        (*gain, *(value for joint in m for value in joint.values())) for gain, m in measured.items()
+        (*gain, *(value for joint in m for value in (joint.overshoot_percent, *joint.within_s)))
+        for gain, m in measured.items()
     ]
     own = measured[GAINS]
     per_joint = ("overshoot [%]", "within 2 % from [s]", "within 1 % from [s]")
     head = ("P", "D", *(f"θ_{joint}: {name}" for joint in (1, 2) for name in per_joint))
-    overshoot = extreme((joint["overshoot_percent"] for joint in own), max)
+    overshoot = extreme((joint.overshoot_percent for joint in own), max)
     return Plate(
         10,
         "joint angles with different gains",
@@ -74,34 +72,42 @@ def figure_10(shelf: Shelf) -> Plate:
                 restrained(overshoot / 100)
             ),
             "both joints stay within 2 % after 2.6 s": verdict(
-                _settled(runs[variants[GAINS]], [joint["within_2_percent_s"] for joint in own])
+                _settled(runs[variants[GAINS]], [joint.within_s[0] for joint in own])
             ),
         },
-        {"gains": {f"P {p} D {d}": m for (p, d), m in measured.items()}},
+        {"gains": {f"P {p} D {d}": [r.to_dict() for r in m] for (p, d), m in measured.items()}},
         table(head, rows),
     )
 
 
-def _settled(run: xr.Dataset, times: list[float | None]) -> bool | None:
+class Response(NamedTuple):
+    """A joint's response to its step: overshoot, and when it stays within each of BANDS."""
+
+    overshoot_percent: float
+    within_s: tuple[float | None, ...]
+
+    def to_dict(self) -> dict[str, float | None]:
+        """For JSON."""
+        names = (f"within_{100 * band:g}_percent_s" for band in BANDS)
+        within = dict(zip(names, self.within_s, strict=True))
+        return {"overshoot_percent": self.overshoot_percent, **within}
+
+
+def _settled(run: xr.Dataset, times: Sequence[float | None]) -> bool | None:
     """Whether all joints have settled by SETTLED_S; None if the run ends before."""
     if run["time"].values[-1] < SETTLED_S:
         return None
     return all(time is not None and time <= SETTLED_S for time in times)
 
 
-def _response(run: xr.Dataset) -> list[dict[str, float | None]]:
-    """Overshoot [%] and settling times [s] of every joint."""
+def _responses(run: xr.Dataset) -> list[Response]:
+    """Of every joint."""
     time = run["time"].values
     return [
-        {
-            "overshoot_percent": 100 * max(0.0, float(angle.max()) / TARGET_RAD - 1),
-            **{
-                f"within_{100 * band:g}_percent_s": signals.settling_time(
-                    time, angle, TARGET_RAD, band * TARGET_RAD
-                )
-                for band in BANDS
-            },
-        }
+        Response(
+            100 * max(0.0, events.overshoot(angle, TARGET_RAD)),
+            tuple(events.settling(time, angle, TARGET_RAD, band) for band in BANDS),
+        )
         for angle in run["theta"].values.T
     ]
 
@@ -128,7 +134,7 @@ def figure_11(shelf: Shelf) -> Plate:
     """Driving torques."""
     runs = shelf.laws(11, control_run)
     measured = {law: _torques(run) for law, run in runs.items()}
-    rows = [(law, *m["ripple_N_m"], *m["largest_N_m"]) for law, m in measured.items()]
+    rows = [(law, *m.ripple_N_m, *m.largest_N_m) for law, m in measured.items()]
     names = ("ripple of T_{} [N m]", "largest |T_{}| [N m]")
     head = ("phase law", *(name.format(joint) for name in names for joint in (1, 2)))
     strips = _control_strips("T [N m]", lambda run: run["torque"].values)
@@ -143,22 +149,29 @@ def figure_11(shelf: Shelf) -> Plate:
         {
             "both torques ripple in 0.5 to 1.2 s": by_law(
                 {
-                    law: all_of(map(visible, m["ripple_N_m"], m["largest_N_m"]))
+                    law: all_of(map(visible, m.ripple_N_m, m.largest_N_m))
                     for law, m in measured.items()
                 }
             )
         },
-        {"laws": measured},
+        {"laws": {law: m._asdict() for law, m in measured.items()}},
         table(head, rows),
     )
 
 
-def _torques(run: xr.Dataset) -> dict[str, list[float]]:
+class Torques(NamedTuple):
+    """Of both joints: ripple in the third fluctuation, largest value [N m]."""
+
+    ripple_N_m: list[float]
+    largest_N_m: list[float]
+
+
+def _torques(run: xr.Dataset) -> Torques:
     time, torques = run["time"].values, run["torque"].values.T
-    return {
-        "ripple_N_m": [swing(time, torque, *THIRD_S) for torque in torques],
-        "largest_N_m": [signals.amplitude(torque) for torque in torques],
-    }
+    return Torques(
+        [swing(time, torque, *THIRD_S) for torque in torques],
+        [signals.amplitude(torque) for torque in torques],
+    )
 
 
 def _control_strips(label: str, values: Callable[[xr.Dataset], np.ndarray]) -> list[Strip]:
@@ -169,7 +182,7 @@ def figure_12(shelf: Shelf) -> Plate:
     """x_sp1 under PD control."""
     runs = shelf.laws(12, control_run)
     measured = {law: _sides(run) for law, run in runs.items()}
-    rows = [(law, *m.values()) for law, m in measured.items()]
+    rows = [(law, *m) for law, m in measured.items()]
     torque = runs["angle"]["torque"].values[:, 0]
     brakes = signals.first_below(runs["angle"]["time"].values, torque, 0.0)
     head = ("phase law", "sides change at [s]", "and back at [s]", "changes in 0.5 to 1.4 s")
@@ -183,13 +196,13 @@ def figure_12(shelf: Shelf) -> Plate:
         conditions(runs["angle"]),
         {
             "the side changes near 0.3 s": by_law(
-                {law: near(m["first_s"], SIDE_S, SIDE_TOLERANCE) for law, m in measured.items()}
+                {law: near(m.first_s, SIDE_S, SIDE_TOLERANCE) for law, m in measured.items()}
             ),
             "the teeth return near 1.5 s": by_law(
-                {law: near(m["back_s"], BACK_S, BACK_TOLERANCE) for law, m in measured.items()}
+                {law: near(m.back_s, BACK_S, BACK_TOLERANCE) for law, m in measured.items()}
             ),
         },
-        {"laws": measured},
+        {"laws": {law: m._asdict() for law, m in measured.items()}},
         table(head, rows),
     )
 
@@ -203,23 +216,34 @@ def _braking(at_s: float | None) -> str:
     )
 
 
-def _sides(run: xr.Dataset) -> dict[str, float | None]:
-    time, backlash = run["time"].values, arm_of(run).joints[0].backlash_m
-    changes = side_changes(time, first_mesh(run, "x_sp"), backlash)
+class Sides(NamedTuple):
+    """When the teeth arrive at the other side and, after AFTER_THIRD_S, back; how often between.
+
+    By the displacement; ``between`` counts from the third fluctuation's begin.
+    """
+
+    first_s: float | None
+    back_s: float | None
+    between: int
+
+
+def _sides(run: xr.Dataset) -> Sides:
+    time, backlash = run["time"].values, paper_stage(arm_of(run)).backlash_m
+    changes = events.arrivals(time, first_mesh(run, "x_sp"), backlash)
     later = changes[changes > AFTER_THIRD_S]
     between = (changes >= THIRD_S[0]) & (changes <= AFTER_THIRD_S)
-    return {
-        "first_s": float(changes[0]) if changes.size else None,
-        "back_s": float(later[0]) if later.size else None,
-        "between": int(between.sum()),
-    }
+    return Sides(
+        float(changes[0]) if changes.size else None,
+        float(later[0]) if later.size else None,
+        int(between.sum()),
+    )
 
 
 def figure_13(shelf: Shelf) -> Plate:
     """F_sp1 under PD control."""
     runs = shelf.laws(13, control_run)
     measured = {law: _forces(run) for law, run in runs.items()}
-    rows = [(law, *m.values()) for law, m in measured.items()]
+    rows = [(law, *m) for law, m in measured.items()]
     head = (
         "phase law",
         "start peak [N]",
@@ -238,18 +262,25 @@ def figure_13(shelf: Shelf) -> Plate:
         conditions(runs["angle"]),
         {
             "the force changes its sign near 0.3 s": by_law(
-                {law: near(m["contact_s"], SIDE_S, SIDE_TOLERANCE) for law, m in measured.items()}
+                {law: near(m.contact_s, SIDE_S, SIDE_TOLERANCE) for law, m in measured.items()}
             )
         },
-        {"laws": measured},
+        {"laws": {law: m._asdict() for law, m in measured.items()}},
         table(head, rows),
     )
 
 
-def _forces(run: xr.Dataset) -> dict[str, float | None]:
+class Forces(NamedTuple):
+    """F_sp1 at the start, at first contact of the opposite flanks, in the third fluctuation."""
+
+    start_peak_N: float
+    contact_s: float | None
+    peak_N: float | None
+    bouncing_s: float | None
+    third_N: float
+
+
+def _forces(run: xr.Dataset) -> Forces:
     time, force = run["time"].values, first_mesh(run, "F_sp")
-    return {
-        "start_peak_N": float(force[signals.window(time, 0, 0.1)].max()),
-        **impact(time, force),
-        "third_N": swing(time, force, *THIRD_S),
-    }
+    start = float(force[signals.window(time, 0, 0.1)].max())
+    return Forces(start, *impact(time, force), swing(time, force, *THIRD_S))

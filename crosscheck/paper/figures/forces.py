@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import xarray as xr
 
-from analytic.kinematics import stage_geometry
 from crosscheck.paper import signals
-from crosscheck.paper.figures.measures import (
-    THIRD_S,
-    energy_peak,
-    first_mesh,
-    force_swing,
-    impact,
-    third_force,
-)
+from crosscheck.paper.events import THIRD_S
+from crosscheck.paper.figures.measures import Impact, energy_peak, force_swing, impact, third_force
 from crosscheck.paper.figures.plate import (
     Plate,
     Shelf,
-    arm_of,
     band,
     conditions,
     same_scale,
@@ -43,6 +35,8 @@ from crosscheck.paper.figures.verdicts import (
     fluctuation_rises,
     rises,
 )
+from crosscheck.paper.reading import arm_of, first_mesh
+from crosscheck.paper.stage import paper_stage
 from crosscheck.paper.undefined import UNDEFINED, known
 from crosscheck.report.figures import new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
@@ -62,7 +56,7 @@ def figure_16(shelf: Shelf) -> Plate:
         law: {b: impact(run["time"].values, first_mesh(run, "F_sp")) for b, run in row.items()}
         for law, row in sweep.items()
     }
-    rows = [(law, b, *m.values()) for law, row in measured.items() for b, m in row.items()]
+    rows = [(law, b, *m) for law, row in measured.items() for b, m in row.items()]
     head = ("phase law", "b [µm]", "contact at [s]", "peak [N]", "bouncing [s]")
     return Plate(
         16,
@@ -74,19 +68,28 @@ def figure_16(shelf: Shelf) -> Plate:
         " that already throws the teeth across a small clearance.",
         conditions(sweep["angle"][50], "b as at the panels."),
         {
-            "the impact grows with b": _trend(measured, "peak_N", 1),
-            "it comes later": _trend(measured, "contact_s", 1),
-            "it lasts shorter": _trend(measured, "bouncing_s", -1),
+            "the impact grows with b": _trend(measured, rises, lambda m: m.peak_N),
+            "it comes later": _trend(measured, rises, lambda m: m.contact_s),
+            "it lasts shorter": _trend(measured, falls, lambda m: m.bouncing_s),
         },
-        {"laws": {law: _keyed("b", row) for law, row in measured.items()}},
+        {
+            "laws": {
+                law: _keyed("b", {b: m._asdict() for b, m in row.items()})
+                for law, row in measured.items()
+            }
+        },
         table(head, rows),
     )
 
 
-def _trend(measured: Mapping[str, Mapping[float, dict]], name: str, sign: int) -> str:
+def _trend(
+    measured: Mapping[str, Mapping[float, Impact]],
+    follows: Callable[[list[float], list[float | None]], bool | None],
+    number: Callable[[Impact], float | None],
+) -> str:
     return by_law(
         {
-            law: (rises if sign > 0 else falls)(list(row), [m[name] for m in row.values()])
+            law: follows(list(row), [number(m) for m in row.values()])
             for law, row in measured.items()
         }
     )
@@ -188,7 +191,8 @@ def _third(shelf: Shelf, sweep: Sweep, symbol: str) -> tuple[dict[str, dict[floa
 
 
 def _carrier_radii(run: xr.Dataset) -> tuple[float, ...]:
-    return tuple(stage_geometry(joint).r_cp for joint in arm_of(run).joints)
+    arm = arm_of(run)
+    return tuple(paper_stage(arm, place).geometry.r_cp for place in range(len(arm.joints)))
 
 
 def _halved(shelf: Shelf) -> dict[tuple[str, float], float | None]:

@@ -8,6 +8,7 @@ from analytic.backlash import dead_zone, dead_zone_tanh
 from analytic.stiffness import fundamental, square_wave, square_wave_series
 from crosscheck.paper.figures.plate import MICRO, Plate, Shelf, table
 from crosscheck.paper.figures.verdicts import accurate, same, verdict
+from crosscheck.paper.stage import paper_stage
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 from models.loading import load_arm
@@ -23,7 +24,7 @@ AWAY = 0.02  # of a period: this far from its jumps a truncated series can be as
 
 def figure_4(shelf: Shelf) -> Plate:
     """Eq. 6 for several sigma against Eq. 5."""
-    b = load_arm(ARM).joints[0].backlash_m
+    b = paper_stage(load_arm(ARM)).backlash_m
     x = np.linspace(-3 * b, 3 * b, 3001)
     exact = dead_zone(x, b)
     rows = []
@@ -67,8 +68,8 @@ def _clearance_svg(x: np.ndarray, b: float) -> str:
 
 def figure_5(shelf: Shelf) -> Plate:
     """Eq. 7 with n harmonics, its fundamental, and Eq. 8."""
-    joint = load_arm(ARM).joints[0]
-    k_m, k_a = joint.mesh_stiffness_N_per_m, joint.mesh_stiffness_amplitude_N_per_m
+    stage = paper_stage(load_arm(ARM))
+    k_m, k_a = stage.mesh_stiffness_N_per_m, stage.mesh_stiffness_amplitude_N_per_m
     low, high = limits(k_m, k_a, CONTACT_RATIO)
     cycle = np.linspace(0, 2, 2001)
     series = {n: square_wave_series(cycle, low, high, CONTACT_RATIO, n) for n in (*HARMONICS, MANY)}

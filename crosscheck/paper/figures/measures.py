@@ -9,24 +9,17 @@ import xarray as xr
 from scipy.ndimage import uniform_filter1d
 
 from crosscheck.envelope import envelope
-from crosscheck.paper import signals
+from crosscheck.paper import events, signals
+from crosscheck.paper.reading import first_mesh
 from crosscheck.paper.undefined import finite, known, quotient
 from crosscheck.studies.study import Numbers
 
-THIRD_S = (0.5, 1.2)
 # The part of it in which the paper's arm fluctuates: for spectra that can be compared.
 SPECTRUM_S = (1.0, 1.2)
 # Longer than seven periods of the third fluctuation, too short for the arm's own motion.
 BIN_S = 0.005
-SIDE = 0.9  # of b: the teeth are at one side of their clearance
-IMPACT_S = 0.1
 LOWEST_HZ, HIGHEST_HZ = 100.0, 6000.0
 FREE_VIBRATION_S = 0.0025
-
-
-def first_mesh(run: xr.Dataset, quantity: str) -> np.ndarray:
-    """A mesh variable of the shoulder's first planet, (times,)."""
-    return run[quantity].values[:, 0, 0]
 
 
 def swing(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> float:
@@ -41,7 +34,7 @@ def swing(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> flo
 
 def force_swing(run: xr.Dataset) -> float:
     """Of F_sp1 [N] in the third fluctuation."""
-    return swing(run["time"].values, first_mesh(run, "F_sp"), *THIRD_S)
+    return swing(run["time"].values, first_mesh(run, "F_sp"), *events.THIRD_S)
 
 
 def third_force(run: xr.Dataset) -> Numbers:
@@ -64,28 +57,23 @@ def energy_peak(run: xr.Dataset, r_cp: tuple[float, ...]) -> tuple[float, float]
     return float(energy[last]), float(work[:last].sum())
 
 
-def side_changes(time: np.ndarray, x: np.ndarray, backlash_m: float) -> np.ndarray:
-    """Times [s] at which the teeth arrive at the other side of their clearance."""
-    side = np.where(np.abs(x) > SIDE * backlash_m, np.sign(x), 0)
-    at_a_side = np.flatnonzero(side)
-    arrivals = at_a_side[1:][np.diff(side[at_a_side]) != 0]
-    return time[arrivals]
+class Impact(NamedTuple):
+    """The first contact of the opposite flanks: when, its peak, how long the teeth bounce."""
+
+    contact_s: float | None
+    peak_N: float | None
+    bouncing_s: float | None
 
 
-def impact(time: np.ndarray, force: np.ndarray, after_s: float = 0.2) -> Numbers:
-    """The first contact at the other side: when [s], its peak [N], how long teeth bounce [s]."""
-    later = signals.window(time, after_s, np.inf)
-    contact = signals.first_below(time[later], force[later], 0.0)
+def impact(time: np.ndarray, force: np.ndarray) -> Impact:
+    """What follows the first contact of the opposite flanks, a vibration's included."""
+    contact = events.opposite_contact(time, force, events.ANY_CONTACT_AFTER_S)
     if contact is None:
-        return {"contact_s": None, "peak_N": None, "bouncing_s": None}
-    part = signals.window(time, contact, contact + IMPACT_S)
+        return Impact(None, None, None)
+    part = signals.window(time, contact, contact + events.IMPACT_S)
     apart = np.flatnonzero(force[part] >= 0)
     last = time[part][apart[-1]] if apart.size else contact
-    return {
-        "contact_s": contact,
-        "peak_N": float(-force[part].min()),
-        "bouncing_s": float(last - contact),
-    }
+    return Impact(contact, float(-force[part].min()), float(last - contact))
 
 
 def cycles(time: np.ndarray, values: np.ndarray, middle: float, level: float) -> float:
@@ -98,7 +86,7 @@ def cycles(time: np.ndarray, values: np.ndarray, middle: float, level: float) ->
         return np.nan
     width = max(1, round(FREE_VIBRATION_S / (time[1] - time[0])))
     smooth = uniform_filter1d(values, width, mode="nearest")
-    return side_changes(time, smooth - middle, level / SIDE).size / 2
+    return events.arrivals(time, smooth - middle, level / events.SIDE).size / 2
 
 
 class Line(NamedTuple):

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from crosscheck.paper import fluctuation, signals
-from crosscheck.paper.figures.measures import THIRD_S, line
+from crosscheck.paper import events, signals
+from crosscheck.paper.figures.measures import line
 from crosscheck.paper.figures.plate import (
     Plate,
     Shelf,
@@ -28,11 +29,13 @@ from crosscheck.paper.figures.verdicts import (
     rises,
     verdict,
 )
+from crosscheck.paper.reading import excess_acceleration
+from crosscheck.paper.rigid import COUPLED, rigid_arm
 from crosscheck.paper.undefined import all_of, quotient, shown
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 
-WINDOWS_S = ((0.0, 0.1), (0.3, 0.5), THIRD_S)  # of the three fluctuations
+IMPACTS_S = ((0.0, 0.1), (0.3, 0.5))  # of the first two fluctuations
 ZOOMS_S = ((0.0, 0.02), (0.345, 0.385), (1.10, 1.11))
 IMPACTS = (10.0, 40.0)  # rad/s^2, Section 3.2: the first two fluctuations
 
@@ -40,29 +43,18 @@ IMPACTS = (10.0, 40.0)  # rad/s^2, Section 3.2: the first two fluctuations
 def figure_14(shelf: Shelf) -> Plate:
     """Shoulder acceleration in the first 1.2 s."""
     runs = shelf.laws(14, size_run)
-    rigid = {level: fluctuation.rigid_run(runs["angle"], level) for level in ("coupled", "links")}
-    measured = {law: _fluctuations(run, rigid["coupled"]) for law, run in runs.items()}
+    rigid = _rigid_arms(shelf)
+    measured = {law: _fluctuations(run, rigid[COUPLED]) for law, run in runs.items()}
     rows = [(law, *m) for law, m in measured.items()]
     head = ("phase law", "first", "second", "third [rad/s²]", "third, onset [s]", "frequency [Hz]")
 
-    def overlay(axes: Axes, run: xr.Dataset, window: tuple[float, float]) -> None:
-        for (level, arm), style in zip(rigid.items(), ("--", ":"), strict=True):
-            part = signals.window(arm["time"].values, *window)
-            time, acceleration = arm["time"].values[part], arm["theta_ddot"].values[part, 0]
-            axes.plot(time, acceleration, style, color="k", label=f"rigid, {level}")
-
-    label = "θ_1'' [rad/s²]"
-    strips = [
-        Strip(label, lambda run: run["theta_ddot"].values[:, 0], window)
-        for window in ((0.0, SHORT_S), *ZOOMS_S)
-    ]
     firsts = {law: m.first_rad_per_s2 for law, m in measured.items()}
     seconds = {law: m.second_rad_per_s2 for law, m in measured.items()}
     third = {law: m.third_rad_per_s2 for law, m in measured.items()}
     return Plate(
         14,
         "shoulder acceleration in the first 1.2 s",
-        law_figure(runs, strips, overlay),
+        _acceleration_svg(runs, rigid),
         "Three fluctuations: at the start and after 0.3 s, 10 to 40 rad/s², by impacts; then a"
         " third of up to 300 rad/s² without a sudden excitation, called self-excited and put down"
         " to tooth error and time-variant stiffness.",
@@ -82,6 +74,27 @@ def figure_14(shelf: Shelf) -> Plate:
     )
 
 
+def _rigid_arms(shelf: Shelf) -> dict[str, xr.Dataset]:
+    """By level, in the same experiment."""
+    variants = {level: rigid_arm(size_run("angle"), level) for level in (COUPLED, "links")}
+    runs = shelf.runs(variants.values(), 14)
+    return {level: runs[variant] for level, variant in variants.items()}
+
+
+def _acceleration_svg(runs: Mapping[str, xr.Dataset], rigid: Mapping[str, xr.Dataset]) -> str:
+    def overlay(axes: Axes, run: xr.Dataset, window: tuple[float, float]) -> None:
+        for (level, arm), style in zip(rigid.items(), ("--", ":"), strict=True):
+            part = signals.window(arm["time"].values, *window)
+            time, acceleration = arm["time"].values[part], arm["theta_ddot"].values[part, 0]
+            axes.plot(time, acceleration, style, color="k", label=f"rigid, {level}")
+
+    strips = [
+        Strip("θ_1'' [rad/s²]", lambda run: run["theta_ddot"].values[:, 0], window)
+        for window in ((0.0, SHORT_S), *ZOOMS_S)
+    ]
+    return law_figure(runs, strips, overlay)
+
+
 def _in_range(sizes: dict[str, float]) -> str:
     return by_law({law: in_range(size, *IMPACTS) for law, size in sizes.items()})
 
@@ -98,21 +111,21 @@ class Fluctuations(NamedTuple):
 
 def _fluctuations(run: xr.Dataset, rigid: xr.Dataset) -> Fluctuations:
     """Of the shoulder, detailed less rigid; the rigid arm is smooth and may be interpolated."""
-    time = run["time"].values
-    smooth = np.interp(time, rigid["time"].values, rigid["theta_ddot"].values[:, 0])
-    excess = run["theta_ddot"].values[:, 0] - smooth
-    first, second, third = (excess[signals.window(time, *window)] for window in WINDOWS_S)
-    sizes = (signals.amplitude(first), signals.amplitude(second), signals.amplitude(third))
-    if not fluctuates(sizes[2]):
+    time, excess = run["time"].values, excess_acceleration(run, rigid)[:, 0]
+    third = events.third_window(time)
+    windows = (*(signals.window(time, *impact) for impact in IMPACTS_S), third)
+    first, second, largest = (signals.amplitude(excess[window]) for window in windows)
+    sizes = (first, second, largest)
+    if not fluctuates(largest):
         return Fluctuations(*sizes, None, None)
-    onset = signals.onset(time[signals.window(time, *THIRD_S)], third)
+    onset = events.third_onset(time, excess, third)
     return Fluctuations(*sizes, onset, line(run, 0).frequency_Hz)
 
 
 def figure_15(shelf: Shelf) -> Plate:
     """Error of the shoulder angle when both joints go back and forth."""
     variants = {b: driven_run(b) for b in DRIVEN_UM}
-    baseline = rigid_run("back-and-forth", "coupled")
+    baseline = rigid_run("back-and-forth", COUPLED)
     runs = shelf.runs([*variants.values(), baseline], 15)
     rigid = runs[baseline]
     time = rigid["time"].values

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,14 +15,15 @@ from matplotlib.axes import Axes
 from crosscheck.envelope import envelope
 from crosscheck.paper import signals
 from crosscheck.paper.figures.runs import LAWS
+from crosscheck.paper.reading import arm_of
 from crosscheck.paper.reductions import first_planets
 from crosscheck.paper.scale import Scale
+from crosscheck.paper.stage import paper_stage
 from crosscheck.paper.undefined import UNDEFINED, recorded, shown
 from crosscheck.report import fragments
 from crosscheck.report.figures import BINS, legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
 from crosscheck.studies.study import Study, Variant
-from models.arm import Arm
 
 MICRO = 1e6
 
@@ -31,8 +32,8 @@ MICRO = 1e6
 class Plate:
     """``paper``: what it says, paraphrased; ``seen``: here; ``values``: parameters; plain text.
 
-    ``verdicts``: statement -> verdict; ``numbers``: JSON-able; ``table``: html that follows what is
-    seen.
+    ``verdicts``: statement -> verdict; ``numbers``: as they go into the JSON file; ``table``: html
+    that follows what is seen.
     """
 
     number: int
@@ -42,7 +43,7 @@ class Plate:
     seen: str
     values: str
     verdicts: dict[str, str]
-    numbers: dict[str, Any] = field(default_factory=dict)
+    numbers: Mapping[str, object] = field(default_factory=dict)
     table: str = ""
 
     def html(self) -> str:
@@ -56,8 +57,8 @@ class Plate:
         parts = [head, drawing, paper, seen, self.table, f"<p><b>Verdict.</b> {said}.</p>"]
         return "\n".join(part for part in parts if part)
 
-    def record(self) -> dict[str, Any]:
-        """Numbers and verdicts; None for what is undefined."""
+    def to_dict(self) -> dict[str, object]:
+        """For JSON: numbers and verdicts; None for what is undefined."""
         numbers = recorded(self.numbers)
         return {"id": f"figure-{self.number}", "verdicts": self.verdicts, **numbers}
 
@@ -174,22 +175,17 @@ def _cell(value: object) -> str:
     return shown(value, ".4g", "-") if value is None or isinstance(value, float) else str(value)
 
 
-def arm_of(run: xr.Dataset) -> Arm:
-    """The arm of a run."""
-    return Arm.model_validate(json.loads(run.attrs["arm"]))
-
-
 def conditions(run: xr.Dataset, more: str = "") -> str:
     """The parameter values of a geared run, for the line under a figure."""
-    joint = arm_of(run).joints[0]
+    stage = paper_stage(arm_of(run))
     scenario, switches = (json.loads(run.attrs[name]) for name in ("scenario", "switches"))
     drive = ", ".join(f"{key} {_short(value)}" for key, value in scenario["drive"].items())
     parts = [
         f"Arm {arm_of(run).name}",
-        f"b {MICRO * joint.backlash_m:g} µm, E {MICRO * joint.tooth_error_m:g} µm",
-        f"k_m {joint.mesh_stiffness_N_per_m:g} N/m"
-        f", k_a {joint.mesh_stiffness_amplitude_N_per_m:g} N/m",
-        f"zeta {joint.damping_ratio:g}, dampers act {switches['damping']}",
+        f"b {MICRO * stage.backlash_m:g} µm, E {MICRO * stage.tooth_error_m:g} µm",
+        f"k_m {stage.mesh_stiffness_N_per_m:g} N/m"
+        f", k_a {stage.mesh_stiffness_amplitude_N_per_m:g} N/m",
+        f"zeta {_short(stage.damping_ratio)}, dampers act {switches['damping']}",
         f"{switches['dead_zone']} dead zone",
         f"{run.attrs['model']}, RK4 with {run.attrs['step_s']:g} s",
         f"drive: {drive}",

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from crosscheck.paper.rigid import rigid_model
 from crosscheck.studies.study import Variant
 
 LAWS = {"omega_t": "omega_t, ring rate as Eq. 13", "angle": "angle"}
 # The paper gives no damping. At the smaller value its third fluctuation shows under omega_t.
 ZETA, LOW_ZETA = 0.05, 0.005
-LEVELS = ("links", "carriers", "armature", "coupled")
 QUICK_LEVELS = ("links", "coupled")
 
 BACKLASHES_UM = (5.0, 10.0, 25.0, 50.0, 500.0, 1000.0, 3000.0)  # Section 4.1
@@ -37,7 +37,7 @@ def smooth_torque_run() -> Variant:
 def rigid_run(scenario: str, level: str, duration_s: float | None = None) -> Variant:
     """The rigid arm at a level, recorded on the grid of the smooth runs."""
     return Variant(
-        scenario, model=f"analytic:{level}", duration_s=duration_s, record_every=SMOOTH_RECORD
+        scenario, model=rigid_model(level), duration_s=duration_s, record_every=SMOOTH_RECORD
     )
 
 
@@ -66,7 +66,7 @@ def size_run(phase: str, backlash_um: float = 50.0, error_um: float = 5.0) -> Va
         phase=phase,
         zeta=LOW_ZETA,
         duration_s=SHORT_S,
-        settings=settings,
+        meshes=settings,
         record_every=FULL_RECORD,
     )
 
@@ -74,7 +74,7 @@ def size_run(phase: str, backlash_um: float = 50.0, error_um: float = 5.0) -> Va
 def driven_run(backlash_um: float) -> Variant:
     """Back and forth, Section 4.1's torque as printed."""
     settings = (f"arm.joints.*.backlash_m={backlash_um}e-6",)
-    return Variant("back-and-forth", zeta=ZETA, settings=settings, record_every=SMOOTH_RECORD)
+    return Variant("back-and-forth", zeta=ZETA, meshes=settings, record_every=SMOOTH_RECORD)
 
 
 def backlash_run(phase: str, backlash_um: float) -> Variant:

@@ -15,7 +15,6 @@ from crosscheck.paper.figures.runs import (
     DRIVEN_UM,
     ERRORS_UM,
     LAWS,
-    LEVELS,
     LOW_ZETA,
     QUICK_BACKLASHES_UM,
     backlash_run,
@@ -27,7 +26,9 @@ from crosscheck.paper.figures.runs import (
     torque_run,
 )
 from crosscheck.paper.reductions import first_planets
+from crosscheck.paper.rigid import COUPLED
 from crosscheck.paper.scale import Scale
+from crosscheck.registry import RIGID_LEVELS
 from crosscheck.studies.study import Study, Variant
 from models.errors import Diverged
 
@@ -53,9 +54,11 @@ def stored_runs(scale: Scale) -> dict[str, Variant]:
     for law in LAWS:
         named[f"pd-{law}"] = control_run(law)
         named |= {f"pd-{law}-E-{e:g}um": error_run(law, e) for e in ERRORS_UM if e != 5}
-    named |= {f"constant-torque-{level}": rigid_run("constant-torque", level) for level in LEVELS}
+    named |= {
+        f"constant-torque-{level}": rigid_run("constant-torque", level) for level in RIGID_LEVELS
+    }
     named |= {f"back-and-forth-b-{b:g}um": driven_run(b) for b in DRIVEN_UM}
-    named["back-and-forth-coupled"] = rigid_run("back-and-forth", "coupled")
+    named["back-and-forth-coupled"] = rigid_run("back-and-forth", COUPLED)
     return named
 
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from crosscheck.paper import signals
 from crosscheck.paper.reductions import angles
+from crosscheck.paper.rigid import COUPLED, rigid_model
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import all_of, percent, quotient, recorded, shown, where_known, word
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.undefined import all_of, finite, percent, quotient, shown, where_known, word
+from crosscheck.report.chapter import Chapter, rendered
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study, Variant
@@ -25,6 +26,7 @@ NUDGE = 1e-7  # of the rigid arm's start [rad, rad/s]: its error grows a thousan
 SMALL_S = (0.3, 1.2)  # where errors are small and the start's transients over
 LEARNT_S = (0.1, 0.6)  # where the coefficients of the rigid prediction are fitted
 SAME_RATE, SAME_SIZE, LINEAR, ORDERED = 0.25, 0.1, 0.05, 0.95
+GEARED, RIGID = Variant().model, rigid_model(COUPLED)
 EVERY = 100  # records 1 ms apart
 
 
@@ -46,22 +48,21 @@ class Accumulation:
 def chapter(study: Study, scale: Scale) -> Chapter:
     """Growth, prediction, linearity and order of the backlash error, for both drive laws."""
     cases = [_run(study, argument, scale) for argument in ARGUMENTS]
-    records = [_record(case) for case in cases]
+    found = [_found(case) for case in cases]
     html = [
-        _introduction(records),
+        _introduction(*found),
         figure(_drawing(cases), _CAPTION),
-        _summary(records),
+        _summary(found),
         *(_sizes(case) for case in cases),
     ]
-    verdict = _verdict(records)
-    outcome = _outcome(verdict, records[0])
-    return Chapter(ID, TITLE, "\n".join(html), [verdict, *map(recorded, records)], outcome)
+    records = rendered((SensitivityVerdict(found[0]), *found))
+    return Chapter(ID, TITLE, "\n".join(html), records, _outcome(found[0]))
 
 
-def _outcome(verdict: dict[str, Any], printed: dict[str, Any]) -> str:
+def _outcome(printed: Found) -> str:
     return (
-        f"H3 {verdict['verdict']}; misfit of what the rigid arm's own sensitivity foretells of"
-        f" b = 50 µm up to {SMALL_S[1]:g} s: {percent(printed['prediction_misfit'])}."
+        f"H3 {printed.verdict}; misfit of what the rigid arm's own sensitivity foretells of"
+        f" b = 50 µm up to {SMALL_S[1]:g} s: {percent(printed.prediction_misfit)}."
     )
 
 
@@ -73,8 +74,8 @@ _CAPTION = (
 
 
 def _run(study: Study, argument: str, scale: Scale) -> Accumulation:
-    rigid = scale.cut(_variant(argument, "coupled"))
-    nudged = [scale.cut(_variant(argument, "coupled", *_nudge(cause))) for cause in range(4)]
+    rigid = scale.cut(_variant(argument, RIGID))
+    nudged = [scale.cut(_variant(argument, RIGID, *_nudge(cause))) for cause in range(4)]
     geared = {b: scale.cut(_geared(argument, b)) for b in (0.0, *BACKLASHES_M)}
     runs = study.runs([rigid, *nudged, *geared.values()], f"H3, back and forth, {argument}", angles)
     theta = {variant: run["theta"].values for variant, run in runs.items()}
@@ -92,14 +93,13 @@ def _time(run: xr.Dataset) -> np.ndarray:
     return run["time"].values
 
 
-def _variant(argument: str, form: str, *settings: str) -> Variant:
+def _variant(argument: str, model: str, *settings: str) -> Variant:
     drive = f"scenario.drive.argument={argument}"
-    return Variant("back-and-forth", model=f"analytic:{form}", settings=(drive, *settings),
-                   record_every=EVERY)  # fmt: skip
+    return Variant("back-and-forth", model=model, settings=(drive, *settings), record_every=EVERY)
 
 
 def _geared(argument: str, backlash_m: float) -> Variant:
-    return _variant(argument, "physical", f"arm.joints.*.backlash_m={backlash_m!r}")
+    return _variant(argument, GEARED, f"arm.joints.*.backlash_m={backlash_m!r}")
 
 
 def _nudge(cause: int) -> list[str]:
@@ -155,35 +155,117 @@ def ordered_share(
     return float((np.diff(sizes, axis=0) > 0).all(axis=0).mean())
 
 
-def _record(case: Accumulation) -> dict[str, Any]:
-    error = case.errors[REFERENCE_M]
+@dataclass(frozen=True)
+class Found:
+    """What one drive does with the backlash error of the shoulder; nan where a run ends before.
+
+    Growth rates [1/s], of the error and of the rigid arm nudged at the elbow, and sensitivities
+    d theta_1 / d theta_2(0); the error and what the rigid arm foretells of it [rad] for
+    REFERENCE_M; largest and end errors [rad] by b [m]; shares of time in which they are ordered.
+    """
+
+    argument: str
+    error_growth_per_s: float
+    rigid_growth_per_s: float
+    sensitivity_small: float
+    largest_sensitivity: float
+    prediction_misfit: float
+    error_small_rad: float
+    predicted_small_rad: float
+    nonlinearity: float
+    ordered_before: float
+    ordered_after: float
+    largest_rad: dict[float, float]
+    end_rad: dict[float, float]
+    rest_rad: float
+
+    @property
+    def own_sensitivity(self) -> bool | None:
+        """Whether the error's growth is the rigid arm's own."""
+        return is_own_sensitivity(
+            self.error_growth_per_s, self.rigid_growth_per_s, self.prediction_misfit
+        )
+
+    @property
+    def verdict(self) -> str:
+        """H3 in words."""
+        return word(self.own_sensitivity, "holds", "does not hold")
+
+    @property
+    def linear(self) -> bool | None:
+        """Whether the error is proportional to b while small."""
+        return is_linear(self.nonlinearity)
+
+    @property
+    def ordered(self) -> bool | None:
+        """Whether a larger b means a larger error later."""
+        return is_ordered(self.ordered_after)
+
+    def to_dict(self) -> dict[str, object]:
+        """For JSON; None for what is undefined."""
+        numbers = {
+            "error_growth_per_s": self.error_growth_per_s,
+            "rigid_growth_per_s": self.rigid_growth_per_s,
+            "rigid_sensitivity_at_1.2_s": self.sensitivity_small,
+            "largest_rigid_sensitivity": self.largest_sensitivity,
+            "prediction_misfit": self.prediction_misfit,
+            "error_at_1.2_s_rad": self.error_small_rad,
+            "predicted_at_1.2_s_rad": self.predicted_small_rad,
+            "nonlinearity": self.nonlinearity,
+            "ordered_before": self.ordered_before,
+            "ordered_after": self.ordered_after,
+            "geared_minus_rigid_without_backlash_rad": self.rest_rad,
+        }
+        return {
+            "id": f"accumulation/{self.argument}",
+            **finite(numbers),
+            "largest_rad": finite({f"{b:g}": value for b, value in self.largest_rad.items()}),
+            "end_rad": finite({f"{b:g}": value for b, value in self.end_rad.items()}),
+            "own_sensitivity": self.own_sensitivity,
+            "linear": self.linear,
+            "ordered": self.ordered,
+        }
+
+
+@dataclass(frozen=True)
+class SensitivityVerdict:
+    """H3 for the drive as printed, which Fig. 15 is about."""
+
+    printed: Found
+
+    def to_dict(self) -> dict[str, object]:
+        """For JSON."""
+        return {
+            "id": "H3",
+            "verdict": self.printed.verdict,
+            "linear_in_b": self.printed.linear,
+            "ordered_in_b_later": self.printed.ordered,
+        }
+
+
+def _found(case: Accumulation) -> Found:
+    error, elbow = case.errors[REFERENCE_M], case.sensitivity[:, 0, 1]
     predicted = rigid_prediction(case.time, error, case.sensitivity)
     ahead = (case.time >= LEARNT_S[1]) & (case.time <= SMALL_S[1])
     misfit = quotient(
         signals.amplitude((predicted - error)[ahead, 0]), signals.amplitude(error[ahead, 0])
     )
-    elbow = case.sensitivity[:, 0, 1]
-    numbers: dict[str, Any] = {
-        "id": f"accumulation/{case.argument}",
-        "error_growth_per_s": growth_rate(case.time, error[:, 0]),
-        "rigid_growth_per_s": growth_rate(case.time, elbow),
-        "rigid_sensitivity_at_1.2_s": abs(_at(case.time, elbow, SMALL_S[1])),
-        "largest_rigid_sensitivity": float(np.abs(elbow).max()),
-        "prediction_misfit": misfit,
-        "error_at_1.2_s_rad": _at(case.time, error[:, 0], SMALL_S[1]),
-        "predicted_at_1.2_s_rad": _at(case.time, predicted[:, 0], SMALL_S[1]),
-        "nonlinearity": linearity(case.time, case.errors),
-        "ordered_before": ordered_share(case.time, case.errors, *SMALL_S),
-        "ordered_after": ordered_share(case.time, case.errors, SMALL_S[1], float(case.time[-1])),
-        "largest_rad": {f"{b:g}": float(np.abs(e[:, 0]).max()) for b, e in case.errors.items()},
-        "end_rad": {f"{b:g}": float(e[-1, 0]) for b, e in case.errors.items()},
-        "geared_minus_rigid_without_backlash_rad": float(np.abs(case.rest[:, 0]).max()),
-    }
-    return numbers | {
-        "own_sensitivity": is_own_sensitivity(numbers),
-        "linear": is_linear(numbers["nonlinearity"]),
-        "ordered": is_ordered(numbers["ordered_after"]),
-    }
+    return Found(
+        argument=case.argument,
+        error_growth_per_s=growth_rate(case.time, error[:, 0]),
+        rigid_growth_per_s=growth_rate(case.time, elbow),
+        sensitivity_small=abs(_at(case.time, elbow, SMALL_S[1])),
+        largest_sensitivity=float(np.abs(elbow).max()),
+        prediction_misfit=misfit,
+        error_small_rad=_at(case.time, error[:, 0], SMALL_S[1]),
+        predicted_small_rad=_at(case.time, predicted[:, 0], SMALL_S[1]),
+        nonlinearity=linearity(case.time, case.errors),
+        ordered_before=ordered_share(case.time, case.errors, *SMALL_S),
+        ordered_after=ordered_share(case.time, case.errors, SMALL_S[1], float(case.time[-1])),
+        largest_rad={b: float(np.abs(e[:, 0]).max()) for b, e in case.errors.items()},
+        end_rad={b: float(e[-1, 0]) for b, e in case.errors.items()},
+        rest_rad=float(np.abs(case.rest[:, 0]).max()),
+    )
 
 
 def _at(time: np.ndarray, values: np.ndarray, instant: float) -> float:
@@ -193,10 +275,9 @@ def _at(time: np.ndarray, values: np.ndarray, instant: float) -> float:
     return float(values[np.searchsorted(time, instant - 1e-9)])
 
 
-def is_own_sensitivity(numbers: dict[str, Any]) -> bool | None:
-    """The rigid arm foretells the backlash error, and both grow at one rate."""
-    rates = quotient(numbers["error_growth_per_s"], numbers["rigid_growth_per_s"])
-    return all_of((_same_rate(rates), _same_size(numbers["prediction_misfit"])))
+def is_own_sensitivity(error_growth: float, rigid_growth: float, misfit: float) -> bool | None:
+    """The rigid arm foretells the backlash error, and both grow at one rate [1/s]."""
+    return all_of((_same_rate(quotient(error_growth, rigid_growth)), _same_size(misfit)))
 
 
 @where_known
@@ -221,19 +302,7 @@ def is_ordered(share: float) -> bool:
     return share >= ORDERED
 
 
-def _verdict(records: list[dict[str, Any]]) -> dict[str, Any]:
-    """For the drive as printed, which Fig. 15 is about."""
-    printed = records[0]
-    return {
-        "id": "H3",
-        "verdict": word(printed["own_sensitivity"], "holds", "does not hold"),
-        "linear_in_b": printed["linear"],
-        "ordered_in_b_later": printed["ordered"],
-    }
-
-
-def _introduction(records: list[dict[str, Any]]) -> str:
-    printed = records[0]
+def _introduction(printed: Found, meant: Found) -> str:
     question = (
         "Fig. 15 shows the shoulder's error growing as the joints are driven back and forth, more"
         " so with more backlash, and the paper says that backlash error accumulates. H3: backlash"
@@ -244,43 +313,41 @@ def _introduction(records: list[dict[str, Any]]) -> str:
         " its later course."
     )
     answer = (
-        f"H3 {word(printed['own_sensitivity'], 'holds', 'does not hold')} for the drive as printed."
+        f"H3 {printed.verdict} for the drive as printed."
         f" Between {SMALL_S[0]:g} and {SMALL_S[1]:g} s the error of b = 50 µm grows at"
-        f" {shown(printed['error_growth_per_s'], '.2f')} 1/s and the rigid arm's, nudged at the"
-        f" elbow, at {shown(printed['rigid_growth_per_s'], '.2f')} 1/s; the rigid prediction misses"
-        f" by {percent(printed['prediction_misfit'])} of the largest error up to {SMALL_S[1]:g} s"
-        f" (error there {shown(printed['error_at_1.2_s_rad'])} rad, foretold"
-        f" {shown(printed['predicted_at_1.2_s_rad'])} rad). Linear in b while small:"
-        f" {word(printed['linear'])} (error over b differs by at most"
-        f" {percent(printed['nonlinearity'])} from 5 to 3000 µm). Ordered in b later:"
-        f" {word(printed['ordered'])}, a larger b means a larger error in"
-        f" {percent(printed['ordered_before'], '.0f')} of the time before {SMALL_S[1]:g} s and in"
-        f" {percent(printed['ordered_after'], '.0f')} after."
+        f" {shown(printed.error_growth_per_s, '.2f')} 1/s and the rigid arm's, nudged at the"
+        f" elbow, at {shown(printed.rigid_growth_per_s, '.2f')} 1/s; the rigid prediction misses"
+        f" by {percent(printed.prediction_misfit)} of the largest error up to {SMALL_S[1]:g} s"
+        f" (error there {shown(printed.error_small_rad)} rad, foretold"
+        f" {shown(printed.predicted_small_rad)} rad). Linear in b while small:"
+        f" {word(printed.linear)} (error over b differs by at most"
+        f" {percent(printed.nonlinearity)} from 5 to 3000 µm). Ordered in b later:"
+        f" {word(printed.ordered)}, a larger b means a larger error in"
+        f" {percent(printed.ordered_before, '.0f')} of the time before {SMALL_S[1]:g} s and in"
+        f" {percent(printed.ordered_after, '.0f')} after."
     )
-    other = _other_drive(*records)
+    other = _other_drive(printed, meant)
     return heading("Question and experiment") + "".join(map(paragraph, (question, answer, other)))
 
 
-def _other_drive(printed: dict[str, Any], meant: dict[str, Any]) -> str:
+def _other_drive(printed: Found, meant: Found) -> str:
     return (
         "Without the square root, which may be a misprint, the rigid arm multiplies a nudge of the"
-        f" elbow by {meant['largest_rigid_sensitivity']:.2g} at most, against"
-        f" {printed['largest_rigid_sensitivity']:.2g} with it, and the error of b = 50 µm never"
-        f" exceeds {meant['largest_rad']['5e-05']:.2g} rad (with it"
-        f" {printed['largest_rad']['5e-05']:.2g} rad): the same backlash, another drive."
+        f" elbow by {meant.largest_sensitivity:.2g} at most, against"
+        f" {printed.largest_sensitivity:.2g} with it, and the error of b = 50 µm never"
+        f" exceeds {meant.largest_rad[REFERENCE_M]:.2g} rad (with it"
+        f" {printed.largest_rad[REFERENCE_M]:.2g} rad): the same backlash, another drive."
     )
 
 
-def _summary(records: list[dict[str, Any]]) -> str:
+def _summary(found: Sequence[Found]) -> str:
     rows = [
-        [ARGUMENTS[record["id"].split("/")[1]],
-         shown(record["error_growth_per_s"], ".2f"), shown(record["rigid_growth_per_s"], ".2f"),
-         shown(record["rigid_sensitivity_at_1.2_s"]),
-         shown(100 * record["prediction_misfit"], ".1f"),
-         shown(100 * record["nonlinearity"], ".1f"),
-         shown(100 * record["ordered_before"], ".0f"), shown(100 * record["ordered_after"], ".0f"),
-         f"{record['geared_minus_rigid_without_backlash_rad']:.2g}"]
-        for record in records
+        [ARGUMENTS[f.argument],
+         shown(f.error_growth_per_s, ".2f"), shown(f.rigid_growth_per_s, ".2f"),
+         shown(f.sensitivity_small), shown(100 * f.prediction_misfit, ".1f"),
+         shown(100 * f.nonlinearity, ".1f"), shown(100 * f.ordered_before, ".0f"),
+         shown(100 * f.ordered_after, ".0f"), f"{f.rest_rad:.2g}"]
+        for f in found
     ]  # fmt: skip
     head = ["drive [N m]", "growth of the error [1/s]", "of the nudged rigid arm [1/s]",
             "rigid: dθ₁/dθ₂(0) at 1.2 s", "prediction misfit [%]", "nonlinearity in b [%]",

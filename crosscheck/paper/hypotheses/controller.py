@@ -2,26 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from typing import Any
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
 from crosscheck.paper import signals
-from crosscheck.paper.fluctuation import excess_acceleration
+from crosscheck.paper.hypotheses.controller_records import Flutter, GrowthCheck, Threshold
 from crosscheck.paper.hypotheses.controller_views import (
     drawing,
     growth_text,
     survey_tables,
     sweep_table,
 )
-from crosscheck.paper.hypotheses.feedback import SUN, Point, growth, threshold
+from crosscheck.paper.hypotheses.feedback import (
+    LINK,
+    PAPER_GAINS,
+    SUN,
+    Point,
+    growth,
+    threshold,
+)
+from crosscheck.paper.reading import excess_acceleration, first_mesh
+from crosscheck.paper.rigid import beside_coupled
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import finite, where_known, word
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.undefined import finite, word
+from crosscheck.report.chapter import Chapter, rendered
 from crosscheck.report.fragments import figure, heading, paragraph
-from crosscheck.studies.study import Numbers, Study, Variant
+from crosscheck.studies.study import Comparison, Numbers, Study, Variant
 
 ID, TITLE = "controller", "The controller's own flutter (H6)"
 READINGS = ("paper-labelled", "paper-swapped")
@@ -31,8 +40,6 @@ GAINS = ((1000.0, 0.0), (500.0, 400.0), (4000.0, 400.0), (1000.0, 100.0), (1000.
 STIFFNESSES = (0.8, 1.0, 1.2)  # (k_m - k_a, k_m, k_m + k_a) / k_m
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.01, 0.02)
 SETTLED_S = (0.9, 1.2)  # well after the impacts of the side change
-FLUTTER_RAD_PER_S2 = 1.0  # sustained vibration; ring-down from the impacts is below it by then
-GROWTH_TOLERANCE = 0.1  # measured growth against the frozen eigenvalues' mean
 GROWTH_S, GROWTH_ZETA = (0.1, 0.4), 0.003
 
 
@@ -45,12 +52,12 @@ def chapter(study: Study, scale: Scale) -> Chapter:
     html = [_introduction(verdict), *survey_tables(survey), growth_text(check)]
     if sweep:
         html += [figure(drawing(survey, sweep), _CAPTION), sweep_table(sweep)]
-    records = [verdict, check, *survey, *sweep]
     outcome = (
-        f"H6 {verdict['verdict']}; in contact the loop is unstable below"
-        f" zeta = {verdict['lowest_threshold_zeta']:.4f} to"
-        f" {verdict['highest_threshold_zeta']:.4f}, depending on pose and reading."
+        f"H6 {verdict.verdict}; in contact the loop is unstable below"
+        f" zeta = {verdict.lowest_zeta:.4f} to"
+        f" {verdict.highest_zeta:.4f}, depending on pose and reading."
     )
+    records = rendered((verdict, check, *survey, *sweep))
     return Chapter(ID, TITLE, "\n".join(html), records, outcome)
 
 
@@ -61,41 +68,20 @@ _CAPTION = (
 )
 
 
-def _survey(quick: bool) -> list[dict[str, Any]]:
+def _survey(quick: bool) -> list[Threshold]:
     """Thresholds over poses, gains, stiffness and where the controller looks."""
     arms, elbows = (READINGS[:1], ELBOWS_DEG[:2]) if quick else (READINGS, ELBOWS_DEG)
     points = [Point(a, elbow_rad=np.radians(e), sensed=s) for a in arms for e in elbows
-              for s in ("link", SUN)]  # fmt: skip
+              for s in (LINK, SUN)]  # fmt: skip
     points += [Point(arm, gains) for arm in arms for gains in GAINS]
     points += [Point(arm, stiffness=stiffness) for arm in arms for stiffness in STIFFNESSES]
-    return [_threshold_record(point) for point in dict.fromkeys(points)]
+    return [_threshold(point) for point in dict.fromkeys(points)]
 
 
-def _threshold_record(point: Point) -> dict[str, Any]:
+def _threshold(point: Point) -> Threshold:
     edge = threshold(point)
     rate, frequency = growth(point, edge)
-    name = "/".join(
-        [
-            point.arm,
-            f"elbow {np.degrees(point.elbow_rad):g}",
-            f"P {point.gains[0]:g} D {point.gains[1]:g}",
-            f"k {point.stiffness:g}",
-            point.sensed,
-        ]
-    )
-    return {
-        "id": f"controller/threshold/{name}",
-        "arm": point.arm,
-        "elbow_deg": float(np.degrees(point.elbow_rad)),
-        "P_N_m_per_rad": point.gains[0],
-        "D_N_m_s_per_rad": point.gains[1],
-        "stiffness_over_k_m": point.stiffness,
-        "sensed": point.sensed,
-        "zeta": edge,
-        "frequency_Hz": frequency,
-        "undamped_growth_per_s": growth(point, 0.0)[0],
-        "growth_at_threshold_per_s": rate,
-    }
+    return Threshold(point, edge, frequency, growth(point, 0.0)[0], rate)
 
 
 def growth_rate(run: xr.Dataset) -> Numbers:
@@ -103,7 +89,7 @@ def growth_rate(run: xr.Dataset) -> Numbers:
 
     From the peaks of x_sp1 less its running mean over 5 ms. None in a run that ends before.
     """
-    time, x = run["time"].values, run["x_sp"].values[:, 0, 0]
+    time, x = run["time"].values, first_mesh(run, "x_sp")
     width = round(5e-3 / (time[1] - time[0]))
     part = signals.window(time, *GROWTH_S)
     blocks = time[part].size // width
@@ -118,7 +104,7 @@ def growth_rate(run: xr.Dataset) -> Numbers:
     }
 
 
-def _growth_check(study: Study, scale: Scale) -> dict[str, Any]:
+def _growth_check(study: Study, scale: Scale) -> GrowthCheck:
     """The same feedback simulated without play, tooth error and stiffness variation."""
     smooth = ("backlash_m", "tooth_error_m", "mesh_stiffness_amplitude_N_per_m")
     variant = Variant(
@@ -128,33 +114,18 @@ def _growth_check(study: Study, scale: Scale) -> dict[str, Any]:
     )
     (measured,) = study.measures([scale.cut(variant)], growth_rate, "H6, growth without play")
     elbow, rate = (measured.get(name) for name in ("elbow_rad", "growth_per_s"))
-    record: dict[str, Any] = {
-        "id": "controller/growth",
-        "zeta": GROWTH_ZETA,
-        "elbow_deg": None,
-        "measured_per_s": rate,
-        "predicted_per_s": None,
-        "frequency_Hz": None,
-    }
-    if elbow is not None:
-        predicted, frequency = growth(Point(elbow_rad=elbow), GROWTH_ZETA)
-        there = {"predicted_per_s": predicted, "frequency_Hz": frequency}
-        record |= {"elbow_deg": float(np.degrees(elbow)), **there}
-    agrees = growth_agrees(rate, record["predicted_per_s"])
-    return record | {"verdict": word(agrees, "agree", "differ")}
+    if elbow is None:
+        return GrowthCheck(GROWTH_ZETA, None, rate, None, None)
+    predicted, frequency = growth(Point(elbow_rad=elbow), GROWTH_ZETA)
+    return GrowthCheck(GROWTH_ZETA, elbow, rate, predicted, frequency)
 
 
-@where_known
-def growth_agrees(measured: float, predicted: float) -> bool:
-    """Whether a simulated growth rate is the linear model's."""
-    return abs(measured - predicted) <= GROWTH_TOLERANCE * abs(predicted)
-
-
-def sustained(run: xr.Dataset) -> Numbers:
-    """Shoulder vibration [rad/s^2] and its frequency [Hz] in SETTLED_S."""
+def sustained(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
+    """Shoulder vibration [rad/s^2], less the rigid arm, and its frequency [Hz] in SETTLED_S."""
+    (rigid,) = others
     time = run["time"].values
     part = signals.window(time, *SETTLED_S)
-    excess = excess_acceleration(run)[part, 0]
+    excess = excess_acceleration(run, rigid)[part, 0]
     return finite(
         {
             "amplitude_rad_per_s2": signals.amplitude(excess),
@@ -163,7 +134,10 @@ def sustained(run: xr.Dataset) -> Numbers:
     )
 
 
-def _sweep(study: Study, scale: Scale) -> list[dict[str, Any]]:
+SUSTAINED = Comparison(sustained, beside_coupled)
+
+
+def _sweep(study: Study, scale: Scale) -> list[Flutter]:
     """Simulated vibration over zeta for both damping switches, with and without tooth error."""
     cells = [(zeta, damping, E) for damping in ("always", "contact") for zeta in ZETAS
              for E in (0.0, 5e-6)]  # fmt: skip
@@ -172,74 +146,76 @@ def _sweep(study: Study, scale: Scale) -> list[dict[str, Any]]:
             Variant(
                 zeta=zeta,
                 duration_s=SETTLED_S[1],
-                settings=(f"arm.joints.*.tooth_error_m={E!r}", f"switches.damping={damping}"),
+                meshes=(f"arm.joints.*.tooth_error_m={E!r}", f"switches.damping={damping}"),
             )
         )
         for zeta, damping, E in cells
     ]
-    measured = study.measures(variants, sustained, "H6, flutter against damping")
+    found = study.measures(variants, SUSTAINED, "H6, flutter against damping")
+    names = ("amplitude_rad_per_s2", "frequency_Hz", "diverged_s")
     return [
-        {
-            "id": f"controller/flutter/{damping}/zeta {zeta:g}/E {E:g}",
-            "damping": damping,
-            "zeta": zeta,
-            "tooth_error_m": E,
-            "amplitude_rad_per_s2": numbers.get("amplitude_rad_per_s2"),
-            "frequency_Hz": numbers.get("frequency_Hz") if flutters(numbers) else None,
-            "diverged_s": numbers.get("diverged_s"),
-            "flutters": flutters(numbers),
-        }
-        for (zeta, damping, E), numbers in zip(cells, measured, strict=True)
+        Flutter(damping, zeta, E, *(numbers.get(name) for name in names))
+        for (zeta, damping, E), numbers in zip(cells, found, strict=True)
     ]
 
 
-def flutters(numbers: Numbers) -> bool | None:
-    """Sustained vibration, or a run that did not survive it; None for a run that ends before."""
-    if "diverged_s" in numbers:
-        return True
-    size = numbers["amplitude_rad_per_s2"]
-    return None if size is None else size > FLUTTER_RAD_PER_S2
-
-
-def independent_of_error(sweep: list[dict[str, Any]]) -> bool | None:
+def independent_of_error(sweep: Sequence[Flutter]) -> bool | None:
     """The signature: the same settings flutter with and without tooth error, and some do."""
-    if any(record["flutters"] is None for record in sweep):
+    if any(run.flutters is None for run in sweep):
         return None
     places = [
         {
-            (r["damping"], r["zeta"])
-            for r in sweep
-            if r["flutters"] and (r["tooth_error_m"] > 0) == with_error
+            (run.damping, run.zeta)
+            for run in sweep
+            if run.flutters and (run.tooth_error_m > 0) == with_error
         }
         for with_error in (False, True)
     ]
     return bool(places[0]) and places[0] == places[1]
 
 
-def cured_at_the_sun(survey: list[dict[str, Any]]) -> bool:
+def cured_at_the_sun(survey: Sequence[Threshold]) -> bool:
     """No threshold at all once the controller looks at the sun, where there is one otherwise."""
-    sun = [record["zeta"] for record in survey if record["sensed"] == SUN]
-    link = [r["zeta"] for r in survey if r["sensed"] != SUN and r["D_N_m_s_per_rad"] > 0]
+    sun = [found.zeta for found in survey if found.point.sensed == SUN]
+    link = [f.zeta for f in survey if f.point.sensed != SUN and f.point.gains[1] > 0]
     return max(sun) == 0.0 and min(link) > 0.0
 
 
+@dataclass(frozen=True)
+class FlutterVerdict:
+    """H6: what it rests on, and the range of thresholds [1] with the paper's gains."""
+
+    parts: Mapping[str, bool | None]
+    lowest_zeta: float
+    highest_zeta: float
+
+    @property
+    def verdict(self) -> str:
+        """In words."""
+        return _in_words(self.parts.values())
+
+    def to_dict(self) -> dict[str, object]:
+        """For JSON."""
+        return {
+            "id": "H6",
+            "verdict": self.verdict,
+            "parts": dict(self.parts),
+            "lowest_threshold_zeta": self.lowest_zeta,
+            "highest_threshold_zeta": self.highest_zeta,
+        }
+
+
 def _verdict(
-    survey: list[dict[str, Any]], check: dict[str, Any], sweep: list[dict[str, Any]]
-) -> dict[str, Any]:
+    survey: Sequence[Threshold], check: GrowthCheck, sweep: Sequence[Flutter]
+) -> FlutterVerdict:
     parts: dict[str, bool | None] = {
         "sensing at the sun removes it": cured_at_the_sun(survey),
-        "growth as predicted": growth_agrees(check["measured_per_s"], check["predicted_per_s"]),
+        "growth as predicted": check.agrees,
     }
     if sweep:
         parts["independent of E"] = independent_of_error(sweep)
-    paper = [r["zeta"] for r in survey if _is_the_papers(r)]
-    return {
-        "id": "H6",
-        "verdict": _in_words(parts.values()),
-        "parts": parts,
-        "lowest_threshold_zeta": min(paper),
-        "highest_threshold_zeta": max(paper),
-    }
+    paper = [f.zeta for f in survey if f.point.sensed != SUN and f.point.gains == PAPER_GAINS]
+    return FlutterVerdict(parts, min(paper), max(paper))
 
 
 def _in_words(parts: Collection[bool | None]) -> str:
@@ -249,13 +225,8 @@ def _in_words(parts: Collection[bool | None]) -> str:
     return word(None if None in parts else all(parts), "holds", "does not hold")
 
 
-def _is_the_papers(record: dict[str, Any]) -> bool:
-    gains = (record["P_N_m_per_rad"], record["D_N_m_s_per_rad"])
-    return record["sensed"] != SUN and gains == (1000.0, 400.0)
-
-
-def _introduction(verdict: dict[str, Any]) -> str:
-    parts = "; ".join(f"{name}: {word(holds)}" for name, holds in verdict["parts"].items())
+def _introduction(verdict: FlutterVerdict) -> str:
+    parts = "; ".join(f"{name}: {word(holds)}" for name, holds in verdict.parts.items())
     return (
         heading("Question and experiment")
         + paragraph(
@@ -268,8 +239,8 @@ def _introduction(verdict: dict[str, Any]) -> str:
             " contact alone the linear threshold is the same, since it is found in contact."
         )
         + paragraph(
-            f"H6 {verdict['verdict']} ({parts}). With the paper's gains the flutter needs ζ below"
-            f" {verdict['lowest_threshold_zeta']:.4f} to {verdict['highest_threshold_zeta']:.4f},"
+            f"H6 {verdict.verdict} ({parts}). With the paper's gains the flutter needs ζ below"
+            f" {verdict.lowest_zeta:.4f} to {verdict.highest_zeta:.4f},"
             " depending on pose and reading."
         )
     )

@@ -3,31 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import asdict, dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from crosscheck.paper import signals
 from crosscheck.paper.claims.cells import RECORD_EVERY, TORQUE_RECORD
-from crosscheck.paper.claims.measures import constant_torque
-from crosscheck.paper.claims.pd import whole
+from crosscheck.paper.claims.measures import CONSTANT_TORQUE
+from crosscheck.paper.claims.pd import WHOLE
+from crosscheck.paper.rigid import COUPLED, rigid_model
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, finite, known, shown
-from crosscheck.report.chapter import Chapter
+from crosscheck.report.chapter import Chapter, rendered
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
-from crosscheck.studies.study import Numbers, Study, Variant
+from crosscheck.studies.study import Asked, Numbers, Study, Variant
 
 ID, TITLE = "damping_fit", "The unknown damping"
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
-LAWS = (("omega_t", "eq13"), ("omega_t", "corrected"), ("angle", "eq13"), ("angle", "corrected"))
 STABLE_S = 2.6  # Section 3.2: stable from here on
-REVERSALS = ("side_change_s", "return_s")
-RIGID = ("coupled", "links")
+RIGID = (COUPLED, "links")
 LARGEST_MISFIT = 5.0  # one statement that is wholly wrong does not drown the others
 EXPLAINED = 1.0
+
+
+class Law(NamedTuple):
+    """A phase law with a ring rate."""
+
+    phase: str
+    ring_rate: str
+
+    def __str__(self) -> str:
+        return f"{self.phase}, {self.ring_rate}"
+
+
+LAWS = tuple(Law(p, r) for p in ("omega_t", "angle") for r in ("eq13", "corrected"))
 
 
 @dataclass(frozen=True)
@@ -64,12 +76,96 @@ STATEMENTS = (
 )
 
 
+@dataclass(frozen=True)
+class Fit:
+    """The statements' values and misfits, by their names, in one cell."""
+
+    law: Law
+    zeta: float
+    measured: dict[str, float | None]
+    misfits: dict[str, float]
+
+    @property
+    def misfit(self) -> float:
+        """Root mean square of all."""
+        return rms(list(self.misfits.values()))
+
+    @property
+    def explained(self) -> int:
+        """How many statements."""
+        return explained(list(self.misfits.values()))
+
+    def to_dict(self) -> dict[str, object]:
+        """For JSON."""
+        return {
+            "id": f"damping_fit/{self.law}/zeta {self.zeta:g}",
+            "law": str(self.law),
+            "zeta": self.zeta,
+            "measured": self.measured,
+            "misfits": self.misfits,
+            "misfit": self.misfit,
+            "explained": self.explained,
+        }
+
+
+@dataclass(frozen=True)
+class Reversals:
+    """When the torque on the rigid arm's shoulder changes its sign [s], and its last distance.
+
+    side_change_s, return_s: what the teeth follow; distance_rad: from the target at STABLE_S.
+    """
+
+    level: str
+    side_change_s: float | None
+    return_s: float | None
+    distance_rad: float | None
+
+    def to_dict(self) -> dict[str, object]:
+        """For JSON."""
+        return {"id": f"damping_fit/rigid/{self.level}", **asdict(self)}
+
+
+@dataclass(frozen=True)
+class FitVerdict:
+    """Each law's best fit, and whether the best of all explains everything."""
+
+    best: tuple[Fit, ...]
+
+    @property
+    def first(self) -> Fit:
+        """The best of all."""
+        return min(self.best, key=_misfit)
+
+    @property
+    def verdict(self) -> str:
+        """In words."""
+        every = self.first.explained == len(STATEMENTS)
+        return "one ratio explains all" if every else "no ratio explains all"
+
+    @property
+    def unexplained(self) -> list[str]:
+        """Names of the statements that even the best leaves unexplained."""
+        return [name for name, value in self.first.misfits.items() if value > EXPLAINED]
+
+    def to_dict(self) -> dict[str, object]:
+        """For JSON."""
+        return {
+            "id": "damping",
+            "verdict": self.verdict,
+            "law": str(self.first.law),
+            "zeta": self.first.zeta,
+            "misfit": self.first.misfit,
+            "explained": self.first.explained,
+            "unexplained": self.unexplained,
+            "best": {str(fit.law): [fit.zeta, fit.misfit, fit.explained] for fit in self.best},
+        }
+
+
 def chapter(study: Study, scale: Scale) -> Chapter:
     """Misfit over the damping sweep for both phase laws and ring rates."""
-    cells = [(phase, rate, zeta) for phase, rate in LAWS for zeta in ZETAS]
-    fits = _fits(study, cells, scale)
-    best = [min((f for f in fits if f["law"] == _law(*law)), key=_misfit) for law in LAWS]
-    verdict = _verdict(best)
+    fits = _fits(study, [(law, zeta) for law in LAWS for zeta in ZETAS], scale)
+    best = tuple(min((f for f in fits if f.law == law), key=_misfit) for law in LAWS)
+    verdict = FitVerdict(best)
     rigid = _rigid(study, scale)
     html = [
         _introduction(verdict),
@@ -78,11 +174,13 @@ def chapter(study: Study, scale: Scale) -> Chapter:
         _misfit_table(fits),
         _rigid_text(rigid),
     ]
+    first = verdict.first
     outcome = (
-        f"{verdict['verdict']}; the best, ζ = {verdict['zeta']:g} with {verdict['law']}, explains"
-        f" {verdict['explained']} of {len(STATEMENTS)} printed numbers."
+        f"{verdict.verdict}; the best, ζ = {first.zeta:g} with {first.law}, explains"
+        f" {first.explained} of {len(STATEMENTS)} printed numbers."
     )
-    return Chapter(ID, TITLE, "\n".join(html), [verdict, *rigid, *fits], outcome)
+    records = rendered((verdict, *rigid, *fits))
+    return Chapter(ID, TITLE, "\n".join(html), records, outcome)
 
 
 _CAPTION = (
@@ -90,10 +188,6 @@ _CAPTION = (
     " 1 would mean that each is off by as much as reading and rounding allow. Right: how many of"
     f" the {len(STATEMENTS)} statements are explained. Labelled reading, damping always on."
 )
-
-
-def _law(phase: str, rate: str) -> str:
-    return f"{phase}, {rate}"
 
 
 def rigid_numbers(run: xr.Dataset) -> Numbers:
@@ -111,55 +205,40 @@ def rigid_numbers(run: xr.Dataset) -> Numbers:
     )
 
 
-def _fits(
-    study: Study, cells: Sequence[tuple[str, str, float]], scale: Scale
-) -> list[dict[str, Any]]:
-    pd = [scale.cut(_variant(*cell)) for cell in cells]
-    torque = [
-        scale.cut(_variant(*cell, scenario="constant-torque", record_every=TORQUE_RECORD))
-        for cell in cells
-    ]
-    ones = study.measures(torque, constant_torque, "damping fit, constant torque")
-    others = study.measures(pd, whole, "damping fit, PD")
-    return [_fit(cell, {**one, **two}) for cell, one, two in zip(cells, ones, others, strict=True)]
-
-
-def _variant(
-    phase: str,
-    rate: str,
-    zeta: float,
-    scenario: str = "pd",
-    record_every: int = RECORD_EVERY,
-) -> Variant:
-    """The claims' own run at this ratio, so that those which they have are not made again."""
-    return Variant(scenario, phase=phase, ring_rate=rate, zeta=zeta, record_every=record_every)
-
-
-def _rigid(study: Study, scale: Scale) -> list[dict[str, Any]]:
-    variants = [scale.cut(Variant(model=f"analytic:{level}", record_every=100)) for level in RIGID]
-    measured = study.measures(variants, rigid_numbers, "damping fit, rigid arm")
+def _fits(study: Study, cells: Sequence[tuple[Law, float]], scale: Scale) -> list[Fit]:
+    asked = [Asked(scale.cut(_variant(*cell)), WHOLE) for cell in cells]
+    asked += [Asked(scale.cut(_torque(*cell)), CONSTANT_TORQUE) for cell in cells]
+    found = study.numbers(asked, "damping fit")
+    pairs = zip(found[: len(cells)], found[len(cells) :], strict=True)
     return [
-        {
-            "id": f"damping_fit/rigid/{level}",
-            "level": level,
-            **{name: numbers.get(name) for name in (*REVERSALS, "distance_rad")},
-        }
-        for level, numbers in zip(RIGID, measured, strict=True)
+        _fit(*cell, {**ones, **others}) for cell, (ones, others) in zip(cells, pairs, strict=True)
     ]
 
 
-def _fit(cell: tuple[str, str, float], measured: Numbers) -> dict[str, Any]:
-    misfits = {s.name: s.misfit(measured.get(s.name)) for s in STATEMENTS}
-    law = _law(*cell[:2])
-    return {
-        "id": f"damping_fit/{law}/zeta {cell[2]:g}",
-        "law": law,
-        "zeta": cell[2],
-        "measured": {s.name: measured.get(s.name) for s in STATEMENTS},
-        "misfits": misfits,
-        "misfit": rms(list(misfits.values())),
-        "explained": explained(list(misfits.values())),
-    }
+def _variant(law: Law, zeta: float) -> Variant:
+    """The claims' own run at this ratio, so that those which they have are not made again."""
+    return Variant(phase=law.phase, ring_rate=law.ring_rate, zeta=zeta, record_every=RECORD_EVERY)
+
+
+def _torque(law: Law, zeta: float) -> Variant:
+    """The same under constant torque."""
+    run = _variant(law, zeta)
+    return replace(run, scenario="constant-torque", record_every=TORQUE_RECORD)
+
+
+def _rigid(study: Study, scale: Scale) -> list[Reversals]:
+    variants = [scale.cut(Variant(model=rigid_model(level), record_every=100)) for level in RIGID]
+    found = study.measures(variants, rigid_numbers, "damping fit, rigid arm")
+    names = ("side_change_s", "return_s", "distance_rad")
+    return [
+        Reversals(level, *(numbers.get(name) for name in names))
+        for level, numbers in zip(RIGID, found, strict=True)
+    ]
+
+
+def _fit(law: Law, zeta: float, measured: Numbers) -> Fit:
+    values = {s.name: measured.get(s.name) for s in STATEMENTS}
+    return Fit(law, zeta, values, {s.name: s.misfit(values[s.name]) for s in STATEMENTS})
 
 
 def rms(values: Sequence[float]) -> float:
@@ -172,29 +251,14 @@ def explained(misfits: Sequence[float]) -> int:
     return sum(value <= EXPLAINED for value in misfits)
 
 
-def _misfit(fit: dict[str, Any]) -> float:
-    return float(fit["misfit"])
+def _misfit(fit: Fit) -> float:
+    return fit.misfit
 
 
-def _verdict(best: list[dict[str, Any]]) -> dict[str, Any]:
-    first = min(best, key=_misfit)
-    return {
-        "id": "damping",
-        "verdict": "one ratio explains all"
-        if first["explained"] == len(STATEMENTS)
-        else "no ratio explains all",
-        "law": first["law"],
-        "zeta": first["zeta"],
-        "misfit": first["misfit"],
-        "explained": first["explained"],
-        "unexplained": [n for n, value in first["misfits"].items() if value > EXPLAINED],
-        "best": {fit["law"]: [fit["zeta"], fit["misfit"], fit["explained"]] for fit in best},
-    }
-
-
-def _introduction(verdict: dict[str, Any]) -> str:
+def _introduction(verdict: FitVerdict) -> str:
     texts = {statement.name: statement.text for statement in STATEMENTS}
-    failing = "; ".join(texts[name] for name in verdict["unexplained"]) or "none"
+    failing = "; ".join(texts[name] for name in verdict.unexplained) or "none"
+    first = verdict.first
     return (
         heading("Question and experiment")
         + paragraph(
@@ -206,33 +270,32 @@ def _introduction(verdict: dict[str, Any]) -> str:
             " the third fluctuation may fall on either side."
         )
         + paragraph(
-            f"Verdict: {verdict['verdict']}. The best fit is ζ = {verdict['zeta']:g} under"
-            f" {verdict['law']}: rms misfit {verdict['misfit']:.2f}, {verdict['explained']} of"
+            f"Verdict: {verdict.verdict}. The best fit is ζ = {first.zeta:g} under"
+            f" {first.law}: rms misfit {first.misfit:.2f}, {first.explained} of"
             f" {len(STATEMENTS)} statements explained. Not explained there: {failing}."
         )
     )
 
 
-def _best_table(best: list[dict[str, Any]]) -> str:
+def _best_table(best: Sequence[Fit]) -> str:
     rows = [
-        [s.text, *(f"{_number(f['measured'][s.name])} ({f['misfits'][s.name]:.1f})" for f in best)]
+        [s.text, *(f"{_number(f.measured[s.name])} ({f.misfits[s.name]:.1f})" for f in best)]
         for s in STATEMENTS
     ]
-    head = ["statement", *(f"{f['law']}: ζ = {f['zeta']:g}" for f in best)]
+    head = ["statement", *(f"{f.law}: ζ = {f.zeta:g}" for f in best)]
     return table(head, rows, "Measured (misfit) at each law's best ζ, in the statement's units")
 
 
-def _rigid_text(rigid: list[dict[str, Any]]) -> str:
+def _rigid_text(rigid: Sequence[Reversals]) -> str:
     times = "; ".join(
-        f"{r['level']} {shown(r['side_change_s'], '.3f')} and {shown(r['return_s'], '.3f')} s"
-        for r in rigid
+        f"{r.level} {shown(r.side_change_s, '.3f')} and {shown(r.return_s, '.3f')} s" for r in rigid
     )
     return heading("What no damping can move") + paragraph(
         "The meshes change sides soon after the shoulder's torque changes sign, and when it does is"
         f" the rigid arm's affair. By rigid level: {times}. The paper's 0.3 and 1.5 s lie nearer"
         f" to level {_nearest(rigid)}. Settling does not depend on ζ either and is left out of"
         f" the fit: at {STABLE_S:g} s the angles are within"
-        f" {_milli(rigid[0]['distance_rad'])} mrad of 30°, so it is a matter of the band."
+        f" {_milli(rigid[0].distance_rad)} mrad of 30°, so it is a matter of the band."
     )
 
 
@@ -240,40 +303,46 @@ def _milli(value: float | None) -> str:
     return shown(None if value is None else 1e3 * value, ".2f")
 
 
-def _nearest(rigid: list[dict[str, Any]]) -> str:
+def _nearest(rigid: Sequence[Reversals]) -> str:
     """The level whose two torque reversals are nearest to the paper's, on a log scale."""
-    if not known(*(record[name] for record in rigid for name in REVERSALS)):
+    stated = {s.name: s.low for s in STATEMENTS}
+
+    def distance(arm: Reversals) -> float:
+        pairs = (
+            (arm.side_change_s, stated["side_change_s"]),
+            (arm.return_s, stated["return_s"]),
+        )
+        return rms([np.log(time / said) if time else np.nan for time, said in pairs])
+
+    if not known(*map(distance, rigid)):
         return UNDEFINED
-    stated = {s.name: s.low for s in STATEMENTS if s.name in REVERSALS}
-
-    def distance(record: dict[str, Any]) -> float:
-        return rms([float(np.log(record[name] / value)) for name, value in stated.items()])
-
-    return str(min(rigid, key=distance)["level"])
+    return min(rigid, key=distance).level
 
 
 def _number(value: float | None) -> str:
     return "none" if value is None else f"{value:.3g}"
 
 
-def _misfit_table(fits: list[dict[str, Any]]) -> str:
-    laws = list(dict.fromkeys(fit["law"] for fit in fits))
-    cells = {(fit["law"], fit["zeta"]): fit for fit in fits}
+def _misfit_table(fits: Sequence[Fit]) -> str:
+    cells = {(fit.law, fit.zeta): fit for fit in fits}
     rows = [
-        [f"{zeta:g}", *(f"{c['misfit']:.2f} ({c['explained']})" for c in
-                        (cells[law, zeta] for law in laws))]
+        [
+            f"{zeta:g}",
+            *(f"{c.misfit:.2f} ({c.explained})" for c in (cells[law, zeta] for law in LAWS)),
+        ]
         for zeta in ZETAS
-    ]  # fmt: skip
-    return table(["ζ", *laws], rows, "rms misfit (statements explained)")
+    ]
+    return table(["ζ", *map(str, LAWS)], rows, "rms misfit (statements explained)")
 
 
-def _drawing(fits: list[dict[str, Any]]) -> str:
+def _drawing(fits: Sequence[Fit]) -> str:
     picture, grid = new_figure(1, 2, 2.9)
-    for law, colour in zip(dict.fromkeys(fit["law"] for fit in fits), COLOURS, strict=False):
-        mine = [fit for fit in fits if fit["law"] == law]
-        for axes, name in zip(grid[0], ("misfit", "explained"), strict=True):
-            points = [(fit["zeta"], fit[name]) for fit in mine]
-            axes.plot(*np.array(points).T, "o-", color=colour, ms=3, label=law)
+    for law, colour in zip(LAWS, COLOURS, strict=False):
+        mine = [fit for fit in fits if fit.law == law]
+        zetas = [fit.zeta for fit in mine]
+        counts = [[fit.misfit for fit in mine], [fit.explained for fit in mine]]
+        for axes, values in zip(grid[0], counts, strict=True):
+            axes.plot(zetas, values, "o-", color=colour, ms=3, label=str(law))
     grid[0, 0].set(xscale="log", xlabel="ζ", ylabel="rms misfit", ylim=(0, None))
     grid[0, 1].set(
         xscale="log", xlabel="ζ", ylabel="statements explained", ylim=(0, len(STATEMENTS))

@@ -16,10 +16,11 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import brentq
 
-from analytic.model import FormModel, PhysicalModel
+from analytic.model import AnalyticModel, PhysicalModel
 from crosscheck.studies.study import Variant
 
 LINK, SUN = "link", "sun"
+PAPER_GAINS = (1000.0, 400.0)  # P [N m/rad], D [N m s/rad]
 SLOWEST_MESH_MODE = 2 * np.pi * 100  # [rad/s]: the mesh modes lie above 1 kHz, the arm's far below
 LARGEST_ZETA = 1.0
 
@@ -33,7 +34,7 @@ class Point:
     """
 
     arm: str = "paper-labelled"
-    gains: tuple[float, float] = (1000.0, 400.0)
+    gains: tuple[float, float] = PAPER_GAINS
     elbow_rad: float = 0.0
     stiffness: float = 1.0
     sensed: str = LINK
@@ -65,7 +66,7 @@ def _system(point: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(A, G, H), each (n, n): q'' = A q + (G + zeta H) q'."""
     model = _model(point.arm)
     pose = np.zeros(len(model.coordinates))
-    pose[-1] = point.elbow_rad
+    pose[model.layout.theta[-1]] = point.elbow_rad
     mass = model.mass_matrix(pose)
     position, rate = feedback(model, point.gains, point.sensed)
     position[:, model.gears.where] += point.stiffness * model.terms.mesh_map * model.gears.k_m
@@ -76,18 +77,12 @@ def _system(point: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def feedback(
-    model: FormModel, gains: tuple[float, float], sensed: str
+    model: AnalyticModel, gains: tuple[float, float], sensed: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Generalized force per coordinate and per rate, (n, n) each, that the controller adds."""
     drive = model.terms.drive_map
-    output = drive.T if sensed == SUN else _selection(drive.shape[0], drive.shape[1])
+    output = drive.T if sensed == SUN else np.eye(len(model.layout))[model.layout.theta]
     return -gains[0] * drive @ output, -gains[1] * drive @ output
-
-
-def _selection(coordinates: int, joints: int) -> np.ndarray:
-    """Picks every joint's angle from the coordinates, (joints, n)."""
-    per = coordinates // joints
-    return np.eye(coordinates)[per - 1 :: per]
 
 
 def _least_stable(

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
-import numpy as np
-
-from crosscheck.paper.hypotheses.ladder_figures import waterfall
+from crosscheck.paper.hypotheses.ladder_figures import SYMBOLS, waterfall
+from crosscheck.paper.hypotheses.ladder_records import (
+    MESHES,
+    NEARLY_ALL,
+    PAPER,
+    SAME_SIZE,
+    Attribution,
+    Baseline,
+    LadderVerdict,
+    attributions,
+    baselines,
+    ladder_verdict,
+    order_name,
+)
 from crosscheck.paper.hypotheses.ladder_rungs import (
     GROUPS,
     LABELS,
@@ -16,170 +27,47 @@ from crosscheck.paper.hypotheses.ladder_rungs import (
     climb,
 )
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import (
-    UNDEFINED,
-    extreme,
-    known,
-    percent,
-    quotient,
-    recorded,
-    shown,
-    where_known,
-    word,
-)
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.undefined import percent, shown
+from crosscheck.report.chapter import Chapter, rendered
 from crosscheck.report.fragments import figure, heading, paragraph, table
 from crosscheck.studies.study import Study
 
 ID, TITLE = "ladder", "What separates the rigid arm from the detailed one (H2)"
 READINGS = ("paper-labelled", "paper-swapped")
 SCENARIOS = {"constant-torque": "100 N m on both joints, 0.5 s", "pd": "PD 1000/400 to 30°, 3 s"}
-# What Section 3.1 reads off Fig. 6, in the order of QUANTITIES [rad, rad, m].
-PAPER = {"theta_1": 0.02, "theta_2": 0.01, "tip": 0.03}
 # (scenario, reading, order)
 CLIMBS = (
     *((scenario, READINGS[0], order) for scenario in SCENARIOS for order in ORDERS),
     ("constant-torque", READINGS[1], "A"),
 )
 QUICK_CLIMBS = CLIMBS[:1]
-NEARLY_ALL = 0.9  # of the whole deviation
-SAME_SIZE = 2.0  # factor within which a value read off a figure counts as reproduced
-LEVELS = ("links", "carriers", "armature", "coupled")  # the first rungs of order A
-_QUANTITY_NAMES = {"theta_1": "θ₁", "theta_2": "θ₂", "tip": "tip"}
 
 
 def chapter(study: Study, scale: Scale) -> Chapter:
     """The ladder; quick: constant torque in one order, labelled reading."""
     climbs = QUICK_CLIMBS if scale.quick else CLIMBS
     ladders = [climb(study, *which, scale) for which in climbs]
-    records = [record for ladder in ladders for record in records_of(ladder)]
+    found = [one for ladder in ladders for one in attributions(ladder)]
     drawn = [ladder for ladder in ladders if ladder.arm == READINGS[0]]
-    baselines = [row for ladder in _of(ladders, "constant-torque") for row in _baselines(ladder)]
-    verdicts = verdicts_of(records)
-    html = [_introduction(ladders), _verdict_text(verdicts)]
+    ends = [row for ladder in _of(ladders, "constant-torque") for row in baselines(ladder)]
+    verdict = ladder_verdict(found)
+    html = [_introduction(ladders), _verdict_text(verdict)]
     for name in SCENARIOS:
         html += [_scenario(name, chosen) for chosen in [_of(drawn, name)] if chosen]
-    html += [_share_table(records), _baseline_section(baselines)]
-    records += baselines
-    found = [recorded(record) for record in (*verdicts, *records)]
-    return Chapter(ID, TITLE, "\n".join(html), found, _outcome(verdicts))
+    html += [_share_table(found), _baseline_section(ends)]
+    records = [*verdict.to_dicts(), *rendered((*found, *ends))]
+    return Chapter(ID, TITLE, "\n".join(html), records, _outcome(verdict))
 
 
-def _outcome(verdicts: list[dict[str, Any]]) -> str:
-    h2, _, paper = verdicts
+def _outcome(verdict: LadderVerdict) -> str:
     return (
-        f"H2 {h2['verdict']} as worded; nearly all of the largest deviations: {h2['dominant']};"
-        f" all mesh effects at most {percent(paper['largest_mesh_share'], '.1g')}."
+        f"H2 {verdict.as_worded} as worded; nearly all of the largest deviations: {verdict.cause};"
+        f" all mesh effects at most {percent(verdict.largest_mesh_share, '.1g')}."
     )
 
 
 def _of(ladders: list[Ladder], scenario: str) -> list[Ladder]:
     return [ladder for ladder in ladders if ladder.scenario == scenario]
-
-
-def dominant(shares: dict[str, float]) -> str:
-    """The group that alone explains nearly all of a deviation; else "none alone"."""
-    if not known(*shares.values()):
-        return UNDEFINED
-    alone = [group for group, share in shares.items() if share >= NEARLY_ALL]
-    return alone[0] if len(alone) == 1 else "none alone"
-
-
-def reproduces(measured: float, stated: float) -> bool:
-    """Whether a magnitude is the paper's, within the factor that a figure's reading allows."""
-    return misfit_factor(measured, stated) <= SAME_SIZE
-
-
-def _order_name(ladder: Ladder) -> str:
-    return next(name for name, order in ORDERS.items() if order == ladder.order)
-
-
-def records_of(ladder: Ladder) -> list[dict[str, Any]]:
-    """One record per quantity and instant (end, and its largest deviation)."""
-    records = []
-    for number, (quantity, unit) in enumerate(QUANTITIES.items()):
-        for instant, index in (("end", -1), ("largest", ladder.largest(number))):
-            shares = ladder.shares(index, number)
-            place = f"{ladder.arm}/{ladder.scenario}/{_order_name(ladder)}"
-            records.append(
-                {
-                    "id": f"ladder/{place}/{quantity}/{instant}",
-                    "arm": ladder.arm,
-                    "scenario": ladder.scenario,
-                    "order": _order_name(ladder),
-                    "quantity": quantity,
-                    "instant": instant,
-                    "time_s": float(ladder.time[index]),
-                    "unit": unit,
-                    "total": float(ladder.total[index, number]),
-                    "rungs": [
-                        {"rung": name, "contribution": float(value), "uncertainty": float(doubt)}
-                        for name, value, doubt in zip(
-                            ladder.order,
-                            ladder.fine[:, index, number],
-                            ladder.uncertainty[:, index, number],
-                            strict=True,
-                        )
-                    ],
-                    "shares": shares,
-                    "dominant": dominant(shares),
-                }
-            )
-    return records
-
-
-def verdicts_of(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """H2 as stated, and the paper's attribution to the gear meshes, at the largest deviations."""
-    decisive = [record for record in records if record["instant"] == "largest"]
-    lows = {g: extreme((record["shares"][g] for record in records), min) for g in GROUPS}
-    highs = {g: extreme((record["shares"][g] for record in records), max) for g in GROUPS}
-    cause = _common({record["dominant"] for record in decisive})
-    return [
-        {
-            "id": "H2",
-            "verdict": _whether(cause, "reflected inertia"),
-            "dominant": cause,
-            "lowest_share": lows,
-            "highest_share": highs,
-        },
-        _from_carriers(decisive),
-        {
-            "id": "H2/paper",
-            "verdict": _whether(cause, "meshes"),
-            "largest_mesh_share": max(abs(lows["meshes"]), abs(highs["meshes"])),
-        },
-    ]
-
-
-def _common(causes: set[str]) -> str:
-    """The one cause; undefined if one is."""
-    if UNDEFINED in causes:
-        return UNDEFINED
-    return causes.pop() if len(causes) == 1 else "none alone"
-
-
-def _whether(cause: str, said: str) -> str:
-    return word(None if cause == UNDEFINED else cause == said, "holds", "does not hold")
-
-
-def _from_carriers(decisive: list[dict[str, Any]]) -> dict[str, Any]:
-    """H2 for a baseline that already has joint masses and carriers: order A, constant torque."""
-    kept = [r for r in decisive if (r["order"], r["scenario"]) == ("A", "constant-torque")]
-    rest = [
-        quotient(r["shares"]["reflected inertia"], 1 - r["shares"]["joint masses and carriers"])
-        for r in kept
-    ]
-    return {
-        "id": "H2/from-carriers",
-        "verdict": word(_all_nearly_all(rest), "holds", "does not hold"),
-        "lowest_share": extreme(rest, min),
-        "highest_share": extreme(rest, max),
-    }
-
-
-@where_known
-def _all_nearly_all(shares: list[float]) -> bool:
-    return min(shares) >= NEARLY_ALL
 
 
 def _introduction(ladders: list[Ladder]) -> str:
@@ -196,25 +84,25 @@ def _introduction(ladders: list[Ladder]) -> str:
     )
 
 
-def _verdict_text(verdicts: list[dict[str, Any]]) -> str:
-    h2, above, paper = verdicts
-    low, high = h2["lowest_share"], h2["highest_share"]
-
-    def span(group: str) -> str:
-        return f"{percent(low[group], '.2f')} to {percent(high[group], '.2f')}"
-
-    spans = "; ".join(f"{group} {span(group)}" for group in GROUPS if group != "meshes")
+def _verdict_text(verdict: LadderVerdict) -> str:
+    spans = "; ".join(_span(verdict, group) for group in GROUPS if group != MESHES)
+    low, high = verdict.rest_span
     return paragraph(
-        f"H2 {h2['verdict']} as worded. Nearly all (at least {100 * NEARLY_ALL:.0f} %) of every"
-        f" largest deviation is explained by: {h2['dominant']}. Ranges over both instants, all"
+        f"H2 {verdict.as_worded} as worded. Nearly all (at least {100 * NEARLY_ALL:.0f} %) of every"
+        f" largest deviation is explained by: {verdict.cause}. Ranges over both instants, all"
         f" quantities, scenarios, readings and orders run here: {spans}. The paper's attribution to"
-        f" the meshes {paper['verdict']}: all mesh effects together never exceed"
-        f" {percent(paper['largest_mesh_share'], '.1g')}. For a baseline that has the joint masses"
-        f" and carriers already, H2 {above['verdict']}: reflected inertia is then"
-        f" {percent(above['lowest_share'], '.0f')} to {percent(above['highest_share'], '.0f')} of"
+        f" the meshes {verdict.papers}: all mesh effects together never exceed"
+        f" {percent(verdict.largest_mesh_share, '.1g')}. For a baseline that has the joint masses"
+        f" and carriers already, H2 {verdict.from_carriers}: reflected inertia is then"
+        f" {percent(low, '.0f')} to {percent(high, '.0f')} of"
         " what is left under constant torque (above 100 % where the printed slips pull the other"
         " way)."
     )
+
+
+def _span(verdict: LadderVerdict, group: str) -> str:
+    low, high = verdict.lowest[group], verdict.highest[group]
+    return f"{group} {percent(low, '.2f')} to {percent(high, '.2f')}"
 
 
 def _scenario(name: str, ladders: list[Ladder]) -> str:
@@ -233,10 +121,10 @@ def _scenario(name: str, ladders: list[Ladder]) -> str:
 def _rung_table(ladders: list[Ladder], instant: str) -> str:
     columns = [(ladder, number) for number in range(len(QUANTITIES)) for ladder in ladders]
     at = [-1 if instant == "end" else ladder.largest(number) for ladder, number in columns]
-    names = [_QUANTITY_NAMES[name] for name in QUANTITIES]
+    names = [SYMBOLS[name] for name in QUANTITIES]
     units = list(QUANTITIES.values())
     head = [
-        f"{names[n]} [{units[n]}] at {x.time[i]:.3f} s, order {_order_name(x)}"
+        f"{names[n]} [{units[n]}] at {x.time[i]:.3f} s, order {order_name(x)}"
         for (x, n), i in zip(columns, at, strict=True)
     ]
     rows = [
@@ -256,68 +144,39 @@ def _cell(ladder: Ladder, rung: str, index: int, quantity: int) -> str:
     return f"{value:.4g} ± {doubt:.0e}"
 
 
-def _share_table(records: list[dict[str, Any]]) -> str:
+def _share_table(found: Sequence[Attribution]) -> str:
     rows = [
         [
-            record["arm"],
-            record["scenario"],
-            record["order"],
-            _QUANTITY_NAMES[record["quantity"]],
-            f"{record['time_s']:.3f}",
-            *(shown(100 * record["shares"][group]) for group in GROUPS),
-            record["dominant"],
+            one.arm,
+            one.scenario,
+            one.order,
+            SYMBOLS[one.quantity],
+            f"{one.time_s:.3f}",
+            *(shown(100 * one.shares[group]) for group in GROUPS),
+            one.dominant,
         ]
-        for record in records
-        if record["instant"] == "largest"
+        for one in found
+        if one.instant == "largest"
     ]
     head = ["arm", "scenario", "order", "quantity", "t [s]", *(f"{g} [%]" for g in GROUPS)]
     return table([*head, "nearly all of it"], rows, "Shares of the largest deviation")
 
 
-def _baselines(ladder: Ladder) -> list[dict[str, Any]]:
-    """Deviation at the end of the detailed arm from each rigid level, beside the paper's.
-
-    Order B ends with the joint masses: without that rung, neither side has them.
-    """
-    if ladder.order == ORDERS["A"]:
-        remaining = np.cumsum(ladder.fine[::-1, -1], axis=0)[::-1]
-        return [_baseline(ladder, *pair) for pair in zip(LEVELS, remaining, strict=False)]
-    massless = ladder.fine[:-1, -1].sum(axis=0)
-    return [_baseline(ladder, "links, neither side with joint masses", massless)]
-
-
-def _baseline(ladder: Ladder, level: str, deviation: np.ndarray) -> dict[str, Any]:
-    values = dict(zip(QUANTITIES, map(float, deviation), strict=True))
-    fits = {name: reproduces(values[name], PAPER[name]) for name in PAPER}
-    return {
-        "id": f"ladder/baseline/{ladder.arm}/{level}",
-        "deviation": values,
-        "reproduces": fits,
-        "factor": max(misfit_factor(values[name], PAPER[name]) for name in PAPER),
-        "verdict": "reproduces the paper" if all(fits.values()) else "does not",
-    }
-
-
-def misfit_factor(measured: float, stated: float) -> float:
-    """How many times too large or too small a magnitude is, at least 1."""
-    ratio = max(abs(measured), 1e-15) / stated
-    return max(ratio, 1 / ratio)
-
-
-def _baseline_section(rows: list[dict[str, Any]]) -> str:
+def _baseline_section(rows: Sequence[Baseline]) -> str:
     cells = [
         [
-            *row["id"].split("/")[2:],
+            row.arm,
+            row.level,
             *(
-                f"{abs(row['deviation'][name]):.3g}{' ✓' if row['reproduces'][name] else ''}"
+                f"{abs(row.deviation[name]):.3g}{' ✓' if row.reproduces[name] else ''}"
                 for name in QUANTITIES
             ),
-            f"{row['factor']:.3g}",
+            f"{row.factor:.3g}",
         ]
         for row in rows
     ]
-    closest = min(rows, key=lambda row: float(row["factor"]))
-    fitting = [row["id"] for row in rows if row["verdict"] == "reproduces the paper"]
+    closest = min(rows, key=lambda row: row.factor)
+    fitting = [row.id for row in rows if row.is_the_papers]
     stated = ["paper", "", *(f"{PAPER[name]:g}" for name in QUANTITIES), ""]
     head = [
         "arm",
@@ -333,7 +192,7 @@ def _baseline_section(rows: list[dict[str, Any]]) -> str:
             "Deviation of the paper's own model (printed, ω t) from each rigid level after 0.5 s;"
             f" a tick marks the paper's value within a factor of {SAME_SIZE:g}. Levels that give"
             f" all three: {', '.join(fitting) or 'none'}. Closest:"
-            f" {closest['id'].split('/', 2)[2]}, off by a factor of {closest['factor']:.2g} at"
+            f" {closest.name}, off by a factor of {closest.factor:.2g} at"
             " worst."
         )
         + table(head, [stated, *cells])

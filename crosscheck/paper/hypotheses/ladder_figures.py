@@ -9,7 +9,8 @@ from crosscheck.paper.hypotheses.ladder_rungs import LABELS, QUANTITIES, Ladder
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 
-_SHOWN = {"theta_1": ("θ₁ [mrad]", 1e3), "theta_2": ("θ₂ [mrad]", 1e3), "tip": ("tip [mm]", 1e3)}
+MILLI = 1e3
+SYMBOLS = {"theta_1": "θ₁", "theta_2": "θ₂", "tip": "tip"}
 _SMALLEST = 1e-13  # a contribution of rounding size still gets a mark
 
 
@@ -20,16 +21,17 @@ def waterfall(ladders: list[Ladder]) -> str:
     """
     figure, grid = new_figure(2, len(QUANTITIES), 3.0)
     names = ladders[0].order
-    for quantity, (label, scale) in enumerate(_SHOWN.values()):
+    for quantity, (name, unit) in enumerate(QUANTITIES.items()):
         index = ladders[0].largest(quantity)
-        _stack(grid[0, quantity], scale * ladders[0].fine[:, index, quantity])
+        _stack(grid[0, quantity], MILLI * ladders[0].fine[:, index, quantity])
         grid[0, quantity].set(
-            xlabel=label, title=f"at t = {ladders[0].time[index]:.3f} s, order A", yticks=[]
+            xlabel=f"{SYMBOLS[name]} [m{unit}]",
+            title=f"at t = {ladders[0].time[index]:.3f} s, order A",
+            yticks=[],
         )
         for ladder, marker, colour in zip(ladders, "os", COLOURS, strict=False):
             _sizes(grid[1, quantity], ladder, names, quantity, marker, colour)
-        unit = QUANTITIES[list(QUANTITIES)[quantity]]
-        grid[1, quantity].set(xlabel=f"|contribution to {label.split()[0]}| [{unit}]", yticks=[])
+        grid[1, quantity].set(xlabel=f"|contribution to {SYMBOLS[name]}| [{unit}]", yticks=[])
     for axes in grid[:, 0]:
         axes.set_yticks(range(len(names)), [LABELS[name] for name in names])
     legend(figure, grid[1, 0])

@@ -16,6 +16,7 @@ import xarray as xr
 
 from crosscheck.checks.trajectories import SAFETY, tip_position
 from crosscheck.paper.reductions import angles
+from crosscheck.paper.rigid import rigid_model
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import quotient
 from crosscheck.studies.study import Study, Variant
@@ -47,6 +48,7 @@ ORDERS = {
     "B": (DIAGONAL, COUPLING, COMPLIANCE, ERROR, STIFFNESS, BACKLASH, CLOCK, SLIPS, MASSES),
 }
 QUANTITIES = {"theta_1": "rad", "theta_2": "rad", "tip": "m"}
+PRINTED, PHYSICAL = "analytic:printed", "analytic:physical"
 FINE, COARSE = (1e-5, 100), (2e-5, 50)  # step [s], steps between records: 1 ms either way
 
 _DEAD_WEIGHT = (
@@ -76,18 +78,18 @@ def variant(
         scenario,
         arm,
         phase="omega_t" if CLOCK in features else "angle",
-        model=f"analytic:{_form(features)}",
+        model=_model(features),
         settings=(*settings, f"scenario.step_s={step!r}"),
         record_every=stride,
     )
 
 
-def _form(features: frozenset[str]) -> str:
+def _model(features: frozenset[str]) -> str:
     if COMPLIANCE in features:
-        return "printed" if SLIPS in features else "physical"
+        return PRINTED if SLIPS in features else PHYSICAL
     if DIAGONAL in features:
-        return "coupled" if COUPLING in features else "armature"
-    return "carriers" if MASSES in features else "links"
+        return rigid_model("coupled" if COUPLING in features else "armature")
+    return rigid_model("carriers" if MASSES in features else "links")
 
 
 def rungs(order: tuple[str, ...]) -> Iterator[frozenset[str]]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 from crosscheck.paper.phase.clock import clock_test
 from crosscheck.paper.phase.engines import engines, freed_planets
 from crosscheck.paper.phase.handover import handover
 from crosscheck.paper.phase.maps import maps
 from crosscheck.paper.phase.objections import objections
-from crosscheck.paper.phase.resonance import resonance
+from crosscheck.paper.phase.resonance_view import resonance
 from crosscheck.paper.phase.stability import stability
-from crosscheck.paper.phase.verdict import Evidence, h1_verdict
+from crosscheck.paper.phase.verdict import Presence, h1_verdict
+from crosscheck.paper.record import Record
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import word
 from crosscheck.report.chapter import Chapter
@@ -32,40 +33,44 @@ REPAIR = (
 )
 
 
+@dataclass(frozen=True)
+class H1(Record):
+    """The verdict; evidence: whether each kind of it that was run speaks for H1."""
+
+    verdict: str
+    tooth_error_part_present: Presence
+    evidence: dict[str, bool | None]
+
+    @property
+    def id(self) -> str:
+        return "H1"
+
+
 def chapter(study: Study, scale: Scale) -> Chapter:
     """Six kinds of evidence and a referee's objections; quick: the clock, four runs, the modes."""
     simulated, freed = maps(study, scale), ""
     present = simulated.present
     found = {"the clock test": clock_test(study, scale), "simulation": simulated.evidence}
     if not scale.quick:
-        found["a second engine"] = engines(study, scale)
-        freed = freed_planets(found["a second engine"].records)
+        engine = engines(study, scale)
+        found["a second engine"] = engine.evidence
+        freed = freed_planets(engine.held)
     found["stability"] = stability(study, scale)
     if not scale.quick:
         found["the handover"] = handover(study, scale)
         found["resonance"] = resonance(study, scale)
         found["objections"] = objections(study, simulated.parts["angle"], freed, scale)
-    verdict = h1_verdict(present, {name: evidence.supports for name, evidence in found.items()})
-    record = _record(verdict, present, found)
-    html = [_introduction(verdict, record, freed), *(evidence.html for evidence in found.values())]
-    records = [record, *(r for evidence in found.values() for r in evidence.records)]
-    outcome = f"H1 {verdict}; the tooth error's part of the third fluctuation: {present}."
-    return Chapter(ID, TITLE, "\n".join(html), records, outcome)
+    supports = {name: evidence.supports for name, evidence in found.items()}
+    verdict = H1(h1_verdict(present, supports), present, supports)
+    html = [_introduction(verdict, freed), *(evidence.html for evidence in found.values())]
+    records = [verdict, *(r for evidence in found.values() for r in evidence.records)]
+    outcome = f"H1 {verdict.verdict}; the tooth error's part of the third fluctuation: {present}."
+    return Chapter(ID, TITLE, "\n".join(html), [r.to_dict() for r in records], outcome)
 
 
-def _record(verdict: str, present: str, found: dict[str, Evidence]) -> dict[str, Any]:
-    return {
-        "id": "H1",
-        "verdict": verdict,
-        "tooth_error_part_present": present,
-        "evidence": {name: evidence.supports for name, evidence in found.items()},
-    }
-
-
-def _introduction(verdict: str, record: dict[str, Any], freed: str) -> str:
+def _introduction(h1: H1, freed: str) -> str:
     said = ", ".join(
-        f"{name} {word(supports, 'for it', 'against it')}"
-        for name, supports in record["evidence"].items()
+        f"{name} {word(supports, 'for it', 'against it')}" for name, supports in h1.evidence.items()
     )
     return "\n".join(
         [
@@ -75,7 +80,7 @@ def _introduction(verdict: str, record: dict[str, Any], freed: str) -> str:
                 "H1: the part of the third fluctuation that depends on the tooth error exists only"
                 " under omega_t (phase = meshing frequency times time, as printed) and not under"
                 " angle (phase = its integral)."
-                f" Verdict: H1 {verdict}. Evidence: {said}. {freed}"
+                f" Verdict: H1 {h1.verdict}. Evidence: {said}. {freed}"
             ),
         ]
     )

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from analytic.model import PhysicalModel
 from crosscheck.paper import signals
 from crosscheck.paper.phase.experiments import Experiment, Response, responses, vibration
 from crosscheck.paper.phase.linear import Base, base_motion
-from crosscheck.paper.phase.plant import forces_along, physical, plant_of
+from crosscheck.paper.phase.plant import forces_along, plant_of
 from crosscheck.paper.phase.verdict import Evidence, knows_the_clock
+from crosscheck.paper.record import Record
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import defined, shown
 from crosscheck.report.figures import KILO, draw, legend, new_figure, to_svg
@@ -25,19 +27,47 @@ RUN_ZETA = 0.02
 RUN_WINDOW_S = (0.1, 0.28)  # past the starting impact, before the side change
 
 
+@dataclass(frozen=True)
+class ClockForce(Record):
+    """Mesh forces along one motion, against those with the clock started at 0."""
+
+    phase: str
+    clock_s: float
+    largest_change_N: float
+    largest_force_N: float
+
+    @property
+    def id(self) -> str:
+        return f"clock-force/{self.phase}/{self.clock_s:g}"
+
+
+@dataclass(frozen=True)
+class ClockRun(Record):
+    """A run from rest, its clock started at another time."""
+
+    phase: str
+    clock_s: float
+    vibration_rad_per_s2: float | None
+    identical_to_clock_0: bool
+
+    @property
+    def id(self) -> str:
+        return f"clock-run/{self.phase}/{self.clock_s:g}"
+
+
 def clock_test(study: Study, scale: Scale) -> Evidence:
     """Forces along one motion and runs from one start, the clock set to 0, 1, 5 and 20 s."""
     motion = _motion(scale)
     forces = {law: _forces(law, motion) for law in LAWS}
     runs = _runs(study, scale)
-    records = [*_force_records(forces), *_run_records(runs)]
+    told, ran = _force_records(forces), _run_records(runs)
     blind = {
-        law: not any(knows_the_clock(r["largest_change_N"]) for r in records if _is(r, law))
+        law: not any(knows_the_clock(r.largest_change_N) for r in told if r.phase == law)
         for law in LAWS
     }
     text = [
         heading("1. The clock test"),
-        paragraph(_statement(records, blind)),
+        paragraph(_statement(told, blind)),
         table(
             (
                 "phase law",
@@ -45,22 +75,23 @@ def clock_test(study: Study, scale: Scale) -> Evidence:
                 "largest change of a mesh force, same motion [N]",
                 "largest vibration in a run from rest [rad/s²]",
             ),
-            [_row(records, law, clock) for law in LAWS for clock in CLOCKS_S],
+            [_row(force, run) for force, run in zip(told, ran, strict=True)],
         ),
         figure(_figure(motion.time, forces, runs), _caption()),
     ]
-    return Evidence("\n".join(text), records, blind["angle"] and not blind["omega_t"])
+    return Evidence("\n".join(text), [*told, *ran], blind["angle"] and not blind["omega_t"])
 
 
 def _motion(scale: Scale) -> Base:
     """The controlled arm's own motion, meshes pressed in as it needs; no damper has a say in it."""
     case = scale.cut(Variant(phase="angle", duration_s=MOTION_S)).case()
-    return base_motion(case, plant_of(physical(case)), 10)
+    return base_motion(case, plant_of(PhysicalModel(*case)), 10)
 
 
 def _forces(law: str, motion: Base) -> dict[float, np.ndarray]:
     """Elastic force per planet [N], (times, meshes), by clock."""
-    plant = plant_of(physical(Variant(phase=law, ring_rate="corrected").case()))
+    case = Variant(phase=law, ring_rate="corrected").case()
+    plant = plant_of(PhysicalModel(*case))
     return {
         clock: forces_along(plant, motion.time + clock, motion.q, motion.v) for clock in CLOCKS_S
     }
@@ -77,29 +108,27 @@ def _runs(study: Study, scale: Scale) -> dict[tuple[str, float], Response]:
     return {name: found[experiment] for name, experiment in wanted.items()}
 
 
-def _force_records(forces: dict[str, dict[float, np.ndarray]]) -> list[dict[str, Any]]:
+def _force_records(forces: dict[str, dict[float, np.ndarray]]) -> list[ClockForce]:
     return [
-        {
-            "id": f"clock-force/{law}/{clock:g}",
-            "phase": law,
-            "clock_s": clock,
-            "largest_change_N": float(np.abs(values - by_clock[0.0]).max()),
-            "largest_force_N": float(np.abs(by_clock[0.0]).max()),
-        }
+        ClockForce(
+            phase=law,
+            clock_s=clock,
+            largest_change_N=float(np.abs(values - by_clock[0.0]).max()),
+            largest_force_N=float(np.abs(by_clock[0.0]).max()),
+        )
         for law, by_clock in forces.items()
         for clock, values in by_clock.items()
     ]
 
 
-def _run_records(runs: dict[tuple[str, float], Response]) -> list[dict[str, Any]]:
+def _run_records(runs: dict[tuple[str, float], Response]) -> list[ClockRun]:
     return [
-        {
-            "id": f"clock-run/{law}/{clock:g}",
-            "phase": law,
-            "clock_s": clock,
-            "vibration_rad_per_s2": defined(_largest(run)),
-            "identical_to_clock_0": bool(np.array_equal(run.theta_ddot, runs[law, 0.0].theta_ddot)),
-        }
+        ClockRun(
+            phase=law,
+            clock_s=clock,
+            vibration_rad_per_s2=defined(_largest(run)),
+            identical_to_clock_0=bool(np.array_equal(run.theta_ddot, runs[law, 0.0].theta_ddot)),
+        )
         for (law, clock), run in runs.items()
     ]
 
@@ -109,35 +138,27 @@ def _largest(run: Response) -> float:
     return signals.amplitude(vibration(run.time, run.theta_ddot[:, 0])[part])
 
 
-def _is(record: dict[str, Any], law: str) -> bool:
-    return record["phase"] == law and "largest_change_N" in record
-
-
-def _find(records: list[dict[str, Any]], kind: str, law: str, clock: float) -> dict[str, Any]:
-    return next(r for r in records if r["id"] == f"{kind}/{law}/{clock:g}")
-
-
-def _row(records: list[dict[str, Any]], law: str, clock: float) -> tuple[str, ...]:
-    force, run = (_find(records, kind, law, clock) for kind in ("clock-force", "clock-run"))
-    same = ", bit for bit the run at 0" if run["identical_to_clock_0"] and clock else ""
+def _row(force: ClockForce, run: ClockRun) -> tuple[str, ...]:
+    same = ", bit for bit the run at 0" if run.identical_to_clock_0 and run.clock_s else ""
     return (
-        law,
-        f"{clock:g}",
-        f"{force['largest_change_N']:.4g}",
-        f"{shown(run['vibration_rad_per_s2'])}{same}",
+        force.phase,
+        f"{force.clock_s:g}",
+        f"{force.largest_change_N:.4g}",
+        f"{shown(run.vibration_rad_per_s2)}{same}",
     )
 
 
-def _statement(records: list[dict[str, Any]], blind: dict[str, bool]) -> str:
-    force = _find(records, "clock-force", "omega_t", CLOCKS_S[1])
+def _statement(forces: Sequence[ClockForce], blind: dict[str, bool]) -> str:
+    delay_s = CLOCKS_S[1]
+    force = next(f for f in forces if (f.phase, f.clock_s) == ("omega_t", delay_s))
     says = {True: "does not depend on the clock", False: "depends on the clock"}
     return (
         "Question: does a mesh force depend on when a motion happens? The controlled arm's motion"
         f" over {MOTION_S:g} s (PD 1000/400, labelled reading, E = 5 µm) is taken as given, and"
         " the elastic mesh forces in it are worked out with the clock started at 0, 1, 5 and"
         " 20 s. No damper enters, so the unknown D has no say. Under omega_t a delay of"
-        f" {CLOCKS_S[1]:g} s changes a force by up to {force['largest_change_N']:.0f} N, where"
-        f" the largest force of all is {force['largest_force_N']:.0f} N. Runs from rest"
+        f" {delay_s:g} s changes a force by up to {force.largest_change_N:.0f} N, where"
+        f" the largest force of all is {force.largest_force_N:.0f} N. Runs from rest"
         f" (zeta = {RUN_ZETA:g}) do the same. Verdict: under omega_t the force"
         f" {says[blind['omega_t']]}, under angle it {says[blind['angle']]}."
         " No law of a mechanism may do so: it is not the teeth that vibrate, it is the formula."

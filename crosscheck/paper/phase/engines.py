@@ -3,157 +3,254 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+from dataclasses import asdict, dataclass, replace
+from typing import NamedTuple
 
-import numpy as np
-
-from crosscheck.paper.fluctuation import third_fluctuation
-from crosscheck.paper.phase.planets import fluctuation_and_spread, in_step
-from crosscheck.paper.phase.rounding import with_rounding
+from crosscheck.paper.fluctuation import THIRD_FLUCTUATION
+from crosscheck.paper.phase.experiments import ANALYTIC, ENGINE, SETTINGS, Setting
+from crosscheck.paper.phase.fluctuations import Fluctuation, Fluctuations, Spread, measured
+from crosscheck.paper.phase.planets import FLUCTUATION_AND_SPREAD, InStep
+from crosscheck.paper.phase.rounding import Rounded
 from crosscheck.paper.phase.verdict import (
     SAME,
     Evidence,
+    Vibration,
+    is_inside,
     planets_explain,
     relative_gaps,
     same_vibration,
     second_engine_supports,
 )
+from crosscheck.paper.record import JsonObject, Record
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, any_of, percent
 from crosscheck.report.fragments import heading, paragraph, table
-from crosscheck.studies.study import Measure, Numbers, Study, Variant
+from crosscheck.studies.study import Study, Variant
 
-SETTINGS = ((0.005, "eq13"), (0.02, "corrected"))
 SEEDS, CONTROL_SEEDS = 8, 3
 RECORD_EVERY = 10  # 10 kHz: a record costs the engine as much as three steps
-ENGINE, ANALYTIC = "exudyn:tree", "analytic:physical"
-UNITS = {"onset_s": "s", "frequency_Hz": "Hz", "amplitude_rad_per_s2": "rad/s²"}
+QUANTITIES = ("onset", "frequency", "amplitude")  # of Vibration
+UNITS = ("s", "Hz", "rad/s²")
 MICRO = 1e6
-Spread = dict[str, float | None]
 
 
-def engines(study: Study, scale: Scale) -> Evidence:
+@dataclass(frozen=True)
+class Comparison:
+    """One setting in both models, over several starts of each."""
+
+    setting: Setting
+    engine_starts: int
+    analytic: Fluctuations
+    engine: Fluctuations
+
+    @property
+    def gaps(self) -> Vibration:
+        """Relative differences of the medians."""
+        return relative_gaps(self.analytic.medians, self.engine.medians)
+
+    @property
+    def same(self) -> bool | None:
+        """Whether it is the same vibration."""
+        return same_vibration(self.gaps)
+
+    def to_dict(self) -> JsonObject:
+        """For JSON."""
+        spreads = zip(Vibration._fields, self.analytic.vibration, strict=True)
+        return {
+            "zeta": self.setting.zeta,
+            "ring_rate": self.setting.ring_rate,
+            "engine_starts": self.engine_starts,
+            "analytic": {name: asdict(spread) for name, spread in spreads},
+            "engine": asdict(self.engine),
+            "relative_difference": self.gaps._asdict(),
+            "same": self.same,
+        }
+
+
+@dataclass(frozen=True)
+class FreePlanets(Record):
+    """Both models as they are."""
+
+    compared: Comparison
+
+    @property
+    def id(self) -> str:
+        setting = self.compared.setting
+        return f"engine/{setting.ring_rate}/{setting.zeta:g}"
+
+    def to_dict(self) -> JsonObject:
+        return {"id": self.id, **self.compared.to_dict()}
+
+
+@dataclass(frozen=True)
+class HeldAlike(Record):
+    """Planets alike on both sides, the same rounding at the teeth on both; and both left free."""
+
+    compared: Comparison
+    free: Comparison
+
+    @property
+    def id(self) -> str:
+        setting = self.compared.setting
+        return f"engine-in-step/{setting.ring_rate}/{setting.zeta:g}"
+
+    @property
+    def apart_m(self) -> float | None:
+        """By how much free planets part."""
+        return self.free.engine.planet_spread_m.largest
+
+    @property
+    def held_m(self) -> float | None:
+        """By how much those held alike do."""
+        return self.compared.engine.planet_spread_m.largest
+
+    @property
+    def explains(self) -> bool | None:
+        """Whether planets out of step are why the models differ."""
+        return planets_explain(self.compared.same, self.apart_m, self.held_m)
+
+    @property
+    def gaps_without_rounding(self) -> Vibration:
+        """Relative differences from the analytic model as it is."""
+        return relative_gaps(self.free.analytic.medians, self.compared.engine.medians)
+
+    @property
+    def rounding_m(self) -> float | None:
+        """Added to the analytic model in every step."""
+        return self.compared.analytic.rounding_m.median
+
+    def to_dict(self) -> JsonObject:
+        free = self.free
+        return {
+            "id": self.id,
+            **self.compared.to_dict(),
+            "planets_explain_the_difference": self.explains,
+            "planets_free_spread_m": self.apart_m,
+            "planets_free_analytic_rad_per_s2": free.analytic.amplitude_rad_per_s2.median,
+            "planets_free_engine_rad_per_s2": free.engine.amplitude_rad_per_s2.median,
+            "rounding_m": self.rounding_m,
+            "relative_difference_without_rounding": self.gaps_without_rounding._asdict(),
+        }
+
+
+@dataclass(frozen=True)
+class UnderAngle(Record):
+    """Exudyn's third fluctuation under `angle`, all planets free, from one start."""
+
+    setting: Setting
+    found: Fluctuation
+
+    @property
+    def id(self) -> str:
+        return f"engine-angle/{self.setting.ring_rate}/{self.setting.zeta:g}"
+
+    def to_dict(self) -> JsonObject:
+        head = {"id": self.id, **self.setting._asdict()}
+        found = self.found
+        if found.diverged_s is not None:
+            return {**head, "diverged_s": found.diverged_s}
+        return {
+            **head,
+            "onset_s": found.onset_s,
+            "frequency_Hz": found.frequency_Hz,
+            "amplitude_rad_per_s2": found.amplitude_rad_per_s2,
+            "planet_spread_m": found.planet_spread_m,
+        }
+
+
+class Engines(NamedTuple):
+    """The evidence, and the settings at which the planets were held alike as well."""
+
+    evidence: Evidence
+    held: list[HeldAlike]
+
+
+def engines(study: Study, scale: Scale) -> Engines:
     """Medians over seeded starts of onset, frequency and amplitude in both models.
 
     Where they differ, Exudyn once more with the planets of a stage held alike, as the paper has it.
     """
-    records = [_record(study, zeta, ring, scale) for zeta, ring in SETTINGS]
-    controls = [_control(study, record, scale) for record in records if not record["same"]]
+    free = [_free(study, setting, scale) for setting in SETTINGS]
+    held = [_held(study, one, scale) for one in free if not one.same]
     angle = _under_angle(study, scale)
     text = [
         heading("3. The same in Exudyn"),
         paragraph(_question()),
-        table(_HEAD, [row for record in records for row in _rows(record)]),
-        *(paragraph(_answer(record)) for record in records),
+        table(_HEAD, [row for one in free for row in _rows(one)]),
+        *(paragraph(_answer(one)) for one in free),
     ]
-    if controls:
-        rows = [row for record in controls for row in _rows(record)]
+    if held:
+        rows = [row for control in held for row in _rows(control.compared)]
         text += [table(_HEAD, rows, _CONTROL_CAPTION)]
-        text += [paragraph(_cause(record)) for record in controls]
+        text += [paragraph(_cause(control)) for control in held]
     text.append(paragraph(_angle_text(angle)))
-    explained = {c["zeta"]: c["planets_explain_the_difference"] for c in controls}
-    supports = second_engine_supports(
-        [any_of((record["same"], explained.get(record["zeta"], False))) for record in records],
-        [record.get("amplitude_rad_per_s2") for record in angle],
+    records = [*map(FreePlanets, free), *held, *angle]
+    return Engines(Evidence("\n".join(text), records, _supports(free, held, angle)), held)
+
+
+def _supports(
+    free: Sequence[Comparison], held: Sequence[HeldAlike], angle: Sequence[UnderAngle]
+) -> bool | None:
+    explained = {control.free.setting: control.explains for control in held}
+    return second_engine_supports(
+        [any_of((one.same, explained.get(one.setting, False))) for one in free],
+        [one.found.amplitude_rad_per_s2 for one in angle],
     )
-    return Evidence("\n".join(text), [*records, *controls, *angle], supports)
 
 
-def freed_planets(records: Sequence[dict[str, Any]]) -> str:
+def freed_planets(held: Sequence[HeldAlike]) -> str:
     """A sentence for every setting at which free planets change the vibration."""
-    return " ".join(
-        f"At zeta = {r['zeta']:g} and ring rate {r['ring_rate']}, Exudyn's planets, free to differ,"
-        f" part by up to {_micrometres(r['planets_free_spread_m'])}, and the fluctuation under"
-        f" omega_t is {r['planets_free_engine_rad_per_s2']:.0f} rad/s² instead of"
-        f" {r['planets_free_analytic_rad_per_s2']:.0f}: besides the phase law, its size rests on"
-        " counting three planets as one."
-        for r in records
-        if r.get("planets_explain_the_difference")
+    return " ".join(_freed(control) for control in held if control.explains)
+
+
+def _freed(control: HeldAlike) -> str:
+    setting, free = control.free.setting, control.free
+    return (
+        f"At zeta = {setting.zeta:g} and ring rate {setting.ring_rate}, Exudyn's planets, free to"
+        f" differ, part by up to {_micrometres(control.apart_m)}, and the fluctuation under"
+        f" omega_t is {free.engine.amplitude_rad_per_s2.median:.0f} rad/s² instead of"
+        f" {free.analytic.amplitude_rad_per_s2.median:.0f}: besides the phase law, its size rests"
+        " on counting three planets as one."
     )
 
 
-def _variant(zeta: float, ring: str, scale: Scale, phase: str = "omega_t") -> Variant:
+def _variant(setting: Setting, scale: Scale, phase: str = "omega_t") -> Variant:
+    zeta, ring = setting
     return scale.cut(
         Variant(phase=phase, ring_rate=ring, zeta=zeta, duration_s=1.2, record_every=RECORD_EVERY)
     )
 
 
-def _seeded(
-    study: Study, one: Variant, measure: Measure, seeds: int, what: str
-) -> dict[str, Spread]:
-    variants = [replace(one, seed=seed) for seed in range(1, seeds + 1)]
-    numbers = study.measures(variants, measure, f"phase: {what}")
-    return {name: _spread(numbers, name) for name in (*SAME, "planet_spread_m", "rounding_m")}
+def _seeded(one: Variant, seeds: int) -> list[Variant]:
+    return [replace(one, seed=seed) for seed in range(1, seeds + 1)]
 
 
-def _record(study: Study, zeta: float, ring: str, scale: Scale) -> dict[str, Any]:
-    one = _variant(zeta, ring, scale)
-    ours = _seeded(study, one, third_fluctuation, SEEDS, ANALYTIC)
-    engine = replace(one, model=ENGINE)
-    theirs = _seeded(study, engine, fluctuation_and_spread, SEEDS, ENGINE)
-    return _compared(f"engine/{ring}/{zeta:g}", zeta, ring, ours, theirs, SEEDS)
-
-
-def _control(study: Study, record: dict[str, Any], scale: Scale) -> dict[str, Any]:
-    """Planets alike on both sides, and the same rounding at the teeth on both sides."""
-    zeta, ring = record["zeta"], record["ring_rate"]
-    one = _variant(zeta, ring, scale)
-    ours = _seeded(study, one, with_rounding, SEEDS, "analytic with the engine's rounding")
-    theirs = _seeded(study, one, in_step, CONTROL_SEEDS, "planets held alike")
-    control = _compared(f"engine-in-step/{ring}/{zeta:g}", zeta, ring, ours, theirs, CONTROL_SEEDS)
-    apart, held = (
-        spread["planet_spread_m"]["largest"] for spread in (record["engine"], control["engine"])
+def _free(study: Study, setting: Setting, scale: Scale) -> Comparison:
+    ours = _seeded(_variant(setting, scale), SEEDS)
+    theirs = [replace(one, model=ENGINE) for one in ours]
+    return Comparison(
+        setting,
+        SEEDS,
+        Fluctuations.of(measured(study, ours, THIRD_FLUCTUATION, f"phase: {ANALYTIC}")),
+        Fluctuations.of(measured(study, theirs, FLUCTUATION_AND_SPREAD, f"phase: {ENGINE}")),
     )
-    control["planets_explain_the_difference"] = planets_explain(control["same"], apart, held)
-    control["planets_free_spread_m"] = apart
-    for side in ("analytic", "engine"):
-        median = record[side]["amplitude_rad_per_s2"]["median"]
-        control[f"planets_free_{side}_rad_per_s2"] = median
-    control["rounding_m"] = ours["rounding_m"]["median"]
-    exact = {name: record["analytic"][name]["median"] for name in SAME}
-    control["relative_difference_without_rounding"] = relative_gaps(
-        exact, {name: theirs[name]["median"] for name in SAME}
-    )
-    return control
 
 
-def _compared(
-    name: str,
-    zeta: float,
-    ring: str,
-    ours: dict[str, Spread],
-    theirs: dict[str, Spread],
-    starts: int,
-) -> dict[str, Any]:
-    gaps = relative_gaps(*({n: side[n]["median"] for n in SAME} for side in (ours, theirs)))
-    return {
-        "id": name,
-        "zeta": zeta,
-        "ring_rate": ring,
-        "engine_starts": starts,
-        "analytic": {quantity: ours[quantity] for quantity in SAME},
-        "engine": theirs,
-        "relative_difference": gaps,
-        "same": same_vibration(gaps),
-    }
+def _held(study: Study, free: Comparison, scale: Scale) -> HeldAlike:
+    one = _variant(free.setting, scale)
+    rounded = [Rounded(start) for start in _seeded(one, SEEDS)]
+    in_step = [InStep(start) for start in _seeded(one, CONTROL_SEEDS)]
+    ours = study.answers(rounded, "phase: analytic with the engine's rounding")
+    theirs = study.answers(in_step, "phase: planets held alike")
+    both = Fluctuations.of(ours), Fluctuations.of(theirs)
+    return HeldAlike(Comparison(free.setting, CONTROL_SEEDS, *both), free)
 
 
-def _under_angle(study: Study, scale: Scale) -> list[dict[str, Any]]:
+def _under_angle(study: Study, scale: Scale) -> list[UnderAngle]:
     """One start at every setting."""
-    variants = [replace(_variant(*s, scale, "angle"), model=ENGINE, seed=1) for s in SETTINGS]
-    found = study.measures(variants, fluctuation_and_spread, "phase: Exudyn under angle")
-    return [
-        {"id": f"engine-angle/{ring}/{zeta:g}", "zeta": zeta, "ring_rate": ring, **numbers}
-        for (zeta, ring), numbers in zip(SETTINGS, found, strict=True)
-    ]
-
-
-def _spread(numbers: Sequence[Numbers], name: str) -> Spread:
-    values = [value for run in numbers if (value := run.get(name)) is not None]
-    if len(values) < len(numbers):  # a start that diverged, or ends before, has no onset
-        return dict.fromkeys(("median", "smallest", "largest"))
-    return {"median": float(np.median(values)), "smallest": min(values), "largest": max(values)}
+    variants = [replace(_variant(s, scale, "angle"), model=ENGINE, seed=1) for s in SETTINGS]
+    runs = measured(study, variants, FLUCTUATION_AND_SPREAD, "phase: Exudyn under angle")
+    return [UnderAngle(setting, run) for setting, run in zip(SETTINGS, runs, strict=True)]
 
 
 _CONTROL_CAPTION = (
@@ -171,25 +268,27 @@ _HEAD = (
 )
 
 
-def _rows(record: dict[str, Any]) -> list[tuple[str, ...]]:
+def _rows(compared: Comparison) -> list[tuple[str, ...]]:
+    sides = zip(compared.analytic.vibration, compared.engine.vibration, strict=True)
+    named = zip(QUANTITIES, UNITS, sides, compared.gaps, SAME, strict=True)
     return [
         (
-            f"{record['zeta']:g}",
-            record["ring_rate"],
-            f"{name.split('_')[0]} [{UNITS[name]}]",
-            _range(record["analytic"][name]),
-            _range(record["engine"][name]),
-            percent(record["relative_difference"][name], ".2f"),
+            f"{compared.setting.zeta:g}",
+            compared.setting.ring_rate,
+            f"{name} [{unit}]",
+            _range(ours),
+            _range(theirs),
+            percent(gap, ".2f"),
             percent(limit, ".2f"),
         )
-        for name, limit in SAME.items()
+        for name, unit, (ours, theirs), gap, limit in named
     ]
 
 
 def _range(spread: Spread) -> str:
-    if spread["median"] is None:
+    if spread.median is None:
         return UNDEFINED
-    return f"{spread['median']:.5g} ({spread['smallest']:.5g} to {spread['largest']:.5g})"
+    return f"{spread.median:.5g} ({spread.smallest:.5g} to {spread.largest:.5g})"
 
 
 def _micrometres(value: float | None) -> str:
@@ -207,63 +306,59 @@ def _question() -> str:
     )
 
 
-def _answer(record: dict[str, Any]) -> str:
-    setting = f"zeta = {record['zeta']:g}, ring rate {record['ring_rate']}"
-    apart = _micrometres(record["engine"]["planet_spread_m"]["largest"])
-    if record["same"] is None:
+def _answer(compared: Comparison) -> str:
+    zeta, ring = compared.setting
+    setting = f"zeta = {zeta:g}, ring rate {ring}"
+    if compared.same is None:
         return f"At {setting} it is undefined: not every start has a third fluctuation."
-    if record["same"]:
+    if compared.same:
+        apart = _micrometres(compared.engine.planet_spread_m.largest)
         return f"At {setting} it is the same vibration (planets up to {apart} apart)."
-    beyond = [
-        name.split("_")[0]
-        for name, gap in record["relative_difference"].items()
-        if gap is None or gap > SAME[name]
-    ]
+    named = zip(QUANTITIES, compared.gaps, SAME, strict=True)
+    beyond = [name for name, gap, limit in named if not is_inside(gap, limit)]
     scatter = (
         "The scatter between starts may explain it: the ranges of amplitude overlap."
-        if _overlap(record)
+        if _overlap(compared.analytic.amplitude_rad_per_s2, compared.engine.amplitude_rad_per_s2)
         else "The scatter between starts does not explain it: the ranges of amplitude are disjoint."
     )
     return f"At {setting} it is not the same: {', '.join(beyond)} beyond the limit. {scatter}"
 
 
-def _overlap(record: dict[str, Any]) -> bool:
-    ours, theirs = (record[side]["amplitude_rad_per_s2"] for side in ("analytic", "engine"))
-    if ours["median"] is None or theirs["median"] is None:
+def _overlap(ours: Spread, theirs: Spread) -> bool:
+    if ours.smallest is None or ours.largest is None:
         return False
-    return bool(ours["smallest"] <= theirs["largest"] and theirs["smallest"] <= ours["largest"])
+    if theirs.smallest is None or theirs.largest is None:
+        return False
+    return ours.smallest <= theirs.largest and theirs.smallest <= ours.largest
 
 
-def _cause(record: dict[str, Any]) -> str:
-    free = _micrometres(record["planets_free_spread_m"])
-    held = _micrometres(record["engine"]["planet_spread_m"]["largest"])
-    if record["planets_explain_the_difference"] is None:
+def _cause(control: HeldAlike) -> str:
+    free, held = _micrometres(control.apart_m), _micrometres(control.held_m)
+    if control.explains is None:
         return f"Whether holding the planets alike ({held} apart) explains it is undefined."
-    if not record["planets_explain_the_difference"]:
+    if not control.explains:
         return f"Holding the planets alike ({held} apart) does not explain the difference."
-    without = ", ".join(
-        f"{name.split('_')[0]} {percent(gap, '.2f')}"
-        for name, gap in record["relative_difference_without_rounding"].items()
-    )
+    gaps = zip(QUANTITIES, control.gaps_without_rounding, strict=True)
+    without = ", ".join(f"{name} {percent(gap, '.2f')}" for name, gap in gaps)
     return (
         f"The planets do explain it. Free, those of a stage part by up to {free}: their symmetric"
         " motion is unstable in the impacts, rounding is enough to break it, and out of step they"
         " do not build up the large vibration in every start. Held alike"
         f" ({CONTROL_SEEDS} starts, {held} apart), as the paper's factor 3 F holds them, and"
-        f" starting from the same rounding ({record['rounding_m']:.1e} m at the teeth in every"
+        f" starting from the same rounding ({control.rounding_m:.1e} m at the teeth in every"
         " step, the last place of the tree's angles), the two models give the same vibration;"
         f" without the added rounding the differences are {without}. At this setting the size of"
         " the third fluctuation rests on counting three planets as one, besides the phase law."
     )
 
 
-def _angle_text(records: Sequence[dict[str, Any]]) -> str:
-    found = ", ".join(f"{_size(r)} at zeta = {r['zeta']:g}" for r in records)
+def _angle_text(runs: Sequence[UnderAngle]) -> str:
+    found = ", ".join(f"{_size(run.found)} at zeta = {run.setting.zeta:g}" for run in runs)
     return f"Under angle, with all planets free, Exudyn's third fluctuation is {found} (one start)."
 
 
-def _size(record: dict[str, Any]) -> str:
-    if record.get("diverged_s") is not None:
+def _size(found: Fluctuation) -> str:
+    if found.diverged_s is not None:
         return "diverged"
-    amplitude = record["amplitude_rad_per_s2"]
+    amplitude = found.amplitude_rad_per_s2
     return UNDEFINED if amplitude is None else f"{amplitude:.2g} rad/s²"

@@ -10,17 +10,17 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
+from analytic.model import PhysicalModel
 from crosscheck.paper import signals
 from crosscheck.paper.fluctuation import THIRD_S
 from crosscheck.paper.phase.plant import (
     Plant,
     accelerations_along,
     integrate,
-    physical,
     plant_of,
 )
+from crosscheck.paper.phase.rigid import rigid_motion
 from crosscheck.paper.undefined import defined
-from crosscheck.registry import build
 from crosscheck.studies.study import Study, Variant
 from crosscheck.tasks import Failure
 from crosscheck.workers import perform_all
@@ -28,12 +28,24 @@ from models.errors import Unfinished
 from models.loading import Case
 from models.scenario import TableDrive
 
+ANALYTIC = "analytic:physical"
+ENGINE = "exudyn:tree"
 STRIDE = 2
 HIGH_PASS_HZ = 600.0  # between the controlled arm's motion and the mesh modes
 ORDER = 12  # each way: 1.7 kHz leaks less than 1e-5 through 3 kHz
 FILTER_SAMPLES = 3 * (ORDER + 1)  # by which the filter continues a signal at either end
 FILTER_EDGE_S = 0.02  # of the record's ends, which the filter does not see whole
-TABLE_STEP_S = 1e-3
+RIGID_STEP_S, TABLE_STEP_S = 1e-4, 1e-3
+
+
+class Setting(NamedTuple):
+    """What the paper does not tell: damping ratio of all joints, reading of Eq. 13's ring rate."""
+
+    zeta: float
+    ring_rate: str
+
+
+SETTINGS = (Setting(0.005, "eq13"), Setting(0.02, "corrected"))  # the third fluctuation's two
 
 
 class Response(NamedTuple):
@@ -79,14 +91,14 @@ class Experiment:
         case = self.variant.case()
         if self.recorded:
             case = played_back(case)
-        plant = plant_of(physical(case), self.full_rate)
+        plant = plant_of(PhysicalModel(*case), self.full_rate)
         factors = np.tile(self.damping, len(case.arm.joints))
         return plant._replace(gears=plant.gears._replace(d=plant.gears.d * factors))
 
     def perform(self) -> Response:
         """Run it."""
         case, plant = self.variant.case(), self.plant()
-        clock, (q, v) = self.clock_s, physical(case).start()
+        clock, (q, v) = self.clock_s, PhysicalModel(*case).start()
         if self.after is not None:
             before = _performed(self.after)
             clock, q, v = float(before.time[-1]), before.q, before.v
@@ -94,7 +106,7 @@ class Experiment:
         qs, vs = integrate(plant, clock, q, v, scenario.step_s, scenario.steps, STRIDE)
         time = clock + scenario.step_s * STRIDE * np.arange(len(qs))
         accelerations = accelerations_along(plant, time, qs, vs)
-        return Response(time, accelerations[:, np.unique(plant.gears.theta)], qs[-1], vs[-1])
+        return Response(time, accelerations[:, plant.terms.theta], qs[-1], vs[-1])
 
 
 @lru_cache(maxsize=4)
@@ -105,8 +117,7 @@ def _performed(experiment: Experiment) -> Response:
 
 def played_back(case: Case) -> Case:
     """The case with its drive replaced by the torque that the rigid arm needs in it."""
-    update = {"step_s": 1e-4, "record_every": round(TABLE_STEP_S / 1e-4)}
-    rigid = build("analytic:coupled", case.arm, case.scenario.model_copy(update=update)).simulate()
+    rigid = rigid_motion(case, RIGID_STEP_S, round(TABLE_STEP_S / RIGID_STEP_S))
     time = rigid["time"].values.copy()
     time[-1] = max(time[-1], case.scenario.duration_s)
     drive = TableDrive(

@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 from analytic import kernel
 from analytic.terms import Terms
 from crosscheck.paper.phase.plant import Plant, acceleration
-from crosscheck.registry import build
+from crosscheck.paper.phase.rigid import rigid_motion
 from models.drive import PD
 from models.loading import Case
 
@@ -38,13 +38,11 @@ def base_motion(case: Case, plant: Plant, every: int) -> Base:
     theta from the rigid level `coupled`; the mesh force from the rows of Eq. 21 for x, in which
     x'' = x' = 0; then x = e(phi) +- b + F / k(phi). No vibration, hence independent of damping.
     """
-    update = {"step_s": BASE_STEP_S, "record_every": every}
-    rigid = build("analytic:coupled", case.arm, case.scenario.model_copy(update=update)).simulate()
+    rigid = rigid_motion(case, BASE_STEP_S, every)
     time, n = rigid["time"].values, plant.weights.shape[1]
     q, v, a = (np.zeros((time.size, n)) for _ in range(3))
-    angles = np.unique(plant.gears.theta)
     for state, name in ((q, "theta"), (v, "theta_dot"), (a, "theta_ddot")):
-        state[:, angles] = rigid[name].values
+        state[:, plant.terms.theta] = rigid[name].values
     force = np.array(
         [_carried(plant, *row) for row in zip(q, v, a, rigid["torque"].values, strict=True)]
     )
@@ -110,7 +108,7 @@ def _mesh_force_slopes(
 def _add_controller(plant: Plant, position: np.ndarray, rate: np.ndarray) -> None:
     drive, drive_map = plant.drive, plant.terms.drive_map
     if drive.code == PD:
-        sensed = np.unique(plant.gears.theta)
+        sensed = plant.terms.theta
         position[:, sensed] -= drive_map * drive.gains[:, 1]
         rate[:, sensed] -= drive_map * drive.gains[:, 2]
 

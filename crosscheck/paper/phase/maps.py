@@ -4,18 +4,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 
-from crosscheck.paper.fluctuation import third_fluctuation
+from crosscheck.paper.fluctuation import THIRD_FLUCTUATION
+from crosscheck.paper.phase import fluctuations
+from crosscheck.paper.phase.cells import (
+    LABELLED,
+    SWAPPED,
+    Amplitudes,
+    Cell,
+    CellRecord,
+    median_of,
+    part_of,
+)
+from crosscheck.paper.phase.experiments import Setting
+from crosscheck.paper.phase.fluctuations import Fluctuation
 from crosscheck.paper.phase.verdict import (
     NEAR,
     PRESENT_RAD_PER_S2,
     Evidence,
+    Presence,
     error_part,
     is_near,
     where_present,
@@ -24,7 +37,7 @@ from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, defined, extreme, known, shown
 from crosscheck.report.figures import new_figure, to_svg
 from crosscheck.report.fragments import figure, heading, paragraph, table
-from crosscheck.studies.study import Numbers, Study, Variant
+from crosscheck.studies.study import Study
 
 LAWS = (
     ("omega_t", "eq13"),
@@ -37,57 +50,9 @@ ERRORS_UM = (0.0, 1.6, 5.0, 6.3)  # of Fig. 19, and none
 BACKLASH_ZETAS = (0.005, 0.02)
 BACKLASHES_UM = (5.0, 25.0, 50.0, 500.0)  # of Figs. 16-17
 SWAPPED_ZETAS = (0.003, 0.005, 0.02)
-DECISIVE = ((0.005, "eq13"), (0.007, "eq13"), (0.02, "corrected"))
+DECISIVE = (Setting(0.005, "eq13"), Setting(0.007, "eq13"), Setting(0.02, "corrected"))
 SEEDS = 8
-PAPER_E_UM, PAPER_B_UM = 5.0, 50.0
-DURATION_S = 1.2
-QUICK_SETTINGS = ((0.005, "eq13"),)
-
-
-@dataclass(frozen=True)
-class Cell:
-    """One setting of the maps; lengths in micrometres; seeds: how many starts (0: the paper's)."""
-
-    law: str
-    ring: str
-    zeta: float
-    error_um: float = PAPER_E_UM
-    backlash_um: float = PAPER_B_UM
-    arm: str = "paper-labelled"
-    seeds: int = 0
-
-    def variants(self) -> list[Variant]:
-        """A run for every start."""
-        settings = (
-            f"arm.joints.*.tooth_error_m={1e-6 * self.error_um!r}",
-            f"arm.joints.*.backlash_m={1e-6 * self.backlash_um!r}",
-        )
-        one = Variant(
-            arm=self.arm,
-            phase=self.law,
-            ring_rate=self.ring,
-            zeta=self.zeta,
-            duration_s=DURATION_S,
-            settings=settings,
-        )
-        return [replace(one, seed=seed) for seed in range(1, self.seeds + 1)] or [one]
-
-    @property
-    def without_error(self) -> Cell:
-        """The same without tooth error."""
-        return replace(self, error_um=0.0)
-
-    @property
-    def id(self) -> str:
-        """Names the cell in the records."""
-        seeds = f"/{self.seeds} seeds" if self.seeds else ""
-        return (
-            f"{self.arm}/{self.law}/{self.ring}/zeta {self.zeta:g}/E {self.error_um:g} um"
-            f"/b {self.backlash_um:g} um{seeds}"
-        )
-
-
-Amplitudes = dict[Cell, list[float]]  # rad/s^2, one for every start
+QUICK_SETTINGS = (Setting(0.005, "eq13"),)
 
 
 class Maps(NamedTuple):
@@ -98,7 +63,7 @@ class Maps(NamedTuple):
     """
 
     evidence: Evidence
-    present: str
+    present: Presence
     parts: dict[str, list[float]]
 
 
@@ -109,7 +74,7 @@ def maps(study: Study, scale: Scale) -> Maps:
     if not scale.quick:
         found |= _again(study, found, scale)
     both = [cell for cell in found if cell.error_um > 0 and cell.without_error in found]
-    parts = {cell: _part(cell, found) for cell in both}
+    parts = {cell: part_of(cell, found) for cell in both}
     records = [_record(cell, found, part) for cell, part in parts.items()]
     by_law = {
         law: [part for cell, part in parts.items() if cell.law == law]
@@ -122,7 +87,7 @@ def maps(study: Study, scale: Scale) -> Maps:
         text.append(table(_HEAD, [_row(r) for r in records]))
     else:
         text += [_error_map(found), _backlash_map(found), *_tables(records)]
-    supports = None if verdict == UNDEFINED else verdict == "only with omega_t"
+    supports = None if verdict == Presence.UNKNOWN else verdict == Presence.PRINTED
     return Maps(Evidence("\n".join(text), records, supports), verdict, by_law)
 
 
@@ -148,7 +113,7 @@ def _all_cells() -> list[Cell]:
         cell
         for law in LAWS
         for z in SWAPPED_ZETAS
-        for cell in _with_and_without(Cell(*law, z, arm="paper-swapped"))
+        for cell in _with_and_without(Cell(*law, z, arm=SWAPPED))
     ]
     seeded = [
         cell
@@ -166,18 +131,18 @@ def _with_and_without(cell: Cell) -> tuple[Cell, Cell]:
 def measured(study: Study, cells: Sequence[Cell], scale: Scale) -> Amplitudes:
     """The third fluctuation of every cell's runs, see ``amplitude``."""
     variants = [scale.cut(variant) for cell in cells for variant in cell.variants()]
-    numbers = iter(study.measures(variants, third_fluctuation, "phase: maps"))
-    return {cell: [amplitude(next(numbers)) for _ in cell.variants()] for cell in cells}
+    runs = iter(fluctuations.measured(study, variants, THIRD_FLUCTUATION, "phase: maps"))
+    return {cell: [amplitude(next(runs)) for _ in cell.variants()] for cell in cells}
 
 
-def amplitude(numbers: Numbers) -> float:
-    """The amplitude [rad/s^2] that ``third_fluctuation`` found.
+def amplitude(found: Fluctuation) -> float:
+    """The amplitude [rad/s^2] that was found.
 
     Infinite if the run diverged, nan if it ends before.
     """
-    if "diverged_s" in numbers:
+    if found.diverged_s is not None:
         return math.inf
-    value = numbers["amplitude_rad_per_s2"]
+    value = found.amplitude_rad_per_s2
     return math.nan if value is None else value
 
 
@@ -194,30 +159,19 @@ def _again(study: Study, found: Amplitudes, scale: Scale) -> Amplitudes:
     return {replace(cell, seeds=0): runs for cell, runs in seeded.items()}
 
 
-def _part(cell: Cell, found: Amplitudes) -> float:
-    """What the tooth error adds to the median [rad/s^2]."""
-    return error_part(_median(found[cell]), _median(found[cell.without_error]))
-
-
-def _record(cell: Cell, found: Amplitudes, part: float) -> dict[str, Any]:
+def _record(cell: Cell, found: Amplitudes, part: float) -> CellRecord:
     with_error, without = found[cell], found[cell.without_error]
-    return {
-        "id": f"map/{cell.id}",
-        "arm": cell.arm,
-        "phase": cell.law,
-        "ring_rate": cell.ring,
-        "zeta": cell.zeta,
-        "E_um": cell.error_um,
-        "b_um": cell.backlash_um,
-        "starts": len(with_error),
-        "median_rad_per_s2": defined(np.median(with_error)),
-        "smallest_rad_per_s2": defined(min(with_error)),
-        "largest_rad_per_s2": defined(max(with_error)),
-        "median_without_error_rad_per_s2": defined(np.median(without)),
-        "error_part_rad_per_s2": defined(part),
-        "present": None if math.isnan(part) else part >= PRESENT_RAD_PER_S2,
-        "diverged": math.inf in (*with_error, *without),
-    }
+    return CellRecord(
+        cell=cell,
+        starts=len(with_error),
+        median=defined(np.median(with_error)),
+        smallest=defined(min(with_error)),
+        largest=defined(max(with_error)),
+        median_without_error=defined(np.median(without)),
+        error_part=defined(part),
+        present=None if math.isnan(part) else part >= PRESENT_RAD_PER_S2,
+        diverged=math.inf in (*with_error, *without),
+    )
 
 
 _HEAD = (
@@ -234,35 +188,34 @@ _HEAD = (
 )
 
 
-def _median(runs: Sequence[float]) -> float:
-    return float(np.median(runs))
-
-
-def _row(record: dict[str, Any]) -> tuple[str, ...]:
-    numbers = [
-        record[f"{name}_rad_per_s2"]
-        for name in ("median", "smallest", "largest", "median_without_error", "error_part")
-    ]
-    missing = "diverged" if record["diverged"] else UNDEFINED
+def _row(record: CellRecord) -> tuple[str, ...]:
+    cell, missing = record.cell, "diverged" if record.diverged else UNDEFINED
+    numbers = (
+        record.median,
+        record.smallest,
+        record.largest,
+        record.median_without_error,
+        record.error_part,
+    )
     median, low, high, without, part = (shown(value, ".1f", missing) for value in numbers)
-    spread = f" ({low} to {high})" if record["starts"] > 1 else ""
+    spread = f" ({low} to {high})" if record.starts > 1 else ""
     return (
-        record["arm"].removeprefix("paper-"),
-        record["phase"],
-        record["ring_rate"],
-        f"{record['zeta']:g}",
-        f"{record['E_um']:g}",
-        f"{record['b_um']:g}",
-        str(record["starts"]),
+        cell.reading,
+        cell.law,
+        cell.ring,
+        f"{cell.zeta:g}",
+        f"{cell.error_um:g}",
+        f"{cell.backlash_um:g}",
+        str(record.starts),
         median + spread,
         without,
         part,
     )
 
 
-def _tables(records: list[dict[str, Any]]) -> list[str]:
-    seeded = [_row(r) for r in records if r["starts"] > 1]
-    swapped = [_row(r) for r in records if r["arm"] != "paper-labelled"]
+def _tables(records: Sequence[CellRecord]) -> list[str]:
+    seeded = [_row(r) for r in records if r.starts > 1]
+    swapped = [_row(r) for r in records if r.cell.arm != LABELLED]
     return [
         table(
             _HEAD,
@@ -274,7 +227,7 @@ def _tables(records: list[dict[str, Any]]) -> list[str]:
     ]
 
 
-def _statement(by_law: dict[str, list[float]], found: Amplitudes, verdict: str) -> str:
+def _statement(by_law: dict[str, list[float]], found: Amplitudes, verdict: Presence) -> str:
     without = {
         law: [
             run
@@ -320,7 +273,7 @@ def _largest(values: Sequence[float], form: str = ".0f") -> str:
 def _error_map(found: Amplitudes) -> str:
     drawing, grid = new_figure(1, len(LAWS), 3.0)
     for axes, (law, ring) in zip(grid[0], LAWS, strict=True):
-        values = [[_median(found[Cell(law, ring, z, e)]) for z in ZETAS] for e in ERRORS_UM]
+        values = [[median_of(found[Cell(law, ring, z, e)]) for z in ZETAS] for e in ERRORS_UM]
         _heat(axes, np.array(values), ZETAS, ERRORS_UM)
         axes.set(title=f"{law}, {ring}", xlabel="zeta")
     grid[0, 0].set_ylabel("E [µm]")
@@ -335,7 +288,7 @@ def _backlash_map(found: Amplitudes) -> str:
     drawing, grid = new_figure(1, len(LAWS), 2.8)
     for axes, (law, ring) in zip(grid[0], LAWS, strict=True):
         cells = [[Cell(law, ring, z, backlash_um=b) for z in BACKLASH_ZETAS] for b in BACKLASHES_UM]
-        parts = [[_part(cell, found) for cell in row] for row in cells]
+        parts = [[part_of(cell, found) for cell in row] for row in cells]
         _heat(axes, np.array(parts), BACKLASH_ZETAS, BACKLASHES_UM)
         axes.set(title=f"{law}, {ring}", xlabel="zeta")
     grid[0, 0].set_ylabel("b [µm]")

@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from crosscheck.paper.fluctuation import THIRD_S
-from crosscheck.paper.phase.experiments import Experiment, ThirdAmplitude
+from crosscheck.paper.phase.experiments import SETTINGS, Experiment, Setting, ThirdAmplitude
 from crosscheck.paper.phase.linear import base_motion, mesh_modes
 from crosscheck.paper.phase.plant import Plant
 from crosscheck.paper.phase.verdict import Evidence, error_part, is_present
+from crosscheck.paper.record import JsonObject, Record, read
 from crosscheck.paper.scale import Scale
+from crosscheck.paper.stage import paper_stage
 from crosscheck.paper.undefined import UNDEFINED, any_of, defined, extreme, shown
 from crosscheck.report.fragments import heading, paragraph, table
 from crosscheck.studies.study import Study, Variant
 from models.drive import CONSTANT
 from models.loading import load_arm
 
-SETTINGS = ((0.005, "eq13"), (0.02, "corrected"))
 LAWS = ("omega_t", "angle")
 NO_ERROR = "arm.joints.*.tooth_error_m=0.0"
 DURATION_S = THIRD_S[1]
@@ -41,8 +42,9 @@ class Change:
     full_rate: bool = False
     recorded: bool = False
 
-    def experiment(self, law: str, zeta: float, ring: str, with_error: bool) -> Experiment:
+    def experiment(self, law: str, setting: Setting, with_error: bool) -> Experiment:
         """The changed PD run."""
+        zeta, ring = setting
         settings = self.settings if with_error else (*self.settings, NO_ERROR)
         variant = Variant(
             phase=law, ring_rate=ring, zeta=zeta, duration_s=DURATION_S, settings=settings
@@ -74,6 +76,34 @@ CHANGES = (
 )
 
 
+@dataclass(frozen=True)
+class Changed(Record):
+    """The tooth error's part [rad/s^2] with a change, under both laws; None: undefined."""
+
+    change: Change
+    setting: Setting
+    omega_t_rad_per_s2: float | None
+    angle_rad_per_s2: float | None
+    present_under_omega_t: bool | None
+    present_under_angle: bool | None
+
+    @property
+    def id(self) -> str:
+        return f"objection/{self.change.objection}/{self.change.name}/{self.setting.zeta:g}"
+
+    def to_dict(self) -> JsonObject:
+        return {
+            "id": self.id,
+            "objection": self.change.objection,
+            "change": self.change.name,
+            **self.setting._asdict(),
+            "omega_t_rad_per_s2": self.omega_t_rad_per_s2,
+            "angle_rad_per_s2": self.angle_rad_per_s2,
+            "present_under_omega_t": self.present_under_omega_t,
+            "present_under_angle": self.present_under_angle,
+        }
+
+
 def objections(
     study: Study, under_angle: Sequence[float], freed_planets: str, scale: Scale
 ) -> Evidence:
@@ -84,8 +114,7 @@ def objections(
     """
     amplitudes = _amplitudes(study, scale)
     records = [_record(change, setting, amplitudes) for change in CHANGES for setting in SETTINGS]
-    asked = [Growth(*setting, scale.seconds(DURATION_S)) for setting in SETTINGS]
-    growth = study.answers(asked, "phase: growth rates")
+    growth = _growth(study, scale)
     text = [
         heading("What a referee would object"),
         table(
@@ -95,57 +124,92 @@ def objections(
         ),
         *_answers(records, growth, shown(extreme(under_angle, max), ".1f"), freed_planets),
     ]
-    present = any_of(record["present_under_angle"] for record in records)
+    present = any_of(record.present_under_angle for record in records)
     supports = None if present is None else not present
     return Evidence("\n".join(text), [*records, *growth], supports)
 
 
-Key = tuple[Change, tuple[float, str], str, bool]
+class Asked(NamedTuple):
+    """One run: which change, where, under which law, with the tooth error or without."""
+
+    change: Change
+    setting: Setting
+    law: str
+    with_error: bool
 
 
-def _amplitudes(study: Study, scale: Scale) -> dict[Key, float]:
-    wanted = {
-        (change, setting, law, with_error): _cut(
-            change.experiment(law, *setting, with_error), scale
-        )
+def _amplitudes(study: Study, scale: Scale) -> dict[Asked, float]:
+    wanted = [
+        Asked(change, setting, law, with_error)
         for change in CHANGES
         for setting in SETTINGS
         for law in LAWS
         for with_error in (True, False)
-    }
-    questions = [ThirdAmplitude(experiment) for experiment in wanted.values()]
-    found = study.answers(questions, "phase: objections")
+    ]
+    runs = [a.change.experiment(a.law, a.setting, a.with_error) for a in wanted]
+    questions = [ThirdAmplitude(_cut(run, scale)) for run in runs]
+    found = read(list[float | None], study.answers(questions, "phase: objections"))
     return {k: math.nan if a is None else a for k, a in zip(wanted, found, strict=True)}
+
+
+def _growth(study: Study, scale: Scale) -> list[GrowthRates]:
+    """At every setting."""
+    asked = [Growth(*setting, scale.seconds(DURATION_S)) for setting in SETTINGS]
+    found = read(list[Rates], study.answers(asked, "phase: growth rates"))
+    return [GrowthRates(setting, rates) for setting, rates in zip(SETTINGS, found, strict=True)]
 
 
 def _cut(experiment: Experiment, scale: Scale) -> Experiment:
     return replace(experiment, variant=scale.cut(experiment.variant))
 
 
-def _record(
-    change: Change, setting: tuple[float, str], amplitudes: dict[Key, float]
-) -> dict[str, Any]:
-    zeta, ring = setting
-    parts = {}
-    for law in LAWS:
-        with_error, without = (amplitudes[change, setting, law, e] for e in (True, False))
-        parts[law] = error_part(with_error, without)
-    return {
-        "id": f"objection/{change.objection}/{change.name}/{zeta:g}",
-        "objection": change.objection,
-        "change": change.name,
-        "zeta": zeta,
-        "ring_rate": ring,
-        "omega_t_rad_per_s2": defined(parts["omega_t"]),
-        "angle_rad_per_s2": defined(parts["angle"]),
-        "present_under_omega_t": is_present(parts["omega_t"]),
-        "present_under_angle": is_present(parts["angle"]),
-    }
+def _record(change: Change, setting: Setting, amplitudes: dict[Asked, float]) -> Changed:
+    printed, integrated = (
+        error_part(*(amplitudes[Asked(change, setting, law, e)] for e in (True, False)))
+        for law in LAWS
+    )
+    return Changed(
+        change=change,
+        setting=setting,
+        omega_t_rad_per_s2=defined(printed),
+        angle_rad_per_s2=defined(integrated),
+        present_under_omega_t=is_present(printed),
+        present_under_angle=is_present(integrated),
+    )
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Largest growth rates [1/s] in 0.5 to 1.2 s under `omega_t`; None in a run that ends before.
+
+    Of the arm as it stands, and with one thing changed.
+    """
+
+    as_it_stands_per_s: float | None
+    without_feedback_per_s: float | None
+    eq11_in_full_per_s: float | None
+    without_tooth_error_per_s: float | None
+    constant_stiffness_per_s: float | None
+
+
+@dataclass(frozen=True)
+class GrowthRates(Record):
+    """The growth rates at one setting."""
+
+    setting: Setting
+    rates: Rates
+
+    @property
+    def id(self) -> str:
+        return f"objection/growth/{self.setting.zeta:g}"
+
+    def to_dict(self) -> JsonObject:
+        return {"id": self.id, **self.setting._asdict(), **asdict(self.rates)}
 
 
 @dataclass(frozen=True)
 class Growth:
-    """Largest growth rate [1/s] in 0.5 to 1.2 s under `omega_t`, as it stands and changed."""
+    """The ``Rates`` at a setting, as far as the duration [s] lets them be seen."""
 
     zeta: float
     ring: str
@@ -165,24 +229,19 @@ class Growth:
     def cost(self) -> float:
         return 2.0
 
-    def answer(self) -> dict[str, Any]:
+    def answer(self) -> JsonObject:
         plain, full = (Experiment(self.variant, full_rate=rate).plant() for rate in (False, True))
         free = plain._replace(drive=plain.drive._replace(code=CONSTANT))
         no_error = Experiment(replace(self.variant, settings=(NO_ERROR,))).plant()
         still = plain._replace(gears=plain.gears._replace(k_a=np.zeros_like(plain.gears.k_a)))
-        plants = {
-            "as_it_stands": plain,
-            "without_feedback": free,
-            "eq11_in_full": full,
-            "without_tooth_error": no_error,
-            "constant_stiffness": still,
-        }
-        return {
-            "id": f"objection/growth/{self.zeta:g}",
-            "zeta": self.zeta,
-            "ring_rate": self.ring,
-            **{f"{n}_per_s": _largest(plant, self.variant) for n, plant in plants.items()},
-        }
+        rates = Rates(
+            as_it_stands_per_s=_largest(plain, self.variant),
+            without_feedback_per_s=_largest(free, self.variant),
+            eq11_in_full_per_s=_largest(full, self.variant),
+            without_tooth_error_per_s=_largest(no_error, self.variant),
+            constant_stiffness_per_s=_largest(still, self.variant),
+        )
+        return asdict(rates)
 
 
 def _largest(plant: Plant, variant: Variant) -> float | None:
@@ -194,24 +253,25 @@ def _largest(plant: Plant, variant: Variant) -> float | None:
 _HEAD = ("objection", "what was changed", "zeta", "ring rate", "under omega_t", "under angle")
 
 
-def _row(record: dict[str, Any]) -> tuple[str, ...]:
+def _row(record: Changed) -> tuple[str, ...]:
     return (
-        record["objection"],
-        record["change"],
-        f"{record['zeta']:g}",
-        record["ring_rate"],
-        *(shown(record[f"{law}_rad_per_s2"], ".1f") for law in LAWS),
+        record.change.objection,
+        record.change.name,
+        f"{record.setting.zeta:g}",
+        record.setting.ring_rate,
+        shown(record.omega_t_rad_per_s2, ".1f"),
+        shown(record.angle_rad_per_s2, ".1f"),
     )
 
 
 def _answers(
-    records: Sequence[dict[str, Any]],
-    growth: Sequence[dict[str, Any]],
+    records: Sequence[Changed],
+    growth: Sequence[GrowthRates],
     largest_under_angle: str,
     freed_planets: str,
 ) -> list[str]:
     arm = load_arm("paper-labelled")
-    joint = arm.joints[0]
+    joint = paper_stage(arm).joint
     spacing = " and ".join(
         f"{teeth} / {joint.planet_count} = {teeth / joint.planet_count:g}"
         for teeth in (joint.sun_teeth, joint.ring_teeth)
@@ -230,16 +290,7 @@ def _answers(
             f" Over the sweep of zeta, and with D's proportions changed by ten or acting in"
             f" contact alone, {_both(records, D_UNKNOWN)}."
         ),
-        paragraph(
-            "“It is the flutter of the PD loop.” That one exists, below some damping, but it"
-            " does not ask for tooth error and is subtracted everywhere above (E = 0). Without any"
-            " feedback, the rigid arm's torque merely played back,"
-            f" {_both(records, FLUTTER)}. The linearised growth rate under omega_t is"
-            f" {_pairs(growth, 'as_it_stands', 'without_feedback')} 1/s with and without feedback,"
-            f" {_pairs(growth, 'as_it_stands', 'without_tooth_error')} with and without tooth"
-            f" error, {_pairs(growth, 'as_it_stands', 'constant_stiffness')} with varying and"
-            " constant stiffness."
-        ),
+        _about_flutter(records, growth),
         paragraph(
             f"“The planets are out of phase and cancel.” Not in this gear: {spacing} are whole"
             " numbers, so all planets mesh in phase, as the model has it. The ring meshes may be"
@@ -247,21 +298,39 @@ def _answers(
             f" {_both(records, PLANETS)}. Moving out of step is another matter: section 3 frees"
             f" every planet. {freed_planets}"
         ),
-        paragraph(
-            "“With Eq. 11 in full it goes away.” The rates of x_sp and x_pr are small against"
-            " theta_c' in a smooth motion, but not in a vibration, and they too are multiplied by"
-            f" t: the growth rate is {_pairs(growth, 'as_it_stands', 'eq11_in_full')} 1/s with"
-            " Eq. 12 and with Eq. 11 (hence a step of 4 µs here). With it"
-            f" {_both(records, FULL)}."
-        ),
+        _about_eq_11(records, growth),
     ]
 
 
-def _both(records: Sequence[dict[str, Any]], objection: str) -> str:
-    chosen = [r for r in records if r["objection"] == objection]
-    ours, theirs = ([r[f"{law}_rad_per_s2"] for r in chosen] for law in ("angle", "omega_t"))
+def _about_flutter(records: Sequence[Changed], growth: Sequence[GrowthRates]) -> str:
+    return paragraph(
+        "“It is the flutter of the PD loop.” That one exists, below some damping, but it"
+        " does not ask for tooth error and is subtracted everywhere above (E = 0). Without any"
+        " feedback, the rigid arm's torque merely played back,"
+        f" {_both(records, FLUTTER)}. The linearised growth rate under omega_t is"
+        f" {_pairs(growth, lambda r: r.without_feedback_per_s)} 1/s with and without feedback,"
+        f" {_pairs(growth, lambda r: r.without_tooth_error_per_s)} with and without tooth"
+        f" error, {_pairs(growth, lambda r: r.constant_stiffness_per_s)} with varying and"
+        " constant stiffness."
+    )
+
+
+def _about_eq_11(records: Sequence[Changed], growth: Sequence[GrowthRates]) -> str:
+    return paragraph(
+        "“With Eq. 11 in full it goes away.” The rates of x_sp and x_pr are small against"
+        " theta_c' in a smooth motion, but not in a vibration, and they too are multiplied by"
+        f" t: the growth rate is {_pairs(growth, lambda r: r.eq11_in_full_per_s)} 1/s with"
+        " Eq. 12 and with Eq. 11 (hence a step of 4 µs here). With it"
+        f" {_both(records, FULL)}."
+    )
+
+
+def _both(records: Sequence[Changed], objection: str) -> str:
+    chosen = [r for r in records if r.change.objection == objection]
+    printed = _span([r.omega_t_rad_per_s2 for r in chosen])
+    integrated = _span([r.angle_rad_per_s2 for r in chosen])
     return (
-        f"the tooth error's part is {_span(theirs)} rad/s² under omega_t and {_span(ours)} rad/s²"
+        f"the tooth error's part is {printed} rad/s² under omega_t and {integrated} rad/s²"
         " under angle"
     )
 
@@ -277,9 +346,9 @@ def _short(value: float) -> str:
     return f"{value:.0f}" if value >= 10 else f"{value:.2g}"
 
 
-def _pairs(growth: Sequence[dict[str, Any]], one: str, other: str) -> str:
+def _pairs(growth: Sequence[GrowthRates], changed: Callable[[Rates], float | None]) -> str:
     return " and ".join(
-        f"{shown(r[f'{one}_per_s'], '.0f')} / {shown(r[f'{other}_per_s'], '.0f')}"
-        f" (zeta {r['zeta']:g})"
-        for r in growth
+        f"{shown(g.rates.as_it_stands_per_s, '.0f')} / {shown(changed(g.rates), '.0f')}"
+        f" (zeta {g.setting.zeta:g})"
+        for g in growth
     )

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import json
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
 from crosscheck.paper.fluctuation import third_fluctuation
-from crosscheck.studies.study import Numbers
-from models.arm import Arm
-from models.scenario import Scenario
-from models.switches import Switches
+from crosscheck.paper.phase.experiments import ENGINE
+from crosscheck.paper.phase.fluctuations import Fluctuation, one_start
+from crosscheck.paper.rigid import beside_coupled
+from crosscheck.registry import entry_of
+from crosscheck.studies.study import Comparison, Numbers, Variant
 
 
 def planet_spread(run: xr.Dataset) -> float:
@@ -20,26 +21,46 @@ def planet_spread(run: xr.Dataset) -> float:
     return float(max(spreads))
 
 
-def fluctuation_and_spread(run: xr.Dataset) -> Numbers:
+def fluctuation_and_spread(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
     """The third fluctuation, and how far the planets were apart."""
-    return {**third_fluctuation(run), "planet_spread_m": planet_spread(run)}
+    return {**third_fluctuation(run, others), "planet_spread_m": planet_spread(run)}
 
 
-def in_step(run: xr.Dataset) -> Numbers:
-    """The same of Exudyn in the experiment of ``run``, its planets held alike.
+FLUCTUATION_AND_SPREAD = Comparison(fluctuation_and_spread, beside_coupled)
 
-    At every record the tree is set back to the mean of its planets, as the paper's equations have
-    it; in between they part by rounding alone, so the projection adds no other force.
-    """
-    from models.exudyn_engine import Engine
-    from models.exudyn_tree import ExudynTree
 
-    class InStep(ExudynTree):
-        def _advanced(self, engine: Engine, t: float) -> tuple[np.ndarray, np.ndarray]:
-            q, v = super()._advanced(engine, t)
-            return self.from_paper @ (self.to_paper @ q), self.from_paper @ (self.to_paper @ v)
+@dataclass(frozen=True)
+class InStep:
+    """The same of Exudyn in the experiment of a variant, its planets held alike."""
 
-    arm = Arm.model_validate(json.loads(run.attrs["arm"]))
-    scenario = Scenario.model_validate(json.loads(run.attrs["scenario"]))
-    switches = Switches.model_validate(json.loads(run.attrs["switches"]))
-    return fluctuation_and_spread(InStep(arm, scenario, switches).simulate())
+    variant: Variant
+
+    @property
+    def inputs(self) -> str:
+        return "\n".join(record.model_dump_json() for record in self.variant.case())
+
+    @property
+    def cost(self) -> float:
+        return self.variant.case().scenario.steps * entry_of(ENGINE).call_s
+
+    def answer(self) -> Fluctuation:
+        return one_start(self.variant, self._numbers)
+
+    def _numbers(self, others: tuple[xr.Dataset, ...]) -> Numbers:
+        return fluctuation_and_spread(self._run(), others)
+
+    def _run(self) -> xr.Dataset:
+        """At every record the tree is set back to the mean of its planets.
+
+        As the paper's equations have it; in between they part by rounding alone, so the projection
+        adds no other force.
+        """
+        from models.exudyn_engine import Engine
+        from models.exudyn_tree import ExudynTree
+
+        class Tree(ExudynTree):
+            def _advanced(self, engine: Engine, t: float) -> tuple[np.ndarray, np.ndarray]:
+                q, v = super()._advanced(engine, t)
+                return self.from_paper @ (self.to_paper @ q), self.from_paper @ (self.to_paper @ v)
+
+        return Tree(*self.variant.case()).simulate()

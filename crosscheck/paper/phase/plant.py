@@ -6,22 +6,18 @@ phi = offset + (w . v) t (law `omega_t`), so that Eq. 11 in full is only another
 
 from __future__ import annotations
 
-from copy import copy
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from analytic import kernel
-from analytic.gears import Gears, gears
-from analytic.kinematics import stage_geometry
+from analytic.gears import Gears
 from analytic.mesh_frequency import ANGLE, OMEGA_T
-from analytic.model import FormModel, PhysicalModel
+from analytic.model import AnalyticModel
 from analytic.terms import Terms
-from models.arm import Arm
-from models.drive import DriveData, drive_data
-from models.loading import Case, load_scenario
+from crosscheck.paper.stage import paper_stage
+from models.drive import DriveData
 
 
 class Plant(NamedTuple):
@@ -39,7 +35,7 @@ class Plant(NamedTuple):
     timed: bool
 
 
-def plant_of(model: FormModel, full_rate: bool = False) -> Plant:
+def plant_of(model: AnalyticModel, full_rate: bool = False) -> Plant:
     """The model's plant; ``full_rate`` keeps the terms of Eq. 11 that Eq. 12 neglects."""
     meshes = model.gears
     weights = np.zeros((meshes.where.size, len(model.coordinates)))
@@ -53,40 +49,16 @@ def plant_of(model: FormModel, full_rate: bool = False) -> Plant:
     return Plant(model.terms, still, model.drive, weights, meshes.offset.copy(), timed)
 
 
-def neglected_weights(model: FormModel) -> np.ndarray:
+def neglected_weights(model: AnalyticModel) -> np.ndarray:
     """Eq. 11 less Eq. 12 [rad/m], (meshes, n): z_s / r_s on x_sp and x_pr; z_p / r_p on x_pr."""
     weights = np.zeros((model.gears.where.size, len(model.coordinates)))
-    for j, joint in enumerate(model.arm.joints):
-        geometry = stage_geometry(joint)
-        x_sp, x_pr = model.gears.where[2 * j : 2 * j + 2]
-        weights[2 * j, [x_sp, x_pr]] = joint.sun_teeth / geometry.r_s
-        weights[2 * j + 1, x_pr] = joint.planet_teeth / geometry.r_p
+    layout = model.layout
+    for number, joint in enumerate(layout.meshing):
+        stage = paper_stage(model.arm, joint)
+        x_sp, x_pr = layout.at("x_sp", joint), layout.at("x_pr", joint)
+        weights[2 * number, [x_sp, x_pr]] = stage.joint.sun_teeth / stage.geometry.r_s
+        weights[2 * number + 1, x_pr] = stage.joint.planet_teeth / stage.geometry.r_p
     return weights
-
-
-def physical(case: Case) -> PhysicalModel:
-    """The analytic model of a case; arms that differ in their teeth alone share its symbols."""
-    toothless = tuple(joint.model_copy(update=_TEETH) for joint in case.arm.joints)
-    model = copy(_inertia(case.arm.model_copy(update={"joints": toothless})))
-    model.arm, model.scenario, model.switches = case
-    model.drive = drive_data(case.scenario, len(case.arm.joints))
-    model.gears = gears(case.arm, case.switches)
-    return model
-
-
-# What no entry of M and C contains: putting numbers into them takes as long as half a run.
-_TEETH = {
-    "damping_ratio": 0.0,
-    "backlash_m": 0.0,
-    "tooth_error_m": 0.0,
-    "mesh_stiffness_amplitude_N_per_m": 0.0,
-    "ring_mesh_phase_rad": 0.0,
-}
-
-
-@lru_cache
-def _inertia(arm: Arm) -> PhysicalModel:
-    return PhysicalModel(arm, load_scenario("pd"))
 
 
 @njit(cache=True, inline="always")

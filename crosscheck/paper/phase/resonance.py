@@ -1,11 +1,10 @@
-"""Evidence 6: where tooth error would resonate, and where stiffness would open tongues, under
-`angle`."""
+"""One stage under `angle`: run up through its mesh modes, and Floquet theory of its stiffness."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import asdict, dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,27 +12,23 @@ from analytic import kernel
 from analytic.model import PhysicalModel
 from crosscheck.envelope import envelope
 from crosscheck.paper import signals
-from crosscheck.paper.phase.experiments import FILTER_EDGE_S, STRIDE, vibration
+from crosscheck.paper.phase.experiments import FILTER_EDGE_S, RIGID_STEP_S, STRIDE, vibration
 from crosscheck.paper.phase.plant import Plant, accelerations_along, integrate, plant_of
-from crosscheck.paper.phase.verdict import FAR, Evidence, is_far
-from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import defined, shown
-from crosscheck.registry import build
-from crosscheck.report.figures import legend, log_y, new_figure, to_svg
-from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
-from crosscheck.studies.study import Question, Study
+from crosscheck.paper.phase.rigid import rigid_motion
+from crosscheck.paper.record import JsonObject, Record
+from crosscheck.paper.stage import with_steady_stiffness
+from crosscheck.paper.undefined import defined
 from models.arm import Arm
 from models.loading import Case, load_case
 from models.scenario import ConstantDrive
+from models.switches import Switches
 
 FASTEST_RAD_PER_S, RAMP_S = 330.0, 2.0  # the highest mode is met at some 290 rad/s
 RAMP_ZETAS = (0.005, 0.02)
 ZETAS = (0.003, 0.005, 0.007, 0.02, 0.05)  # of the tongues
 SPEEDS = np.linspace(15.0, 600.0, 400)  # rad/s
 STEP_S = 5e-6  # RK4's own damping of the highest mode stays below 0.1 1/s
-TONGUE_PER_S = 1.0  # growth that counts
 BINS = 900  # of what is kept of a run-up, for its drawing
-SCENARIOS = ("pd", "constant-torque", "back-and-forth")
 
 
 class Ramp(NamedTuple):
@@ -41,6 +36,43 @@ class Ramp(NamedTuple):
 
     speed: np.ndarray
     fast: np.ndarray
+
+
+@dataclass(frozen=True)
+class StageModes(Record):
+    """Mesh modes [Hz] of one stage, its carrier locked; teeth: mesh cycles per turn of it."""
+
+    modes_Hz: tuple[float, ...]
+    teeth: float
+
+    @property
+    def id(self) -> str:
+        return "resonance/modes"
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """Carrier speed [rad/s] at which teeth pass at the frequency of each mode."""
+        return tuple(2 * np.pi * mode / self.teeth for mode in self.modes_Hz)
+
+
+class Peak(NamedTuple):
+    """The largest vibration [rad/s^2] near a speed, and at which [rad/s]; None: not that fast."""
+
+    speed: float | None
+    size: float | None
+
+
+@dataclass(frozen=True)
+class Resonances:
+    """What a run-up shows: a peak per mode, the vibration [rad/s^2] below them, and its drawing.
+
+    drawn_speed [rad/s], drawn_size [rad/s^2]: largest vibration of every bin.
+    """
+
+    peaks: tuple[Peak, ...]
+    away_rad_per_s2: float | None
+    drawn_speed: tuple[float, ...]
+    drawn_size: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -58,21 +90,30 @@ class RunUp:
     def cost(self) -> float:
         return self.duration_s
 
-    def answer(self) -> dict[str, Any]:
-        ramp, arm = _run_up(self.zeta, self.duration_s), _one_stage(self.zeta)
+    def answer(self) -> JsonObject:
+        ramp = _run_up(self.zeta, self.duration_s)
         away = ramp.fast[signals.window(ramp.speed, 20.0, 60.0)]
         speed, size = _drawn(ramp)
-        return {
-            "peaks": [_peak(ramp, 2 * np.pi * mode / _rate(arm)) for mode in _modes(arm)],
-            "away_rad_per_s2": defined(signals.amplitude(away)),
-            "drawn_speed": speed.tolist(),
-            "drawn_size": size.tolist(),
-        }
+        found = Resonances(
+            peaks=tuple(_peak(ramp, met) for met in stage_modes().speeds),
+            away_rad_per_s2=defined(signals.amplitude(away)),
+            drawn_speed=tuple(speed.tolist()),
+            drawn_size=tuple(size.tolist()),
+        )
+        return asdict(found)
+
+
+@dataclass(frozen=True)
+class FloquetRates:
+    """Growth [1/s] of a mesh vibration over SPEEDS, and at one slow speed."""
+
+    growth: tuple[float, ...]
+    slow: float
 
 
 @dataclass(frozen=True)
 class Tongue:
-    """Floquet growth [1/s] over SPEEDS and at one slow speed [rad/s], at a damping ratio."""
+    """The ``FloquetRates`` at a damping ratio and one slow speed [rad/s]."""
 
     zeta: float
     slow: float
@@ -85,9 +126,9 @@ class Tongue:
     def cost(self) -> float:
         return 1.0
 
-    def answer(self) -> dict[str, Any]:
+    def answer(self) -> JsonObject:
         (slow,) = tongues(self.zeta, np.array([self.slow]))
-        return {"growth": tongues(self.zeta, SPEEDS).tolist(), "slow": float(slow)}
+        return asdict(FloquetRates(tuple(tongues(self.zeta, SPEEDS).tolist()), float(slow)))
 
 
 def _files() -> str:
@@ -95,42 +136,16 @@ def _files() -> str:
     return "\n".join(record.model_dump_json() for case in cases for record in case)
 
 
-def resonance(study: Study, scale: Scale) -> Evidence:
-    """A run-up of one stage, Floquet theory of the stiffness, and the paper's own speeds."""
+def stage_modes() -> StageModes:
+    """Of the labelled arm's shoulder; its damping has no say."""
     arm = _one_stage(RAMP_ZETAS[0])
-    ratio, modes = _rate(arm), _modes(arm)
-    speeds = {name: _fastest(name) for name in SCENARIOS}
-    asked: list[Question] = [
-        *(RunUp(zeta, scale.seconds(RAMP_S)) for zeta in RAMP_ZETAS),
-        *(Tongue(z, speeds["pd"]) for z in ZETAS),
-    ]
-    found = study.answers(asked, "phase: run-up and tongues")
-    ramps = dict(zip(RAMP_ZETAS, found, strict=False))
-    growth = dict(zip(ZETAS, found[len(RAMP_ZETAS) :], strict=True))
-    records = [
-        *(_ramp_record(zeta, ramp) for zeta, ramp in ramps.items()),
-        *(_tongue_record(zeta, rates) for zeta, rates in growth.items()),
-        {"id": "resonance/speeds", **{f"{n}_rad_per_s": s for n, s in speeds.items()}},
-        {"id": "resonance/modes", "modes_Hz": [float(m) for m in modes], "teeth": ratio},
-    ]
-    lowest = 2 * np.pi * modes[0] / ratio
-    text = [
-        heading("6. Where would tooth error resonate under angle?"),
-        paragraph(_statement(speeds, modes, ratio, records)),
-        table(_HEAD, [_row(n, m, ratio, speeds, ramps) for n, m in enumerate(modes)]),
-        table(_TONGUE_HEAD, [_tongue_row(r) for r in records if r["id"].startswith("tongue")]),
-        figure(_figure(ramps, growth, modes, ratio, speeds["pd"]), _caption()),
-    ]
-    return Evidence("\n".join(text), records, is_far(float(lowest), speeds["pd"]))
+    return StageModes(tuple(map(float, _modes(arm))), _rate(arm))
 
 
-def _one_stage(zeta: float, amplitude: float | None = None) -> Arm:
-    """Shoulder and first link, the payload at its end; amplitude: another k_a [N/m]."""
+def _one_stage(zeta: float) -> Arm:
+    """Shoulder and first link, the payload at its end."""
     arm = load_case("paper-labelled", "pd", {}, [f"arm.joints.*.damping_ratio={zeta!r}"]).arm
-    joint = arm.joints[0]
-    if amplitude is not None:
-        joint = joint.model_copy(update={"mesh_stiffness_amplitude_N_per_m": amplitude})
-    return arm.model_copy(update={"joints": (joint,), "links": arm.links[:1]})
+    return arm.model_copy(update={"joints": arm.joints[:1], "links": arm.links[:1]})
 
 
 def _model(arm: Arm, torque: float, duration_s: float) -> PhysicalModel:
@@ -141,7 +156,7 @@ def _model(arm: Arm, torque: float, duration_s: float) -> PhysicalModel:
     return PhysicalModel(*case)
 
 
-def _angle() -> Any:
+def _angle() -> Switches:
     return load_case("paper-labelled", "pd", {"phase": "angle"}).switches
 
 
@@ -167,10 +182,10 @@ def _meshes(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
     return mass[np.ix_(where, where)], planets * plant.gears.k_m
 
 
-def _fastest(scenario: str) -> float:
+def fastest(scenario: str) -> float:
     """Largest carrier speed against the ring [rad/s] of either joint in a scenario of the paper."""
-    case = load_case("paper-labelled", scenario, {}, ["scenario.step_s=1e-4"])
-    rigid = build("analytic:coupled", case.arm, case.scenario).simulate()
+    case = load_case("paper-labelled", scenario)
+    rigid = rigid_motion(case, RIGID_STEP_S, case.scenario.record_every)
     return float(np.abs(rigid["theta_dot"]).max())
 
 
@@ -179,14 +194,17 @@ def _run_up(zeta: float, duration_s: float) -> Ramp:
 
     So that tooth error is all that excites: k_a has tongues of its own.
     """
-    arm = _one_stage(zeta, amplitude=0.0)
-    inertia = float(_model(arm, 0.0, 1.0).mass_matrix(np.zeros(3))[2, 2])
+    arm = with_steady_stiffness(_one_stage(zeta))
+    still = _model(arm, 0.0, 1.0)
+    (theta,) = still.layout.theta
+    inertia = float(still.mass_matrix(np.zeros(len(still.layout)))[theta, theta])
     model = _model(arm, inertia * FASTEST_RAD_PER_S / RAMP_S, duration_s)
     plant, (q, v) = plant_of(model), model.start()
     step, steps = model.scenario.step_s, model.scenario.steps
     qs, vs = integrate(plant, 0.0, q, v, step, steps, STRIDE)
     time = step * STRIDE * np.arange(len(qs))
-    return Ramp(vs[:, 2], vibration(time, accelerations_along(plant, time, qs, vs)[:, 2]))
+    accelerations = accelerations_along(plant, time, qs, vs)
+    return Ramp(vs[:, theta], vibration(time, accelerations[:, theta]))
 
 
 def tongues(zeta: float, speeds: np.ndarray) -> np.ndarray:
@@ -227,101 +245,13 @@ def _monodromy(system: Callable[[float], np.ndarray], period: np.ndarray) -> np.
     return flow
 
 
-def _peak(ramp: Ramp, speed: float) -> tuple[float | None, float | None]:
-    """(speed [rad/s], vibration [rad/s^2]) of the largest vibration within 10 % of a speed.
-
-    None where the stage does not get that fast.
-    """
+def _peak(ramp: Ramp, speed: float) -> Peak:
+    """Within 10 % of a speed [rad/s]."""
     part = slice(*np.searchsorted(ramp.speed, (0.9 * speed, 1.1 * speed)))
     if part.stop <= part.start:
-        return None, None
+        return Peak(None, None)
     fast = np.abs(ramp.fast[part])
-    return float(ramp.speed[part][np.argmax(fast)]), float(fast.max())
-
-
-def _ramp_record(zeta: float, ramp: dict[str, Any]) -> dict[str, Any]:
-    return {
-        "id": f"run-up/{zeta:g}",
-        "zeta": zeta,
-        "peak_speeds_rad_per_s": [speed for speed, _ in ramp["peaks"]],
-        "peaks_rad_per_s2": [size for _, size in ramp["peaks"]],
-        "below_resonance_rad_per_s2": ramp["away_rad_per_s2"],
-    }
-
-
-def _tongue_record(zeta: float, rates: dict[str, Any]) -> dict[str, Any]:
-    growth = np.array(rates["growth"])
-    open_at = SPEEDS[growth > TONGUE_PER_S]
-    return {
-        "id": f"tongue/{zeta:g}",
-        "zeta": zeta,
-        "largest_growth_per_s": float(growth.max()),
-        "at_rad_per_s": float(SPEEDS[np.argmax(growth)]),
-        "lowest_open_rad_per_s": float(open_at[0]) if open_at.size else None,
-        "at_the_pd_runs_fastest_per_s": rates["slow"],
-    }
-
-
-_HEAD = (
-    "mode [Hz]",
-    "met at carrier speed 2π f / c [rad/s]",
-    "times the PD run's fastest",
-    *(f"run-up, zeta {zeta:g}: peak at [rad/s], [rad/s²]" for zeta in RAMP_ZETAS),
-)
-_TONGUE_HEAD = (
-    "zeta",
-    "largest growth, 15 to 600 rad/s [1/s]",
-    "at [rad/s]",
-    "lowest speed with growth [rad/s]",
-    "growth at the PD run's fastest [1/s]",
-)
-
-
-def _row(
-    number: int, mode: float, ratio: float, speeds: dict[str, float], ramps: dict[float, Any]
-) -> tuple[str, ...]:
-    speed = 2 * np.pi * mode / ratio
-    peaks = [ramp["peaks"][number] for ramp in ramps.values()]
-    return (
-        f"{mode:.1f}",
-        f"{speed:.1f}",
-        f"{speed / speeds['pd']:.0f}",
-        *(f"{shown(at, '.1f')}, {shown(size)}" for at, size in peaks),
-    )
-
-
-def _tongue_row(record: dict[str, Any]) -> tuple[str, ...]:
-    lowest = record["lowest_open_rad_per_s"]
-    return (
-        f"{record['zeta']:g}",
-        f"{record['largest_growth_per_s']:.1f}",
-        f"{record['at_rad_per_s']:.1f}",
-        "none" if lowest is None else f"{lowest:.1f}",
-        f"{record['at_the_pd_runs_fastest_per_s']:.1f}",
-    )
-
-
-def _statement(
-    speeds: dict[str, float], modes: np.ndarray, ratio: float, records: list[dict[str, Any]]
-) -> str:
-    lowest = 2 * np.pi * modes[0] / ratio
-    opened = [r["lowest_open_rad_per_s"] for r in records if r.get("lowest_open_rad_per_s")]
-    tongue = f"{min(opened):.1f} rad/s" if opened else "no speed below 600 rad/s"
-    return (
-        "Question: tooth error does excite gears in earnest, when teeth pass at a mesh mode's"
-        " frequency. Where is that for this arm? One stage with its link is run up by a constant"
-        f" torque to {FASTEST_RAD_PER_S:g} rad/s in {RAMP_S:g} s (E = 5 µm, stiffness held"
-        " constant so that nothing else excites); and for the time-variant stiffness Floquet"
-        " theory gives the speeds at which a mesh vibration grows. The first resonance is at"
-        f" {lowest:.1f} rad/s. The fastest joint speeds of the rigid arm are {speeds['pd']:.2f}"
-        f" rad/s in the PD run, {speeds['constant-torque']:.1f} under constant torque and"
-        f" {speeds['back-and-forth']:.1f} back and forth: the PD run's teeth pass at"
-        f" {ratio * speeds['pd'] / (2 * np.pi):.1f} Hz at most,"
-        f" {lowest / speeds['pd']:.0f} times too slowly. The lowest speed at which k_a lets a"
-        f" vibration grow, at the smallest damping, is {tongue}. Verdict: the PD run"
-        f" {'stays far from' if is_far(lowest, speeds['pd']) else 'comes near'} a resonance under"
-        f" angle (limit: {FAR:g} times)."
-    )
+    return Peak(float(ramp.speed[part][np.argmax(fast)]), float(fast.max()))
 
 
 def _drawn(ramp: Ramp) -> tuple[np.ndarray, np.ndarray]:
@@ -332,38 +262,3 @@ def _drawn(ramp: Ramp) -> tuple[np.ndarray, np.ndarray]:
     _, low, high = envelope(ramp.speed[edge], ramp.fast[edge], BINS)
     speed = np.linspace(ramp.speed[edge][0], ramp.speed[edge][-1], low.size)
     return speed, np.maximum(np.abs(low), np.abs(high))
-
-
-def _figure(
-    ramps: dict[float, Any],
-    growth: dict[float, Any],
-    modes: np.ndarray,
-    ratio: float,
-    fastest: float,
-) -> str:
-    drawing, grid = new_figure(2, 1, 2.3)
-    above, below = grid[:, 0]
-    colours = dict(zip(ZETAS, COLOURS, strict=False))
-    for zeta, ramp in ramps.items():
-        above.plot(ramp["drawn_speed"], ramp["drawn_size"], color=colours[zeta])
-    log_y(above)
-    for zeta, rates in growth.items():
-        below.plot(SPEEDS, rates["growth"], color=colours[zeta], label=f"zeta = {zeta:g}")
-    legend(drawing, below)
-    for mode in modes:
-        above.axvline(2 * np.pi * mode / ratio, color="black", ls="--", lw=0.8)
-    for axes in (above, below):
-        axes.axvspan(0.0, fastest, color="#b03050", alpha=0.8)
-        axes.set_xlim(-5.0, None)
-    below.axhline(0.0, color="black", lw=0.6)
-    above.set_ylabel("vibration, run-up [rad/s²]")
-    below.set(xlabel="carrier speed [rad/s]", ylabel="Floquet growth rate [1/s]")
-    return to_svg(drawing)
-
-
-def _caption() -> str:
-    return (
-        "Above: run-up of one stage under angle, largest vibration per bin, dashed: teeth pass at a"
-        " mesh mode. Below: growth of a mesh vibration by k_a = 0.2 k_m alone. Red strip at the"
-        " left edge: all speeds of the PD run."
-    )

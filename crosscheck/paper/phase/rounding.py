@@ -7,7 +7,7 @@ last place is worth r eps at the tooth. To compare what grows, both must start f
 
 from __future__ import annotations
 
-import json
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -15,39 +15,58 @@ from numba import njit
 
 from analytic import kernel
 from analytic.gears import Gears
-from analytic.kinematics import stage_geometry
 from analytic.model import PhysicalModel
 from analytic.terms import Terms
 from crosscheck.paper.fluctuation import third_fluctuation
-from crosscheck.studies.study import Numbers
+from crosscheck.paper.phase.fluctuations import Fluctuation, one_start
+from crosscheck.paper.stage import paper_stage
+from crosscheck.studies.study import Numbers, Variant
+from crosscheck.studies.variant import simulate
 from models.arm import Arm
 from models.drive import DriveData
 from models.scenario import Scenario, per_joint
-from models.switches import Switches
 
 
-def with_rounding(run: xr.Dataset) -> Numbers:
-    """The third fluctuation of the analytic model in the experiment of ``run``, so rounded.
+@dataclass(frozen=True)
+class Rounded:
+    """The third fluctuation of the analytic model in a variant's experiment, so rounded.
 
     After every step each mesh displacement moves by a random part of ``tooth_rounding``.
     """
-    arm = Arm.model_validate(json.loads(run.attrs["arm"]))
-    scenario = Scenario.model_validate(json.loads(run.attrs["scenario"]))
-    switches = Switches.model_validate(json.loads(run.attrs["switches"]))
-    model = PhysicalModel(arm, scenario, switches)
-    floor = tooth_rounding(arm, float(np.abs(run["theta"]).max()))
-    q, v = model.start()
-    noise = floor * _generator(scenario, arm).uniform(-1, 1, (scenario.steps, q.size))
-    noise[:, np.unique(model.gears.theta)] = 0.0
-    law = (model.terms, model.gears, model.drive)
-    qs, vs = _integrate(*law, q, v, scenario.step_s, scenario.stride, noise)
-    time = scenario.step_s * scenario.stride * np.arange(len(qs))
-    return {**third_fluctuation(model.record(time, qs, vs)), "rounding_m": floor}
+
+    variant: Variant
+
+    @property
+    def inputs(self) -> str:
+        return "\n".join(record.model_dump_json() for record in self.variant.case())
+
+    @property
+    def cost(self) -> float:
+        return 1.0
+
+    def answer(self) -> Fluctuation:
+        return one_start(self.variant, self._numbers)
+
+    def _numbers(self, others: tuple[xr.Dataset, ...]) -> Numbers:
+        """Rounded as at the largest angle of the run without rounding."""
+        largest = float(np.abs(simulate(self.variant)["theta"]).max())
+        floor = tooth_rounding(self.variant.case().arm, largest)
+        return {**third_fluctuation(self._run(floor), others), "rounding_m": floor}
+
+    def _run(self, floor: float) -> xr.Dataset:
+        arm, scenario, switches = self.variant.case()
+        model = PhysicalModel(arm, scenario, switches)
+        q, v = model.start()
+        noise = floor * _generator(scenario, arm).uniform(-1, 1, (scenario.steps, q.size))
+        noise[:, model.layout.theta] = 0.0
+        law = (model.terms, model.gears, model.drive)
+        qs, vs = _integrate(*law, q, v, scenario.step_s, scenario.stride, noise)
+        return model.record(scenario.step_s * scenario.stride * np.arange(len(qs)), qs, vs)
 
 
 def tooth_rounding(arm: Arm, theta: float) -> float:
     """Last place [m] of x_sp made of a sun's and a planet's angle, the carrier at theta [rad]."""
-    geometry = stage_geometry(arm.joints[0])
+    geometry = paper_stage(arm).geometry
     sun = geometry.r_s * np.spacing(theta * geometry.n)
     planet = geometry.r_p * np.spacing(theta * (geometry.r_cp / geometry.r_p + 1))
     return float(sun + planet)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,8 +15,10 @@ from crosscheck.paper.fluctuation import THIRD_S
 from crosscheck.paper.phase.experiments import (
     FILTER_EDGE_S,
     HIGH_PASS_HZ,
+    SETTINGS,
     Experiment,
     Response,
+    Setting,
     responses,
     vibration,
 )
@@ -29,13 +33,13 @@ from crosscheck.paper.phase.linear import (
     unstable_intervals,
 )
 from crosscheck.paper.phase.verdict import ONSET_RAD_PER_S2, Evidence, onset_is_predicted
+from crosscheck.paper.record import JsonObject, Record
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, all_of, extreme, known, shown, word
 from crosscheck.report.figures import draw, legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study, Variant
 
-SETTINGS = ((0.005, "eq13"), (0.02, "corrected"))  # zeta, ring rate: the third fluctuation's two
 LAWS = ("omega_t", "angle")
 DURATION_S = 1.2
 BEGIN_S = 0.45  # after the teeth have changed sides; from here on contact is assumed
@@ -52,8 +56,7 @@ class Case(NamedTuple):
     and predicted on the base motion's from BEGIN_S on; floor (modes,): below which none falls.
     """
 
-    zeta: float
-    ring: str
+    setting: Setting
     law: str
     base: Base
     modes: Modes
@@ -64,17 +67,51 @@ class Case(NamedTuple):
     error: float
 
 
+@dataclass(frozen=True)
+class LargestGrowth:
+    """The least stable moment of 0.5 to 1.2 s, and the e-folds of its longest growth.
+
+    None in a run that diverged or ends before.
+    """
+
+    largest_growth_per_s: float | None = None
+    at_s: float | None = None
+    frequency_Hz: float | None = None
+    largest_folds: float | None = None
+
+
+@dataclass(frozen=True)
+class Onset(Record):
+    """When a vibration begins, as predicted and simulated; None: never."""
+
+    phase: str
+    ring_rate: str
+    zeta: float
+    growth: LargestGrowth
+    noise_floor_rad_per_s2: tuple[float, ...]
+    predicted_onset_s: float | None
+    simulated_onset_s: float | None
+    as_predicted: bool | None
+    jacobian_error: float
+
+    @property
+    def id(self) -> str:
+        return f"stability/{self.phase}/{self.ring_rate}/{self.zeta:g}"
+
+    def to_dict(self) -> JsonObject:
+        record = super().to_dict()
+        del record["growth"]
+        return {**record, **asdict(self.growth)}
+
+
 def stability(study: Study, scale: Scale) -> Evidence:
-    """Growth rates against time under both laws; predicted and simulated onset."""
+    """LargestGrowth rates against time under both laws; predicted and simulated onset."""
     every = 20 if scale.quick else 5
-    variants = {
-        (zeta, ring, law): scale.cut(
-            Variant(phase=law, ring_rate=ring, zeta=zeta, duration_s=DURATION_S)
-        )
-        for zeta, ring in SETTINGS
+    experiments = {
+        (setting, law): Experiment(scale.cut(_variant(setting, law)))
+        for setting in SETTINGS
         for law in LAWS
     }
-    experiments = {name: Experiment(variant) for name, variant in variants.items()}
     runs = responses(study, list(experiments.values()), "phase: runs to linearise")
     cases = [
         _case(*name, runs[experiment], experiment, every)
@@ -93,13 +130,16 @@ def stability(study: Study, scale: Scale) -> Evidence:
         figure(_figure(cases), _caption()),
         paragraph(_statement(records)),
     ]
-    supports = all_of([*(record["as_predicted"] for record in records), _only_omega_t(records)])
+    supports = all_of([*(record.as_predicted for record in records), _only_omega_t(records)])
     return Evidence("\n".join(text), records, supports)
 
 
-def _case(
-    zeta: float, ring: str, law: str, run: Response, experiment: Experiment, every: int
-) -> Case:
+def _variant(setting: Setting, law: str) -> Variant:
+    zeta, ring = setting
+    return Variant(phase=law, ring_rate=ring, zeta=zeta, duration_s=DURATION_S)
+
+
+def _case(setting: Setting, law: str, run: Response, experiment: Experiment, every: int) -> Case:
     plant = experiment.plant()
     base = base_motion(experiment.variant.case(), plant, every)
     modes = mesh_modes(plant, base)
@@ -108,7 +148,7 @@ def _case(
     predicted = predicted_amplitude(base.time[part], modes.growth[part], first, floor)
     envelope = vibration_envelope(run.time, run.theta_ddot[:, 0])
     error = jacobian_error(plant, base, SAMPLES)
-    return Case(zeta, ring, law, base, modes, run, envelope, predicted, floor, error)
+    return Case(setting, law, base, modes, run, envelope, predicted, floor, error)
 
 
 def _first_and_floor(run: Response, modes: Modes) -> tuple[np.ndarray, np.ndarray]:
@@ -144,39 +184,35 @@ def _after(time: np.ndarray, values: np.ndarray) -> float | None:
     return signals.first_above(time[part], values[part], ONSET_RAD_PER_S2)
 
 
-def _record(case: Case) -> dict[str, Any]:
+def _record(case: Case) -> Onset:
     third = signals.window(case.base.time, *THIRD_S)
     reached = third.stop > third.start and known(case.run.theta_ddot)
     part = signals.window(case.base.time, BEGIN_S, DURATION_S)
     predicted = _after(case.base.time[part], case.predicted)
     simulated = _after(case.run.time, case.envelope)
-    return {
-        "id": f"stability/{case.law}/{case.ring}/{case.zeta:g}",
-        "phase": case.law,
-        "ring_rate": case.ring,
-        "zeta": case.zeta,
-        **(_largest_growth(case, third) if reached else _NO_GROWTH),
-        "noise_floor_rad_per_s2": [float(f) for f in np.unique(case.floor) if known(f)],
-        "predicted_onset_s": predicted,
-        "simulated_onset_s": simulated,
-        "as_predicted": onset_is_predicted(predicted, simulated) if reached else None,
-        "jacobian_error": case.error,
-    }
+    return Onset(
+        phase=case.law,
+        ring_rate=case.setting.ring_rate,
+        zeta=case.setting.zeta,
+        growth=_largest_growth(case, third) if reached else LargestGrowth(),
+        noise_floor_rad_per_s2=tuple(float(f) for f in np.unique(case.floor) if known(f)),
+        predicted_onset_s=predicted,
+        simulated_onset_s=simulated,
+        as_predicted=onset_is_predicted(predicted, simulated) if reached else None,
+        jacobian_error=case.error,
+    )
 
 
-def _largest_growth(case: Case, part: slice) -> dict[str, float]:
+def _largest_growth(case: Case, part: slice) -> LargestGrowth:
     growth = case.modes.largest[part]
     peak = int(np.argmax(growth))
     mode = int(np.argmax(case.modes.growth[part][peak]))
-    return {
-        "largest_growth_per_s": float(growth[peak]),
-        "at_s": float(case.base.time[part][peak]),
-        "frequency_Hz": float(case.modes.frequency[part][peak, mode]),
-        "largest_folds": max((interval.folds for interval in _intervals(case)), default=0.0),
-    }
-
-
-_NO_GROWTH = dict.fromkeys(("largest_growth_per_s", "at_s", "frequency_Hz", "largest_folds"))
+    return LargestGrowth(
+        largest_growth_per_s=float(growth[peak]),
+        at_s=float(case.base.time[part][peak]),
+        frequency_Hz=float(case.modes.frequency[part][peak, mode]),
+        largest_folds=max((interval.folds for interval in _intervals(case)), default=0.0),
+    )
 
 
 def _intervals(case: Case) -> list[Interval]:
@@ -184,13 +220,12 @@ def _intervals(case: Case) -> list[Interval]:
     return [interval for interval in found if interval.end > THIRD_S[0]]
 
 
-def _only_omega_t(records: list[dict[str, Any]]) -> bool | None:
+def _only_omega_t(records: Sequence[Onset]) -> bool | None:
     """Whether a vibration begins in every case of `omega_t` and in none of `angle`."""
-    if any(record["as_predicted"] is None for record in records):
+    if any(record.as_predicted is None for record in records):
         return None
     begun = {
-        law: [r["predicted_onset_s"] is not None for r in records if r["phase"] == law]
-        for law in LAWS
+        law: [r.predicted_onset_s is not None for r in records if r.phase == law] for law in LAWS
     }
     return all(begun["omega_t"]) and not any(begun["angle"])
 
@@ -219,19 +254,20 @@ _INTERVAL_HEAD = (
 )
 
 
-def _row(record: dict[str, Any]) -> tuple[str, ...]:
-    never = UNDEFINED if record["as_predicted"] is None else "never"
+def _row(record: Onset) -> tuple[str, ...]:
+    never = UNDEFINED if record.as_predicted is None else "never"
+    growth = record.growth
     return (
-        record["phase"],
-        record["ring_rate"],
-        f"{record['zeta']:g}",
-        shown(record["largest_growth_per_s"], ".1f"),
-        shown(record["at_s"], ".3f"),
-        shown(record["frequency_Hz"], ".0f"),
-        ", ".join(f"{floor:.1e}" for floor in record["noise_floor_rad_per_s2"]),
-        shown(record["predicted_onset_s"], ".3f", never),
-        shown(record["simulated_onset_s"], ".3f", never),
-        word(record["as_predicted"]),
+        record.phase,
+        record.ring_rate,
+        f"{record.zeta:g}",
+        shown(growth.largest_growth_per_s, ".1f"),
+        shown(growth.at_s, ".3f"),
+        shown(growth.frequency_Hz, ".0f"),
+        ", ".join(f"{floor:.1e}" for floor in record.noise_floor_rad_per_s2),
+        shown(record.predicted_onset_s, ".3f", never),
+        shown(record.simulated_onset_s, ".3f", never),
+        word(record.as_predicted),
     )
 
 
@@ -239,8 +275,8 @@ def _interval_rows(case: Case) -> list[tuple[str, ...]]:
     return [
         (
             case.law,
-            case.ring,
-            f"{case.zeta:g}",
+            case.setting.ring_rate,
+            f"{case.setting.zeta:g}",
             f"{i.begin:.3f}",
             f"{i.end:.3f}",
             f"{i.frequency:.0f}",
@@ -271,9 +307,9 @@ def _method(cases: list[Case]) -> str:
     )
 
 
-def _statement(records: list[dict[str, Any]]) -> str:
+def _statement(records: Sequence[Onset]) -> str:
     largest = {
-        law: extreme((r["largest_growth_per_s"] for r in records if r["phase"] == law), max)
+        law: extreme((r.growth.largest_growth_per_s for r in records if r.phase == law), max)
         for law in LAWS
     }
     return (
@@ -284,7 +320,7 @@ def _statement(records: list[dict[str, Any]]) -> str:
         " The onset is that of the first burst; the largest vibration may follow in a later"
         " interval, and its size, set by the loss of contact, is beyond linear theory."
         " Verdict: the vibration is foretold under omega_t and ruled out under angle in every"
-        f" case: {word(all_of(r['as_predicted'] for r in records))}."
+        f" case: {word(all_of(r.as_predicted for r in records))}."
     )
 
 
@@ -292,8 +328,9 @@ def _figure(cases: list[Case]) -> str:
     drawing, grid = new_figure(4, len(SETTINGS), 2.2)
     for column, setting in enumerate(SETTINGS):
         axes = grid[:, column]
-        axes[0].set_title(f"zeta = {setting[0]:g}, ring rate {setting[1]}")
-        for case, colour in zip(_of(cases, setting), COLOURS, strict=False):
+        axes[0].set_title(f"zeta = {setting.zeta:g}, ring rate {setting.ring_rate}")
+        chosen = [case for case in cases if case.setting == setting]
+        for case, colour in zip(chosen, COLOURS, strict=False):
             axes[0].plot(case.base.time, case.modes.largest, color=colour, label=case.law)
             unstable = np.where(case.modes.growth > 0, case.modes.frequency, np.nan)
             axes[1].plot(case.base.time, case.modes.frequency, color=colour, lw=0.5, alpha=0.6)
@@ -315,10 +352,6 @@ def _figure(cases: list[Case]) -> str:
         axes.set_ylabel(label)
     legend(drawing, grid[0, 0])
     return to_svg(drawing)
-
-
-def _of(cases: list[Case], setting: tuple[float, str]) -> list[Case]:
-    return [case for case in cases if (case.zeta, case.ring) == setting]
 
 
 def _draw_envelope(axes: Axes, case: Case, colour: str) -> None:

@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
 
+from crosscheck.paper.record import Record
 from crosscheck.paper.undefined import UNDEFINED, all_of, known, quotient, where_known
 
 PRESENT_RAD_PER_S2 = 30.0  # a tenth of the 300 rad/s^2 that the paper reports
@@ -20,10 +22,20 @@ NEAR = 3.0  # times or a part of it: another start may decide otherwise
 ONSET_RAD_PER_S2 = 3.0  # a hundredth of them: where a growing vibration counts as begun
 CLOCK_N = 1e-9  # rounding of mesh forces of some 1e3 N, with room
 DEAD = 0.1  # of the vibration handed over
-SAME = {"onset_s": 0.05, "frequency_Hz": 0.03, "amplitude_rad_per_s2": 0.10}
 FAR = 5.0  # times the fastest speed
 OUT_OF_STEP_M = 5e-7  # a tenth of the tooth error of 5 um
 ONSET_PREDICTED = 0.05  # relative error of the predicted onset
+
+
+class Vibration(NamedTuple):
+    """What two vibrations are compared by, or a share of each; None where undefined."""
+
+    onset_s: float | None
+    frequency_Hz: float | None
+    amplitude_rad_per_s2: float | None
+
+
+SAME = Vibration(0.05, 0.03, 0.10)  # relative limits
 
 
 @dataclass(frozen=True)
@@ -31,7 +43,7 @@ class Evidence:
     """One kind of evidence: its text, its numbers, and whether it speaks for H1."""
 
     html: str
-    records: list[dict[str, Any]] = field(default_factory=list)
+    records: Sequence[Record] = ()
     supports: bool | None = None
 
 
@@ -56,20 +68,27 @@ def is_near(part: float) -> bool:
     return PRESENT_RAD_PER_S2 / NEAR <= part <= PRESENT_RAD_PER_S2 * NEAR
 
 
-def where_present(parts: Mapping[str, Sequence[float]]) -> str:
+class Presence(StrEnum):
+    """Under which phase law the tooth error excites the third fluctuation, in words."""
+
+    PRINTED = "only with omega_t"
+    INTEGRATED = "only with angle"
+    BOTH = "with both"
+    NEITHER = "with neither"
+    UNKNOWN = UNDEFINED
+
+
+def where_present(parts: Mapping[str, Sequence[float]]) -> Presence:
     """Under which phase law the tooth error's part [rad/s^2] is present in any cell.
 
-    parts: of every cell, by phase law. Returns `only with omega_t`, `only with angle`, `with both`
-    or `with neither`, from the defined cells; `undefined` if a law has none.
+    parts: of every cell, by phase law; the defined ones count. Unknown if a law has none.
     """
     if any(all(map(math.isnan, cells)) for cells in parts.values()):
-        return UNDEFINED
+        return Presence.UNKNOWN
     present = {law: any(p >= PRESENT_RAD_PER_S2 for p in cells) for law, cells in parts.items()}
-    if present["omega_t"] and present["angle"]:
-        return "with both"
-    if not any(present.values()):
-        return "with neither"
-    return "only with omega_t" if present["omega_t"] else "only with angle"
+    if present["omega_t"]:
+        return Presence.BOTH if present["angle"] else Presence.PRINTED
+    return Presence.INTEGRATED if present["angle"] else Presence.NEITHER
 
 
 def knows_the_clock(largest_change_N: float) -> bool:
@@ -88,20 +107,23 @@ def is_far(resonance: float, fastest: float) -> bool:
     return bool(resonance > FAR * fastest)
 
 
-def relative_gaps(
-    one: Mapping[str, float | None], other: Mapping[str, float | None]
-) -> dict[str, float | None]:
-    """|other / one - 1| of the three medians that describe a vibration; None where one lacks."""
-    gaps: dict[str, float | None] = {}
-    for name in SAME:
-        left, right = one[name], other[name]
-        gaps[name] = None if not left or right is None else abs(right / left - 1)
-    return gaps
+def relative_gaps(one: Vibration, other: Vibration) -> Vibration:
+    """|other / one - 1| of all three; None where one lacks."""
+    return Vibration(*map(_gap, one, other))
 
 
-def same_vibration(gaps: Mapping[str, float | None]) -> bool | None:
+def _gap(one: float | None, other: float | None) -> float | None:
+    return None if not one or other is None else abs(other / one - 1)
+
+
+def same_vibration(gaps: Vibration) -> bool | None:
     """Whether every gap is inside its limit."""
-    return all_of(None if gap is None else gap <= SAME[name] for name, gap in gaps.items())
+    return all_of(map(is_inside, gaps, SAME))
+
+
+def is_inside(gap: float | None, limit: float | None) -> bool | None:
+    """Whether a relative gap is."""
+    return None if gap is None or limit is None else gap <= limit
 
 
 def planets_explain(
@@ -144,14 +166,14 @@ def onset_is_predicted(predicted_s: float | None, simulated_s: float | None) -> 
     return abs(quotient(predicted_s, simulated_s) - 1) <= ONSET_PREDICTED
 
 
-def h1_verdict(maps: str, supports: Mapping[str, bool | None]) -> str:
+def h1_verdict(maps: Presence, supports: Mapping[str, bool | None]) -> str:
     """`holds` if the simulations say so and no kind of evidence that was run speaks against it.
 
     maps: of ``where_present``; supports: the other kinds of evidence.
     """
-    if maps == UNDEFINED:
+    if maps == Presence.UNKNOWN:
         return UNDEFINED
-    if maps != "only with omega_t":
+    if maps != Presence.PRINTED:
         return "does not hold"
     for answer, but in ((False, "not"), (None, UNDEFINED)):
         names = [name for name, supported in supports.items() if supported is answer]

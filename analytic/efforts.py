@@ -1,0 +1,36 @@
+"""Virtual work: how mesh forces and torques act on the coordinates (Section 2.4)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from analytic.chain import Chain
+from analytic.stage import DirectStage
+from models.layout import MESHES
+
+
+def mesh_rows(chain: Chain) -> list[np.ndarray]:
+    """Generalized force per force of one planet, sun-planet 1, planet-ring 1, sun-planet 2, ...
+
+    Only of joints whose mesh displacements are coordinates.
+    """
+    return [
+        -stage.N * chain.row(mesh, joint)
+        for joint, stage in chain.geared
+        for mesh in MESHES
+        if joint - 1 in chain.layout.meshing
+    ]
+
+
+def drive_rows(chain: Chain) -> list[np.ndarray]:
+    """Generalized force per output torque: T / n on the sun, reacting on the previous link.
+
+    Without mesh displacements, and without gears, that is the torque on the joint itself.
+    """
+    rows = []
+    for joint, stage in zip(chain.numbers, chain.stages, strict=True):
+        if isinstance(stage, DirectStage) or joint - 1 not in chain.layout.meshing:
+            rows.append(chain.row("theta", joint))
+        else:
+            rows.append(chain.gear_rows(joint)[0] / stage.n)
+    return rows

@@ -1,0 +1,109 @@
+"""What a user waits for: whole processes, from start to end, against the times asked of them.
+
+Run as ``python benchmarks/bench_arms.py`` from the project's folder. What is asked is of wall clock
+on a machine that does nothing else; processor time tells how busy it was.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+ROOT = Path(__file__).parent.parent
+# Equations of motion of six geared joints, evaluated and integrated once.
+SIX_JOINTS = """
+from crosscheck.registry import build
+from crosscheck.template import example_arm
+from models.loading import load_scenario
+
+scenario = load_scenario("constant-torque").model_copy(update={"duration_s": 1e-3})
+build("analytic:physical", example_arm("six", 6), scenario).simulate()
+"""
+CROSSCHECK = (sys.executable, "-m", "crosscheck")
+SIMULATE = (
+    *(*CROSSCHECK, "simulate", "paper-labelled", "--model", "analytic:physical"),
+    *("--scenario", "pd", "--t-end", "0.01", "--out"),
+)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a process [s]: by the clock, and of processors, its children's included."""
+
+    clock_s: float
+    processor_s: float
+
+
+@dataclass(frozen=True)
+class Wait:
+    """A command that a user waits for: seconds asked, and its runs."""
+
+    what: str
+    asked_s: float
+    runs: tuple[Run, ...]
+
+    def __str__(self) -> str:
+        clock, processor = [r.clock_s for r in self.runs], [r.processor_s for r in self.runs]
+        verdict = "" if median(clock) < self.asked_s else "  too long"
+        return (
+            f"{self.what:<46}{self.asked_s:>7.1f} s{median(clock):>9.2f} s"
+            f"{median(processor):>11.2f} s   {min(clock):.2f} to {max(clock):.2f} s,"
+            f" {len(clock)} runs{verdict}"
+        )
+
+
+def timed(command: Sequence[str], repeats: int, folder: Path | None = None) -> tuple[Run, ...]:
+    """Every run of a command; folder: where numba keeps what it compiles, if not as usual."""
+    environment = dict(os.environ, PYTHONPATH=str(ROOT))
+    if folder is not None:
+        environment["NUMBA_CACHE_DIR"] = str(folder)
+    found = []
+    for _ in range(repeats):
+        began, used = time.perf_counter(), processor_s()
+        subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL)
+        found.append(Run(time.perf_counter() - began, processor_s() - used))
+    return tuple(found)
+
+
+def processor_s() -> float:
+    """What all processes that have ended took of processors [s]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def fresh(command: Sequence[str], repeats: int) -> tuple[Run, ...]:
+    """The same, each run with nothing compiled before it."""
+    found: tuple[Run, ...] = ()
+    for _ in range(repeats):
+        with tempfile.TemporaryDirectory() as folder:
+            found += timed(command, 1, Path(folder))
+    return found
+
+
+def waits(folder: Path) -> list[Wait]:
+    """All that is asked; what a run writes goes into the folder."""
+    six, simulate = (sys.executable, "-c", SIX_JOINTS), (*SIMULATE, str(folder / "run.nc"))
+    compiled = folder / "compiled"
+    for command in (six, simulate):
+        timed(command, 1, compiled)
+    return [
+        Wait("six geared joints, the first time", 60.0, fresh(six, 3)),
+        Wait("six geared joints, compiled before", 2.0, timed(six, 7, compiled)),
+        Wait("crosscheck list", 0.5, timed((*CROSSCHECK, "list"), 7)),
+        Wait("crosscheck simulate, 0.01 s, compiled before", 1.5, timed(simulate, 7, compiled)),
+    ]
+
+
+if __name__ == "__main__":
+    print(f"{'':<46}{'asked':>9}{'median':>11}{'processor':>13}   spread")
+    with tempfile.TemporaryDirectory() as place:
+        for wait in waits(Path(place)):
+            print(wait)

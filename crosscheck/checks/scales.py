@@ -1,0 +1,125 @@
+"""Sizes that an arm and its drive give to what is compared: no limit stands for itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.checks.weights import weight_moments
+from models.arm import Arm, Mesh, Planetary
+from models.scenario import ConstantDrive, PdDrive, Scenario, SinusoidDrive, per_joint
+from models.stiffness import FourierStiffness, SineStiffness, SquareStiffness
+
+EPS = float(np.finfo(float).eps)
+# What an uncertainty must stay below to mean something, and where there is no play to compare with.
+OF_TRAVEL, OF_LOST_MOTION, OF_SIZE = 0.01, 0.001, 0.01
+WITHOUT_GEARS_RAD = 1e-6
+
+
+class Limit(NamedTuple):
+    """A limit with the reason for it."""
+
+    value: float
+    basis: str
+
+
+def geared(arm: Arm) -> list[tuple[int, Planetary]]:
+    """The joints with gears, by number from 0."""
+    return [(n, joint) for n, joint in enumerate(arm.joints) if isinstance(joint, Planetary)]
+
+
+def gear_arc(arm: Arm) -> float:
+    """Of the largest ring, per radian [m]: displacements are differences of such arcs."""
+    return max((j.module_m * j.ring_teeth / 2 for _, j in geared(arm)), default=0.0)
+
+
+def largest_stiffness(arm: Arm) -> float:
+    """Of any mesh at any phase, at most [N/m]."""
+    return max((largest(mesh) for _, joint in geared(arm) for mesh in meshes(joint)), default=0.0)
+
+
+def meshes(joint: Planetary) -> tuple[Mesh, Mesh]:
+    """With the sun, and with the ring."""
+    return joint.sun_mesh, joint.ring_mesh
+
+
+def largest(mesh: Mesh) -> float:
+    """A bound of its stiffness [N/m]."""
+    law = mesh.stiffness
+    if isinstance(law, SineStiffness):
+        return law.mean_N_per_m + law.amplitude_N_per_m
+    if isinstance(law, FourierStiffness):
+        waves = (*law.cosine_N_per_m, *law.sine_N_per_m)
+        return law.mean_N_per_m + sum(map(abs, waves))
+    if isinstance(law, SquareStiffness):  # the series overshoots by a fifth of the swing at most
+        return law.largest_N_per_m + 0.2 * (law.largest_N_per_m - law.least_N_per_m)
+    return max(law.stiffness_N_per_m)
+
+
+def largest_torques(arm: Arm, scenario: Scenario) -> np.ndarray:
+    """What the drive asks of every joint and what weight does to it, at most [N m], (joints,)."""
+    drive, joints = scenario.drive, len(arm.joints)
+    if isinstance(drive, ConstantDrive):
+        torques = np.abs(per_joint(drive.torque_N_m, joints))
+    elif isinstance(drive, PdDrive):
+        away = np.subtract(
+            per_joint(drive.target_rad, joints), per_joint(scenario.start.theta_rad, joints)
+        )
+        torques = np.abs(np.multiply(per_joint(drive.proportional_N_m_per_rad, joints), away))
+    elif isinstance(drive, SinusoidDrive):
+        torques = np.abs(per_joint(drive.amplitude_N_m, joints))
+    else:
+        torques = np.abs(drive.torque_N_m).max(axis=1)
+    return torques + largest_weights(arm)
+
+
+def largest_weights(arm: Arm) -> np.ndarray:
+    """Bound of the moments of weight about the joints [N m], (joints,): stretched across it."""
+    pull = math.hypot(*arm.gravity_m_per_s2)
+    across = arm.model_copy(update={"gravity_m_per_s2": (0.0, pull)})
+    return weight_moments(across, np.zeros(len(arm.joints)))
+
+
+def travels(arm: Arm, scenario: Scenario) -> Iterator[tuple[Planetary, float]]:
+    """Of every geared joint, how far a mesh of it moves [m]: half the play, or what bends it."""
+    torques = largest_torques(arm, scenario)
+    for number, joint in geared(arm):
+        ratio = joint.ring_teeth / joint.sun_teeth + 1
+        force = torques[number] / (ratio * base_radius(joint, joint.sun_teeth))
+        stiffness = joint.planet_count * max(largest(mesh) for mesh in meshes(joint))
+        play = max(mesh.backlash_m for mesh in meshes(joint))
+        yield joint, max(play, force / stiffness)
+
+
+def base_radius(joint: Planetary, teeth: int) -> float:
+    """Of a wheel of the joint [m]."""
+    return joint.module_m * teeth / 2 * math.cos(math.radians(joint.pressure_angle_deg))
+
+
+def meaningful(quantity: str, arm: Arm, scenario: Scenario, size: float) -> Limit:
+    """What an uncertainty must stay below to mean something; size: the quantity's in its run."""
+    if quantity in ("x_sp", "x_pr"):
+        travel = min(travel for _, travel in travels(arm, scenario))
+        return Limit(OF_TRAVEL * travel, f"a hundredth of a mesh's travel, {travel:.2g} m")
+    if quantity == "theta":
+        return _meaningful_angle(arm, scenario)
+    return Limit(OF_SIZE * size, f"a hundredth of its largest value, {size:.3g}")
+
+
+def _meaningful_angle(arm: Arm, scenario: Scenario) -> Limit:
+    lost = [
+        2 * travel / base_radius(joint, joint.sun_teeth + joint.planet_teeth)
+        for joint, travel in travels(arm, scenario)
+    ]
+    if not lost:
+        return Limit(WITHOUT_GEARS_RAD, "a millionth of a radian")
+    least = min(lost)
+    return Limit(OF_LOST_MOTION * least, f"a thousandth of a joint's lost motion, {least:.2g} rad")
+
+
+def rounding(arm: Arm) -> float:
+    """Of a mesh displacement [m], which engines read from their gears' arcs of a radian."""
+    return EPS * gear_arc(arm)

@@ -1,0 +1,47 @@
+"""What gravity does to an arm, from the places of its masses alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.arm import Arm, Direct, Link, Planetary
+
+
+def weight_moments(arm: Arm, theta: np.ndarray) -> np.ndarray:
+    """Moment [N m] about every joint's axis of the weight of all that it carries, (joints,).
+
+    theta (joints,): relative angles. Sun, planets and ring of a joint balance on its axis.
+    """
+    directions = np.exp(1j * np.cumsum(theta))
+    lengths = np.array([link.length_m for link in arm.links])
+    ends = np.cumsum(lengths * directions)
+    axes = np.array([0.0, *ends[:-1]])
+    coms = axes + np.array([link.com_m for link in arm.links]) * directions
+    masses = np.array(
+        [*map(link_mass, arm.links), *map(joint_mass, arm.joints), arm.payload_mass_kg]
+    )
+    places = np.array([*coms, *axes, ends[-1]])
+    owners = np.array([*range(len(axes)), *range(len(axes)), len(axes)])
+    pull = complex(*arm.gravity_m_per_s2)
+    return np.array(
+        [
+            float((masses * (np.conj(places - axis) * pull).imag)[owners >= joint].sum())
+            for joint, axis in enumerate(axes)
+        ]
+    )
+
+
+def joint_mass(joint: Planetary | Direct) -> float:
+    """All that is centred on a joint's axis [kg]."""
+    if isinstance(joint, Direct):
+        return joint.motor_mass_kg
+    planets = joint.planet_count * joint.planet_mass_kg
+    return joint.sun_mass_kg + planets + joint.carrier_mass_kg + joint.ring_mass_kg
+
+
+def link_mass(link: Link) -> float:
+    """Of a rod by its section and density, or as given [kg]."""
+    if link.mass_kg is not None:
+        return link.mass_kg
+    section, density = link.cross_section_m2 or 0.0, link.density_kg_per_m3 or 0.0
+    return section * density * link.length_m

@@ -1,0 +1,172 @@
+"""What follows from an arm's values, quantity by quantity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from analytic.gears import damping
+from analytic.kinematics import stage_geometry
+from analytic.mesh_frequency import ring_mesh_rate, sun_mesh_rate
+from analytic.model import PhysicalModel
+from analytic.stage import equivalent_masses, stage_values
+from analytic.stiffness import mean_stiffness, peak_stiffness, stiffness_data
+from crosscheck.checks.scales import largest_weights
+from crosscheck.checks.weights import joint_mass, link_mass
+from crosscheck.sizing import Sizes, pd_scenario, step_scenario
+from models.arm import Arm, Direct, Mesh, Planetary
+from models.loading import load_scenario
+from models.stiffness import SineStiffness, StiffnessLaw
+
+RIGID = 1e-3  # of the fastest eigenvalue: slower ones are the arm's own, or their rounding
+
+
+class Quantity(NamedTuple):
+    """A number, or numbers or a word, with what it is and its unit."""
+
+    name: str
+    value: float | str | tuple[float, ...]
+    unit: str = ""
+
+
+class NamedMesh(NamedTuple):
+    """A mesh of a joint: what it is called, in words and as an index, and what moves in it.
+
+    mass: M_s of the sun, or that of all planets, N M_p [kg]; damping: of all planets [N s/m].
+    """
+
+    title: str
+    pair: str
+    mesh: Mesh
+    mass: float
+    damping: float
+
+
+def named_meshes(joint: Planetary) -> tuple[NamedMesh, NamedMesh]:
+    """With the sun, and with the ring."""
+    sun, planet, _ = equivalent_masses(joint)
+    d_sp, d_pr = damping(joint)
+    return (
+        NamedMesh("sun mesh", "sp", joint.sun_mesh, sun, d_sp),
+        NamedMesh("ring mesh", "pr", joint.ring_mesh, joint.planet_count * planet, d_pr),
+    )
+
+
+def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[Quantity]:
+    """Stiffness of one planet's contact, and damping in both forms."""
+    law, pair = named.mesh.stiffness, named.pair
+    mean = mean_stiffness(law)
+    ratio = named.damping / (2 * math.sqrt(joint.planet_count * mean * named.mass))
+    yield Quantity("mean stiffness, per planet", mean, "N/m")
+    yield Quantity("largest stiffness, per planet", _largest_stiffness(law), "N/m")
+    yield Quantity(f"d_{pair}, damping of x_{pair}, all planets", named.damping, "N s/m")
+    yield Quantity(f"zeta_{pair}, damping ratio of x_{pair}", ratio)
+
+
+def _largest_stiffness(law: StiffnessLaw) -> float:
+    amplitude = law.amplitude_N_per_m if isinstance(law, SineStiffness) else 0.0
+    mean = np.array([mean_stiffness(law)])
+    return float(peak_stiffness(stiffness_data([law]), mean, np.array([amplitude]))[0])
+
+
+def derived_joint(joint: Planetary | Direct) -> Iterator[Quantity]:
+    """Of its gears, if it has any, and what a rigid arm has of it."""
+    if isinstance(joint, Planetary):
+        yield from _gearing(joint)
+        yield from _inertias(joint)
+    source = "sun and planets" if isinstance(joint, Planetary) else "the rotor"
+    yield Quantity(f"reflected inertia of {source}", _reflected(joint), "kg m^2")
+    yield Quantity("mass at the joint's axis", joint_mass(joint), "kg")
+
+
+def _gearing(joint: Planetary) -> Iterator[Quantity]:
+    geometry = stage_geometry(joint)
+    yield Quantity("r_s, base radius of the sun", geometry.r_s, "m")
+    yield Quantity("r_p, base radius of a planet", geometry.r_p, "m")
+    yield Quantity("r_c, carrier radius", geometry.r_c, "m")
+    yield Quantity("r_cp = r_c cos(alpha)", geometry.r_cp, "m")
+    yield Quantity("n, reduction ratio", geometry.n)
+    yield Quantity("sun mesh: cycles per turn of the carrier", sun_mesh_rate(joint, geometry))
+    for rate in ("eq13", "corrected"):
+        cycles = ring_mesh_rate(joint, geometry, rate)
+        yield Quantity(f"ring mesh: the same, {rate}", cycles)
+
+
+def _inertias(joint: Planetary) -> Iterator[Quantity]:
+    """As equivalent masses M and as inertias I = M r^2."""
+    geometry = stage_geometry(joint)
+    parts = (("s", "the sun"), ("p", "a planet"), ("c", "the carrier"))
+    radii = geometry.r_s, geometry.r_p, geometry.r_cp
+    masses = equivalent_masses(joint)
+    for (index, part), mass, radius in zip(parts, masses, radii, strict=True):
+        yield Quantity(f"M_{index}, equivalent mass of {part}", mass, "kg")
+        yield Quantity(f"I_{index}, inertia of {part}", mass * radius**2, "kg m^2")
+    for part, own, mass in (
+        ("sun", masses[0], joint.sun_mass_kg),
+        ("planet", masses[1], joint.planet_mass_kg),
+    ):
+        if mass:
+            yield Quantity(f"{part}: radius of gyration over base radius", math.sqrt(own / mass))
+
+
+def _reflected(joint: Planetary | Direct) -> float:
+    """What the link feels of sun and planets, or of a motor without gears [kg m^2]."""
+    if isinstance(joint, Direct):
+        return joint.rotor_inertia_kg_m2
+    sun, planet, _ = equivalent_masses(joint)
+    return (4 * sun + joint.planet_count * planet) * stage_geometry(joint).r_cp ** 2
+
+
+def derived_link(arm: Arm, place: int) -> Iterator[Quantity]:
+    """Of the link behind a joint, counted from 0."""
+    values = stage_values(arm.joints[place], arm.links[place])
+    yield Quantity("mass", float(values.m), "kg")
+    yield Quantity("inertia about its centre of mass", float(values.I_l), "kg m^2")
+
+
+def derived_arm(arm: Arm) -> Iterator[Quantity]:
+    """Masses and weight; modes with every tooth in contact, arm stretched out, not controlled."""
+    masses = *map(link_mass, arm.links), *map(joint_mass, arm.joints), arm.payload_mass_kg
+    yield Quantity("total mass", sum(masses), "kg")
+    for number, moment in enumerate(largest_weights(arm), start=1):
+        yield Quantity(f"joint {number}: largest moment of weight", float(moment), "N m")
+    for pole in _mesh_poles(arm):
+        yield Quantity("mesh mode", abs(pole) / (2 * math.pi), "Hz")
+        yield Quantity("its damping ratio", -pole.real / abs(pole))
+    yield Quantity("largest stable step of RK4", _model(arm).largest_stable_step(), "s")
+
+
+def _mesh_poles(arm: Arm) -> list[complex]:
+    """Eigenvalues [1/s] of the teeth, slowest first: the fastest vibrations, one for each mesh.
+
+    Those damped beyond vibrating, and what the arm's weight lets swing, are not among them.
+    """
+    model = _model(arm)
+    poles = model.contact_poles()
+    fastest = poles[np.argsort(poles.imag)[poles.size - model.gears.where.size :]]
+    vibrating = fastest[fastest.imag > RIGID * np.abs(poles).max()]
+    return sorted(map(complex, vibrating), key=abs)
+
+
+def _model(arm: Arm) -> PhysicalModel:
+    return PhysicalModel(arm, load_scenario("constant-torque"))
+
+
+def derived_experiments(sizes: Sizes) -> Iterator[Quantity]:
+    """What a cross-check does to an arm that is not the paper's."""
+    yield Quantity("rate of the controller", sizes.rate, "rad/s")
+    yield Quantity("duration of the step of torque", step_scenario(sizes).duration_s, "s")
+    yield Quantity("duration of the controlled motion", pd_scenario(sizes).duration_s, "s")
+    columns = (
+        ("inertia of the rigid arm, stretched out", sizes.inertia, "kg m^2"),
+        ("step of torque", sizes.step, "N m"),
+        ("proportional gain", sizes.proportional, "N m/rad"),
+        ("derivative gain", sizes.derivative, "N m s/rad"),
+        ("target", sizes.target, "rad"),
+    )
+    for place in range(len(sizes.inertia)):
+        for name, values, unit in columns:
+            yield Quantity(f"joint {place + 1}: {name}", values[place], unit)

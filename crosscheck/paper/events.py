@@ -1,0 +1,102 @@
+"""The events of a run that the paper speaks of, each defined once for claims, figures and fits.
+
+Times are in s from the start of the run, None for what does not happen in it. A mesh force [N] is
+that of the shoulder's first sun-planet mesh: positive while the flanks touch that drive the arm
+from the start, negative on the opposite ones, 0 within the clearance. ``excess`` is the shoulder's
+acceleration less that of the rigid arm [rad/s^2]. Arrays are (times,).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.paper import signals
+
+THIRD_S = (0.5, 1.2)  # the "third fluctuation", well after the side change at 0.3 s
+PEAK_S = 0.1  # around its largest value: what its frequency is read off
+SIDE_AFTER_S = 0.25  # the starting vibration no longer turns the mesh force
+ANY_CONTACT_AFTER_S = 0.2  # Fig. 16: vibration across a small clearance counts as well
+IMPACT_S = 0.1  # what follows a side change within this time belongs to it
+RETURN_S = (1.3, 2.4)  # between the third fluctuation's side changes and the end's
+SIDE = 0.9  # of b: the teeth are at one side of their clearance
+SETTLING_BANDS = (0.02, 0.003, 0.005, 0.01, 0.05)  # over the step; the paper names none
+
+
+class SideChange(NamedTuple):
+    """The teeth's way to the opposite flanks: when they left the first ones, when they met."""
+
+    left_s: float | None
+    met_s: float
+
+
+def third_window(time: np.ndarray, side_s: float | None = None) -> slice:
+    """The samples of the third fluctuation, without the impact of a late side change if given."""
+    begin, end = THIRD_S
+    if side_s is not None and side_s + IMPACT_S < end - PEAK_S:
+        begin = max(begin, side_s + IMPACT_S)
+    return signals.window(time, begin, end)
+
+
+def third_onset(time: np.ndarray, excess: np.ndarray, window: slice) -> float | None:
+    """When the third fluctuation first reaches half of its largest size."""
+    return signals.onset(time[window], excess[window])
+
+
+def third_peak(time: np.ndarray, excess: np.ndarray, window: slice) -> slice:
+    """The samples of PEAK_S around the largest excess in a window that is not empty."""
+    inside = time[window]
+    centre = inside[int(np.argmax(np.abs(excess[window])))]
+    begin = min(max(centre - PEAK_S / 2, inside[0]), inside[-1] - PEAK_S)
+    near = signals.window(inside, begin, begin + PEAK_S)
+    return slice(window.start + near.start, window.start + near.stop)
+
+
+def opposite_contact(time: np.ndarray, force: np.ndarray, after_s: float) -> float | None:
+    """The first contact of the opposite flanks after a time."""
+    later = signals.window(time, after_s, np.inf)
+    return signals.first_below(time[later], force[later], 0.0)
+
+
+def side_change(time: np.ndarray, force: np.ndarray) -> SideChange | None:
+    """The teeth change sides: the first contact of the opposite flanks once the start is over."""
+    met = opposite_contact(time, force, SIDE_AFTER_S)
+    if met is None:
+        return None
+    held = np.flatnonzero(force[: int(np.searchsorted(time, met))] > 0)
+    return SideChange(float(time[held[-1]]) if held.size else None, met)
+
+
+def count_side_changes(force: np.ndarray) -> int:
+    """How often a mesh force, where it is not zero, changes its sign."""
+    loaded = force[force != 0]
+    return int(np.count_nonzero(np.diff(np.signbit(loaded))))
+
+
+def arrivals(time: np.ndarray, x: np.ndarray, backlash_m: float) -> np.ndarray:
+    """Times at which a mesh displacement x [m] arrives at the other side of its clearance."""
+    side = np.where(np.abs(x) > SIDE * backlash_m, np.sign(x), 0)
+    at_a_side = np.flatnonzero(side)
+    changed = at_a_side[1:][np.diff(side[at_a_side]) != 0]
+    return time[changed]
+
+
+def teeth_return(time: np.ndarray, force: np.ndarray) -> float | None:
+    """The teeth return to the driving flanks: their first contact after the last on the other."""
+    part = signals.window(time, *RETURN_S)
+    opposite = np.flatnonzero(force[part] < 0)
+    if not opposite.size:
+        return None
+    after = slice(part.start + int(opposite[-1]), part.stop)
+    return signals.first_above(time[after], force[after], 0.0)
+
+
+def settling(time: np.ndarray, angle: np.ndarray, target: float, band: float) -> float | None:
+    """When an angle [rad] is within a share ``band`` of its step 0 to ``target`` for good."""
+    return signals.settling_time(time, angle, target, band * target)
+
+
+def overshoot(angle: np.ndarray, target: float) -> float:
+    """How far an angle [rad] goes beyond its step 0 to ``target``, over the step."""
+    return float(angle.max()) / target - 1

@@ -1,0 +1,189 @@
+"""What must be found out about an arm before its runs can be planned: sizes, stability, steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from crosscheck.checks.scales import meaningful
+from crosscheck.checks.trajectories import size, uncertainty
+from crosscheck.plan import (
+    MECHANISM,
+    Experiment,
+    Wanted,
+    finer,
+    outlined,
+    probe_experiment,
+    resolved,
+    shortened,
+)
+from crosscheck.registry import build, lead, same_integrator
+from crosscheck.sizing import Sizes, sizes_of
+from crosscheck.stability import Growth, growth_of
+from crosscheck.tasks import Evaluation, Failure, failure
+from crosscheck.workers import Workers
+from models.arm import Arm
+from models.scenario import Scenario
+
+# An experiment's step is halved so often at most, until its uncertainty is so much smaller than
+# what means something.
+MOST_HALVINGS, MARGIN = 4, 2.0
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Experiments ready to run, largest stable step [s] of their models, remarks to the user."""
+
+    experiments: Sequence[Experiment]
+    limit_s: float
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Sizing:
+    """The sizes of an arm, worked out in another process."""
+
+    arm: Arm
+
+    @property
+    def key(self) -> Sizing:
+        """Itself."""
+        return self
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds."""
+        return 1.0
+
+    def perform(self) -> Sizes | Failure:
+        """The sizes, or what is wrong with a model that was asked: its checks will say more."""
+        try:
+            return sizes_of(self.arm)
+        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
+            return failure(error)
+
+
+@dataclass(frozen=True)
+class Steadiness:
+    """Whether a scenario's loop is stable, worked out in another process."""
+
+    arm: Arm
+    scenario: Scenario
+
+    @property
+    def key(self) -> Steadiness:
+        """Itself."""
+        return self
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds."""
+        return 0.5
+
+    def perform(self) -> Growth | Failure | None:
+        """What grows, or why that is not known: the checks of the model will say more."""
+        try:
+            return growth_of(self.arm, self.scenario)
+        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
+            return failure(error)
+
+
+@dataclass(frozen=True)
+class Settling:
+    """An experiment at a step that its comparisons can mean something at, found by trying.
+
+    The lead is a hundred times as fast as the engines that are to follow.
+    """
+
+    wanted: Wanted
+    experiment: Experiment
+
+    @property
+    def key(self) -> Settling:
+        """Itself."""
+        return self
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds."""
+        return 5.0
+
+    def perform(self) -> Experiment | Failure:
+        """The experiment, or why none was found: then its checks will say more."""
+        experiment = shortened(self.wanted, self.experiment)
+        try:
+            for _ in range(MOST_HALVINGS):
+                if _is_fine(experiment):
+                    break
+                experiment = shortened(self.wanted, finer(experiment))
+        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
+            return failure(error)
+        return experiment
+
+
+def _is_fine(experiment: Experiment) -> bool:
+    """Whether twice the step leads apart by less than means something, twice over."""
+    fine, coarse = (
+        build(task.model, *task.case).simulate()
+        for task in (experiment.run(lead()), experiment.run(lead(), "coarse"))
+    )
+    arm, scenario, _ = experiment.case
+    for quantity in (name for name in ("theta", "x_sp", "x_pr") if name in fine):
+        widest = meaningful(quantity, arm, scenario, size(fine, quantity))
+        if MARGIN * uncertainty(fine, coarse, quantity) > widest.value:
+            return False
+    return True
+
+
+def prepared(wanted: Wanted, workers: Workers) -> Prepared:
+    """Everything that the plan needs to know. Raises InputError."""
+    sizes = _sizes(wanted, workers) if wanted.needs_sizes else None
+    outline = outlined(wanted, sizes if isinstance(sizes, Sizes) else None)
+    steps = [
+        Evaluation(model, each.case._replace(switches=MECHANISM), "largest_stable_step")
+        for model in same_integrator()
+        for each in outline
+    ]
+    limits = workers.perform([*dict.fromkeys(steps)], lambda key: None)
+    # Where a model cannot say its limit, its checks will.
+    known = [float(limit) for limit in limits.values() if not isinstance(limit, Failure)]
+    limit = min(known, default=float("inf"))
+    steady = [Steadiness(each.case.arm, each.case.scenario) for each in outline]
+    settling = [Settling(wanted, each) for each in resolved(wanted, outline, limit)]
+    tasks = [*dict.fromkeys(steady), *(() if wanted.keeps_steps else settling)]
+    answers = workers.perform(tasks, lambda key: None)
+    found = []
+    for growth, settled in zip(steady, settling, strict=True):
+        experiment = answers.get(settled)
+        if not isinstance(experiment, Experiment):
+            experiment = shortened(wanted, settled.experiment)
+        grows = answers.get(growth)
+        found.append(replace(experiment, growth=grows if isinstance(grows, Growth) else None))
+    remarks = [f"{each.name}: {each.growth}" for each in found if each.growth is not None]
+    return Prepared([*found, probe_experiment()], limit, (*_of_sizes(sizes), *remarks))
+
+
+def _sizes(wanted: Wanted, workers: Workers) -> Sizes | Failure:
+    """Sizes, or why there are none: then the paper's experiments must do."""
+    task = Sizing(wanted.arm)
+    found = workers.perform([task], lambda key: None).get(task)
+    return found if isinstance(found, Sizes | Failure) else Failure("Lost", "no sizes came back")
+
+
+def _of_sizes(sizes: Sizes | Failure | None) -> list[str]:
+    """The numbers of experiments that were made for the arm."""
+    if sizes is None:
+        return []
+    if isinstance(sizes, Failure):
+        return [f"experiments could not be sized to the arm: {sizes}"]
+    mode = "no gears" if sizes.mode_Hz is None else f"lowest mesh mode {sizes.mode_Hz:.4g} Hz"
+    return [
+        f"experiments sized to the arm: {mode}, controller at {sizes.rate:.3g} rad/s",
+        f"torque-step: {_listed(sizes.step)} N m",
+        f"pd-motion: to {_listed(sizes.target)} rad, P {_listed(sizes.proportional)} N m/rad,"
+        f" D {_listed(sizes.derivative)} N m s/rad",
+    ]
+
+
+def _listed(values: Sequence[float]) -> str:
+    return ", ".join(f"{value:.4g}" for value in values)

@@ -1,0 +1,99 @@
+"""What the fields of an arm or an experiment are, read from the schema: for docs and templates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from types import NoneType
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+
+from pydantic.fields import FieldInfo
+
+from models.quantities import Data, Limit, Within
+
+
+@dataclass(frozen=True)
+class Described:
+    """A field: its meaning, the unit of its numbers, and what it may be.
+
+    default: None also where another field may stand instead. lists: whether it is a list of
+    tables. records: the tables that it may be, or hold.
+    """
+
+    name: str
+    meaning: str
+    unit: str
+    required: bool
+    default: object
+    allowed: str
+    lists: bool
+    records: tuple[type[Data], ...]
+
+
+def described(record: type[Data]) -> tuple[Described, ...]:
+    """The fields of a record, in their order."""
+    hints = get_type_hints(record, include_extras=True)
+    return tuple(_field(name, info, hints[name]) for name, info in record.model_fields.items())
+
+
+def records_below(record: type[Data]) -> list[type[Data]]:
+    """The record and all that it holds, each once, those above first."""
+    found = [record]
+    for one in found:
+        below = dict.fromkeys(inner for field in described(one) for inner in field.records)
+        found += [inner for inner in below if inner not in found]
+    return found
+
+
+def _field(name: str, info: FieldInfo, hint: Any) -> Described:
+    units = [limit.unit for limit in _parts(hint) if isinstance(limit, Within)]
+    records = [part for part in _parts(hint) if isinstance(part, type) and issubclass(part, Data)]
+    return Described(
+        name=name,
+        meaning=info.description or "",
+        unit=next(iter(units), ""),
+        required=info.is_required(),
+        default=None if info.is_required() else info.default,
+        allowed="" if records else _allowed(hint),
+        lists=bool(records) and any(get_origin(part) is tuple for part in _parts(hint)),
+        records=tuple(records),
+    )
+
+
+def _parts(hint: Any) -> Iterator[Any]:
+    """A type and all types and metadata inside it."""
+    yield hint
+    if get_origin(hint) is not Literal:
+        for part in get_args(hint):
+            yield from _parts(part)
+
+
+def _allowed(hint: Any) -> str:
+    """The range of a type in words, without its unit."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin is Literal:
+        return " or ".join(f'"{choice}"' for choice in inner)
+    if origin is Annotated:
+        return _restricted(inner[0], inner[1:])
+    if origin is tuple:
+        return f"a list of {len(inner)}, each {_allowed(inner[0])}"
+    choices = [part for part in inner if part is not NoneType]
+    return _allowed(choices[0]) + ("; one for all joints, or a list" if len(choices) > 1 else "")
+
+
+def _restricted(hint: Any, metadata: tuple[Any, ...]) -> str:
+    for entry in metadata:
+        if isinstance(entry, Within):
+            return f"{replace(entry, unit='')}{', whole' * (hint is int)}"
+        if isinstance(entry, Limit):
+            return str(entry)
+        if isinstance(entry, FieldInfo) and get_args(hint)[-1:] == (...,):
+            return f"a list of {_count(entry)}, each {_allowed(get_args(hint)[0])}"
+    return _allowed(hint)
+
+
+def _count(info: FieldInfo) -> str:
+    """How many entries a list may have."""
+    least = next((e.min_length for e in info.metadata if hasattr(e, "min_length")), 0)
+    most = next(e.max_length for e in info.metadata if hasattr(e, "max_length"))
+    return f"{least} to {most}"

@@ -1,0 +1,59 @@
+"""Arms that nobody chose: what every model owes to itself and to the others, state by state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+
+from crosscheck.comparison import Comparison, Results, findings_of, tasks_of
+from crosscheck.registry import constrained
+from crosscheck.state_suite import geared, rigid
+from models.arm import Arm
+from tests.any_arms import any_arms
+
+JOINTS = range(1, 8)
+# exudyn:bodies, which solves for joint forces, would take as long with 50 as all others together.
+STATES, STATES_OF_BODIES, SEED = 50, 20, 5
+# An arm takes a second: no time to look for simpler ones.
+DRAWN = {"deadline": None, "database": None, "phases": [Phase.generate]}
+
+
+def disagreements(arm: Arm) -> list[str]:
+    """The checks of an arm that are not green, each at the state suite's tolerance."""
+    return [
+        *failures(arm, STATES, lambda comparison: not closed_by_constraints(comparison)),
+        *failures(arm, STATES_OF_BODIES, closed_by_constraints),
+    ]
+
+
+def closed_by_constraints(comparison: Comparison) -> bool:
+    """Whether it needs a model that closes its joints by constraint equations."""
+    return any(task.model in constrained() for task in comparison.needs)
+
+
+def failures(arm: Arm, count: int, wanted: Callable[[Comparison], bool]) -> Iterator[str]:
+    """Of the wanted comparisons of the geared and the rigid models, at so many states."""
+    planned = [*geared(arm, count, SEED), *rigid(arm, count, SEED)]
+    chosen = [comparison for comparison in planned if wanted(comparison)]
+    tasks = sorted(tasks_of(chosen), key=lambda task: task.model)  # each model is built once
+    results = Results({task.key: task.perform() for task in tasks})
+    for finding in findings_of(chosen, results):
+        if finding.verdict != "agree":
+            yield f"{finding.id}: {finding.measured} of {finding.tolerance} {finding.note}"
+
+
+@pytest.mark.parametrize("joints", JOINTS)
+@settings(max_examples=4, derandomize=True, **DRAWN)
+@given(data=st.data())
+def test_models_agree_on_the_same_arms_every_time(joints, data):
+    assert disagreements(data.draw(any_arms(joints))) == []
+
+
+@pytest.mark.parametrize("joints", JOINTS)
+@settings(max_examples=2, **DRAWN)
+@given(data=st.data())
+def test_models_agree_on_arms_drawn_now(joints, data):
+    assert disagreements(data.draw(any_arms(joints))) == []

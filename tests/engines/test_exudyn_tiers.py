@@ -1,0 +1,87 @@
+"""Exudyn's tiers, which share no law and no body, against each other on arms of every kind."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from models.arm import Arm
+from models.exudyn_bodies import ExudynBodies
+from models.exudyn_tree import ExudynTree
+from models.switches import switches
+from tests.mixed_arms import MIXED, R_S, arm_of, geared, random_states, scenario, stiffness
+
+Tier = type[ExudynTree] | type[ExudynBodies]
+both_tiers = pytest.mark.parametrize("tier", [ExudynTree, ExudynBodies], ids=lambda t: t.name)
+
+
+EVERY_LAW = [
+    switches(phase=phase, dead_zone=zone, damping=damping)
+    for phase, zone, damping in product(
+        ("angle", "omega_t"), ("exact", "tanh"), ("always", "contact")
+    )
+]
+
+
+@pytest.mark.parametrize("name", MIXED)
+def test_the_tiers_agree_at_random_states(name: str):
+    arm, run = MIXED[name], scenario([30.0, -20.0, 10.0][: len(MIXED[name].joints)])
+    for chosen in EVERY_LAW:
+        tree, bodies = ExudynTree(arm, run, chosen), ExudynBodies(arm, run, chosen)
+        assert tree.coordinates == bodies.coordinates
+        for q, v in random_states(tree.layout, 3):
+            for one, other in (
+                (tree.mass_matrix(q), bodies.mass_matrix(q)),
+                (tree.bias(q, v), bodies.bias(q, v)),
+                (tree.generalized_force(0.1, q, v), bodies.generalized_force(0.1, q, v)),
+                (tree.acceleration(0.1, q, v), bodies.acceleration(0.1, q, v)),
+            ):
+                # Of the largest entry: deflections near 1e-4 m out of places near 1 m.
+                np.testing.assert_allclose(one, other, rtol=0, atol=1e-11 * abs(one).max())
+
+
+@both_tiers
+def test_records_of_an_arm_with_direct_joints(tier: Tier):
+    run = tier(MIXED["geared-direct"], scenario()).simulate()
+    assert dict(run.sizes) == {"time": 11, "joint": 2, "planet": 4}
+    for name in ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr"):
+        assert run[name].sel(joint=1).notnull().all()
+        assert run[name].sel(joint=2).isnull().all()
+    run = tier(MIXED["direct-direct"], scenario()).simulate()
+    assert dict(run.sizes) == {"time": 11, "joint": 2}
+    assert {"theta", "theta_dot", "theta_ddot", "torque", "kinetic_energy"} == set(run.data_vars)
+
+
+@both_tiers
+def test_start_is_at_first_contact_of_each_mesh(tier: Tier):
+    start = {"theta_rad": [0.1, 0.2], "sun_planet_offset_m": [1e-6, 2e-6]}
+    run = tier(MIXED["direct-geared"], scenario(start=start)).simulate().isel(time=0)
+    # Angles of gears turned by 1 rad and back.
+    np.testing.assert_allclose(run.x_sp.sel(joint=2), 4e-5 + 2e-6, rtol=0, atol=1e-16)
+    np.testing.assert_allclose(run.x_pr.sel(joint=2), 3e-5, rtol=0, atol=1e-16)
+
+
+@both_tiers
+def test_large_contact_forces_in_balance_raise_no_alarm(tier: Tier):
+    joint, torque = geared(), 2e5
+    heavy = {"length_m": 0.9, "com_m": 0.4, "mass_kg": 1e6, "inertia_kg_m2": 1e9}
+    data = arm_of(joint, gravity=(0.0, 0.0)).model_dump()
+    model = tier(Arm.model_validate({**data, "links": [heavy]}), scenario(torque))
+    force = torque / 4 / R_S / 4  # of a planet's mesh: the sun is at rest, the ratio is 4
+    at_sun, at_ring = 90 * 0.7 + 0.9, 90 * 0.7 - 0.4
+    x_sp = force / stiffness("sine", at_sun) + 4e-5 + 2e-5 * np.sin(at_sun)
+    x_pr = force / stiffness("sine", at_ring) + 3e-5 + 1e-5 * np.sin(at_ring)
+    acceleration = model.acceleration(0.0, np.array([x_sp, x_pr, 0.7]), np.zeros(3))
+    assert acceleration[2] == pytest.approx(torque / 1e9, rel=1e-2)
+    assert force > 3e5
+
+
+def test_planets_that_move_apart_are_refused():
+    poses = ExudynBodies(arm_of(geared()), scenario()).poses
+    turning = poses.turns @ np.array([0.1, 0.2, 0.3])
+    np.testing.assert_allclose(poses.paper(turning, 1e-12), [0.1, 0.2, 0.3], rtol=1e-12)
+    turning[-1] += 1e-6
+    with pytest.raises(ArithmeticError, match="equal planets do not move alike"):
+        poses.paper(turning, 1e-9)

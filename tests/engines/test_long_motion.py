@@ -1,0 +1,75 @@
+"""Sized motions of several joints, through many a mesh period: symbols against Exudyn's tree.
+
+Both take the same Runge-Kutta steps, so that all that may part them is rounding.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from crosscheck.registry import build, same_integrator
+from crosscheck.sizing import pd_scenario, sizes_of
+from crosscheck.template import example_arm
+from models.arm import Arm
+from models.layout import MESHES
+from models.loading import load_arm
+
+# Of the largest stable step: a margin that Exudyn's 0.2 ms a step for three joints, and 0.7 ms for
+# six, let pass in twenty seconds a run.
+MARGIN, RECORDS = 4, 1000
+MESH_TOLERANCE_M = 1e-13
+
+
+def motion(arm: Arm, duration_s: float) -> list[xr.Dataset]:
+    """The controlled motion sized to an arm, its beginning, by each model with that integrator."""
+    sized = pd_scenario(sizes_of(arm))
+    names = same_integrator()
+    longest = min(build(name, arm, sized).largest_stable_step() for name in names) / MARGIN
+    stride = int(np.ceil(duration_s / longest / RECORDS))
+    step = duration_s / (stride * RECORDS)
+    settings = {"duration_s": duration_s, "step_s": step, "record_every": stride}
+    scenario = sized.model_copy(update=settings)
+    return [build(name, arm, scenario).simulate() for name in names]
+
+
+def apart(runs: list[xr.Dataset], variable: str) -> float:
+    """Largest difference of a variable over the whole run."""
+    one, other = (run[variable].values for run in runs)
+    return float(np.nanmax(np.abs(one - other)))
+
+
+def assert_together(runs: list[xr.Dataset], theta_tolerance_rad: float) -> None:
+    assert apart(runs, "theta") < theta_tolerance_rad
+    for mesh in MESHES:
+        assert apart(runs, mesh) < MESH_TOLERANCE_M
+
+
+def assert_moved(run: xr.Dataset, turned_rad: float) -> None:
+    """Every joint has turned so far, and teeth have parted and touched."""
+    theta, force = run["theta"].values, run["F_sp"].values
+    assert (np.ptp(theta, axis=0) > turned_rad).all()
+    for joint in np.flatnonzero(~np.isnan(force[0, :, 0])):
+        assert (force[:, joint, 0] == 0).any()
+        assert (force[:, joint, 0] != 0).any()
+
+
+@pytest.mark.slow
+def test_three_joints_under_weight_for_two_seconds():
+    runs = motion(load_arm("three-unlike"), 2.0)
+    assert_moved(runs[0], 0.15)
+    assert_together(runs, 1e-10)
+
+
+@pytest.mark.slow
+def test_six_joints_for_half_a_second():
+    runs = motion(example_arm("six", 6), 0.5)
+    assert_moved(runs[0], 0.15)
+    assert_together(runs, 1e-9)
+
+
+def test_direct_joint_between_geared_ones_for_a_tenth_of_a_second():
+    runs = motion(load_arm("direct-between"), 0.1)
+    assert_moved(runs[0], 0.05)
+    assert_together(runs, 1e-10)
