@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import pytest
 
+from crosscheck import plan
 from crosscheck.cli import main
 
 
@@ -50,3 +51,10 @@ def short(crosscheck: Command, tmp_path: Path) -> Command:
         return crosscheck("simulate", arm, *fixed, *given)
 
     return command
+
+
+@pytest.fixture
+def brief(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Quick runs of the paper's experiments for 2 ms."""
+    for experiment in plan.QUICK_S:
+        monkeypatch.setitem(plan.QUICK_S, experiment, 2e-3)

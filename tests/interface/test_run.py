@@ -16,7 +16,7 @@ import jsonschema
 import pytest
 
 import crosscheck as package
-from crosscheck import plan, registry
+from crosscheck import registry
 from crosscheck.provenance import ROOT
 from models.arm import Arm
 from models.loading import HERE
@@ -44,13 +44,6 @@ def quick_report(tmp_path_factory: pytest.TempPathFactory) -> Report:
     agreement = json.loads((folder / "agreement.json").read_text())
     assert sorted(path.name for path in folder.iterdir()) == ["agreement.json", "index.html"]
     return Report(answer.returncode, answer.stdout, agreement, (folder / "index.html").read_text())
-
-
-@pytest.fixture
-def brief(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Quick runs of 2 ms."""
-    for experiment in plan.QUICK_S:
-        monkeypatch.setitem(plan.QUICK_S, experiment, 2e-3)
 
 
 @pytest.mark.slow
