@@ -11,8 +11,6 @@ from analytic.bodies import Body, carried_bodies, link_bodies, spinning_bodies
 from analytic.chain import Chain
 from analytic.stage import Stage
 
-LEVELS = ("links", "carriers", "armature", "coupled")
-
 
 def rigid_bodies(chain: Chain, level: str) -> list[Body]:
     """The bodies that a level has."""

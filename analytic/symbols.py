@@ -44,13 +44,6 @@ def geared_variables(joints: int) -> Variables:
     return Variables(_reals(names), rates, _reals(forces), _torques(joints))
 
 
-@lru_cache
-def rigid_variables(joints: int) -> Variables:
-    """The variables of Eq. 1: joint angles alone."""
-    names = [f"theta_{i}" for i in range(1, joints + 1)]
-    return Variables(_reals(names), _reals(f"d{name}" for name in names), (), _torques(joints))
-
-
 def _reals(names: Iterable[str]) -> tuple[sp.Symbol, ...]:
     return tuple(sp.Symbol(name, real=True) for name in names)
 

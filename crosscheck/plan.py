@@ -16,6 +16,7 @@ from crosscheck.tasks import RunKey, Simulation
 from models.arm import Arm
 from models.errors import InputError
 from models.loading import Case, load_arm, load_scenario
+from models.meshes import with_meshes
 from models.scenario import ConstantDrive, Scenario, SinusoidDrive, Start, per_joint
 from models.switches import Switches, switches
 
@@ -295,14 +296,7 @@ def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
 
 def without_play(arm: Arm) -> Arm:
     """The arm with teeth that touch on both sides."""
-    joints = list(arm.joints)
-    for number, joint in geared(arm):
-        tight = {
-            name: mesh.model_copy(update={"backlash_m": 0.0})
-            for name, mesh in (("sun_mesh", joint.sun_mesh), ("ring_mesh", joint.ring_mesh))
-        }
-        joints[number] = joint.model_copy(update=tight)
-    return arm.model_copy(update={"joints": tuple(joints)})
+    return with_meshes(arm, lambda mesh: mesh.model_copy(update={"backlash_m": 0.0}))
 
 
 def with_step(case: Case, step_s: float) -> Case:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, Generic, TypeVar
 
 from crosscheck.checks.scales import meaningful
 from crosscheck.checks.trajectories import size, uncertainty
@@ -22,12 +23,11 @@ from crosscheck.sizing import Sizes, sizes_of
 from crosscheck.stability import Growth, growth_of
 from crosscheck.tasks import Evaluation, Failure, failure
 from crosscheck.workers import Workers
-from models.arm import Arm
-from models.scenario import Scenario
 
 # An experiment's step is halved so often at most, until its uncertainty is so much smaller than
 # what means something.
 MOST_HALVINGS, MARGIN = 4, 2.0
+Known = TypeVar("Known")
 
 
 @dataclass(frozen=True)
@@ -40,85 +40,37 @@ class Prepared:
 
 
 @dataclass(frozen=True)
-class Sizing:
-    """The sizes of an arm, worked out in another process."""
+class Query(Generic[Known]):
+    """What a function finds out by asking models, in another process; ``cost``: rough seconds."""
 
-    arm: Arm
+    function: Callable[..., Known]
+    arguments: tuple[Any, ...]
+    cost: float
 
     @property
-    def key(self) -> Sizing:
+    def key(self) -> Query[Known]:
         """Itself."""
         return self
 
-    @property
-    def cost(self) -> float:
-        """Rough seconds."""
-        return 1.0
-
-    def perform(self) -> Sizes | Failure:
-        """The sizes, or what is wrong with a model that was asked: its checks will say more."""
+    def perform(self) -> Known | Failure:
+        """The answer, or what is wrong with a model that was asked: its checks will say more."""
         try:
-            return sizes_of(self.arm)
+            return self.function(*self.arguments)
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
             return failure(error)
 
 
-@dataclass(frozen=True)
-class Steadiness:
-    """Whether a scenario's loop is stable, worked out in another process."""
+def settled(wanted: Wanted, experiment: Experiment) -> Experiment:
+    """The experiment at a step that its comparisons can mean something at, found by trying.
 
-    arm: Arm
-    scenario: Scenario
-
-    @property
-    def key(self) -> Steadiness:
-        """Itself."""
-        return self
-
-    @property
-    def cost(self) -> float:
-        """Rough seconds."""
-        return 0.5
-
-    def perform(self) -> Growth | Failure | None:
-        """What grows, or why that is not known: the checks of the model will say more."""
-        try:
-            return growth_of(self.arm, self.scenario)
-        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
-            return failure(error)
-
-
-@dataclass(frozen=True)
-class Settling:
-    """An experiment at a step that its comparisons can mean something at, found by trying.
-
-    The lead is a hundred times as fast as the engines that are to follow.
+    On the lead, which is a hundred times as fast as the engines that are to follow.
     """
-
-    wanted: Wanted
-    experiment: Experiment
-
-    @property
-    def key(self) -> Settling:
-        """Itself."""
-        return self
-
-    @property
-    def cost(self) -> float:
-        """Rough seconds."""
-        return 5.0
-
-    def perform(self) -> Experiment | Failure:
-        """The experiment, or why none was found: then its checks will say more."""
-        experiment = shortened(self.wanted, self.experiment)
-        try:
-            for _ in range(MOST_HALVINGS):
-                if _is_fine(experiment):
-                    break
-                experiment = shortened(self.wanted, finer(experiment))
-        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
-            return failure(error)
-        return experiment
+    experiment = shortened(wanted, experiment)
+    for _ in range(MOST_HALVINGS):
+        if _is_fine(experiment):
+            break
+        experiment = shortened(wanted, finer(experiment))
+    return experiment
 
 
 def _is_fine(experiment: Experiment) -> bool:
@@ -148,15 +100,16 @@ def prepared(wanted: Wanted, workers: Workers) -> Prepared:
     # Where a model cannot say its limit, its checks will.
     known = [float(limit) for limit in limits.values() if not isinstance(limit, Failure)]
     limit = min(known, default=float("inf"))
-    steady = [Steadiness(each.case.arm, each.case.scenario) for each in outline]
-    settling = [Settling(wanted, each) for each in resolved(wanted, outline, limit)]
+    started = resolved(wanted, outline, limit)
+    steady = [Query(growth_of, (each.case.arm, each.case.scenario), 0.5) for each in outline]
+    settling = [Query(settled, (wanted, each), 5.0) for each in started]
     tasks = [*dict.fromkeys(steady), *(() if wanted.keeps_steps else settling)]
     answers = workers.perform(tasks, lambda key: None)
     found = []
-    for growth, settled in zip(steady, settling, strict=True):
-        experiment = answers.get(settled)
+    for growth, finding, own in zip(steady, settling, started, strict=True):
+        experiment = answers.get(finding)
         if not isinstance(experiment, Experiment):
-            experiment = shortened(wanted, settled.experiment)
+            experiment = shortened(wanted, own)
         grows = answers.get(growth)
         found.append(replace(experiment, growth=grows if isinstance(grows, Growth) else None))
     remarks = [f"{each.name}: {each.growth}" for each in found if each.growth is not None]
@@ -165,7 +118,7 @@ def prepared(wanted: Wanted, workers: Workers) -> Prepared:
 
 def _sizes(wanted: Wanted, workers: Workers) -> Sizes | Failure:
     """Sizes, or why there are none: then the paper's experiments must do."""
-    task = Sizing(wanted.arm)
+    task = Query(sizes_of, (wanted.arm,), 1.0)
     found = workers.perform([task], lambda key: None).get(task)
     return found if isinstance(found, Sizes | Failure) else Failure("Lost", "no sizes came back")
 

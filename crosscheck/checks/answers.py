@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.christoffel import christoffel_force
-from models.arm import Arm, Planetary
+from crosscheck.checks.scales import geared, meshes
+from models.arm import Arm
 from models.interface import Model
 from models.layout import Layout
 from models.scenario import per_joint
@@ -37,8 +38,7 @@ class States(NamedTuple):
 def random_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
     """States on both flanks, in free play, at any pose, moving briskly."""
     generator = np.random.default_rng(seed)
-    geared = [joint for joint in arm.joints if isinstance(joint, Planetary)]
-    clearances = [mesh.backlash_m for j in geared for mesh in (j.sun_mesh, j.ring_mesh)]
+    clearances = [mesh.backlash_m for _, joint in geared(arm) for mesh in meshes(joint)]
     play = 3 * max(*clearances, LEAST_PLAY_M, LEAST_PLAY_M)
     q_size = np.where(layout.angular, np.pi, play)
     v_size = np.where(layout.angular, TURNING_RAD_PER_S, SLIDING_M_PER_S)

@@ -6,8 +6,7 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.checks.invariants import sun_of, torques_at
-from crosscheck.checks.scales import gear_arc, largest_stiffness
-from models.arm import Planetary
+from crosscheck.checks.scales import gear_arc, geared, largest_stiffness
 from models.drive import drive_data
 from models.interface import Model
 from models.layout import MESHES, Layout
@@ -58,7 +57,7 @@ def _sizes(run: xr.Dataset, model: Model, q: np.ndarray) -> dict[str, float]:
     sizes = {name: _largest(run[name]) for name in ("theta_ddot", "torque", "kinetic_energy")}
     if not model.layout.meshing:
         return sizes
-    joints = [joint for joint in model.arm.joints if isinstance(joint, Planetary)]
+    joints = [joint for _, joint in geared(model.arm)]
     suns = [sun_of(joint) for joint in joints]
     motor = max(sizes["torque"] / (radius * ratio) for radius, ratio in suns)
     arc = 2 * gear_arc(model.arm) * (1 + _largest(run["theta"]))
@@ -121,7 +120,7 @@ def _worked_out(
 
 def _elastic_forces(model: Model, force: np.ndarray, torque: np.ndarray) -> dict[str, np.ndarray]:
     """Force per planet [N], shape (geared joints,), from the force on the meshes (Eq. 22)."""
-    joints = [joint for joint in model.arm.joints if isinstance(joint, Planetary)]
+    joints = [joint for _, joint in geared(model.arm)]
     planets = np.array([joint.planet_count for joint in joints])
     motor = torque[model.layout.meshing] / np.array([r * n for r, n in map(sun_of, joints)])
     rows = [force[model.layout.of(mesh)] for mesh in MESHES]

@@ -5,13 +5,13 @@ All use a model's own M, bias, force and acceleration on one side and first prin
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from crosscheck.checks.scales import base_radius
 from crosscheck.checks.states import (
     LOOSEST,
     Setting,
@@ -157,9 +157,9 @@ def _angular_momentum_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
 
 def sun_of(joint: Planetary) -> tuple[float, float]:
     """(base radius of the sun [m], speed ratio) from the joint's own numbers."""
-    pitch = joint.module_m * joint.sun_teeth / 2
-    radius = pitch * math.cos(math.radians(joint.pressure_angle_deg))
-    return radius, (joint.sun_teeth + joint.ring_teeth) / joint.sun_teeth
+    return base_radius(joint, joint.sun_teeth), (
+        joint.sun_teeth + joint.ring_teeth
+    ) / joint.sun_teeth
 
 
 def bias_follows(

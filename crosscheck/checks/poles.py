@@ -6,7 +6,8 @@ import numpy as np
 
 from crosscheck.checks.modes import mean_stiffness
 from crosscheck.findings import About, Finding, checked
-from models.arm import Arm, Mesh, Planetary
+from models.arm import Arm, Mesh
+from models.meshes import with_meshes
 from models.stiffness import SineStiffness
 
 TOLERANCE = 1e-7
@@ -16,15 +17,7 @@ BASIS = "1e-7: differences over 1e-4 rad leave 2e-9 of a weight's slope, roundin
 
 def linear_teeth(arm: Arm) -> Arm:
     """The arm with teeth that never part, at their mean stiffness, without errors."""
-    joints = [
-        _linear_joint(joint) if isinstance(joint, Planetary) else joint for joint in arm.joints
-    ]
-    return arm.model_copy(update={"joints": tuple(joints)})
-
-
-def _linear_joint(joint: Planetary) -> Planetary:
-    meshes = {"sun_mesh": _linear(joint.sun_mesh), "ring_mesh": _linear(joint.ring_mesh)}
-    return joint.model_copy(update=meshes)
+    return with_meshes(arm, _linear)
 
 
 def _linear(mesh: Mesh) -> Mesh:

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.answers import States
+from crosscheck.checks.scales import gear_arc
 from crosscheck.findings import About, Finding, checked, failed, measured_only
-from models.arm import Arm, Planetary
+from models.arm import Arm
 from models.layout import Layout
 
 EPS = np.finfo(float).eps
@@ -132,9 +133,7 @@ def _play_conditioning(setting: Setting) -> float:
     angular = setting.layout.angular
     if angular.all():
         return 1.0
-    geared = [joint for joint in setting.arm.joints if isinstance(joint, Planetary)]
-    pitch = max(joint.module_m * joint.ring_teeth / 2 for joint in geared)
-    arcs = pitch * np.abs(setting.states.q[:, angular]).max()
+    arcs = gear_arc(setting.arm) * np.abs(setting.states.q[:, angular]).max()
     return float(arcs / np.sqrt((setting.states.q[:, ~angular] ** 2).mean()))
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from analytic.kinematics import StageGeometry, stage_geometry
 from analytic.stage import equivalent_masses
-from crosscheck.studies.meshes import with_meshes
 from models.arm import Arm, Mesh, Planetary
 from models.errors import InputError
+from models.meshes import with_meshes
 from models.stiffness import SineStiffness
 
 

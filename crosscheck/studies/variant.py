@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.registry import build, entry_of
-from crosscheck.studies.meshes import damped
 from models.errors import Diverged
 from models.loading import Case, load_case
+from models.meshes import damped
 from models.scenario import MOST_RECORDS, Scenario
 
 PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start

@@ -1,4 +1,4 @@
-"""An arm with other teeth: what a study changes in all meshes at once."""
+"""An arm with other teeth: what is changed in all its meshes at once."""
 
 from __future__ import annotations
 
