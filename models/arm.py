@@ -8,6 +8,7 @@ arm's inertias beside each other.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import FailFast, Field, model_validator
@@ -29,7 +30,10 @@ from models.quantities import (
     Mass,
     Module,
     Name,
+    Offset,
+    PerPlanet,
     Phase,
+    Phases,
     Place,
     PlanetCount,
     Play,
@@ -51,31 +55,62 @@ LEAST_GYRATION = (
 )
 LONGEST_REACH = 3e4  # of the arm over its smallest gear
 LARGEST_RING_M = 50.0
+FROM_TEETH = "from-teeth"
+PHASES_FIT = 1e-3  # cycles that given phases of planets may be off what their teeth say
 ROD, BODY = ("cross_section_m2", "density_kg_per_m3"), ("mass_kg", "inertia_kg_m2")
 
 
-class Mesh(Data):
-    """One of a stage's two kinds of tooth contact, alike for every planet.
+@dataclass(frozen=True)
+class PlanetMesh:
+    """One planet's tooth contact with sun or ring: that of ``Mesh``, a single number each.
 
-    The phase is added to that of the mesh's sines. Damping counts all planets together: directly,
-    or as the ratio zeta of 2 zeta sqrt(N k M), k the mean stiffness and M the equivalent mass of
-    the sun, or that of all planets for the ring mesh.
+    phase_rad: None where the teeth say it.
     """
 
     stiffness: StiffnessLaw
+    backlash_m: float
+    tooth_error_m: float
+    tooth_error_phase_rad: float
+    static_error_m: float
+    phase_rad: float | None
+    damping_ratio: float | None
+    damping_N_s_per_m: float | None
+    tanh_sharpness_per_m: float
+
+
+class Mesh(Data):
+    """One of a stage's two kinds of tooth contact: alike for every planet, or a list of each.
+
+    The phase is added to that of the mesh's sines. Damping counts N planets alike together:
+    directly, or as the ratio zeta of 2 zeta sqrt(N k M), k the mean stiffness and M the equivalent
+    mass of the sun, or that of all planets for the ring mesh; in a list, each planet damps an N-th.
+    """
+
+    stiffness: PerPlanet[StiffnessLaw]
     """k of one planet's contact over the mesh phase, by one of the laws."""
-    backlash_m: Play
+    backlash_m: PerPlanet[Play]
     """b, half the clearance 2 b between the teeth, along the line of action."""
-    tooth_error_m: Play
+    tooth_error_m: PerPlanet[Play]
     """E of the tooth profile error e = E sin(phase)."""
-    phase_rad: Phase = 0.0
-    """Added to the mesh's phase, for stiffness and tooth error alike."""
-    damping_ratio: DampingRatio | None = None
+    tooth_error_phase_rad: PerPlanet[Phase] = 0.0
+    """Added to the phase of the tooth error alone."""
+    static_error_m: PerPlanet[Offset] = 0.0
+    """Added to e: a runout that stands still, a planet out of its place."""
+    phase_rad: Phases = 0.0
+    """Added to the mesh's phase; from-teeth is what each planet's place and the teeth make it."""
+    damping_ratio: PerPlanet[DampingRatio] | None = None
     """zeta of d = 2 zeta sqrt(N k M); this or damping_N_s_per_m."""
-    damping_N_s_per_m: Damping | None = None
-    """d itself, all planets together; this or damping_ratio."""
+    damping_N_s_per_m: PerPlanet[Damping] | None = None
+    """d itself, of N planets alike together; this or damping_ratio."""
     tanh_sharpness_per_m: Sharpness = 1e8
     """Sharpness of the corners of Eq. 6, used with the switch dead_zone = tanh alone."""
+
+    def of_planet(self, place: int) -> PlanetMesh:
+        """Of a planet, counted from 0; damping is that of N planets like it together."""
+        own = {name: value[place] if isinstance(value, tuple) else value for name, value in self}
+        if own["phase_rad"] == FROM_TEETH:
+            own["phase_rad"] = None
+        return PlanetMesh(**own)
 
     @model_validator(mode="after")
     def _one_way_to_damp(self) -> Self:
@@ -152,6 +187,34 @@ class Planetary(Data):
                 "planet_count|must divide sun_teeth + ring_teeth ="
                 f" {self.sun_teeth + self.ring_teeth} for equally spaced planets"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _a_value_per_planet(self) -> Self:
+        for side in ("sun_mesh", "ring_mesh"):
+            for name, value in getattr(self, side):
+                if isinstance(value, tuple) and len(value) != self.planet_count:
+                    raise ValueError(
+                        f"{side}.{name}|needs one value, or {self.planet_count}, one for each"
+                        f" planet; has {len(value)}"
+                    )
+        return self
+
+    @model_validator(mode="after")
+    def _phases_fit_the_teeth(self) -> Self:
+        """Equally spaced planets meet a tooth after each other by an N-th of the sun's teeth."""
+        turns = [-self.sun_teeth * place / self.planet_count for place in range(self.planet_count)]
+        for side, mesh in (("sun_mesh", self.sun_mesh), ("ring_mesh", self.ring_mesh)):
+            phases = mesh.phase_rad
+            if not isinstance(phases, tuple):
+                continue
+            off = [(p - phases[0]) / (2 * math.pi) - t for p, t in zip(phases, turns, strict=True)]
+            if max(abs(o - round(o)) for o in off) > PHASES_FIT:
+                first = ", ".join(f"{2 * math.pi * (t % 1):.4g}" for t in turns)
+                raise ValueError(
+                    f"{side}.phase_rad|contradicts the teeth, by which the planets mesh {first} rad"
+                    " after the first; give those, one number for all, or from-teeth"
+                )
         return self
 
     @model_validator(mode="after")

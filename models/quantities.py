@@ -7,7 +7,7 @@ keeps out what no machine is and no arithmetic can use, such as 1e308 kg or 5e-3
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -102,11 +102,23 @@ def _form(value: object) -> str:
     return "list" if isinstance(value, list | tuple) else "number"
 
 
+def _form_or_word(value: object) -> str:
+    return "word" if isinstance(value, str) else _form(value)
+
+
 UpToSeven = Field(min_length=1, max_length=7, strict=False)  # joints, or what goes by joint
+UpToEight = Field(max_length=8, strict=False)  # planets, or what goes by planet
 Number = TypeVar("Number")
 # One number stands for all joints, a list for one number per joint.
 PerJoint = Annotated[
     Annotated[Number, Tag("number")] | Annotated[tuple[Number, ...], UpToSeven, Tag("list")],
+    Discriminator(_form),
+]
+
+# One number, or law, stands for all planets of a stage, a list for one of each planet.
+OfPlanets = Annotated[tuple[Number, ...], UpToEight]
+PerPlanet = Annotated[
+    Annotated[Number, Tag("number")] | Annotated[OfPlanets[Number], Tag("list")],
     Discriminator(_form),
 ]
 
@@ -142,6 +154,12 @@ ContactRatio = Annotated[float, Within(1, 2)]
 Harmonics = Annotated[int, Within(1, 50)]
 Wave = Annotated[float, Within(-1e12, 1e12, "N/m")]
 Cycles = Annotated[float, Within(0, 1, "cycles")]
+Phases = Annotated[
+    Annotated[Literal["from-teeth"], Tag("word")]
+    | Annotated[Phase, Tag("number")]
+    | Annotated[OfPlanets[Phase], Tag("list")],
+    Discriminator(_form_or_word),
+]
 
 Torque = Annotated[float, Within(-1e9, 1e9, "N m")]
 Gain = Annotated[float, Within(-1e12, 1e12, "N m/rad")]

@@ -257,7 +257,7 @@ def _values(method: str, role: str, size: int) -> dict[str, Mutate]:
 
 def mutants(model: str, arm: Arm) -> list[Mutant]:
     """Of every method that the model promises."""
-    entry, size = MODELS[model], len(MODELS[model].layout(arm))
+    entry, size = MODELS[model], len(MODELS[model].layout(arm, switches()))
     methods = [*sorted(entry.promises), *["largest_stable_step"] * ("simulate" in entry.promises)]
     return [
         Mutant(model, method, name, change)
