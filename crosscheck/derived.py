@@ -56,16 +56,10 @@ def named_meshes(joint: Planetary) -> Iterator[NamedMesh]:
     alike = next(unlike_fields(joint), None) is None
     for n in range(1 if alike else joint.planet_count):
         suffix = "" if alike else f" of planet {n + 1}"
-        sides = zip(
-            (("sun mesh", "sp"), ("ring mesh", "pr")),
-            (joint.sun_mesh.of_planet(n), joint.ring_mesh.of_planet(n)),
-            masses,
-            damping(joint, n),
-            mesh_phases(joint, n),
-            strict=True,
-        )
-        for (title, pair), *values in sides:
-            yield NamedMesh(title + suffix, pair, *values)
+        d, phases = damping(joint, n), mesh_phases(joint, n)
+        for k, (side, pair) in enumerate((("sun", "sp"), ("ring", "pr"))):
+            mesh = (joint.sun_mesh, joint.ring_mesh)[k].of_planet(n)
+            yield NamedMesh(f"{side} mesh{suffix}", pair, mesh, masses[k], d[k], phases[k])
 
 
 def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[Quantity]:

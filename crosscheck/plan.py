@@ -18,7 +18,7 @@ from models.errors import InputError
 from models.loading import Case, load_arm, load_scenario
 from models.meshes import with_meshes
 from models.planets import usual_switches
-from models.scenario import ConstantDrive, Scenario, SinusoidDrive, Start, per_joint
+from models.scenario import ConstantDrive, Scenario, SinusoidDrive, Start, per_joint, planet_offsets
 from models.switches import Switches, switches
 
 # Of the paper's experiments: long enough for its events; the quick plan keeps the start impact and
@@ -44,7 +44,7 @@ MOST_STEPS = 20_000_000
 PAPER_PHASE = switches(phase="omega_t")
 OWN_NAMES = ("probe", "order-smooth", "order-impact", "short-contact", "short-crossing")
 
-Variant = Literal["", "coarse", "nudged", "reference", "reference-coarse"]
+Variant = Literal["", "coarse", "nudged", "reference", "reference-coarse", "free", "free-nudged"]
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,8 @@ class Experiment:
         """One of a model's runs: at its step, at twice that, or from a start a rounding away.
 
         An adaptive model has a looser tolerance instead of a step twice as long; ``reference``
-        is an adaptive run of a model that otherwise takes fixed steps.
+        is an adaptive run of a model that otherwise takes fixed steps; ``free`` has a coordinate
+        for every planet, whatever the experiment says.
         """
         key = RunKey(self.name, model, variant)
         if variant in ("reference", "reference-coarse"):
@@ -69,7 +70,10 @@ class Experiment:
             return Simulation(key, self.case, RIGID_COARSE_RTOL if variant == "coarse" else None)
         step = self._step(model) * (2 if variant == "coarse" else 1)
         case = with_step(self.case, step)
-        return Simulation(key, nudged(case) if variant == "nudged" else case)
+        if variant in ("free", "free-nudged"):
+            laws = self.case.switches.model_copy(update={"planets": "free"})
+            case = case._replace(switches=laws)
+        return Simulation(key, nudged(case) if variant in ("nudged", "free-nudged") else case)
 
     def _step(self, model: str) -> float:
         """The rigid arm has no mesh to resolve."""
@@ -213,7 +217,7 @@ def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Exper
 
     first: whose torques are tried; limit_s: largest stable step [s] of the arm's models.
     """
-    step = _rounded(min(limit_s, 8 * first.case.scenario.step_s) / SHORT_RESOLVED)
+    step = resolved_step(first, limit_s, SHORT_RESOLVED)
     duration = SHORT_STEPS * step
     torques = np.maximum(
         largest_torques(arm, first.case.scenario), _crossing_torques(arm, duration / 3)
@@ -247,9 +251,10 @@ def _crossing_torques(arm: Arm, within_s: float) -> np.ndarray:
     return torques
 
 
-def _rounded(value: float) -> float:
-    """To two digits, downwards enough."""
-    return float(f"{0.97 * value:.1e}")
+def resolved_step(first: Experiment, limit_s: float, times: int) -> float:
+    """A step [s] that so many of are within the limit, to two digits, downwards enough."""
+    longest = min(limit_s, 8 * first.case.scenario.step_s) / times
+    return float(f"{0.97 * longest:.1e}")
 
 
 @dataclass(frozen=True)
@@ -278,7 +283,7 @@ def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
     """
     if not geared(arm):
         return []
-    step = _rounded(min(limit_s, 8 * first.case.scenario.step_s) / ORDER_RESOLVED)
+    step = resolved_step(first, limit_s, ORDER_RESOLVED)
     torques = tuple(map(float, largest_torques(arm, first.case.scenario)))
     stretched = np.zeros(len(arm.joints))
     for number, joint in geared(arm):
@@ -318,9 +323,12 @@ def with_step(case: Case, step_s: float) -> Case:
 
 
 def nudged(case: Case) -> Case:
-    """The case with every angle and mesh displacement started one rounding further."""
+    """The case with every angle and mesh displacement started one rounding further.
+
+    Free planets every other one forth and back.
+    """
     joints, start = len(case.arm.joints), case.scenario.start
-    update = {
+    update: dict[str, object] = {
         name: tuple(value + by for value in per_joint(getattr(start, name), joints))
         for name, by in (
             ("theta_rad", EPS),
@@ -328,8 +336,21 @@ def nudged(case: Case) -> Case:
             ("planet_ring_offset_m", rounding(case.arm)),
         )
     }
+    if case.switches.planets == "free":
+        update["planet_offset_m"] = _apart(case.arm, start)
     moved = start.model_copy(update=update)
     return _with(case, case.scenario.model_copy(update={"start": moved}))
+
+
+def _apart(arm: Arm, start: Start) -> tuple[tuple[float, ...], ...]:
+    counts = [joint.planet_count for joint in arm.joints]
+    return tuple(
+        tuple(
+            offset + rounding(arm) * (1 if planet % 2 else -1)
+            for planet, offset in enumerate(planet_offsets(start, joint, count))
+        )
+        for joint, count in enumerate(counts)
+    )
 
 
 def readings(arm: Arm) -> list[Arm]:

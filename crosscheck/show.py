@@ -65,7 +65,8 @@ def _given(record: Data | PlanetMesh, schema: type[Data] | None = None) -> Itera
 
     schema: whose fields it has, if not its own type's.
     """
-    for field in described(schema or type(record)):
+    of_type = type(record)
+    for field in described(schema or of_type if issubclass(of_type, Data) else Mesh):
         value = getattr(record, field.name)
         if value is not None and not field.records and field.name not in OF_THE_FILE:
             yield Quantity(field.name, value, field.unit)

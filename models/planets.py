@@ -16,7 +16,8 @@ def unlike(arm: Arm) -> Iterator[tuple[str, object]]:
     """Fields of an arm, and their values, by which planets of one stage differ."""
     for number, joint in enumerate(arm.joints):
         if isinstance(joint, Planetary):
-            yield from ((f"joints[{number}].{field}", value) for field, value in unlike_fields(joint))
+            for field, value in unlike_fields(joint):
+                yield f"joints[{number}].{field}", value
 
 
 def unlike_fields(joint: Planetary) -> Iterator[tuple[str, object]]:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from crosscheck.checks.scales import base_radius
+from crosscheck.checks.scales import base_radius, geared
 from crosscheck.checks.states import (
     LOOSEST,
     Setting,
@@ -25,6 +25,7 @@ from crosscheck.findings import About, Finding, checked, failed
 from models.arm import Arm, Planetary
 from models.drive import DriveData, drive_data, joint_torque
 from models.layout import MESHES, Coordinate, Layout
+from models.loading import Case
 from models.scenario import Scenario
 
 # Powers of 1e4 N x 0.1 m/s whose forces carry the rounding of displacements (see states).
@@ -62,24 +63,23 @@ class Motion(NamedTuple):
     passive: np.ndarray
 
 
-Balance = Callable[[About, Answered, Setting, Scenario], Finding]
+Balance = Callable[[About, Answered, Setting, Case], Finding]
 
 
-def power(about: About, given: Answered, setting: Setting, scenario: Scenario) -> Finding:
+def power(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
     """What the drive, meshes and dampers put in is what the kinetic energy gains."""
-    motions = _motions(given, setting, scenario)
-    return _balanced(about, [_power_residual(setting.arm, motion) for motion in motions])
+    found = motions(given, setting, case.scenario)
+    return balanced(about, [_power_residual(setting.arm, motion) for motion in found])
 
 
-def angular_momentum(
-    about: About, given: Answered, setting: Setting, scenario: Scenario
-) -> Finding:
+def angular_momentum(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
     """The whole arm's angular momentum changes by what the ground exerts."""
-    motions = _motions(given, setting, scenario)
-    return _balanced(about, [_angular_momentum_residual(setting.arm, m) for m in motions])
+    found = motions(given, setting, case.scenario)
+    return balanced(about, [_angular_momentum_residual(setting.arm, m) for m in found])
 
 
-def _balanced(about: About, pairs: list[tuple[float, float]]) -> Finding:
+def balanced(about: About, pairs: list[tuple[float, float]]) -> Finding:
+    """Finding of residuals and the sizes of their terms, state by state."""
     gaps, sizes = np.array(pairs).T
     size = float(np.sqrt((sizes**2).mean()))
     measured = float(np.abs(gaps).max())
@@ -92,7 +92,8 @@ def _balanced(about: About, pairs: list[tuple[float, float]]) -> Finding:
     )
 
 
-def _motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[Motion]:
+def motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[Motion]:
+    """What moves each state and how it moves."""
     drive = drive_data(scenario, len(setting.arm.joints))
     mass, a, bias = given.mass_matrix, given.acceleration, given.bias
     inertial = np.einsum("kij,kj->ki", mass, a) + bias
@@ -120,19 +121,28 @@ def _power_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
     v . (M a + bias) is the rate of v . M v / 2. A motor turns its sun n times as fast as the link,
     and by the mesh displacements; its torque reaches a mesh row of the force as T / (n r_s).
     """
-    dtheta = motion.v[motion.layout.theta]
-    terms = [*(motion.passive * dtheta)]
-    for number, (joint, torque) in enumerate(zip(arm.joints, motion.torques, strict=True)):
-        if not isinstance(joint, Planetary):
-            terms.append(torque * dtheta[number])
-            continue
+    terms = outside_powers(arm, motion)
+    for number, joint in geared(arm):
         radius, ratio = sun_of(joint)
-        sun, motor = sun_advance(motion.layout, number) / radius, torque / ratio
+        motor = motion.torques[number] / ratio * sun_advance(motion.layout, number) / radius
         rows = [k for k, c in enumerate(motion.layout.coordinates) if moves(c, number)]
-        terms.append(motor * (sun @ motion.v + ratio * dtheta[number]))
-        terms += [*((motion.force[rows] - motor * sun[rows]) * motion.v[rows])]
+        terms += [*((motion.force - motor) * motion.v)[rows]]
     size = np.abs(motion.v) @ motion.summed + np.abs(terms).sum()
     return float(motion.v @ motion.inertial - np.sum(terms)), float(size)
+
+
+def outside_powers(arm: Arm, motion: Motion) -> list[float]:
+    """What motors, weight and friction put in [W], term by term."""
+    dtheta = motion.v[motion.layout.theta]
+    powers = [*(motion.passive * dtheta)]
+    for number, (joint, torque) in enumerate(zip(arm.joints, motion.torques, strict=True)):
+        turning = dtheta[number]
+        if isinstance(joint, Planetary):
+            radius, ratio = sun_of(joint)
+            slides = sun_advance(motion.layout, number) @ motion.v
+            torque, turning = torque / ratio, slides / radius + ratio * turning
+        powers.append(torque * turning)
+    return powers
 
 
 def _angular_momentum_residual(arm: Arm, motion: Motion) -> tuple[float, float]:

@@ -3,23 +3,32 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from crosscheck.checks.scales import geared
-from models.arm import Arm, PlanetMesh, Planetary
+from models.arm import Arm, Planetary
 from models.stiffness import FourierStiffness, SineStiffness, SquareStiffness, StiffnessLaw
 from models.switches import Switches
 
 
-def spring_energy(
+class Spring(NamedTuple):
+    """One mesh along a way: its clearance b [m], k [N/m] and x - e [m], both (times,)."""
+
+    backlash: float
+    stiffness: np.ndarray
+    gap: np.ndarray
+
+
+def springs(
     arm: Arm, chosen: Switches, theta: np.ndarray, x_sp: np.ndarray, x_pr: np.ndarray
-) -> np.ndarray:
-    """V [J], shape (times,), with the phase by the angle and the exact dead zone.
+) -> Iterator[Spring]:
+    """Every mesh of every planet, with the phase by the angle.
 
     theta (times, joints) [rad]; x_sp, x_pr (times, joints, planets) [m].
     """
-    total = np.zeros(len(theta))
     for number, joint in geared(arm):
         rates = _rates(joint, chosen)
         for planet in range(joint.planet_count):
@@ -27,16 +36,15 @@ def spring_energy(
             phases = _constants(joint, planet)
             for mesh, rate, constant, x in zip(contacts, rates, phases, (x_sp, x_pr), strict=True):
                 phase = rate * theta[:, number] + constant
-                total += _energy(mesh, phase, x[:, number, planet])
-    return total
+                wave = np.sin(phase + mesh.tooth_error_phase_rad)
+                gap = x[:, number, planet] - mesh.static_error_m - mesh.tooth_error_m * wave
+                yield Spring(mesh.backlash_m, stiffness_at(mesh.stiffness, phase), gap)
 
 
-def _energy(mesh: PlanetMesh, phase: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Of one mesh [J]: what of x - e is beyond the clearance is pressed in."""
-    wave = np.sin(phase + mesh.tooth_error_phase_rad)
-    gap = x - mesh.static_error_m - mesh.tooth_error_m * wave
-    pressed = np.maximum(np.abs(gap) - mesh.backlash_m, 0.0)
-    return stiffness_at(mesh.stiffness, phase) * pressed**2 / 2
+def energy_of(spring: Spring) -> np.ndarray:
+    """1/2 k f^2 [J], (times,): what of x - e is beyond the clearance is pressed in."""
+    pressed = np.maximum(np.abs(spring.gap) - spring.backlash, 0.0)
+    return spring.stiffness * pressed**2 / 2
 
 
 def _rates(joint: Planetary, chosen: Switches) -> tuple[int, int]:
