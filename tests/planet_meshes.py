@@ -24,7 +24,68 @@ from models.switches import Switches
 from tests.any_arms import direct_joints, meshes, planetary_joints, rods
 
 STEP = 1e-40  # of complex steps: its square is nothing beside any energy
-OUT_OF_PHASE = {"sun_teeth": 28, "planet_teeth": 20, "ring_teeth": 68, "planet_count": 3}
+ROD = {"length_m": 0.8, "com_m": 0.35, "mass_kg": 20.0, "inertia_kg_m2": 1.1}
+LAW = {
+    "law": "fourier",
+    "mean_N_per_m": 9e7,
+    "cosine_N_per_m": [1e7, -3e6],
+    "sine_N_per_m": [5e6, 4e6, 1e6],
+}
+SOFT = {"law": "sine", "mean_N_per_m": 6e7, "amplitude_N_per_m": 1e7}
+TABLE = {
+    "law": "table",
+    "phase_cycles": [0.0, 0.15, 0.3, 0.55, 0.8, 1.0],
+    "stiffness_N_per_m": [8e7, 9e7, 1.2e8, 1.1e8, 7e7, 8e7],
+}
+
+
+def mesh(**changes: Any) -> dict[str, Any]:
+    """A mesh's fields, its planets alike but for their phases."""
+    return {
+        "stiffness": LAW,
+        "backlash_m": 3e-5,
+        "tooth_error_m": 8e-6,
+        "phase_rad": "from-teeth",
+        "damping_ratio": 0.0,
+        **changes,
+    }
+
+
+def stage(**changes: Any) -> dict[str, Any]:
+    """A joint's fields, whose planets mesh a third of a pitch after each other."""
+    return {
+        "kind": "planetary",
+        "sun_teeth": 28,
+        "planet_teeth": 20,
+        "ring_teeth": 68,
+        "planet_count": 3,
+        "module_m": 0.003,
+        "pressure_angle_deg": 20.0,
+        "sun_equivalent_mass_kg": 0.5,
+        "planet_equivalent_mass_kg": 0.6,
+        "carrier_equivalent_mass_kg": 6.0,
+        "sun_mass_kg": 0.4,
+        "planet_mass_kg": 0.5,
+        "carrier_mass_kg": 6.0,
+        "ring_mass_kg": 8.0,
+        "sun_mesh": mesh(),
+        "ring_mesh": mesh(backlash_m=2e-5),
+        **changes,
+    }
+
+
+def unlike_mesh(**changes: Any) -> dict[str, Any]:
+    """A mesh's fields, of three planets that differ in everything that may differ."""
+    return {
+        "stiffness": [LAW, SOFT, TABLE],
+        "backlash_m": [3e-5, 5e-5, 2e-5],
+        "tooth_error_m": [8e-6, 4e-6, 6e-6],
+        "tooth_error_phase_rad": [0.3, -1.1, 2.0],
+        "static_error_m": [5e-6, -7e-6, 3e-6],
+        "phase_rad": "from-teeth",
+        "damping_ratio": [0.05, 0.08, 0.03],
+        **changes,
+    }
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,14 +15,16 @@ from models.layout import Layout, free_layout, lumped_layout
 from models.pinocchio_gears import PinocchioGears
 from models.switches import Switches, switches
 from tests.planet_meshes import (
-    OUT_OF_PHASE,
+    ROD,
     alike_arms,
     arm_of,
     contacts,
     expected_force,
+    mesh,
     rounding,
     slope,
     spring_energy,
+    stage,
     state,
     undriven,
     unlike_arms,
@@ -31,44 +32,6 @@ from tests.planet_meshes import (
 
 EPS = np.finfo(float).eps
 seeds = st.integers(0, 2**32 - 1)
-ROD = {"length_m": 0.8, "com_m": 0.35, "mass_kg": 20.0, "inertia_kg_m2": 1.1}
-LAW = {
-    "law": "fourier",
-    "mean_N_per_m": 9e7,
-    "cosine_N_per_m": [1e7, -3e6],
-    "sine_N_per_m": [5e6, 4e6, 1e6],
-}
-
-
-def mesh(**changes: Any) -> dict[str, Any]:
-    return {
-        "stiffness": LAW,
-        "backlash_m": 3e-5,
-        "tooth_error_m": 8e-6,
-        "phase_rad": "from-teeth",
-        "damping_ratio": 0.0,
-        **changes,
-    }
-
-
-def stage(**changes: Any) -> dict[str, Any]:
-    """One whose planets mesh a third of a pitch after each other."""
-    return {
-        "kind": "planetary",
-        **OUT_OF_PHASE,
-        "module_m": 0.003,
-        "pressure_angle_deg": 20.0,
-        "sun_equivalent_mass_kg": 0.5,
-        "planet_equivalent_mass_kg": 0.6,
-        "carrier_equivalent_mass_kg": 6.0,
-        "sun_mass_kg": 0.4,
-        "planet_mass_kg": 0.5,
-        "carrier_mass_kg": 6.0,
-        "ring_mass_kg": 8.0,
-        "sun_mesh": mesh(),
-        "ring_mesh": mesh(backlash_m=2e-5),
-        **changes,
-    }
 
 
 def gears(arm: Arm, **chosen: str) -> PinocchioGears:
