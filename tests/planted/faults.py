@@ -37,6 +37,7 @@ PACKAGES = {
     "exudyn": (
         "models.exudyn_mesh",
         "models.exudyn_tree",
+        "models.exudyn_tree_laws",
         "models.exudyn_tree_parts",
         "models.exudyn_tree_stiffness",
     ),
