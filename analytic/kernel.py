@@ -15,10 +15,11 @@ import numpy as np
 from numba import njit
 
 from analytic.gears import Gears
-from analytic.mesh_force import in_contact, mesh_force
+from analytic.mesh_force import in_contact, mesh_force, phase_force
 from analytic.mesh_frequency import mesh_phase
-from analytic.stiffness import stiffness
+from analytic.stiffness import stiffness, stiffness_slope
 from analytic.terms import Terms
+from analytic.tooth_error import whole_error
 from models.drive import DriveData, joint_torque
 
 
@@ -74,10 +75,25 @@ def bias(terms: Terms, q: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
 
 
 @njit(cache=True, inline="always")
-def elastic_force(gears: Gears, i: int, x: float, phase: float, sine: float) -> float:
-    """Elastic force per planet [N] of mesh i at its displacement x [m] and phase [rad]."""
+def displacement(gears: Gears, i: int, q: np.ndarray) -> float:
+    """x [m] of mesh i (or, of rates, x'): a coordinate, or the difference of two."""
+    if gears.less[i] < 0:
+        return q[gears.where[i]]
+    return q[gears.where[i]] - q[gears.less[i]]
+
+
+@njit(cache=True, inline="always")
+def gap_of(gears: Gears, i: int, phase: float, sine: float, q: np.ndarray) -> float:
+    """x - e [m] of mesh i at its phase [rad]."""
+    lead, static = gears.lead[i], gears.static[i]
+    return displacement(gears, i, q) - whole_error(phase, sine, gears.E[i], lead, static)
+
+
+@njit(cache=True, inline="always")
+def elastic_force(gears: Gears, i: int, gap: float, phase: float, sine: float) -> float:
+    """Elastic force per planet [N] of mesh i by its gap x - e [m], at its phase [rad]."""
     k = stiffness(gears.law, i, phase, sine, gears.k_m[i], gears.k_a[i])
-    return mesh_force(gears.dead_zone, x, sine, k, gears.E[i], gears.b[i], gears.sigma[i])
+    return mesh_force(gears.dead_zone, gap, k, gears.b[i], gears.sigma[i])
 
 
 @njit(cache=True, inline="always")
@@ -85,7 +101,18 @@ def elastic_forces(gears: Gears, t: float, q: np.ndarray, v: np.ndarray, out: np
     """Elastic force per planet [N] of every mesh into out (meshes,)."""
     for i in range(out.size):
         phase = phase_of(gears, i, t, q, v)
-        out[i] = elastic_force(gears, i, q[gears.where[i]], phase, np.sin(phase))
+        sine = np.sin(phase)
+        out[i] = elastic_force(gears, i, gap_of(gears, i, phase, sine, q), phase, sine)
+
+
+@njit(cache=True)
+def force_on_angle(gears: Gears, i: int, gap: float, phase: float, sine: float) -> float:
+    """What the potential of mesh i, of all its planets, does to its joint's angle [N m]."""
+    k = stiffness(gears.law, i, phase, sine, gears.k_m[i], gears.k_a[i])
+    slope = stiffness_slope(gears.law, i, phase, gears.k_a[i])
+    turn = np.cos(phase + gears.lead[i])
+    on_phase = phase_force(gap, k, slope, gears.E[i] * turn, gears.b[i])
+    return gears.planets[i] * gears.rate[i] * on_phase
 
 
 @njit(cache=True, inline="always")
@@ -124,7 +151,8 @@ def generalized_force(
     out[:] = 0.0
     for j in range(terms.drive_map.shape[1]):
         effort = torque(terms, drive, j, t, q, v)
-        for row in range(q.size):
+        for place in range(terms.drive_rows.first[j], terms.drive_rows.first[j + 1]):
+            row = terms.drive_rows.rows[place]
             out[row] += terms.drive_map[row, j] * effort
         out[terms.theta[j]] -= terms.friction[j] * v[terms.theta[j]]
     for i in range(terms.weight.shape[0]):
@@ -132,14 +160,20 @@ def generalized_force(
         pull = terms.weight_coeff[i, 0] * np.cos(angle) + terms.weight_coeff[i, 1] * np.sin(angle)
         out[terms.weight[i, 0]] += pull
     for i in range(gears.where.size):
-        at = gears.where[i]
         phase = phase_of(gears, i, t, q, v)
         sine = np.sin(phase)
-        force = elastic_force(gears, i, q[at], phase, sine)
-        for row in range(q.size):
+        gap = gap_of(gears, i, phase, sine, q)
+        force = elastic_force(gears, i, gap, phase, sine)
+        for place in range(terms.mesh_rows.first[i], terms.mesh_rows.first[i + 1]):
+            row = terms.mesh_rows.rows[place]
             out[row] += terms.mesh_map[row, i] * force
-        if gears.damps_apart or in_contact(q[at], sine, gears.E[i], gears.b[i]):
-            out[at] -= gears.d[i] * v[at]
+        if gears.damps_apart or in_contact(gap, gears.b[i]):
+            damper = gears.d[i] * displacement(gears, i, v)
+            out[gears.where[i]] -= damper
+            if gears.less[i] >= 0:
+                out[gears.less[i]] += damper
+        if gears.conservative:
+            out[gears.theta[i]] += force_on_angle(gears, i, gap, phase, sine)
 
 
 @njit(cache=True, inline="always")
