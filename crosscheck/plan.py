@@ -17,6 +17,7 @@ from models.arm import Arm
 from models.errors import InputError
 from models.loading import Case, load_arm, load_scenario
 from models.meshes import with_meshes
+from models.planets import usual_switches
 from models.scenario import ConstantDrive, Scenario, SinusoidDrive, Start, per_joint
 from models.switches import Switches, switches
 
@@ -40,7 +41,6 @@ SHORT_STEPS, SHORT_RECORDS = 5000, 50
 PROBE_S = 0.05
 # Longer runs than this nobody waits for: an arm that needs them is refused beforehand.
 MOST_STEPS = 20_000_000
-MECHANISM = switches()
 PAPER_PHASE = switches(phase="omega_t")
 OWN_NAMES = ("probe", "order-smooth", "order-impact", "short-contact", "short-crossing")
 
@@ -109,9 +109,14 @@ class Wanted:
         return not self.scenarios and is_the_papers(self.arm)
 
 
+def mechanism(arm: Arm) -> Switches:
+    """The laws that an arm follows where nothing else is said: phases by the angle."""
+    return usual_switches(arm)
+
+
 def outlined(wanted: Wanted, sizes: Sizes | None) -> list[Experiment]:
     """The experiments at the steps of their scenarios: what must be known before the plan."""
-    laws = wanted.chosen or MECHANISM
+    laws = wanted.chosen or mechanism(wanted.arm)
     if wanted.scenarios:
         return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in wanted.scenarios]
     if sizes is not None:
@@ -227,7 +232,7 @@ def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Exper
             start=bent,
             drive=ConstantDrive(kind="constant", torque_N_m=pushed),
         )
-        found.append(Experiment(name, Case(arm, scenario, MECHANISM)))
+        found.append(Experiment(name, Case(arm, scenario, mechanism(arm))))
     return found
 
 
@@ -235,7 +240,7 @@ def _crossing_torques(arm: Arm, within_s: float) -> np.ndarray:
     """Torques [N m], (joints,), that take a sun's teeth across their play in this time."""
     torques = np.zeros(len(arm.joints))
     for number, joint in geared(arm):
-        play = 2 * sum(mesh.backlash_m for mesh in meshes(joint))
+        play = 4 * max(mesh.backlash_m for mesh in meshes(joint))
         radius, ratio = base_radius(joint, joint.sun_teeth), 1 + joint.ring_teeth / joint.sun_teeth
         inertia = joint.sun_inertia_kg_m2 or (joint.sun_equivalent_mass_kg or 0.0) * radius**2
         torques[number] = 2 * play / within_s**2 / radius * inertia * ratio
@@ -289,8 +294,8 @@ def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
         drive=ConstantDrive(kind="constant", torque_N_m=torques),
     )
     return [
-        OrderCase("order-smooth", Case(without_play(arm), scenario, MECHANISM), True),
-        OrderCase("order-impact", Case(arm, scenario, MECHANISM), False),
+        OrderCase("order-smooth", Case(without_play(arm), scenario, mechanism(arm)), True),
+        OrderCase("order-impact", Case(arm, scenario, mechanism(arm)), False),
     ]
 
 

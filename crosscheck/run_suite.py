@@ -13,7 +13,7 @@ from crosscheck.checks.scales import Limit, meaningful
 from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair, sensitivity
 from crosscheck.comparison import Comparison, Results
 from crosscheck.findings import About, Finding, Key, checked, measured_only
-from crosscheck.plan import MECHANISM, Experiment, OrderCase
+from crosscheck.plan import Experiment, OrderCase, mechanism
 from crosscheck.registry import (
     MODELS,
     PAPER_FORMS,
@@ -26,6 +26,7 @@ from crosscheck.registry import (
 from crosscheck.tasks import Evaluation, Simulation
 from models.arm import Arm
 from models.layout import lumped_layout
+from models.loading import Case
 
 LARGEST = "largest absolute difference"
 MESH = ("theta", "x_sp", "x_pr")
@@ -132,7 +133,8 @@ def _widest(experiment: Experiment, about: About, run: Any) -> Limit:
 
 def _under_mechanism(experiment: Experiment) -> Iterator[Comparison]:
     """What is asked under the default switches alone."""
-    if experiment.case.switches != MECHANISM:
+    arm, _, laws = experiment.case
+    if laws not in (mechanism(arm), mechanism(arm).model_copy(update={"planets": "free"})):
         return
     yield from _against_reference(experiment)
     first = lead()
@@ -171,9 +173,13 @@ def _forms(experiment: Experiment) -> Iterator[Comparison]:
     other = same_integrator()[-1]
     for form in PAPER_FORMS:
         runs = (experiment.run(form), experiment.run(other))
-        for quantity in FORM_QUANTITIES if MODELS[form].covers(experiment.case.arm) else ():
+        for quantity in FORM_QUANTITIES if _covered(form, experiment.case) else ():
             about = _about("form", experiment, quantity, (form, other))
             yield _of_runs(about, runs, trajectories.deviation)
+
+
+def _covered(model: str, case: Case) -> bool:
+    return MODELS[model].covers(case.arm, case.switches)
 
 
 def _rigid(experiment: Experiment, level: str) -> Iterator[Comparison]:

@@ -24,7 +24,7 @@ from crosscheck.checks.weights import weight_moments
 from crosscheck.findings import About, Finding, checked, failed
 from models.arm import Arm, Planetary
 from models.drive import DriveData, drive_data, joint_torque
-from models.layout import MESHES, Layout
+from models.layout import MESHES, Coordinate, Layout
 from models.scenario import Scenario
 
 # Powers of 1e4 N x 0.1 m/s whose forces carry the rounding of displacements (see states).
@@ -127,10 +127,10 @@ def _power_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
             terms.append(torque * dtheta[number])
             continue
         radius, ratio = sun_of(joint)
-        rows = [motion.layout.at(mesh, number) for mesh in MESHES]
-        slides, motor = motion.v[rows], torque / ratio
-        terms.append(motor * (slides.sum() / radius + ratio * dtheta[number]))
-        terms += [*((motion.force[rows] - motor / radius) * slides)]
+        sun, motor = sun_advance(motion.layout, number) / radius, torque / ratio
+        rows = [k for k, c in enumerate(motion.layout.coordinates) if moves(c, number)]
+        terms.append(motor * (sun @ motion.v + ratio * dtheta[number]))
+        terms += [*((motion.force[rows] - motor * sun[rows]) * motion.v[rows])]
     size = np.abs(motion.v) @ motion.summed + np.abs(terms).sum()
     return float(motion.v @ motion.inertial - np.sum(terms)), float(size)
 
@@ -138,7 +138,8 @@ def _power_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
 def _angular_momentum_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
     """dH/dt = T_1 / n + (N F_pr1 + d_pr x_pr1') r_r, friction and weight: what is outside acts.
 
-    Turning the whole arm turns the first ring's teeth past its planets: x_pr1 changes by -r_r.
+    Turning the whole arm turns the first ring's teeth past its planets: x_pr1 changes by -r_r, of
+    every planet, and so does the sun's advance.
     """
     joint, shoulder = arm.joints[0], motion.layout.at("theta", 0)
     outside, torque = motion.passive[0], motion.torques[0]
@@ -146,13 +147,25 @@ def _angular_momentum_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
         size = motion.summed[shoulder] + abs(torque) + abs(outside)
         return float(motion.inertial[shoulder] - torque - outside), float(size)
     radius, ratio = sun_of(joint)
-    ring, slide = radius * joint.ring_teeth / joint.sun_teeth, motion.layout.at("x_pr", 0)
-    motor = torque / ratio
-    rate = motion.inertial[shoulder] - ring * motion.inertial[slide]
-    on_teeth = (motor / radius - motion.force[slide]) * ring
+    ring, motor = radius * joint.ring_teeth / joint.sun_teeth, torque / ratio
+    slides = [k for k, c in enumerate(motion.layout.coordinates) if moves(c, 0)]
+    slides = [k for k in slides if motion.layout.coordinates[k].meaning != "x_sp"]
+    rate = motion.inertial[shoulder] - ring * motion.inertial[slides].sum()
+    on_teeth = (motor / radius - motion.force[slides].sum()) * ring
     terms = np.array([motor, on_teeth, outside])
-    size = motion.summed[shoulder] + ring * motion.summed[slide] + np.abs(terms).sum()
+    size = motion.summed[shoulder] + ring * motion.summed[slides].sum() + np.abs(terms).sum()
     return float(rate - terms.sum()), float(size)
+
+
+def sun_advance(layout: Layout, joint: int) -> np.ndarray:
+    """Row (n,) of x_sp + x_pr of a joint, counted from 0, which is the same for each planet."""
+    x_sp, x_pr = (layout.displacement(mesh, joint, 0) for mesh in MESHES)
+    return x_sp + x_pr
+
+
+def moves(coordinate: Coordinate, joint: int) -> bool:
+    """Whether it is a displacement of the teeth of a joint, counted from 0."""
+    return not coordinate.is_angle and coordinate.joint == joint + 1
 
 
 def sun_of(joint: Planetary) -> tuple[float, float]:
