@@ -24,18 +24,24 @@ from models.drive import DriveData, joint_torque
 
 
 class Scratch(NamedTuple):
-    """What one evaluation writes on: M (n, n), C v (n,), cos(waves . q) (waves,)."""
+    """What one evaluation writes on: M (n, n), C v (n,), cosine and sine of waves . q (waves,).
+
+    filled (n,): which columns of a row are not 0.
+    """
 
     matrix: np.ndarray
     gyroscopic: np.ndarray
     cosines: np.ndarray
+    sines: np.ndarray
+    filled: np.ndarray
 
 
 @njit(cache=True, inline="always")
 def scratch(terms: Terms) -> Scratch:
     """Room for evaluations of these terms."""
     waves, n = terms.waves.shape
-    return Scratch(np.empty((n, n)), np.empty(n), np.empty(waves))
+    waved = np.empty(waves), np.empty(waves)
+    return Scratch(np.empty((n, n)), np.empty(n), *waved, np.empty(n, dtype=np.int64))
 
 
 @njit(cache=True, inline="always")
@@ -65,13 +71,23 @@ def mass_matrix(terms: Terms, q: np.ndarray, out: np.ndarray) -> None:
 
 
 @njit(cache=True, inline="always")
-def bias(terms: Terms, q: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
-    """C(q, v) v into out (n,)."""
+def bias_by(
+    terms: Terms, q: np.ndarray, v: np.ndarray, sines: np.ndarray, out: np.ndarray
+) -> None:
+    """C(q, v) v into out (n,), the sines of its waves into sines (waves,)."""
     out[:] = 0.0
+    for wave in range(sines.size):
+        sines[wave] = np.sin(wave_angle(terms.waves, wave, q))
     for i in range(terms.bias.shape[0]):
         row, wave = terms.bias[i, 0], terms.bias[i, 1]
         rates = v[terms.bias[i, 2]] * v[terms.bias[i, 3]]
-        out[row] += terms.bias_coeff[i] * np.sin(wave_angle(terms.waves, wave, q)) * rates
+        out[row] += terms.bias_coeff[i] * sines[wave] * rates
+
+
+@njit(cache=True)
+def bias(terms: Terms, q: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
+    """C(q, v) v into out (n,)."""
+    bias_by(terms, q, v, np.empty(terms.waves.shape[0]), out)
 
 
 @njit(cache=True, inline="always")
@@ -177,10 +193,12 @@ def generalized_force(
 
 
 @njit(cache=True, inline="always")
-def solve(matrix: np.ndarray, right: np.ndarray) -> None:
+def solve(matrix: np.ndarray, right: np.ndarray, filled: np.ndarray) -> None:
     """Gaussian elimination with partial pivoting in place; the solution replaces `right`.
 
-    For the few unknowns here a call into LAPACK costs more than the elimination itself.
+    For the few unknowns here a call into LAPACK costs more than the elimination itself. Only the
+    columns of a pivot's row that are not 0, noted in filled (n,), are worked on: of gears two or
+    three.
     """
     n = right.size
     for column in range(n):
@@ -192,12 +210,19 @@ def solve(matrix: np.ndarray, right: np.ndarray) -> None:
             for k in range(column, n):
                 matrix[column, k], matrix[pivot, k] = matrix[pivot, k], matrix[column, k]
             right[column], right[pivot] = right[pivot], right[column]
+        count = 0
+        for k in range(column + 1, n):
+            if matrix[column, k] != 0.0:
+                filled[count] = k
+                count += 1
         for row in range(column + 1, n):
+            if matrix[row, column] == 0.0:
+                continue
             factor = matrix[row, column] / matrix[column, column]
-            if factor != 0.0:
-                for k in range(column + 1, n):
-                    matrix[row, k] -= factor * matrix[column, k]
-                right[row] -= factor * right[column]
+            for place in range(count):
+                k = filled[place]
+                matrix[row, k] -= factor * matrix[column, k]
+            right[row] -= factor * right[column]
     for row in range(n - 1, -1, -1):
         for k in range(row + 1, n):
             right[row] -= matrix[row, k] * right[k]
@@ -217,11 +242,11 @@ def acceleration_by(
 ) -> None:
     """q'' into out (n,), worked out in ``room``."""
     mass_matrix_by(terms, q, room.cosines, room.matrix)
-    bias(terms, q, v, room.gyroscopic)
+    bias_by(terms, q, v, room.sines, room.gyroscopic)
     generalized_force(terms, gears, drive, t, q, v, out)
     for row in range(q.size):
         out[row] -= room.gyroscopic[row]
-    solve(room.matrix, out)
+    solve(room.matrix, out, room.filled)
 
 
 @njit(cache=True)
