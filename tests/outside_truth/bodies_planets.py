@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from models.arm import Arm
 from tests.mixed_arms import LAWS, PLANET_M, Data, arm_of, geared, mean_stiffness, stiffness
@@ -166,6 +167,39 @@ def tooth_forces(q: np.ndarray, v: np.ndarray, damping: str = "always") -> np.nd
 def spring_energy(q: np.ndarray) -> float:
     """k f^2 / 2 of all teeth [J]."""
     return sum(spot.stiffness * spot.travel**2 / 2 for spot in spots(q, 0 * q))
+
+
+def first_touch() -> np.ndarray:
+    """q at which every ring mesh touches, and the first of each sun's."""
+    q = np.zeros(ANGLES[-1] + 1)
+    first = 0
+    for stage, theta in zip(STAGES, ANGLES, strict=True):
+        on_ring = np.array([own.backlash + own.static for own in stage.ring])
+        on_sun = [own.backlash + own.static for own in stage.sun]
+        q[first + 1 : theta] = on_ring
+        q[first] = min(on_ring + on_sun)
+        first = theta + 1
+    return q
+
+
+def states_in(run: xr.Dataset) -> np.ndarray:
+    """q of every record (times, n), by each stage's first planet where the sun is concerned."""
+    x_sp, x_pr, theta = (run[name].values for name in ("x_sp", "x_pr", "theta"))
+    columns = []
+    for joint, stage in enumerate(STAGES):
+        own = x_pr[:, joint, : len(stage.ring)]
+        columns += [x_sp[:, joint, :1] + own[:, :1], own, theta[:, joint, None]]
+    return np.hstack(columns)
+
+
+def recorded_forces(q: np.ndarray) -> np.ndarray:
+    """F_sp and F_pr [N], (2, joints, planets), where a trajectory has them; NaN elsewhere."""
+    forces = np.full((2, len(STAGES), max(len(stage.sun) for stage in STAGES)), np.nan)
+    found = iter(spots(q, 0 * q))
+    for joint, stage in enumerate(STAGES):
+        for planet in range(len(stage.sun)):
+            forces[:, joint, planet] = next(found).force, next(found).force
+    return forces
 
 
 def energy_slopes(q: np.ndarray) -> np.ndarray:
