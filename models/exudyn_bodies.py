@@ -267,8 +267,8 @@ class ExudynBodies(Model):
             (start.mesh == "contact") * np.array([touching(toothed.mesh) for toothed in side])
             for side in self.meshes[place]
         )
-        apart = per_joint(start.sun_planet_offset_m, joints)[place]
-        from_ring = per_joint(start.planet_ring_offset_m, joints)[place]
+        offsets = start.sun_planet_offset_m, start.planet_ring_offset_m
+        apart, from_ring = (per_joint(offset, joints)[place] for offset in offsets)
         rings = ring_places(layout, place)
         q[rings] = x_pr[: len(rings)] + from_ring
         if layout.free:
