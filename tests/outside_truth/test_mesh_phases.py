@@ -32,6 +32,7 @@ from tests.one_stage import arm_of_stage, free_model, plain_mesh, sine
 
 LAW = sine(1e8, 3e7)
 DISPLACEMENT_M = 1e-4
+SEQUENTIAL = [(sun, planet, count) for sun, planet, count in GEAR_SETS if 2 * sun % count]
 POSES = 8  # in a mesh cycle, that show the phase of a wave
 DRAWN = 1e-6  # cycles: the point of a contact is found to 1e-7 of a module, a pitch is 3
 
@@ -210,10 +211,13 @@ def test_helicopter_stage_in_print():
 
 @st.composite
 def arms_by_teeth(draw: st.DrawFn) -> Arm:
-    """One joint, its ring meshes in phase as the teeth say, its sun meshes too or as a number."""
+    """One joint, its ring meshes in phase as the teeth say, its sun meshes too or as a number.
+
+    Planets one after the other by neither whole nor half cycles, which would hide a wrong sign.
+    """
     sun = plain_mesh(LAW, draw(st.just(FROM_TEETH) | st.floats(-3, 3)))
     meshes = {"sun_mesh": sun, "ring_mesh": plain_mesh(LAW, FROM_TEETH)}
-    return arm_of_stage(draw(planetary_joints()) | meshes, draw(rods()), 0.0)
+    return arm_of_stage(draw(planetary_joints(sets=SEQUENTIAL)) | meshes, draw(rods()), 0.0)
 
 
 def seen_phases(model: Model, loaded: str) -> np.ndarray:
@@ -234,7 +238,7 @@ def seen_phases(model: Model, loaded: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", GEARED)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(arms_by_teeth())
 def test_models_meshes_are_in_phase_as_drawn(name, arm):
     joint, model = arm.joints[0], free_model(name, arm)

@@ -204,10 +204,10 @@ def assert_same(found: np.ndarray, expected: np.ndarray) -> None:
     assert found[1:] == pytest.approx(expected[1:], rel=ROUNDING)
 
 
-def assert_close(found: np.ndarray, of_gears: np.ndarray, moved: np.ndarray) -> None:
+def assert_close(found: np.ndarray, inner: np.ndarray, moved: np.ndarray) -> None:
     """A matrix over free coordinates against one over u; each entry by what it is summed from."""
-    expected = moved.T @ of_gears @ moved
-    size = np.sqrt(np.diag(np.abs(moved).T @ np.abs(of_gears) @ np.abs(moved)))
+    expected = moved.T @ inner @ moved
+    size = np.sqrt(np.diag(np.abs(moved).T @ np.abs(inner) @ np.abs(moved)))
     assert (np.abs(found - expected) <= ROUNDING * np.outer(size, size)).all()
 
 
