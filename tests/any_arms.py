@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from hypothesis import strategies as st
@@ -49,9 +50,11 @@ def any_arms(draw: st.DrawFn, joints: int, unlike: bool = False) -> Arm:
 
 
 @st.composite
-def planetary_joints(draw: st.DrawFn, unlike: bool = False) -> dict[str, Any]:
+def planetary_joints(
+    draw: st.DrawFn, unlike: bool = False, sets: Sequence[tuple[int, int, int]] = GEAR_SETS
+) -> dict[str, Any]:
     """A geared joint's fields: inertias as masses or as they are, two meshes unlike each other."""
-    sun, planet, count = draw(st.sampled_from(GEAR_SETS))
+    sun, planet, count = draw(st.sampled_from(sets))
     module = 1e-3 * 0.5 * 10 ** draw(st.floats(0, 1))
     area = (module / PAPERS_MODULE_M) ** 2
     cosine = math.cos(math.radians(angle := draw(st.floats(14.5, 28.0))))

@@ -23,9 +23,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.any_arms import GEAR_SETS
+from crosscheck.registry import GEARED
+from models.arm import FROM_TEETH, Arm
+from models.interface import Model
+from tests.any_arms import GEAR_SETS, planetary_joints, rods
 from tests.involutes import TRAVEL, TURN, Stage, equal_places
+from tests.one_stage import arm_of_stage, free_model, plain_mesh, sine
 
+LAW = sine(1e8, 3e7)
+DISPLACEMENT_M = 1e-4
+SEQUENTIAL = [(sun, planet, count) for sun, planet, count in GEAR_SETS if 2 * sun % count]
+POSES = 8  # in a mesh cycle, that show the phase of a wave
 DRAWN = 1e-6  # cycles: the point of a contact is found to 1e-7 of a module, a pitch is 3
 
 
@@ -199,3 +207,47 @@ def test_helicopter_stage_in_print():
     assert (27 + 99) % 4 == 2
     four = [sun_delay(27, TURN * ticks / 126) % 1 for ticks in (0, 32, 63, 95)]
     assert four == pytest.approx([0, 6 / 7, 1 / 2, 5 / 14])
+
+
+@st.composite
+def arms_by_teeth(draw: st.DrawFn) -> Arm:
+    """One joint, its ring meshes in phase as the teeth say, its sun meshes too or as a number.
+
+    Planets one after the other by neither whole nor half cycles, which would hide a wrong sign.
+    """
+    sun = plain_mesh(LAW, draw(st.just(FROM_TEETH) | st.floats(-3, 3)))
+    meshes = {"sun_mesh": sun, "ring_mesh": plain_mesh(LAW, FROM_TEETH)}
+    return arm_of_stage(draw(planetary_joints(sets=SEQUENTIAL)) | meshes, draw(rods()), 0.0)
+
+
+def seen_phases(model: Model, loaded: str) -> np.ndarray:
+    """Offsets [cycles] from z_r theta of the stiffness that loaded meshes show, (planets,).
+
+    With the sun advanced alone its meshes are loaded, with the planets too those of the ring.
+    """
+    layout, joint = model.layout, model.arm.joints[0]
+    of_planets, wave = layout.of("x_pr"), np.zeros(joint.planet_count, dtype=complex)
+    for pose in range(POSES):
+        cycle, q = pose / POSES, np.zeros(len(layout))
+        q[layout.of("x_s")] = DISPLACEMENT_M
+        q[of_planets] = DISPLACEMENT_M if loaded == "ring" else 0.0
+        q[layout.theta] = TURN * cycle / joint.ring_teeth
+        force = model.generalized_force(0.0, q, np.zeros_like(q))[of_planets]
+        wave += (-force if loaded == "ring" else force) * cmath.exp(-1j * TURN * cycle)
+    return np.angle(1j * wave) / TURN
+
+
+@pytest.mark.parametrize("name", GEARED)
+@settings(max_examples=15, deadline=None)
+@given(arms_by_teeth())
+def test_models_meshes_are_in_phase_as_drawn(name, arm):
+    joint, model = arm.joints[0], free_model(name, arm)
+    degrees, gears = joint.pressure_angle_deg, (joint.sun_teeth, joint.planet_teeth)
+    sun, ring = delays(stage_of((*gears, joint.planet_count), degrees, 0.0))
+    given_phase = joint.sun_mesh.of_planet(0).phase_rad
+    first = (given_phase or 0.0) / TURN
+    later = sun - sun[0] if given_phase is None else np.zeros_like(sun)
+    for planet, seen in enumerate(seen_phases(model, "sun")):
+        assert off(seen - first + later[planet]) < DRAWN
+    for planet, seen in enumerate(seen_phases(model, "ring")):
+        assert off(seen - first + ring[planet] - sun[0]) < DRAWN

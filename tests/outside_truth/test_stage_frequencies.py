@@ -22,12 +22,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import eigh
 
-from crosscheck.registry import GEARED, build
+from crosscheck.registry import GEARED
 from models.arm import Arm, Planetary
 from models.interface import Model
-from models.switches import switches
 from tests.any_arms import around, bodies, planetary_joints, rods
-from tests.mixed_arms import scenario
+from tests.one_stage import arm_of_stage, free_model, plain_mesh, sine
 
 DISPLACEMENT_M, ANGLE = 1e-4, 1e-3  # forces of teeth without play are linear in either
 # A difference keeps the rounding of arcs of 0.1 m over 1e-4 m, and a mode up to 1e3 of it more.
@@ -116,24 +115,10 @@ def one_stage_arms(draw: st.DrawFn, unlike: bool) -> Arm:
     count = joint["planet_count"]
     for side in ("sun_mesh", "ring_mesh"):
         means = st.lists(stiffnesses, min_size=count, max_size=count)
-        lists = means.map(lambda k: [constant(mean) for mean in k])
-        springs = draw(lists if unlike else stiffnesses.map(constant))
-        rigid = {"backlash_m": 0.0, "tooth_error_m": 0.0, "damping_ratio": 0.0}
-        joint[side] = {"stiffness": springs, **rigid, "phase_rad": draw(st.floats(-3, 3))}
-    return Arm.model_validate(
-        {
-            "schema_version": 2,
-            "name": "one-stage",
-            "payload_mass_kg": draw(st.just(0.0) | around(5.0)),
-            "joints": [joint],
-            "links": [draw(rods() | bodies())],
-        }
-    )
-
-
-def constant(mean: float) -> dict[str, Any]:
-    """A law of stiffness that does not vary."""
-    return {"law": "sine", "mean_N_per_m": mean, "amplitude_N_per_m": 0.0}
+        lists = means.map(lambda k: [sine(mean, 0.0) for mean in k])
+        alike = stiffnesses.map(lambda mean: sine(mean, 0.0))
+        joint[side] = plain_mesh(draw(lists if unlike else alike), draw(st.floats(-3, 3)))
+    return arm_of_stage(joint, draw(rods() | bodies()), draw(st.just(0.0) | around(5.0)))
 
 
 def stage_of(arm: Arm) -> Stage:
@@ -198,9 +183,7 @@ def of_gears(joint: Planetary) -> np.ndarray:
 
 def start_pose(model: Model) -> np.ndarray:
     """No tooth loaded, the arm at an angle."""
-    q = np.zeros(len(model.layout))
-    q[model.layout.theta] = ANGLE_AT_START
-    return q
+    return np.where(model.layout.angular, ANGLE_AT_START, 0.0)
 
 
 def stiffness_matrix(model: Model) -> np.ndarray:
@@ -215,22 +198,16 @@ def stiffness_matrix(model: Model) -> np.ndarray:
     return np.array(columns).T
 
 
-def free_model(name: str, arm: Arm) -> Model:
-    """At rest and without drive."""
-    start = {"mesh": "centre", "theta_rad": ANGLE_AT_START}
-    return build(name, arm, scenario(0.0, start=start), switches(planets="free"))
-
-
 def assert_same(found: np.ndarray, expected: np.ndarray) -> None:
     """Squares of frequencies, ascending, the first of them zero."""
     assert found[0] <= ROUNDING * expected[1]
     assert found[1:] == pytest.approx(expected[1:], rel=ROUNDING)
 
 
-def assert_close(found: np.ndarray, of_gears: np.ndarray, moved: np.ndarray) -> None:
+def assert_close(found: np.ndarray, inner: np.ndarray, moved: np.ndarray) -> None:
     """A matrix over free coordinates against one over u; each entry by what it is summed from."""
-    expected = moved.T @ of_gears @ moved
-    size = np.sqrt(np.diag(np.abs(moved).T @ np.abs(of_gears) @ np.abs(moved)))
+    expected = moved.T @ inner @ moved
+    size = np.sqrt(np.diag(np.abs(moved).T @ np.abs(inner) @ np.abs(moved)))
     assert (np.abs(found - expected) <= ROUNDING * np.outer(size, size)).all()
 
 
