@@ -116,12 +116,13 @@ class PinocchioGears(Model):
 
         Raises ArithmeticError if lumped planets of a stage differ by more than rounding.
         """
-        coordinates: list[float] = []
-        for joint, stage in zip(self.arm.joints, self._stages, strict=True):
+        coordinates = np.empty(len(self.layout))
+        for number, (joint, stage) in enumerate(zip(self.arm.joints, self._stages, strict=True)):
+            own = [c.joint == number + 1 and not c.is_angle for c in self.layout.coordinates]
             if isinstance(joint, Planetary):
-                coordinates += self._displacements(joint, stage, angles)
-            coordinates.append(angles[stage.link - 1])
-        return np.array(coordinates)
+                coordinates[own] = self._displacements(joint, stage, angles)
+            coordinates[self.layout.at("theta", number)] = angles[stage.link - 1]
+        return coordinates
 
     def _displacements(self, joint: Planetary, stage: Stage, angles: np.ndarray) -> list[float]:
         """Of a joint, in the layout's order.

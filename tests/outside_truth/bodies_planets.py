@@ -15,7 +15,7 @@ from models.arm import Arm
 from tests.mixed_arms import LAWS, PLANET_M, Data, arm_of, geared, mean_stiffness, stiffness
 
 RATIOS = (0.04, 0.06, 0.05)  # of the shoulder's ring meshes
-ANGLES = (4, 10)  # places of the joints' angles; x_s and every x_pr stand before
+ANGLES = (9, 10)  # places of the joints' angles; x_s and every x_pr stand before, 4 and 5
 
 
 class Teeth(NamedTuple):
@@ -150,7 +150,7 @@ def spots(q: np.ndarray, v: np.ndarray) -> Iterator[Spot]:
             x_sp, rate = q[first] - q[n], v[first] - v[n]
             yield Spot(sun, x_sp, rate, turned + sun.phase, (first, n))
             yield Spot(ring, q[n], v[n], turned + ring.phase, (n,))
-        first = theta + 1
+        first += 1 + len(stage.sun)
 
 
 def tooth_forces(q: np.ndarray, v: np.ndarray, damping: str = "always") -> np.ndarray:
@@ -173,12 +173,13 @@ def first_touch() -> np.ndarray:
     """q at which every ring mesh touches, and the first of each sun's."""
     q = np.zeros(ANGLES[-1] + 1)
     first = 0
-    for stage, theta in zip(STAGES, ANGLES, strict=True):
+    for stage in STAGES:
+        after = first + 1 + len(stage.sun)
         on_ring = np.array([own.backlash + own.static for own in stage.ring])
         on_sun = [own.backlash + own.static for own in stage.sun]
-        q[first + 1 : theta] = on_ring
+        q[first + 1 : after] = on_ring
         q[first] = min(on_ring + on_sun)
-        first = theta + 1
+        first = after
     return q
 
 
@@ -188,8 +189,8 @@ def states_in(run: xr.Dataset) -> np.ndarray:
     columns = []
     for joint, stage in enumerate(STAGES):
         own = x_pr[:, joint, : len(stage.ring)]
-        columns += [x_sp[:, joint, :1] + own[:, :1], own, theta[:, joint, None]]
-    return np.hstack(columns)
+        columns += [x_sp[:, joint, :1] + own[:, :1], own]
+    return np.hstack([*columns, theta])
 
 
 def recorded_forces(q: np.ndarray) -> np.ndarray:
