@@ -104,7 +104,6 @@ def _linear(law: MeshLaw, stiffness: float) -> MeshLaw:
     return law._replace(
         curve=constant(stiffness),
         tooth_error=0.0,
-        static_error=0.0,
         backlash=0.0,
         smooth=0.0,
         damped_in_contact_only=0.0,

@@ -59,6 +59,16 @@ def test_every_planets_meshes_have_laws_of_their_own(joint, damping):
         np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-6)
 
 
+def test_unlike_planets_accelerate_as_mass_and_force_say():
+    model = tree(unlike(), direct(), directly_damped(), mesh_work="conservative")
+    for q, v in random_states(model.layout, 5):
+        acceleration = model.acceleration(0.0, q, v)
+        force = model.generalized_force(0.0, q, v) - model.bias(q, v)
+        # Two ways through matrices whose entries are 1e3 apart.
+        found = model.mass_matrix(q) @ acceleration
+        np.testing.assert_allclose(found, force, rtol=0, atol=1e-10 * abs(force).max())
+
+
 @pytest.mark.parametrize("odd", range(4))
 def test_one_planet_unlike_its_neighbours_alone_differs(odd):
     """Planets that vary alike may be worked out at once; no other may."""
@@ -189,17 +199,19 @@ def slope(q: np.ndarray, place: int) -> float:
 
 
 @pytest.mark.parametrize("mesh_work", ["paper", "conservative"])
-def test_energy_of_an_undamped_arm_stays_with_conservative_meshes_alone(mesh_work):
+@pytest.mark.parametrize(("play", "drift"), [(0.0, 1e-9), (1.0, 1e-6)])
+def test_energy_of_an_undamped_arm_stays_with_conservative_meshes_alone(play, drift, mesh_work):
+    """Where teeth part and meet RK4 has the second order left, with play."""
     start = {"planet_offset_m": [OFFSETS], "sun_planet_offset_m": 3e-5, "theta_dot_rad_per_s": 2.0}
     run = scenario(duration_s=2e-3, step_s=5e-7, record_every=50, start=start)
-    motion = tree(undamped(), run=run, mesh_work=mesh_work).simulate()
+    motion = tree(undamped(play), run=run, mesh_work=mesh_work).simulate()
     x_pr, x_s = motion.x_pr.values[:, 0], (motion.x_sp + motion.x_pr).values[:, 0, :1]
     states = np.concatenate([x_s, x_pr, motion.theta.values], axis=1)
-    springs = np.array([energy(state) for state in states])
-    assert np.ptp(springs) > 0.1  # of some 0.3 J, in and out of contact
+    springs = np.array([energy(state, play) for state in states])
+    assert np.ptp(springs) > 0.2  # [J] beside 10 J of motion
     total = motion.kinetic_energy.values + springs
-    kept = np.ptp(total) < 1e-9 * total[0]
-    assert kept == (mesh_work == "conservative")
+    changed = np.ptp(total) / total[0]
+    assert changed < drift if mesh_work == "conservative" else changed > 1e-4
 
 
 def test_each_planet_starts_at_its_own_contact_with_the_ring_and_one_with_the_sun():
@@ -211,6 +223,16 @@ def test_each_planet_starts_at_its_own_contact_with_the_ring_and_one_with_the_su
     np.testing.assert_allclose(first.x_pr, at_ring, rtol=0, atol=1e-16)
     assert (first.x_sp < at_sun + 1e-16).all()
     assert abs(first.x_sp - at_sun).min() < 1e-16
+
+
+def test_lumped_planets_start_at_contact_with_the_error_that_stands_still():
+    joint = geared()
+    for side, static in (("sun_mesh", -6e-6), ("ring_mesh", 7e-6)):
+        joint[side] = {**joint[side], "static_error_m": static}
+    first = tree(joint, planets="lumped").simulate().isel(time=0, joint=0)
+    # As above.
+    np.testing.assert_allclose(first.x_sp, 4e-5 - 6e-6, rtol=0, atol=1e-16)
+    np.testing.assert_allclose(first.x_pr, 3e-5 + 7e-6, rtol=0, atol=1e-16)
 
 
 @pytest.mark.parametrize("mesh", ["contact", "centre"])

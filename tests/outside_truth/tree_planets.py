@@ -33,18 +33,18 @@ class Teeth:
         """e [m]."""
         return self.static + self.error * np.sin(self._at(theta) + self.error_phase)
 
-    def travel(self, x: float, theta: float) -> float:
-        """Eq. 5 of x - e [m]."""
+    def travel(self, x: float, theta: float, play: float = 1.0) -> float:
+        """Eq. 5 of x - e [m], b times ``play``."""
         gap = x - self.runout(theta)
-        return float(np.sign(gap) * max(abs(gap) - self.b, 0))
+        return float(np.sign(gap) * max(abs(gap) - play * self.b, 0))
 
     def spring(self, x: float, theta: float) -> float:
         """k f [N]."""
         return stiffness(self.law, self._at(theta)) * self.travel(x, theta)
 
-    def energy(self, x: float, theta: float) -> float:
+    def energy(self, x: float, theta: float, play: float) -> float:
         """k f^2 / 2 [J]."""
-        return stiffness(self.law, self._at(theta)) * self.travel(x, theta) ** 2 / 2
+        return stiffness(self.law, self._at(theta)) * self.travel(x, theta, play) ** 2 / 2
 
     def damping(self, mass: float) -> float:
         """A third of 2 zeta sqrt(3 k mass) [N s/m]."""
@@ -88,10 +88,17 @@ def directly_damped() -> Data:
     return joint
 
 
-def undamped(**changes: object) -> Data:
-    """The joint without damping, its meshes changed alike."""
-    plain = {"damping_ratio": 0.0, **changes}
-    return unlike(**{name: {**_mesh(side), **plain} for name, side in SIDES.items()})
+def undamped(play: float = 1.0) -> Data:
+    """The joint without damping, its clearances times ``play``."""
+    meshes = {
+        name: {
+            **_mesh(side),
+            "damping_ratio": 0.0,
+            "backlash_m": [play * teeth.b for teeth in side],
+        }
+        for name, side in SIDES.items()
+    }
+    return unlike(**meshes)
 
 
 def _mesh(side: tuple[Teeth, ...]) -> Data:
@@ -106,14 +113,14 @@ def _mesh(side: tuple[Teeth, ...]) -> Data:
     }
 
 
-def energy(q: np.ndarray) -> float:
-    """Of all springs of so many such joints [J]; q (joints * SIZE,)."""
-    return sum(_energy(part[0], part[1:4], part[4]) for part in q.reshape(-1, SIZE))
-
-
-def _energy(x_s: float, x_pr: np.ndarray, theta: float) -> float:
-    at_sun = sum(SUN[n].energy(x_s - x_pr[n], theta) for n in PLANETS)
-    return at_sun + sum(RING[n].energy(x_pr[n], theta) for n in PLANETS)
+def energy(q: np.ndarray, play: float = 1.0) -> float:
+    """Of all springs of so many such joints [J]; q (joints * SIZE,), clearances times ``play``."""
+    total = 0.0
+    for x_s, *x_pr, theta in q.reshape(-1, SIZE):
+        for n in PLANETS:
+            total += SUN[n].energy(x_s - x_pr[n], theta, play)
+            total += RING[n].energy(x_pr[n], theta, play)
+    return total
 
 
 def mesh_forces(q: np.ndarray, v: np.ndarray, in_contact_only: bool = False) -> np.ndarray:
