@@ -145,6 +145,27 @@ def stiffness(
 
 
 @njit(cache=True)
+def stiffness_slope(law: StiffnessData, i: int, phase: float, k_a: float) -> float:
+    """dk/dphi [N/m per rad] of mesh i at its phase [rad]."""
+    if law.code[i] == SINE:
+        return k_a * np.cos(phase)
+    if law.code[i] == WAVES:
+        value = 0.0
+        for row in range(law.first[i], law.first[i + 1]):
+            order = law.rows[row, 0]
+            turn = order * phase
+            value += order * (law.rows[row, 2] * np.cos(turn) - law.rows[row, 1] * np.sin(turn))
+        return value
+    cycle = phase / TURN
+    cycle -= np.floor(cycle)
+    row = law.first[i + 1] - 1
+    while law.rows[row, 0] > cycle:
+        row -= 1
+    s = cycle - law.rows[row, 0]
+    return (law.rows[row, 3] + s * (2 * law.rows[row, 2] + s * 3 * law.rows[row, 1])) / TURN
+
+
+@njit(cache=True)
 def peak_stiffness(law: StiffnessData, k_m: np.ndarray, k_a: np.ndarray) -> np.ndarray:
     """Largest k [N/m] of every mesh, shape (meshes,); of laws other than Eq. 8 by samples."""
     peaks = k_m + k_a

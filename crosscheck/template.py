@@ -153,7 +153,8 @@ def _joint_lines(joint: Planetary | Direct, explained: bool) -> list[str]:
     if isinstance(joint, Planetary):
         lines += ["", "[joints.sun_mesh]", *_fields(joint.sun_mesh, explained)]
         if explained:
-            lines += ["", "[joints.sun_mesh.stiffness]", *_fields(joint.sun_mesh.stiffness, True)]
+            law = joint.sun_mesh.of_planet(0).stiffness
+            lines += ["", "[joints.sun_mesh.stiffness]", *_fields(law, True)]
         lines += ["", "[joints.ring_mesh]", *_fields(joint.ring_mesh, False)]
     return lines
 

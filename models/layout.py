@@ -116,14 +116,17 @@ def lumped_layout(arm: Arm) -> Layout:
 
 
 def free_layout(arm: Arm) -> Layout:
-    """Joint by joint: x_s and an x_pr for each planet of geared ones, and theta."""
+    """x_s and an x_pr for each planet, joint by joint, and then the thetas.
+
+    In this order elimination leaves gears uncoupled: each of them knows the thetas alone.
+    """
     found: list[Coordinate] = []
     for number, joint in enumerate(arm.joints, start=1):
         if joint.planet_count:
             found.append(Coordinate("x_s", number))
         found += [Coordinate("x_pr", number, p + 1) for p in range(joint.planet_count)]
-        found.append(Coordinate("theta", number))
-    return Layout(tuple(found))
+    thetas = [Coordinate("theta", number + 1) for number in range(len(arm.joints))]
+    return Layout((*found, *thetas))
 
 
 def rigid_layout(arm: Arm) -> Layout:

@@ -16,10 +16,12 @@ def unlike(arm: Arm) -> Iterator[tuple[str, object]]:
     """Fields of an arm, and their values, by which planets of one stage differ."""
     for number, joint in enumerate(arm.joints):
         if isinstance(joint, Planetary):
-            yield from ((f"joints[{number}].{field}", value) for field, value in _unlike(joint))
+            for field, value in unlike_fields(joint):
+                yield f"joints[{number}].{field}", value
 
 
-def _unlike(joint: Planetary) -> Iterator[tuple[str, object]]:
+def unlike_fields(joint: Planetary) -> Iterator[tuple[str, object]]:
+    """The same of one joint."""
     for side, mesh in (("sun_mesh", joint.sun_mesh), ("ring_mesh", joint.ring_mesh)):
         for name, value in mesh:
             # Equally spaced planets are in phase if each is a whole number of sun teeth further.

@@ -25,6 +25,7 @@ from crosscheck.run import planned
 from crosscheck.tasks import Outcome, Simulation
 from crosscheck.workers import Workers
 from models.arm import Arm
+from models.switches import switches
 
 STATES = 4
 BRIEF_S = {"constant-torque": 0.02, "pd": 0.02}

@@ -113,7 +113,7 @@ IN_BODIES = [
     ),
     MixedFault(
         "one stiffness for both meshes",
-        edit(CONTACT + "meshes_with", "spring_of(own.", "spring_of(joint.sun_mesh."),
+        edit(CONTACT + "mesh_of", "spring_of(own.", "spring_of(joint.sun_mesh.of_planet(0)."),
     ),
     MixedFault("M by J", edit(POSES + "equivalent_mass", "gear) ** 2", "gear)")),
     MixedFault("order of the waves", edit(SPRING + "waves", "(row + 1) * phase", "row * phase")),
