@@ -71,9 +71,7 @@ def mass_matrix(terms: Terms, q: np.ndarray, out: np.ndarray) -> None:
 
 
 @njit(cache=True, inline="always")
-def bias_by(
-    terms: Terms, q: np.ndarray, v: np.ndarray, sines: np.ndarray, out: np.ndarray
-) -> None:
+def bias_by(terms: Terms, q: np.ndarray, v: np.ndarray, sines: np.ndarray, out: np.ndarray) -> None:
     """C(q, v) v into out (n,), the sines of its waves into sines (waves,)."""
     out[:] = 0.0
     for wave in range(sines.size):

@@ -31,6 +31,8 @@ from models.switches import Switches
 # turned against each other, so they differ by rounding: by 1e-13 of their acceleration for the
 # paper's arm, and by 1e-8 rad/s^2 where contact forces of 1e6 N balance.
 PLANET_TOLERANCE = 1e-6
+
+
 class Engagement(NamedTuple):
     """How the teeth of all meshes stand in a state, each of shape (meshes,).
 

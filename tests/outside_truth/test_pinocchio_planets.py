@@ -63,9 +63,7 @@ def test_every_planets_mesh_does_its_own_virtual_work(arm, chosen, seed):
 @given(unlike_arms() | alike_arms(), st.booleans(), seeds)
 def test_conservative_forces_are_the_slope_of_the_springs_energy(arm, corrected, seed):
     """At rest, in every coordinate at once; V takes complex coordinates, so its slope is exact."""
-    model = gears(
-        arm, mesh_work="conservative", ring_rate="corrected" if corrected else "eq13"
-    )
+    model = gears(arm, mesh_work="conservative", ring_rate="corrected" if corrected else "eq13")
     springs = contacts(arm, model.switches, model.layout)
     q, v = state(model.layout, seed)
     found = model.generalized_force(0.0, q, 0 * v)
