@@ -85,7 +85,7 @@ def _allowed(field: Described) -> str:
     if not links:
         return field.allowed
     kinds = " or ".join(", ".join(links).rsplit(", ", 1))
-    return f"a list of 1 to 7, each {kinds}" if field.lists else kinds
+    return f"a list of 1 to 7, each {kinds}" if field.lists else kinds + field.one_for
 
 
 def _anchor(heading: str) -> str:

@@ -93,6 +93,16 @@ class Printable(Limit):
         return bool(value.strip()) and len(value) <= self.longest and value.isprintable()
 
 
+@dataclass(frozen=True)
+class OneFor:
+    """Metadata of a type: one value stands for all of something, a list for one of each."""
+
+    what: str
+
+    def __str__(self) -> str:
+        return f"; one for all {self.what}, or a list"
+
+
 def short(value: float) -> str:
     """A number as one writes it: 1e-5, 1e9."""
     return f"{value:g}".replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
@@ -113,6 +123,7 @@ Number = TypeVar("Number")
 PerJoint = Annotated[
     Annotated[Number, Tag("number")] | Annotated[tuple[Number, ...], UpToSeven, Tag("list")],
     Discriminator(_form),
+    OneFor("joints"),
 ]
 
 # One number, or law, stands for all planets of a stage, a list for one of each planet.
@@ -120,6 +131,7 @@ OfPlanets = Annotated[tuple[Number, ...], UpToEight]
 PerPlanet = Annotated[
     Annotated[Number, Tag("number")] | Annotated[OfPlanets[Number], Tag("list")],
     Discriminator(_form),
+    OneFor("planets"),
 ]
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -159,6 +171,7 @@ Phases = Annotated[
     | Annotated[Phase, Tag("number")]
     | Annotated[OfPlanets[Phase], Tag("list")],
     Discriminator(_form_or_word),
+    OneFor("planets"),
 ]
 
 Torque = Annotated[float, Within(-1e9, 1e9, "N m")]
