@@ -1,13 +1,13 @@
 """What a step of the analytic model costs, by the number of its meshes.
 
-Run as ``python benchmarks/bench_planets.py`` from the project's folder. Processor time, the least of
-several runs: a machine that does other things beside makes a run longer, never shorter.
+Run as ``python benchmarks/bench_planets.py`` from the project's folder. Processor time, the least
+of several runs: a machine that does other things beside makes a run longer, never shorter.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from crosscheck.registry import build, lead
@@ -54,8 +54,7 @@ def cost(joints: int, planets: int, counted: str) -> Cost:
     return Cost(joints, planets, counted, meshes, 1e6 * used / STEPS)
 
 
-def _run(simulate: object) -> float:
-    assert callable(simulate)
+def _run(simulate: Callable[[], object]) -> float:
     began = time.process_time()
     simulate()
     return time.process_time() - began
