@@ -1,9 +1,9 @@
 """Every way in which a method of a model might answer wrongly, and what a cross-check makes of it.
 
 All tasks of a plan are performed once, unharmed. A mutant then answers for one method of one model;
-only the tasks that call that method are performed again, through the same code. At states it answers
-wrongly of the plan's own arm alone, with its planets lumped or free: all else would make it easier to
-see.
+only the tasks that call that method are performed again, through the same code. At states it
+answers wrongly of the plan's own arm alone, with its planets lumped or free: all else would make it
+easier to see.
 """
 
 from __future__ import annotations
