@@ -202,7 +202,7 @@ OFFSETS = {
     "planet_ring_offset_m": [2e-5, 4e-6],
     "planet_offset_m": [[1e-6, -2e-6, 3e-6], [-9e-6, 5e-6, 0.0, -4e-6]],
 }
-OFFSET = np.array([23e-6, 21e-6, 18e-6, 23e-6, 0, 9e-6, -5e-6, 9e-6, 4e-6, 0, 0])
+OFFSET = np.array([23e-6, 21e-6, 18e-6, 23e-6, 9e-6, -5e-6, 9e-6, 4e-6, 0, 0, 0])
 
 
 class Check(NamedTuple):
