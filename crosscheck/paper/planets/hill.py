@@ -37,7 +37,8 @@ class Stages(NamedTuple):
     mesh: place of the first planet's sun mesh among the gears; ring: where the coordinates x_pr of
     its planets begin; planets: how many of them; mass: M_p [kg] of one planet; frequency [rad/s]:
     of the differences with both meshes in contact at mean stiffness; start: how far planets are
-    apart at rest [m]; floor: below which rounding does not let the spread fall [m].
+    apart at rest [m]; floor: below which rounding does not let the spread fall [m]; pressed:
+    whether meshes count as in contact all the time.
     """
 
     mesh: np.ndarray
@@ -47,6 +48,7 @@ class Stages(NamedTuple):
     frequency: np.ndarray
     start: np.ndarray
     floor: np.ndarray
+    pressed: bool
 
 
 class Differences(NamedTuple):
@@ -60,20 +62,20 @@ class Differences(NamedTuple):
     size: np.ndarray
 
 
-def differences(model: PhysicalModel, start_m: np.ndarray) -> Differences:
+def differences(model: PhysicalModel, start_m: np.ndarray, pressed: bool = False) -> Differences:
     """Along the model's own run, at its records: how far planets get that start so far apart.
 
     start_m: per stage. Planets lumped or free; free ones count as all at their mean, so that what
-    the other stages' planets do is in it. Exact dead zone.
+    the other stages' planets do is in it. Exact dead zone. pressed: as if no mesh ever parted.
     """
     scenario = model.scenario
     q, v = model.start()
     law = (model.terms, model.gears, model.drive)
     span = (scenario.step_s, scenario.steps, scenario.stride)
-    return Differences(*_along(*law, stages_of(model, start_m), q, v, *span))
+    return Differences(*_along(*law, stages_of(model, start_m, pressed), q, v, *span))
 
 
-def stages_of(model: PhysicalModel, start_m: np.ndarray) -> Stages:
+def stages_of(model: PhysicalModel, start_m: np.ndarray, pressed: bool = False) -> Stages:
     """The geared stages of a model, planets lumped or free."""
     layout, gears = model.layout, model.gears
     joints = [joint for joint in model.arm.joints if isinstance(joint, Planetary)]
@@ -90,6 +92,7 @@ def stages_of(model: PhysicalModel, start_m: np.ndarray) -> Stages:
         np.sqrt((gears.k_m[mesh] + gears.k_m[mesh + 1]) / mass),
         np.asarray(start_m, dtype=float),
         rounding_floor(gears.b[mesh + 1], damping / (2 * mass), model.scenario.step_s),
+        pressed,
     )
 
 
@@ -104,14 +107,17 @@ def rounding_floor(x_m: np.ndarray, decay_per_s: np.ndarray, step_s: float) -> n
 
 @njit(cache=True)
 def coefficients(
-    gears: Gears, mesh: int, t: float, q: np.ndarray, v: np.ndarray
+    gears: Gears, mesh: int, pressed: bool, t: float, q: np.ndarray, v: np.ndarray
 ) -> tuple[float, float]:
-    """Stiffness [N/m] and damping [N s/m] against a planet's difference; mesh: its sun mesh's."""
+    """Stiffness [N/m] and damping [N s/m] against a planet's difference.
+
+    mesh: place of its sun mesh, which its ring mesh follows.
+    """
     spring, damper = 0.0, 0.0
     for i in range(mesh, mesh + 2):
         phase = kernel.phase_of(gears, i, t, q, v)
         sine = np.sin(phase)
-        touching = in_contact(kernel.gap_of(gears, i, phase, sine, q), gears.b[i])
+        touching = pressed or in_contact(kernel.gap_of(gears, i, phase, sine, q), gears.b[i])
         if touching:
             spring += stiffness(gears.law, i, phase, sine, gears.k_m[i], gears.k_a[i])
         if touching or gears.damps_apart:
@@ -137,7 +143,7 @@ def _step(
         part = 0.0 if k == 0 else h if k == 3 else h / 2
         q[:] = q0 if k == 0 else q0 + part * s.v[k - 1]
         q[own] = q[own].mean()
-        spring, damper = coefficients(gears, of.mesh[j], t + part, q, s.v[k])
+        spring, damper = coefficients(gears, of.mesh[j], of.pressed, t + part, q, s.v[k])
         at = x[0] + part * rate
         rate = x[1] + part * bend
         bend = -(spring * at + damper * rate) / of.mass[j]

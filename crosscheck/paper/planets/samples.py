@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from pydantic import JsonValue
 
 from crosscheck.paper.phase.cells import DURATION_S, LABELLED, READINGS
 from crosscheck.paper.phase.experiments import ANALYTIC, Setting
@@ -126,6 +127,21 @@ class Sample:
         found = (run.planet_spread_m for run in self.runs)
         return Quantiles.of([math.nan if value is None else value for value in found])
 
+    @property
+    def onset(self) -> Quantiles:
+        """Of the onset [s] of the large ones."""
+        return Quantiles.of([run.onset_s for run in self._large if run.onset_s is not None])
+
+    @property
+    def frequency(self) -> Quantiles:
+        """Of the frequency [Hz] of the large ones."""
+        found = (run.frequency_Hz for run in self._large)
+        return Quantiles.of([value for value in found if value is not None])
+
+    @property
+    def _large(self) -> list[Fluctuation]:
+        return [run for run in self.runs if is_large(run.amplitude_rad_per_s2)]
+
     def to_dict(self) -> JsonObject:
         """For JSON."""
         share = self.share
@@ -137,6 +153,8 @@ class Sample:
             "share_high": None if share is None else share.high,
             "amplitude_rad_per_s2": _listed(self.amplitude),
             "planet_spread_m": _listed(self.spread),
+            "onset_s": _listed(self.onset),
+            "frequency_Hz": _listed(self.frequency),
         }
 
 
@@ -146,7 +164,7 @@ def _amplitude(run: Fluctuation) -> float:
     return math.nan if run.amplitude_rad_per_s2 is None else run.amplitude_rad_per_s2
 
 
-def _listed(quantiles: Quantiles) -> list[float | None]:
+def _listed(quantiles: Quantiles) -> list[JsonValue]:
     return [quantiles.low, quantiles.median, quantiles.high]
 
 
