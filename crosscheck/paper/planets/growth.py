@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from crosscheck.paper.phase.experiments import SETTINGS
-from crosscheck.paper.planets.parting import Course, Parted, partings
+from crosscheck.paper.planets.parting import APART_M, Course, Parted, partings
 from crosscheck.paper.planets.samples import Cell
-from crosscheck.paper.planets.verdict import APART_M, PREDICTED, parting_is_predicted
+from crosscheck.paper.planets.verdict import PREDICTED, parting_is_predicted
 from crosscheck.paper.record import JsonObject, Record
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import defined, extreme, percent, shown

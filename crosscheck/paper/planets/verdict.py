@@ -22,7 +22,6 @@ CONFIDENCE = 0.95
 SIGNIFICANT = 0.05  # of two samples that a test tells apart
 WORTH = 0.2  # relative difference of medians that is worth telling, if one is present at all
 PREDICTED = 0.10  # relative error of the time at which planets part
-APART_M = 1e-6  # planets have parted: a fifth of the tooth error
 MOST, FEW = 0.9, 0.1  # shares of starts that count as all, and as none
 
 
