@@ -26,14 +26,14 @@ STARTS = 24  # of the analytic model where it is compared
 
 
 @dataclass(frozen=True)
-class Tests:
+class TwoTests:
     """p of both tests on two samples; nan where a start is undefined."""
 
     by_share: float
     by_size: float
 
     @classmethod
-    def of(cls, one: Sample, other: Sample) -> Tests:
+    def of(cls, one: Sample, other: Sample) -> TwoTests:
         """Fisher's exact test of the shares, Mann and Whitney's of the amplitudes."""
         if one.share is None or other.share is None:
             return cls(math.nan, math.nan)
@@ -59,9 +59,9 @@ class Freed(Record):
         return f"planets/{cell.arm}/{cell.law}/{ring}/{zeta:g}"
 
     @cached_property
-    def tests(self) -> Tests:
+    def tests(self) -> TwoTests:
         """Whether the samples differ."""
-        return Tests.of(self.lumped, self.free)
+        return TwoTests.of(self.lumped, self.free)
 
     @property
     def effect(self) -> Effect:
@@ -97,9 +97,9 @@ class TwoModels(Record):
         return f"engine/{self.setting.ring_rate}/{self.setting.zeta:g}"
 
     @cached_property
-    def tests(self) -> Tests:
+    def tests(self) -> TwoTests:
         """Whether the models with free planets differ."""
-        return Tests.of(self.analytic, self.engine)
+        return TwoTests.of(self.analytic, self.engine)
 
     @property
     def same(self) -> bool | None:
