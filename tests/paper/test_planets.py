@@ -284,7 +284,7 @@ def test_every_setting_is_asked_once() -> None:
     assert {Cell("omega_t", setting) for setting in SETTINGS} <= set(cells())
 
 
-def _parted(measured: float | None, lumped: float | None) -> Parted:
+def _parted(measured: float | None, lumped: float | None, strayed: float | None = None) -> Parted:
     """The elbow parts; the shoulder does not."""
     times = tuple(0.005 * k for k in range(8))
     flat = tuple(-12.0 for _ in times)
@@ -294,16 +294,23 @@ def _parted(measured: float | None, lumped: float | None) -> Parted:
         return Course((flat, rising), (None, parting))
 
     none = Course((flat, flat), (None, None))
-    return Parted(times, course(measured), course(lumped), course(measured), none)
+    courses = course(measured), course(lumped), course(measured)
+    return Parted(times, *courses, none, (None, strayed))
+
+
+def _foretold(found: list[Parted]) -> growths.Foretold:
+    return growths._first_parting("lumped", found, [one.by_lumped for one in found])
 
 
 def test_the_first_parting_is_foretold_start_by_start() -> None:
     found = [_parted(0.1, 0.1 * (1 + BELOW * PREDICTED)), _parted(0.1, 0.1), _parted(None, None)]
-    told = growths._first_parting(found)
-    assert (told.starts, told.right, told.all_right) == (2, 2, True)
-    worse = growths._first_parting([*found, _parted(0.1, 0.1 * (1 + ABOVE * PREDICTED))])
-    assert (worse.right, worse.starts, worse.all_right) == (2, 3, False)
-    assert growths._first_parting([]).all_right is None
+    told = _foretold(found)
+    assert (told.starts, told.right, told.all_right, told.strayed) == (2, 2, True, 0)
+    late = 0.1 * (1 + ABOVE * PREDICTED)
+    worse = _foretold([*found, _parted(0.1, late, 0.1 * BELOW), _parted(0.1, late, 0.1 * ABOVE)])
+    assert (worse.right, worse.starts, worse.all_right) == (2, 4, False)
+    assert (worse.strayed, worse.right_unless_strayed) == (1, 2)
+    assert _foretold([]).all_right is None
     elbow = growths._predictions(found, 1)
     assert (elbow.parted, elbow.first, elbow.median_s, elbow.lumped_right) == (2, 2, 0.1, 3)
     assert elbow.largest_growth_per_s == pytest.approx(np.log(10) / 0.005)

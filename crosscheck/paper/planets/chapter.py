@@ -49,7 +49,7 @@ def chapter(study: Study, scale: Scale) -> Chapter:
     compared, seen = two_models(study, scale), features(study, scale)
     gone = (Survival.NO, Survival.BISTABLE, Survival.APPEARS)
     changed = sum(record.survives in gone for record in seen.records)
-    verdict = _verdict(sampled.records, grown.foretold, compared, changed)
+    verdict = _verdict(sampled.records, grown.free, compared, changed)
     html = [
         heading("Are three planets one?"),
         paragraph(f"{CLAIM} {_summary(verdict)}"),

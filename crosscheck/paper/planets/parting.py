@@ -9,7 +9,7 @@ import numpy as np
 from analytic.model import PhysicalModel
 from crosscheck.paper.planets.hill import Differences, differences
 from crosscheck.paper.undefined import defined
-from crosscheck.studies.variant import Variant, simulate
+from crosscheck.studies.variant import Variant
 from models.errors import Diverged
 from models.loading import Case
 
@@ -35,7 +35,8 @@ class Parted:
 
     time_s: where the bins begin; by_lumped: along the run with all planets lumped, started as the
     mean of the planets; by_free: along the free run, every stage's planets at their mean; pressed:
-    along the lumped run as if no mesh ever parted.
+    along the lumped run as if no mesh ever parted; strayed_s: when that mean and the lumped run's
+    x_pr are 1 um apart.
     """
 
     time_s: tuple[float, ...]
@@ -43,6 +44,7 @@ class Parted:
     by_lumped: Course
     by_free: Course
     pressed: Course
+    strayed_s: Times
 
 
 @dataclass(frozen=True)
@@ -60,22 +62,29 @@ class Parting:
         return 4.0 * (self.variant.duration_s or 3.0)
 
     def answer(self) -> Parted | None:
-        """None if the free run diverges."""
+        """None if a run diverges."""
+        case = self.variant.case()
+        lumped, free = PhysicalModel(*alike(case)), PhysicalModel(*case)
         try:
-            run = simulate(self.variant)
+            run, shared = free.simulate(), lumped.simulate()
         except Diverged:
             return None
-        time, case = run["time"].values, self.variant.case()
+        time, x = run["time"].values, run["x_pr"].values
         start = np.ptp(np.array(case.scenario.start.planet_offset_m), axis=1)
-        spread = np.log(np.maximum(np.ptp(run["x_pr"].values, axis=2), FAINTEST_M))
-        lumped, free = PhysicalModel(*alike(case)), PhysicalModel(*case)
+        spread = _log(np.ptp(x, axis=2))
+        strayed = _log(np.abs(x.mean(axis=2) - shared["x_pr"].values[:, :, 0]))
         return Parted(
             tuple(map(float, time[_edges(time)])),
             _course(time, Differences(spread, spread)),
             _course(time, differences(lumped, start)),
             _course(time, differences(free, start)),
             _course(time, differences(lumped, start, pressed=True)),
+            tuple(_first(time, column) for column in strayed.T),
         )
+
+
+def _log(length_m: np.ndarray) -> np.ndarray:
+    return np.log(np.maximum(length_m, FAINTEST_M))
 
 
 def alike(case: Case) -> Case:
