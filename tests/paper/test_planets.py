@@ -213,7 +213,8 @@ def test_the_effect_of_freeing_planets() -> None:
     for by, expected in ((BELOW, Effect.NONE), (ABOVE, Effect.WEAKER)):
         before = by * PRESENT_RAD_PER_S2
         assert effect([before] * 5, [before / 2] * 5, 1.0, p, 48) == expected
-    assert effect([math.inf] * 3, [math.inf] * 3, 1.0, 0.0, 1) == Effect.NONE
+    assert effect([math.inf] * 3, [math.inf] * 3, 1.0, 0.0, 1) == Effect.UNKNOWN
+    assert effect([200.0] * 3, [math.inf] * 3, 1.0, 0.0, 1) == Effect.STRONGER
 
 
 def test_parting_is_predicted_within_a_tenth() -> None:

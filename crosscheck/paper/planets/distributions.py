@@ -24,7 +24,7 @@ ZETAS = (0.003, 0.005, 0.007, 0.01, 0.015, 0.02)
 RINGS = ("eq13", "corrected")
 FIRST = {"omega_t": 8, "angle": 4}  # starts of every setting; STARTS where they decide
 MICRO = 1e6
-FAINTEST = 1e-4  # rad/s^2: what is drawn
+FAINTEST, LARGEST = 1e-4, 1e6  # rad/s^2: what is drawn
 LEFT, RIGHT = -0.17, 0.17  # of a damping ratio: lumped, free
 
 
@@ -205,8 +205,8 @@ def _draw(axes: Axes, records: Sequence[Freed]) -> None:
             _bar(axes, place + shift, sample.amplitude, colour)
     axes.axhline(LARGE_RAD_PER_S2, color="black", lw=0.8, ls="--")
     axes.set_xticks(range(len(records)), [f"{r.cell.setting.zeta:g}" for r in records])
+    axes.set_ylim(FAINTEST, LARGEST)
     axes.set_yscale("log")
-    axes.set_ylim(FAINTEST, 1e5)
 
 
 def _bar(axes: Axes, at: float, found: Quantiles, colour: str) -> None:

@@ -6,6 +6,7 @@ undefined is None.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -90,24 +91,22 @@ def effect(
     """From the amplitudes [rad/s^2] of both samples and the p of both tests, one of so many pairs.
 
     Told apart by the shares, or by sizes whose medians differ enough where one counts as present.
+    Unknown where most starts of both diverged.
     """
-    if not known(by_share, by_size):
+    before, after = float(np.median(lumped)), float(np.median(free))
+    if not known(by_share, by_size) or before == after == math.inf:
         return Effect.UNKNOWN
-    before, after = np.median(lumped), np.median(free)
-    enough = max(before, after) >= PRESENT_RAD_PER_S2 and not _near(before, after)
+    by_size_too = max(before, after) >= PRESENT_RAD_PER_S2 and abs(after - before) > WORTH * before
     if told_apart(by_share, tests):
-        fewer = np.mean(np.array(free) > LARGE_RAD_PER_S2) < np.mean(
-            np.array(lumped) > LARGE_RAD_PER_S2
-        )
-        return Effect.WEAKER if fewer else Effect.STRONGER
-    if enough and told_apart(by_size, tests):
+        return Effect.WEAKER if _large(free) < _large(lumped) else Effect.STRONGER
+    if by_size_too and told_apart(by_size, tests):
         return Effect.WEAKER if after < before else Effect.STRONGER
     return Effect.NONE
 
 
-def _near(before: float, after: float) -> bool:
-    """Also two infinite ones are."""
-    return bool(before == after or abs(after - before) <= WORTH * before)
+def _large(amplitudes: Sequence[float]) -> float:
+    """Share of the starts with a large one, diverged ones included."""
+    return float(np.mean(np.array(amplitudes) > LARGE_RAD_PER_S2))
 
 
 def parting_is_predicted(predicted_s: float | None, measured_s: float | None) -> bool:
