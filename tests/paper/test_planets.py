@@ -215,6 +215,7 @@ def test_the_effect_of_freeing_planets() -> None:
         assert effect([before] * 5, [before / 2] * 5, 1.0, p, 48) == expected
     assert effect([math.inf] * 3, [math.inf] * 3, 1.0, 0.0, 1) == Effect.UNKNOWN
     assert effect([200.0] * 3, [math.inf] * 3, 1.0, 0.0, 1) == Effect.STRONGER
+    assert effect([math.inf] * 3, [200.0] * 3, 1.0, 0.0, 1) == Effect.WEAKER
 
 
 def test_parting_is_predicted_within_a_tenth() -> None:

@@ -96,10 +96,11 @@ def effect(
     before, after = float(np.median(lumped)), float(np.median(free))
     if not known(by_share, by_size) or before == after == math.inf:
         return Effect.UNKNOWN
-    by_size_too = max(before, after) >= PRESENT_RAD_PER_S2 and abs(after - before) > WORTH * before
+    smaller, larger = sorted((before, after))
+    worth = larger >= PRESENT_RAD_PER_S2 and larger > (1 + WORTH) * smaller
     if told_apart(by_share, tests):
         return Effect.WEAKER if _large(free) < _large(lumped) else Effect.STRONGER
-    if by_size_too and told_apart(by_size, tests):
+    if worth and told_apart(by_size, tests):
         return Effect.WEAKER if after < before else Effect.STRONGER
     return Effect.NONE
 
