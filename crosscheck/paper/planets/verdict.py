@@ -21,7 +21,7 @@ from crosscheck.paper.undefined import UNDEFINED, known, where_known
 LARGE_RAD_PER_S2 = ACCELERATION  # a fluctuation of the paper's kind, as in its figures
 CONFIDENCE = 0.95
 SIGNIFICANT = 0.05  # of two samples that a test tells apart
-WORTH = 0.2  # relative difference of medians that is worth telling, if one is present at all
+WORTH = 0.1  # relative difference of medians that is worth telling, if one is present at all
 PREDICTED = 0.10  # relative error of the time at which planets part
 MOST, FEW = 0.9, 0.1  # shares of starts that count as all, and as none
 
