@@ -80,9 +80,9 @@ def _verdict(
 
 def _summary(verdict: H7) -> str:
     return (
-        f"Verdict: H7 {verdict.verdict}. {_effects(verdict)} The parting of the planets is foretold"
-        f" by linear theory: {word(verdict.foretold)}. No test tells Exudyn's free planets from the"
-        f" analytic model's: {word(verdict.engines_agree)}."
+        f"Verdict: H7 {verdict.verdict}. {_effects(verdict)} Linear theory foretells the parting of"
+        f" the planets along the motion that they share: {word(verdict.foretold)}. No test tells"
+        f" Exudyn's free planets from the analytic model's: {word(verdict.engines_agree)}."
     )
 
 

@@ -260,12 +260,12 @@ def _statement(records: Sequence[Feature]) -> str:
 
 
 def _told(law: str, records: Sequence[Feature]) -> str:
-    kinds = [Survival.NO, Survival.BISTABLE, Survival.APPEARS]
-    named = {kind: [r for r in records if r.survives == kind] for kind in kinds}
-    parts = [
-        f"{kind}: {'; '.join(f'Fig. {r.figure}, {r.statement}' for r in found)}"
-        for kind, found in named.items()
-        if found
+    changed = [
+        f"{kind}: {'; '.join(f'Fig. {r.figure}, {r.statement}' for r in found)}."
+        for kind in (Survival.NO, Survival.BISTABLE, Survival.APPEARS)
+        if (found := [r for r in records if r.survives == kind])
     ]
-    counted = sum(r.survives == Survival.YES for r in records)
-    return f"Under {law} {counted} of {len(records)} features survive. {'. '.join(parts)}."
+    counts = {kind: sum(r.survives == kind for r in records) for kind in Survival}
+    said = f"Under {law} {counts[Survival.YES]} of {len(records)} features survive,"
+    absent = f"{counts[Survival.ABSENT]} are absent either way."
+    return " ".join([said, absent, *changed])
