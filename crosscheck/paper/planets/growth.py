@@ -276,7 +276,8 @@ def _figure(found: Sequence[Parted]) -> str:
                 not_reached(axes)
     for axes in grid[-1]:
         axes.set_xlabel("time [s]")
-    legend(drawing, grid[0, 0], grid[0, 1])
+    if found:
+        legend(drawing, grid[0, 0], grid[0, 1])
     return to_svg(drawing)
 
 
