@@ -202,7 +202,7 @@ def _draw(axes: Axes, records: Sequence[Freed], least: float, most: float) -> No
             at = place + shift + np.linspace(-0.09, 0.09, len(found))
             label = f"planets {name}" if place == 0 else None
             dots = np.clip(found, least, most)
-            axes.plot(at, dots, ".", color=colour, markersize=3.5, label=label, clip_on=False)
+            axes.plot(at, dots, ".", color=colour, markersize=3.5, label=label)
             _bar(axes, place + shift, sample.amplitude, colour)
     axes.axhline(LARGE_RAD_PER_S2, color="black", lw=0.8, ls="--")
     axes.set_xticks(range(len(records)), [f"{r.cell.setting.zeta:g}" for r in records])
