@@ -13,9 +13,9 @@ import pytest
 import xarray as xr
 
 import analytic.model
-from crosscheck.baseline import arm_digest
 from crosscheck.baseline_file import baseline_path, read_baseline, write_baseline
 from crosscheck.findings import Agreement, checked
+from crosscheck.provenance import arm_digest
 from crosscheck.reduction import baseline_of, unrecorded
 from crosscheck.regression import changed_since
 from crosscheck.report.words import counted, outcome, printable, tally

@@ -22,7 +22,8 @@ from crosscheck.studies.study import Study
 
 ZETAS = (0.003, 0.005, 0.007, 0.01, 0.015, 0.02)
 RINGS = ("eq13", "corrected")
-FIRST = {"omega_t": 8, "angle": 4}  # starts of every setting; STARTS where they decide
+LAWS = ("omega_t", "angle")
+LUMPED = 8  # starts of planets counted as one; STARTS where they decide, and of free ones
 MICRO = 1e6
 LIMITS = {"omega_t": (5.0, 2e3), "angle": (1e-5, 1e3)}  # rad/s^2: of the drawing, by law
 LEFT, RIGHT = -0.17, 0.17  # of a damping ratio: lumped, free
@@ -37,7 +38,7 @@ class Distributions:
 
 
 def distributions(study: Study, scale: Scale) -> Distributions:
-    """Every setting from a few starts; those in which the start decides from many."""
+    """Every setting from many starts; with planets counted as one where the start decides."""
     records = _freed(study, scale)
     text = [
         heading("1. How large it is, with lumped and with free planets"),
@@ -53,7 +54,7 @@ def cells() -> list[Cell]:
     """Both readings, laws and ring rates over the damping ratio."""
     return [
         Cell(law, Setting(zeta, ring), arm)
-        for law in FIRST
+        for law in LAWS
         for arm in (LABELLED, SWAPPED)
         for ring in RINGS
         for zeta in ZETAS
@@ -62,7 +63,7 @@ def cells() -> list[Cell]:
 
 def _freed(study: Study, scale: Scale) -> list[Freed]:
     every = cells()
-    found = _sampled(study, [(cell, FIRST[cell.law]) for cell in every], scale)
+    found = _sampled(study, [(cell, LUMPED) for cell in every], scale)
     again = [cell for cell in every if _hangs_on_the_start(cell, *found[cell])]
     found |= _sampled(study, [(cell, STARTS) for cell in again], scale)
     return [Freed(cell, *found[cell], len(every)) for cell in every]
@@ -85,8 +86,8 @@ def _sampled(
 
 
 def _requests(cell: Cell, starts: int) -> tuple[Request, Request]:
-    seeds = tuple(range(1, starts + 1))
-    return Request(cell, "lumped", seeds), Request(cell, "free", seeds)
+    lumped, free = (tuple(range(1, count + 1)) for count in (starts, STARTS))
+    return Request(cell, "lumped", lumped), Request(cell, "free", free)
 
 
 _HEAD = (
@@ -141,9 +142,9 @@ def _question() -> str:
         "Question: does the third fluctuation of the paper's equations change when each planet of"
         " a stage has a coordinate of its own? The same equations, planets lumped or free; starts"
         " perturbed by up to 1e-12 m, planet by planet where they are free."
-        f" {FIRST['omega_t']} starts of every setting under omega_t, {FIRST['angle']} under angle,"
-        f" {STARTS} where those do not agree whether it is large (above {LARGE_RAD_PER_S2:g}"
-        " rad/s²) and where Exudyn is asked. Shares with Clopper and Pearson's interval, sizes as"
+        f" {STARTS} starts of every setting with free planets and {LUMPED} with lumped ones, as many"
+        f" where those do not agree whether it is large (above {LARGE_RAD_PER_S2:g} rad/s²) and"
+        " where Exudyn is asked. Shares with Clopper and Pearson's interval, sizes as"
         " median with the quantiles 0.1 and 0.9. Freeing the planets counts as an effect where"
         " Fisher's exact test tells the shares apart, or Mann and Whitney's the sizes and the"
         " medians differ by a tenth; 5 % over all settings together."
@@ -151,7 +152,7 @@ def _question() -> str:
 
 
 def _statement(records: Sequence[Freed]) -> str:
-    return " ".join(_told(law, [r for r in records if r.cell.law == law]) for law in FIRST)
+    return " ".join(_told(law, [r for r in records if r.cell.law == law]) for law in LAWS)
 
 
 def _told(law: str, records: Sequence[Freed]) -> str:
@@ -175,7 +176,7 @@ def _where(records: Sequence[Freed]) -> str:
 
 def _figure(records: Sequence[Freed]) -> str:
     """A row per law and ring rate, a column per reading."""
-    rows = [(law, ring) for law in FIRST for ring in RINGS]
+    rows = [(law, ring) for law in LAWS for ring in RINGS]
     drawing, grid = new_figure(len(rows), len(READINGS), 1.9)
     for (row, column), axes in np.ndenumerate(grid):
         (law, ring), arm = rows[row], list(READINGS)[column]
