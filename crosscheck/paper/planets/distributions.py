@@ -142,7 +142,7 @@ def _question() -> str:
         "Question: does the third fluctuation of the paper's equations change when each planet of"
         " a stage has a coordinate of its own? The same equations, planets lumped or free; starts"
         " perturbed by up to 1e-12 m, planet by planet where they are free."
-        f" {STARTS} starts of every setting with free planets and {LUMPED} with lumped ones, as many"
+        f" {STARTS} starts of every setting with free planets, {LUMPED} with lumped ones, as many"
         f" where those do not agree whether it is large (above {LARGE_RAD_PER_S2:g} rad/s²) and"
         " where Exudyn is asked. Shares with Clopper and Pearson's interval, sizes as"
         " median with the quantiles 0.1 and 0.9. Freeing the planets counts as an effect where"
