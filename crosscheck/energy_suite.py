@@ -12,7 +12,7 @@ from crosscheck.checks.scales import geared, largest_torques
 from crosscheck.comparison import Comparison, Results
 from crosscheck.findings import About, Finding, Key
 from crosscheck.plan import SHORT_RESOLVED, Experiment, resolved_step, without_play
-from crosscheck.registry import GEARED, lead, promising
+from crosscheck.registry import GEARED, lead, promising, same_integrator
 from crosscheck.tasks import RunKey, Simulation
 from models.arm import Arm
 from models.loading import Case
@@ -39,8 +39,10 @@ def energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[
     free, lossless = usual_switches(arm, planets="free"), without_losses(arm)
     springs = free.model_copy(update={"mesh_work": "conservative"})
     smooth = Experiment("energy", Case(without_play(lossless), scenario, springs))
+    fine = Experiment("energy-fine", smooth.case._replace(scenario=_finer(scenario)))
     for model in promising("simulate", GEARED):
-        yield _balance(smooth, smooth.run(model), energy.stays)
+        own = smooth if model in same_integrator() else fine
+        yield _balance(own, own.run(model), energy.stays)
     impacts = Experiment("energy-impacts", Case(lossless, scenario, springs))
     yield _balance(impacts, _reference(impacts), energy.stays)
     papers = Experiment("energy-paper", impacts.case._replace(switches=free))
@@ -70,6 +72,12 @@ def _scenario(arm: Arm, first: Experiment, limit_s: float) -> Scenario:
         start=Start(theta_rad=tuple(map(float, 0.4 - 0.7 * numbers))),
         drive=ConstantDrive(kind="constant", torque_N_m=tuple(map(float, torques))),
     )
+
+
+def _finer(scenario: Scenario) -> Scenario:
+    """For integrators of second order: half as long, at a quarter of the step."""
+    update = {"duration_s": scenario.duration_s / 2, "step_s": scenario.step_s / 4}
+    return scenario.model_copy(update=update)
 
 
 def _reference(experiment: Experiment) -> Simulation:
