@@ -69,7 +69,8 @@ def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[Quantity]:
     ratio = named.damping / (2 * math.sqrt(joint.planet_count * mean * named.mass))
     yield Quantity("mean stiffness, per planet", mean, "N/m")
     yield Quantity("largest stiffness, per planet", _largest_stiffness(law), "N/m")
-    yield Quantity(f"d_{pair}, damping of x_{pair}, all planets", named.damping, "N s/m")
+    together = f"d_{pair}, damping of x_{pair}, {joint.planet_count} planets alike"
+    yield Quantity(together, named.damping, "N s/m")
     yield Quantity(f"zeta_{pair}, damping ratio of x_{pair}", ratio)
     if named.mesh.phase_rad is None:
         yield Quantity("phase from the teeth", named.phase, "rad")
