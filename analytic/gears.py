@@ -14,8 +14,9 @@ from analytic.mesh_frequency import ANGLE, OMEGA_T, ring_mesh_rate, sun_mesh_rat
 from analytic.mesh_phasing import mesh_phases
 from analytic.stage import equivalent_masses
 from analytic.stiffness import StiffnessData, mean_stiffness, stiffness_data
-from models.arm import Arm, Planetary, PlanetMesh
+from models.arm import Arm, Planetary
 from models.layout import Layout
+from models.mesh import PlanetMesh
 from models.switches import Switches
 
 NOTHING = -1  # in place of a coordinate

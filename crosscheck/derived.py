@@ -18,8 +18,9 @@ from analytic.stiffness import mean_stiffness, peak_stiffness, stiffness_data
 from crosscheck.checks.scales import largest_weights
 from crosscheck.checks.weights import joint_mass, link_mass
 from crosscheck.sizing import Sizes, pd_scenario, step_scenario
-from models.arm import Arm, Direct, Planetary, PlanetMesh
+from models.arm import Arm, Direct, Planetary
 from models.loading import load_scenario
+from models.mesh import PlanetMesh
 from models.planets import unlike_fields
 from models.stiffness import SineStiffness, StiffnessLaw
 

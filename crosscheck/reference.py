@@ -8,7 +8,8 @@ from pathlib import Path
 
 from crosscheck.output import write_files
 from crosscheck.schema import Described, described, records_below
-from models.arm import Arm, Direct, Link, Mesh, Planetary
+from models.arm import Arm, Direct, Link, Planetary
+from models.mesh import Mesh
 from models.quantities import Data, short
 from models.scenario import (
     ConstantDrive,

@@ -20,9 +20,10 @@ from crosscheck.plan import is_the_papers
 from crosscheck.registry import usable_numbers
 from crosscheck.schema import described
 from crosscheck.sizing import sizes_of
-from models.arm import Arm, Mesh, Planetary, PlanetMesh
+from models.arm import Arm, Planetary
 from models.errors import InputError
 from models.loading import load_arm
+from models.mesh import Mesh, PlanetMesh
 from models.quantities import Data
 
 MOST_LISTED = 6  # of a list of numbers

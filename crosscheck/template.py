@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 from crosscheck.output import require_file, write_text
 from crosscheck.schema import Described, described
-from models.arm import Arm, Direct, Link, Mesh, Planetary
+from models.arm import Arm, Direct, Link, Planetary
 from models.errors import InputError
+from models.mesh import Mesh
 from models.quantities import Data, Printable, short
 from models.stiffness import SineStiffness
 

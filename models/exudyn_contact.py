@@ -20,9 +20,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numba import njit, types
 
-from models.arm import Planetary, PlanetMesh
+from models.arm import Planetary
 from models.exudyn_contact_stiffness import Spring, slope_at, spring_of, stiffness_at
 from models.exudyn_poses import equivalent_mass, pitch_radius, planet_seats
+from models.mesh import PlanetMesh
 from models.switches import Switches
 
 Side = Literal["sun", "ring"]

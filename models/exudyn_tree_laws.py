@@ -9,9 +9,10 @@ from typing import Literal
 
 import numpy as np
 
-from models.arm import Planetary, PlanetMesh
+from models.arm import Planetary
 from models.exudyn_mesh import GearStage, MeshLaw, Stage
 from models.exudyn_tree_stiffness import constant, curve_of
+from models.mesh import PlanetMesh
 from models.switches import Switches
 
 Side = Literal["sun", "ring"]

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from models.arm import Arm, Planetary, PlanetMesh
+from models.arm import Arm, Planetary
+from models.mesh import PlanetMesh
 from models.pinocchio_stiffness import MeshStiffness, curve_of, mesh_stiffness
 from models.pinocchio_tree import Stage, base_radii, equivalent_masses
 from models.switches import Switches

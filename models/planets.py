@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from models.arm import FROM_TEETH, Arm, Planetary
+from models.arm import Arm, Planetary
 from models.errors import InputError
+from models.mesh import FROM_TEETH
 from models.scenario import Scenario
 from models.switches import Switches, switches
 

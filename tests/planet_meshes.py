@@ -16,8 +16,9 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from models.arm import Arm, Mesh, Planetary, PlanetMesh
+from models.arm import Arm, Planetary
 from models.layout import Layout
+from models.mesh import Mesh, PlanetMesh
 from models.scenario import Scenario
 from models.stiffness import FourierStiffness, SineStiffness, StiffnessLaw, TableStiffness
 from models.switches import Switches

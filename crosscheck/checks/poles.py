@@ -6,7 +6,8 @@ import numpy as np
 
 from crosscheck.checks.modes import mean_stiffness
 from crosscheck.findings import About, Finding, checked
-from models.arm import Arm, Mesh
+from models.arm import Arm
+from models.mesh import Mesh
 from models.meshes import with_meshes
 from models.stiffness import SineStiffness, StiffnessLaw
 

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.weights import weight_moments
-from models.arm import Arm, Planetary, PlanetMesh
+from models.arm import Arm, Planetary
+from models.mesh import PlanetMesh
 from models.scenario import ConstantDrive, PdDrive, Scenario, SinusoidDrive, per_joint
 from models.stiffness import FourierStiffness, SineStiffness, SquareStiffness
 

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 from analytic.kinematics import StageGeometry, stage_geometry
 from analytic.stage import equivalent_masses
-from models.arm import Arm, Mesh, Planetary
+from models.arm import Arm, Planetary
 from models.errors import InputError
+from models.mesh import Mesh
 from models.meshes import with_meshes
 from models.planets import unlike
 from models.stiffness import SineStiffness
