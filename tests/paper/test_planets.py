@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from crosscheck.paper.phase.fluctuations import Fluctuation
 from crosscheck.paper.phase.verdict import PRESENT_RAD_PER_S2
 from crosscheck.paper.planets import growth as growths
 from crosscheck.paper.planets import hill
-from crosscheck.paper.planets.chapter import chapter
 from crosscheck.paper.planets.distributions import cells
 from crosscheck.paper.planets.features import FEATURES, Feature, Start
 from crosscheck.paper.planets.pairs import Freed, TwoModels, TwoTests
@@ -45,7 +43,7 @@ from crosscheck.paper.planets.verdict import (
     told_apart,
 )
 from crosscheck.paper.scale import Scale
-from crosscheck.studies.study import Study, Variant
+from crosscheck.studies.study import Variant
 from crosscheck.studies.variant import simulate
 from models.loading import Case
 
@@ -352,11 +350,3 @@ def test_features_are_decided_as_in_the_figures() -> None:
     record = Feature(14, "third fluctuation", "omega_t", *shares).to_dict()
     assert record["survives"] == "no"
     json.dumps(record, allow_nan=False)
-
-
-@pytest.mark.slow
-def test_the_chapter_of_brief_runs_is_undefined(tmp_path: Path) -> None:
-    made = chapter(Study(tmp_path), BRIEF)
-    assert made.records[0]["verdict"] == "undefined"
-    assert made.html.count("<svg") == 2
-    json.dumps(list(made.records), allow_nan=False)

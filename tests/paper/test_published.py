@@ -25,7 +25,7 @@ from models.trajectory import read_netcdf
 from tests.paper.markup import SVG, axis_problems, page_problems, uneven_tables
 
 pytestmark = pytest.mark.slow
-BRIEF = Scale(longest_s=0.002)
+BRIEF = Scale(longest_s=0.002, most_starts=2)
 
 
 class Published(NamedTuple):

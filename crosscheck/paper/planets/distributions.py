@@ -79,14 +79,15 @@ def _sampled(
     study: Study, wanted: Sequence[tuple[Cell, int]], scale: Scale
 ) -> dict[Cell, tuple[Sample, Sample]]:
     """Lumped and free."""
-    pairs = {cell: _requests(cell, starts) for cell, starts in wanted}
+    pairs = {cell: _requests(cell, starts, scale) for cell, starts in wanted}
     requests = [request for pair in pairs.values() for request in pair]
     found = samples(study, requests, scale, "planets: distributions")
     return {cell: (found[lumped], found[free]) for cell, (lumped, free) in pairs.items()}
 
 
-def _requests(cell: Cell, starts: int) -> tuple[Request, Request]:
-    lumped, free = (tuple(range(1, count + 1)) for count in (starts, STARTS))
+def _requests(cell: Cell, starts: int, scale: Scale) -> tuple[Request, Request]:
+    counts = map(scale.starts, (starts, STARTS))
+    lumped, free = (tuple(range(1, count + 1)) for count in counts)
     return Request(cell, "lumped", lumped), Request(cell, "free", free)
 
 

@@ -210,7 +210,9 @@ def runs_of(law: str, planets: Planets, seed: int) -> list[Variant]:
 
 def _starts(study: Study, scale: Scale) -> dict[tuple[str, Planets], list[Start]]:
     wanted = {
-        (law, planets): [runs_of(law, planets, seed) for seed in range(1, STARTS[law] + 1)]
+        (law, planets): [
+            runs_of(law, planets, seed) for seed in range(1, scale.starts(STARTS[law]) + 1)
+        ]
         for law in LAWS
         for planets in PLANETS
     }

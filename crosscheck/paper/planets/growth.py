@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from crosscheck.paper.phase.experiments import SETTINGS
+from crosscheck.paper.planets.pairs import STARTS
 from crosscheck.paper.planets.parting import APART_M, Course, Parted, partings
 from crosscheck.paper.planets.samples import Cell
 from crosscheck.paper.planets.verdict import PREDICTED, parting_is_predicted
@@ -20,7 +21,6 @@ from crosscheck.report.figures import legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study
 
-STARTS = 24
 JOINTS = ("shoulder", "elbow")
 BINS_FOR_A_RATE = 4  # of 5 ms: over which a growth rate is taken
 LOWEST, HIGHEST = -20.5, -2.0  # log10 of metres: what is drawn
@@ -97,9 +97,9 @@ class Growth:
 
 
 def growth(study: Study, scale: Scale) -> Growth:
-    """At the bistable setting, 24 starts."""
+    """At the bistable setting, from many starts."""
     one = scale.cut(Cell("omega_t", SETTINGS[0]).starts("free", [1])[0])
-    answers = study.answers(partings(one, STARTS), "planets: parting")
+    answers = study.answers(partings(one, scale.starts(STARTS)), "planets: parting")
     found = [answer for answer in answers if answer is not None]
     lumped = _first_parting("lumped", found, [one.by_lumped for one in found])
     free = _first_parting("free", found, [one.by_free for one in found])

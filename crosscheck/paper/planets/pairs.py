@@ -125,7 +125,7 @@ class TwoModels(Record):
 
 def two_models(study: Study, scale: Scale) -> list[TwoModels]:
     """Both settings of the third fluctuation."""
-    wanted = [_requests(setting) for setting in SETTINGS]
+    wanted = [_requests(setting, scale) for setting in SETTINGS]
     requests = [request for three in wanted for request in three]
     found = samples(study, requests, scale, "planets: two models")
     return [
@@ -134,8 +134,8 @@ def two_models(study: Study, scale: Scale) -> list[TwoModels]:
     ]
 
 
-def _requests(setting: Setting) -> list[Request]:
+def _requests(setting: Setting, scale: Scale) -> list[Request]:
     """Of the analytic model with lumped planets, with free ones, and of Exudyn."""
-    cell, seeds = Cell("omega_t", setting), tuple(range(1, STARTS + 1))
+    cell, seeds = Cell("omega_t", setting), tuple(range(1, scale.starts(STARTS) + 1))
     own = [Request(cell, "lumped", seeds), Request(cell, "free", seeds)]
     return [*own, Request(cell, "free", seeds[: ENGINE_STARTS[setting]], ENGINE)]
