@@ -53,7 +53,7 @@ def _joint_tables(arm: Arm, place: int) -> Iterator[Table]:
     yield _table(title, _given(joint))
     if isinstance(joint, Planetary):
         for named in named_meshes(joint):
-            given = (*_given(named.mesh.stiffness), *_given(named.mesh, Mesh))
+            given = (*_given(named.mesh.stiffness), *_given(named.mesh))
             rows = [*given, *derived_mesh(joint, named)]
             yield _table(f"{title}, {named.title}", rows)
     yield _table(f"{title}, derived", derived_joint(joint))
@@ -61,13 +61,9 @@ def _joint_tables(arm: Arm, place: int) -> Iterator[Table]:
     yield _table(f"link {place + 1}", rows)
 
 
-def _given(record: Data | PlanetMesh, schema: type[Data] | None = None) -> Iterator[Quantity]:
-    """The values of a record itself, not of what it holds, nor of the file around it.
-
-    schema: whose fields it has, if not its own type's.
-    """
-    of_type = type(record)
-    for field in described(schema or of_type if issubclass(of_type, Data) else Mesh):
+def _given(record: Data | PlanetMesh) -> Iterator[Quantity]:
+    """The values of a record itself, not of what it holds, nor of the file around it."""
+    for field in described(Mesh if isinstance(record, PlanetMesh) else type(record)):
         value = getattr(record, field.name)
         if value is not None and not field.records and field.name not in OF_THE_FILE:
             yield Quantity(field.name, value, field.unit)

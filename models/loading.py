@@ -293,7 +293,9 @@ def _input_error(
     value: object = details["input"]
     if details["type"] == "value_error":
         field, _, allowed = str(details["ctx"]["error"]).partition("|")
-        return InputError(where, dotted(*location, field), _entry(value, field), allowed)
+        return InputError(
+            where, dotted(*location, *field.split(".")), _entry(value, field), allowed
+        )
     if details["type"] == "extra_forbidden":
         *above, key = details["loc"]  # the user's own key, whatever it is called
         location = [*(part for part in above if part not in UNION_TAGS), key]

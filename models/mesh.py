@@ -54,7 +54,7 @@ class Mesh(Data):
     backlash_m: PerPlanet[Play]
     """b, half the clearance 2 b between the teeth, along the line of action."""
     tooth_error_m: PerPlanet[Play]
-    """E of the tooth profile error e = E sin(phase)."""
+    """E of the tooth profile error, a wave E sin(phase + tooth_error_phase_rad)."""
     tooth_error_phase_rad: PerPlanet[Phase] = 0.0
     """Added to the phase of the tooth error alone."""
     static_error_m: PerPlanet[Offset] = 0.0

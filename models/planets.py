@@ -10,7 +10,8 @@ from models.mesh import FROM_TEETH
 from models.scenario import Scenario
 from models.switches import Switches, switches
 
-ALLOWED = "must be alike for all planets with switches.planets = lumped, or planets = free"
+ALLOWED = "must be alike for all planets, or needs switches.planets = free"
+OUT_OF_PHASE = "puts the planets out of phase and needs switches.planets = free"
 
 
 def unlike(arm: Arm) -> Iterator[tuple[str, object]]:
@@ -49,16 +50,17 @@ def require_alike(
     arm_file: str = "",
     scenario_file: str = "",
 ) -> None:
-    """Raise InputError if planets are lumped that differ, or start differently.
+    """Raise InputError if planets are lumped that differ, or that are offset at the start.
 
     The files are named where the names of arm and scenario do not say them.
     """
     if chosen.planets == "free":
         return
     for field, value in unlike(arm):
-        raise InputError(arm_file or arm.name, field, value, ALLOWED)
+        allowed = OUT_OF_PHASE if value == FROM_TEETH else ALLOWED
+        raise InputError(arm_file or arm.name, field, value, allowed)
     for joint, offsets in enumerate(scenario.start.planet_offset_m if scenario else ()):
         if any(offsets):
             field = f"start.planet_offset_m[{joint}]"
             where = scenario_file or (scenario.name if scenario else "")
-            raise InputError(where, field, offsets, "needs switches.planets = free")
+            raise InputError(where, field, list(offsets), "needs switches.planets = free")

@@ -100,13 +100,15 @@ Drive = ConstantDrive | PdDrive | SinusoidDrive | TableDrive
 
 
 class Start(Data):
-    """State at t = 0. Mesh displacements start at first contact (x = b) or at the centre (x = 0).
+    """State at t = 0. Mesh displacements start at first contact (x = b) or at x = 0.
 
-    The offsets, added to them, are for starts perturbed on purpose.
+    Contact counts the static error. Of free planets every ring mesh touches, and the sun is advanced
+    until the first of its meshes does. The offsets, added to them, are for starts perturbed on
+    purpose.
     """
 
     mesh: Literal["contact", "centre"] = "contact"
-    """Displacements of the meshes: at first contact (x = b), or centred (x = 0)."""
+    """Displacements of the meshes: at first contact (x = b + static error), or x = 0."""
     theta_rad: PerJoint[Angle] = 0.0
     """Joint angles, each relative to the previous link."""
     theta_dot_rad_per_s: PerJoint[AngularRate] = 0.0

@@ -87,6 +87,17 @@ def stiffness_at(law: StiffnessLaw, phase: np.ndarray) -> np.ndarray:
     return np.asarray(spline(np.mod(phase / (2 * np.pi), 1.0)))
 
 
+def waves(law: StiffnessLaw) -> int:
+    """The highest order of a law's waves, or how many pieces its period has."""
+    if isinstance(law, SineStiffness):
+        return 1
+    if isinstance(law, FourierStiffness):
+        return max(len(law.cosine_N_per_m), len(law.sine_N_per_m), 1)
+    if isinstance(law, SquareStiffness):
+        return law.harmonics
+    return len(law.phase_cycles)
+
+
 def _square(law: SquareStiffness, phase: np.ndarray) -> np.ndarray:
     """Eq. 7."""
     overlap = law.contact_ratio - 1
