@@ -102,9 +102,9 @@ Drive = ConstantDrive | PdDrive | SinusoidDrive | TableDrive
 class Start(Data):
     """State at t = 0. Mesh displacements start at first contact (x = b) or at x = 0.
 
-    Contact counts the static error. Of free planets every ring mesh touches, and the sun is advanced
-    until the first of its meshes does. The offsets, added to them, are for starts perturbed on
-    purpose.
+    Contact counts the static error. Of free planets every ring mesh touches, and the sun is
+    advanced until the first of its meshes does. The offsets, added to them, are for starts
+    perturbed on purpose.
     """
 
     mesh: Literal["contact", "centre"] = "contact"
