@@ -11,11 +11,12 @@ import pytest
 from scipy.stats import beta
 
 from analytic.model import PhysicalModel
+from crosscheck.paper.phase.engines import answer
 from crosscheck.paper.phase.experiments import SETTINGS, Setting
 from crosscheck.paper.phase.fluctuations import Fluctuation
 from crosscheck.paper.phase.verdict import PRESENT_RAD_PER_S2
+from crosscheck.paper.planets import features, hill
 from crosscheck.paper.planets import growth as growths
-from crosscheck.paper.planets import hill
 from crosscheck.paper.planets.distributions import cells
 from crosscheck.paper.planets.features import FEATURES, Feature, Start
 from crosscheck.paper.planets.pairs import Freed, TwoModels, TwoTests
@@ -24,6 +25,7 @@ from crosscheck.paper.planets.plates import Seen, seen
 from crosscheck.paper.planets.samples import Cell, Quantiles, Sample
 from crosscheck.paper.planets.verdict import (
     FEW,
+    FIRST_WORTH,
     LARGE_RAD_PER_S2,
     MOST,
     PREDICTED,
@@ -34,7 +36,10 @@ from crosscheck.paper.planets.verdict import (
     Survival,
     effect,
     h7_verdict,
+    is_changed,
     is_large,
+    least_p,
+    not_told_apart,
     one_distribution,
     parting_is_predicted,
     shares_p,
@@ -235,12 +240,49 @@ def test_parting_is_predicted_within_a_tenth() -> None:
         (FEW, 0.0, Survival.ABSENT),
         (FEW, 1.0, Survival.APPEARS),
         (ABOVE * FEW, 1.0, Survival.YES),
+        (ABOVE * FEW, 0.5, Survival.BISTABLE_EITHER),
+        (BELOW * MOST, 0.5, Survival.BISTABLE_EITHER),
+        (FEW, 0.5, Survival.BISTABLE),
+        (MOST, 0.5, Survival.BISTABLE),
         (None, 1.0, Survival.UNKNOWN),
         (1.0, None, Survival.UNKNOWN),
     ],
 )
 def test_what_survives(lumped: float | None, free: float | None, expected: Survival) -> None:
     assert survival(lumped, free) == expected
+
+
+def test_a_feature_is_changed_where_its_shares_are_told_apart() -> None:
+    """12 of 16 against 2 of 16 has p = 0.0011, against 3 of 16 p = 0.0038."""
+    some = Share.counted(12, 16)
+    assert is_changed(some, Share.counted(2, 16), 38) is True
+    assert is_changed(some, Share.counted(3, 16), 38) is False
+    assert is_changed(some, some, 1) is False
+    all_of_them, none = Share.counted(4, 4), Share.counted(0, 4)
+    assert is_changed(all_of_them, none, 1) is True
+    assert is_changed(all_of_them, none, 2) is None
+    assert is_changed(None, none, 1) is is_changed(none, None, 1) is None
+
+
+def test_samples_may_be_too_small_to_be_told_apart() -> None:
+    assert least_p(2, 2) == pytest.approx(1 / 3)
+    assert least_p(3, 3) == pytest.approx(2 / 20)
+    assert least_p(2, 4) > SIGNIFICANT > least_p(2, 24)
+    fewest, most = not_told_apart(Share.counted(12, 24), 16)
+    assert (fewest, most) == (3, 13)
+    for yes in (fewest - 1, most + 1):
+        assert told_apart(shares_p(Share.counted(12, 24), Share.counted(yes, 16)))
+
+
+def test_a_share_of_fewer_than_half_of_the_starts_is_undefined() -> None:
+    shows, open_ = (Start(Seen(third_rad_per_s2=size), {}, {}) for size in (300.0, None))
+
+    def decide(start: Start) -> bool | None:
+        return start.control.third_rad_per_s2 and start.control.third_rad_per_s2 > 1
+
+    assert features._share(decide, [shows, open_]) == Share.counted(1, 1)
+    assert features._share(decide, [shows, open_, open_]) is None
+    assert features._share(decide, []) is None
 
 
 def test_verdict_of_h7() -> None:
@@ -273,6 +315,12 @@ def test_pairs_of_samples_say_what_they_are() -> None:
     models = TwoModels(Setting(0.005, "eq13"), large, small, small)
     assert (models.same, models.shown) == (True, False)
     assert TwoModels(Setting(0.005, "eq13"), large, large, small).same is False
+    two = _sample(400.0, 400.0)
+    assert TwoModels(Setting(0.005, "eq13"), two, two, two).same is None
+    assert "so few" in answer(TwoModels(Setting(0.005, "eq13"), two, two, two))
+    assert "no proof" in answer(models)
+    larger = Freed(freed.cell, _sample(*[200.0] * 8), _sample(*[230.0] * 8), 1)
+    assert (larger.effect, larger.effect_at(FIRST_WORTH)) == (Effect.STRONGER, Effect.NONE)
     undefined = TwoModels(Setting(0.005, "eq13"), large, small, _sample(None))
     assert (undefined.same, undefined.shown) == (None, None)
     assert TwoTests.of(large, _sample(None)).to_dict() == {"p_of_shares": None, "p_of_sizes": None}
@@ -299,7 +347,8 @@ def _parted(measured: float | None, lumped: float | None, strayed: float | None 
 
 
 def _foretold(found: list[Parted]) -> growths.Foretold:
-    return growths._first_parting("lumped", found, [one.by_lumped for one in found])
+    courses = [one.by_lumped for one in found]
+    return growths._first_parting("lumped", len(found) + 1, found, courses)
 
 
 def test_the_first_parting_is_foretold_start_by_start() -> None:
@@ -310,12 +359,35 @@ def test_the_first_parting_is_foretold_start_by_start() -> None:
     worse = _foretold([*found, _parted(0.1, late, 0.1 * BELOW), _parted(0.1, late, 0.1 * ABOVE)])
     assert (worse.right, worse.starts, worse.all_right) == (2, 4, False)
     assert (worse.strayed, worse.right_unless_strayed) == (1, 2)
+    assert (told.asked, told.diverged, told.courses_part) == (4, 1, 2)
+    assert (told.earliest_s, told.latest_s) == (0.1, 0.1)
     assert _foretold([]).all_right is None
+    assert replace(told, diverged=2).all_right is True
+    assert replace(told, diverged=3).all_right is None
+    assert not told.always_parts
+    assert replace(told, courses_part=3).always_parts
     elbow = growths._predictions(found, 1)
     assert (elbow.parted, elbow.first, elbow.median_s, elbow.lumped_right) == (2, 2, 0.1, 3)
     assert elbow.largest_growth_per_s == pytest.approx(np.log(10) / 0.005)
     shoulder = growths._predictions(found, 0)
     assert (shoulder.parted, shoulder.median_s) == (0, None)
+
+
+def test_what_the_text_says_of_the_cause_has_two_sides() -> None:
+    told = _foretold([_parted(0.1, 0.1)])
+    elbow = growths._predictions([_parted(0.1, 0.1)], 1)
+    quiet, wild = (
+        growths._statement(told, told, [replace(elbow, pressed_largest_m=by * APART_M)])
+        for by in (BELOW, ABOVE)
+    )
+    assert "not that one does" in quiet
+    assert "loss of contact does." in quiet
+    assert "could part the planets" in wild
+    assert "10 to 10 ms" in quiet
+    unknown = [elbow, replace(elbow, pressed_largest_m=None)]
+    other = growths._statement(replace(told, courses_part=0), told, unknown)
+    assert "hangs on the start too" in other
+    assert "is undefined" in other
 
 
 def test_parting_is_measured_where_planets_pass_a_micrometre() -> None:
@@ -347,6 +419,6 @@ def test_features_are_decided_as_in_the_figures() -> None:
     assert decided[13, "the force changes its sign near 0.3 s"] is True
     assert decided[11, "both torques ripple in 0.5 to 1.2 s"] is None
     shares = Share.counted(4, 4), Share.counted(0, 4)
-    record = Feature(14, "third fluctuation", "omega_t", *shares).to_dict()
-    assert record["survives"] == "no"
+    record = Feature(14, "third fluctuation", "omega_t", *shares, 4, 1).to_dict()
+    assert (record["survives"], record["changed"]) == ("no", True)
     json.dumps(record, allow_nan=False)
