@@ -169,9 +169,10 @@ def answer(one: TwoModels) -> str:
         missing = "not every start has a third fluctuation"
         return f"At {setting} it is undefined: {missing if one.could_differ else few}."
     p = f"p = {one.tests.by_share:.2g} for the shares, {one.tests.by_size:.2g} for the amplitudes"
+    held = f"({p}; limit {SIGNIFICANT:g})"
     if one.same:
-        return f"At {setting} no test tells the two models apart ({p}; limit {SIGNIFICANT:g}).{_power(one)}"
-    return f"At {setting} the two models are told apart ({p}; limit {SIGNIFICANT:g})."
+        return f"At {setting} no test tells the two models apart {held}.{_power(one)}"
+    return f"At {setting} the two models are told apart {held}."
 
 
 def _power(one: TwoModels) -> str:

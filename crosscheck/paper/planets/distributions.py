@@ -149,11 +149,11 @@ def _question() -> str:
         " where Exudyn is asked. Shares with Clopper and Pearson's interval, sizes as"
         " median with the quantiles 0.1 and 0.9. Freeing the planets counts as an effect where"
         " Fisher's exact test tells the shares apart, or Mann and Whitney's the sizes and the"
-        f" medians differ by {percent(WORTH, '.0f')} ({percent(FIRST_WORTH, '.0f')} in a first look;"
-        " now as the older comparison between engines had it); 5 % over all settings together, both"
-        f" tests of each counted. Where the start decides, lumped samples are extended from {LUMPED}"
-        f" to {STARTS} starts after a look at them, so there p is not that of a sample fixed"
-        " beforehand."
+        f" medians differ by {percent(WORTH, '.0f')}; 5 % over all settings together, both tests of"
+        f" each counted. The limit was {percent(FIRST_WORTH, '.0f')} in a first look and is"
+        f" {percent(WORTH, '.0f')} now, as the older comparison between engines had it. Where the"
+        f" start decides, lumped samples are extended from {LUMPED} to {STARTS} starts after a look"
+        " at them, so there p is not that of a sample fixed beforehand."
     )
 
 
@@ -168,7 +168,10 @@ def _at_first_worth(records: Sequence[Freed]) -> str:
     told = f"Were {percent(FIRST_WORTH, '.0f')} the limit for the medians,"
     if not other:
         return f"{told} no effect would differ."
-    return f"{told} the effect would differ in {len(other)} settings{_where(other)}."
+    named = "; ".join(
+        f"{r.cell.law}, {_setting(r)}, then {r.effect_at(FIRST_WORTH)}" for r in other
+    )
+    return f"{told} the effect would differ in {len(other)} settings ({named})."
 
 
 def _told(law: str, records: Sequence[Freed]) -> str:
@@ -183,11 +186,13 @@ def _told(law: str, records: Sequence[Freed]) -> str:
 
 
 def _where(records: Sequence[Freed]) -> str:
-    named = (
-        f"{r.cell.law}, {r.cell.reading}, {r.cell.setting.ring_rate}, zeta {r.cell.setting.zeta:g}"
-        for r in records
-    )
-    return f" ({'; '.join(named)})"
+    return f" ({'; '.join(map(_setting, records))})"
+
+
+def _setting(record: Freed) -> str:
+    """Under its law."""
+    cell = record.cell
+    return f"{cell.reading}, {cell.setting.ring_rate}, zeta {cell.setting.zeta:g}"
 
 
 def _figure(records: Sequence[Freed]) -> str:

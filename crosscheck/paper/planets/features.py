@@ -193,7 +193,8 @@ def features(study: Study, scale: Scale) -> Features:
             number,
             statement,
             law,
-            *(_share(decide, found[law, p]) for p in PLANETS),
+            _share(decide, found[law, "lumped"]),
+            _share(decide, found[law, "free"]),
             scale.starts(STARTS[law]),
             len(LAWS) * len(FEATURES),
         )

@@ -58,8 +58,8 @@ class Foretold(Record):
 
     asked: starts that were run; diverged: those left out because a run diverged; starts: those in
     which planets part or should; courses_part: in which they should; earliest_s, latest_s: when
-    they part as measured; right: starts in which it is foretold within a tenth; strayed: in which the planets' mean had by
-    then left the lumped run by 1 um; right_unless_strayed: of the others.
+    they part as measured; right: starts in which it is foretold within a tenth; strayed: in which
+    the planets' mean had by then left the lumped run by 1 um; right_unless_strayed: of the others.
     """
 
     along: str
