@@ -1,4 +1,4 @@
-"""Hypothesis H7: Hill's equation from first principles, samples, and both sides of thresholds."""
+"""Hypothesis H7: Hill's equation from first principles, samples, and what is made of them."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import beta
 
 from analytic.model import PhysicalModel
+from crosscheck.paper.phase.engines import answer
 from crosscheck.paper.phase.experiments import SETTINGS, Setting
 from crosscheck.paper.phase.fluctuations import Fluctuation
-from crosscheck.paper.phase.verdict import PRESENT_RAD_PER_S2
+from crosscheck.paper.planets import features, hill
 from crosscheck.paper.planets import growth as growths
-from crosscheck.paper.planets import hill
 from crosscheck.paper.planets.distributions import cells
 from crosscheck.paper.planets.features import FEATURES, Feature, Start
 from crosscheck.paper.planets.pairs import Freed, TwoModels, TwoTests
@@ -23,24 +22,10 @@ from crosscheck.paper.planets.parting import APART_M, Course, Parted, Parting, a
 from crosscheck.paper.planets.plates import Seen, seen
 from crosscheck.paper.planets.samples import Cell, Quantiles, Sample
 from crosscheck.paper.planets.verdict import (
-    FEW,
-    LARGE_RAD_PER_S2,
-    MOST,
+    FIRST_WORTH,
     PREDICTED,
-    SIGNIFICANT,
-    WORTH,
     Effect,
     Share,
-    Survival,
-    effect,
-    h7_verdict,
-    is_large,
-    one_distribution,
-    parting_is_predicted,
-    shares_p,
-    sizes_p,
-    survival,
-    told_apart,
 )
 from crosscheck.paper.scale import Scale
 from crosscheck.studies.study import Variant
@@ -164,90 +149,15 @@ def test_seeds_of_lumped_planets_are_those_of_free_ones_and_more() -> None:
     assert len(set(offsets.ravel())) == 6
 
 
-def test_a_share_has_clopper_and_pearsons_interval() -> None:
-    share = Share.counted(3, 10)
-    assert share.value == 0.3
-    assert share.low == pytest.approx(beta.ppf(0.025, 3, 8))
-    assert share.high == pytest.approx(beta.ppf(0.975, 4, 7))
-    assert (Share.counted(0, 8).low, Share.counted(8, 8).high) == (0.0, 1.0)
+def test_a_share_of_fewer_than_half_of_the_starts_is_undefined() -> None:
+    shows, open_ = (Start(Seen(third_rad_per_s2=size), {}, {}) for size in (300.0, None))
 
+    def decide(start: Start) -> bool | None:
+        return start.control.third_rad_per_s2 and start.control.third_rad_per_s2 > 1
 
-def test_two_samples_are_told_apart_or_not() -> None:
-    """Fisher's by hand: 5 of 5 against 0 of 5 is one table of 252, either way; ranks alike."""
-    all_of_them, none = Share.counted(5, 5), Share.counted(0, 5)
-    assert shares_p(all_of_them, none) == pytest.approx(2 / 252)
-    assert shares_p(all_of_them, all_of_them) == pytest.approx(1.0)
-    assert sizes_p([1, 2, 3, 4, 5], [6, 7, 8, 9, math.inf]) == pytest.approx(2 / 252)
-    assert sizes_p([1, 3, 5, 7], [2, 4, 6, 8]) > 0.5
-
-
-def test_significance_has_two_sides() -> None:
-    assert told_apart(BELOW * SIGNIFICANT)
-    assert not told_apart(ABOVE * SIGNIFICANT)
-    assert told_apart(BELOW * SIGNIFICANT / 10, 10)
-    assert not told_apart(ABOVE * SIGNIFICANT / 10, 10)
-    assert told_apart(math.nan) is None
-    above, below = ABOVE * SIGNIFICANT, BELOW * SIGNIFICANT
-    assert one_distribution(above, above) is True
-    assert one_distribution(above, below) is one_distribution(below, above) is False
-    assert one_distribution(above, math.nan) is None
-
-
-def test_large_has_two_sides() -> None:
-    assert is_large(ABOVE * LARGE_RAD_PER_S2)
-    assert not is_large(BELOW * LARGE_RAD_PER_S2)
-    assert is_large(None) is None
-
-
-def test_the_effect_of_freeing_planets() -> None:
-    large, small = [400.0] * 5, [20.0] * 5
-    p, q = 0.5 * SIGNIFICANT / 48, 1.5 * SIGNIFICANT / 48
-    assert effect(large, small, p, p, 48) == Effect.WEAKER
-    assert effect(small, large, p, p, 48) == Effect.STRONGER
-    assert effect(large, small, q, q, 48) == Effect.NONE
-    assert effect(large, small, math.nan, p, 48) == Effect.UNKNOWN
-    for by, expected in ((BELOW, Effect.NONE), (ABOVE, Effect.STRONGER)):
-        assert effect([200.0] * 5, [200.0 * (1 + by * WORTH)] * 5, 1.0, p, 48) == expected
-    for by, expected in ((BELOW, Effect.NONE), (ABOVE, Effect.WEAKER)):
-        before = by * PRESENT_RAD_PER_S2
-        assert effect([before] * 5, [before / 2] * 5, 1.0, p, 48) == expected
-    assert effect([math.inf] * 3, [math.inf] * 3, 1.0, 0.0, 1) == Effect.UNKNOWN
-    assert effect([200.0] * 3, [math.inf] * 3, 1.0, 0.0, 1) == Effect.STRONGER
-    assert effect([math.inf] * 3, [200.0] * 3, 1.0, 0.0, 1) == Effect.WEAKER
-
-
-def test_parting_is_predicted_within_a_tenth() -> None:
-    assert parting_is_predicted(None, None)
-    assert not parting_is_predicted(0.1, None)
-    assert not parting_is_predicted(None, 0.1)
-    assert parting_is_predicted(1 + BELOW * PREDICTED, 1.0)
-    assert not parting_is_predicted(1 + ABOVE * PREDICTED, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("lumped", "free", "expected"),
-    [
-        (1.0, MOST, Survival.YES),
-        (1.0, BELOW * MOST, Survival.BISTABLE),
-        (1.0, ABOVE * FEW, Survival.BISTABLE),
-        (1.0, FEW, Survival.NO),
-        (ABOVE * FEW, 0.0, Survival.NO),
-        (FEW, 0.0, Survival.ABSENT),
-        (FEW, 1.0, Survival.APPEARS),
-        (ABOVE * FEW, 1.0, Survival.YES),
-        (None, 1.0, Survival.UNKNOWN),
-        (1.0, None, Survival.UNKNOWN),
-    ],
-)
-def test_what_survives(lumped: float | None, free: float | None, expected: Survival) -> None:
-    assert survival(lumped, free) == expected
-
-
-def test_verdict_of_h7() -> None:
-    assert h7_verdict([Effect.NONE, Effect.WEAKER]) == "holds"
-    assert h7_verdict([Effect.STRONGER, Effect.UNKNOWN]) == "holds"
-    assert h7_verdict([Effect.NONE, Effect.UNKNOWN]) == "not seen"
-    assert h7_verdict([Effect.UNKNOWN]) == h7_verdict([]) == "undefined"
+    assert features._share(decide, [shows, open_]) == Share.counted(1, 1)
+    assert features._share(decide, [shows, open_, open_]) is None
+    assert features._share(decide, []) is None
 
 
 def _sample(*amplitudes: float | None) -> Sample:
@@ -273,6 +183,12 @@ def test_pairs_of_samples_say_what_they_are() -> None:
     models = TwoModels(Setting(0.005, "eq13"), large, small, small)
     assert (models.same, models.shown) == (True, False)
     assert TwoModels(Setting(0.005, "eq13"), large, large, small).same is False
+    two = _sample(400.0, 400.0)
+    assert TwoModels(Setting(0.005, "eq13"), two, two, two).same is None
+    assert "so few" in answer(TwoModels(Setting(0.005, "eq13"), two, two, two))
+    assert "no proof" in answer(models)
+    larger = Freed(freed.cell, _sample(*[200.0] * 8), _sample(*[230.0] * 8), 1)
+    assert (larger.effect, larger.effect_at(FIRST_WORTH)) == (Effect.STRONGER, Effect.NONE)
     undefined = TwoModels(Setting(0.005, "eq13"), large, small, _sample(None))
     assert (undefined.same, undefined.shown) == (None, None)
     assert TwoTests.of(large, _sample(None)).to_dict() == {"p_of_shares": None, "p_of_sizes": None}
@@ -299,7 +215,8 @@ def _parted(measured: float | None, lumped: float | None, strayed: float | None 
 
 
 def _foretold(found: list[Parted]) -> growths.Foretold:
-    return growths._first_parting("lumped", found, [one.by_lumped for one in found])
+    courses = [one.by_lumped for one in found]
+    return growths._first_parting("lumped", len(found) + 1, found, courses)
 
 
 def test_the_first_parting_is_foretold_start_by_start() -> None:
@@ -310,12 +227,35 @@ def test_the_first_parting_is_foretold_start_by_start() -> None:
     worse = _foretold([*found, _parted(0.1, late, 0.1 * BELOW), _parted(0.1, late, 0.1 * ABOVE)])
     assert (worse.right, worse.starts, worse.all_right) == (2, 4, False)
     assert (worse.strayed, worse.right_unless_strayed) == (1, 2)
+    assert (told.asked, told.diverged, told.courses_part) == (4, 1, 2)
+    assert (told.earliest_s, told.latest_s) == (0.1, 0.1)
     assert _foretold([]).all_right is None
+    assert replace(told, diverged=2).all_right is True
+    assert replace(told, diverged=3).all_right is None
+    assert not told.always_parts
+    assert replace(told, courses_part=3).always_parts
     elbow = growths._predictions(found, 1)
     assert (elbow.parted, elbow.first, elbow.median_s, elbow.lumped_right) == (2, 2, 0.1, 3)
     assert elbow.largest_growth_per_s == pytest.approx(np.log(10) / 0.005)
     shoulder = growths._predictions(found, 0)
     assert (shoulder.parted, shoulder.median_s) == (0, None)
+
+
+def test_what_the_text_says_of_the_cause_has_two_sides() -> None:
+    told = _foretold([_parted(0.1, 0.1)])
+    elbow = growths._predictions([_parted(0.1, 0.1)], 1)
+    quiet, wild = (
+        growths._statement(told, told, [replace(elbow, pressed_largest_m=by * APART_M)])
+        for by in (BELOW, ABOVE)
+    )
+    assert "not that one does" in quiet
+    assert "loss of contact does." in quiet
+    assert "could part the planets" in wild
+    assert "10 to 10 ms" in quiet
+    unknown = [elbow, replace(elbow, pressed_largest_m=None)]
+    other = growths._statement(replace(told, courses_part=0), told, unknown)
+    assert "hangs on the start too" in other
+    assert "is undefined" in other
 
 
 def test_parting_is_measured_where_planets_pass_a_micrometre() -> None:
@@ -347,6 +287,6 @@ def test_features_are_decided_as_in_the_figures() -> None:
     assert decided[13, "the force changes its sign near 0.3 s"] is True
     assert decided[11, "both torques ripple in 0.5 to 1.2 s"] is None
     shares = Share.counted(4, 4), Share.counted(0, 4)
-    record = Feature(14, "third fluctuation", "omega_t", *shares).to_dict()
-    assert record["survives"] == "no"
+    record = Feature(14, "third fluctuation", "omega_t", *shares, 4, 1).to_dict()
+    assert (record["survives"], record["changed"]) == ("no", True)
     json.dumps(record, allow_nan=False)

@@ -12,7 +12,7 @@ from crosscheck.paper.phase.planets import FLUCTUATION_AND_SPREAD
 from crosscheck.paper.phase.verdict import Evidence, second_engine_supports
 from crosscheck.paper.planets.pairs import ENGINE_STARTS, STARTS, TwoModels, two_models
 from crosscheck.paper.planets.samples import Cell, Quantiles, Sample
-from crosscheck.paper.planets.verdict import LARGE_RAD_PER_S2, SIGNIFICANT
+from crosscheck.paper.planets.verdict import LARGE_RAD_PER_S2, SIGNIFICANT, not_told_apart
 from crosscheck.paper.record import JsonObject, Record
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, shown
@@ -148,7 +148,7 @@ def _question() -> str:
     )
     return (
         "Question: is the third fluctuation under omega_t a property of the paper's equations or of"
-        " one program? Exudyn moves separate bodies, every planet by itself; the analytic model is"
+        " one program? Exudyn's tree has a body for every planet; the analytic model is"
         " given free planets as well. Starts perturbed by up to 1e-12 m, planet by planet:"
         f" {STARTS} of the analytic model, {starts} of Exudyn's, same step (10 µs), because a"
         " growth by many powers of ten turns rounding into another realisation: distributions are"
@@ -165,11 +165,26 @@ def answer(one: TwoModels) -> str:
     zeta, ring = one.setting
     setting = f"zeta = {zeta:g}, ring rate {ring}"
     if one.same is None:
-        return f"At {setting} it is undefined: not every start has a third fluctuation."
+        few = "so few starts could not be told apart"
+        missing = "not every start has a third fluctuation"
+        return f"At {setting} it is undefined: {missing if one.could_differ else few}."
     p = f"p = {one.tests.by_share:.2g} for the shares, {one.tests.by_size:.2g} for the amplitudes"
+    held = f"({p}; limit {SIGNIFICANT:g})"
     if one.same:
-        return f"At {setting} no test tells the two models apart ({p}; limit {SIGNIFICANT:g})."
-    return f"At {setting} the two models are told apart ({p}; limit {SIGNIFICANT:g})."
+        return f"At {setting} no test tells the two models apart {held}.{_power(one)}"
+    return f"At {setting} the two models are told apart {held}."
+
+
+def _power(one: TwoModels) -> str:
+    """What the test of the shares could not have seen."""
+    analytic, engine = one.analytic.share, one.engine.share
+    if analytic is None or engine is None:
+        return ""
+    fewest, most = not_told_apart(analytic, engine.of)
+    return (
+        f" That is no proof that they are equal: beside {analytic.yes} of {analytic.of}, anything"
+        f" from {fewest} to {most} of {engine.of} would have passed the test of the shares."
+    )
 
 
 def _angle_text(runs: Sequence[UnderAngle]) -> str:

@@ -10,7 +10,7 @@ from crosscheck.paper.planets.distributions import distributions
 from crosscheck.paper.planets.features import features
 from crosscheck.paper.planets.growth import Foretold, growth
 from crosscheck.paper.planets.pairs import Freed, TwoModels, two_models
-from crosscheck.paper.planets.verdict import Effect, Survival, h7_verdict
+from crosscheck.paper.planets.verdict import Effect, h7_verdict
 from crosscheck.paper.record import Record
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import all_of, word
@@ -47,8 +47,7 @@ def chapter(study: Study, scale: Scale) -> Chapter:
     """Samples, the growth of differences, another engine, the figures."""
     sampled, grown = distributions(study, scale), growth(study, scale)
     compared, seen = two_models(study, scale), features(study, scale)
-    gone = (Survival.NO, Survival.BISTABLE, Survival.APPEARS)
-    changed = sum(record.survives in gone for record in seen.records)
+    changed = sum(record.changed is True for record in seen.records)
     verdict = _verdict(sampled.records, grown.free, compared, changed)
     html = [
         heading("Are three planets one?"),
@@ -81,7 +80,8 @@ def _verdict(
 def _summary(verdict: H7) -> str:
     return (
         f"Verdict: H7 {verdict.verdict}. {_effects(verdict)} Linear theory foretells the parting of"
-        f" the planets along the motion that they share: {word(verdict.foretold)}. No test tells"
+        " the planets along the free run's own mean motion, not ahead of it:"
+        f" {word(verdict.foretold)}. No test tells"
         f" Exudyn's free planets from the analytic model's: {word(verdict.engines_agree)}."
     )
 
@@ -90,7 +90,7 @@ def _effects(verdict: H7) -> str:
     return (
         f"Freeing the planets makes the third fluctuation weaker in {verdict.weaker} and stronger"
         f" in {verdict.stronger} of {verdict.settings} settings;"
-        f" {verdict.features_changed} features of the figures do not survive as they are."
+        f" {verdict.features_changed} features of the figures are told apart."
     )
 
 

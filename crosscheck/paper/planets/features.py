@@ -22,18 +22,18 @@ from crosscheck.paper.figures.verdicts import (
     in_range,
     near,
     rises,
-    stands_out,
     visible,
 )
 from crosscheck.paper.planets.plates import SEEN, Seen
-from crosscheck.paper.planets.verdict import Share, Survival, survival
+from crosscheck.paper.planets.verdict import SIGNIFICANT, Share, Survival, is_changed, survival
 from crosscheck.paper.record import JsonObject, Record
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import UNDEFINED, all_of, known
+from crosscheck.paper.undefined import UNDEFINED, all_of, word
 from crosscheck.report.fragments import heading, paragraph, table
 from crosscheck.studies.study import Study, Variant
 from crosscheck.studies.variant import Planets
 
+ENOUGH = 0.5  # of the starts: for a share
 STARTS = {"omega_t": 16, "angle": 4}  # under angle no figure hangs on the start
 RECORD_EVERY = 5  # 20 kHz
 PLANETS: tuple[Planets, Planets] = ("lumped", "free")
@@ -68,13 +68,6 @@ def _over_b(
     number: Callable[[Seen], float | None],
 ) -> Decide:
     return lambda start: follows(list(start.over_b), list(map(number, start.over_b.values())))
-
-
-def _grows_with_error(start: Start) -> bool | None:
-    sizes = spectra.of_shoulder(_lines(start.over_E))
-    if not known(sizes):
-        return None
-    return all_of((stands_out(sizes.max()), rises(list(start.over_E), sizes)))
 
 
 def _lines(runs: Mapping[float, Seen]) -> spectra.Lines:
@@ -140,7 +133,7 @@ FEATURES: tuple[tuple[int, str, Decide], ...] = (
         lambda s: spectra.elbow_larger(_lines(s.over_b)),
     ),
     (19, "a fluctuation that grows with E", _swings_over_error),
-    (20, "a fluctuation that grows with E", _grows_with_error),
+    (20, "a fluctuation that grows with E", lambda s: spectra.grows_with_error(_lines(s.over_E))),
     (20, "minor only below 5 µm", lambda s: spectra.minor_below(_lines(s.over_E))),
     (
         20,
@@ -152,13 +145,19 @@ FEATURES: tuple[tuple[int, str, Decide], ...] = (
 
 @dataclass(frozen=True)
 class Feature(Record):
-    """A figure's feature under a law: shares of starts that show it, None where undefined."""
+    """A figure's feature under a law: shares of starts that show it, None where undefined.
+
+    starts: how many there are, also of those in which it is undefined; family: how many features
+    are tested, which share the 5 %.
+    """
 
     figure: int
     statement: str
     law: str
     lumped: Share | None
     free: Share | None
+    starts: int
+    family: int
 
     @property
     def id(self) -> str:
@@ -169,8 +168,13 @@ class Feature(Record):
         """What becomes of it."""
         return survival(*(None if s is None else s.value for s in (self.lumped, self.free)))
 
+    @property
+    def changed(self) -> bool | None:
+        """Whether the shares are told apart; None where they could not be."""
+        return is_changed(self.lumped, self.free, self.family)
+
     def to_dict(self) -> JsonObject:
-        return {**super().to_dict(), "survives": self.survives}
+        return {**super().to_dict(), "survives": self.survives, "changed": self.changed}
 
 
 @dataclass(frozen=True)
@@ -185,7 +189,15 @@ def features(study: Study, scale: Scale) -> Features:
     """Every feature under both laws, with lumped and with free planets."""
     found = _starts(study, scale)
     records = [
-        Feature(number, statement, law, *(_share(decide, found[law, p]) for p in PLANETS))
+        Feature(
+            number,
+            statement,
+            law,
+            _share(decide, found[law, "lumped"]),
+            _share(decide, found[law, "free"]),
+            scale.starts(STARTS[law]),
+            len(LAWS) * len(FEATURES),
+        )
         for law in LAWS
         for number, statement, decide in FEATURES
     ]
@@ -231,20 +243,27 @@ def _start(seen: Sequence[Seen]) -> Start:
 
 
 def _share(decide: Decide, starts: Sequence[Start]) -> Share | None:
-    """Of the starts in which the feature is defined."""
+    """Of the starts in which the feature is defined; None if that is fewer than half."""
     answers = [yes for yes in map(decide, starts) if yes is not None]
-    return Share.counted(sum(map(bool, answers)), len(answers)) if answers else None
+    if not answers or len(answers) < ENOUGH * len(starts):
+        return None
+    return Share.counted(sum(map(bool, answers)), len(answers))
 
 
-_HEAD = ("figure", "feature", "phase law", "lumped planets", "free planets", "survives")
+_HEAD = ("figure", "feature", "phase law", "lumped planets", "free planets", "survives", "changed")
 
 
 def _row(record: Feature) -> tuple[str, ...]:
-    shares = (
-        UNDEFINED if share is None else f"{share.yes} of {share.of}"
-        for share in (record.lumped, record.free)
-    )
-    return (str(record.figure), record.statement, record.law, *shares, str(record.survives))
+    shares = (_counted(share, record.starts) for share in (record.lumped, record.free))
+    named = (str(record.figure), record.statement, record.law)
+    return (*named, *shares, str(record.survives), word(record.changed))
+
+
+def _counted(share: Share | None, starts: int) -> str:
+    if share is None:
+        return UNDEFINED
+    left_out = f" ({starts - share.of} left out)" if share.of < starts else ""
+    return f"{share.yes} of {share.of}{left_out}"
 
 
 def _method() -> str:
@@ -253,7 +272,10 @@ def _method() -> str:
         f" itself? The figures' own runs (zeta = 0.005) and decisions, from {STARTS['omega_t']}"
         f" starts under omega_t and {STARTS['angle']} under angle, recorded at 20 kHz; meshes are"
         " read at the shoulder's first planet. A feature survives if at least nine starts in ten"
-        " show it, is bistable if between one and nine do, and is gone below."
+        " show it, is bistable if between one and nine do, and is gone below. Starts in which it is"
+        " undefined are left out; with fewer than half of them left, so is the share. It counts as"
+        f" changed where Fisher's exact test tells the shares apart, at {SIGNIFICANT:g} over all"
+        " features and laws together; undefined where so few starts could not be."
     )
 
 
@@ -262,12 +284,17 @@ def _statement(records: Sequence[Feature]) -> str:
 
 
 def _told(law: str, records: Sequence[Feature]) -> str:
-    changed = [
-        f"{kind}: {'; '.join(f'Fig. {r.figure}, {r.statement}' for r in found)}."
-        for kind in (Survival.NO, Survival.BISTABLE, Survival.APPEARS)
-        if (found := [r for r in records if r.survives == kind])
-    ]
     counts = {kind: sum(r.survives == kind for r in records) for kind in Survival}
-    said = f"Under {law} {counts[Survival.YES]} of {len(records)} features survive,"
-    absent = f"{counts[Survival.ABSENT]} are absent either way."
-    return " ".join([said, absent, *changed])
+    kinds = ", ".join(f"{kind}: {count}" for kind, count in counts.items() if count)
+    changed = [r for r in records if r.changed]
+    named = "; ".join(f"Fig. {r.figure}, {r.statement} ({r.survives})" for r in changed)
+    untold = sum(r.changed is None for r in records)
+    return (
+        f"Under {law}, whether the {len(records)} features survive: {kinds}. Changed:"
+        f" {named or 'none'}; undefined in {untold}. Some start is left out in"
+        f" {sum(map(_leaves_out, records))}."
+    )
+
+
+def _leaves_out(record: Feature) -> bool:
+    return any(share is None or share.of < record.starts for share in (record.lumped, record.free))

@@ -16,7 +16,7 @@ from crosscheck.paper.planets.samples import Cell
 from crosscheck.paper.planets.verdict import PREDICTED, parting_is_predicted
 from crosscheck.paper.record import JsonObject, Record
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import defined, extreme, percent, shown
+from crosscheck.paper.undefined import defined, extreme, known, percent, shown
 from crosscheck.report.figures import legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study
@@ -56,12 +56,19 @@ class Predictions(Record):
 class Foretold(Record):
     """The first parting of a run, whichever joint's, along the lumped run or along the free one.
 
-    right: starts in which it is foretold within a tenth; strayed: in which the planets' mean had by
-    then left the lumped run by 1 um; right_unless_strayed: of the others.
+    asked: starts that were run; diverged: those left out because a run diverged; starts: those in
+    which planets part or should; courses_part: in which they should; earliest_s, latest_s: when
+    they part as measured; right: starts in which it is foretold within a tenth; strayed: in which
+    the planets' mean had by then left the lumped run by 1 um; right_unless_strayed: of the others.
     """
 
     along: str
+    asked: int
+    diverged: int
     starts: int
+    courses_part: int
+    earliest_s: float | None
+    latest_s: float | None
     right: int
     largest_error: float | None
     median_error: float | None
@@ -74,8 +81,15 @@ class Foretold(Record):
 
     @property
     def all_right(self) -> bool | None:
-        """Whether every start is foretold within a tenth."""
-        return self.right == self.starts if self.starts else None
+        """Whether every start is foretold within a tenth; None if most runs diverged."""
+        if not self.starts or 2 * self.diverged > self.asked:
+            return None
+        return self.right == self.starts
+
+    @property
+    def always_parts(self) -> bool:
+        """Whether the equation parts planets in every start that did not diverge."""
+        return 0 < self.courses_part == self.asked - self.diverged
 
     def to_dict(self) -> JsonObject:
         return {**super().to_dict(), "within": PREDICTED, "predicted": self.all_right}
@@ -101,8 +115,9 @@ def growth(study: Study, scale: Scale) -> Growth:
     one = scale.cut(Cell("omega_t", SETTINGS[0]).starts("free", [1])[0])
     answers = study.answers(partings(one, scale.starts(STARTS)), "planets: parting")
     found = [answer for answer in answers if answer is not None]
-    lumped = _first_parting("lumped", found, [one.by_lumped for one in found])
-    free = _first_parting("free", found, [one.by_free for one in found])
+    asked = len(answers)
+    lumped = _first_parting("lumped", asked, found, [one.by_lumped for one in found])
+    free = _first_parting("free", asked, found, [one.by_free for one in found])
     joints = [_predictions(found, joint) for joint in range(len(JOINTS))]
     text = [
         heading("2. Why planets that start alike part"),
@@ -119,16 +134,24 @@ def earliest(times: Sequence[float | None]) -> float | None:
     return min((time for time in times if time is not None), default=None)
 
 
-def _first_parting(along: str, found: Sequence[Parted], courses: Sequence[Course]) -> Foretold:
+def _first_parting(
+    along: str, asked: int, found: Sequence[Parted], courses: Sequence[Course]
+) -> Foretold:
     told = [
         (pair, _strayed_before(one, pair[1]))
         for one, course in zip(found, courses, strict=True)
         if (pair := (earliest(course.parting_s), earliest(one.measured.parting_s))) != (None, None)
     ]
     errors = _errors([pair for pair, _ in told])
+    predicted, measured = ([pair[k] for pair, _ in told] for k in (0, 1))
     return Foretold(
         along=along,
+        asked=asked,
+        diverged=asked - len(found),
         starts=len(told),
+        courses_part=sum(time is not None for time in predicted),
+        earliest_s=earliest(measured),
+        latest_s=defined(extreme(measured, max)),
         right=sum(parting_is_predicted(*pair) for pair, _ in told),
         largest_error=defined(extreme(errors, max)),
         median_error=defined(float(np.median(errors))) if errors else None,
@@ -238,26 +261,65 @@ def _derivation() -> str:
 
 
 def _statement(lumped: Foretold, free: Foretold, joints: Sequence[Predictions]) -> str:
+    left_out = f"{free.diverged} of {free.asked} starts are left out, because a run diverged."
     if not free.starts:
-        return "In no start do planets part within these runs: what foretells it is undefined."
-    stable = extreme((one.pressed_largest_m for one in joints), max)
+        return f"{left_out} In no start do planets part: what foretells it is undefined."
+    parts = (_along_free(free), _along_lumped(lumped), _window(lumped), _cause(joints))
+    return " ".join([left_out, *parts])
+
+
+def _along_free(free: Foretold) -> str:
     limit = percent(PREDICTED, ".0f")
+    shortest, longest = (
+        shown(None if time is None else 1e3 * PREDICTED * time, ".0f")
+        for time in (free.earliest_s, free.latest_s)
+    )
     return (
         "Along the motion that the planets really shared, the mean of the free ones, the equation"
         f" foretells the first parting within {limit} in {free.right} of {free.starts} starts"
         f" (median error {percent(free.median_error, '.2g')}, largest"
-        f" {percent(free.largest_error, '.2g')}). Along the lumped run, which knows nothing of"
-        f" free planets, it does so in {lumped.right} of {lumped.starts} (median error"
+        f" {percent(free.largest_error, '.2g')}). It is told from the free run itself, not ahead of"
+        f" it; and the time counts from the start, so {limit} of it is {shortest} to {longest} ms,"
+        " which a plainer predictor, such as the first loss of contact, might meet as well: none"
+        " was tried."
+    )
+
+
+def _along_lumped(lumped: Foretold) -> str:
+    return (
+        "Along the lumped run, which knows nothing of free planets, it does so in"
+        f" {lumped.right} of {lumped.starts} (median error"
         f" {percent(lumped.median_error, '.2g')}, largest"
         f" {percent(lumped.largest_error, '.2g')}): under omega_t the shared motion is itself"
         " sensitive, more so than the differences, and had left the lumped run by 1 µm before the"
         f" planets parted in {lumped.strayed} of them; of the others"
         f" {lumped.right_unless_strayed} of {lumped.starts - lumped.strayed} are foretold."
-        " Which window of impacts parts the planets then differs, not that one does. If no mesh"
-        " ever parted, the same equation would let no difference grow beyond"
-        f" {shown(stable, '.2g')} m: the varying stiffness alone does not do it, the loss of"
-        " contact does. Planets counted as one are a motion that is parametrically unstable"
-        " whenever its teeth bounce."
+    )
+
+
+def _window(lumped: Foretold) -> str:
+    if lumped.always_parts:
+        return "Which window of impacts parts the planets then differs, not that one does."
+    return (
+        f"Along the lumped run they should part in {lumped.courses_part} of"
+        f" {lumped.asked - lumped.diverged} starts: whether a window of impacts parts them hangs on"
+        " the start too."
+    )
+
+
+def _cause(joints: Sequence[Predictions]) -> str:
+    """What grows without loss of contact; undefined unless known of every joint."""
+    largest = [one.pressed_largest_m for one in joints]
+    if not known(largest):
+        return "How far they would part if no mesh ever did is undefined."
+    stable = max(value for value in largest if value is not None)
+    told = "If no mesh ever parted, the same equation would let differences grow up to"
+    if stable >= APART_M:
+        return f"{told} {stable:.2g} m: the varying stiffness alone could part the planets."
+    return (
+        f"{told} {stable:.2g} m at most: the varying stiffness alone does not do it, the loss of"
+        " contact does. At this setting planets counted as one are a motion that is parametrically"
+        " unstable while its teeth bounce."
     )
 
 

@@ -10,8 +10,11 @@ from functools import cached_property
 from crosscheck.paper.phase.experiments import ENGINE, SETTINGS, Setting
 from crosscheck.paper.planets.samples import Cell, Request, Sample, samples
 from crosscheck.paper.planets.verdict import (
+    SIGNIFICANT,
+    WORTH,
     Effect,
     effect,
+    least_p,
     one_distribution,
     shares_p,
     sizes_p,
@@ -46,12 +49,12 @@ class TwoTests:
 
 @dataclass(frozen=True)
 class Freed(Record):
-    """A cell with lumped and with free planets; tests: of how many such pairs this is one."""
+    """A cell with lumped and with free planets; family: how many tests share the 5 %."""
 
     cell: Cell
     lumped: Sample
     free: Sample
-    pairs: int
+    family: int
 
     @property
     def id(self) -> str:
@@ -66,8 +69,12 @@ class Freed(Record):
     @property
     def effect(self) -> Effect:
         """What freeing the planets does."""
-        amplitudes = self.lumped.amplitudes, self.free.amplitudes
-        return effect(*amplitudes, self.tests.by_share, self.tests.by_size, self.pairs)
+        return self.effect_at(WORTH)
+
+    def effect_at(self, worth: float) -> Effect:
+        """The same if medians must differ by so much (relative) to be worth telling."""
+        amplitudes, tests = (self.lumped.amplitudes, self.free.amplitudes), self.tests
+        return effect(*amplitudes, tests.by_share, tests.by_size, self.family, worth)
 
     def to_dict(self) -> JsonObject:
         cell = self.cell
@@ -103,8 +110,15 @@ class TwoModels(Record):
 
     @property
     def same(self) -> bool | None:
-        """Whether no test tells them apart."""
+        """Whether no test tells them apart; None where so few starts never could be."""
+        if not self.could_differ:
+            return None
         return one_distribution(self.tests.by_share, self.tests.by_size)
+
+    @property
+    def could_differ(self) -> bool:
+        """Whether a test could tell samples of these sizes apart at all."""
+        return least_p(len(self.analytic.runs), len(self.engine.runs)) < SIGNIFICANT
 
     @property
     def shown(self) -> bool | None:

@@ -21,7 +21,9 @@ from crosscheck.paper.undefined import UNDEFINED, known, where_known
 LARGE_RAD_PER_S2 = ACCELERATION  # a fluctuation of the paper's kind, as in its figures
 CONFIDENCE = 0.95
 SIGNIFICANT = 0.05  # of two samples that a test tells apart
-WORTH = 0.1  # relative difference of medians that is worth telling, if one is present at all
+# Relative difference of medians that is worth telling, if one is present at all: 0.2 in a first
+# look, now 0.1 as the older comparison between engines had it.
+WORTH, FIRST_WORTH = 0.1, 0.2
 PREDICTED = 0.10  # relative error of the time at which planets part
 MOST, FEW = 0.9, 0.1  # shares of starts that count as all, and as none
 
@@ -64,6 +66,19 @@ def sizes_p(one: Sequence[float], other: Sequence[float]) -> float:
     return float(mannwhitneyu(one, other).pvalue)
 
 
+def least_p(one: int, other: int) -> float:
+    """The smallest p that either test can give for two samples of such sizes."""
+    table = [[one, 0], [0, other]]
+    ranks = mannwhitneyu(range(one), range(one, one + other), method="exact")
+    return float(min(fisher_exact(table).pvalue, ranks.pvalue))
+
+
+def not_told_apart(one: Share, of: int) -> tuple[int, int]:
+    """The fewest and the most yes, of so many, that Fisher's exact test does not tell from one."""
+    alike = [yes for yes in range(of + 1) if not told_apart(shares_p(one, Share.counted(yes, of)))]
+    return min(alike), max(alike)
+
+
 @where_known
 def told_apart(p: float, tests: float = 1.0) -> bool:
     """Whether a test tells two samples apart, if it is one of so many that could."""
@@ -86,21 +101,26 @@ class Effect(StrEnum):
 
 
 def effect(
-    lumped: Sequence[float], free: Sequence[float], by_share: float, by_size: float, tests: int
+    lumped: Sequence[float],
+    free: Sequence[float],
+    by_share: float,
+    by_size: float,
+    tests: int,
+    worth: float = WORTH,
 ) -> Effect:
-    """From the amplitudes [rad/s^2] of both samples and the p of both tests, one of so many pairs.
+    """From the amplitudes [rad/s^2] of both samples and the p of both tests, two of so many.
 
-    Told apart by the shares, or by sizes whose medians differ enough where one counts as present.
-    Unknown where most starts of both diverged.
+    Told apart by the shares, or by sizes whose medians differ by more than worth (relative) where
+    one counts as present. Unknown where most starts of both diverged.
     """
     before, after = float(np.median(lumped)), float(np.median(free))
     if not known(by_share, by_size) or before == after == math.inf:
         return Effect.UNKNOWN
     smaller, larger = sorted((before, after))
-    worth = larger >= PRESENT_RAD_PER_S2 and larger > (1 + WORTH) * smaller
+    matters = larger >= PRESENT_RAD_PER_S2 and larger > (1 + worth) * smaller
     if told_apart(by_share, tests):
         return Effect.WEAKER if _large(free) < _large(lumped) else Effect.STRONGER
-    if worth and told_apart(by_size, tests):
+    if matters and told_apart(by_size, tests):
         return Effect.WEAKER if after < before else Effect.STRONGER
     return Effect.NONE
 
@@ -124,6 +144,7 @@ class Survival(StrEnum):
     NO = "no"
     APPEARS = "appears"
     BISTABLE = "bistable"
+    BISTABLE_EITHER = "bistable either way"
     ABSENT = "absent either way"
     UNKNOWN = UNDEFINED
 
@@ -133,10 +154,21 @@ def survival(lumped: float | None, free: float | None) -> Survival:
     if lumped is None or free is None:
         return Survival.UNKNOWN
     if FEW < free < MOST:
-        return Survival.BISTABLE
+        return Survival.BISTABLE_EITHER if FEW < lumped < MOST else Survival.BISTABLE
     if free >= MOST:
         return Survival.YES if lumped > FEW else Survival.APPEARS
     return Survival.NO if lumped > FEW else Survival.ABSENT
+
+
+def is_changed(lumped: Share | None, free: Share | None, tests: int) -> bool | None:
+    """Whether Fisher's exact test, one of so many, tells the shares apart.
+
+    None where one is undefined or where so few starts could not be told apart at all.
+    """
+    if lumped is None or free is None:
+        return None
+    least = shares_p(Share.counted(lumped.of, lumped.of), Share.counted(0, free.of))
+    return told_apart(shares_p(lumped, free), tests) if told_apart(least, tests) else None
 
 
 def h7_verdict(effects: Sequence[Effect]) -> str:
