@@ -149,17 +149,6 @@ class Planetary(Data):
         return self
 
     @model_validator(mode="after")
-    def _both_meshes_are_as_far_out_of_phase(self) -> Self:
-        sides = {"sun_mesh": self.sun_mesh.phase_rad, "ring_mesh": self.ring_mesh.phase_rad}
-        alike = [side for side, phases in sides.items() if isinstance(phases, float)]
-        if self.sun_teeth % self.planet_count and len(alike) == 1:
-            raise ValueError(
-                f"{alike[0]}.phase_rad|one number for all contradicts the teeth, by which the planets"
-                " are out of phase as the other mesh has them; give from-teeth or a list"
-            )
-        return self
-
-    @model_validator(mode="after")
     def _planets_clear_each_other(self) -> Self:
         spacing = (self.sun_teeth + self.planet_teeth) * math.sin(math.pi / self.planet_count)
         if spacing <= self.planet_teeth + 2:

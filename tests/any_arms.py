@@ -60,7 +60,6 @@ def planetary_joints(
     cosine = math.cos(math.radians(angle := draw(st.floats(14.5, 28.0))))
     radii = {"sun": sun, "planet": planet, "carrier": sun + planet}
     sizes = {"sun": 0.5, "planet": 0.7, "carrier": 5.5}
-    alike = unlike and draw(st.booleans())
     joint: dict[str, Any] = {
         "kind": "planetary",
         "sun_teeth": sun,
@@ -72,8 +71,8 @@ def planetary_joints(
         "ring_mass_kg": draw(around(9.5 * area)),
         "ring_inertia_kg_m2": draw(st.just(0.0) | around(0.18 * area**2)),
         "friction_N_m_s_per_rad": draw(frictions()),
-        "sun_mesh": draw(meshes_unlike(sun, count, alike) if unlike else meshes()),
-        "ring_mesh": draw(meshes_unlike(sun, count, alike) if unlike else meshes()),
+        "sun_mesh": draw(meshes_unlike(sun, count) if unlike else meshes()),
+        "ring_mesh": draw(meshes_unlike(sun, count) if unlike else meshes()),
     }
     for part, teeth in radii.items():
         mass = draw(around(sizes[part] * area))
@@ -111,11 +110,8 @@ def meshes(draw: st.DrawFn) -> dict[str, Any]:
 
 
 @st.composite
-def meshes_unlike(draw: st.DrawFn, sun_teeth: int, planets: int, alike: bool) -> dict[str, Any]:
-    """A mesh's fields, each one value or a list of one per planet, phases as the teeth allow.
-
-    alike: whether planets that are out of phase are said not to be.
-    """
+def meshes_unlike(draw: st.DrawFn, sun_teeth: int, planets: int) -> dict[str, Any]:
+    """A mesh's fields, each one value or a list of one per planet, phases as the teeth allow."""
     name, damping = draw(dampings())
     fields = {
         "stiffness": stiffness_laws(),
@@ -129,17 +125,14 @@ def meshes_unlike(draw: st.DrawFn, sun_teeth: int, planets: int, alike: bool) ->
         field: draw(one | st.lists(one, min_size=planets, max_size=planets))
         for field, one in fields.items()
     }
-    return listed | {"phase_rad": draw(phases(sun_teeth, planets, alike))}
+    return listed | {"phase_rad": draw(phases(sun_teeth, planets))}
 
 
-def phases(sun_teeth: int, planets: int, alike: bool) -> st.SearchStrategy[Any]:
+def phases(sun_teeth: int, planets: int) -> st.SearchStrategy[Any]:
     """From the teeth, one number for all, or the numbers that the teeth allow."""
     turns = [-2 * math.pi * (sun_teeth * place % planets) / planets for place in range(planets)]
     listed = st.floats(-3, 3).map(lambda first: [first + turn for turn in turns])
-    by_teeth = st.just("from-teeth") | listed
-    if sun_teeth % planets == 0:
-        return by_teeth | st.floats(-3, 3)
-    return st.floats(-3, 3) if alike else by_teeth
+    return st.just("from-teeth") | st.floats(-3, 3) | listed
 
 
 def plays() -> st.SearchStrategy[float]:

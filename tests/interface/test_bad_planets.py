@@ -30,10 +30,6 @@ BAD_SETTINGS = {
         (f"{SUN}.phase_rad=[0.0, 2.0944, 4.1888]",),
         ("joints[0].sun_mesh.phase_rad", "contradicts the teeth", "0, 4.189, 2.094 rad"),
     ),
-    "planets in phase at the sun alone": (
-        (f"{SUN}.phase_rad=0.3",),
-        ("joints[0].sun_mesh.phase_rad", "0.3", "contradicts the teeth", "from-teeth"),
-    ),
     "a word that is no phase": (
         (f"{SUN}.phase_rad=from-tooth",),
         ("joints[0].sun_mesh.phase_rad", "'from-tooth'", "from-teeth"),
