@@ -72,10 +72,12 @@ def spinning_bodies(chain: Chain, joint: int) -> list[Body]:
     stage = chain.stages[joint - 1]
     if not isinstance(stage, Stage):
         return []
-    theta_s, theta_p = chain.gear_rows(joint)
     base = chain.angles[joint - 1]
     sun, planet = stage.M_s * stage.r_s**2, stage.M_p * stage.r_p**2
     return [
-        Body(f"sun {joint}", 0, sun, base + theta_s),
-        Body(f"planets {joint}", 0, stage.N * planet, base - theta_p),
+        Body(f"sun {joint}", 0, sun, base + chain.sun_row(joint)),
+        *(
+            Body(f"planets {joint}", 0, count * planet, base - theta_p)
+            for count, theta_p in chain.planet_rows(joint)
+        ),
     ]

@@ -17,7 +17,7 @@ import numpy as np
 from analytic.kinematics import gear_angles
 from analytic.stage import DirectStage, Stage, exact, stage_values
 from models.arm import Arm
-from models.layout import Layout, Meaning
+from models.layout import Coordinate, Layout, Meaning
 
 
 @dataclass(frozen=True)
@@ -48,16 +48,31 @@ class Chain:
         turns = [self.row("theta", joint) for joint in self.numbers]
         return list(accumulate(turns, initial=0 * turns[0]))
 
-    def row(self, meaning: Meaning, joint: int) -> np.ndarray:
-        """Row of a coordinate of a joint; zeros where there is no such coordinate."""
-        own = [c.meaning == meaning and c.joint == joint for c in self.layout.coordinates]
-        return np.array([int(is_it) for is_it in own], dtype=object)
+    def row(self, meaning: Meaning, joint: int, planet: int = 0) -> np.ndarray:
+        """Row of a coordinate of a joint, of all its planets (0) or one; zeros if there is none."""
+        wanted = Coordinate(meaning, joint, planet)
+        return np.array([int(c == wanted) for c in self.layout.coordinates], dtype=object)
 
-    def gear_rows(self, joint: int) -> tuple[np.ndarray, np.ndarray]:
-        """Rows of theta_s and theta_p, relative to the ring's body (Eqs. 2, 3)."""
+    def sun_row(self, joint: int) -> np.ndarray:
+        """Row of theta_s, relative to the ring's body (Eqs. 2, 3): by x_sp + x_pr, or x_s."""
+        advance = self.row("x_s", joint) + self.row("x_sp", joint) + self.row("x_pr", joint, 0)
+        return self._gear_rows(joint, advance, 0 * advance)[0]
+
+    def planet_rows(self, joint: int) -> list[tuple[Any, np.ndarray]]:
+        """How many planets turn together, and the row of their theta_p (Eq. 3): all, or each."""
         stage = self.stages[joint - 1]
         assert isinstance(stage, Stage)
-        x_sp, x_pr, theta = (self.row(name, joint) for name in ("x_sp", "x_pr", "theta"))
+        alone = range(1, int(stage.N) + 1) if self.layout.free else ()
+        found = [(1, planet) for planet in alone] or [(stage.N, 0)]
+        rows = [(count, self.row("x_pr", joint, planet)) for count, planet in found]
+        return [(count, self._gear_rows(joint, 0 * x_pr, x_pr)[1]) for count, x_pr in rows]
+
+    def _gear_rows(
+        self, joint: int, x_sp: np.ndarray, x_pr: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of theta_s and theta_p."""
+        stage, theta = self.stages[joint - 1], self.row("theta", joint)
+        assert isinstance(stage, Stage)
         theta_s, theta_p = gear_angles(x_sp, x_pr, theta, stage.r_s, stage.r_p, stage.r_cp)
         return theta_s, theta_p
 

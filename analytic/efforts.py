@@ -5,21 +5,29 @@ from __future__ import annotations
 import numpy as np
 
 from analytic.chain import Chain
-from analytic.stage import DirectStage
+from analytic.stage import DirectStage, Stage
 from models.layout import MESHES
 
 
 def mesh_rows(chain: Chain) -> list[np.ndarray]:
     """Generalized force per force of one planet, sun-planet 1, planet-ring 1, sun-planet 2, ...
 
-    Only of joints whose mesh displacements are coordinates.
+    Only of joints whose mesh displacements are coordinates; free planets follow one another.
     """
     return [
-        -stage.N * chain.row(mesh, joint)
+        row
         for joint, stage in chain.geared
-        for mesh in MESHES
         if joint - 1 in chain.layout.meshing
+        for row in _stage_rows(chain, joint, stage)
     ]
+
+
+def _stage_rows(chain: Chain, joint: int, stage: Stage) -> list[np.ndarray]:
+    if not chain.layout.free:
+        return [-stage.N * chain.row(mesh, joint) for mesh in MESHES]
+    advance = chain.row("x_s", joint)
+    planets = [chain.row("x_pr", joint, planet + 1) for planet in range(int(stage.N))]
+    return [row for x_pr in planets for row in (x_pr - advance, -x_pr)]
 
 
 def drive_rows(chain: Chain) -> list[np.ndarray]:
@@ -32,5 +40,5 @@ def drive_rows(chain: Chain) -> list[np.ndarray]:
         if isinstance(stage, DirectStage) or joint - 1 not in chain.layout.meshing:
             rows.append(chain.row("theta", joint))
         else:
-            rows.append(chain.gear_rows(joint)[0] / stage.n)
+            rows.append(chain.sun_row(joint) / stage.n)
     return rows

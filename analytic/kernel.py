@@ -15,26 +15,33 @@ import numpy as np
 from numba import njit
 
 from analytic.gears import Gears
-from analytic.mesh_force import in_contact, mesh_force
+from analytic.mesh_force import in_contact, mesh_force, phase_force
 from analytic.mesh_frequency import mesh_phase
-from analytic.stiffness import stiffness
+from analytic.stiffness import stiffness, stiffness_slope
 from analytic.terms import Terms
+from analytic.tooth_error import whole_error
 from models.drive import DriveData, joint_torque
 
 
 class Scratch(NamedTuple):
-    """What one evaluation writes on: M (n, n), C v (n,), cos(waves . q) (waves,)."""
+    """What one evaluation writes on: M (n, n), C v (n,), cosine and sine of waves . q (waves,).
+
+    filled (n,): which columns of a row are not 0.
+    """
 
     matrix: np.ndarray
     gyroscopic: np.ndarray
     cosines: np.ndarray
+    sines: np.ndarray
+    filled: np.ndarray
 
 
 @njit(cache=True, inline="always")
 def scratch(terms: Terms) -> Scratch:
     """Room for evaluations of these terms."""
     waves, n = terms.waves.shape
-    return Scratch(np.empty((n, n)), np.empty(n), np.empty(waves))
+    waved = np.empty(waves), np.empty(waves)
+    return Scratch(np.empty((n, n)), np.empty(n), *waved, np.empty(n, dtype=np.int64))
 
 
 @njit(cache=True, inline="always")
@@ -64,20 +71,43 @@ def mass_matrix(terms: Terms, q: np.ndarray, out: np.ndarray) -> None:
 
 
 @njit(cache=True, inline="always")
-def bias(terms: Terms, q: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
-    """C(q, v) v into out (n,)."""
+def bias_by(terms: Terms, q: np.ndarray, v: np.ndarray, sines: np.ndarray, out: np.ndarray) -> None:
+    """C(q, v) v into out (n,), the sines of its waves into sines (waves,)."""
     out[:] = 0.0
+    for wave in range(sines.size):
+        sines[wave] = np.sin(wave_angle(terms.waves, wave, q))
     for i in range(terms.bias.shape[0]):
         row, wave = terms.bias[i, 0], terms.bias[i, 1]
         rates = v[terms.bias[i, 2]] * v[terms.bias[i, 3]]
-        out[row] += terms.bias_coeff[i] * np.sin(wave_angle(terms.waves, wave, q)) * rates
+        out[row] += terms.bias_coeff[i] * sines[wave] * rates
+
+
+@njit(cache=True)
+def bias(terms: Terms, q: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
+    """C(q, v) v into out (n,)."""
+    bias_by(terms, q, v, np.empty(terms.waves.shape[0]), out)
 
 
 @njit(cache=True, inline="always")
-def elastic_force(gears: Gears, i: int, x: float, phase: float, sine: float) -> float:
-    """Elastic force per planet [N] of mesh i at its displacement x [m] and phase [rad]."""
+def displacement(gears: Gears, i: int, q: np.ndarray) -> float:
+    """x [m] of mesh i (or, of rates, x'): a coordinate, or the difference of two."""
+    if gears.less[i] < 0:
+        return q[gears.where[i]]
+    return q[gears.where[i]] - q[gears.less[i]]
+
+
+@njit(cache=True, inline="always")
+def gap_of(gears: Gears, i: int, phase: float, sine: float, q: np.ndarray) -> float:
+    """x - e [m] of mesh i at its phase [rad]."""
+    lead, static = gears.lead[i], gears.static[i]
+    return displacement(gears, i, q) - whole_error(phase, sine, gears.E[i], lead, static)
+
+
+@njit(cache=True, inline="always")
+def elastic_force(gears: Gears, i: int, gap: float, phase: float, sine: float) -> float:
+    """Elastic force per planet [N] of mesh i by its gap x - e [m], at its phase [rad]."""
     k = stiffness(gears.law, i, phase, sine, gears.k_m[i], gears.k_a[i])
-    return mesh_force(gears.dead_zone, x, sine, k, gears.E[i], gears.b[i], gears.sigma[i])
+    return mesh_force(gears.dead_zone, gap, k, gears.b[i], gears.sigma[i])
 
 
 @njit(cache=True, inline="always")
@@ -85,7 +115,18 @@ def elastic_forces(gears: Gears, t: float, q: np.ndarray, v: np.ndarray, out: np
     """Elastic force per planet [N] of every mesh into out (meshes,)."""
     for i in range(out.size):
         phase = phase_of(gears, i, t, q, v)
-        out[i] = elastic_force(gears, i, q[gears.where[i]], phase, np.sin(phase))
+        sine = np.sin(phase)
+        out[i] = elastic_force(gears, i, gap_of(gears, i, phase, sine, q), phase, sine)
+
+
+@njit(cache=True)
+def force_on_angle(gears: Gears, i: int, gap: float, phase: float, sine: float) -> float:
+    """What the potential of mesh i, of all its planets, does to its joint's angle [N m]."""
+    k = stiffness(gears.law, i, phase, sine, gears.k_m[i], gears.k_a[i])
+    slope = stiffness_slope(gears.law, i, phase, gears.k_a[i])
+    turn = np.cos(phase + gears.lead[i])
+    on_phase = phase_force(gap, k, slope, gears.E[i] * turn, gears.b[i])
+    return gears.planets[i] * gears.rate[i] * on_phase
 
 
 @njit(cache=True, inline="always")
@@ -124,7 +165,8 @@ def generalized_force(
     out[:] = 0.0
     for j in range(terms.drive_map.shape[1]):
         effort = torque(terms, drive, j, t, q, v)
-        for row in range(q.size):
+        for place in range(terms.drive_rows.first[j], terms.drive_rows.first[j + 1]):
+            row = terms.drive_rows.rows[place]
             out[row] += terms.drive_map[row, j] * effort
         out[terms.theta[j]] -= terms.friction[j] * v[terms.theta[j]]
     for i in range(terms.weight.shape[0]):
@@ -132,21 +174,29 @@ def generalized_force(
         pull = terms.weight_coeff[i, 0] * np.cos(angle) + terms.weight_coeff[i, 1] * np.sin(angle)
         out[terms.weight[i, 0]] += pull
     for i in range(gears.where.size):
-        at = gears.where[i]
         phase = phase_of(gears, i, t, q, v)
         sine = np.sin(phase)
-        force = elastic_force(gears, i, q[at], phase, sine)
-        for row in range(q.size):
+        gap = gap_of(gears, i, phase, sine, q)
+        force = elastic_force(gears, i, gap, phase, sine)
+        for place in range(terms.mesh_rows.first[i], terms.mesh_rows.first[i + 1]):
+            row = terms.mesh_rows.rows[place]
             out[row] += terms.mesh_map[row, i] * force
-        if gears.damps_apart or in_contact(q[at], sine, gears.E[i], gears.b[i]):
-            out[at] -= gears.d[i] * v[at]
+        if gears.damps_apart or in_contact(gap, gears.b[i]):
+            damper = gears.d[i] * displacement(gears, i, v)
+            out[gears.where[i]] -= damper
+            if gears.less[i] >= 0:
+                out[gears.less[i]] += damper
+        if gears.conservative:
+            out[gears.theta[i]] += force_on_angle(gears, i, gap, phase, sine)
 
 
 @njit(cache=True, inline="always")
-def solve(matrix: np.ndarray, right: np.ndarray) -> None:
+def solve(matrix: np.ndarray, right: np.ndarray, filled: np.ndarray) -> None:
     """Gaussian elimination with partial pivoting in place; the solution replaces `right`.
 
-    For the few unknowns here a call into LAPACK costs more than the elimination itself.
+    For the few unknowns here a call into LAPACK costs more than the elimination itself. Only the
+    columns of a pivot's row that are not 0, noted in filled (n,), are worked on: of gears two or
+    three.
     """
     n = right.size
     for column in range(n):
@@ -158,12 +208,19 @@ def solve(matrix: np.ndarray, right: np.ndarray) -> None:
             for k in range(column, n):
                 matrix[column, k], matrix[pivot, k] = matrix[pivot, k], matrix[column, k]
             right[column], right[pivot] = right[pivot], right[column]
+        count = 0
+        for k in range(column + 1, n):
+            if matrix[column, k] != 0.0:
+                filled[count] = k
+                count += 1
         for row in range(column + 1, n):
+            if matrix[row, column] == 0.0:
+                continue
             factor = matrix[row, column] / matrix[column, column]
-            if factor != 0.0:
-                for k in range(column + 1, n):
-                    matrix[row, k] -= factor * matrix[column, k]
-                right[row] -= factor * right[column]
+            for place in range(count):
+                k = filled[place]
+                matrix[row, k] -= factor * matrix[column, k]
+            right[row] -= factor * right[column]
     for row in range(n - 1, -1, -1):
         for k in range(row + 1, n):
             right[row] -= matrix[row, k] * right[k]
@@ -183,11 +240,11 @@ def acceleration_by(
 ) -> None:
     """q'' into out (n,), worked out in ``room``."""
     mass_matrix_by(terms, q, room.cosines, room.matrix)
-    bias(terms, q, v, room.gyroscopic)
+    bias_by(terms, q, v, room.sines, room.gyroscopic)
     generalized_force(terms, gears, drive, t, q, v, out)
     for row in range(q.size):
         out[row] -= room.gyroscopic[row]
-    solve(room.matrix, out)
+    solve(room.matrix, out, room.filled)
 
 
 @njit(cache=True)

@@ -15,14 +15,15 @@ from analytic.gears import Gears, gears
 from analytic.recording import along
 from analytic.reference import solve
 from analytic.rigid import rigid_bodies
-from analytic.stability import contact_eigenvalues, runge_kutta_limit
+from analytic.stability import contact_eigenvalues, displacement_rows, runge_kutta_limit
 from analytic.stiffness import peak_stiffness
 from analytic.terms import Terms, chain_terms
 from models.arm import Arm
 from models.drive import drive_data
 from models.interface import STATE_ABILITIES, Model, require_finite
-from models.layout import MESHES, Layout, Meaning, lumped_layout, rigid_layout
-from models.scenario import Scenario, per_joint
+from models.layout import MESHES, Layout, Meaning, geared_layout, rigid_layout
+from models.planets import usual_switches
+from models.scenario import Scenario, per_joint, planet_offsets
 from models.switches import Switches
 from models.trajectory import recorded_times, trajectory
 
@@ -92,8 +93,8 @@ class AnalyticModel(Model):
         return min(limits)
 
     def mesh_modes(self) -> np.ndarray:
-        """Undamped modes [Hz] in the start pose, ascending: the fastest, one for each mesh."""
-        count = self.gears.where.size
+        """Undamped modes [Hz] in the start pose, ascending: the fastest, of suns and planets."""
+        count = int((~self.layout.angular).sum())
         undamped = self.gears._replace(d=np.zeros_like(self.gears.d))
         pose, _ = self.start()
         poles = contact_eigenvalues(self.terms, undamped, self.drive, pose, undamped.k_m)
@@ -110,12 +111,26 @@ class AnalyticModel(Model):
         q, v = np.zeros((2, len(self.layout)))
         q[self.layout.theta] = per_joint(start.theta_rad, joints)
         v[self.layout.theta] = per_joint(start.theta_dot_rad_per_s, joints)
-        if start.mesh == "contact":
-            q[self.gears.where] = self.gears.b
-        offsets = start.sun_planet_offset_m, start.planet_ring_offset_m
-        for mesh, offset in zip(MESHES, offsets, strict=True):
-            q[self.layout.of(mesh)] += np.array(per_joint(offset, joints))[self.layout.meshing]
+        for joint in self.layout.meshing:
+            self._place_teeth(joint, q)
         return q, v
+
+    def _place_teeth(self, joint: int, q: np.ndarray) -> None:
+        """Displacements of a joint's meshes at the start, into q."""
+        start, joints, layout = self.scenario.start, len(self.arm.joints), self.layout
+        of_joint = self.gears.theta == layout.theta[joint]
+        first = (self.gears.static + self.gears.b)[of_joint] * (start.mesh == "contact")
+        x_sp, x_pr = first[::2], first[1::2]
+        sun = per_joint(start.sun_planet_offset_m, joints)[joint]
+        ring = per_joint(start.planet_ring_offset_m, joints)[joint]
+        if not layout.free:
+            q[layout.at("x_sp", joint)] = x_sp[0] + sun
+            q[layout.at("x_pr", joint)] = x_pr[0] + ring
+            return
+        q[layout.at("x_s", joint)] = (x_sp + x_pr).min() + (sun + ring)
+        own = planet_offsets(start, joint, self.arm.joints[joint].planet_count)
+        for planet, offset in enumerate(own):
+            q[layout.at("x_pr", joint, planet)] = x_pr[planet] + ring + offset
 
     def simulate(self) -> xr.Dataset:
         """Fixed-step RK4, as Section 2.4 says."""
@@ -159,20 +174,27 @@ class AnalyticModel(Model):
             "kinetic_energy": energy,
             **more,
         }
+        meshes = displacement_rows(self.gears, len(self.layout)).T
+        x, x_dot = qs @ meshes, vs @ meshes
         for place, mesh in enumerate(MESHES if self.layout.meshing else ()):
-            where = self.layout.of(mesh)
-            variables[mesh] = self._per_planet(qs[:, where])
-            variables[f"{mesh}_dot"] = self._per_planet(vs[:, where])
+            variables[mesh] = self._per_planet(x[:, place::2])
+            variables[f"{mesh}_dot"] = self._per_planet(x_dot[:, place::2])
             variables[FORCES[mesh]] = self._per_planet(forces[:, place::2])
         return trajectory(self, time, **variables)
 
     def _per_planet(self, values: np.ndarray) -> np.ndarray:
-        """Values of geared joints, repeated for each planet; NaN beyond a joint's own planets."""
+        """Values of geared joints' meshes by planet; NaN beyond a joint's own planets.
+
+        values (times, meshes) of one kind: lumped, one stands for every planet of its joint.
+        """
         planets = [joint.planet_count for joint in self.arm.joints]
-        repeated = np.full((len(values), len(planets), max(planets)), np.nan)
-        for column, joint in enumerate(self.layout.meshing):
-            repeated[:, joint, : planets[joint]] = values[:, column, None]
-        return repeated
+        by_planet = np.full((len(values), len(planets), max(planets)), np.nan)
+        first = 0
+        for joint in self.layout.meshing:
+            after = first + (planets[joint] if self.layout.free else 1)
+            by_planet[:, joint, : planets[joint]] = values[:, first:after]
+            first = after
+        return by_planet
 
 
 class PhysicalModel(AnalyticModel):
@@ -184,7 +206,8 @@ class PhysicalModel(AnalyticModel):
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
-        super().__init__(arm, scenario, chosen_switches, lumped_layout(arm))
+        chosen = chosen_switches or usual_switches(arm)
+        super().__init__(arm, scenario, chosen, geared_layout(arm, chosen))
         self.terms = _physical_terms(arm, self.layout)
 
 

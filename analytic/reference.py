@@ -42,8 +42,9 @@ def solve(
         return rate.copy()
 
     size = np.ones(2 * n + 2)
-    size[gears.where] = _MESH_SIZE_M
-    size[n + gears.where] = _MESH_RATE_M_PER_S
+    meshes = np.union1d(gears.where, gears.less[gears.less >= 0])
+    size[meshes] = _MESH_SIZE_M
+    size[n + meshes] = _MESH_RATE_M_PER_S
     solution = solve_ivp(
         right_side,
         (time[0], time[-1]),

@@ -24,8 +24,9 @@ def contact_eigenvalues(
     mass = np.empty((n, n))
     kernel.mass_matrix(terms, q, mass)
     position, rate = np.zeros((n, n)), np.zeros((n, n))
-    position[:, gears.where] = terms.mesh_map * stiffness
-    rate[gears.where, gears.where] = -gears.d
+    meshes = displacement_rows(gears, n)
+    position += terms.mesh_map @ (stiffness[:, None] * meshes)
+    rate -= meshes.T @ (gears.d[:, None] * meshes)
     rate[terms.theta, terms.theta] -= terms.friction
     for (row, wave), (cosine, sine) in zip(terms.weight, terms.weight_coeff, strict=True):
         angle = terms.waves[wave] @ q
@@ -37,6 +38,15 @@ def contact_eigenvalues(
     zero, unit = np.zeros((n, n)), np.eye(n)
     lower = np.linalg.solve(mass, np.hstack([position, rate]))
     return np.linalg.eigvals(np.vstack([np.hstack([zero, unit]), lower]))
+
+
+def displacement_rows(gears: Gears, n: int) -> np.ndarray:
+    """Every mesh's displacement over the coordinates, shape (meshes, n)."""
+    rows, number = np.zeros((gears.where.size, n)), np.arange(gears.where.size)
+    rows[number, gears.where] = 1.0
+    of_two = gears.less >= 0
+    rows[number[of_two], gears.less[of_two]] = -1.0
+    return rows
 
 
 def runge_kutta_limit(eigenvalues: np.ndarray) -> float:

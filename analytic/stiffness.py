@@ -123,6 +123,17 @@ def fundamental(sine: float, k_m: float, k_a: float) -> float:
 
 
 @njit(cache=True, inline="always")
+def piece_at(law: StiffnessData, i: int, phase: float) -> tuple[int, float]:
+    """Row of the table's piece at a phase [rad], and how far into it [cycles]."""
+    cycle = phase / TURN
+    cycle -= np.floor(cycle)
+    row = law.first[i + 1] - 1
+    while law.rows[row, 0] > cycle:
+        row -= 1
+    return row, cycle - law.rows[row, 0]
+
+
+@njit(cache=True, inline="always")
 def stiffness(
     law: StiffnessData, i: int, phase: float, sine: float, k_m: float, k_a: float
 ) -> float:
@@ -135,13 +146,24 @@ def stiffness(
             turn = law.rows[row, 0] * phase
             value += law.rows[row, 1] * np.cos(turn) + law.rows[row, 2] * np.sin(turn)
         return value
-    cycle = phase / TURN
-    cycle -= np.floor(cycle)
-    row = law.first[i + 1] - 1
-    while law.rows[row, 0] > cycle:
-        row -= 1
-    s = cycle - law.rows[row, 0]
+    row, s = piece_at(law, i, phase)
     return law.rows[row, 4] + s * (law.rows[row, 3] + s * (law.rows[row, 2] + s * law.rows[row, 1]))
+
+
+@njit(cache=True)
+def stiffness_slope(law: StiffnessData, i: int, phase: float, k_a: float) -> float:
+    """dk/dphi [N/m per rad] of mesh i at its phase [rad]."""
+    if law.code[i] == SINE:
+        return k_a * np.cos(phase)
+    if law.code[i] == WAVES:
+        value = 0.0
+        for row in range(law.first[i], law.first[i + 1]):
+            order = law.rows[row, 0]
+            turn = order * phase
+            value += order * (law.rows[row, 2] * np.cos(turn) - law.rows[row, 1] * np.sin(turn))
+        return value
+    row, s = piece_at(law, i, phase)
+    return (law.rows[row, 3] + s * (2 * law.rows[row, 2] + s * 3 * law.rows[row, 1])) / TURN
 
 
 @njit(cache=True)

@@ -11,7 +11,7 @@ import sympy as sp
 
 from analytic.forms import Form
 from analytic.symbols import geared_variables, parameter_values
-from analytic.terms import Terms, Waves, indices
+from analytic.terms import Terms, Waves, indices, rows_of
 from models.arm import Arm
 from models.layout import lumped_layout
 
@@ -26,6 +26,8 @@ def form_terms(form: Form, arm: Arm) -> Terms:
     values, variables = parameter_values(arm), geared_variables(len(arm.joints))
     waves = Waves(len(form.q))
     mass, bias = _mass_terms(form, values, waves), _bias_terms(form, values, waves)
+    mesh_map = _linear_map(form.force, variables.mesh_forces, values)
+    drive_map = _linear_map(form.force, variables.torques, values)
     return Terms(
         waves.table(),
         indices(mass, 3),
@@ -34,8 +36,10 @@ def form_terms(form: Form, arm: Arm) -> Terms:
         np.array([*bias.values()], dtype=float),
         indices({}, 2),
         np.zeros((0, 2)),
-        _linear_map(form.force, variables.mesh_forces, values),
-        _linear_map(form.force, variables.torques, values),
+        mesh_map,
+        rows_of(mesh_map),
+        drive_map,
+        rows_of(drive_map),
         lumped_layout(arm).theta,
         np.zeros(len(arm.joints)),
     )

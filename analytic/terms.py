@@ -20,14 +20,28 @@ from analytic.stage import exact
 from models.arm import Arm
 
 
+class Rows(NamedTuple):
+    """Rows that are not 0 of a map's columns: column i has rows[first[i] : first[i + 1]]."""
+
+    first: np.ndarray
+    rows: np.ndarray
+
+
+def rows_of(matrix: np.ndarray) -> Rows:
+    """Of a map (n, columns)."""
+    rows = [np.flatnonzero(column) for column in matrix.T]
+    return Rows(np.cumsum([0, *map(len, rows)]), np.concatenate([*rows, np.zeros(0, np.int64)]))
+
+
 class Terms(NamedTuple):
     """M[row, col] += coeff cos(waves[wave] . q); bias[row] += coeff sin(waves[wave] . q) v_a v_b.
 
     waves (K, n); mass (terms, 3), bias (terms, 4) and weight (terms, 2) hold the integer indices
     row, col, wave; row, wave, a, b; and row, wave; the coefficients are in SI units, of a weight
     (terms, 2) those of cosine and sine. mesh_map (n, meshes) and drive_map (n, joints) turn mesh
-    forces per planet [N] and output torques [N m] into generalized force. theta (joints,): places
-    of the joint angles; friction (joints,) [N m s/rad].
+    forces per planet [N] and output torques [N m] into generalized force; mesh_rows and drive_rows
+    are the places of what is not 0 in them. theta (joints,): places of the joint angles; friction
+    (joints,) [N m s/rad].
     """
 
     waves: np.ndarray
@@ -38,7 +52,9 @@ class Terms(NamedTuple):
     weight: np.ndarray
     weight_coeff: np.ndarray
     mesh_map: np.ndarray
+    mesh_rows: Rows
     drive_map: np.ndarray
+    drive_rows: Rows
     theta: np.ndarray
     friction: np.ndarray
 
@@ -69,6 +85,7 @@ def chain_terms(chain: Chain, bodies: Sequence[Body], arm: Arm) -> Terms:
     g_x, g_y = map(exact, arm.gravity_m_per_s2)
     pulled = weight_terms(bodies, links, (g_x, g_y)) if g_x or g_y else {}
     weight = {(i, waves.number(w)): pair for (i, w), pair in pulled.items()}
+    mesh_map, drive_map = _columns(mesh_rows(chain), n), _columns(drive_rows(chain), n)
     return Terms(
         waves.table(),
         indices(mass, 3),
@@ -77,8 +94,10 @@ def chain_terms(chain: Chain, bodies: Sequence[Body], arm: Arm) -> Terms:
         np.array([*bias.values()], dtype=float),
         indices(weight, 2),
         np.array([*weight.values()], dtype=float).reshape(-1, 2),
-        _columns(mesh_rows(chain), n),
-        _columns(drive_rows(chain), n),
+        mesh_map,
+        rows_of(mesh_map),
+        drive_map,
+        rows_of(drive_map),
         chain.layout.theta,
         np.array([joint.friction_N_m_s_per_rad for joint in arm.joints]),
     )

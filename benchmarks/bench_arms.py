@@ -18,14 +18,18 @@ from pathlib import Path
 from statistics import median
 
 ROOT = Path(__file__).parent.parent
-# Equations of motion of six geared joints, evaluated and integrated once.
+# Equations of motion of six geared joints, evaluated and integrated once; of three planets each.
 SIX_JOINTS = """
 from crosscheck.registry import build
 from crosscheck.template import example_arm
 from models.loading import load_scenario
+from models.switches import switches
 
-scenario = load_scenario("constant-torque").model_copy(update={"duration_s": 1e-3})
-build("analytic:physical", example_arm("six", 6), scenario).simulate()
+arm = example_arm("six", 6)
+joints = tuple(joint.model_copy(update={{"planet_count": 3}}) for joint in arm.joints)
+scenario = load_scenario("constant-torque").model_copy(update={{"duration_s": 1e-3}})
+six = arm.model_copy(update={{"joints": joints}})
+build("analytic:physical", six, scenario, switches(planets="{planets}")).simulate()
 """
 CROSSCHECK = (sys.executable, "-m", "crosscheck")
 SIMULATE = (
@@ -90,13 +94,17 @@ def fresh(command: Sequence[str], repeats: int) -> tuple[Run, ...]:
 
 def waits(folder: Path) -> list[Wait]:
     """All that is asked; what a run writes goes into the folder."""
-    six, simulate = (sys.executable, "-c", SIX_JOINTS), (*SIMULATE, str(folder / "run.nc"))
-    compiled = folder / "compiled"
-    for command in (six, simulate):
+    simulate, compiled = (*SIMULATE, str(folder / "run.nc")), folder / "compiled"
+    lumped, free = (
+        (sys.executable, "-c", SIX_JOINTS.format(planets=planets)) for planets in ("lumped", "free")
+    )
+    for command in (lumped, free, simulate):
         timed(command, 1, compiled)
     return [
-        Wait("six geared joints, the first time", 60.0, fresh(six, 3)),
-        Wait("six geared joints, compiled before", 2.0, timed(six, 7, compiled)),
+        Wait("six geared joints, the first time", 60.0, fresh(lumped, 3)),
+        Wait("six geared joints, compiled before", 2.0, timed(lumped, 7, compiled)),
+        Wait("the same, three free planets each, first time", 60.0, fresh(free, 3)),
+        Wait("the same, compiled before", 2.0, timed(free, 7, compiled)),
         Wait("crosscheck list", 0.5, timed((*CROSSCHECK, "list"), 7)),
         Wait("crosscheck simulate, 0.01 s, compiled before", 1.5, timed(simulate, 7, compiled)),
     ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Iterator
 from itertools import pairwise
@@ -13,7 +12,6 @@ from pydantic import Field, model_validator
 from crosscheck.checks.records import BY_PLANET
 from crosscheck.checks.trajectories import UNITS
 from crosscheck.provenance import Provenance
-from models.arm import Arm
 from models.quantities import Data, Finite, NotNegative, UpToSeven
 from models.scenario import Scenario
 from models.switches import Switches
@@ -221,11 +219,6 @@ class Baseline(Data):
             if known is not None and (known.number is None) != (verdict == "failed"):
                 raise Misfit(f"known.{name}.number", None, f"a number, unless failed ({verdict})")
         return self
-
-
-def arm_digest(arm: Arm) -> str:
-    """SHA-256 of all of an arm's values, as provenance records it."""
-    return hashlib.sha256(arm.model_dump_json().encode()).hexdigest()
 
 
 def differences(one: Any, other: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:

@@ -20,11 +20,11 @@ from crosscheck.baseline import (
     Baseline,
     Misfit,
     Provenance,
-    arm_digest,
     differences,
 )
 from crosscheck.output import write_text
 from crosscheck.plan import Wanted
+from crosscheck.provenance import arm_digest
 from crosscheck.report.words import printable
 from models.arm import Arm
 from models.errors import InputError
@@ -199,7 +199,7 @@ def _require_same_plan(provenance: Provenance, wanted: Wanted) -> None:
     ):
         if ours != theirs:
             raise Misfit(f"provenance.{field}", None, f"made with other {field} than these")
-    if provenance.arm == arm and provenance.arm_sha256 == arm_digest(arm):
+    if provenance.arm == arm:
         return
     then, now = (one.model_dump(mode="json") for one in (provenance.arm, arm))
     moved = next(differences(then, now), None)

@@ -11,14 +11,17 @@ import numpy as np
 from analytic.gears import damping
 from analytic.kinematics import stage_geometry
 from analytic.mesh_frequency import ring_mesh_rate, sun_mesh_rate
+from analytic.mesh_phasing import mesh_phases
 from analytic.model import PhysicalModel
 from analytic.stage import equivalent_masses, stage_values
 from analytic.stiffness import mean_stiffness, peak_stiffness, stiffness_data
 from crosscheck.checks.scales import largest_weights
 from crosscheck.checks.weights import joint_mass, link_mass
 from crosscheck.sizing import Sizes, pd_scenario, step_scenario
-from models.arm import Arm, Direct, Mesh, Planetary
+from models.arm import Arm, Direct, Planetary
 from models.loading import load_scenario
+from models.mesh import PlanetMesh
+from models.planets import unlike_fields
 from models.stiffness import SineStiffness, StiffnessLaw
 
 RIGID = 1e-3  # of the fastest eigenvalue: slower ones are the arm's own, or their rounding
@@ -35,24 +38,29 @@ class Quantity(NamedTuple):
 class NamedMesh(NamedTuple):
     """A mesh of a joint: what it is called, in words and as an index, and what moves in it.
 
-    mass: M_s of the sun, or that of all planets, N M_p [kg]; damping: of all planets [N s/m].
+    mass: M_s of the sun, or that of all planets, N M_p [kg]; damping: of N planets alike [N s/m];
+    phase: its constant [rad], given or from the teeth.
     """
 
     title: str
     pair: str
-    mesh: Mesh
+    mesh: PlanetMesh
     mass: float
     damping: float
+    phase: float
 
 
-def named_meshes(joint: Planetary) -> tuple[NamedMesh, NamedMesh]:
-    """With the sun, and with the ring."""
+def named_meshes(joint: Planetary) -> Iterator[NamedMesh]:
+    """With the sun, and with the ring: of all planets, or of each where they differ."""
     sun, planet, _ = equivalent_masses(joint)
-    d_sp, d_pr = damping(joint)
-    return (
-        NamedMesh("sun mesh", "sp", joint.sun_mesh, sun, d_sp),
-        NamedMesh("ring mesh", "pr", joint.ring_mesh, joint.planet_count * planet, d_pr),
-    )
+    masses = sun, joint.planet_count * planet
+    alike = next(unlike_fields(joint), None) is None
+    for n in range(1 if alike else joint.planet_count):
+        suffix = "" if alike else f" of planet {n + 1}"
+        d, phases = damping(joint, n), mesh_phases(joint, n)
+        for k, (side, pair) in enumerate((("sun", "sp"), ("ring", "pr"))):
+            mesh = (joint.sun_mesh, joint.ring_mesh)[k].of_planet(n)
+            yield NamedMesh(f"{side} mesh{suffix}", pair, mesh, masses[k], d[k], phases[k])
 
 
 def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[Quantity]:
@@ -62,8 +70,11 @@ def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[Quantity]:
     ratio = named.damping / (2 * math.sqrt(joint.planet_count * mean * named.mass))
     yield Quantity("mean stiffness, per planet", mean, "N/m")
     yield Quantity("largest stiffness, per planet", _largest_stiffness(law), "N/m")
-    yield Quantity(f"d_{pair}, damping of x_{pair}, all planets", named.damping, "N s/m")
+    together = f"d_{pair}, damping of x_{pair}, {joint.planet_count} planets alike"
+    yield Quantity(together, named.damping, "N s/m")
     yield Quantity(f"zeta_{pair}, damping ratio of x_{pair}", ratio)
+    if named.mesh.phase_rad is None:
+        yield Quantity("phase from the teeth", named.phase, "rad")
 
 
 def _largest_stiffness(law: StiffnessLaw) -> float:
@@ -140,13 +151,14 @@ def derived_arm(arm: Arm) -> Iterator[Quantity]:
 
 
 def _mesh_poles(arm: Arm) -> list[complex]:
-    """Eigenvalues [1/s] of the teeth, slowest first: the fastest vibrations, one for each mesh.
+    """Eigenvalues [1/s] of the teeth, slowest first: the fastest vibrations, of suns and planets.
 
     Those damped beyond vibrating, and what the arm's weight lets swing, are not among them.
     """
     model = _model(arm)
     poles = model.contact_poles()
-    fastest = poles[np.argsort(poles.imag)[poles.size - model.gears.where.size :]]
+    teeth = int((~model.layout.angular).sum())
+    fastest = poles[np.argsort(poles.imag)[poles.size - teeth :]]
     vibrating = fastest[fastest.imag > RIGID * np.abs(poles).max()]
     return sorted(map(complex, vibrating), key=abs)
 

@@ -17,7 +17,8 @@ from models.arm import Arm
 from models.errors import InputError
 from models.loading import Case, load_arm, load_scenario
 from models.meshes import with_meshes
-from models.scenario import ConstantDrive, Scenario, SinusoidDrive, Start, per_joint
+from models.planets import usual_switches
+from models.scenario import ConstantDrive, Scenario, SinusoidDrive, Start, per_joint, planet_offsets
 from models.switches import Switches, switches
 
 # Of the paper's experiments: long enough for its events; the quick plan keeps the start impact and
@@ -40,11 +41,10 @@ SHORT_STEPS, SHORT_RECORDS = 5000, 50
 PROBE_S = 0.05
 # Longer runs than this nobody waits for: an arm that needs them is refused beforehand.
 MOST_STEPS = 20_000_000
-MECHANISM = switches()
 PAPER_PHASE = switches(phase="omega_t")
 OWN_NAMES = ("probe", "order-smooth", "order-impact", "short-contact", "short-crossing")
 
-Variant = Literal["", "coarse", "nudged", "reference", "reference-coarse"]
+Variant = Literal["", "coarse", "nudged", "reference", "reference-coarse", "free", "free-nudged"]
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,8 @@ class Experiment:
         """One of a model's runs: at its step, at twice that, or from a start a rounding away.
 
         An adaptive model has a looser tolerance instead of a step twice as long; ``reference``
-        is an adaptive run of a model that otherwise takes fixed steps.
+        is an adaptive run of a model that otherwise takes fixed steps; ``free`` has a coordinate
+        for every planet, whatever the experiment says.
         """
         key = RunKey(self.name, model, variant)
         if variant in ("reference", "reference-coarse"):
@@ -69,7 +70,10 @@ class Experiment:
             return Simulation(key, self.case, RIGID_COARSE_RTOL if variant == "coarse" else None)
         step = self._step(model) * (2 if variant == "coarse" else 1)
         case = with_step(self.case, step)
-        return Simulation(key, nudged(case) if variant == "nudged" else case)
+        if variant in ("free", "free-nudged"):
+            laws = self.case.switches.model_copy(update={"planets": "free"})
+            case = case._replace(switches=laws)
+        return Simulation(key, nudged(case) if variant in ("nudged", "free-nudged") else case)
 
     def _step(self, model: str) -> float:
         """The rigid arm has no mesh to resolve."""
@@ -109,9 +113,14 @@ class Wanted:
         return not self.scenarios and is_the_papers(self.arm)
 
 
+def mechanism(arm: Arm) -> Switches:
+    """The laws that an arm follows where nothing else is said: phases by the angle."""
+    return usual_switches(arm)
+
+
 def outlined(wanted: Wanted, sizes: Sizes | None) -> list[Experiment]:
     """The experiments at the steps of their scenarios: what must be known before the plan."""
-    laws = wanted.chosen or MECHANISM
+    laws = wanted.chosen or mechanism(wanted.arm)
     if wanted.scenarios:
         return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in wanted.scenarios]
     if sizes is not None:
@@ -208,7 +217,7 @@ def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Exper
 
     first: whose torques are tried; limit_s: largest stable step [s] of the arm's models.
     """
-    step = _rounded(min(limit_s, 8 * first.case.scenario.step_s) / SHORT_RESOLVED)
+    step = resolved_step(first, limit_s, SHORT_RESOLVED)
     duration = SHORT_STEPS * step
     torques = np.maximum(
         largest_torques(arm, first.case.scenario), _crossing_torques(arm, duration / 3)
@@ -227,7 +236,7 @@ def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Exper
             start=bent,
             drive=ConstantDrive(kind="constant", torque_N_m=pushed),
         )
-        found.append(Experiment(name, Case(arm, scenario, MECHANISM)))
+        found.append(Experiment(name, Case(arm, scenario, mechanism(arm))))
     return found
 
 
@@ -235,16 +244,17 @@ def _crossing_torques(arm: Arm, within_s: float) -> np.ndarray:
     """Torques [N m], (joints,), that take a sun's teeth across their play in this time."""
     torques = np.zeros(len(arm.joints))
     for number, joint in geared(arm):
-        play = 2 * sum(mesh.backlash_m for mesh in meshes(joint))
+        play = 4 * max(mesh.backlash_m for mesh in meshes(joint))
         radius, ratio = base_radius(joint, joint.sun_teeth), 1 + joint.ring_teeth / joint.sun_teeth
         inertia = joint.sun_inertia_kg_m2 or (joint.sun_equivalent_mass_kg or 0.0) * radius**2
         torques[number] = 2 * play / within_s**2 / radius * inertia * ratio
     return torques
 
 
-def _rounded(value: float) -> float:
-    """To two digits, downwards enough."""
-    return float(f"{0.97 * value:.1e}")
+def resolved_step(first: Experiment, limit_s: float, times: int) -> float:
+    """A step [s] that so many of are within the limit, to two digits, downwards enough."""
+    longest = min(limit_s, 8 * first.case.scenario.step_s) / times
+    return float(f"{0.97 * longest:.1e}")
 
 
 @dataclass(frozen=True)
@@ -273,7 +283,7 @@ def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
     """
     if not geared(arm):
         return []
-    step = _rounded(min(limit_s, 8 * first.case.scenario.step_s) / ORDER_RESOLVED)
+    step = resolved_step(first, limit_s, ORDER_RESOLVED)
     torques = tuple(map(float, largest_torques(arm, first.case.scenario)))
     stretched = np.zeros(len(arm.joints))
     for number, joint in geared(arm):
@@ -289,8 +299,8 @@ def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
         drive=ConstantDrive(kind="constant", torque_N_m=torques),
     )
     return [
-        OrderCase("order-smooth", Case(without_play(arm), scenario, MECHANISM), True),
-        OrderCase("order-impact", Case(arm, scenario, MECHANISM), False),
+        OrderCase("order-smooth", Case(without_play(arm), scenario, mechanism(arm)), True),
+        OrderCase("order-impact", Case(arm, scenario, mechanism(arm)), False),
     ]
 
 
@@ -313,9 +323,12 @@ def with_step(case: Case, step_s: float) -> Case:
 
 
 def nudged(case: Case) -> Case:
-    """The case with every angle and mesh displacement started one rounding further."""
+    """The case with every angle and mesh displacement started one rounding further.
+
+    Free planets every other one forth and back.
+    """
     joints, start = len(case.arm.joints), case.scenario.start
-    update = {
+    update: dict[str, object] = {
         name: tuple(value + by for value in per_joint(getattr(start, name), joints))
         for name, by in (
             ("theta_rad", EPS),
@@ -323,8 +336,21 @@ def nudged(case: Case) -> Case:
             ("planet_ring_offset_m", rounding(case.arm)),
         )
     }
+    if case.switches.planets == "free":
+        update["planet_offset_m"] = _apart(case.arm, start)
     moved = start.model_copy(update=update)
     return _with(case, case.scenario.model_copy(update={"start": moved}))
+
+
+def _apart(arm: Arm, start: Start) -> tuple[tuple[float, ...], ...]:
+    counts = [joint.planet_count for joint in arm.joints]
+    return tuple(
+        tuple(
+            offset + rounding(arm) * (1 if planet % 2 else -1)
+            for planet, offset in enumerate(planet_offsets(start, joint, count))
+        )
+        for joint, count in enumerate(counts)
+    )
 
 
 def readings(arm: Arm) -> list[Arm]:

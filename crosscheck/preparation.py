@@ -9,10 +9,10 @@ from typing import Any, Generic, TypeVar
 from crosscheck.checks.scales import meaningful
 from crosscheck.checks.trajectories import size, uncertainty
 from crosscheck.plan import (
-    MECHANISM,
     Experiment,
     Wanted,
     finer,
+    mechanism,
     outlined,
     probe_experiment,
     resolved,
@@ -92,7 +92,7 @@ def prepared(wanted: Wanted, workers: Workers) -> Prepared:
     sizes = _sizes(wanted, workers) if wanted.needs_sizes else None
     outline = outlined(wanted, sizes if isinstance(sizes, Sizes) else None)
     steps = [
-        Evaluation(model, each.case._replace(switches=MECHANISM), "largest_stable_step")
+        Evaluation(model, each.case._replace(switches=mechanism(wanted.arm)), "largest_stable_step")
         for model in same_integrator()
         for each in outline
     ]

@@ -35,7 +35,7 @@ class Provenance(Data):
     command: str
     created: str
     arm: Arm
-    arm_sha256: str
+    arm_sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
     seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)]
     quick: bool
     scenarios: Annotated[tuple[Scenario, ...], Field(strict=False)] = ()
@@ -61,7 +61,7 @@ def provenance(
         command=_text(" ".join(["crosscheck", *sys.argv[1:]])),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         arm=arm,
-        arm_sha256=hashlib.sha256(arm.model_dump_json().encode()).hexdigest(),
+        arm_sha256=arm_digest(arm),
         seed=seed,
         quick=quick,
         scenarios=tuple(scenarios),
@@ -73,6 +73,15 @@ def provenance(
         revision=_revision(),
         lock_sha256=_digest(ROOT / "run.lock"),
     )
+
+
+def arm_digest(arm: Arm) -> str:
+    """SHA-256 of an arm's values that are not defaults.
+
+    So what the format gains later leaves the digest of an arm that does not use it; a default does
+    not change within a version of the file.
+    """
+    return hashlib.sha256(arm.model_dump_json(exclude_defaults=True).encode()).hexdigest()
 
 
 def _text(argument: str) -> str:

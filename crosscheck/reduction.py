@@ -207,9 +207,15 @@ def bounds_of(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
 
 
 def _pair(experiment: str, runs: Datasets) -> Pair | None:
-    """The lead's run of an experiment, and the one that started a rounding away."""
-    one, other = (runs.get(RunKey(experiment, lead(), kind)) for kind in ("", "nudged"))
-    return None if one is None or other is None else Pair(one, other)
+    """The lead's run of an experiment, and the one that started a rounding away.
+
+    With its planets counted as the experiment does, or free.
+    """
+    for kinds in (("", "nudged"), ("free", "free-nudged")):
+        one, other = (runs.get(RunKey(experiment, lead(), kind)) for kind in kinds)
+        if one is not None and other is not None:
+            return Pair(one, other)
+    return None
 
 
 def _measured(

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from crosscheck.output import write_files
 from crosscheck.schema import Described, described, records_below
-from models.arm import Arm, Direct, Link, Mesh, Planetary
+from models.arm import Arm, Direct, Link, Planetary
+from models.mesh import Mesh
 from models.quantities import Data, short
 from models.scenario import (
     ConstantDrive,
@@ -85,7 +86,7 @@ def _allowed(field: Described) -> str:
     if not links:
         return field.allowed
     kinds = " or ".join(", ".join(links).rsplit(", ", 1))
-    return f"a list of 1 to 7, each {kinds}" if field.lists else kinds
+    return f"a list of 1 to 7, each {kinds}" if field.lists else kinds + field.one_for
 
 
 def _anchor(heading: str) -> str:

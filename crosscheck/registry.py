@@ -12,7 +12,7 @@ from analytic.covered import papers_kind
 from models.arm import Arm
 from models.errors import InputError
 from models.interface import STATE_ABILITIES, Model
-from models.layout import Layout, lumped_layout, rigid_layout
+from models.layout import Layout, geared_layout, rigid_layout
 from models.scenario import Scenario
 from models.switches import Switches
 
@@ -48,13 +48,13 @@ class Entry:
     level: str = ""
     any_stride: bool = False
 
-    def layout(self, arm: Arm) -> Layout:
-        """What its coordinates must be for an arm."""
-        return rigid_layout(arm) if self.role == "rigid" else lumped_layout(arm)
+    def layout(self, arm: Arm, chosen: Switches) -> Layout:
+        """What its coordinates must be for an arm and switches."""
+        return rigid_layout(arm) if self.role == "rigid" else geared_layout(arm, chosen)
 
-    def covers(self, arm: Arm) -> bool:
-        """Whether it is about such an arm."""
-        return self.role != "form" or papers_kind(arm)
+    def covers(self, arm: Arm, chosen: Switches) -> bool:
+        """Whether it is about such an arm, under such switches."""
+        return self.role != "form" or (papers_kind(arm) and chosen.planets == "lumped")
 
     @property
     def packages(self) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from typing import Any
 import xarray as xr
 
 from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
+from crosscheck.energy_suite import energy_comparisons
 from crosscheck.findings import Agreement
 from crosscheck.plan import Wanted, order_cases, readings, short_experiments
 from crosscheck.preparation import Prepared, prepared
@@ -79,6 +80,7 @@ def planned(wanted: Wanted, chosen: Prepared) -> list[Comparison]:
     first = chosen.experiments[0]
     for experiment in short_experiments(arm, first, chosen.limit_s):
         found += short_comparisons(experiment)
+    found += energy_comparisons(arm, first, chosen.limit_s)
     for case in order_cases(arm, first, chosen.limit_s):
         found += order_comparisons(case)
     return found

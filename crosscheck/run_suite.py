@@ -13,7 +13,7 @@ from crosscheck.checks.scales import Limit, meaningful
 from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair, sensitivity
 from crosscheck.comparison import Comparison, Results
 from crosscheck.findings import About, Finding, Key, checked, measured_only
-from crosscheck.plan import MECHANISM, Experiment, OrderCase
+from crosscheck.plan import Experiment, OrderCase, mechanism
 from crosscheck.registry import (
     MODELS,
     PAPER_FORMS,
@@ -26,6 +26,7 @@ from crosscheck.registry import (
 from crosscheck.tasks import Evaluation, Simulation
 from models.arm import Arm
 from models.layout import lumped_layout
+from models.loading import Case
 
 LARGEST = "largest absolute difference"
 MESH = ("theta", "x_sp", "x_pr")
@@ -97,16 +98,37 @@ def _of(experiment: Experiment, quantities: Sequence[str]) -> Iterator[str]:
 def _fixed_steps(experiment: Experiment) -> Iterator[Comparison]:
     """The lead and each model with its integrator, step by step."""
     first, *others = same_integrator()
-    nudged = experiment.run(first, "nudged")
     duration = experiment.case.scenario.duration_s
     for other in others:
-        runs = [experiment.run(first), experiment.run(other), experiment.run(first), nudged]
+        runs = [experiment.run(first), experiment.run(other), *_repeated(experiment, other)]
         for quantity in _of(experiment, SAME_STEP):
             about = _about("same-step", experiment, quantity, (first, other))
             yield _of_runs(about, runs, partial(_same_step, experiment))
         for quantity in _of(experiment, SAME_STEP) if duration > MIDWAY_S else ():
             about = _about(f"at-{MIDWAY_S:g}-s", experiment, quantity, (first, other))
             yield _of_runs(about, runs, partial(_same_step, experiment, time_s=MIDWAY_S))
+
+
+def _repeated(experiment: Experiment, model: str) -> tuple[Simulation, Simulation]:
+    """The lead's run and one from a start a rounding away, its planets as free as the model's."""
+    first, lumped = lead(), experiment.case.switches.planets == "lumped"
+    if lumped and MODELS[model].free_planets and geared_quantities(experiment.case.arm):
+        return experiment.run(first, "free"), experiment.run(first, "free-nudged")
+    return experiment.run(first), experiment.run(first, "nudged")
+
+
+def _planets(experiment: Experiment) -> Iterator[Comparison]:
+    """Planets that are alike, counted as one or each for itself: the same until they part."""
+    arm, first = experiment.case.arm, lead()
+    if experiment.case.switches.planets == "free" or not geared_quantities(arm):
+        return
+    lumped, pair = experiment.run(first), _repeated(experiment, same_integrator()[-1])
+    for quantity in MESH:
+        about = _about("lumped-free", experiment, quantity, (first, first))
+        runs = (lumped, pair[0], *pair)
+        yield _of_runs(about, runs, partial(_same_step, experiment))
+    about = _about(f"{ONE_ROUNDING}-per-planet", experiment, "x_pr", (first, first))
+    yield _of_runs(about, pair, sensitivity)
 
 
 def _same_step(
@@ -132,7 +154,8 @@ def _widest(experiment: Experiment, about: About, run: Any) -> Limit:
 
 def _under_mechanism(experiment: Experiment) -> Iterator[Comparison]:
     """What is asked under the default switches alone."""
-    if experiment.case.switches != MECHANISM:
+    arm, _, laws = experiment.case
+    if laws not in (mechanism(arm), mechanism(arm).model_copy(update={"planets": "free"})):
         return
     yield from _against_reference(experiment)
     first = lead()
@@ -140,6 +163,7 @@ def _under_mechanism(experiment: Experiment) -> Iterator[Comparison]:
     for quantity in _of(experiment, SENSITIVE):
         about = _about(ONE_ROUNDING, experiment, quantity, (first, first))
         yield _of_runs(about, pair, sensitivity)
+    yield from _planets(experiment)
     yield from _forms(experiment)
     for level in RIGID_LEVELS:
         yield from _rigid(experiment, level)
@@ -171,9 +195,13 @@ def _forms(experiment: Experiment) -> Iterator[Comparison]:
     other = same_integrator()[-1]
     for form in PAPER_FORMS:
         runs = (experiment.run(form), experiment.run(other))
-        for quantity in FORM_QUANTITIES if MODELS[form].covers(experiment.case.arm) else ():
+        for quantity in FORM_QUANTITIES if _covered(form, experiment.case) else ():
             about = _about("form", experiment, quantity, (form, other))
             yield _of_runs(about, runs, trajectories.deviation)
+
+
+def _covered(model: str, case: Case) -> bool:
+    return MODELS[model].covers(case.arm, case.switches)
 
 
 def _rigid(experiment: Experiment, level: str) -> Iterator[Comparison]:

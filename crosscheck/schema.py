@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from pydantic.fields import FieldInfo
 
-from models.quantities import Data, Limit, Within
+from models.quantities import Data, Limit, OneFor, Within
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,8 @@ class Described:
     """A field: its meaning, the unit of its numbers, and what it may be.
 
     default: None also where another field may stand instead. lists: whether it is a list of
-    tables. records: the tables that it may be, or hold.
+    tables. records: the tables that it may be, or hold. one_for: what one value stands for all of,
+    in words, if a list may stand in its place.
     """
 
     name: str
@@ -28,6 +29,7 @@ class Described:
     allowed: str
     lists: bool
     records: tuple[type[Data], ...]
+    one_for: str = ""
 
 
 def described(record: type[Data]) -> tuple[Described, ...]:
@@ -47,16 +49,20 @@ def records_below(record: type[Data]) -> list[type[Data]]:
 
 def _field(name: str, info: FieldInfo, hint: Any) -> Described:
     units = [limit.unit for limit in _parts(hint) if isinstance(limit, Within)]
-    records = [part for part in _parts(hint) if isinstance(part, type) and issubclass(part, Data)]
+    types = [part for part in _parts(hint) if isinstance(part, type)]
+    records = [part for part in dict.fromkeys(types) if issubclass(part, Data)]
+    one_for = next((str(part) for part in _parts(hint) if isinstance(part, OneFor)), "")
+    listed = any(get_origin(part) is tuple for part in _parts(hint))
     return Described(
         name=name,
         meaning=info.description or "",
         unit=next(iter(units), ""),
         required=info.is_required(),
         default=None if info.is_required() else info.default,
-        allowed="" if records else _allowed(hint),
-        lists=bool(records) and any(get_origin(part) is tuple for part in _parts(hint)),
+        allowed="" if records else _allowed(hint) + one_for,
+        lists=bool(records) and listed and not one_for,
         records=tuple(records),
+        one_for=one_for,
     )
 
 
@@ -77,8 +83,14 @@ def _allowed(hint: Any) -> str:
         return _restricted(inner[0], inner[1:])
     if origin is tuple:
         return f"a list of {len(inner)}, each {_allowed(inner[0])}"
-    choices = [part for part in inner if part is not NoneType]
-    return _allowed(choices[0]) + ("; one for all joints, or a list" if len(choices) > 1 else "")
+    single = [part for part in inner if part is not NoneType and not _is_list(part)]
+    return ", or ".join(map(_allowed, single))
+
+
+def _is_list(hint: Any) -> bool:
+    return get_origin(hint) is tuple or (
+        get_origin(hint) is Annotated and _is_list(get_args(hint)[0])
+    )
 
 
 def _restricted(hint: Any, metadata: tuple[Any, ...]) -> str:

@@ -23,6 +23,7 @@ from crosscheck.sizing import sizes_of
 from models.arm import Arm, Planetary
 from models.errors import InputError
 from models.loading import load_arm
+from models.mesh import Mesh, PlanetMesh
 from models.quantities import Data
 
 MOST_LISTED = 6  # of a list of numbers
@@ -60,9 +61,9 @@ def _joint_tables(arm: Arm, place: int) -> Iterator[Table]:
     yield _table(f"link {place + 1}", rows)
 
 
-def _given(record: Data) -> Iterator[Quantity]:
+def _given(record: Data | PlanetMesh) -> Iterator[Quantity]:
     """The values of a record itself, not of what it holds, nor of the file around it."""
-    for field in described(type(record)):
+    for field in described(Mesh if isinstance(record, PlanetMesh) else type(record)):
         value = getattr(record, field.name)
         if value is not None and not field.records and field.name not in OF_THE_FILE:
             yield Quantity(field.name, value, field.unit)

@@ -8,8 +8,8 @@ import numpy as np
 
 from crosscheck.registry import build, lead
 from models.arm import Arm
+from models.planets import usual_switches
 from models.scenario import PdDrive, Scenario, per_joint
-from models.switches import switches
 
 ROUNDING = 1e-9  # of the fastest pole: what is left of zero
 TOLERATED = 0.1  # growth over a whole run, as the exponent of e: it changes no verdict
@@ -38,7 +38,7 @@ def growth_of(arm: Arm, scenario: Scenario) -> Growth | None:
 
 
 def _growth(arm: Arm, scenario: Scenario) -> Growth:
-    poles = build(lead(), arm, scenario, switches()).contact_poles()
+    poles = build(lead(), arm, scenario, usual_switches(arm)).contact_poles()
     vibrations = poles[poles.imag > ROUNDING * np.abs(poles).max()]
     if not vibrations.size:
         return Growth(0.0, 0.0)

@@ -8,7 +8,7 @@ from itertools import combinations, product
 
 import numpy as np
 
-from crosscheck.checks import invariants, modes, poles, scales, states
+from crosscheck.checks import energy, invariants, modes, poles, scales, states
 from crosscheck.checks.answers import (
     ABILITIES,
     CHRISTOFFEL,
@@ -31,6 +31,8 @@ from crosscheck.tasks import Evaluation
 from models.arm import Arm
 from models.interface import STATE_ABILITIES
 from models.loading import Case, load_arm, load_scenario
+from models.meshes import damped
+from models.planets import usual_switches
 from models.scenario import PdDrive, Scenario, Start
 from models.switches import Switches, switches
 
@@ -43,7 +45,12 @@ FORM_QUANTITIES = STATE_ABILITIES
 def state_comparisons(arm: Arm, quick: bool, seed: int) -> list[Comparison]:
     """Everything about one arm that needs no run."""
     count = QUICK_COUNT if quick else COUNT
-    return [*geared(arm, count, seed), *rigid(arm, count, seed)]
+    found = [*geared(arm, count, seed), *rigid(arm, count, seed)]
+    if not scales.geared(arm):
+        return found
+    if usual_switches(arm).planets == "lumped":
+        found += free(arm, min(count, SWITCH_COUNT), seed)
+    return [*found, *conservative(arm, min(count, SWITCH_COUNT), seed)]
 
 
 def probe_comparisons(arm: Arm, quick: bool, seed: int) -> list[Comparison]:
@@ -60,7 +67,7 @@ def probe_comparisons(arm: Arm, quick: bool, seed: int) -> list[Comparison]:
 def rigid(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
     """States of the rigid levels, analytic against Pinocchio; each level's own invariants."""
     for level in RIGID_LEVELS:
-        where, case = f"{arm.name}/{level}", _case(arm)
+        where, case = f"{arm.name}/{level}", _case(arm, usual_switches(arm))
         spots = [Spot(where, name, case, count, seed) for name in of_level(level)]
         for spot in spots:
             yield from _own(spot)
@@ -77,17 +84,47 @@ def switched(arm: Arm, seed: int) -> Iterator[Comparison]:
 
 def geared(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
     """States, balances and modes of the geared models, and what the paper's forms differ by."""
-    where = f"{arm.name}/geared"
-    spots = [Spot(where, name, _case(arm), count, seed) for name in GEARED]
+    where, chosen = f"{arm.name}/geared", usual_switches(arm)
+    spots = [Spot(where, name, _case(arm, chosen), count, seed) for name in GEARED]
+    yield from _of_states(spots)
+    yield from _closed_joints(spots)
+    yield from _linearised(arm.name, arm, chosen)
+    yield from _forms([spot for spot in spots if spot.model != lead()])
+
+
+def free(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
+    """The same with a coordinate for every planet, of an arm whose planets may be lumped."""
+    where, chosen = f"{arm.name}/free", usual_switches(arm, planets="free")
+    spots = [Spot(where, name, _case(arm, chosen), count, seed) for name in GEARED]
+    yield from _of_states(spots)
+    yield from _linearised(where, arm, chosen)
+
+
+def conservative(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
+    """Free planets whose springs are a potential: forces, and energy that closes.
+
+    The meshes are undamped, so that all but drive, friction and weight is a function of state.
+    """
+    chosen = usual_switches(arm, planets="free", mesh_work="conservative")
+    where, undamped = f"{arm.name}/conservative", damped(arm, 0.0)
+    spots = [Spot(where, name, _case(undamped, chosen), count, seed) for name in GEARED]
+    yield from pairs(spots, SWITCHED)
+    for spot in spots:
+        yield balance(spot, "energy-rate", "W", energy.rate_closes)
+
+
+def _of_states(spots: Sequence[Spot]) -> Iterator[Comparison]:
     yield from pairs(spots, STATE_ABILITIES)
     for spot in spots:
         yield from _own(spot)
         yield from balances(spot)
-    yield from _closed_joints(spots)
-    yield from mode_comparisons(arm)
-    yield from pole_comparisons(arm)
-    yield from _locked_stages(arm)
-    yield from _forms([spot for spot in spots if spot.model != lead()])
+
+
+def _linearised(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
+    """Modes and poles with the teeth in contact."""
+    yield from mode_comparisons(where, arm, chosen)
+    yield from pole_comparisons(where, arm, chosen)
+    yield from _locked_stages(where, arm, chosen)
 
 
 class Spot:
@@ -105,7 +142,7 @@ class Spot:
     def setting(self) -> states.Setting:
         """The states themselves."""
         arm = self.case.arm
-        layout = MODELS[self.model].layout(arm)
+        layout = MODELS[self.model].layout(arm, self.case.switches)
         drawn = random_states(layout, arm, self.count, self.seed)
         return states.Setting(arm, layout, drawn)
 
@@ -121,7 +158,7 @@ def _forms(spots: Sequence[Spot]) -> Iterator[Comparison]:
     """How far each of the paper's own forms is from each engine."""
     for other in spots:
         for form in PAPER_FORMS:
-            if not MODELS[form].covers(other.case.arm):
+            if not MODELS[form].covers(other.case.arm, other.case.switches):
                 continue
             case = Case(other.case.arm, load_scenario("pd"), switches())
             left = Spot(other.where, form, case, other.count, other.seed)
@@ -193,20 +230,22 @@ def _promises(spot: Spot) -> Comparison:
 
 def balances(spot: Spot) -> Iterator[Comparison]:
     """Power and angular momentum, from everything that the model says of a state."""
+    yield balance(spot, "power", "W", invariants.power)
+    yield balance(spot, "angular-momentum-rate", "N m", invariants.angular_momentum)
+
+
+def balance(spot: Spot, name: str, unit: str, law: invariants.Balance) -> Comparison:
+    """One balance of a model."""
+    key = Key("invariants", spot.where, name, spot.model)
+    metric = f"largest residual over {spot.count} random states"
     needs = tuple(spot.of(quantity) for quantity in STATE_ABILITIES)
-    for name, unit, balance in (
-        ("power", "W", invariants.power),
-        ("angular-momentum-rate", "N m", invariants.angular_momentum),
-    ):
-        key = Key("invariants", spot.where, name, spot.model)
-        metric = f"largest residual over {spot.count} random states"
-        about = About(key, unit, metric, "first principles")
-        yield Comparison(about, needs, partial(_balanced, spot, balance))
+    about = About(key, unit, metric, "first principles")
+    return Comparison(about, needs, partial(_balanced, spot, law))
 
 
-def _balanced(spot: Spot, balance: invariants.Balance, about: About, results: Results) -> Finding:
+def _balanced(spot: Spot, law: invariants.Balance, about: About, results: Results) -> Finding:
     given = invariants.Answered(*(results.need(spot.of(name)) for name in STATE_ABILITIES))
-    return balance(about, given, spot.setting, spot.case.scenario)
+    return law(about, given, spot.setting, spot.case)
 
 
 def _closed_joints(spots: Sequence[Spot]) -> Iterator[Comparison]:
@@ -228,27 +267,27 @@ POLE_METRIC = "largest relative distance of a pole to the nearest of the other m
 MODE_METRIC = "largest relative distance of a mode to the nearest of the other model"
 
 
-def mode_comparisons(arm: Arm) -> Iterator[Comparison]:
+def mode_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
     """Mesh modes of every pair of models that have them."""
-    case = Case(arm, load_scenario("constant-torque"), switches())
+    case = Case(arm, load_scenario("constant-torque"), chosen)
     able = promising("mesh_modes", GEARED) if scales.geared(arm) else ()
     for left, right in combinations(able, 2):
         tasks = tuple(Evaluation(name, case, "mesh_modes") for name in (left, right))
-        key = Key("modes", arm.name, "mesh-mode", left, right)
+        key = Key("modes", where, "mesh-mode", left, right)
         yield Comparison(About(key, "1", MODE_METRIC), tasks, partial(_same_modes, tasks))
 
 
-def pole_comparisons(arm: Arm) -> Iterator[Comparison]:
+def pole_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
     """Poles of the loop with the teeth in contact, by which experiments are called unstable."""
     bent = Start(theta_rad=tuple(0.4 - 0.7 * number for number in range(len(arm.joints))))
     scenario = unequal_gains(arm).model_copy(update={"start": bent})
-    case = Case(arm, scenario, switches())
+    case = Case(arm, scenario, chosen)
     linear = case._replace(arm=poles.linear_teeth(arm))
     for left in promising("contact_poles", GEARED):
         for right in (name for name in GEARED if name != left):
             own = Evaluation(left, case, "contact_poles")
             system = Evaluation(right, linear, START_MASS), Evaluation(right, linear, FORCE_SLOPES)
-            key = Key("modes", arm.name, "contact-poles", left, right)
+            key = Key("modes", where, "contact-poles", left, right)
             yield Comparison(
                 About(key, "1", POLE_METRIC), (own, *system), partial(_same_poles, (own, *system))
             )
@@ -267,22 +306,23 @@ def _same_modes(tasks: Sequence[Evaluation], about: About, results: Results) -> 
 def _all_modes(task: Evaluation, results: Results) -> np.ndarray:
     """A model's modes. Raises Unavailable if it has lost some."""
     found, joints = results.need(task), task.case.arm.joints
-    free = MODELS[task.model].free_planets
+    single = MODELS[task.model].free_planets or task.case.switches.planets == "free"
     planets = [joint.planet_count for joint in joints if joint.planet_count]
-    expected = sum(1 + (count if free else 1) for count in planets)
+    expected = sum(1 + (count if single else 1) for count in planets)
     if len(found) != expected:
         raise Unavailable(f"{task.model}: {len(found)} mesh modes, there must be {expected}")
     return found
 
 
-def _locked_stages(arm: Arm) -> Iterator[Comparison]:
-    """The modes of each geared stage, carrier locked, against their closed form."""
+def _locked_stages(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
+    """The modes of each geared stage, carrier locked, against first principles."""
     for number, joint in scales.geared(arm):
-        case = Case(locked_stage(arm, number), load_scenario("constant-torque"), switches())
+        case = Case(locked_stage(arm, number), load_scenario("constant-torque"), chosen)
         for name in promising("mesh_modes", GEARED):
             task = Evaluation(name, case, "mesh_modes")
-            key = Key("modes", arm.name, "locked-stage", name, joint=number + 1)
-            closed = modes.closed_form_modes(joint)
+            key = Key("modes", where, "locked-stage", name, joint=number + 1)
+            lumped = chosen.planets == "lumped"
+            closed = modes.closed_form_modes(joint) if lumped else modes.free_modes(joint)
             yield Comparison(
                 About(key, "1", MODE_METRIC, "closed form"),
                 (task,),
@@ -310,18 +350,31 @@ def _as_closed_form(
 
 
 def all_switches() -> list[Switches]:
-    """The sixteen combinations of the four switches."""
+    """The sixteen combinations of the paper's four switches, and those that others change."""
     fields = ("phase", "ring_rate", "dead_zone", "damping")
     values = (("angle", "omega_t"), ("eq13", "corrected"), ("exact", "tanh"), ("always", "contact"))
-    return [switches(**dict(zip(fields, chosen, strict=True))) for chosen in product(*values)]
+    papers: list[dict[str, str]] = [
+        dict(zip(fields, chosen, strict=True)) for chosen in product(*values)
+    ]
+    single = [{**each, "planets": "free"} for each in papers if each["ring_rate"] == "corrected"]
+    springs = [
+        {**each, "mesh_work": "conservative"}
+        for each in (*papers, *single)
+        if (each["phase"], each["dead_zone"]) == ("angle", "exact")
+    ]
+    return [switches(**chosen) for chosen in (*papers, *single, *springs)]
 
 
 def _label(chosen: Switches) -> str:
-    return "-".join((chosen.phase, chosen.ring_rate, chosen.dead_zone, chosen.damping))
+    """Of a setting; the paper's own way with planets and springs goes without saying."""
+    single = ("free",) * (chosen.planets == "free")
+    springs = ("conservative",) * (chosen.mesh_work == "conservative")
+    papers = (chosen.phase, chosen.ring_rate, chosen.dead_zone, chosen.damping)
+    return "-".join((*papers, *single, *springs))
 
 
-def _case(arm: Arm) -> Case:
-    return Case(arm, unequal_gains(arm), switches())
+def _case(arm: Arm, chosen: Switches) -> Case:
+    return Case(arm, unequal_gains(arm), chosen)
 
 
 def unequal_gains(arm: Arm) -> Scenario:

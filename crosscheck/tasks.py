@@ -87,7 +87,7 @@ class Simulation:
         try:
             entry, model = MODELS[self.model], built(self.model, self.case)
             run = model.simulate() if self.rtol is None else model.reference(self.rtol)
-            meshing = bool(entry.layout(self.case.arm).meshing)
+            meshing = bool(entry.layout(self.case.arm, self.case.switches).meshing)
             require_complete(run, self.model, self.case, meshing=meshing)
             constrained = "constraint_residual" in entry.promises
             require_consistent(run, model, constrained=constrained)
@@ -120,7 +120,7 @@ class Evaluation:
         """The answers, state by state along the first axis, or why there are none."""
         try:
             model = built(self.model, self.case)
-            expected = MODELS[self.model].layout(self.case.arm)
+            expected = MODELS[self.model].layout(self.case.arm, self.case.switches)
             return answers(model, expected, self.quantity, self.count, self.seed)
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
             return failure(error)

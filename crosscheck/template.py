@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 from crosscheck.output import require_file, write_text
 from crosscheck.schema import Described, described
-from models.arm import Arm, Direct, Link, Mesh, Planetary
+from models.arm import Arm, Direct, Link, Planetary
 from models.errors import InputError
+from models.mesh import Mesh
 from models.quantities import Data, Printable, short
 from models.stiffness import SineStiffness
 
@@ -153,7 +154,8 @@ def _joint_lines(joint: Planetary | Direct, explained: bool) -> list[str]:
     if isinstance(joint, Planetary):
         lines += ["", "[joints.sun_mesh]", *_fields(joint.sun_mesh, explained)]
         if explained:
-            lines += ["", "[joints.sun_mesh.stiffness]", *_fields(joint.sun_mesh.stiffness, True)]
+            law = joint.sun_mesh.of_planet(0).stiffness
+            lines += ["", "[joints.sun_mesh.stiffness]", *_fields(law, True)]
         lines += ["", "[joints.ring_mesh]", *_fields(joint.ring_mesh, False)]
     return lines
 

@@ -13,12 +13,11 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import FailFast, Field, model_validator
 
 from models.arm_v1 import is_first, upgraded
+from models.mesh import Mesh
 from models.quantities import (
     Acceleration,
     Area,
     ArmVersion,
-    Damping,
-    DampingRatio,
     Data,
     Density,
     Friction,
@@ -29,18 +28,14 @@ from models.quantities import (
     Mass,
     Module,
     Name,
-    Phase,
     Place,
     PlanetCount,
-    Play,
     PressureAngle,
-    Sharpness,
     Title,
     ToothCount,
     UpToSeven,
     short,
 )
-from models.stiffness import StiffnessLaw
 
 # Numbers of 16 digits must hold the parts of an arm beside each other. Within these limits each of
 # 6000 random arms over all ranges kept nine digits of its accelerations in every engine.
@@ -51,37 +46,8 @@ LEAST_GYRATION = (
 )
 LONGEST_REACH = 3e4  # of the arm over its smallest gear
 LARGEST_RING_M = 50.0
+PHASES_FIT = 1e-3  # cycles that given phases of planets may be off what their teeth say
 ROD, BODY = ("cross_section_m2", "density_kg_per_m3"), ("mass_kg", "inertia_kg_m2")
-
-
-class Mesh(Data):
-    """One of a stage's two kinds of tooth contact, alike for every planet.
-
-    The phase is added to that of the mesh's sines. Damping counts all planets together: directly,
-    or as the ratio zeta of 2 zeta sqrt(N k M), k the mean stiffness and M the equivalent mass of
-    the sun, or that of all planets for the ring mesh.
-    """
-
-    stiffness: StiffnessLaw
-    """k of one planet's contact over the mesh phase, by one of the laws."""
-    backlash_m: Play
-    """b, half the clearance 2 b between the teeth, along the line of action."""
-    tooth_error_m: Play
-    """E of the tooth profile error e = E sin(phase)."""
-    phase_rad: Phase = 0.0
-    """Added to the mesh's phase, for stiffness and tooth error alike."""
-    damping_ratio: DampingRatio | None = None
-    """zeta of d = 2 zeta sqrt(N k M); this or damping_N_s_per_m."""
-    damping_N_s_per_m: Damping | None = None
-    """d itself, all planets together; this or damping_ratio."""
-    tanh_sharpness_per_m: Sharpness = 1e8
-    """Sharpness of the corners of Eq. 6, used with the switch dead_zone = tanh alone."""
-
-    @model_validator(mode="after")
-    def _one_way_to_damp(self) -> Self:
-        if (self.damping_ratio is None) == (self.damping_N_s_per_m is None):
-            raise ValueError("damping_ratio|give either this or the damping itself, in N s/m")
-        return self
 
 
 class Planetary(Data):
@@ -152,6 +118,34 @@ class Planetary(Data):
                 "planet_count|must divide sun_teeth + ring_teeth ="
                 f" {self.sun_teeth + self.ring_teeth} for equally spaced planets"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _a_value_per_planet(self) -> Self:
+        for side in ("sun_mesh", "ring_mesh"):
+            for name, value in getattr(self, side):
+                if isinstance(value, tuple) and len(value) != self.planet_count:
+                    raise ValueError(
+                        f"{side}.{name}|needs one value, or {self.planet_count}, one for each"
+                        f" planet; has {len(value)}"
+                    )
+        return self
+
+    @model_validator(mode="after")
+    def _phases_fit_the_teeth(self) -> Self:
+        """Equally spaced planets meet a tooth after each other by an N-th of the sun's teeth."""
+        turns = [-self.sun_teeth * place / self.planet_count for place in range(self.planet_count)]
+        for side, mesh in (("sun_mesh", self.sun_mesh), ("ring_mesh", self.ring_mesh)):
+            phases = mesh.phase_rad
+            if not isinstance(phases, tuple):
+                continue
+            off = [(p - phases[0]) / (2 * math.pi) - t for p, t in zip(phases, turns, strict=True)]
+            if max(abs(o - round(o)) for o in off) > PHASES_FIT:
+                first = ", ".join(f"{2 * math.pi * (t % 1):.4g}" for t in turns)
+                raise ValueError(
+                    f"{side}.phase_rad|contradicts the teeth, by which the planets mesh {first} rad"
+                    " after the first; give those, one number for all, or from-teeth"
+                )
         return self
 
     @model_validator(mode="after")

@@ -24,6 +24,7 @@ from models.exudyn_contact import (
     push_bodies,
     readings,
     torque_rounding,
+    touching,
 )
 from models.exudyn_contact_stiffness import Spring
 from models.exudyn_poses import (
@@ -32,12 +33,13 @@ from models.exudyn_poses import (
     Stage,
     bodies_of,
     gear_inertia,
+    ring_places,
     ring_seat,
     stages_of,
 )
 from models.interface import STATE_ABILITIES, Model, require_finite
-from models.layout import MESHES, lumped_layout
-from models.scenario import Scenario, per_joint
+from models.layout import geared_layout
+from models.scenario import Scenario, per_joint, planet_offsets
 from models.switches import Switches
 from models.trajectory import recorded_times, trajectory
 
@@ -123,8 +125,9 @@ def motor(stage: Stage, joint: Joint, law: DriveData, place: int) -> Connector:
 class ExudynBodies(Model):
     """The geared arm in redundant coordinates: three per body, and two constraints per joint.
 
-    Coordinates are the paper's (Eq. 20); a state has all planets of a stage alike and all joints
-    closed. The bodies' mass matrix, forces, constraints and motion are the engine's.
+    Coordinates are the paper's (Eq. 20), or those of free planets; a state has all joints closed,
+    and lumped planets of a stage alike. The bodies' mass matrix, forces, constraints and motion are
+    the engine's.
     """
 
     name = "exudyn:bodies"
@@ -134,9 +137,9 @@ class ExudynBodies(Model):
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
-        self.layout = lumped_layout(arm)
+        self.layout = geared_layout(arm, self.switches)
         self.stages = stages_of(arm)
-        self.poses = PoseMap(arm)
+        self.poses = PoseMap(arm, self.layout)
         self.meshes = meshes_of(arm, self.switches)
 
     @cached_property
@@ -191,11 +194,13 @@ class ExudynBodies(Model):
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """q'' at t [s], shape (n,), from the engine's constrained equations of all bodies.
 
-        Raises ArithmeticError should equal planets not move alike.
+        Raises ArithmeticError should lumped planets not move alike.
         """
         turning, rates = self.body_accelerations(t, q, v)[2::3], self.poses.velocity(q, v)[2::3]
-        size = max(abs(turning).max(), (rates**2).max())
-        return self.poses.paper(turning, MOVES_ALIKE * size + self._rounding(q, v))
+        if not self.layout.free:
+            size = max(abs(turning).max(), (rates**2).max())
+            self.poses.require_alike(turning, MOVES_ALIKE * size + self._rounding(q, v))
+        return self.poses.back(turning)
 
     def _rounding(self, q: np.ndarray, v: np.ndarray) -> float:
         """What roundings of the meshes' forces may do to a planet [rad/s^2]."""
@@ -209,7 +214,10 @@ class ExudynBodies(Model):
 
     @cached_property
     def _stiffest(self) -> list[tuple[Toothed, float, float]]:
-        """One mesh of each kind, its largest stiffness [N/m], its planet's inertia [kg m^2]."""
+        """One mesh of each kind, its largest stiffness [N/m], its planet's inertia [kg m^2].
+
+        Lumped planets have the same ones.
+        """
         return [
             (side[0], _spring(side[0].mesh).largest, gear_inertia(joint, "planet"))
             for joint, sides in zip(self.arm.joints, self.meshes, strict=True)
@@ -246,14 +254,28 @@ class ExudynBodies(Model):
         """q and v at t = 0; no mesh slides."""
         start, layout, joints = self.scenario.start, self.layout, len(self.stages)
         q, v = np.zeros(len(layout)), np.zeros(len(layout))
-        offsets = start.sun_planet_offset_m, start.planet_ring_offset_m
-        for side, (meaning, offset) in enumerate(zip(MESHES, offsets, strict=True)):
-            away = [sides[side][0].mesh.backlash for sides in self.meshes if sides]
-            apart = np.array(per_joint(offset, joints))[layout.meshing]
-            q[layout.of(meaning)] = np.multiply(away, start.mesh == "contact") + apart
+        for place in layout.meshing:
+            self._place_planets(q, place)
         q[layout.theta] = per_joint(start.theta_rad, joints)
         v[layout.theta] = per_joint(start.theta_dot_rad_per_s, joints)
         return q, v
+
+    def _place_planets(self, q: np.ndarray, place: int) -> None:
+        """Every ring mesh touches, and the first of the sun's, or all are centred; then offsets."""
+        start, layout, joints = self.scenario.start, self.layout, len(self.stages)
+        x_sp, x_pr = (
+            (start.mesh == "contact") * np.array([touching(toothed.mesh) for toothed in side])
+            for side in self.meshes[place]
+        )
+        offsets = start.sun_planet_offset_m, start.planet_ring_offset_m
+        apart, from_ring = (per_joint(offset, joints)[place] for offset in offsets)
+        rings = ring_places(layout, place)
+        q[rings] = x_pr[: len(rings)] + from_ring
+        if layout.free:
+            q[rings] += planet_offsets(start, place, len(rings))
+            q[layout.at("x_s", place)] = (x_pr + x_sp).min() + apart + from_ring
+        else:
+            q[layout.at("x_sp", place)] = x_sp[0] + apart
 
     def simulate(self) -> xr.Dataset:
         """The trapezoidal rule at the scenario's step, all of it in the engine.

@@ -8,7 +8,9 @@ at the pitch point: ``side`` +1 is an external mesh (sun), -1 an internal one (r
 
 x and F are positive where the central wheel pushes the planet, and so the carrier, forward; the
 other flank takes the negative ones. Either way the teeth press the gears' centres apart (sun), or
-the planet inwards (ring). Points of the plane are complex numbers. (Eq. n) is the paper's.
+the planet inwards (ring). Where the teeth's energy may do work on the joint's angle, by which their
+stiffness and error vary, carrier and previous link also feel a torque and its reaction. Points of
+the plane are complex numbers. (Eq. n) is the paper's.
 """
 
 from __future__ import annotations
@@ -19,8 +21,9 @@ import numpy as np
 from numba import njit, types
 
 from models.arm import Planetary
-from models.exudyn_contact_stiffness import Spring, spring_of, stiffness_at
+from models.exudyn_contact_stiffness import Spring, slope_at, spring_of, stiffness_at
 from models.exudyn_poses import equivalent_mass, pitch_radius, planet_seats
+from models.mesh import PlanetMesh
 from models.switches import Switches
 
 Side = Literal["sun", "ring"]
@@ -30,11 +33,12 @@ PLANET, CARRIER, WHEEL, PREVIOUS = 0, 1, 2, -1  # bodies of a mesh; a ring's whe
 
 
 class Mesh(NamedTuple):
-    """One mesh in SI units.
+    """One planet's mesh in SI units.
 
     seat [m]: the wheel's centre on its body's x axis. direction [rad]: line of centres at zero.
-    kind, mean, numbers: a Spring's. damping [N s/m]: of this one mesh. teeth: mesh phase over joint
-    angle. by_clock, smooth and contact_only are switches, 1.0 or 0.0.
+    error, error_phase, runout: of e = runout + error sin(phase + error_phase). kind, mean, numbers:
+    a Spring's. damping [N s/m]: of this one mesh. teeth: mesh phase over joint angle; offset [rad]:
+    mesh phase at zero. by_clock, smooth, contact_only, conservative are switches, 1.0 or 0.0.
     """
 
     side: float
@@ -45,6 +49,8 @@ class Mesh(NamedTuple):
     seat: float
     direction: float
     error: float
+    error_phase: float
+    runout: float
     backlash: float
     damping: float
     sharpness: float
@@ -53,6 +59,7 @@ class Mesh(NamedTuple):
     by_clock: float
     smooth: float
     contact_only: float
+    conservative: float
     kind: float
     mean: float
     numbers: np.ndarray
@@ -83,45 +90,68 @@ def meshes_with(joint: Planetary, chosen: Switches, side: Side, ring_at: float) 
 
     ring_at [m]: where the ring is centred on its body's x axis.
     """
-    sun = side == "sun"
-    own, alpha = joint.sun_mesh if sun else joint.ring_mesh, np.radians(joint.pressure_angle_deg)
-    spring = spring_of(own.stiffness)
-    first = Mesh(
+    return tuple(
+        mesh_of(joint, chosen, side, ring_at, planet) for planet in range(joint.planet_count)
+    )
+
+
+def mesh_of(joint: Planetary, chosen: Switches, side: Side, ring_at: float, planet: int) -> Mesh:
+    """The mesh of one planet, counted from 0."""
+    sun, alpha = side == "sun", np.radians(joint.pressure_angle_deg)
+    own = (joint.sun_mesh if sun else joint.ring_mesh).of_planet(planet)
+    spring, direction = spring_of(own.stiffness), float(np.angle(planet_seats(joint)[planet]))
+    return Mesh(
         side=1.0 if sun else -1.0,
         wheel_pitch=pitch_radius(joint, joint.sun_teeth if sun else joint.ring_teeth),
         planet_pitch=pitch_radius(joint, joint.planet_teeth),
         cosine=float(np.cos(alpha)),
         sine=float(np.sin(alpha)),
         seat=0.0 if sun else ring_at,
-        direction=0.0,
+        direction=direction,
         error=own.tooth_error_m,
+        error_phase=own.tooth_error_phase_rad,
+        runout=own.static_error_m,
         backlash=own.backlash_m,
-        damping=damping_of(joint, side, spring),
+        damping=damping_of(joint, side, own, spring),
         sharpness=own.tanh_sharpness_per_m,
         teeth=teeth_passing(joint, chosen, side),
-        offset=own.phase_rad,
+        offset=teeth_passed(joint, side, direction) if own.phase_rad is None else own.phase_rad,
         by_clock=float(chosen.phase == "omega_t"),
         smooth=float(chosen.dead_zone == "tanh"),
         contact_only=float(chosen.damping == "contact"),
+        conservative=float(chosen.mesh_work == "conservative"),
         kind=spring.kind,
         mean=spring.mean,
         numbers=spring.numbers,
     )
-    return tuple(first._replace(direction=float(np.angle(at))) for at in planet_seats(joint))
 
 
-def damping_of(joint: Planetary, side: Side, spring: Spring) -> float:
-    """Damping [N s/m] of one mesh, 1/N of the stage's 2 zeta sqrt(N k_m M), M = M_s or N M_p."""
-    count, mesh = joint.planet_count, joint.sun_mesh
-    mass = equivalent_mass(joint, "sun")
-    if side == "ring":
-        mesh, mass = joint.ring_mesh, count * equivalent_mass(joint, "planet")
-    given = mesh.damping_N_s_per_m
+def damping_of(joint: Planetary, side: Side, own: PlanetMesh, spring: Spring) -> float:
+    """Damping [N s/m] of one mesh: an N-th of 2 zeta sqrt(N k_m M), M = M_s or N M_p."""
+    count, given = joint.planet_count, own.damping_N_s_per_m
     if given is None:
-        assert mesh.damping_ratio is not None
-        critical = 2 * float(np.sqrt(count * spring.mean * mass))
-        given = mesh.damping_ratio * critical
+        assert own.damping_ratio is not None
+        mass = equivalent_mass(joint, "sun")
+        if side == "ring":
+            mass = count * equivalent_mass(joint, "planet")
+        given = own.damping_ratio * 2 * float(np.sqrt(count * spring.mean * mass))
     return given / count
+
+
+def teeth_passed(joint: Planetary, side: Side, direction: float) -> float:
+    """Mesh phase [rad] at zero of a planet on a line of centres of this direction [rad].
+
+    Every tooth of a wheel that passes the line of centres adds 2 pi; the sun's come from behind and
+    the ring's from before, and at zero both wheels have turned by -direction against that line.
+    Between the planet's two pitch points lies half a turn of its teeth, and from the flank that
+    the sun pushes to the one that the ring pushes half a pitch less.
+    """
+    if side == "sun":
+        passed = -joint.sun_teeth * direction
+    else:
+        passed = joint.ring_teeth * direction + (joint.planet_teeth - 1) % 2 * np.pi
+        passed += joint.sun_mesh.of_planet(0).phase_rad or 0.0
+    return float(passed % (2 * np.pi))
 
 
 def teeth_passing(joint: Planetary, chosen: Switches, side: Side) -> float:
@@ -145,23 +175,47 @@ def rounded_dead_zone(gap: float, b: float, sharpness: float) -> float:
     return gap + (above * np.tanh(sharpness * above) - below * np.tanh(sharpness * below)) / 2
 
 
+def touching(mesh: Mesh) -> float:
+    """x [m] at which the teeth touch, on the driving flank and without the error's wave."""
+    return mesh.backlash + mesh.runout
+
+
+@njit(cache=True)
+def gap_of(mesh: Mesh, contact: Contact) -> float:
+    """x - e [m] (Eq. 14)."""
+    return contact.x - mesh.runout - mesh.error * np.sin(contact.phase + mesh.error_phase)
+
+
+@njit(cache=True)
+def travel_of(mesh: Mesh, contact: Contact) -> float:
+    """f_k [m], how far the teeth are pressed together."""
+    gap = gap_of(mesh, contact)
+    if mesh.smooth:
+        return rounded_dead_zone(gap, mesh.backlash, mesh.sharpness)
+    return dead_zone(gap, mesh.backlash)
+
+
 @njit(cache=True)
 def elastic_force(mesh: Mesh, contact: Contact) -> float:
     """Spring force [N] along the line of action (Eqs. 4, 8, 14, 15)."""
-    gap = contact.x - mesh.error * np.sin(contact.phase)
-    if mesh.smooth:
-        travel = rounded_dead_zone(gap, mesh.backlash, mesh.sharpness)
-    else:
-        travel = dead_zone(gap, mesh.backlash)
-    return stiffness_at(mesh.kind, mesh.mean, mesh.numbers, contact.phase) * travel
+    stiffness = stiffness_at(mesh.kind, mesh.mean, mesh.numbers, contact.phase)
+    return stiffness * travel_of(mesh, contact)
 
 
 @njit(cache=True)
 def damping_force(mesh: Mesh, contact: Contact) -> float:
     """Damper force [N] along the line of action."""
-    gap = contact.x - mesh.error * np.sin(contact.phase)
-    apart = mesh.contact_only and dead_zone(gap, mesh.backlash) == 0
+    apart = mesh.contact_only and dead_zone(gap_of(mesh, contact), mesh.backlash) == 0
     return 0.0 if apart else mesh.damping * contact.x_dot
+
+
+@njit(cache=True)
+def carrier_torque(mesh: Mesh, contact: Contact) -> float:
+    """What the spring's energy k f^2 / 2 loses per angle of the carrier, x held [N m]."""
+    travel = travel_of(mesh, contact)
+    stiffening = slope_at(mesh.kind, mesh.numbers, contact.phase) * travel**2 / 2
+    closing = mesh.error * np.cos(contact.phase + mesh.error_phase)  # what the error takes of f
+    return mesh.teeth * (closing * elastic_force(mesh, contact) - stiffening)
 
 
 @njit(cache=True)
@@ -234,6 +288,10 @@ def mesh_forces(mesh: Mesh, t: float, q: np.ndarray, q_t: np.ndarray) -> np.ndar
         forces[3 * body] = on.real
         forces[3 * body + 1] = on.imag
         forces[3 * body + 2] = (np.conj(lever) * on).imag
+    if mesh.conservative:
+        torque = carrier_torque(mesh, contact)
+        forces[3 * CARRIER + 2] += torque
+        forces[3 * PREVIOUS + 2] -= torque
     return forces
 
 

@@ -124,12 +124,60 @@ def square(numbers: np.ndarray, phase: float) -> float:
 
 
 @njit(cache=True)
-def cubic(numbers: np.ndarray, phase: float) -> float:
-    """The Hermite cubic [N/m] of the interval that the phase falls into."""
+def interval(numbers: np.ndarray, phase: float) -> tuple[int, float]:
+    """The interval of a table that the phase falls into, by its last row, and how far [-]."""
     cycle = (phase / (2 * np.pi)) % 1.0
     right = min(int(np.searchsorted(numbers[:, 0], cycle, side="right")), len(numbers) - 1)
+    return right, (cycle - numbers[right - 1, 0]) / (numbers[right, 0] - numbers[right - 1, 0])
+
+
+@njit(cache=True)
+def cubic(numbers: np.ndarray, phase: float) -> float:
+    """The Hermite cubic [N/m] of the interval that the phase falls into."""
+    right, s = interval(numbers, phase)
     begin, end = numbers[right - 1], numbers[right]
     width = end[0] - begin[0]
-    s = (cycle - begin[0]) / width
     from_begin = (1 - s) ** 2 * ((1 + 2 * s) * begin[1] + s * width * begin[2])
     return from_begin + s**2 * ((3 - 2 * s) * end[1] - (1 - s) * width * end[2])
+
+
+@njit(cache=True)
+def slope_at(kind: float, numbers: np.ndarray, phase: float) -> float:
+    """dk/d phase [N/m per rad] at a mesh phase [rad]; the others are a Spring's."""
+    if kind == SINE:
+        return numbers[0, 0] * np.cos(phase)
+    if kind == FOURIER:
+        return waves_slope(numbers, phase)
+    if kind == SQUARE:
+        return square_slope(numbers, phase)
+    return cubic_slope(numbers, phase) / (2 * np.pi)
+
+
+@njit(cache=True)
+def waves_slope(numbers: np.ndarray, phase: float) -> float:
+    """Derivative of ``waves`` [N/m per rad]."""
+    total = 0.0
+    for row in range(len(numbers)):
+        order = row + 1
+        turned = order * phase
+        total += order * (numbers[row, 1] * np.cos(turned) - numbers[row, 0] * np.sin(turned))
+    return total
+
+
+@njit(cache=True)
+def square_slope(numbers: np.ndarray, phase: float) -> float:
+    """Derivative of ``square`` [N/m per rad]."""
+    _, rise, overlap, harmonics = numbers[0]
+    share = 0.0
+    for order in range(1, int(harmonics) + 1):
+        share += np.cos(order * phase) - np.cos(order * (2 * np.pi * overlap - phase))
+    return rise * share / np.pi
+
+
+@njit(cache=True)
+def cubic_slope(numbers: np.ndarray, phase: float) -> float:
+    """Derivative of ``cubic`` [N/m per cycle]: between rows a parabola of rise and two slopes."""
+    right, s = interval(numbers, phase)
+    begin, end = numbers[right - 1], numbers[right]
+    rise = (end[1] - begin[1]) / (end[0] - begin[0])
+    return 6 * s * (1 - s) * rise + (1 - s) * (1 - 3 * s) * begin[2] + s * (3 * s - 2) * end[2]

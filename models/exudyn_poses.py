@@ -1,4 +1,4 @@
-"""The geared arm as separate bodies in the plane, and the paper's coordinates as their poses.
+"""The geared arm as separate bodies in the plane, and generalized coordinates as their poses.
 
 Frames: x, y in the plane, the ground's origin at the shoulder; angles are absolute, about z,
 counter-clockwise. The origin of every body lies on the axis of its own revolute joint: a link's on
@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from models.arm import Arm, Link, Planetary
-from models.layout import lumped_layout
+from models.layout import MESHES, Layout
 
 Gear = Literal["sun", "planet", "carrier"]
 GROUND = -1
@@ -162,34 +162,37 @@ def base_radius(joint: Planetary, gear: Gear) -> float:
     return pitch_radius(joint, teeth) * float(np.cos(np.radians(joint.pressure_angle_deg)))
 
 
-def turns_of(arm: Arm) -> np.ndarray:
-    """Absolute angles of the bodies over the paper's coordinates, shape (bodies, n).
+def turns_of(arm: Arm, layout: Layout) -> np.ndarray:
+    """Absolute angles of the bodies over the layout's coordinates, shape (bodies, n).
 
     Eqs. 2 and 3 give the wheels' angles relative to the previous link, planets against the carrier:
     r_p theta_p = x_pr + r_cp theta_c and r_s theta_s = x_sp + r_p theta_p + r_cp theta_c.
     """
-    stages, layout = stages_of(arm), lumped_layout(arm)
     turns, unit = np.zeros((body_count(arm), len(layout))), np.eye(len(layout))
-    for place, (stage, joint) in enumerate(zip(stages, arm.joints, strict=True)):
+    for place, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True)):
         base = turns[stage.previous] if place else np.zeros(len(layout))
         theta = unit[layout.at("theta", place)]
         turns[stage.link] = base + theta
         if isinstance(joint, Planetary):
-            x_sp, x_pr = unit[layout.at("x_sp", place)], unit[layout.at("x_pr", place)]
             r_s, r_p = base_radius(joint, "sun"), base_radius(joint, "planet")
-            along_planet = x_pr + (r_s + r_p) * theta
-            turns[list(stage.planets)] = base - along_planet / r_p
-            turns[stage.driven] = base + (x_sp + along_planet + (r_s + r_p) * theta) / r_s
+            x_sp, x_pr = (
+                np.array([layout.displacement(mesh, place, p) for p in range(joint.planet_count)])
+                for mesh in MESHES
+            )
+            along_planets = x_pr + (r_s + r_p) * theta
+            turns[list(stage.planets)] = base - along_planets / r_p
+            along_sun = x_sp[0] + along_planets[0] + (r_s + r_p) * theta  # by any of the planets
+            turns[stage.driven] = base + along_sun / r_s
     return turns
 
 
-def turned_back(arm: Arm) -> np.ndarray:
-    """The paper's coordinates over absolute angles, shape (n, bodies), by a stage's mean planet.
+def turned_back(arm: Arm, layout: Layout) -> np.ndarray:
+    """The layout's coordinates over absolute angles, shape (n, bodies); mean of lumped planets.
 
     Solved for by hand: a pseudo-inverse leaves of a link's small acceleration what rounding of the
     gears' large ones does.
     """
-    layout, unit = lumped_layout(arm), np.eye(body_count(arm))
+    unit = np.eye(body_count(arm))
     paper = np.zeros((len(layout), len(unit)))
     for place, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True)):
         base = unit[stage.previous] if place else np.zeros(len(unit))
@@ -197,11 +200,22 @@ def turned_back(arm: Arm) -> np.ndarray:
         paper[layout.at("theta", place)] = theta
         if isinstance(joint, Planetary):
             r_s, r_p = base_radius(joint, "sun"), base_radius(joint, "planet")
-            along_planet = r_p * (base - unit[list(stage.planets)].mean(axis=0))
-            paper[layout.at("x_pr", place)] = along_planet - (r_s + r_p) * theta
+            turning = unit[list(stage.planets)]
+            told = turning if layout.free else turning.mean(axis=0, keepdims=True)
+            along_planets, carried = r_p * (base - told), (r_s + r_p) * theta
+            paper[ring_places(layout, place)] = along_planets - carried
             along_sun = r_s * (unit[stage.driven] - base)
-            paper[layout.at("x_sp", place)] = along_sun - along_planet - (r_s + r_p) * theta
+            if layout.free:
+                paper[layout.at("x_s", place)] = along_sun - 2 * carried
+            else:
+                paper[layout.at("x_sp", place)] = along_sun - along_planets[0] - carried
     return paper
+
+
+def ring_places(layout: Layout, place: int) -> list[int]:
+    """Places of a joint's x_pr: one of lumped planets, or one for each; joints count from 0."""
+    found = enumerate(layout.coordinates)
+    return [k for k, c in found if c.meaning == "x_pr" and c.joint == place + 1]
 
 
 def levers_of(bodies: Sequence[RigidBody], links: Sequence[int]) -> np.ndarray:
@@ -215,17 +229,17 @@ def levers_of(bodies: Sequence[RigidBody], links: Sequence[int]) -> np.ndarray:
 
 
 class PoseMap:
-    """The paper's q, v, a as poses of all bodies, and the way back.
+    """q, v, a of a geared arm's layout as poses of all bodies, and the way back.
 
     Poses, velocities and accelerations of the bodies have shape (3 bodies,): x, y [m] and angle
     [rad] of body after body.
     """
 
-    def __init__(self, arm: Arm) -> None:
+    def __init__(self, arm: Arm, layout: Layout) -> None:
         self.links = [stage.link for stage in stages_of(arm)]
-        self.turns = turns_of(arm)
+        self.turns = turns_of(arm, layout)
         self.levers = levers_of(bodies_of(arm), self.links)
-        self._back = turned_back(arm)
+        self._back = turned_back(arm, layout)
 
     def pose(self, q: np.ndarray) -> np.ndarray:
         """Where the bodies are."""
@@ -247,15 +261,14 @@ class PoseMap:
         swing = 1j * self._directions(q)[:, None] * self.turns[self.links]
         return _flat(self.levers @ swing, self.turns)
 
-    def paper(self, turning: np.ndarray, close: float) -> np.ndarray:
-        """The paper's coordinates (n,) of angles, or their rates or accelerations, (bodies,).
+    def back(self, turning: np.ndarray) -> np.ndarray:
+        """q (n,) of the bodies' angles, or its rates or accelerations of theirs, (bodies,)."""
+        return self._back @ turning
 
-        Raises ArithmeticError if planets of one stage differ by more than is called close.
-        """
-        paper = self._back @ turning
-        if not np.allclose(self.turns @ paper, turning, rtol=0, atol=close):
+    def require_alike(self, turning: np.ndarray, close: float) -> None:
+        """Raise ArithmeticError if lumped planets differ by more than is called close."""
+        if not np.allclose(self.turns @ self.back(turning), turning, rtol=0, atol=close):
             raise ArithmeticError("equal planets do not move alike")
-        return paper
 
     def _directions(self, q: np.ndarray) -> np.ndarray:
         return np.exp(1j * (self.turns @ q)[self.links])

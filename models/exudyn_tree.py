@@ -29,18 +29,17 @@ from models.exudyn_mesh import (
     MeshLaw,
     Stage,
     add_meshes,
+    add_turning_torques,
     deflection,
     elastic_forces,
-    gear_stage,
     gearing,
-    mean_spring,
-    stiffest,
     torque_rounding,
 )
+from models.exudyn_tree_laws import gear_stage, mean_spring, stiffest
 from models.exudyn_tree_parts import bodies_of, paper_from_tree, stages_of, tree_from_paper
 from models.interface import STATE_ABILITIES, Model, require_finite
-from models.layout import lumped_layout
-from models.scenario import Scenario, per_joint
+from models.layout import geared_layout
+from models.scenario import Scenario, per_joint, planet_offsets
 from models.switches import Switches
 from models.trajectory import recorded_times, trajectory
 
@@ -109,6 +108,8 @@ def loads_on_tree(
     """All generalized forces [N m] on the tree at time t [s] into ``forces``."""
     forces[:] = 0.0
     add_meshes(gears, t, q, q_t, forces)
+    if gears.conservative:
+        add_turning_torques(gears, q, forces)
     add_joints(drive, joints, t, q, q_t, forces)
 
 
@@ -135,8 +136,9 @@ def _entry(function: Any, *arguments: object) -> Callable[..., None]:
 class ExudynTree(Model):
     """The geared arm as a tree of real bodies: links, suns and every single planet.
 
-    Coordinates are the paper's (Eq. 20); a state has all planets of a stage alike. All sums over
-    bodies, the inertial forces and the integration (RK44, fixed step) are the engine's.
+    Coordinates are the paper's (Eq. 20), all planets of a stage alike, or with free planets as many
+    as there are bodies. All sums over bodies, the inertial forces and the integration (RK44, fixed
+    step) are the engine's.
     """
 
     name = "exudyn:tree"
@@ -146,10 +148,10 @@ class ExudynTree(Model):
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
-        self.layout = lumped_layout(arm)
+        self.layout = geared_layout(arm, self.switches)
         self.stages = stages_of(arm)
-        self.from_paper = tree_from_paper(arm)
-        self.to_paper = paper_from_tree(arm)
+        self.from_paper = tree_from_paper(arm, self.layout)
+        self.to_paper = paper_from_tree(arm, self.layout)
         self.gears = [
             gear_stage(place, stage, joint, self.switches)
             for place, (stage, joint) in enumerate(zip(self.stages, arm.joints, strict=True))
@@ -170,7 +172,8 @@ class ExudynTree(Model):
         bodies, clock = bodies_of(self.arm), [0.0]
         drive = drive_data(self.scenario, len(self.stages))
         joints = joints_of(self.arm, self.stages)
-        loads = _loads(gearing(gears), drive, joints, len(bodies), clock)
+        teeth = gearing(gears, self.switches.mesh_work == "conservative")
+        loads = _loads(teeth, drive, joints, len(bodies), clock)
         return Engine(bodies, [loads], clock, self.arm.gravity_m_per_s2)
 
     def _placed(self, engine: Engine, t: float, q: np.ndarray, v: np.ndarray) -> Engine:
@@ -194,40 +197,59 @@ class ExudynTree(Model):
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """q'' at t [s], shape (n,), of the whole tree.
 
-        Raises ArithmeticError should equal planets not move alike.
+        Raises ArithmeticError should lumped planets not move alike.
         """
         engine = self._placed(self._driven, t, q, v)
         tree = np.linalg.solve(engine.mass_matrix(), engine.right_hand_side())
-        paper, rates = self.to_paper @ tree, self.from_paper @ v
-        size = max(abs(tree).max(), (rates**2).max())
-        close = PLANETS_AGREE * size + self._rounding(self.from_paper @ q, rates)
-        if not np.allclose(self.from_paper @ paper, tree, rtol=0, atol=close):
-            raise ArithmeticError(f"{self.name}: equal planets do not accelerate alike")
+        paper = self.to_paper @ tree
+        if not self.layout.free:
+            self._require_alike(self.from_paper @ paper, tree, q, v)
         return paper
 
+    def _require_alike(
+        self, alike: np.ndarray, tree: np.ndarray, q: np.ndarray, v: np.ndarray
+    ) -> None:
+        rates = self.from_paper @ v
+        size = max(abs(tree).max(), (rates**2).max())
+        close = PLANETS_AGREE * size + self._rounding(self.from_paper @ q, rates)
+        if not np.allclose(alike, tree, rtol=0, atol=close):
+            raise ArithmeticError(f"{self.name}: equal planets do not accelerate alike")
+
     def _rounding(self, q: np.ndarray, q_t: np.ndarray) -> float:
-        """What roundings of the meshes' forces may do to a planet [rad/s^2]."""
+        """What roundings of the meshes' forces may do to a lumped planet [rad/s^2]."""
         felt = [
             torque_rounding(law, gear.bodies, q, q_t) / gear.planet_inertia
             for gear in self.stiffest
-            for law in (gear.sun, gear.ring)
+            for law in (gear.sun[0], gear.ring[0])
         ]
         return max(felt, default=0.0)
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """Tree coordinates and rates at t = 0, shape (bodies,) each; no mesh slides."""
         start, joints = self.scenario.start, len(self.stages)
-        contact = float(start.mesh == "contact")
         q, v = np.zeros(len(self.layout)), np.zeros(len(self.layout))
-        sun_planet = per_joint(start.sun_planet_offset_m, joints)
-        planet_ring = per_joint(start.planet_ring_offset_m, joints)
         for gear in self.gears:
-            x_sp, x_pr = self.layout.at("x_sp", gear.joint), self.layout.at("x_pr", gear.joint)
-            q[x_sp] = contact * gear.sun.backlash + sun_planet[gear.joint]
-            q[x_pr] = contact * gear.ring.backlash + planet_ring[gear.joint]
+            self._place_teeth(gear, q)
         q[self.layout.theta] = per_joint(start.theta_rad, joints)
         v[self.layout.theta] = per_joint(start.theta_dot_rad_per_s, joints)
         return self.from_paper @ q, self.from_paper @ v
+
+    def _place_teeth(self, gear: GearStage, q: np.ndarray) -> None:
+        """Mesh displacements [m] of a stage at t = 0; the sun turns until it meets a planet."""
+        start, at, joint = self.scenario.start, self.layout.at, gear.joint
+        contact = float(start.mesh == "contact")
+        sun, ring = (
+            contact * np.array([law.backlash + law.static_error for law in laws])
+            for laws in (gear.sun, gear.ring)
+        )
+        by_sun = per_joint(start.sun_planet_offset_m, len(self.stages))[joint]
+        by_ring = per_joint(start.planet_ring_offset_m, len(self.stages))[joint]
+        if not self.layout.free:
+            q[at("x_sp", joint)], q[at("x_pr", joint)] = sun[0] + by_sun, ring[0] + by_ring
+            return
+        q[at("x_s", joint)] = min(sun + ring) + by_sun + by_ring
+        for planet, offset in enumerate(planet_offsets(start, joint, len(ring))):
+            q[at("x_pr", joint, planet)] = ring[planet] + by_ring + offset
 
     def simulate(self) -> xr.Dataset:
         """RK44 at the scenario's step, all of it in the engine.
@@ -285,10 +307,11 @@ class ExudynTree(Model):
         x_dot, force = x.copy(), x.copy()
         for gear in self.gears:
             stage, link = gear.bodies, gear.bodies.link
-            for side, law in enumerate((gear.sun, gear.ring)):
-                at = side, slice(None), gear.joint, slice(len(stage.planets))
-                x[at] = deflection(law, stage, q, with_sun=side == 0)
-                x_dot[at] = deflection(law, stage, v, with_sun=side == 0)
+            for side, planet in np.ndindex(2, len(stage.planets)):
+                law = (gear.sun, gear.ring)[side][planet]
+                at = side, slice(None), gear.joint, planet
+                x[at] = deflection(law, stage, planet, q, with_sun=side == 0)
+                x_dot[at] = deflection(law, stage, planet, v, with_sun=side == 0)
                 force[at] = elastic_forces(law.array, time, x[at], q[:, link], v[:, link])
         return {
             "x_sp": x[0],
@@ -347,7 +370,10 @@ class ExudynTree(Model):
 
 
 def _linear(gears: Sequence[GearStage], law: Callable[[MeshLaw], MeshLaw]) -> list[GearStage]:
-    return [gear._replace(sun=law(gear.sun), ring=law(gear.ring)) for gear in gears]
+    return [
+        gear._replace(sun=tuple(map(law, gear.sun)), ring=tuple(map(law, gear.ring)))
+        for gear in gears
+    ]
 
 
 def _stable_step(eigenvalue: complex) -> float:

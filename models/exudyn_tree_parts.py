@@ -8,8 +8,9 @@ import numpy as np
 
 from models.arm import Arm, Link, Planetary
 from models.exudyn_engine import Body
-from models.exudyn_mesh import Stage, base_radius, inertia
-from models.layout import lumped_layout
+from models.exudyn_mesh import Stage
+from models.exudyn_tree_laws import base_radius, inertia
+from models.layout import Layout
 
 # [kg] For a body without mass, whose inertia may still count: the engine divides by a body's mass.
 # No sum with a number of an arm notices so little.
@@ -86,39 +87,59 @@ def _planets(joint: Planetary, carrier: int) -> list[Body]:
     return [Body(carrier, (radius * np.cos(a), radius * np.sin(a)), mass, 0.0, own) for a in angles]
 
 
-def tree_from_paper(arm: Arm) -> np.ndarray:
-    """A, shape (bodies, n): tree coordinates of the paper's, all planets of a stage alike.
+def tree_from_paper(arm: Arm, layout: Layout) -> np.ndarray:
+    """A, shape (bodies, n): tree coordinates of the paper's.
 
     From x_sp = r_s (sun - link) + r_p planet and x_pr = -r_r link - r_p planet. The paper's planet
-    angle, counted against the carrier, is -(link + planet) here.
+    angle, counted against the carrier, is -(link + planet) here. Lumped planets are all alike.
     """
-    stages, layout = stages_of(arm), lumped_layout(arm)
+    stages = stages_of(arm)
     matrix = np.zeros((stages[-1].after, len(layout)))
     for place, (stage, joint) in enumerate(zip(stages, arm.joints, strict=True)):
         theta = layout.at("theta", place)
         matrix[stage.link, theta] = 1
         if isinstance(joint, Planetary):
             sun, planet, ring = _radii(joint)
-            columns = [layout.at("x_sp", place), layout.at("x_pr", place), theta]
-            matrix[stage.driven, columns] = 1 / sun, 1 / sun, (sun + ring) / sun
-            matrix[np.ix_(stage.planets, columns)] = 0, -1 / planet, -ring / planet
+            advance = layout.displacement("x_sp", place, 0) + layout.displacement("x_pr", place, 0)
+            matrix[stage.driven] = advance / sun
+            matrix[stage.driven, theta] = (sun + ring) / sun
+            for number, body in enumerate(stage.planets):
+                matrix[body] = -layout.displacement("x_pr", place, number) / planet
+                matrix[body, theta] = -ring / planet
     return matrix
 
 
-def paper_from_tree(arm: Arm) -> np.ndarray:
-    """The way back, shape (n, bodies), with the mean over the planets of a stage."""
-    stages, layout = stages_of(arm), lumped_layout(arm)
+def paper_from_tree(arm: Arm, layout: Layout) -> np.ndarray:
+    """The way back, shape (n, bodies), with the mean over the planets of a stage if lumped."""
+    stages = stages_of(arm)
     matrix = np.zeros((len(layout), stages[-1].after))
     for place, (stage, joint) in enumerate(zip(stages, arm.joints, strict=True)):
         matrix[layout.at("theta", place), stage.link] = 1
         if isinstance(joint, Planetary):
-            sun, planet, ring = _radii(joint)
-            x_sp, x_pr = layout.at("x_sp", place), layout.at("x_pr", place)
-            matrix[x_sp, [stage.driven, stage.link]] = sun, -sun
-            matrix[x_sp, list(stage.planets)] = planet / joint.planet_count
-            matrix[x_pr, stage.link] = -ring
-            matrix[x_pr, list(stage.planets)] = -planet / joint.planet_count
+            fill = _free_rows if layout.free else _lumped_rows
+            fill(matrix, layout, place, stage, joint)
     return matrix
+
+
+def _lumped_rows(
+    matrix: np.ndarray, layout: Layout, place: int, stage: Stage, joint: Planetary
+) -> None:
+    sun, planet, ring = _radii(joint)
+    x_sp, x_pr = layout.at("x_sp", place), layout.at("x_pr", place)
+    matrix[x_sp, [stage.driven, stage.link]] = sun, -sun
+    matrix[x_sp, list(stage.planets)] = planet / joint.planet_count
+    matrix[x_pr, stage.link] = -ring
+    matrix[x_pr, list(stage.planets)] = -planet / joint.planet_count
+
+
+def _free_rows(
+    matrix: np.ndarray, layout: Layout, place: int, stage: Stage, joint: Planetary
+) -> None:
+    """In x_s = x_sp + x_pr the planet's turn is gone."""
+    sun, planet, ring = _radii(joint)
+    matrix[layout.at("x_s", place), [stage.driven, stage.link]] = sun, -(sun + ring)
+    for number, body in enumerate(stage.planets):
+        matrix[layout.at("x_pr", place, number), [stage.link, body]] = -ring, -planet
 
 
 def _radii(joint: Planetary) -> tuple[float, float, float]:

@@ -7,7 +7,7 @@ its second derivatives.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -17,6 +17,7 @@ from models.stiffness import SineStiffness, SquareStiffness, StiffnessLaw, Table
 SINE, WAVES, SPLINE = 0.0, 1.0, 2.0
 KIND, MEAN, AMPLITUDE, ROWS, FIRST = range(5)  # places in Curve.array; FIRST that of the columns
 SAMPLES_PER_WAVE, SAMPLES_PER_ROW = 64, 16
+Number = Any  # float, or complex for a slope: numba compiles both, mypy sees no such choice
 
 
 class Curve(NamedTuple):
@@ -103,8 +104,11 @@ def _spline(cycles: np.ndarray, stiffness: np.ndarray) -> Curve:
 
 
 @njit(cache=True)
-def stiffness_at(law: np.ndarray, place: int, phase: float, sine: float) -> float:
-    """k [N/m] at a mesh phase [rad] and its sine; Curve.array begins at the place in ``law``."""
+def stiffness_at(law: np.ndarray, place: int, phase: Number, sine: Number) -> Number:
+    """k [N/m] at a mesh phase [rad] and its sine; Curve.array begins at the place in ``law``.
+
+    Every law is the same function of a complex phase near the real ones.
+    """
     if law[place + KIND] == SINE:
         return law[place + MEAN] + law[place + AMPLITUDE] * sine
     if law[place + KIND] == WAVES:
@@ -113,32 +117,33 @@ def stiffness_at(law: np.ndarray, place: int, phase: float, sine: float) -> floa
 
 
 @njit(cache=True)
-def waves_at(law: np.ndarray, place: int, phase: float) -> float:
-    """Mean and waves [N/m]: a pointer turned on by the phase is cosine and sine of every order."""
+def waves_at(law: np.ndarray, place: int, phase: Number) -> Number:
+    """Mean and waves [N/m]: cosine and sine of every order, each turned on by the phase."""
     rows, first = int(law[place + ROWS]), place + FIRST
-    turn = complex(np.cos(phase), np.sin(phase))
-    pointer, total = turn, law[place + MEAN]
+    cosine, sine = np.cos(phase), np.sin(phase)
+    along, across, total = cosine, sine, law[place + MEAN]
     for row in range(first, first + rows):
-        total += law[row] * pointer.real + law[row + rows] * pointer.imag
-        pointer *= turn
+        total += law[row] * along + law[row + rows] * across
+        along, across = along * cosine - across * sine, along * sine + across * cosine
     return total
 
 
 @njit(cache=True)
-def spline_at(law: np.ndarray, place: int, phase: float) -> float:
+def spline_at(law: np.ndarray, place: int, phase: Number) -> Number:
     """The periodic cubic spline [N/m]."""
     rows, first = int(law[place + ROWS]), place + FIRST
     at = phase / (2 * np.pi)
-    at -= np.floor(at)
+    at -= np.floor(at.real)
     left, right = first, first + rows - 1
     while right - left > 1:
         middle = (left + right) // 2
-        if law[middle] <= at:
+        if law[middle] <= at.real:
             left = middle
         else:
             right = middle
     width = law[right] - law[left]
     a, b = (law[right] - at) / width, (at - law[left]) / width
     straight = a * law[left + rows] + b * law[right + rows]
-    bent = (a**3 - a) * law[left + 2 * rows] + (b**3 - b) * law[right + 2 * rows]
+    cube_a, cube_b = a * a * a, b * b * b
+    bent = (cube_a - a) * law[left + 2 * rows] + (cube_b - b) * law[right + 2 * rows]
     return straight + bent * width**2 / 6

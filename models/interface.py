@@ -11,8 +11,9 @@ from models.arm import Arm
 from models.errors import CannotDo, Diverged
 from models.layout import Layout
 from models.loading import require_fit
+from models.planets import require_alike, usual_switches
 from models.scenario import Scenario
-from models.switches import Switches, switches
+from models.switches import Switches
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +39,8 @@ class Model(ABC):
         require_fit(scenario, arm)
         self.arm = arm
         self.scenario = scenario
-        self.switches = chosen_switches or switches()
+        self.switches = chosen_switches or usual_switches(arm)
+        require_alike(arm, scenario, self.switches)
 
     @property
     def coordinates(self) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ from pydantic_core import ErrorDetails
 from models.arm import Arm
 from models.arm_v1 import JOINT_KEYS, is_first, old_location
 from models.errors import InputError
+from models.planets import require_alike, usual_switches
 from models.scenario import Scenario, first_misfit
 from models.switches import Switches
 
@@ -26,7 +27,7 @@ LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes
 DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
 # Of the schema's unions.
 UNION_TAGS = {
-    *("constant", "pd", "sinusoid", "table", "number", "list"),
+    *("constant", "pd", "sinusoid", "table", "number", "list", "word"),
     *("planetary", "direct", "sine", "fourier", "square"),
 }
 EXPECTED = {
@@ -91,12 +92,14 @@ def load_case(
     }
     for setting in settings:
         _apply(data, setting)
+    loaded = _validated(Arm, data["arm"], arm)
     case = Case(
-        _validated(Arm, data["arm"], arm),
+        loaded,
         _validated(Scenario, data["scenario"], scenario),
-        _validated(Switches, data["switches"], "switches"),
+        _validated(Switches, _with_planets(data["switches"], loaded), "switches"),
     )
     require_fit(case.scenario, case.arm, scenario)
+    require_alike(*case, arm, scenario)
     return case
 
 
@@ -121,17 +124,29 @@ def load_chosen(arm: str, scenarios: Sequence[str] = (), settings: Sequence[str]
             raise InputError("--set", setting, None, "needs --scenario")
         for target in stages if section == "scenario" else [data]:
             _apply(target, setting)
+    loaded = _validated(Arm, data["arm"], arm)
+    switched = _with_planets(data["switches"], loaded) if data["switches"] else None
     chosen = Chosen(
-        _validated(Arm, data["arm"], arm),
+        loaded,
         tuple(
             _validated(Scenario, stage["scenario"], name)
             for stage, name in zip(stages, scenarios, strict=True)
         ),
-        _validated(Switches, data["switches"], "switches") if data["switches"] else None,
+        _validated(Switches, switched, "switches") if switched else None,
     )
     for scenario, name in zip(chosen.scenarios, scenarios, strict=True):
         require_fit(scenario, chosen.arm, name)
+    laws = chosen.switches or usual_switches(loaded)
+    for scenario, name in zip(chosen.scenarios, scenarios, strict=True):
+        require_alike(loaded, scenario, laws, arm, name)
+    if chosen.switches:
+        require_alike(loaded, None, laws, arm)
     return chosen
+
+
+def _with_planets(chosen: dict[str, Any], arm: Arm) -> dict[str, Any]:
+    """A user's switches; where they do not say how planets count, the arm does."""
+    return {"planets": usual_switches(arm).planets, **chosen}
 
 
 def require_fit(scenario: Scenario, arm: Arm, where: str = "") -> None:
@@ -139,7 +154,7 @@ def require_fit(scenario: Scenario, arm: Arm, where: str = "") -> None:
 
     where: the file, if the scenario's name does not say it.
     """
-    misfit = first_misfit(scenario, len(arm.joints))
+    misfit = first_misfit(scenario, [joint.planet_count for joint in arm.joints])
     if misfit is not None:
         field, value, needed = misfit
         raise InputError(where or scenario.name, field, value, needed)
@@ -278,7 +293,9 @@ def _input_error(
     value: object = details["input"]
     if details["type"] == "value_error":
         field, _, allowed = str(details["ctx"]["error"]).partition("|")
-        return InputError(where, dotted(*location, field), _entry(value, field), allowed)
+        return InputError(
+            where, dotted(*location, *field.split(".")), _entry(value, field), allowed
+        )
     if details["type"] == "extra_forbidden":
         *above, key = details["loc"]  # the user's own key, whatever it is called
         location = [*(part for part in above if part not in UNION_TAGS), key]

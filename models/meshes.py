@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from models.arm import Arm, Direct, Mesh, Planetary
+from models.arm import Arm, Direct, Planetary
+from models.mesh import Mesh
 
 
 def with_meshes(arm: Arm, change: Callable[[Mesh], Mesh]) -> Arm:

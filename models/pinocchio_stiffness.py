@@ -31,6 +31,11 @@ class Waves:
         cosines = _harmonics(np.cos, phase, self.cosine)
         return self.mean + cosines + _harmonics(np.sin, phase, self.sine)
 
+    def slope(self, phase: np.ndarray) -> np.ndarray:
+        """dk/dphase [N/m] at phases (meshes,) [rad], term by term."""
+        rising = _harmonics(np.cos, phase, _counted(self.sine))
+        return rising - _harmonics(np.sin, phase, _counted(self.cosine))
+
 
 @dataclass(frozen=True)
 class Spline:
@@ -47,6 +52,10 @@ class Spline:
         """k [N/m] at phases (meshes,) [rad]."""
         return np.asarray(self.curve(phase / (2 * pi)))  # itself takes them modulo a period
 
+    def slope(self, phase: np.ndarray) -> np.ndarray:
+        """dk/dphase [N/m] at phases (meshes,) [rad]."""
+        return np.asarray(self.curve(phase / (2 * pi), 1)) / (2 * pi)
+
 
 @dataclass(frozen=True)
 class MeshStiffness:
@@ -60,6 +69,13 @@ class MeshStiffness:
         for places, curve in self.shares:
             stiffness[places] = curve.at(phase[places])
         return stiffness
+
+    def slope(self, phase: np.ndarray) -> np.ndarray:
+        """dk/dphase [N/m] of every mesh at its phase [rad], both of shape (meshes,)."""
+        slope = np.empty_like(phase)
+        for places, curve in self.shares:
+            slope[places] = curve.slope(phase[places])
+        return slope
 
 
 def mesh_stiffness(laws: Sequence[StiffnessLaw]) -> MeshStiffness:
@@ -106,3 +122,8 @@ def _harmonics(
 ) -> np.ndarray:
     """Sum over n = 1, 2, ... of size_n wave(n phase), shape (meshes,)."""
     return wave(np.multiply.outer(phase, np.arange(1, len(sizes) + 1))) @ sizes
+
+
+def _counted(sizes: np.ndarray) -> np.ndarray:
+    """n size_n, the sizes of a derivative's waves."""
+    return np.arange(1, len(sizes) + 1) * sizes

@@ -1,7 +1,7 @@
 """The bodies of the geared arm in Pinocchio: links, suns and planets, without meshes or gravity.
 
 The tree's own joint angles (link relative to link, planet relative to its carrier, sun relative to
-the previous link) are mapped linearly to the paper's coordinates (Eqs. 2, 3, 20).
+the previous link) are mapped linearly to those of a layout (Eqs. 2, 3, 20).
 """
 
 from __future__ import annotations
@@ -50,11 +50,12 @@ def build_tree(arm: Arm) -> tuple[pin.Model, list[Stage]]:
 
 
 def map_to_tree(arm: Arm, stages: list[Stage], layout: Layout) -> np.ndarray:
-    """Matrix from the paper's coordinates to the tree's angles, shape (angles, coordinates).
+    """Matrix from a layout's coordinates to the tree's angles, shape (angles, coordinates).
 
     The sun turns by theta_s; the planet, by -theta_p in the previous body, turns by -theta_p -
     theta in its carrier. Eqs. 2 and 3 give r_p theta_p = x_pr + r_cp theta and r_s theta_s =
     x_sp + x_pr + 2 r_cp theta, with r_cp = r_s + r_p; ratios of radii are those of tooth numbers.
+    There is one sun: by whichever planet it is reckoned, x_sp + x_pr is the same.
     """
     matrix = np.zeros((sum(map(_angles, stages)), len(layout)))
     for i, (joint, stage) in enumerate(zip(arm.joints, stages, strict=True)):
@@ -63,10 +64,12 @@ def map_to_tree(arm: Arm, stages: list[Stage], layout: Layout) -> np.ndarray:
         if isinstance(joint, Direct):
             continue
         r_s, r_p, _ = base_radii(joint)
-        columns = [layout.at("x_sp", i), layout.at("x_pr", i), theta]
-        matrix[stage.driven - 1, columns] = 1 / r_s, 1 / r_s, sun_turns(joint)
-        for planet in stage.planets:
-            matrix[planet - 1, columns] = 0, -1 / r_p, -joint.ring_teeth / joint.planet_teeth
+        advance = layout.displacement("x_sp", i, 0) + layout.displacement("x_pr", i, 0)
+        matrix[stage.driven - 1] = advance / r_s
+        matrix[stage.driven - 1, theta] = sun_turns(joint)
+        for number, planet in enumerate(stage.planets):
+            matrix[planet - 1] = -layout.displacement("x_pr", i, number) / r_p
+            matrix[planet - 1, theta] = -joint.ring_teeth / joint.planet_teeth
     return matrix
 
 

@@ -7,7 +7,7 @@ keeps out what no machine is and no arithmetic can use, such as 1e308 kg or 5e-3
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -93,6 +93,16 @@ class Printable(Limit):
         return bool(value.strip()) and len(value) <= self.longest and value.isprintable()
 
 
+@dataclass(frozen=True)
+class OneFor:
+    """Metadata of a type: one value stands for all of something, a list for one of each."""
+
+    what: str
+
+    def __str__(self) -> str:
+        return f"; one for all {self.what}, or a list"
+
+
 def short(value: float) -> str:
     """A number as one writes it: 1e-5, 1e9."""
     return f"{value:g}".replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
@@ -102,12 +112,26 @@ def _form(value: object) -> str:
     return "list" if isinstance(value, list | tuple) else "number"
 
 
+def _form_or_word(value: object) -> str:
+    return "word" if isinstance(value, str) else _form(value)
+
+
 UpToSeven = Field(min_length=1, max_length=7, strict=False)  # joints, or what goes by joint
+UpToEight = Field(max_length=8, strict=False)  # planets, or what goes by planet
 Number = TypeVar("Number")
 # One number stands for all joints, a list for one number per joint.
 PerJoint = Annotated[
     Annotated[Number, Tag("number")] | Annotated[tuple[Number, ...], UpToSeven, Tag("list")],
     Discriminator(_form),
+    OneFor("joints"),
+]
+
+# One number, or law, stands for all planets of a stage, a list for one of each planet.
+OfPlanets = Annotated[tuple[Number, ...], UpToEight]
+PerPlanet = Annotated[
+    Annotated[Number, Tag("number")] | Annotated[OfPlanets[Number], Tag("list")],
+    Discriminator(_form),
+    OneFor("planets"),
 ]
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -142,6 +166,13 @@ ContactRatio = Annotated[float, Within(1, 2)]
 Harmonics = Annotated[int, Within(1, 50)]
 Wave = Annotated[float, Within(-1e12, 1e12, "N/m")]
 Cycles = Annotated[float, Within(0, 1, "cycles")]
+Phases = Annotated[
+    Annotated[Literal["from-teeth"], Tag("word")]
+    | Annotated[Phase, Tag("number")]
+    | Annotated[OfPlanets[Phase], Tag("list")],
+    Discriminator(_form_or_word),
+    OneFor("planets"),
+]
 
 Torque = Annotated[float, Within(-1e9, 1e9, "N m")]
 Gain = Annotated[float, Within(-1e12, 1e12, "N m/rad")]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
@@ -18,6 +19,7 @@ from models.quantities import (
     Gain,
     Name,
     Offset,
+    OfPlanets,
     PerJoint,
     RateGain,
     SchemaVersion,
@@ -98,13 +100,15 @@ Drive = ConstantDrive | PdDrive | SinusoidDrive | TableDrive
 
 
 class Start(Data):
-    """State at t = 0. Mesh displacements start at first contact (x = b) or at the centre (x = 0).
+    """State at t = 0. Mesh displacements start at first contact (x = b) or at x = 0.
 
-    The offsets, added to them, are for starts perturbed on purpose.
+    Contact counts the static error. Of free planets every ring mesh touches, and the sun is
+    advanced until the first of its meshes does. The offsets, added to them, are for starts
+    perturbed on purpose.
     """
 
     mesh: Literal["contact", "centre"] = "contact"
-    """Displacements of the meshes: at first contact (x = b), or centred (x = 0)."""
+    """Displacements of the meshes: at first contact (x = b + static error), or x = 0."""
     theta_rad: PerJoint[Angle] = 0.0
     """Joint angles, each relative to the previous link."""
     theta_dot_rad_per_s: PerJoint[AngularRate] = 0.0
@@ -113,6 +117,10 @@ class Start(Data):
     """Added to x_sp."""
     planet_ring_offset_m: PerJoint[Offset] = 0.0
     """Added to x_pr."""
+    planet_offset_m: Annotated[
+        tuple[OfPlanets[Offset], ...], Field(max_length=7, strict=False), FailFast()
+    ] = ()
+    """Of each planet, one list for each joint: added to its x_pr and taken from its x_sp."""
 
 
 class Scenario(Data):
@@ -207,11 +215,26 @@ def per_joint(value: float | tuple[float, ...], joints: int) -> tuple[float, ...
     return (value,) * joints
 
 
-def first_misfit(scenario: Scenario, joints: int) -> tuple[str, object, str] | None:
-    """(field, value, what is allowed) of the first list that does not fit so many joints."""
+def planet_offsets(start: Start, joint: int, planets: int) -> tuple[float, ...]:
+    """``planet_offset_m`` of a joint, counted from 0, for each of so many planets."""
+    given = start.planet_offset_m
+    return given[joint] if given else (0.0,) * planets
+
+
+def first_misfit(scenario: Scenario, planets: Sequence[int]) -> tuple[str, object, str] | None:
+    """(field, value, what is allowed) of the first list that does not fit an arm.
+
+    planets: how many every joint has.
+    """
+    joints = len(planets)
     for section, record in (("drive", scenario.drive), ("start", scenario.start)):
         for field, value in record:
-            if not isinstance(value, tuple) or field == "time_s" or len(value) == joints:
+            absent = field == "planet_offset_m" and value == ()
+            if not isinstance(value, tuple) or field == "time_s" or absent or len(value) == joints:
                 continue
             return f"{section}.{field}", value, f"needs {joints} values, has {len(value)}"
+    for joint, offsets in enumerate(scenario.start.planet_offset_m):
+        if len(offsets) != planets[joint]:
+            needed = f"needs {planets[joint]} values, one for each planet; has {len(offsets)}"
+            return f"start.planet_offset_m[{joint}]", offsets, needed
     return None

@@ -1,8 +1,8 @@
-"""The four switches of the gear model: choices of law, not numbers of an arm."""
+"""The switches of the gear model: choices of law, not numbers of an arm."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from pydantic import model_validator
 
@@ -18,12 +18,18 @@ class Switches(Data):
     the sun mesh's). Default: ``eq13`` with ``omega_t``, ``corrected`` with ``angle``.
     dead_zone: ``exact`` (Eq. 5) or ``tanh`` (Eq. 6).
     damping: ``always``, or ``contact`` (none while the teeth are apart).
+    planets: ``lumped``, all planets of a stage one coordinate x_sp and x_pr as in the paper, or
+    ``free``, a coordinate for each. An arm whose planets differ can only be free.
+    mesh_work: ``paper``, or ``conservative``: the potential of teeth whose stiffness and error vary
+    with an angle does work on that angle too.
     """
 
     phase: Literal["angle", "omega_t"] = "angle"
     ring_rate: Literal["eq13", "corrected"]
     dead_zone: Literal["exact", "tanh"] = "exact"
     damping: Literal["always", "contact"] = "always"
+    planets: Literal["lumped", "free"] = "lumped"
+    mesh_work: Literal["paper", "conservative"] = "paper"
 
     @model_validator(mode="before")
     @classmethod
@@ -32,6 +38,20 @@ class Switches(Data):
             rate = "eq13" if data.get("phase") == "omega_t" else "corrected"
             return {**data, "ring_rate": rate}
         return data
+
+    @model_validator(mode="after")
+    def _teeth_have_a_potential(self) -> Self:
+        if self.mesh_work == "conservative" and self.phase == "omega_t":
+            raise ValueError(
+                "mesh_work|conservative needs phase = angle: by omega_t the stiffness hangs on time"
+                " and speed, and no potential stands behind it"
+            )
+        if self.mesh_work == "conservative" and self.dead_zone == "tanh":
+            raise ValueError(
+                "mesh_work|conservative needs dead_zone = exact: the force of Eq. 6 is not the"
+                " slope of k f^2 / 2"
+            )
+        return self
 
 
 def switches(**chosen: str) -> Switches:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from hypothesis import strategies as st
@@ -28,8 +29,11 @@ def around(value: float, factor: float = 3.0) -> st.SearchStrategy[float]:
 
 
 @st.composite
-def any_arms(draw: st.DrawFn, joints: int) -> Arm:
-    """Valid arms of so many joints, with weight or in free fall, some without any gears."""
+def any_arms(draw: st.DrawFn, joints: int, unlike: bool = False) -> Arm:
+    """Valid arms of so many joints, with weight or in free fall, some without any gears.
+
+    unlike: planets of one stage may differ from each other.
+    """
     geared = draw(st.lists(st.booleans(), min_size=joints, max_size=joints))
     across, along = draw(st.tuples(*[st.floats(-10, 10)] * 2))
     weight = {"gravity_m_per_s2": [across, along]} if draw(st.booleans()) else {}
@@ -38,7 +42,7 @@ def any_arms(draw: st.DrawFn, joints: int) -> Arm:
             "schema_version": 2,
             "name": f"any-{joints}",
             "payload_mass_kg": draw(st.just(0.0) | around(5.0)),
-            "joints": [draw(planetary_joints() if gears else direct_joints()) for gears in geared],
+            "joints": [draw(planetary_joints(unlike) if g else direct_joints()) for g in geared],
             "links": [draw(rods() if draw(st.booleans()) else bodies()) for _ in geared],
             **weight,
         }
@@ -46,9 +50,11 @@ def any_arms(draw: st.DrawFn, joints: int) -> Arm:
 
 
 @st.composite
-def planetary_joints(draw: st.DrawFn) -> dict[str, Any]:
+def planetary_joints(
+    draw: st.DrawFn, unlike: bool = False, sets: Sequence[tuple[int, int, int]] = GEAR_SETS
+) -> dict[str, Any]:
     """A geared joint's fields: inertias as masses or as they are, two meshes unlike each other."""
-    sun, planet, count = draw(st.sampled_from(GEAR_SETS))
+    sun, planet, count = draw(st.sampled_from(sets))
     module = 1e-3 * 0.5 * 10 ** draw(st.floats(0, 1))
     area = (module / PAPERS_MODULE_M) ** 2
     cosine = math.cos(math.radians(angle := draw(st.floats(14.5, 28.0))))
@@ -65,8 +71,8 @@ def planetary_joints(draw: st.DrawFn) -> dict[str, Any]:
         "ring_mass_kg": draw(around(9.5 * area)),
         "ring_inertia_kg_m2": draw(st.just(0.0) | around(0.18 * area**2)),
         "friction_N_m_s_per_rad": draw(frictions()),
-        "sun_mesh": draw(meshes()),
-        "ring_mesh": draw(meshes()),
+        "sun_mesh": draw(meshes_unlike(sun, count) if unlike else meshes()),
+        "ring_mesh": draw(meshes_unlike(sun, count) if unlike else meshes()),
     }
     for part, teeth in radii.items():
         mass = draw(around(sizes[part] * area))
@@ -92,19 +98,57 @@ def direct_joints() -> st.SearchStrategy[dict[str, Any]]:
 
 @st.composite
 def meshes(draw: st.DrawFn) -> dict[str, Any]:
-    """A mesh's fields, its damping either way."""
-    damping = (
-        {"damping_ratio": draw(around(0.05))}
-        if draw(st.booleans())
-        else {"damping_N_s_per_m": draw(st.just(0.0) | around(1000.0))}
-    )
+    """A mesh's fields, alike for all planets, its damping either way."""
+    name, damping = draw(dampings())
     return {
         "stiffness": draw(stiffness_laws()),
-        "backlash_m": draw(st.just(0.0) | around(5e-5)),
-        "tooth_error_m": draw(st.just(0.0) | around(5e-6)),
+        "backlash_m": draw(plays()),
+        "tooth_error_m": draw(errors()),
         "phase_rad": draw(st.floats(-3, 3)),
-        **damping,
+        name: draw(damping),
     }
+
+
+@st.composite
+def meshes_unlike(draw: st.DrawFn, sun_teeth: int, planets: int) -> dict[str, Any]:
+    """A mesh's fields, each one value or a list of one per planet, phases as the teeth allow."""
+    name, damping = draw(dampings())
+    fields = {
+        "stiffness": stiffness_laws(),
+        "backlash_m": plays(),
+        "tooth_error_m": errors(),
+        "tooth_error_phase_rad": st.just(0.0) | st.floats(-3, 3),
+        "static_error_m": st.just(0.0) | st.floats(-5e-6, 5e-6),
+        name: damping,
+    }
+    listed = {
+        field: draw(one | st.lists(one, min_size=planets, max_size=planets))
+        for field, one in fields.items()
+    }
+    return listed | {"phase_rad": draw(phases(sun_teeth, planets))}
+
+
+def phases(sun_teeth: int, planets: int) -> st.SearchStrategy[Any]:
+    """From the teeth, one number for all, or the numbers that the teeth allow."""
+    turns = [-2 * math.pi * (sun_teeth * place % planets) / planets for place in range(planets)]
+    listed = st.floats(-3, 3).map(lambda first: [first + turn for turn in turns])
+    return st.just("from-teeth") | st.floats(-3, 3) | listed
+
+
+def plays() -> st.SearchStrategy[float]:
+    """Half the clearance of a mesh, or none."""
+    return st.just(0.0) | around(5e-5)
+
+
+def errors() -> st.SearchStrategy[float]:
+    """Of a tooth's profile, or none."""
+    return st.just(0.0) | around(5e-6)
+
+
+def dampings() -> st.SearchStrategy[tuple[str, st.SearchStrategy[float]]]:
+    """A field that damps, and its values."""
+    ratio = ("damping_ratio", around(0.05))
+    return st.sampled_from([ratio, ("damping_N_s_per_m", st.just(0.0) | around(1000.0))])
 
 
 @st.composite

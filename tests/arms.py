@@ -9,8 +9,9 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from hypothesis import strategies as st
 
-from models.arm import Arm, Direct, Link, Mesh, Planetary
+from models.arm import Arm, Direct, Link, Planetary
 from models.loading import load_arm
+from models.mesh import Mesh
 from models.stiffness import (
     FourierStiffness,
     SineStiffness,

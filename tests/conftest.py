@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import settings
 
 from models.arm import Arm
 from models.loading import load_arm
+
+# A first call may compile, and a machine may be busy: no example fails by the clock.
+settings.register_profile("no-deadline", deadline=None)
+settings.load_profile("no-deadline")
 
 
 @pytest.fixture(scope="session")

@@ -11,7 +11,8 @@ from typing import Any, TypeVar, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from models.arm import Arm, Direct, Link, Mesh, Planetary
+from models.arm import Arm, Direct, Link, Planetary
+from models.mesh import Mesh
 from models.quantities import Within
 from models.stiffness import FourierStiffness, SineStiffness, SquareStiffness, TableStiffness
 

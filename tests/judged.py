@@ -31,7 +31,7 @@ def judged(comparisons: Sequence[Comparison], models: Sequence[Model]) -> list[F
     outcomes = {}
     for task in tasks_of(comparisons):
         model = own[task.model]
-        expected = MODELS[task.model].layout(model.arm)
+        expected = MODELS[task.model].layout(model.arm, model.switches)
         try:
             outcome = answers(model, expected, task.quantity, task.count, task.seed)
         except Exception as error:

@@ -38,8 +38,10 @@ class States(NamedTuple):
 def random_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
     """States on both flanks, in free play, at any pose, moving briskly."""
     generator = np.random.default_rng(seed)
-    clearances = [mesh.backlash_m for _, joint in geared(arm) for mesh in meshes(joint)]
-    play = 3 * max(*clearances, LEAST_PLAY_M, LEAST_PLAY_M)
+    contacts = [mesh for _, joint in geared(arm) for mesh in meshes(joint)]
+    play = 3 * max((mesh.backlash_m for mesh in contacts), default=0.0)
+    play = max(play, 3 * LEAST_PLAY_M)
+    play += max((abs(mesh.static_error_m) for mesh in contacts), default=0.0)
     q_size = np.where(layout.angular, np.pi, play)
     v_size = np.where(layout.angular, TURNING_RAD_PER_S, SLIDING_M_PER_S)
     shape = (count, len(layout))

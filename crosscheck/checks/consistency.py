@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from crosscheck.checks.invariants import sun_of, torques_at
+from crosscheck.checks.invariants import sun_advance, sun_of, torques_at
 from crosscheck.checks.scales import gear_arc, geared, largest_stiffness
 from models.drive import drive_data
 from models.interface import Model
 from models.layout import MESHES, Layout
 
 TIMES = 20
-FORCES = ("F_sp", "F_pr")
+FORCES, TEETH = ("F_sp", "F_pr"), "the teeth's force F_sp, F_pr"
 # The record's own numbers, worked out once more, a few hundred operations apart; where a solver
 # closes joints by iteration, to some 1e-14 m, meshes of 1e8 N/m feel the rest as 1e-6 N of 100 N.
 TOLERANCE, TOLERANCE_OF_CONSTRAINTS = 1e-9, 1e-8
@@ -34,17 +34,40 @@ def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> N
     model closes its joints by constraint equations.
     """
     tolerance = TOLERANCE_OF_CONSTRAINTS if constrained else TOLERANCE
-    at = [k for k in _chosen(run) if _planets_move_alike(run, k, model)]
+    free = model.layout.free
+    at = [k for k in _chosen(run) if free or _planets_move_alike(run, k, model)]
     q, v = (_states(run, model.layout, suffix) for suffix in ("", "_dot"))
     again = [_worked_out(model, float(run["time"][k]), q[k], v[k]) for k in at]
-    sizes = _sizes(run, model, q[0])
-    for name, size in sizes.items():
-        recorded = run[name].values[at]
-        recorded = recorded[:, model.layout.meshing, 0] if recorded.ndim == 3 else recorded
+    for name, size in _sizes(run, model, q[0]).items():
+        recorded = np.array([_recorded(run, k, name, model) for k in at])
         apart = float(np.abs(recorded - np.array([values[name] for values in again])).max())
         if not apart <= tolerance * size:
-            off = f"{apart:.3g} of {size:.3g} {run[name].attrs.get('units', '')}"
+            units = run[name].attrs.get("units", "") if name in run else "N"
+            off = f"{apart:.3g} of {size:.3g} {units}"
             raise Inconsistent(f"{name} does not follow from the recorded states: off by {off}")
+
+
+def _recorded(run: xr.Dataset, k: int, name: str, model: Model) -> np.ndarray:
+    """A variable at a recorded time; of the teeth what their forces do to the coordinates.
+
+    Per planet: by the virtual work of F_sp and F_pr, shape (displacements,).
+    """
+    if name != TEETH:
+        return np.asarray(run[name].values[k])
+    layout, on_coordinates = model.layout, np.zeros(len(model.layout))
+    for number, joint in geared(model.arm):
+        for mesh, force in zip(MESHES, FORCES, strict=True):
+            for planet in range(joint.planet_count):
+                row = layout.displacement(mesh, number, planet)
+                on_coordinates -= row * float(run[force].values[k, number, planet])
+    return on_coordinates[~layout.angular] / _planets_together(model)
+
+
+def _planets_together(model: Model) -> np.ndarray:
+    """How many planets each displacement is of, shape (displacements,)."""
+    planets = [joint.planet_count for joint in model.arm.joints]
+    moving = [c for c in model.layout.coordinates if not c.is_angle]
+    return np.array([1 if model.layout.free else planets[c.joint - 1] for c in moving])
 
 
 def _sizes(run: xr.Dataset, model: Model, q: np.ndarray) -> dict[str, float]:
@@ -62,12 +85,14 @@ def _sizes(run: xr.Dataset, model: Model, q: np.ndarray) -> dict[str, float]:
     motor = max(sizes["torque"] / (radius * ratio) for radius, ratio in suns)
     arc = 2 * gear_arc(model.arm) * (1 + _largest(run["theta"]))
     force = motor + EPS * arc * largest_stiffness(model.arm) / TOLERANCE
-    sizes |= {name: _largest(run[name]) + force for name in FORCES}
+    teeth = max(_largest(run[name]) for name in FORCES) + force
+    teeth *= max(joint.planet_count for joint in joints) if model.layout.free else 1
+    sizes |= {TEETH: teeth}
     lever = max(
         radius * ratio * j.planet_count for (radius, ratio), j in zip(suns, joints, strict=True)
     )
     inertia = np.diag(model.mass_matrix(q))[model.layout.theta].min()
-    moved = max(sizes[name] for name in FORCES) * lever / inertia
+    moved = teeth * lever / inertia
     return sizes | {"theta_ddot": sizes["theta_ddot"] + moved}
 
 
@@ -91,11 +116,19 @@ def _planets_move_alike(run: xr.Dataset, k: int, model: Model) -> bool:
 
 
 def _states(run: xr.Dataset, layout: Layout, suffix: str) -> np.ndarray:
-    """q, or with ``_dot`` v, shape (times, n), in a model's coordinates; of planet 1."""
+    """q, or with ``_dot`` v, shape (times, n), in a model's coordinates; lumped, of planet 1."""
     states = np.empty((run.sizes["time"], len(layout)))
     states[:, layout.theta] = run[f"theta{suffix}"].values
-    for mesh in MESHES if layout.meshing else ():
-        states[:, layout.of(mesh)] = run[f"{mesh}{suffix}"].values[:, layout.meshing, 0]
+    if not layout.meshing:
+        return states
+    x_sp, x_pr = (run[f"{mesh}{suffix}"].values for mesh in MESHES)
+    for place, coordinate in enumerate(layout.coordinates):
+        joint, planet = coordinate.joint - 1, max(coordinate.planet - 1, 0)
+        if coordinate.meaning == "x_s":
+            states[:, place] = x_sp[:, joint, 0] + x_pr[:, joint, 0]
+        elif not coordinate.is_angle:
+            values = x_sp if coordinate.meaning == "x_sp" else x_pr
+            states[:, place] = values[:, joint, planet]
     return states
 
 
@@ -114,14 +147,17 @@ def _worked_out(
     if layout.meshing:
         # With meshes that do not slide no damper acts, and what is left are motor and springs.
         force = model.generalized_force(t, q, np.where(layout.angular, v, 0.0))
-        values |= _elastic_forces(model, force, torque)
+        values[TEETH] = _on_displacements(model, force, torque)
     return values
 
 
-def _elastic_forces(model: Model, force: np.ndarray, torque: np.ndarray) -> dict[str, np.ndarray]:
-    """Force per planet [N], shape (geared joints,), from the force on the meshes (Eq. 22)."""
-    joints = [joint for _, joint in geared(model.arm)]
-    planets = np.array([joint.planet_count for joint in joints])
-    motor = torque[model.layout.meshing] / np.array([r * n for r, n in map(sun_of, joints)])
-    rows = [force[model.layout.of(mesh)] for mesh in MESHES]
-    return {name: (motor - row) / planets for name, row in zip(FORCES, rows, strict=True)}
+def _on_displacements(model: Model, force: np.ndarray, torque: np.ndarray) -> np.ndarray:
+    """What the teeth alone do to the displacements, per planet [N], shape (displacements,).
+
+    The motor turns the sun, by x_sp + x_pr of any planet (Eq. 22).
+    """
+    layout, left = model.layout, force.copy()
+    for number, joint in geared(model.arm):
+        radius, ratio = sun_of(joint)
+        left -= torque[number] / (radius * ratio) * sun_advance(layout, number)
+    return left[~layout.angular] / _planets_together(model)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from crosscheck.checks.scales import base_radius
+from crosscheck.checks.scales import base_radius, geared
 from crosscheck.checks.states import (
     LOOSEST,
     Setting,
@@ -24,7 +24,8 @@ from crosscheck.checks.weights import weight_moments
 from crosscheck.findings import About, Finding, checked, failed
 from models.arm import Arm, Planetary
 from models.drive import DriveData, drive_data, joint_torque
-from models.layout import MESHES, Layout
+from models.layout import MESHES, Coordinate, Layout
+from models.loading import Case
 from models.scenario import Scenario
 
 # Powers of 1e4 N x 0.1 m/s whose forces carry the rounding of displacements (see states).
@@ -62,24 +63,23 @@ class Motion(NamedTuple):
     passive: np.ndarray
 
 
-Balance = Callable[[About, Answered, Setting, Scenario], Finding]
+Balance = Callable[[About, Answered, Setting, Case], Finding]
 
 
-def power(about: About, given: Answered, setting: Setting, scenario: Scenario) -> Finding:
+def power(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
     """What the drive, meshes and dampers put in is what the kinetic energy gains."""
-    motions = _motions(given, setting, scenario)
-    return _balanced(about, [_power_residual(setting.arm, motion) for motion in motions])
+    found = motions(given, setting, case.scenario)
+    return balanced(about, [_power_residual(setting.arm, motion) for motion in found])
 
 
-def angular_momentum(
-    about: About, given: Answered, setting: Setting, scenario: Scenario
-) -> Finding:
+def angular_momentum(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
     """The whole arm's angular momentum changes by what the ground exerts."""
-    motions = _motions(given, setting, scenario)
-    return _balanced(about, [_angular_momentum_residual(setting.arm, m) for m in motions])
+    found = motions(given, setting, case.scenario)
+    return balanced(about, [_angular_momentum_residual(setting.arm, m) for m in found])
 
 
-def _balanced(about: About, pairs: list[tuple[float, float]]) -> Finding:
+def balanced(about: About, pairs: list[tuple[float, float]]) -> Finding:
+    """Finding of residuals and the sizes of their terms, state by state."""
     gaps, sizes = np.array(pairs).T
     size = float(np.sqrt((sizes**2).mean()))
     measured = float(np.abs(gaps).max())
@@ -92,7 +92,8 @@ def _balanced(about: About, pairs: list[tuple[float, float]]) -> Finding:
     )
 
 
-def _motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[Motion]:
+def motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[Motion]:
+    """What moves each state and how it moves."""
     drive = drive_data(scenario, len(setting.arm.joints))
     mass, a, bias = given.mass_matrix, given.acceleration, given.bias
     inertial = np.einsum("kij,kj->ki", mass, a) + bias
@@ -120,25 +121,35 @@ def _power_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
     v . (M a + bias) is the rate of v . M v / 2. A motor turns its sun n times as fast as the link,
     and by the mesh displacements; its torque reaches a mesh row of the force as T / (n r_s).
     """
-    dtheta = motion.v[motion.layout.theta]
-    terms = [*(motion.passive * dtheta)]
-    for number, (joint, torque) in enumerate(zip(arm.joints, motion.torques, strict=True)):
-        if not isinstance(joint, Planetary):
-            terms.append(torque * dtheta[number])
-            continue
+    terms = outside_powers(arm, motion)
+    for number, joint in geared(arm):
         radius, ratio = sun_of(joint)
-        rows = [motion.layout.at(mesh, number) for mesh in MESHES]
-        slides, motor = motion.v[rows], torque / ratio
-        terms.append(motor * (slides.sum() / radius + ratio * dtheta[number]))
-        terms += [*((motion.force[rows] - motor / radius) * slides)]
+        motor = motion.torques[number] / ratio * sun_advance(motion.layout, number) / radius
+        rows = [k for k, c in enumerate(motion.layout.coordinates) if moves(c, number)]
+        terms += [*((motion.force - motor) * motion.v)[rows]]
     size = np.abs(motion.v) @ motion.summed + np.abs(terms).sum()
     return float(motion.v @ motion.inertial - np.sum(terms)), float(size)
+
+
+def outside_powers(arm: Arm, motion: Motion) -> list[float]:
+    """What motors, weight and friction put in [W], term by term."""
+    dtheta = motion.v[motion.layout.theta]
+    powers = [*(motion.passive * dtheta)]
+    for number, (joint, torque) in enumerate(zip(arm.joints, motion.torques, strict=True)):
+        turning = dtheta[number]
+        if isinstance(joint, Planetary):
+            radius, ratio = sun_of(joint)
+            slides = sun_advance(motion.layout, number) @ motion.v
+            torque, turning = torque / ratio, slides / radius + ratio * turning
+        powers.append(torque * turning)
+    return powers
 
 
 def _angular_momentum_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
     """dH/dt = T_1 / n + (N F_pr1 + d_pr x_pr1') r_r, friction and weight: what is outside acts.
 
-    Turning the whole arm turns the first ring's teeth past its planets: x_pr1 changes by -r_r.
+    Turning the whole arm turns the first ring's teeth past its planets: x_pr1 changes by -r_r, of
+    every planet, and so does the sun's advance.
     """
     joint, shoulder = arm.joints[0], motion.layout.at("theta", 0)
     outside, torque = motion.passive[0], motion.torques[0]
@@ -146,13 +157,25 @@ def _angular_momentum_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
         size = motion.summed[shoulder] + abs(torque) + abs(outside)
         return float(motion.inertial[shoulder] - torque - outside), float(size)
     radius, ratio = sun_of(joint)
-    ring, slide = radius * joint.ring_teeth / joint.sun_teeth, motion.layout.at("x_pr", 0)
-    motor = torque / ratio
-    rate = motion.inertial[shoulder] - ring * motion.inertial[slide]
-    on_teeth = (motor / radius - motion.force[slide]) * ring
+    ring, motor = radius * joint.ring_teeth / joint.sun_teeth, torque / ratio
+    slides = [k for k, c in enumerate(motion.layout.coordinates) if moves(c, 0)]
+    slides = [k for k in slides if motion.layout.coordinates[k].meaning != "x_sp"]
+    rate = motion.inertial[shoulder] - ring * motion.inertial[slides].sum()
+    on_teeth = (motor / radius - motion.force[slides].sum()) * ring
     terms = np.array([motor, on_teeth, outside])
-    size = motion.summed[shoulder] + ring * motion.summed[slide] + np.abs(terms).sum()
+    size = motion.summed[shoulder] + ring * motion.summed[slides].sum() + np.abs(terms).sum()
     return float(rate - terms.sum()), float(size)
+
+
+def sun_advance(layout: Layout, joint: int) -> np.ndarray:
+    """Row (n,) of x_sp + x_pr of a joint, counted from 0, which is the same for each planet."""
+    x_sp, x_pr = (layout.displacement(mesh, joint, 0) for mesh in MESHES)
+    return x_sp + x_pr
+
+
+def moves(coordinate: Coordinate, joint: int) -> bool:
+    """Whether it is a displacement of the teeth of a joint, counted from 0."""
+    return not coordinate.is_angle and coordinate.joint == joint + 1
 
 
 def sun_of(joint: Planetary) -> tuple[float, float]:

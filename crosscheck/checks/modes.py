@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from crosscheck.checks.scales import base_radius, meshes
+from crosscheck.checks.scales import base_radius
 from crosscheck.findings import About, Finding, checked
-from models.arm import Mesh, Planetary
-from models.stiffness import SquareStiffness, TableStiffness
+from models.arm import Planetary
+from models.stiffness import SquareStiffness, StiffnessLaw, TableStiffness
 
 TOLERANCE = 1e-6
 BASIS = "1e-6: engines linearise by finite differences of forces of 1e4 N at 1e-7 relative steps"
@@ -18,8 +18,11 @@ LOCK = 1e9
 
 
 def modes_among(about: About, few: np.ndarray, many: np.ndarray) -> Finding:
-    """Each of some modes [Hz] must be one of the others."""
-    distance = np.abs(few[:, None] - many[None, :]).min(axis=1) / few
+    """Each of some modes [Hz] must be one of the others; of as many, each its own."""
+    if len(few) == len(many):
+        distance = np.abs(np.sort(few) - np.sort(many)) / np.sort(few)
+    else:
+        distance = np.abs(few[:, None] - many[None, :]).min(axis=1) / few
     measured = float(distance.max())
     return checked(
         about,
@@ -38,16 +41,33 @@ def closed_form_modes(joint: Planetary) -> np.ndarray:
     N M_p w'' = K_s (u - w) - K_r w, K = N k of sun and ring mesh, so omega^2 solves a quadratic.
     """
     sun, planet = _equivalent_mass(joint, "sun"), _equivalent_mass(joint, "planet")
-    K_s, K_r = (joint.planet_count * mean_stiffness(mesh) for mesh in meshes(joint))
+    first = joint.sun_mesh.of_planet(0), joint.ring_mesh.of_planet(0)
+    K_s, K_r = (joint.planet_count * mean_stiffness(mesh.stiffness) for mesh in first)
     planets = joint.planet_count * planet
     mean = (K_s / sun + (K_s + K_r) / planets) / 2
     root = np.sqrt(mean**2 - K_s * K_r / (sun * planets))
     return np.sqrt(np.array([mean - root, mean + root])) / (2 * np.pi)
 
 
-def mean_stiffness(mesh: Mesh) -> float:
+def free_modes(joint: Planetary) -> np.ndarray:
+    """All modes [Hz] of a stage of free planets with its carrier locked, ascending, (N + 1,).
+
+    M_s u'' = -sum of k_sn (u - w_n), M_p w_n'' = k_sn (u - w_n) - k_rn w_n; unlike planets too.
+    """
+    count = joint.planet_count
+    roots = np.sqrt([_equivalent_mass(joint, "sun"), *[_equivalent_mass(joint, "planet")] * count])
+    matrix = np.zeros((count + 1, count + 1))
+    for n in range(count):
+        k_s = mean_stiffness(joint.sun_mesh.of_planet(n).stiffness)
+        k_r = mean_stiffness(joint.ring_mesh.of_planet(n).stiffness)
+        matrix[0, 0] += k_s
+        matrix[n + 1, n + 1] = k_s + k_r
+        matrix[0, n + 1] = matrix[n + 1, 0] = -k_s
+    return np.sqrt(np.linalg.eigvalsh(matrix / np.outer(roots, roots))) / (2 * np.pi)
+
+
+def mean_stiffness(law: StiffnessLaw) -> float:
     """Over a period of the mesh [N/m]."""
-    law = mesh.stiffness
     if isinstance(law, TableStiffness):
         from scipy.interpolate import CubicSpline  # a third of a second, for tables alone
 

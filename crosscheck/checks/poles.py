@@ -6,9 +6,10 @@ import numpy as np
 
 from crosscheck.checks.modes import mean_stiffness
 from crosscheck.findings import About, Finding, checked
-from models.arm import Arm, Mesh
+from models.arm import Arm
+from models.mesh import Mesh
 from models.meshes import with_meshes
-from models.stiffness import SineStiffness
+from models.stiffness import SineStiffness, StiffnessLaw
 
 TOLERANCE = 1e-7
 SLOW = 1e-3  # of the fastest pole: slower ones are known to that share of its rounding
@@ -21,10 +22,14 @@ def linear_teeth(arm: Arm) -> Arm:
 
 
 def _linear(mesh: Mesh) -> Mesh:
-    mean = mean_stiffness(mesh)
-    constant = SineStiffness(law="sine", mean_N_per_m=mean, amplitude_N_per_m=0.0)
-    update = {"stiffness": constant, "backlash_m": 0.0, "tooth_error_m": 0.0}
-    return mesh.model_copy(update=update)
+    laws = mesh.stiffness
+    constant = tuple(map(_constant, laws)) if isinstance(laws, tuple) else _constant(laws)
+    clean = {"backlash_m": 0.0, "tooth_error_m": 0.0, "static_error_m": 0.0}
+    return mesh.model_copy(update={"stiffness": constant, **clean})
+
+
+def _constant(law: StiffnessLaw) -> SineStiffness:
+    return SineStiffness(law="sine", mean_N_per_m=mean_stiffness(law), amplitude_N_per_m=0.0)
 
 
 def poles_follow(about: About, poles: np.ndarray, mass: np.ndarray, slopes: np.ndarray) -> Finding:

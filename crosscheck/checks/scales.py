@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.weights import weight_moments
-from models.arm import Arm, Mesh, Planetary
+from models.arm import Arm, Planetary
+from models.mesh import PlanetMesh
 from models.scenario import ConstantDrive, PdDrive, Scenario, SinusoidDrive, per_joint
 from models.stiffness import FourierStiffness, SineStiffness, SquareStiffness
 
@@ -41,12 +42,13 @@ def largest_stiffness(arm: Arm) -> float:
     return max((largest(mesh) for _, joint in geared(arm) for mesh in meshes(joint)), default=0.0)
 
 
-def meshes(joint: Planetary) -> tuple[Mesh, Mesh]:
-    """With the sun, and with the ring."""
-    return joint.sun_mesh, joint.ring_mesh
+def meshes(joint: Planetary) -> list[PlanetMesh]:
+    """Of every planet with the sun, and with the ring."""
+    planets, sides = range(joint.planet_count), (joint.sun_mesh, joint.ring_mesh)
+    return [side.of_planet(planet) for planet in planets for side in sides]
 
 
-def largest(mesh: Mesh) -> float:
+def largest(mesh: PlanetMesh) -> float:
     """A bound of its stiffness [N/m]."""
     law = mesh.stiffness
     if isinstance(law, SineStiffness):

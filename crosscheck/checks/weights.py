@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from models.arm import Arm, Direct, Link, Planetary
+
+
+class Masses(NamedTuple):
+    """Masses [kg] and complex places [m] of an arm, and the first joint that carries each."""
+
+    masses: np.ndarray
+    places: np.ndarray
+    owners: np.ndarray
 
 
 def weight_moments(arm: Arm, theta: np.ndarray) -> np.ndarray:
@@ -12,23 +22,34 @@ def weight_moments(arm: Arm, theta: np.ndarray) -> np.ndarray:
 
     theta (joints,): relative angles. Sun, planets and ring of a joint balance on its axis.
     """
-    directions = np.exp(1j * np.cumsum(theta))
-    lengths = np.array([link.length_m for link in arm.links])
-    ends = np.cumsum(lengths * directions)
-    axes = np.array([0.0, *ends[:-1]])
-    coms = axes + np.array([link.com_m for link in arm.links]) * directions
-    masses = np.array(
-        [*map(link_mass, arm.links), *map(joint_mass, arm.joints), arm.payload_mass_kg]
-    )
-    places = np.array([*coms, *axes, ends[-1]])
-    owners = np.array([*range(len(axes)), *range(len(axes)), len(axes)])
-    pull = complex(*arm.gravity_m_per_s2)
+    masses, places, owners = _masses(arm, theta)
+    axes, pull = places[len(theta) : 2 * len(theta)], complex(*arm.gravity_m_per_s2)
     return np.array(
         [
             float((masses * (np.conj(places - axis) * pull).imag)[owners >= joint].sum())
             for joint, axis in enumerate(axes)
         ]
     )
+
+
+def weight_energy(arm: Arm, theta: np.ndarray) -> np.ndarray:
+    """Of all masses in the field of gravity [J], shape (times,), theta (times, joints)."""
+    pull = complex(*arm.gravity_m_per_s2)
+    found = (_masses(arm, angles) for angles in theta)
+    return np.array([-float((m * (np.conj(places) * pull).real).sum()) for m, places, _ in found])
+
+
+def _masses(arm: Arm, theta: np.ndarray) -> Masses:
+    """Links, then joints, and the payload."""
+    directions = np.exp(1j * np.cumsum(theta))
+    lengths = np.array([link.length_m for link in arm.links])
+    ends = np.cumsum(lengths * directions)
+    axes = np.array([0.0, *ends[:-1]])
+    coms = axes + np.array([link.com_m for link in arm.links]) * directions
+    masses = [*map(link_mass, arm.links), *map(joint_mass, arm.joints), arm.payload_mass_kg]
+    joints = range(len(axes))
+    owners = np.array([*joints, *joints, len(axes)])
+    return Masses(np.array(masses), np.array([*coms, *axes, ends[-1]]), owners)
 
 
 def joint_mass(joint: Planetary | Direct) -> float:

@@ -29,6 +29,7 @@ PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
 CHAPTERS = (
     "claims.chapter",
     "phase.chapter",
+    "planets.chapter",
     "hypotheses.ladder",
     "figures.chapter",
     "hypotheses.accumulation",

@@ -39,6 +39,7 @@ def without_gears(variant: Variant, level: str = COUPLED) -> Variant:
         zeta=fields.zeta,
         seed=fields.seed,
         meshes=fields.meshes,
+        planets=fields.planets,
     )
 
 

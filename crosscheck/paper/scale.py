@@ -12,15 +12,20 @@ from crosscheck.studies.study import Variant
 class Scale:
     """quick: only what the quick report needs; longest_s: no simulation of the meshes is longer.
 
-    What a run is then too short for is undefined, in words and records.
+    What a run is then too short for is undefined, in words and records. most_starts: of a sample.
     """
 
     quick: bool = False
     longest_s: float = math.inf
+    most_starts: int = 1000
 
     def seconds(self, wanted_s: float) -> float:
         """A duration, cut."""
         return min(wanted_s, self.longest_s)
+
+    def starts(self, wanted: int) -> int:
+        """A number of starts, cut."""
+        return min(wanted, self.most_starts)
 
     def cut(self, variant: Variant) -> Variant:
         """The variant, its run no longer."""

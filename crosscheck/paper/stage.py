@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 from analytic.kinematics import StageGeometry, stage_geometry
 from analytic.stage import equivalent_masses
-from models.arm import Arm, Mesh, Planetary
+from models.arm import Arm, Planetary
 from models.errors import InputError
+from models.mesh import Mesh
 from models.meshes import with_meshes
+from models.planets import unlike
 from models.stiffness import SineStiffness
 
 
@@ -43,12 +45,14 @@ def paper_stage(arm: Arm, place: int = 0) -> PaperStage:
         raise InputError(
             arm.name, f"{where}.kind", joint.kind, "must be planetary, as in the paper"
         )
-    mesh, law = joint.sun_mesh, joint.sun_mesh.stiffness
+    mesh, law = joint.sun_mesh.of_planet(0), joint.sun_mesh.of_planet(0).stiffness
     if not isinstance(law, SineStiffness):
         field = f"{where}.sun_mesh.stiffness"
         raise InputError(arm.name, field, law.law, "must be sine, the paper's Eq. 8")
-    if _teeth(mesh) != _teeth(joint.ring_mesh):
+    if _teeth(joint.sun_mesh) != _teeth(joint.ring_mesh):
         raise InputError(arm.name, f"{where}.ring_mesh", None, "must be as sun_mesh, in the paper")
+    for field, value in unlike(arm):
+        raise InputError(arm.name, field, value, "must be one for all planets, as in the paper")
     sun, planet, _ = equivalent_masses(joint)
     return PaperStage(
         joint=joint,
@@ -82,7 +86,7 @@ def with_steady_stiffness(arm: Arm) -> Arm:
 
 
 def _steady(arm: Arm, mesh: Mesh) -> Mesh:
-    law = mesh.stiffness
+    law = mesh.of_planet(0).stiffness
     if not isinstance(law, SineStiffness):
         raise InputError(arm.name, "stiffness", law.law, "must be sine, the paper's Eq. 8")
     steady = law.model_copy(update={"amplitude_N_per_m": 0.0})

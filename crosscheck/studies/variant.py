@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import xarray as xr
@@ -17,6 +18,7 @@ from models.meshes import damped
 from models.scenario import MOST_RECORDS, Scenario
 
 PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
+Planets = Literal["lumped", "free"]
 
 Numbers = dict[str, float | None]
 Measure = Callable[[xr.Dataset], Numbers]  # of the run that it is given; runs nothing itself
@@ -29,7 +31,8 @@ class Variant:
     zeta: damping ratio of all meshes, None for the damping that the arm's file gives; ring_rate
     None follows the phase law; settings: ``path=value`` as on the command line; meshes: those
     settings that concern the meshes alone, so that a rigid arm has none; seed: perturb every mesh
-    displacement of the start by up to 1e-12 m; record_every as in the scenario.
+    displacement of the start by up to 1e-12 m, and if planets are free every planet by itself as
+    much; record_every as in the scenario.
     """
 
     scenario: str = "pd"
@@ -43,12 +46,15 @@ class Variant:
     seed: int | None = None
     record_every: int = 2
     meshes: tuple[str, ...] = ()
+    planets: Planets = "lumped"
 
     def case(self) -> Case:
         """Arm, scenario and switches. Raises InputError."""
         switches = {"phase": self.phase}
         if self.ring_rate is not None:
             switches["ring_rate"] = self.ring_rate
+        if self.planets == "free":
+            switches["planets"] = self.planets
         settings = [*self.settings, *self.meshes, f"scenario.record_every={self.record_every}"]
         if self.duration_s is not None:
             settings.append(f"scenario.duration_s={self.duration_s!r}")
@@ -72,10 +78,14 @@ class Comparison:
 def _perturbed(case: Case, seed: int) -> Case:
     generator = np.random.default_rng(seed)
     offsets = PERTURBATION_M * generator.uniform(-1, 1, (2, len(case.arm.joints)))
-    update = {
+    update: dict[str, object] = {
         name: tuple(map(float, row))
         for name, row in zip(("sun_planet_offset_m", "planet_ring_offset_m"), offsets, strict=True)
     }
+    if case.switches.planets == "free":
+        counts = [joint.planet_count for joint in case.arm.joints]
+        own = (PERTURBATION_M * generator.uniform(-1, 1, count) for count in counts)
+        update["planet_offset_m"] = tuple(tuple(map(float, row)) for row in own)
     start = case.scenario.start.model_copy(update=update)
     return case._replace(scenario=case.scenario.model_copy(update={"start": start}))
 

@@ -81,7 +81,8 @@ def test_large_contact_forces_in_balance_raise_no_alarm(tier: Tier):
 def test_planets_that_move_apart_are_refused():
     poses = ExudynBodies(arm_of(geared()), scenario()).poses
     turning = poses.turns @ np.array([0.1, 0.2, 0.3])
-    np.testing.assert_allclose(poses.paper(turning, 1e-12), [0.1, 0.2, 0.3], rtol=1e-12)
+    np.testing.assert_allclose(poses.back(turning), [0.1, 0.2, 0.3], rtol=1e-12)
+    poses.require_alike(turning, 1e-12)
     turning[-1] += 1e-6
     with pytest.raises(ArithmeticError, match="equal planets do not move alike"):
-        poses.paper(turning, 1e-9)
+        poses.require_alike(turning, 1e-9)

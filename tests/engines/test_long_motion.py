@@ -63,6 +63,14 @@ def test_three_joints_under_weight_for_two_seconds():
 
 
 @pytest.mark.slow
+def test_planets_apart_for_two_seconds():
+    runs = motion(load_arm("planets-apart"), 2.0)
+    assert_moved(runs[0], 0.15)
+    assert np.ptp(runs[0]["x_pr"].values[:, 1], axis=1).max() > 1e-5
+    assert_together(runs, 1e-10)
+
+
+@pytest.mark.slow
 def test_six_joints_for_half_a_second():
     runs = motion(example_arm("six", 6), 0.5)
     assert_moved(runs[0], 0.15)

@@ -10,9 +10,10 @@ from pydantic import BaseModel
 
 from crosscheck.registry import build
 from models import pinocchio_rigid
-from models.arm import Arm, Direct, Link, Mesh, Planetary
+from models.arm import Arm, Direct, Link, Planetary
 from models.errors import InputError
 from models.loading import load_arm, load_case, load_scenario
+from models.mesh import Mesh
 from models.quantities import Within
 from models.scenario import Scenario
 from models.stiffness import FourierStiffness, SineStiffness, SquareStiffness

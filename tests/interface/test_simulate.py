@@ -67,6 +67,8 @@ def test_attributes_say_what_was_run(short, tmp_path):
         "ring_rate": "corrected",
         "dead_zone": "exact",
         "damping": "always",
+        "planets": "lumped",
+        "mesh_work": "paper",
     }
     assert _backlashes(run) == [(2e-5, 2e-5), (2e-5, 2e-5)]
     np.testing.assert_array_equal(run["x_sp"][0], 2e-5)

@@ -65,7 +65,7 @@ def test_every_engine_stands_for_itself(files):
     analytic = {name for name, looked in files.items() if "analytic/kernel.py" in looked["edited"]}
     exudyn = {name for name, looked in files.items() if looked["edited"] >= EXUDYN}
     some_exudyn = {name for name, looked in files.items() if looked["edited"] & EXUDYN}
-    assert exudyn == some_exudyn == {"exudyn run", "measure of exudyn", "planets in step"}
+    assert exudyn == some_exudyn == {"exudyn run", "measure of exudyn"}
     assert analytic == set(files) - {"exudyn run", "pinocchio run", "floating base"}
     # The measure runs the rigid arm, which nothing but a string names.
     assert "analytic/rigid.py" in files["measure of exudyn"]["edited"]
@@ -129,7 +129,7 @@ def test_whatever_way_a_model_is_named_it_counts(tmp_path, monkeypatch, text):
 
 def test_another_meaning_of_a_name_is_another_key(tmp_path, monkeypatch):
     hashes = set()
-    for meant in ("planet_spread", "InStep"):
+    for meant in ("planet_spread", "fluctuation_and_spread"):
         file = tmp_path / meant / "user.py"
         file.parent.mkdir()
         text = f"from crosscheck.paper.phase.planets import {meant} as f\n"

@@ -54,6 +54,7 @@ from crosscheck.paper.hypotheses import (
 from crosscheck.paper.hypotheses.controller_records import Flutter, growth_agrees
 from crosscheck.paper.hypotheses.ladder_rungs import GROUPS
 from crosscheck.paper.phase import verdict as phase
+from crosscheck.paper.planets import verdict as planets
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, all_of, any_of, recorded, shown
 from crosscheck.studies.study import Numbers
@@ -227,6 +228,9 @@ SCALARS: list[tuple[Callable[..., Any], int]] = [
     (phase.dies, 2),
     (phase.is_present, 1),
     (phase.is_quiet, 1),
+    (planets.is_large, 1),
+    (planets.told_apart, 1),
+    (planets.one_distribution, 2),
     (accumulation.is_linear, 1),
     (accumulation.is_ordered, 1),
     (growth_agrees, 2),
@@ -312,10 +316,10 @@ def test_nothing_else_falls_over_what_is_missing(data: st.DataObject) -> None:
     errors = np.abs(values) + 1e-9
     needed = floating_base.needed_ratio(np.array(SIZES), errors, 0.03)
     assert needed is None or np.isfinite(errors).any()
-    gaps = phase.relative_gaps(phase.Vibration(*values[:3]), phase.Vibration(*[number] * 3))
-    assert phase.same_vibration(gaps) in (True, False, None)
-    assert phase.planets_explain(data.draw(YES), number, values[0]) in (True, False, None)
-    assert phase.second_engine_supports([data.draw(YES)], [number]) in (True, False, None)
+    yes = [data.draw(YES)]
+    assert phase.second_engine_supports(yes, yes, [number]) in (True, False, None)
+    assert planets.effect(values, values, *values[:2], 3) in planets.Effect
+    assert planets.survival(number, values[0]) in planets.Survival
 
 
 @UNHURRIED

@@ -75,14 +75,11 @@ def found(name: str) -> Any:
     return getattr(importlib.import_module(f"{PAPER}.{module}"), attribute)
 
 
-def of_variant(kind: str) -> Callable[[], Result]:
-    """An answer about the short variant, which is made where the project may be imported."""
-
-    def result() -> Result:
-        variants = importlib.import_module("crosscheck.studies.variant")
-        return question(kind, variants.Variant(**SHORT))()
-
-    return result
+def parting() -> Result:
+    variant = importlib.import_module("crosscheck.studies.variant").Variant(
+        **SHORT, planets="free", seed=1
+    )
+    return question("planets.parting.Parting", variant)()
 
 
 def third_amplitude() -> Result:
@@ -99,8 +96,8 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "exudyn run": run(model="exudyn:tree"),
     "pinocchio run": run(model="pinocchio:coupled"),
     "measure of exudyn": run("phase.planets.FLUCTUATION_AND_SPREAD", model="exudyn:tree"),
-    "planets in step": of_variant("phase.planets.InStep"),
-    "with rounding": of_variant("phase.rounding.Rounded"),
+    "parting": parting,
+    "figures' numbers": run("planets.plates.SEEN", planets="free"),
     "claims' measure": run("claims.measures.BACK_AND_FORTH", model="analytic:links"),
     "floating base": question("hypotheses.floating_base._Flights", "pd", 2.0, 1e-3),
     "errata": question("errata.sheet.Errata", "paper-labelled", 1e-4),

@@ -26,8 +26,8 @@ from crosscheck.registry import MODELS, build, model_class
 from models.arm import Arm
 from models.interface import STATE_ABILITIES, Model
 from models.loading import Case, load_arm
+from models.planets import usual_switches
 from models.scenario import Scenario
-from models.switches import switches
 from tests.judged import compare_states, energy_over_run, invariants, same_step
 
 STATES, SEED = 5, 0
@@ -37,6 +37,7 @@ PACKAGES = {
     "exudyn": (
         "models.exudyn_mesh",
         "models.exudyn_tree",
+        "models.exudyn_tree_laws",
         "models.exudyn_tree_parts",
         "models.exudyn_tree_stiffness",
     ),
@@ -64,7 +65,7 @@ class Setup(NamedTuple):
         """The experiment."""
         arm = load_arm(self.arm)
         scenario = probe_scenario(self.drive, len(arm.joints))
-        return Case(arm, scenario, switches(**dict(self.laws)))
+        return Case(arm, scenario, usual_switches(arm, **dict(self.laws)))
 
 
 class Fault(NamedTuple):

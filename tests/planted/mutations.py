@@ -1,7 +1,9 @@
 """Every way in which a method of a model might answer wrongly, and what a cross-check makes of it.
 
 All tasks of a plan are performed once, unharmed. A mutant then answers for one method of one model;
-only the tasks that call that method are performed again, through the same code.
+only the tasks that call that method are performed again, through the same code. At states it
+answers wrongly of the plan's own arm alone, with its planets lumped or free: all else would make it
+easier to see.
 """
 
 from __future__ import annotations
@@ -15,16 +17,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck import plan, state_suite
+from crosscheck import energy_suite, plan, state_suite
 from crosscheck.checks.answers import CHRISTOFFEL, FORCE_SLOPES, START_MASS
 from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.findings import Finding
 from crosscheck.preparation import prepared
 from crosscheck.registry import MODELS, model_class
 from crosscheck.run import planned
-from crosscheck.tasks import Outcome, Simulation
+from crosscheck.tasks import Evaluation, Outcome, Simulation
 from crosscheck.workers import Workers
 from models.arm import Arm
+from models.switches import Switches, switches
 
 STATES = 4
 BRIEF_S = {"constant-torque": 0.02, "pd": 0.02}
@@ -49,15 +52,19 @@ FACTOR = 1 + 1e-6
 
 @dataclass(frozen=True)
 class Mutant:
-    """One method of one model with another answer; ``change`` is given the right one."""
+    """One method of one model with another answer; ``change`` is given the right one.
+
+    laws: the switches under which it answers wrongly at states.
+    """
 
     model: str
     method: str
     name: str
     change: Mutate
+    laws: Switches
 
     def __str__(self) -> str:
-        return f"{self.model} {self.method}: {self.name}"
+        return f"{self.model} {self.method}, planets {self.laws.planets}: {self.name}"
 
 
 def _raising(error: BaseException) -> Mutate:
@@ -256,13 +263,16 @@ def _values(method: str, role: str, size: int) -> dict[str, Mutate]:
 
 
 def mutants(model: str, arm: Arm) -> list[Mutant]:
-    """Of every method that the model promises."""
-    entry, size = MODELS[model], len(MODELS[model].layout(arm))
+    """Of every method that the model promises; of states also with a coordinate per planet."""
+    entry, lumped, free = MODELS[model], switches(), switches(planets="free")
     methods = [*sorted(entry.promises), *["largest_stable_step"] * ("simulate" in entry.promises)]
+    asked = [(method, lumped) for method in methods]
+    if entry.role == "geared":
+        asked += [(method, free) for method in methods if method in ARRAYS]
     return [
-        Mutant(model, method, name, change)
-        for method in methods
-        for name, change in changes(method, entry.role, size)
+        Mutant(model, method, name, change, laws)
+        for method, laws in asked
+        for name, change in changes(method, entry.role, len(entry.layout(arm, laws)))
     ]
 
 
@@ -280,11 +290,15 @@ def calls(task: ModelTask) -> str:
     return CALLS.get(task.quantity, task.quantity)
 
 
+Asked = tuple[str, str, Switches]  # a model, its method, and the laws at states
+
+
 class Campaign:
     """A plan, performed unharmed once, against which mutants are held."""
 
     def __init__(self, arm: Arm) -> None:
-        self.concerned: dict[tuple[str, str], tuple[list[ModelTask], list[Comparison]]] = {}
+        self.concerned: dict[Asked, tuple[list[ModelTask], list[Comparison]]] = {}
+        self.arm = arm
         wanted = plan.Wanted(arm, quick=True)
         with Workers(2) as workers:
             self.comparisons = planned(wanted, prepared(wanted, workers))
@@ -294,22 +308,25 @@ class Campaign:
 
     def findings(self, mutant: Mutant, patch: pytest.MonkeyPatch) -> list[Finding]:
         """All that the mutant has a part in."""
-        touched, asked = self._concerned(mutant.model, mutant.method)
+        touched, asked = self._concerned((mutant.model, mutant.method, mutant.laws))
         changed = {task.key: self._performed(task, mutant, patch) for task in touched}
         return list(findings_of(asked, Results(self.outcomes | changed)))
 
-    def _concerned(self, model: str, method: str) -> tuple[list[ModelTask], list[Comparison]]:
+    def _concerned(self, asked: Asked) -> tuple[list[ModelTask], list[Comparison]]:
         """The tasks that call a method of a model, and the comparisons that need them."""
-        if (model, method) not in self.concerned:
-            of_it = [
-                task
-                for task in tasks_of(self.comparisons)
-                if task.model == model and calls(task) == method
-            ]
+        if asked not in self.concerned:
+            of_it = [task for task in tasks_of(self.comparisons) if self._is_of(task, asked)]
             keys = set(of_it)
-            asked = [c for c in self.comparisons if not keys.isdisjoint(c.needs)]
-            self.concerned[model, method] = of_it, asked
-        return self.concerned[model, method]
+            found = [c for c in self.comparisons if not keys.isdisjoint(c.needs)]
+            self.concerned[asked] = of_it, found
+        return self.concerned[asked]
+
+    def _is_of(self, task: ModelTask, asked: Asked) -> bool:
+        model, method, laws = asked
+        if task.model != model or calls(task) != method:
+            return False
+        of_states = isinstance(task, Evaluation) and method in ARRAYS
+        return not of_states or (task.case.arm == self.arm and task.case.switches == laws)
 
     def _performed(self, task: ModelTask, mutant: Mutant, patch: pytest.MonkeyPatch) -> Outcome:
         owner = model_class(task.model)
@@ -332,4 +349,5 @@ def brief(patch: pytest.MonkeyPatch) -> None:
         patch.setitem(plan.QUICK_S, name, duration)
     patch.setattr(plan, "PROBE_S", 1e-3)
     patch.setattr(plan, "SHORT_STEPS", 500)
+    patch.setattr(energy_suite, "STEPS", 200)
     patch.setattr(state_suite, "QUICK_COUNT", STATES)

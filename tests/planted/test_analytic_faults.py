@@ -43,10 +43,10 @@ BODIES = [
     ),
     Fault(
         "elbow's sun without the shoulder's rotation",
-        change("bodies:spinning_bodies", "base + theta_s", "theta_s"),
+        change("bodies:spinning_bodies", "base + chain.sun_row(joint)", "chain.sun_row(joint)"),
         MASS,
     ),
-    Fault("one planet spins", change("bodies:spinning_bodies", "stage.N * planet", "planet"), MASS),
+    Fault("one planet spins", change("bodies:spinning_bodies", "count * planet", "planet"), MASS),
     Fault(
         "planets on the base circle",
         change("bodies:carried_bodies", "stage.r_c**2", "stage.r_cp**2"),
@@ -140,21 +140,21 @@ FORCES = [
         "motor without reaction on the link before",
         change(
             "efforts:drive_rows",
-            "chain.gear_rows(joint)[0]",
-            "(chain.gear_rows(joint)[0] + chain.angles[joint - 1])",
+            "chain.sun_row(joint)",
+            "(chain.sun_row(joint) + chain.angles[joint - 1])",
         ),
         FORCE,
     ),
-    Fault("one planet's force", change("efforts:mesh_rows", "-stage.N * ", "-"), FORCE),
+    Fault("one planet's force", change("efforts:_stage_rows", "-stage.N * ", "-"), FORCE),
     Fault(
         "sign of the ring mesh",
-        change("efforts:mesh_rows", "-stage.N", "(1 if mesh == MESHES[1] else -1) * stage.N"),
+        change("efforts:_stage_rows", "-stage.N", "(1 if mesh == MESHES[1] else -1) * stage.N"),
         FORCE,
     ),
-    Fault("tooth error sign", change("mesh_force:mesh_force", "x - tooth", "x + tooth"), FORCE),
+    Fault("tooth error sign", change("kernel:gap_of", "q) - whole", "q) + whole"), FORCE),
     Fault(
         "stiffness does not vary",
-        change("kernel:elastic_force", "x, sine, k,", "x, sine, gears.k_m[i],"),
+        change("kernel:elastic_force", "gap, k,", "gap, gears.k_m[i],"),
         FORCE,
     ),
     Fault(
@@ -192,7 +192,7 @@ FORCES = [
         EQ13,
     ),
     Fault(
-        "phase of the wrong joint", change("gears:gears", "theta[mesh.joint]", "theta[0]"), FORCE
+        "phase of the wrong joint", change("gears:gears", "theta[entry.joint]", "theta[0]"), FORCE
     ),
     Fault(
         "phase without time",
@@ -202,7 +202,7 @@ FORCES = [
     ),
     Fault(
         "ring phase lost",
-        change("gears:gears", "entry.mesh.phase_rad", "0.0"),
+        change("gears:gears", "entry.offset", "0.0"),
         FORCE,
     ),
     Fault(
@@ -217,19 +217,21 @@ FORCES = [
     ),
     Fault(
         "damping by one planet's mass",
-        change("gears:damping", "joint.planet_count * planet", "planet"),
+        change("gears:damping", "joint.planet_count * own", "own"),
         FORCE,
     ),
     Fault(
         "dampings swapped",
         change(
             "gears:damping",
-            "(joint.sun_mesh, joint.ring_mesh)",
-            "(joint.ring_mesh, joint.sun_mesh)",
+            "joint.sun_mesh.of_planet(planet), joint.ring_mesh.of_planet(planet)",
+            "joint.ring_mesh.of_planet(planet), joint.sun_mesh.of_planet(planet)",
         ),
         FORCE,
     ),
-    Fault("damping pushes", change("kernel:generalized_force", "] -= gears", "] += gears"), FORCE),
+    Fault(
+        "damping pushes", change("kernel:generalized_force", "] -= damper", "] += damper"), FORCE
+    ),
     Fault(
         "dampers act in free play",
         change("gears:gears", 'switches.damping == "always"', "True"),
@@ -238,7 +240,7 @@ FORCES = [
     ),
     Fault(
         "contact judged without the tooth error",
-        change("mesh_force:in_contact", "x - tooth_error(sine, E)", "x"),
+        change("kernel:generalized_force", "in_contact(gap,", "in_contact(q[gears.where[i]],"),
         FORCE,
         CONTACT,
     ),
@@ -300,13 +302,15 @@ RUNS = [
     ),
     Fault(
         "start away from contact",
-        change("model:AnalyticModel.start", '== "contact"', '== "centre"'),
+        change("model:AnalyticModel._place_teeth", '== "contact"', '== "centre"'),
         X_SP,
     ),
     Fault(
         "offsets of the start swapped",
         change(
-            "model:AnalyticModel.start", "start.planet_ring_offset_m", "start.sun_planet_offset_m"
+            "model:AnalyticModel._place_teeth",
+            "start.planet_ring_offset_m",
+            "start.sun_planet_offset_m",
         ),
         X_PR,
     ),
@@ -319,8 +323,8 @@ RUNS = [
         "displacements recorded of the other mesh",
         change(
             "model:AnalyticModel.record",
-            "self.layout.of(mesh)",
-            "self.layout.of(MESHES[1 - place])",
+            "self._per_planet(x[:, place::2])",
+            "self._per_planet(x[:, 1 - place :: 2])",
         ),
         X_SP,
     ),

@@ -72,7 +72,7 @@ PARTS = [
     ),
     Fault(
         "sun without the carrier's second turn",
-        edit(POSES + "turns_of", "along_planet + (r_s + r_p) * theta)", "along_planet)"),
+        edit(POSES + "turns_of", "along_planets[0] + (r_s + r_p) * theta", "along_planets[0]"),
         MASS,
     ),
     Fault(
@@ -108,10 +108,10 @@ PARTS = [
 ]
 
 CONTACTS = [
-    Fault("ring as an external mesh", edit(MESH + "meshes_with", "else -1.0", "else 1.0"), FORCE),
+    Fault("ring as an external mesh", edit(MESH + "mesh_of", "else -1.0", "else 1.0"), FORCE),
     Fault(
         "r_c for r_s",
-        edit(MESH + "meshes_with", "sun_teeth if", "sun_teeth + joint.planet_teeth if"),
+        edit(MESH + "mesh_of", "sun_teeth if", "sun_teeth + joint.planet_teeth if"),
         FORCE,
     ),
     Fault("deflection on the pitch circles", edit(MESH + "look", "mesh.cosine * (", "("), FORCE),
@@ -128,7 +128,7 @@ CONTACTS = [
     Fault("where the planet began forgotten", edit(MESH + "turned", "- direction", ""), FORCE),
     Fault(
         "elbow's ring at the shoulder",
-        edit(MESH + "meshes_with", "0.0 if sun else ring_at", "0.0"),
+        edit(MESH + "mesh_of", "0.0 if sun else ring_at", "0.0"),
         FORCE,
     ),
     Fault(
@@ -160,10 +160,10 @@ CONTACTS = [
     Fault("every mesh with all damping", edit(MESH + "damping_of", " / count", ""), FORCE),
     Fault(
         "one planet's mass",
-        edit(MESH + "damping_of", "joint.ring_mesh, count * ", "joint.ring_mesh, "),
+        edit(MESH + "damping_of", "count * equivalent", "equivalent"),
         FORCE,
     ),
-    Fault("tooth error sign", edit(MESH + "elastic_force", "x - mesh", "x + mesh"), FORCE),
+    Fault("tooth error sign", edit(MESH + "gap_of", "- mesh.error", "+ mesh.error"), FORCE),
     Fault(
         "stiffness sign",
         edit(STIFFNESS + "stiffness_at", "mean + numbers[0, 0]", "mean - numbers[0, 0]"),
@@ -173,7 +173,7 @@ CONTACTS = [
     Fault("sign of Eq. 6", edit(MESH + "rounded_dead_zone", "- below", "+ below"), FORCE, TANH),
     Fault(
         "contact without tooth error",
-        edit(MESH + "damping_force", " - mesh.error * np.sin(contact.phase)", ""),
+        edit(MESH + "damping_force", "gap_of(mesh, contact)", "contact.x"),
         FORCE,
         CONTACT,
     ),
@@ -186,7 +186,7 @@ CONTACTS = [
     ),
     Fault(
         "ring phase lost",
-        edit(MESH + "meshes_with", "=own.phase_rad", "=0.0"),
+        edit(MESH + "mesh_of", "None else own.phase_rad", "None else 0.0"),
         FORCE,
     ),
     Fault("sign in Eq. 13", edit(MESH + "teeth_passing", "- 1)", "+ 1)"), FORCE, EQ13),
@@ -205,14 +205,14 @@ MOTORS = [
     Fault("shoulder's gains", edit(BODIES + "motor", "law.gains[place]", "law.gains[0]"), FORCE),
 ]
 
-START = BODIES + "ExudynBodies.start"
+START, PLACED = BODIES + "ExudynBodies.start", BODIES + "ExudynBodies._place_planets"
 RUNS = [
     Fault("start at rest", edit(START, "start.theta_dot_rad_per_s", "0.0"), THETA),
-    Fault("start in play", edit(START, '== "contact"', '== "centre"'), X_SP),
+    Fault("start in play", edit(PLACED, '== "contact"', '== "centre"'), X_SP),
     Fault(
         "offsets swapped",
         edit(
-            START,
+            PLACED,
             "start.sun_planet_offset_m, start.planet_ring_offset_m",
             "start.planet_ring_offset_m, start.sun_planet_offset_m",
         ),
@@ -305,13 +305,13 @@ SECOND_VERSION = [
     ),
     Fault(
         "ring with the sun's law",
-        edit(MESH + "meshes_with", "spring_of(own.", "spring_of(joint.sun_mesh."),
+        edit(MESH + "mesh_of", "spring_of(own.", "spring_of(joint.sun_mesh.of_planet(0)."),
         FORCE,
         arm=UNLIKE,
     ),
     Fault(
         "ring with the sun's tooth error",
-        edit(MESH + "meshes_with", "=own.tooth_error_m", "=joint.sun_mesh.tooth_error_m"),
+        edit(MESH + "mesh_of", "=own.tooth_error_m", "=joint.sun_mesh.of_planet(0).tooth_error_m"),
         FORCE,
         arm=UNLIKE,
     ),

@@ -22,7 +22,8 @@ from tests.planted.faults import (
 
 TREE, MESH, ENGINE = "models.exudyn_tree:", "models.exudyn_mesh:", "models.exudyn_engine:"
 PARTS, STIFFNESS = "models.exudyn_tree_parts:", "models.exudyn_tree_stiffness:"
-RECORDS = TREE + "ExudynTree._mesh_records"
+LAWS = "models.exudyn_tree_laws:"
+RECORDS, TEETH = TREE + "ExudynTree._mesh_records", TREE + "ExudynTree._place_teeth"
 THETA, X_SP, X_PR = "same-step/theta", "same-step/x_sp", "same-step/x_pr"
 F_SP, F_PR = "same-step/F_sp", "same-step/F_pr"
 SINUSOID = {"drive": "sinusoid"}
@@ -41,7 +42,7 @@ BODIES = [
     ),
     Fault(
         "carrier's inertia by the planet's radius",
-        edit(MESH + "_gear", "joint.sun_teeth + joint.planet_teeth", "joint.planet_teeth"),
+        edit(LAWS + "_gear", "joint.sun_teeth + joint.planet_teeth", "joint.planet_teeth"),
         MASS,
     ),
     Fault(
@@ -68,7 +69,7 @@ BODIES = [
     ),
     Fault(
         "sun's inertia by the planet's radius",
-        edit(MESH + "_gear", "sun_inertia_kg_m2, joint.sun", "sun_inertia_kg_m2, joint.planet"),
+        edit(LAWS + "_gear", "sun_inertia_kg_m2, joint.sun", "sun_inertia_kg_m2, joint.planet"),
         MASS,
     ),
     Fault("planets on half the circle", edit(PARTS + "_planets", "2 * np.pi", "np.pi"), MASS),
@@ -85,7 +86,7 @@ BODIES = [
     Fault(
         "pitch for base radius",
         edit(
-            MESH + "base_radius", "/ 2 * float(np.cos(np.radians(joint.pressure_angle_deg)))", "/ 2"
+            LAWS + "base_radius", "/ 2 * float(np.cos(np.radians(joint.pressure_angle_deg)))", "/ 2"
         ),
         MASS,
     ),
@@ -158,7 +159,7 @@ FORCES = [
     ),
     Fault(
         "meshes of the shoulder everywhere",
-        edit(MESH + "add_meshes", "gears.sun_laws[stage]", "gears.sun_laws[0]"),
+        edit(MESH + "add_meshes", "gears.sun_laws[row]", "gears.sun_laws[0]"),
         FORCE,
     ),
     Fault(
@@ -174,51 +175,56 @@ FORCES = [
     ),
     Fault(
         "ring mesh as an external one",
-        edit(MESH + "mesh_law", "else -planet_radius", "else planet_radius"),
+        edit(LAWS + "mesh_law", "else -planet_radius", "else planet_radius"),
         FORCE,
     ),
     Fault(
         "ring's teeth for the planet's",
-        edit(MESH + "mesh_law", "else joint.ring_teeth", "else joint.planet_teeth"),
+        edit(LAWS + "mesh_law", "else joint.ring_teeth", "else joint.planet_teeth"),
         FORCE,
     ),
     Fault(
         "every mesh has the damping of all",
-        edit(MESH + "mesh_law", " / joint.planet_count", ""),
+        edit(LAWS + "_damping", "mass)) / planets", "mass))"),
+        FORCE,
+    ),
+    Fault(
+        "every mesh has the direct damping of all",
+        edit(LAWS + "_damping", "_N_s_per_m / planets", "_N_s_per_m"),
         FORCE,
     ),
     Fault(
         "damping by one planet's mass",
-        edit(MESH + "_stage_damping", "planets * planet_mass", "planet_mass"),
+        edit(LAWS + "_damping", "planets * planet_mass", "planet_mass"),
         FORCE,
     ),
     Fault(
         "ring mesh with the sun mesh's direct damping",
-        edit(MESH + "_stage_damping", "return mesh", "return joint.sun_mesh"),
+        edit(LAWS + "_damping", "return mesh", "return joint.sun_mesh"),
         FORCE,
     ),
     Fault(
         "ring phase lost",
-        edit(MESH + "mesh_law", "=mesh.phase_rad", "=0.0"),
+        edit(LAWS + "mesh_law", "planet, mesh.phase_rad", "planet, 0.0"),
         FORCE,
     ),
     Fault(
         "corrected ring rate is Eq. 13's",
-        edit(MESH + "_phase_rate", ' or chosen.ring_rate == "corrected"', ""),
+        edit(LAWS + "_phase_rate", ' or chosen.ring_rate == "corrected"', ""),
         FORCE,
     ),
-    Fault("sign in Eq. 13", edit(MESH + "_phase_rate", "planet - 1", "planet + 1"), FORCE, EQ13),
+    Fault("sign in Eq. 13", edit(LAWS + "_phase_rate", "planet - 1", "planet + 1"), FORCE, EQ13),
     Fault(
         "deflection without the carrier",
-        edit(MESH + "mesh_force", "(wheel - carrier)", "wheel"),
+        edit(MESH + "stretch", "(wheel - carrier)", "wheel"),
         FORCE,
     ),
     Fault(
         "damper by the absolute sun",
-        edit(MESH + "mesh_force", "(wheel_dot - carrier_dot)", "wheel_dot"),
+        edit(MESH + "add_sun_mesh", "q_t[planet], q_t[link]", "q_t[planet], 0.0"),
         FORCE,
     ),
-    Fault("tooth error sign", edit(MESH + "elastic_force", "x - law", "x + law"), FORCE),
+    Fault("tooth error sign", edit(MESH + "elastic_force", "x - error", "x + error"), FORCE),
     Fault(
         "stiffness varies the other way",
         edit(STIFFNESS + "stiffness_at", "MEAN] + law", "MEAN] - law"),
@@ -244,7 +250,7 @@ FORCES = [
     ),
     Fault(
         "exact clearance whatever the switch",
-        edit(MESH + "mesh_law", 'chosen.dead_zone == "tanh"', "False"),
+        edit(LAWS + "mesh_law", 'chosen.dead_zone == "tanh"', "False"),
         FORCE,
         TANH,
     ),
@@ -253,18 +259,18 @@ FORCES = [
     ),
     Fault(
         "phase by the clock whatever the switch",
-        edit(MESH + "mesh_law", 'chosen.phase == "omega_t"', "True"),
+        edit(LAWS + "mesh_law", 'chosen.phase == "omega_t"', "True"),
         FORCE,
     ),
     Fault(
         "dampers act in free play",
-        edit(MESH + "mesh_law", 'chosen.damping == "contact"', "False"),
+        edit(LAWS + "mesh_law", 'chosen.damping == "contact"', "False"),
         FORCE,
         CONTACT,
     ),
     Fault(
         "contact judged without the tooth error",
-        edit(MESH + "damping_force", "x - law[ERROR] * sine", "x"),
+        edit(MESH + "damping_force", "x - error", "x"),
         FORCE,
         CONTACT,
     ),
@@ -282,12 +288,12 @@ RUNS = [
     ),
     Fault(
         "start away from contact",
-        edit(TREE + "ExudynTree.start", '== "contact"', '== "centre"'),
+        edit(TEETH, '== "contact"', '== "centre"'),
         X_SP,
     ),
     Fault(
         "offsets of the start swapped",
-        edit(TREE + "ExudynTree.start", "start.planet_ring_offset_m", "start.sun_planet_offset_m"),
+        edit(TEETH, "start.planet_ring_offset_m", "start.sun_planet_offset_m"),
         X_PR,
     ),
     Fault(
@@ -301,8 +307,8 @@ RUNS = [
         "ring mesh recorded with the sun",
         edit(
             RECORDS,
-            "stage, q, with_sun=side == 0",
-            "stage, q, with_sun=True",
+            "planet, q, with_sun=side == 0",
+            "planet, q, with_sun=True",
         ),
         X_PR,
     ),
@@ -400,19 +406,19 @@ SECOND_VERSION = [
     ),
     Fault(
         "ring with the sun's law",
-        edit(MESH + "mesh_law", "curve_of(mesh.", "curve_of(joint.sun_mesh."),
+        edit(LAWS + "mesh_law", "curve_of(mesh.", "curve_of(joint.sun_mesh."),
         FORCE,
         arm=UNLIKE,
     ),
     Fault(
         "ring with the sun's clearance",
-        edit(MESH + "mesh_law", "=mesh.backlash_m", "=joint.sun_mesh.backlash_m"),
+        edit(LAWS + "mesh_law", "=mesh.backlash_m", "=joint.sun_mesh.backlash_m"),
         FORCE,
         arm=UNLIKE,
     ),
     Fault(
         "damping by inertia over the radius alone",
-        edit(MESH + "equivalent_mass", "radius**2", "radius"),
+        edit(LAWS + "equivalent_mass", "radius**2", "radius"),
         FORCE,
         arm=UNLIKE,
     ),

@@ -13,7 +13,7 @@ from tests.mixed_arms import MIXED, random_states, scenario
 from tests.planted.bodies_interpreted import interpret as interpret_bodies
 from tests.planted.faults import Plant, edit, interpret
 
-TREE, MESH = "models.exudyn_tree:", "models.exudyn_mesh:"
+TREE, LAWS = "models.exudyn_tree:", "models.exudyn_tree_laws:"
 PARTS, CURVE = "models.exudyn_tree_parts:", "models.exudyn_tree_stiffness:"
 BODIES, CONTACT = "models.exudyn_bodies:", "models.exudyn_contact:"
 POSES, SPRING = "models.exudyn_poses:", "models.exudyn_contact_stiffness:"
@@ -41,7 +41,7 @@ IN_TREE = [
         edit(PARTS + "_link", "link.mass_kg, link.com_m", "link.mass_kg, 0.3"),
         MASS,
     ),
-    MixedFault("J for M", edit(MESH + "inertia", "return given", "return given * radius**2"), MASS),
+    MixedFault("J for M", edit(LAWS + "inertia", "return given", "return given * radius**2"), MASS),
     MixedFault("direct motor by a ratio", edit(TREE + "_ratio", "return 1.0", "return 2.0")),
     MixedFault("friction drives", edit(TREE + "add_joints", "forces[link] -=", "forces[link] +=")),
     MixedFault(
@@ -56,17 +56,17 @@ IN_TREE = [
     ),
     MixedFault(
         "one stiffness for both meshes",
-        edit(MESH + "mesh_law", "curve_of(mesh.", "curve_of(joint.sun_mesh."),
+        edit(LAWS + "mesh_law", "curve_of(mesh.", "curve_of(joint.sun_mesh."),
     ),
     MixedFault(
         "one play for both meshes",
-        edit(MESH + "mesh_law", "mesh.backlash_m", "joint.sun_mesh.backlash_m"),
+        edit(LAWS + "mesh_law", "mesh.backlash_m", "joint.sun_mesh.backlash_m"),
     ),
-    MixedFault("M by J", edit(MESH + "equivalent_mass", "given / radius**2", "given / radius")),
+    MixedFault("M by J", edit(LAWS + "equivalent_mass", "given / radius**2", "given / radius")),
     MixedFault(
         "sign of the cosines", edit(CURVE + "waves_at", "total += law[row]", "total -= law[row]")
     ),
-    MixedFault("first order only", edit(CURVE + "waves_at", "pointer *= turn", "pointer *= 1.0")),
+    MixedFault("first order only", edit(CURVE + "waves_at", "along, across = along", "_ = along")),
     MixedFault("square wave in mirror", edit(CURVE + "_square", "1 - np.cos", "1 + np.cos")),
     MixedFault(
         "spline of straight lines",
@@ -113,7 +113,7 @@ IN_BODIES = [
     ),
     MixedFault(
         "one stiffness for both meshes",
-        edit(CONTACT + "meshes_with", "spring_of(own.", "spring_of(joint.sun_mesh."),
+        edit(CONTACT + "mesh_of", "spring_of(own.", "spring_of(joint.sun_mesh.of_planet(0)."),
     ),
     MixedFault("M by J", edit(POSES + "equivalent_mass", "gear) ** 2", "gear)")),
     MixedFault("order of the waves", edit(SPRING + "waves", "(row + 1) * phase", "row * phase")),

@@ -27,6 +27,10 @@ def change(function: str, old: str, new: str) -> Plant:
     return edit(f"models.pinocchio_gears:{function}", old, new)
 
 
+def remesh(function: str, old: str, new: str) -> Plant:
+    return edit(f"models.pinocchio_meshes:{function}", old, new)
+
+
 def rebuild(function: str, old: str, new: str) -> Plant:
     return edit(f"models.pinocchio_tree:{function}", old, new)
 
@@ -152,7 +156,7 @@ FAULTS = [
     ),
     Fault(
         "contact at the planet's share of the centre distance",
-        change("_mesh", "teeth / (joint.sun", "joint.planet_teeth / (joint.sun"),
+        remesh("_mesh", "teeth / (joint.sun", "joint.planet_teeth / (joint.sun"),
         FORCE,
     ),
     Fault(
@@ -167,12 +171,12 @@ FAULTS = [
     ),
     Fault(
         "tooth error sign",
-        change("PinocchioGears._mesh_forces", "- mesh.error * np", "+ mesh.error * np"),
+        change("PinocchioGears._engagement", "angles) - error", "angles) + error"),
         FORCE,
     ),
     Fault(
         "stiffness does not vary",
-        change("PinocchioGears._mesh_forces", "stiffness.at(phase)", "stiffness.at(0 * phase)"),
+        change("PinocchioGears._engagement", "stiffness.at(phase)", "stiffness.at(0 * phase)"),
         FORCE,
     ),
     Fault(
@@ -188,17 +192,17 @@ FAULTS = [
     ),
     Fault(
         "ring phase on the sun mesh",
-        change("_mesh", "mesh.phase_rad", "joint.ring_mesh.phase_rad * external"),
+        remesh("_mesh", "else mesh.phase_rad", "else joint.ring_mesh.phase_rad * external"),
         FORCE,
     ),
     Fault(
         "corrected ring rate is Eq. 13's",
-        change("_ring_mesh_rate", 'ring_teeth if chosen.ring_rate == "corrected" else joint.', ""),
+        remesh("_ring_mesh_rate", 'ring_teeth if chosen.ring_rate == "corrected" else joint.', ""),
         FORCE,
     ),
     Fault(
         "ring rate of Eq. 13 is corrected",
-        change("_ring_mesh_rate", ' if chosen.ring_rate == "corrected" else joint.sun_teeth', ""),
+        remesh("_ring_mesh_rate", ' if chosen.ring_rate == "corrected" else joint.sun_teeth', ""),
         FORCE,
         EQ13,
     ),
@@ -219,13 +223,13 @@ FAULTS = [
     ),
     Fault(
         "exact clearance whatever the switch",
-        change("PinocchioGears._mesh_forces", 'if self.switches.dead_zone == "exact"', "if True"),
+        change("PinocchioGears._engagement", 'if self.switches.dead_zone == "exact"', "if True"),
         FORCE,
         TANH,
     ),
     Fault(
         "every mesh has the damping of all",
-        change(
+        remesh(
             "_mesh",
             "_stage_damping(contact) / joint.planet_count",
             "_stage_damping(contact)",
@@ -234,18 +238,18 @@ FAULTS = [
     ),
     Fault(
         "damping by one planet's mass",
-        change("_stage_damping", "else planets * planet", "else planet"),
+        remesh("_stage_damping", "else planets * planet", "else planet"),
         FORCE,
     ),
     Fault(
         "direct damping of the ring everywhere",
-        change("_stage_damping", "return mesh.damping", "return joint.ring_mesh.damping"),
+        remesh("_stage_damping", "return mesh.damping", "return joint.ring_mesh.damping"),
         FORCE,
     ),
     Fault(
         "meshes swapped",
-        change(
-            "_contacts",
+        remesh(
+            "contacts_of",
             "(+1, joint.sun_mesh), (-1, joint.ring_mesh)",
             "(+1, joint.ring_mesh), (-1, joint.sun_mesh)",
         ),
@@ -261,7 +265,7 @@ FAULTS = [
         "contact judged without the tooth error",
         change(
             "PinocchioGears._mesh_forces",
-            "np.abs(gap) > mesh.backlash",
+            "np.abs(teeth.gap) > mesh.backlash",
             "np.abs(_approach(mesh, angles)) > mesh.backlash",
         ),
         FORCE,
@@ -274,7 +278,7 @@ FAULTS = [
     ),
     Fault(
         "ring's sign on the way back",
-        change("PinocchioGears.from_tree", "-r_r * theta", "r_r * theta"),
+        change("PinocchioGears._displacements", "planet, -r_r * theta", "planet, r_r * theta"),
         ACCELERATION,
     ),
 ]
@@ -370,13 +374,13 @@ SECOND_VERSION = [
     ),
     Fault(
         "ring with the sun's law",
-        change("_stiffness", "contact.mesh", "contact.joint.sun_mesh"),
+        remesh("stiffness_of", "contact.mesh", "contact.joint.sun_mesh"),
         FORCE,
         arm=UNLIKE,
     ),
     Fault(
         "ring with the sun's clearance",
-        change("_mesh", "mesh.backlash_m", "joint.sun_mesh.backlash_m"),
+        remesh("_mesh", "mesh.backlash_m", "joint.sun_mesh.backlash_m"),
         FORCE,
         arm=UNLIKE,
     ),

@@ -133,7 +133,7 @@ def _gains_svg(runs: dict[tuple[float, float], xr.Dataset]) -> str:
 def figure_11(shelf: Shelf) -> Plate:
     """Driving torques."""
     runs = shelf.laws(11, control_run)
-    measured = {law: _torques(run) for law, run in runs.items()}
+    measured = {law: torques(run) for law, run in runs.items()}
     rows = [(law, *m.ripple_N_m, *m.largest_N_m) for law, m in measured.items()]
     names = ("ripple of T_{} [N m]", "largest |T_{}| [N m]")
     head = ("phase law", *(name.format(joint) for name in names for joint in (1, 2)))
@@ -166,11 +166,12 @@ class Torques(NamedTuple):
     largest_N_m: list[float]
 
 
-def _torques(run: xr.Dataset) -> Torques:
-    time, torques = run["time"].values, run["torque"].values.T
+def torques(run: xr.Dataset) -> Torques:
+    """Of a run."""
+    time, columns = run["time"].values, run["torque"].values.T
     return Torques(
-        [swing(time, torque, *THIRD_S) for torque in torques],
-        [signals.amplitude(torque) for torque in torques],
+        [swing(time, column, *THIRD_S) for column in columns],
+        [signals.amplitude(column) for column in columns],
     )
 
 
@@ -181,7 +182,7 @@ def _control_strips(label: str, values: Callable[[xr.Dataset], np.ndarray]) -> l
 def figure_12(shelf: Shelf) -> Plate:
     """x_sp1 under PD control."""
     runs = shelf.laws(12, control_run)
-    measured = {law: _sides(run) for law, run in runs.items()}
+    measured = {law: sides(run) for law, run in runs.items()}
     rows = [(law, *m) for law, m in measured.items()]
     torque = runs["angle"]["torque"].values[:, 0]
     brakes = signals.first_below(runs["angle"]["time"].values, torque, 0.0)
@@ -227,7 +228,8 @@ class Sides(NamedTuple):
     between: int
 
 
-def _sides(run: xr.Dataset) -> Sides:
+def sides(run: xr.Dataset) -> Sides:
+    """Of the shoulder's first planet."""
     time, backlash = run["time"].values, paper_stage(arm_of(run)).backlash_m
     changes = events.arrivals(time, first_mesh(run, "x_sp"), backlash)
     later = changes[changes > AFTER_THIRD_S]

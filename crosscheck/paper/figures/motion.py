@@ -44,7 +44,7 @@ def figure_14(shelf: Shelf) -> Plate:
     """Shoulder acceleration in the first 1.2 s."""
     runs = shelf.laws(14, size_run)
     rigid = _rigid_arms(shelf)
-    measured = {law: _fluctuations(run, rigid[COUPLED]) for law, run in runs.items()}
+    measured = {law: fluctuations(run, rigid[COUPLED]) for law, run in runs.items()}
     rows = [(law, *m) for law, m in measured.items()]
     head = ("phase law", "first", "second", "third [rad/s²]", "third, onset [s]", "frequency [Hz]")
 
@@ -109,7 +109,7 @@ class Fluctuations(NamedTuple):
     frequency_Hz: float | None
 
 
-def _fluctuations(run: xr.Dataset, rigid: xr.Dataset) -> Fluctuations:
+def fluctuations(run: xr.Dataset, rigid: xr.Dataset) -> Fluctuations:
     """Of the shoulder, detailed less rigid; the rigid arm is smooth and may be interpolated."""
     time, excess = run["time"].values, excess_acceleration(run, rigid)[:, 0]
     third = events.third_window(time)

@@ -62,13 +62,13 @@ def figure_18(shelf: Shelf) -> Plate:
         conditions(sweep["angle"][PAPERS_B_UM], "b as in the legend."),
         {
             f"a line near {STATED_HZ:g} Hz at b = {PAPERS_B_UM:g} µm": by_law(
-                {law: _near_stated(shoulder) for law, shoulder in own.items()}
+                {law: near_stated(shoulder) for law, shoulder in own.items()}
             ),
             "the fluctuation's line drifts down as b grows": by_law(
-                {law: _drifts(row) for law, row in lines.items()}
+                {law: drifts(row) for law, row in lines.items()}
             ),
             f"lines below b = {CONTINUOUS_UM} µm, a continuous spectrum from there": by_law(
-                {law: _fades(row) for law, row in lines.items()}
+                {law: fades(row) for law, row in lines.items()}
             ),
             "the elbow's line is larger than the shoulder's": by_law(_elbow(lines)),
         },
@@ -92,14 +92,9 @@ def figure_20(shelf: Shelf) -> Plate:
         conditions(sweep["angle"][5], "E as in the legend."),
         {
             "a fluctuation that grows with E": by_law(
-                {
-                    law: all_of(
-                        (stands_out(_shoulder(row).max()), rises(list(row), _shoulder(row)))
-                    )
-                    for law, row in lines.items()
-                }
+                {law: grows_with_error(row) for law, row in lines.items()}
             ),
-            "minor only below 5 µm": by_law({law: _minor_below(row) for law, row in lines.items()}),
+            "minor only below 5 µm": by_law({law: minor_below(row) for law, row in lines.items()}),
             "the elbow's line is larger than the shoulder's": by_law(_elbow(lines)),
         },
         {"laws": {law: _keyed("E", row) for law, row in lines.items()}},
@@ -111,13 +106,20 @@ def _lines(row: Mapping[float, xr.Dataset]) -> Lines:
     return {size: [line(run, joint) for joint in (0, 1)] for size, run in row.items()}
 
 
-def _shoulder(lines: Lines) -> np.ndarray:
+def of_shoulder(lines: Lines) -> np.ndarray:
+    """Sizes of the shoulder's lines [rad/s^2]."""
     return np.array([shoulder.size_rad_per_s2 for shoulder, _ in lines.values()])
 
 
-def _drifts(lines: Lines) -> bool | None:
+def grows_with_error(lines: Lines) -> bool | None:
+    """Whether there is a fluctuation, and the shoulder's line grows with E."""
+    sizes = of_shoulder(lines)
+    return all_of((stands_out(sizes.max()), rises(list(lines), sizes)))
+
+
+def drifts(lines: Lines) -> bool | None:
     """Among the backlashes at which there is a fluctuation, at least three."""
-    if not known(_shoulder(lines)):
+    if not known(of_shoulder(lines)):
         return None
     found = {
         b: shoulder.frequency_Hz
@@ -127,26 +129,29 @@ def _drifts(lines: Lines) -> bool | None:
     return len(found) >= 3 and falls(list(found), list(found.values()))
 
 
-def _near_stated(line: Line) -> bool | None:
+def near_stated(line: Line) -> bool | None:
+    """Whether a fluctuation's line is where the paper has it."""
     return all_of((stands_out(line.size_rad_per_s2), near(line.frequency_Hz, STATED_HZ, TOLERANCE)))
 
 
-def _fades(lines: Lines) -> bool | None:
+def fades(lines: Lines) -> bool | None:
     """A continuous spectrum from 500 um on, lines below."""
     return _as_wanted({b: continuous(s.prominence) for b, (s, _) in lines.items()}, CONTINUOUS_UM)
 
 
 def _elbow(lines: Mapping[str, Lines]) -> dict[str, bool | None]:
-    return {
-        law: all_of(
-            larger(elbow.size_rad_per_s2, shoulder.size_rad_per_s2)
-            for shoulder, elbow in row.values()
-        )
-        for law, row in lines.items()
-    }
+    return {law: elbow_larger(row) for law, row in lines.items()}
 
 
-def _minor_below(lines: Lines, size_um: float = 5) -> bool | None:
+def elbow_larger(lines: Lines) -> bool | None:
+    """Whether at every size the elbow's line is the larger one."""
+    return all_of(
+        larger(elbow.size_rad_per_s2, shoulder.size_rad_per_s2)
+        for shoulder, elbow in lines.values()
+    )
+
+
+def minor_below(lines: Lines, size_um: float = 5) -> bool | None:
     """No fluctuation below a size, and one from it on."""
     found = {size: stands_out(s.size_rad_per_s2) for size, (s, _) in lines.items()}
     return _as_wanted(found, size_um)

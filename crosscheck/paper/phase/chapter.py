@@ -54,7 +54,7 @@ def chapter(study: Study, scale: Scale) -> Chapter:
     if not scale.quick:
         engine = engines(study, scale)
         found["a second engine"] = engine.evidence
-        freed = freed_planets(engine.held)
+        freed = freed_planets(engine.compared)
     found["stability"] = stability(study, scale)
     if not scale.quick:
         found["the handover"] = handover(study, scale)

@@ -3,134 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
-from crosscheck.paper.fluctuation import THIRD_FLUCTUATION
-from crosscheck.paper.phase.experiments import ANALYTIC, ENGINE, SETTINGS, Setting
-from crosscheck.paper.phase.fluctuations import Fluctuation, Fluctuations, Spread, measured
-from crosscheck.paper.phase.planets import FLUCTUATION_AND_SPREAD, InStep
-from crosscheck.paper.phase.rounding import Rounded
-from crosscheck.paper.phase.verdict import (
-    SAME,
-    Evidence,
-    Vibration,
-    is_inside,
-    planets_explain,
-    relative_gaps,
-    same_vibration,
-    second_engine_supports,
-)
+from crosscheck.paper.phase.experiments import ENGINE, SETTINGS, Setting
+from crosscheck.paper.phase.fluctuations import Fluctuation, measured
+from crosscheck.paper.phase.planets import FLUCTUATION_AND_SPREAD
+from crosscheck.paper.phase.verdict import Evidence, second_engine_supports
+from crosscheck.paper.planets.pairs import ENGINE_STARTS, STARTS, TwoModels, two_models
+from crosscheck.paper.planets.samples import Cell, Quantiles, Sample
+from crosscheck.paper.planets.verdict import LARGE_RAD_PER_S2, SIGNIFICANT, not_told_apart
 from crosscheck.paper.record import JsonObject, Record
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import UNDEFINED, any_of, percent
+from crosscheck.paper.undefined import UNDEFINED, shown
 from crosscheck.report.fragments import heading, paragraph, table
-from crosscheck.studies.study import Study, Variant
+from crosscheck.studies.study import Study
 
-SEEDS, CONTROL_SEEDS = 8, 3
-RECORD_EVERY = 10  # 10 kHz: a record costs the engine as much as three steps
-QUANTITIES = ("onset", "frequency", "amplitude")  # of Vibration
-UNITS = ("s", "Hz", "rad/s²")
 MICRO = 1e6
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """One setting in both models, over several starts of each."""
-
-    setting: Setting
-    engine_starts: int
-    analytic: Fluctuations
-    engine: Fluctuations
-
-    @property
-    def gaps(self) -> Vibration:
-        """Relative differences of the medians."""
-        return relative_gaps(self.analytic.medians, self.engine.medians)
-
-    @property
-    def same(self) -> bool | None:
-        """Whether it is the same vibration."""
-        return same_vibration(self.gaps)
-
-    def to_dict(self) -> JsonObject:
-        """For JSON."""
-        spreads = zip(Vibration._fields, self.analytic.vibration, strict=True)
-        return {
-            "zeta": self.setting.zeta,
-            "ring_rate": self.setting.ring_rate,
-            "engine_starts": self.engine_starts,
-            "analytic": {name: asdict(spread) for name, spread in spreads},
-            "engine": asdict(self.engine),
-            "relative_difference": self.gaps._asdict(),
-            "same": self.same,
-        }
-
-
-@dataclass(frozen=True)
-class FreePlanets(Record):
-    """Both models as they are."""
-
-    compared: Comparison
-
-    @property
-    def id(self) -> str:
-        setting = self.compared.setting
-        return f"engine/{setting.ring_rate}/{setting.zeta:g}"
-
-    def to_dict(self) -> JsonObject:
-        return {"id": self.id, **self.compared.to_dict()}
-
-
-@dataclass(frozen=True)
-class HeldAlike(Record):
-    """Planets alike on both sides, the same rounding at the teeth on both; and both left free."""
-
-    compared: Comparison
-    free: Comparison
-
-    @property
-    def id(self) -> str:
-        setting = self.compared.setting
-        return f"engine-in-step/{setting.ring_rate}/{setting.zeta:g}"
-
-    @property
-    def apart_m(self) -> float | None:
-        """By how much free planets part."""
-        return self.free.engine.planet_spread_m.largest
-
-    @property
-    def held_m(self) -> float | None:
-        """By how much those held alike do."""
-        return self.compared.engine.planet_spread_m.largest
-
-    @property
-    def explains(self) -> bool | None:
-        """Whether planets out of step are why the models differ."""
-        return planets_explain(self.compared.same, self.apart_m, self.held_m)
-
-    @property
-    def gaps_without_rounding(self) -> Vibration:
-        """Relative differences from the analytic model as it is."""
-        return relative_gaps(self.free.analytic.medians, self.compared.engine.medians)
-
-    @property
-    def rounding_m(self) -> float | None:
-        """Added to the analytic model in every step."""
-        return self.compared.analytic.rounding_m.median
-
-    def to_dict(self) -> JsonObject:
-        free = self.free
-        return {
-            "id": self.id,
-            **self.compared.to_dict(),
-            "planets_explain_the_difference": self.explains,
-            "planets_free_spread_m": self.apart_m,
-            "planets_free_analytic_rad_per_s2": free.analytic.amplitude_rad_per_s2.median,
-            "planets_free_engine_rad_per_s2": free.engine.amplitude_rad_per_s2.median,
-            "rounding_m": self.rounding_m,
-            "relative_difference_without_rounding": self.gaps_without_rounding._asdict(),
-        }
 
 
 @dataclass(frozen=True)
@@ -159,196 +48,142 @@ class UnderAngle(Record):
 
 
 class Engines(NamedTuple):
-    """The evidence, and the settings at which the planets were held alike as well."""
+    """The evidence, and the settings at which both models were run."""
 
     evidence: Evidence
-    held: list[HeldAlike]
+    compared: list[TwoModels]
 
 
 def engines(study: Study, scale: Scale) -> Engines:
-    """Medians over seeded starts of onset, frequency and amplitude in both models.
-
-    Where they differ, Exudyn once more with the planets of a stage held alike, as the paper has it.
-    """
-    free = [_free(study, setting, scale) for setting in SETTINGS]
-    held = [_held(study, one, scale) for one in free if not one.same]
-    angle = _under_angle(study, scale)
+    """Many seeded starts of both models with free planets, held against each other by two tests."""
+    compared, angle = two_models(study, scale), _under_angle(study, scale)
     text = [
         heading("3. The same in Exudyn"),
         paragraph(_question()),
-        table(_HEAD, [row for one in free for row in _rows(one)]),
-        *(paragraph(_answer(one)) for one in free),
+        table(SAMPLE_HEAD, [row for one in compared for row in sample_rows(one)]),
+        *(paragraph(answer(one)) for one in compared),
+        paragraph(_angle_text(angle)),
     ]
-    if held:
-        rows = [row for control in held for row in _rows(control.compared)]
-        text += [table(_HEAD, rows, _CONTROL_CAPTION)]
-        text += [paragraph(_cause(control)) for control in held]
-    text.append(paragraph(_angle_text(angle)))
-    records = [*map(FreePlanets, free), *held, *angle]
-    return Engines(Evidence("\n".join(text), records, _supports(free, held, angle)), held)
-
-
-def _supports(
-    free: Sequence[Comparison], held: Sequence[HeldAlike], angle: Sequence[UnderAngle]
-) -> bool | None:
-    explained = {control.free.setting: control.explains for control in held}
-    return second_engine_supports(
-        [any_of((one.same, explained.get(one.setting, False))) for one in free],
+    supports = second_engine_supports(
+        [one.same for one in compared],
+        [one.shown for one in compared],
         [one.found.amplitude_rad_per_s2 for one in angle],
     )
+    records = [*compared, *angle]
+    return Engines(Evidence("\n".join(text), records, supports), compared)
 
 
-def freed_planets(held: Sequence[HeldAlike]) -> str:
-    """A sentence for every setting at which free planets change the vibration."""
-    return " ".join(_freed(control) for control in held if control.explains)
+def freed_planets(compared: Sequence[TwoModels]) -> str:
+    """A sentence for every setting: what counting three planets as one does to the vibration."""
+    return " ".join(_freed(one) for one in compared if one.lumped.share and one.analytic.share)
 
 
-def _freed(control: HeldAlike) -> str:
-    setting, free = control.free.setting, control.free
+def _freed(one: TwoModels) -> str:
     return (
-        f"At zeta = {setting.zeta:g} and ring rate {setting.ring_rate}, Exudyn's planets, free to"
-        f" differ, part by up to {_micrometres(control.apart_m)}, and the fluctuation under"
-        f" omega_t is {free.engine.amplitude_rad_per_s2.median:.0f} rad/s² instead of"
-        f" {free.analytic.amplitude_rad_per_s2.median:.0f}: besides the phase law, its size rests"
-        " on counting three planets as one."
+        f"At zeta = {one.setting.zeta:g} and ring rate {one.setting.ring_rate} the fluctuation"
+        f" under omega_t is large in {_counted(one.lumped)} starts with three planets counted as"
+        f" one and in {_counted(one.analytic)} with free planets (H7)."
     )
-
-
-def _variant(setting: Setting, scale: Scale, phase: str = "omega_t") -> Variant:
-    zeta, ring = setting
-    return scale.cut(
-        Variant(phase=phase, ring_rate=ring, zeta=zeta, duration_s=1.2, record_every=RECORD_EVERY)
-    )
-
-
-def _seeded(one: Variant, seeds: int) -> list[Variant]:
-    return [replace(one, seed=seed) for seed in range(1, seeds + 1)]
-
-
-def _free(study: Study, setting: Setting, scale: Scale) -> Comparison:
-    ours = _seeded(_variant(setting, scale), SEEDS)
-    theirs = [replace(one, model=ENGINE) for one in ours]
-    return Comparison(
-        setting,
-        SEEDS,
-        Fluctuations.of(measured(study, ours, THIRD_FLUCTUATION, f"phase: {ANALYTIC}")),
-        Fluctuations.of(measured(study, theirs, FLUCTUATION_AND_SPREAD, f"phase: {ENGINE}")),
-    )
-
-
-def _held(study: Study, free: Comparison, scale: Scale) -> HeldAlike:
-    one = _variant(free.setting, scale)
-    rounded = [Rounded(start) for start in _seeded(one, SEEDS)]
-    in_step = [InStep(start) for start in _seeded(one, CONTROL_SEEDS)]
-    ours = study.answers(rounded, "phase: analytic with the engine's rounding")
-    theirs = study.answers(in_step, "phase: planets held alike")
-    both = Fluctuations.of(ours), Fluctuations.of(theirs)
-    return HeldAlike(Comparison(free.setting, CONTROL_SEEDS, *both), free)
 
 
 def _under_angle(study: Study, scale: Scale) -> list[UnderAngle]:
     """One start at every setting."""
-    variants = [replace(_variant(s, scale, "angle"), model=ENGINE, seed=1) for s in SETTINGS]
+    cells = [Cell("angle", setting) for setting in SETTINGS]
+    variants = [scale.cut(cell.starts("free", [1], ENGINE)[0]) for cell in cells]
     runs = measured(study, variants, FLUCTUATION_AND_SPREAD, "phase: Exudyn under angle")
     return [UnderAngle(setting, run) for setting, run in zip(SETTINGS, runs, strict=True)]
 
 
-_CONTROL_CAPTION = (
-    "Control: Exudyn with the planets of a stage held alike, the analytic model with the rounding"
-    " that angles have at the teeth"
-)
-_HEAD = (
+SAMPLE_HEAD = (
     "zeta",
     "ring rate",
-    "quantity",
-    "analytic: median (range)",
-    "Exudyn: median (range)",
-    "difference",
-    "limit",
+    "model",
+    "large in",
+    "95 % interval of the share",
+    "amplitude [rad/s²]",
+    "planets apart by up to [µm]",
+    "onset of the large ones [s]",
+    "their frequency [Hz]",
 )
 
 
-def _rows(compared: Comparison) -> list[tuple[str, ...]]:
-    sides = zip(compared.analytic.vibration, compared.engine.vibration, strict=True)
-    named = zip(QUANTITIES, UNITS, sides, compared.gaps, SAME, strict=True)
-    return [
-        (
-            f"{compared.setting.zeta:g}",
-            compared.setting.ring_rate,
-            f"{name} [{unit}]",
-            _range(ours),
-            _range(theirs),
-            percent(gap, ".2f"),
-            percent(limit, ".2f"),
-        )
-        for name, unit, (ours, theirs), gap, limit in named
-    ]
+def sample_rows(one: TwoModels) -> list[tuple[str, ...]]:
+    """Of every sample of a setting: medians and the quantiles 0.1 and 0.9."""
+    named = (
+        ("analytic, planets lumped", one.lumped),
+        ("analytic, planets free", one.analytic),
+        ("Exudyn, planets free", one.engine),
+    )
+    zeta, ring = one.setting
+    return [(f"{zeta:g}", ring, name, *_sample(sample)) for name, sample in named]
 
 
-def _range(spread: Spread) -> str:
-    if spread.median is None:
-        return UNDEFINED
-    return f"{spread.median:.5g} ({spread.smallest:.5g} to {spread.largest:.5g})"
+def _sample(sample: Sample) -> tuple[str, ...]:
+    share = sample.share
+    interval = UNDEFINED if share is None else f"{share.low:.2f} to {share.high:.2f}"
+    return (
+        _counted(sample),
+        interval,
+        _quantiles(sample.amplitude),
+        _quantiles(sample.spread, MICRO),
+        _quantiles(sample.onset),
+        _quantiles(sample.frequency),
+    )
 
 
-def _micrometres(value: float | None) -> str:
-    return "unknown" if value is None else f"{MICRO * value:.3g} µm"
+def _counted(sample: Sample) -> str:
+    share = sample.share
+    return UNDEFINED if share is None else f"{share.yes} of {share.of}"
+
+
+def _quantiles(found: Quantiles, unit: float = 1.0) -> str:
+    values = (found.median, found.low, found.high)
+    median, low, high = (None if value is None else unit * value for value in values)
+    return f"{shown(median, '.4g')} ({shown(low, '.4g')} to {shown(high, '.4g')})"
 
 
 def _question() -> str:
+    starts = " and ".join(
+        f"{count} at zeta = {setting.zeta:g}" for setting, count in ENGINE_STARTS.items()
+    )
     return (
         "Question: is the third fluctuation under omega_t a property of the paper's equations or of"
-        f" one program? Exudyn moves separate bodies, every planet by itself. {SEEDS} starts"
-        " perturbed by up to 1e-12 m in each model, same step (10 µs) and start values, because"
-        " a growth by many powers of ten turns rounding into a different realisation: medians are"
-        " compared. PD run to 1.2 s, labelled reading, E = 5 µm, b = 50 µm, both recorded at"
-        " 10 kHz, which cuts peaks a little lower than section 2's 50 kHz."
+        " one program? Exudyn's tree has a body for every planet; the analytic model is"
+        " given free planets as well. Starts perturbed by up to 1e-12 m, planet by planet:"
+        f" {STARTS} of the analytic model, {starts} of Exudyn's, same step (10 µs), because a"
+        " growth by many powers of ten turns rounding into another realisation: distributions are"
+        " compared, the"
+        f" shares of starts above {LARGE_RAD_PER_S2:g} rad/s² by Fisher's exact test, the"
+        " amplitudes by Mann and Whitney's. PD run to 1.2 s, labelled reading, E = 5 µm, b = 50 µm,"
+        " all recorded at 10 kHz, which cuts peaks a little lower than section 2's 50 kHz. Medians"
+        " with the quantiles 0.1 and 0.9."
     )
 
 
-def _answer(compared: Comparison) -> str:
-    zeta, ring = compared.setting
+def answer(one: TwoModels) -> str:
+    """Whether the models differ at a setting, in words."""
+    zeta, ring = one.setting
     setting = f"zeta = {zeta:g}, ring rate {ring}"
-    if compared.same is None:
-        return f"At {setting} it is undefined: not every start has a third fluctuation."
-    if compared.same:
-        apart = _micrometres(compared.engine.planet_spread_m.largest)
-        return f"At {setting} it is the same vibration (planets up to {apart} apart)."
-    named = zip(QUANTITIES, compared.gaps, SAME, strict=True)
-    beyond = [name for name, gap, limit in named if not is_inside(gap, limit)]
-    scatter = (
-        "The scatter between starts may explain it: the ranges of amplitude overlap."
-        if _overlap(compared.analytic.amplitude_rad_per_s2, compared.engine.amplitude_rad_per_s2)
-        else "The scatter between starts does not explain it: the ranges of amplitude are disjoint."
-    )
-    return f"At {setting} it is not the same: {', '.join(beyond)} beyond the limit. {scatter}"
+    if one.same is None:
+        few = "so few starts could not be told apart"
+        missing = "not every start has a third fluctuation"
+        return f"At {setting} it is undefined: {missing if one.could_differ else few}."
+    p = f"p = {one.tests.by_share:.2g} for the shares, {one.tests.by_size:.2g} for the amplitudes"
+    held = f"({p}; limit {SIGNIFICANT:g})"
+    if one.same:
+        return f"At {setting} no test tells the two models apart {held}.{_power(one)}"
+    return f"At {setting} the two models are told apart {held}."
 
 
-def _overlap(ours: Spread, theirs: Spread) -> bool:
-    if ours.smallest is None or ours.largest is None:
-        return False
-    if theirs.smallest is None or theirs.largest is None:
-        return False
-    return ours.smallest <= theirs.largest and theirs.smallest <= ours.largest
-
-
-def _cause(control: HeldAlike) -> str:
-    free, held = _micrometres(control.apart_m), _micrometres(control.held_m)
-    if control.explains is None:
-        return f"Whether holding the planets alike ({held} apart) explains it is undefined."
-    if not control.explains:
-        return f"Holding the planets alike ({held} apart) does not explain the difference."
-    gaps = zip(QUANTITIES, control.gaps_without_rounding, strict=True)
-    without = ", ".join(f"{name} {percent(gap, '.2f')}" for name, gap in gaps)
+def _power(one: TwoModels) -> str:
+    """What the test of the shares could not have seen."""
+    analytic, engine = one.analytic.share, one.engine.share
+    if analytic is None or engine is None:
+        return ""
+    fewest, most = not_told_apart(analytic, engine.of)
     return (
-        f"The planets do explain it. Free, those of a stage part by up to {free}: their symmetric"
-        " motion is unstable in the impacts, rounding is enough to break it, and out of step they"
-        " do not build up the large vibration in every start. Held alike"
-        f" ({CONTROL_SEEDS} starts, {held} apart), as the paper's factor 3 F holds them, and"
-        f" starting from the same rounding ({control.rounding_m:.1e} m at the teeth in every"
-        " step, the last place of the tree's angles), the two models give the same vibration;"
-        f" without the added rounding the differences are {without}. At this setting the size of"
-        " the third fluctuation rests on counting three planets as one, besides the phase law."
+        f" That is no proof that they are equal: beside {analytic.yes} of {analytic.of}, anything"
+        f" from {fewest} to {most} of {engine.of} would have passed the test of the shares."
     )
 
 

@@ -252,7 +252,7 @@ def _statement(by_law: dict[str, list[float]], found: Amplitudes, verdict: Prese
         " also enters the stiffness. Values far above 1000 rad/s² are a regime of its own, teeth"
         " hammering on both sides, which the controller can sustain by itself once kicked"
         " (section 5)."
-        " The planets of a stage move as one here, as in the paper; section 3 frees them."
+        " The planets of a stage move as one here, as in the paper; section 3 and H7 free them."
         f" Maps: one start, or the median of {SEEDS} where the first lies within a factor of"
         f" {NEAR:g} of the threshold; the table below states the scatter."
         f" Verdict on where the tooth error's part is present: {verdict}."

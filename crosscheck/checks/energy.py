@@ -1,0 +1,136 @@
+"""Energy with the springs' own: a function of state where teeth are a potential and undamped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from crosscheck.checks.invariants import (
+    Answered,
+    balanced,
+    motions,
+    outside_powers,
+    sun_of,
+)
+from crosscheck.checks.mesh_energy import Spring, energy_of, springs, waves
+from crosscheck.checks.scales import geared, meshes
+from crosscheck.checks.states import Setting
+from crosscheck.checks.weights import weight_energy
+from crosscheck.findings import About, Finding, checked, measured_only
+from models.arm import Arm, Planetary
+from models.layout import MESHES, Layout
+from models.loading import Case
+from models.scenario import ConstantDrive, per_joint
+from models.switches import Switches
+
+# Along a straight way through the state no wave of a stiffness turns further [rad], which leaves
+# 1e-14 of the fourth order, and at most so long [s]; 1e-16 of some joules stay far below 1e-10 of
+# their rate.
+ALONG_RAD, ALONG_S = 3e-4, 1e-6
+# Of the work turned over. At these steps RK4 leaves 1.4e-10 on the paper's arm, a rule of second
+# order 6e-11, the adaptive reference 2e-11 where teeth meet.
+CLOSES = 1e-9
+
+
+def rate_closes(about: About, given: Answered, setting: Setting, case: Case) -> Finding:
+    """Kinetic and spring energy gain what motors, weight and friction put in."""
+    rates = [
+        _spring_rate(setting.arm, case.switches, setting.layout, q, v)
+        for _, q, v in zip(*setting.states, strict=True)
+    ]
+    pairs = []
+    for motion, rate in zip(motions(given, setting, case.scenario), rates, strict=True):
+        terms = [*outside_powers(setting.arm, motion), -rate]
+        size = np.abs(motion.v) @ motion.summed + np.abs(terms).sum()
+        pairs.append((float(motion.v @ motion.inertial - np.sum(terms)), float(size)))
+    return balanced(about, pairs)
+
+
+def _spring_rate(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray, v: np.ndarray) -> float:
+    """dV/dt [W] by central differences of the fourth order, teeth on the flank of the state."""
+    step = _along(arm, layout, v)
+    way = q + np.array([0, -2, -1, 1, 2])[:, None] * step * v
+    rate = 0.0
+    for spring in springs_at(arm, chosen, layout, way):
+        flank = spring.backlash * np.sign(spring.gap[0])
+        if abs(spring.gap[0]) > spring.backlash:
+            energy = spring.stiffness * (spring.gap - flank) ** 2 / 2
+            rate += float(np.array([0, 1, -8, 8, -1]) @ energy) / (12 * step)
+    return rate
+
+
+def _along(arm: Arm, layout: Layout, v: np.ndarray) -> float:
+    """Half a difference's length [s] for the fastest wave of any mesh."""
+    rates = np.abs(v[layout.theta])
+    fastest = max(
+        joint.ring_teeth * rates[number] * waves(mesh.stiffness)
+        for number, joint in geared(arm)
+        for mesh in meshes(joint)
+    )
+    return min(ALONG_S, ALONG_RAD / fastest) if fastest else ALONG_S
+
+
+def springs_at(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray) -> Iterator[Spring]:
+    """Every mesh at states q (times, n)."""
+    planets = max(joint.planet_count for joint in arm.joints)
+    x = np.zeros((2, len(q), len(arm.joints), planets))
+    for joint in layout.meshing:
+        for side, mesh in enumerate(MESHES):
+            for planet in range(arm.joints[joint].planet_count):
+                x[side, :, joint, planet] = q @ layout.displacement(mesh, joint, planet)
+    return springs(arm, chosen, q[:, layout.theta], x[0], x[1])
+
+
+def stays(about: About, run: xr.Dataset, case: Case) -> Finding:
+    """Over a run without losses, under constant torques, the whole energy stays what it was."""
+    strayed, turned = _balance(run, case)
+    return checked(
+        about,
+        measured=strayed,
+        tolerance=CLOSES * turned,
+        basis=f"{CLOSES:g} of the work turned over, {turned:.3g} J",
+        relative=strayed / turned if turned else None,
+    )
+
+
+def strays(about: About, run: xr.Dataset, case: Case) -> Finding:
+    """The same where the springs' work on the angles is left out, as in the paper."""
+    strayed, turned = _balance(run, case)
+    return measured_only(
+        about,
+        measured=strayed,
+        basis=f"of the work turned over, {turned:.3g} J",
+        relative=strayed / turned if turned else None,
+    )
+
+
+def _balance(run: xr.Dataset, case: Case) -> tuple[float, float]:
+    """How far the energy leaves its first value, and the work turned over between its parts [J]."""
+    arm, theta = case.arm, run["theta"].values
+    x_sp, x_pr = (run[mesh].values for mesh in MESHES)
+    held = [energy_of(spring) for spring in springs(arm, case.switches, theta, x_sp, x_pr)]
+    work = _motors_work(arm, case, theta, (x_sp + x_pr)[:, :, 0])
+    kinetic, weight = run["kinetic_energy"].values, weight_energy(arm, theta)
+    parts = np.array([kinetic, weight, -work, *held])
+    total = parts.sum(axis=0)
+    turned = np.abs(np.diff(parts, axis=1)).sum()
+    return float(np.abs(total - total[0]).max()), float(turned)
+
+
+def _motors_work(arm: Arm, case: Case, theta: np.ndarray, advance: np.ndarray) -> np.ndarray:
+    """Of constant torques [J], (times,): T / n on a sun by its angle, T on a link by its own.
+
+    advance (times, joints): x_sp + x_pr [m].
+    """
+    drive = case.scenario.drive
+    assert isinstance(drive, ConstantDrive)  # as these experiments have
+    work = np.zeros(len(theta))
+    for number, torque in enumerate(per_joint(drive.torque_N_m, len(arm.joints))):
+        joint, angle = arm.joints[number], theta[:, number]
+        if isinstance(joint, Planetary):
+            radius, ratio = sun_of(joint)
+            angle = advance[:, number] / (radius * ratio) + angle
+        work += torque * (angle - angle[0])
+    return work

@@ -1,0 +1,1 @@
+"""Three planets counted as one, on trial (hypothesis H7)."""

@@ -1,0 +1,292 @@
+"""Hypothesis H7: Hill's equation from first principles, samples, and what is made of them."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analytic.model import PhysicalModel
+from crosscheck.paper.phase.engines import answer
+from crosscheck.paper.phase.experiments import SETTINGS, Setting
+from crosscheck.paper.phase.fluctuations import Fluctuation
+from crosscheck.paper.planets import features, hill
+from crosscheck.paper.planets import growth as growths
+from crosscheck.paper.planets.distributions import cells
+from crosscheck.paper.planets.features import FEATURES, Feature, Start
+from crosscheck.paper.planets.pairs import Freed, TwoModels, TwoTests
+from crosscheck.paper.planets.parting import APART_M, Course, Parted, Parting, alike
+from crosscheck.paper.planets.plates import Seen, seen
+from crosscheck.paper.planets.samples import Cell, Quantiles, Sample
+from crosscheck.paper.planets.verdict import (
+    FIRST_WORTH,
+    PREDICTED,
+    Effect,
+    Share,
+)
+from crosscheck.paper.scale import Scale
+from crosscheck.studies.study import Variant
+from crosscheck.studies.variant import simulate
+from models.loading import Case
+
+ABOVE, BELOW = 1.01, 0.99
+SHORT = replace(Cell("omega_t", SETTINGS[0]).starts("free", [1])[0], duration_s=0.02)
+BRIEF = Scale(longest_s=0.002)
+
+
+def _model(planets: str, variant: Variant = SHORT) -> PhysicalModel:
+    arm, scenario, switches = variant.case()
+    lumped = alike(variant.case()) if planets == "lumped" else (arm, scenario, switches)
+    return PhysicalModel(*lumped)
+
+
+def _contacts() -> list[tuple[float, float]]:
+    """x_sp and x_pr [m] of all planets: both meshes in contact, one of them, none."""
+    b = 50e-6
+    return [(b + 9e-6, b + 8e-6), (b + 9e-6, 0.0), (0.0, -b - 8e-6), (0.0, 0.0)]
+
+
+@pytest.mark.parametrize("damping", ["always", "contact"])
+@pytest.mark.parametrize("law", ["omega_t", "angle"])
+@pytest.mark.parametrize("joint", [0, 1])
+@pytest.mark.parametrize("x", _contacts())
+def test_hills_equation_is_the_free_models_own(
+    law: str, joint: int, damping: str, x: tuple[float, float]
+) -> None:
+    """A difference that adds up to 0 is accelerated by itself alone, as the equation says."""
+    arm, scenario, chosen = replace(SHORT, phase=law).case()
+    model = PhysicalModel(arm, scenario, chosen.model_copy(update={"damping": damping}))
+    q, v = _pose(model, x)
+    mode = np.zeros(q.size)
+    rows = [model.layout.at("x_pr", joint, planet) for planet in range(3)]
+    mode[rows] = (2.0, -0.5, -1.5)
+    stages = hill.stages_of(model, np.ones(2))
+    spring, damper = hill.coefficients(model.gears, stages.mesh[joint], False, 0.3, q, v)
+    for by, step, expected in (("q", 1e-9, spring), ("v", 1e-6, damper)):
+        moved = _slope(model, q, v, mode, by, step)
+        wanted = -expected / stages.mass[joint] * mode
+        assert moved == pytest.approx(wanted, rel=1e-6, abs=1e-6 * stages.frequency[joint] ** 2)
+
+
+def _pose(model: PhysicalModel, x: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Both joints in the same contacts, moving."""
+    q, v = np.zeros((2, len(model.layout)))
+    q[model.layout.theta], v[model.layout.theta] = (0.2, -0.4), (1.1, 0.7)
+    q[model.layout.of("x_s")], q[model.layout.of("x_pr")] = sum(x), x[1]
+    return q, v
+
+
+def _slope(
+    model: PhysicalModel, q: np.ndarray, v: np.ndarray, mode: np.ndarray, by: str, step: float
+) -> np.ndarray:
+    """Derivative of all accelerations along a mode of q or v, by central differences."""
+    move = {"q": (mode, 0 * mode), "v": (0 * mode, mode)}[by]
+    ahead, back = (
+        model.acceleration(0.3, q + sign * step * move[0], v + sign * step * move[1])
+        for sign in (1, -1)
+    )
+    return (ahead - back) / (2 * step)
+
+
+@pytest.mark.parametrize("base", ["lumped", "free"])
+def test_a_tiny_difference_follows_the_equation(base: str) -> None:
+    """Through the first impacts, in which teeth part; started pressed in, not at the very edge."""
+    case = _pressed_in(SHORT.case())
+    model = PhysicalModel(*(alike(case) if base == "lumped" else case))
+    start = np.ptp(np.array(case.scenario.start.planet_offset_m), axis=1)
+    found = hill.differences(model, start)
+    spread = np.ptp(PhysicalModel(*case).simulate()["x_pr"].values, axis=2)
+    assert (np.abs(spread - np.exp(found.part)) < 1e-3 * np.exp(found.size)).all()
+    assert hill.differences(model, start, pressed=True).size.max() < np.log(3e-12)
+
+
+def _pressed_in(case: Case) -> Case:
+    """Every mesh by 1e-7 m."""
+    start = case.scenario.start
+    moved = {
+        name: tuple(offset + 1e-7 for offset in getattr(start, name))
+        for name in ("sun_planet_offset_m", "planet_ring_offset_m")
+    }
+    scenario = case.scenario.model_copy(update={"start": start.model_copy(update=moved)})
+    return case._replace(scenario=scenario)
+
+
+def test_the_mean_of_the_planets_starts_the_lumped_run() -> None:
+    free, lumped = _model("free"), _model("lumped")
+    (q, _), (p, _) = free.start(), lumped.start()
+    for joint in (0, 1):
+        x_pr = [q[free.layout.at("x_pr", joint, planet)] for planet in range(3)]
+        assert p[lumped.layout.at("x_pr", joint)] == pytest.approx(np.mean(x_pr), abs=1e-19)
+        both = p[lumped.layout.at("x_sp", joint)] + p[lumped.layout.at("x_pr", joint)]
+        assert both == pytest.approx(q[free.layout.at("x_s", joint)], abs=1e-19)
+
+
+def test_rounding_adds_up_until_damping_takes_as_much() -> None:
+    decay, step, x = 90.0, 1e-5, 50e-6
+    generator = np.random.default_rng(1)
+    steps = generator.uniform(-0.5, 0.5, 400_000) * np.spacing(x)
+    level, levels = 0.0, []
+    for one in steps:
+        level = level * np.exp(-decay * step) + one
+        levels.append(level)
+    floor = hill.rounding_floor(np.array(x), np.array(decay), step)
+    assert float(np.std(levels[20_000:])) == pytest.approx(float(floor), rel=0.15)
+
+
+def test_seeds_of_lumped_planets_are_those_of_free_ones_and_more() -> None:
+    lumped, free = (
+        replace(SHORT, planets=planets).case().scenario.start for planets in ("lumped", "free")
+    )
+    assert lumped.sun_planet_offset_m == free.sun_planet_offset_m
+    assert lumped.planet_ring_offset_m == free.planet_ring_offset_m
+    assert lumped.planet_offset_m == ()
+    offsets = np.array(free.planet_offset_m)
+    assert offsets.shape == (2, 3)
+    assert 0 < np.abs(offsets).max() <= 1e-12
+    assert len(set(offsets.ravel())) == 6
+
+
+def test_a_share_of_fewer_than_half_of_the_starts_is_undefined() -> None:
+    shows, open_ = (Start(Seen(third_rad_per_s2=size), {}, {}) for size in (300.0, None))
+
+    def decide(start: Start) -> bool | None:
+        return start.control.third_rad_per_s2 and start.control.third_rad_per_s2 > 1
+
+    assert features._share(decide, [shows, open_]) == Share.counted(1, 1)
+    assert features._share(decide, [shows, open_, open_]) is None
+    assert features._share(decide, []) is None
+
+
+def _sample(*amplitudes: float | None) -> Sample:
+    return Sample(tuple(Fluctuation(0.9, 1350.0, a, 1e-4) for a in amplitudes))
+
+
+def test_a_sample_counts_what_diverges_and_is_undefined_where_a_run_ends_before() -> None:
+    found = Sample((*_sample(20.0, 150.0).runs, Fluctuation(diverged_s=0.3)))
+    assert found.share is not None
+    assert (found.share.yes, found.share.of, found.of_two_minds) == (2, 3, True)
+    assert found.amplitude == Quantiles(20.0, 150.0, None)
+    assert found.spread == Quantiles()
+    ended = _sample(20.0, None)
+    assert (ended.share, ended.of_two_minds, ended.amplitude) == (None, False, Quantiles())
+    json.dumps([found.to_dict(), ended.to_dict()], allow_nan=False)
+
+
+def test_pairs_of_samples_say_what_they_are() -> None:
+    large, small = _sample(*[400.0] * 8), _sample(*[20.0] * 8)
+    freed = Freed(Cell("omega_t", Setting(0.005, "eq13")), large, small, 1)
+    assert freed.effect == Effect.WEAKER
+    assert freed.to_dict()["effect"] == "weaker"
+    models = TwoModels(Setting(0.005, "eq13"), large, small, small)
+    assert (models.same, models.shown) == (True, False)
+    assert TwoModels(Setting(0.005, "eq13"), large, large, small).same is False
+    two = _sample(400.0, 400.0)
+    assert TwoModels(Setting(0.005, "eq13"), two, two, two).same is None
+    assert "so few" in answer(TwoModels(Setting(0.005, "eq13"), two, two, two))
+    assert "no proof" in answer(models)
+    larger = Freed(freed.cell, _sample(*[200.0] * 8), _sample(*[230.0] * 8), 1)
+    assert (larger.effect, larger.effect_at(FIRST_WORTH)) == (Effect.STRONGER, Effect.NONE)
+    undefined = TwoModels(Setting(0.005, "eq13"), large, small, _sample(None))
+    assert (undefined.same, undefined.shown) == (None, None)
+    assert TwoTests.of(large, _sample(None)).to_dict() == {"p_of_shares": None, "p_of_sizes": None}
+    json.dumps([freed.to_dict(), models.to_dict(), undefined.to_dict()], allow_nan=False)
+
+
+def test_every_setting_is_asked_once() -> None:
+    assert len(set(cells())) == len(cells()) == 2 * 2 * 2 * 6
+    assert {Cell("omega_t", setting) for setting in SETTINGS} <= set(cells())
+
+
+def _parted(measured: float | None, lumped: float | None, strayed: float | None = None) -> Parted:
+    """The elbow parts; the shoulder does not."""
+    times = tuple(0.005 * k for k in range(8))
+    flat = tuple(-12.0 for _ in times)
+    rising = tuple(-12.0 + k for k in range(8))
+
+    def course(parting: float | None) -> Course:
+        return Course((flat, rising), (None, parting))
+
+    none = Course((flat, flat), (None, None))
+    courses = course(measured), course(lumped), course(measured)
+    return Parted(times, *courses, none, (None, strayed))
+
+
+def _foretold(found: list[Parted]) -> growths.Foretold:
+    courses = [one.by_lumped for one in found]
+    return growths._first_parting("lumped", len(found) + 1, found, courses)
+
+
+def test_the_first_parting_is_foretold_start_by_start() -> None:
+    found = [_parted(0.1, 0.1 * (1 + BELOW * PREDICTED)), _parted(0.1, 0.1), _parted(None, None)]
+    told = _foretold(found)
+    assert (told.starts, told.right, told.all_right, told.strayed) == (2, 2, True, 0)
+    late = 0.1 * (1 + ABOVE * PREDICTED)
+    worse = _foretold([*found, _parted(0.1, late, 0.1 * BELOW), _parted(0.1, late, 0.1 * ABOVE)])
+    assert (worse.right, worse.starts, worse.all_right) == (2, 4, False)
+    assert (worse.strayed, worse.right_unless_strayed) == (1, 2)
+    assert (told.asked, told.diverged, told.courses_part) == (4, 1, 2)
+    assert (told.earliest_s, told.latest_s) == (0.1, 0.1)
+    assert _foretold([]).all_right is None
+    assert replace(told, diverged=2).all_right is True
+    assert replace(told, diverged=3).all_right is None
+    assert not told.always_parts
+    assert replace(told, courses_part=3).always_parts
+    elbow = growths._predictions(found, 1)
+    assert (elbow.parted, elbow.first, elbow.median_s, elbow.lumped_right) == (2, 2, 0.1, 3)
+    assert elbow.largest_growth_per_s == pytest.approx(np.log(10) / 0.005)
+    shoulder = growths._predictions(found, 0)
+    assert (shoulder.parted, shoulder.median_s) == (0, None)
+
+
+def test_what_the_text_says_of_the_cause_has_two_sides() -> None:
+    told = _foretold([_parted(0.1, 0.1)])
+    elbow = growths._predictions([_parted(0.1, 0.1)], 1)
+    quiet, wild = (
+        growths._statement(told, told, [replace(elbow, pressed_largest_m=by * APART_M)])
+        for by in (BELOW, ABOVE)
+    )
+    assert "not that one does" in quiet
+    assert "loss of contact does." in quiet
+    assert "could part the planets" in wild
+    assert "10 to 10 ms" in quiet
+    unknown = [elbow, replace(elbow, pressed_largest_m=None)]
+    other = growths._statement(replace(told, courses_part=0), told, unknown)
+    assert "hangs on the start too" in other
+    assert "is undefined" in other
+
+
+def test_parting_is_measured_where_planets_pass_a_micrometre() -> None:
+    variant = replace(SHORT, settings=(), duration_s=0.002)
+    parted = Parting(variant).answer()
+    assert parted is not None
+    assert parted.measured.parting_s == parted.by_lumped.parting_s == (None, None)
+    assert parted.measured.spread[0][0] == pytest.approx(-12, abs=0.4)
+    assert APART_M == 1e-6
+
+
+def test_what_a_figure_needs_is_seen_in_a_run() -> None:
+    run = simulate(SHORT)
+    rigid = simulate(replace(SHORT, model="analytic:coupled", planets="lumped", seed=None))
+    found = Seen.of(seen(run, (rigid,)))
+    assert found.first_rad_per_s2 is not None
+    assert found.side_s is None
+    assert math.isnan(found.lines[0].frequency_Hz)
+    with pytest.raises(TypeError):
+        Seen.of({"third": 1.0})
+
+
+def test_features_are_decided_as_in_the_figures() -> None:
+    strong = Seen(third_rad_per_s2=300.0, first_rad_per_s2=20.0, peak_N=1.0, contact_s=0.3)
+    start = Start(strong, {50.0: strong}, {5.0: strong})
+    decided = {(number, text): decide(start) for number, text, decide in FEATURES}
+    assert decided[14, "third fluctuation"] is True
+    assert decided[14, "first fluctuation 10 to 40 rad/s²"] is True
+    assert decided[13, "the force changes its sign near 0.3 s"] is True
+    assert decided[11, "both torques ripple in 0.5 to 1.2 s"] is None
+    shares = Share.counted(4, 4), Share.counted(0, 4)
+    record = Feature(14, "third fluctuation", "omega_t", *shares, 4, 1).to_dict()
+    assert (record["survives"], record["changed"]) == ("no", True)
+    json.dumps(record, allow_nan=False)

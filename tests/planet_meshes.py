@@ -1,0 +1,339 @@
+"""What springs and dampers of single planets do, from first principles, for any geared arm.
+
+Written down from the laws alone, mesh by mesh: phases by counting teeth in whole numbers, and
+energies that take complex coordinates, whose imaginary part then is an exact derivative.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from math import pi, sqrt
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
+
+from models.arm import Arm, Planetary
+from models.layout import Layout
+from models.mesh import Mesh, PlanetMesh
+from models.scenario import Scenario
+from models.stiffness import FourierStiffness, SineStiffness, StiffnessLaw, TableStiffness
+from models.switches import Switches
+from tests.any_arms import direct_joints, meshes, planetary_joints, rods
+
+STEP = 1e-40  # of complex steps: its square is nothing beside any energy
+ROD = {"length_m": 0.8, "com_m": 0.35, "mass_kg": 20.0, "inertia_kg_m2": 1.1}
+LAW = {
+    "law": "fourier",
+    "mean_N_per_m": 9e7,
+    "cosine_N_per_m": [1e7, -3e6],
+    "sine_N_per_m": [5e6, 4e6, 1e6],
+}
+SOFT = {"law": "sine", "mean_N_per_m": 6e7, "amplitude_N_per_m": 1e7}
+TABLE = {
+    "law": "table",
+    "phase_cycles": [0.0, 0.15, 0.3, 0.55, 0.8, 1.0],
+    "stiffness_N_per_m": [8e7, 9e7, 1.2e8, 1.1e8, 7e7, 8e7],
+}
+
+
+def mesh(**changes: Any) -> dict[str, Any]:
+    """A mesh's fields, its planets alike but for their phases."""
+    return {
+        "stiffness": LAW,
+        "backlash_m": 3e-5,
+        "tooth_error_m": 8e-6,
+        "phase_rad": "from-teeth",
+        "damping_ratio": 0.0,
+        **changes,
+    }
+
+
+def stage(**changes: Any) -> dict[str, Any]:
+    """A joint's fields, whose planets mesh a third of a pitch after each other."""
+    return {
+        "kind": "planetary",
+        "sun_teeth": 28,
+        "planet_teeth": 20,
+        "ring_teeth": 68,
+        "planet_count": 3,
+        "module_m": 0.003,
+        "pressure_angle_deg": 20.0,
+        "sun_equivalent_mass_kg": 0.5,
+        "planet_equivalent_mass_kg": 0.6,
+        "carrier_equivalent_mass_kg": 6.0,
+        "sun_mass_kg": 0.4,
+        "planet_mass_kg": 0.5,
+        "carrier_mass_kg": 6.0,
+        "ring_mass_kg": 8.0,
+        "sun_mesh": mesh(),
+        "ring_mesh": mesh(backlash_m=2e-5),
+        **changes,
+    }
+
+
+def unlike_mesh(**changes: Any) -> dict[str, Any]:
+    """A mesh's fields, of three planets that differ in everything that may differ."""
+    return {
+        "stiffness": [LAW, SOFT, TABLE],
+        "backlash_m": [3e-5, 5e-5, 2e-5],
+        "tooth_error_m": [8e-6, 4e-6, 6e-6],
+        "tooth_error_phase_rad": [0.3, -1.1, 2.0],
+        "static_error_m": [5e-6, -7e-6, 3e-6],
+        "phase_rad": "from-teeth",
+        "damping_ratio": [0.05, 0.08, 0.03],
+        **changes,
+    }
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One planet's mesh: x = row . q [m], phase = rate theta + phase, theta = q[angle]."""
+
+    mesh: PlanetMesh
+    row: np.ndarray
+    angle: int
+    rate: int
+    phase: float
+    damping: float
+
+    def phase_at(self, turned: complex) -> complex:
+        """Phase [rad] at a joint angle, or at its rate times the time."""
+        return self.rate * turned + self.phase
+
+    def reach(self, x: complex, phase: complex) -> complex:
+        """f_k(x - e) [m], Eq. 5."""
+        gap = x - self.error(phase)
+        b = self.mesh.backlash_m
+        return gap - b if gap.real > b else gap + b if gap.real < -b else 0 * gap
+
+    def error(self, phase: complex) -> complex:
+        """e [m] at a phase."""
+        turning = np.sin(phase + self.mesh.tooth_error_phase_rad)
+        return self.mesh.static_error_m + self.mesh.tooth_error_m * turning
+
+    def energy(self, q: np.ndarray) -> complex:
+        """k f_k^2 / 2 [J] with phases by the joint's angle."""
+        phase = self.phase_at(q[self.angle])
+        return stiffness_at(self.mesh.stiffness, phase) * self.reach(self.row @ q, phase) ** 2 / 2
+
+
+def contacts(arm: Arm, chosen: Switches, layout: Layout) -> list[Contact]:
+    """Every planet's meshes in the coordinates of a layout."""
+    return [
+        _contact(joint, number, planet, inner, chosen, layout)
+        for number, joint in enumerate(arm.joints)
+        for planet in range(joint.planet_count)
+        for inner in (True, False)
+        if isinstance(joint, Planetary)
+    ]
+
+
+def _contact(
+    joint: Planetary, number: int, planet: int, inner: bool, chosen: Switches, layout: Layout
+) -> Contact:
+    side: Mesh = joint.sun_mesh if inner else joint.ring_mesh
+    mesh = side.of_planet(planet)
+    return Contact(
+        mesh=mesh,
+        row=layout.displacement("x_sp" if inner else "x_pr", number, planet),
+        angle=layout.at("theta", number),
+        rate=joint.ring_teeth if inner or chosen.ring_rate == "corrected" else joint.sun_teeth,
+        phase=_teeth_phase(joint, planet, inner) if mesh.phase_rad is None else mesh.phase_rad,
+        damping=_damping(joint, mesh, inner),
+    )
+
+
+def _teeth_phase(joint: Planetary, planet: int, inner: bool) -> float:
+    """Parker and Lin (2004): delays z_s n / N, -z_r n / N and, for even z_p, half a pitch."""
+    turn = Fraction(planet, joint.planet_count)
+    if inner:
+        return 2 * pi * float(-joint.sun_teeth * turn % 1)
+    half = Fraction(1 - joint.planet_teeth % 2, 2)
+    sun = joint.sun_mesh.of_planet(0).phase_rad
+    return 2 * pi * float((joint.ring_teeth * turn + half) % 1) + (sun or 0.0)
+
+
+def _damping(joint: Planetary, mesh: PlanetMesh, inner: bool) -> float:
+    """d of one planet [N s/m]."""
+    planets = joint.planet_count
+    if mesh.damping_N_s_per_m is not None:
+        return mesh.damping_N_s_per_m / planets
+    half = joint.module_m / 2 * np.cos(np.radians(joint.pressure_angle_deg))
+    mass = joint.sun_equivalent_mass_kg if inner else joint.planet_equivalent_mass_kg
+    if mass is None:
+        own = joint.sun_inertia_kg_m2 if inner else joint.planet_inertia_kg_m2
+        mass = own / (half * (joint.sun_teeth if inner else joint.planet_teeth)) ** 2
+    all_planets = planets * mean_stiffness(mesh.stiffness) * mass * (1 if inner else planets)
+    return 2 * mesh.damping_ratio * sqrt(all_planets) / planets
+
+
+def spring_energy(found: list[Contact], q: np.ndarray) -> complex:
+    """Of all meshes [J]."""
+    return sum((contact.energy(q) for contact in found), 0j)
+
+
+def slope(energy: Callable[[np.ndarray], complex], q: np.ndarray) -> np.ndarray:
+    """Its gradient, shape (n,), by complex steps."""
+    steps = 1j * STEP * np.eye(len(q))
+    return np.array([energy(q + step).imag / STEP for step in steps])
+
+
+def mesh_forces(
+    found: list[Contact], chosen: Switches, t: float, q: np.ndarray, v: np.ndarray
+) -> np.ndarray:
+    """Minus row (k f + d x') of all meshes, springs and dampers, shape (n,)."""
+    force = np.zeros(len(q))
+    for contact in found:
+        turned = q[contact.angle] if chosen.phase == "angle" else v[contact.angle] * t
+        phase = contact.phase_at(turned)
+        reach = contact.reach(contact.row @ q, phase)
+        acts = chosen.damping == "always" or reach != 0
+        damping = acts * contact.damping * (contact.row @ v)
+        elastic = stiffness_at(contact.mesh.stiffness, phase) * reach
+        force -= contact.row * (elastic + damping)
+    return force
+
+
+def expected_force(
+    arm: Arm, chosen: Switches, layout: Layout, t: float, q: np.ndarray, v: np.ndarray
+) -> np.ndarray:
+    """Meshes and friction on an arm without weight or drive, shape (n,)."""
+    found = contacts(arm, chosen, layout)
+    force = mesh_forces(found, chosen, t, q, v)
+    if chosen.mesh_work == "conservative":
+        force[layout.theta] -= slope(lambda at: spring_energy(found, at), q)[layout.theta]
+    friction = np.array([joint.friction_N_m_s_per_rad for joint in arm.joints])
+    force[layout.theta] -= friction * v[layout.theta]
+    return force
+
+
+def stiffness_at(law: StiffnessLaw, phase: complex) -> complex:
+    """k [N/m] as the law's description has it."""
+    if isinstance(law, SineStiffness):
+        return law.mean_N_per_m + law.amplitude_N_per_m * np.sin(phase)
+    if isinstance(law, TableStiffness):
+        return _spline_at(law, phase / (2 * pi))
+    if isinstance(law, FourierStiffness):
+        cosines = (c * np.cos(n * phase) for n, c in enumerate(law.cosine_N_per_m, 1))
+        sines = (s * np.sin(n * phase) for n, s in enumerate(law.sine_N_per_m, 1))
+        return law.mean_N_per_m + sum(cosines) + sum(sines)
+    swing, overlap = law.largest_N_per_m - law.least_N_per_m, law.contact_ratio - 1
+    waves = (
+        (np.sin(i * (2 * pi * overlap - phase)) + np.sin(i * phase)) / (i * pi)
+        for i in range(1, law.harmonics + 1)
+    )
+    return law.least_N_per_m + swing * (overlap + sum(waves))
+
+
+def _spline(law: TableStiffness) -> CubicSpline:
+    return CubicSpline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
+
+
+def _spline_at(law: TableStiffness, cycles: complex) -> complex:
+    spline = _spline(law)
+    within = cycles - np.floor(cycles.real)
+    piece = min(int(np.searchsorted(spline.x, within.real, "right")), len(spline.x) - 1) - 1
+    return np.polyval(spline.c[:, piece], within - spline.x[piece])
+
+
+def mean_stiffness(law: StiffnessLaw) -> float:
+    """Over a period [N/m]."""
+    if isinstance(law, TableStiffness):
+        return float(_spline(law).integrate(0, 1))
+    if isinstance(law, SineStiffness | FourierStiffness):
+        return law.mean_N_per_m
+    swing = law.largest_N_per_m - law.least_N_per_m
+    return law.least_N_per_m + swing * (law.contact_ratio - 1)
+
+
+def rounding(found: list[Contact]) -> float:
+    """What a displacement rounds to, a difference of arcs of a metre, times all springs [N]."""
+    springs = sum(mean_stiffness(contact.mesh.stiffness) for contact in found)
+    return float(100 * np.finfo(float).eps * springs)
+
+
+def state(layout: Layout, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Every mesh in or around its play, the joints about a radian and a radian per second."""
+    draw, scale = np.random.default_rng(seed), np.where(layout.angular, 1.0, 1e-4)
+    return scale * draw.normal(size=scale.size), scale * draw.normal(size=scale.size)
+
+
+@st.composite
+def unlike_arms(draw: st.DrawFn, most_joints: int = 2) -> Arm:
+    """Arms without weight whose 2 to 6 planets differ in everything that may differ."""
+    joints = [draw(unlike_joints())]
+    joints += draw(st.lists(unlike_joints() | direct_joints(), max_size=most_joints - 1))
+    return arm_of(*joints, links=[draw(rods()) for _ in joints])
+
+
+@st.composite
+def alike_arms(draw: st.DrawFn) -> Arm:
+    """Arms without weight of one or two joints, the planets of each alike."""
+    joints = draw(st.lists(planetary_joints(), min_size=1, max_size=2))
+    return arm_of(*joints, links=[draw(rods()) for _ in joints])
+
+
+@st.composite
+def unlike_joints(draw: st.DrawFn) -> dict[str, Any]:
+    """A geared joint's fields, each mesh a list for its planets."""
+    joint = draw(planetary_joints())
+    teeth = joint["sun_teeth"], joint["planet_count"]
+    return joint | {side: draw(unlike_meshes(*teeth)) for side in ("sun_mesh", "ring_mesh")}
+
+
+@st.composite
+def unlike_meshes(draw: st.DrawFn, sun_teeth: int, planets: int) -> dict[str, Any]:
+    """A mesh's fields, with phases in each of their forms."""
+    each = [draw(meshes()) for _ in range(planets)]
+    names = ("stiffness", "backlash_m", "tooth_error_m")
+    small = st.lists(st.floats(-1e-5, 1e-5), min_size=planets, max_size=planets)
+    turns = st.lists(st.floats(-3, 3), min_size=planets, max_size=planets)
+    first = draw(st.floats(-3, 3))
+    listed = [first - 2 * pi * (sun_teeth * n % planets) / planets for n in range(planets)]
+    name, values = draw(
+        st.sampled_from([("damping_ratio", (0.0, 0.1)), ("damping_N_s_per_m", (0.0, 3000.0))])
+    )
+    least, most = values
+    damping = st.lists(st.floats(least, most).filter(_ordinary), min_size=planets, max_size=planets)
+    return {
+        **{field: [mesh[field] for mesh in each] for field in names},
+        "tooth_error_phase_rad": draw(turns),
+        "static_error_m": draw(small),
+        "phase_rad": draw(st.sampled_from(["from-teeth", first, listed])),
+        name: draw(damping),
+    }
+
+
+def _ordinary(value: float) -> bool:
+    """Neither beyond what an arm's damping may be, nor subnormal."""
+    return value == 0 or value > 1e-6
+
+
+def arm_of(*joints: dict[str, Any], links: list[dict[str, Any]]) -> Arm:
+    """An arm without weight."""
+    return Arm.model_validate(
+        {
+            "schema_version": 2,
+            "name": "planets",
+            "payload_mass_kg": 3.0,
+            "joints": joints,
+            "links": links,
+        }
+    )
+
+
+def undriven() -> Scenario:
+    """No torque on any joint."""
+    return Scenario.model_validate(
+        {
+            "schema_version": 1,
+            "name": "undriven",
+            "duration_s": 1e-3,
+            "step_s": 1e-5,
+            "drive": {"kind": "constant", "torque_N_m": 0.0},
+        }
+    )

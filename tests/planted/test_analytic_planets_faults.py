@@ -1,0 +1,160 @@
+"""Faults in the analytic model's single planets and conservative springs, and what sees each."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.planted.faults import (
+    CONTACT,
+    FORCE,
+    MASS,
+    Fault,
+    assert_seen,
+)
+from tests.planted.test_analytic_faults import F_SP, X_PR, X_SP, change
+
+APART = "planets-apart"
+CONSERVATIVE = (("mesh_work", "conservative"),)
+
+
+def fault(name: str, function: str, old: str, new: str, check: str = FORCE, laws=()) -> Fault:
+    return Fault(name, change(function, old, new), check, laws, arm=APART)
+
+
+STATES = [
+    fault(
+        "sun that advances twice",
+        "chain:Chain.sun_row",
+        'self.row("x_s", joint)',
+        '2 * self.row("x_s", joint)',
+        MASS,
+    ),
+    fault("sun feels one flank's sign", "efforts:_stage_rows", "x_pr - advance", "x_pr + advance"),
+    fault("ring pulls", "efforts:_stage_rows", "advance, -x_pr", "advance, x_pr"),
+    fault(
+        "first planet's sun mesh for all",
+        "gears:_meshes_of",
+        "sun_mesh.of_planet(planet)",
+        "sun_mesh.of_planet(0)",
+    ),
+    fault(
+        "first planet's ring mesh for all",
+        "gears:_meshes_of",
+        "ring_mesh.of_planet(planet)",
+        "ring_mesh.of_planet(0)",
+    ),
+    fault(
+        "every planet damps for all",
+        "gears:_meshes_of",
+        "if layout.free else 1\n        d_sp",
+        "if not layout.free else 1\n        d_sp",
+    ),
+    fault("first planet's damping", "gears:_meshes_of", "damping(joint, planet)", "damping(joint)"),
+    fault(
+        "first planet's phase",
+        "gears:_meshes_of",
+        "mesh_phases(joint, planet)",
+        "mesh_phases(joint, 0)",
+    ),
+    fault("planets the other way round", "mesh_phasing:sun_lag", "joint.sun", "-joint.sun"),
+    fault("ring's teeth come later", "mesh_phasing:ring_lag", "-joint.ring", "joint.ring"),
+    fault("planet's other flank forgotten", "mesh_phasing:ring_behind_sun", "else 0.5", "else 0.0"),
+    fault("odd planets half a tooth off", "mesh_phasing:ring_behind_sun", "0.0 if", "0.5 if"),
+    fault(
+        "error in phase with the stiffness",
+        "gears:gears",
+        "entry.mesh.tooth_error_phase_rad",
+        "0.0",
+    ),
+    fault("planets in their places", "gears:gears", "entry.mesh.static_error_m", "0.0"),
+    fault(
+        "error the other way",
+        "tooth_error:whole_error",
+        "return static + tooth_error(np.sin",
+        "return -static + tooth_error(np.sin",
+    ),
+    fault("sun mesh without its planet", "kernel:displacement", " - q[gears.less[i]]", ""),
+    fault(
+        "planet's side of the damper lost",
+        "kernel:generalized_force",
+        "] += damper",
+        "] += 0 * damper",
+    ),
+    fault(
+        "contact judged without the planet",
+        "kernel:generalized_force",
+        "in_contact(gap,",
+        "in_contact(q[gears.where[i]],",
+        FORCE,
+        CONTACT,
+    ),
+    fault(
+        "springs leave the angle alone",
+        "kernel:generalized_force",
+        "if gears.conservative",
+        "if False",
+        FORCE,
+        CONSERVATIVE,
+    ),
+    fault(
+        "stiffness does no work",
+        "mesh_force:phase_force",
+        "stiffness_slope * travel**2 / 2",
+        "0.0",
+        FORCE,
+        CONSERVATIVE,
+    ),
+    fault(
+        "error does no work",
+        "mesh_force:phase_force",
+        "stiffness * travel * error_slope",
+        "0.0",
+        FORCE,
+        CONSERVATIVE,
+    ),
+    fault(
+        "springs push the other way",
+        "kernel:force_on_angle",
+        "return gears",
+        "return -gears",
+        FORCE,
+        CONSERVATIVE,
+    ),
+    fault("angle for phase", "kernel:force_on_angle", " * gears.rate[i]", "", FORCE, CONSERVATIVE),
+    fault(
+        "slope of the first harmonic alone",
+        "stiffness:stiffness_slope",
+        "value += order * (",
+        "value += (",
+        FORCE,
+        CONSERVATIVE,
+    ),
+]
+
+RUNS = [
+    fault("sun at the last contact", "model:AnalyticModel._place_teeth", ".min()", ".max()", X_SP),
+    fault(
+        "start without the standing error",
+        "model:AnalyticModel._place_teeth",
+        "(self.gears.static + self.gears.b)",
+        "self.gears.b",
+        X_PR,
+    ),
+    fault(
+        "records of the first planet",
+        "model:AnalyticModel._per_planet",
+        "values[:, first:after]",
+        "values[:, first : first + 1]",
+        F_SP,
+    ),
+]
+
+
+@pytest.mark.parametrize("fault", STATES, ids=lambda fault: fault.name)
+def test_fault_turns_its_check_red(fault: Fault):
+    assert_seen(fault, "analytic:physical", "pinocchio:gears")
+
+
+@pytest.mark.parametrize("fault", RUNS, ids=lambda fault: fault.name)
+def test_fault_in_a_run_turns_its_check_red(fault: Fault):
+    assert_seen(fault, "analytic:physical", "exudyn:tree")
