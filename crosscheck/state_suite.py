@@ -105,6 +105,8 @@ def conservative(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
 
     The meshes are undamped, so that all but drive, friction and weight is a function of state.
     """
+    if not scales.geared(arm):
+        return
     chosen = usual_switches(arm, planets="free", mesh_work="conservative")
     where, undamped = f"{arm.name}/conservative", damped(arm, 0.0)
     spots = [Spot(where, name, _case(undamped, chosen), count, seed) for name in GEARED]
