@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from typing import Any, TypeVar, get_args, get_origin
 
@@ -18,6 +18,8 @@ from models.stiffness import FourierStiffness, SineStiffness, SquareStiffness, T
 
 TEETH = ("sun_teeth", "planet_teeth", "ring_teeth", "planet_count")
 GEARS = ("sun", "planet", "carrier")
+PER_PLANET = ("backlash_m", "tooth_error_m", "tooth_error_phase_rad", "static_error_m")
+MOST_REFUSALS = 2000
 Drawn = TypeVar("Drawn", bound=BaseModel)
 Make = Callable[[random.Random], dict[str, Any]]
 
@@ -30,14 +32,16 @@ def fresh_seed() -> int:
 
 
 def range_of(field: FieldInfo) -> Within:
-    """What a field may be; of a union's first member."""
-    inside = (item for part in get_args(field.annotation) for item in part_metadata(part))
-    return next(item for item in (*field.metadata, *inside) if isinstance(item, Within))
+    """What a field may be; of a union's first member that has a range."""
+    found = (*field.metadata, *_all_metadata(field.annotation))
+    return next(item for item in found if isinstance(item, Within))
 
 
-def part_metadata(part: Any) -> tuple[Any, ...]:
-    """The metadata of an annotated type, else nothing."""
-    return getattr(part, "__metadata__", ())
+def _all_metadata(kind: Any) -> Iterator[Any]:
+    """The metadata of a type and, of a union, of each member, however deep they stand."""
+    yield from getattr(kind, "__metadata__", ())
+    for part in get_args(kind):
+        yield from _all_metadata(part)
 
 
 def ranges_of(record: type[BaseModel]) -> dict[str, Within]:
@@ -68,12 +72,11 @@ def any_arm(generator: random.Random, joints: int) -> Arm:
 
 
 def _drawn(record: type[Drawn], generator: random.Random, make: Make) -> Drawn:
-    """The first one that is not refused."""
-    while True:
-        try:
+    """The first one that is not refused. Raises the last refusal where all are."""
+    for _ in range(MOST_REFUSALS):
+        with suppress(ValidationError):
             return record.model_validate(make(generator))
-        except ValidationError:
-            continue
+    return record.model_validate(make(generator))
 
 
 def _joint(generator: random.Random) -> Planetary | Direct:
@@ -85,19 +88,30 @@ def _joint(generator: random.Random) -> Planetary | Direct:
 def _planetary(generator: random.Random) -> dict[str, Any]:
     forms = ("equivalent_mass_kg", "inertia_kg_m2")
     left_out = [f"{gear}_{generator.choice(forms)}" for gear in GEARS]
+    teeth = _teeth(generator)
+
+    def mesh(generator: random.Random) -> dict[str, Any]:
+        return _mesh(generator, planets=teeth[-1])
+
     return {
         "kind": "planetary",
         **_numbers(generator, Planetary, (*TEETH, *left_out)),
-        **dict(zip(TEETH, _teeth(generator), strict=True)),
-        "sun_mesh": _drawn(Mesh, generator, _mesh),
-        "ring_mesh": _drawn(Mesh, generator, _mesh),
+        **dict(zip(TEETH, teeth, strict=True)),
+        "sun_mesh": _drawn(Mesh, generator, mesh),
+        "ring_mesh": _drawn(Mesh, generator, mesh),
     }
 
 
-def _mesh(generator: random.Random) -> dict[str, Any]:
+def _mesh(generator: random.Random, planets: int) -> dict[str, Any]:
+    """Some fields one number, some one for each planet; phases of a list are held to the teeth."""
     left_out = generator.choice(("damping_ratio", "damping_N_s_per_m"))
+    found = _numbers(generator, Mesh, (left_out,))
+    for name in found.keys() & set(PER_PLANET):
+        if generator.random() < 0.2:
+            own = range_of(Mesh.model_fields[name])
+            found[name] = [_number(generator, own) for _ in range(planets)]
     law = generator.choice((_sine, _fourier, _square, _table))
-    return {"stiffness": law(generator), **_numbers(generator, Mesh, (left_out,))}
+    return {"stiffness": law(generator), **found}
 
 
 def _sine(generator: random.Random) -> SineStiffness:

@@ -9,10 +9,12 @@ from itertools import product
 import numpy as np
 import pytest
 
+from crosscheck.checks.scales import meshes
 from crosscheck.registry import MODELS, build
 from models.arm import Arm, Planetary
 from models.interface import STATE_ABILITIES, Model
 from models.loading import load_arm, load_scenario
+from models.planets import usual_switches
 from tests.draws import any_arm, fresh_seed
 
 GEARED = ("analytic:physical", "pinocchio:gears", "exudyn:tree", "exudyn:bodies")
@@ -23,7 +25,7 @@ def state_of(model: Model, generator: random.Random) -> tuple[float, np.ndarray,
     """A state: any pose, meshes as far from rest as their play or 1e-5 of the largest gear."""
     geared = [joint for joint in model.arm.joints if isinstance(joint, Planetary)]
     arc = max((joint.module_m * joint.ring_teeth / 2 for joint in geared), default=0.0)
-    plays = [mesh.backlash_m for joint in geared for mesh in (joint.sun_mesh, joint.ring_mesh)]
+    plays = [mesh.backlash_m for joint in geared for mesh in meshes(joint)]
     reach = 1e-5 * arc + 3 * max(plays, default=0.0)
     sizes = np.where(model.layout.angular, 3.0, reach)
     q = np.array([generator.uniform(-size, size) for size in sizes])
@@ -44,7 +46,7 @@ def values(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> list[np.ndar
 def all_finite(arm: Arm, generator: random.Random) -> bool:
     """Whether every model of the arm gives finite numbers in a state, and a stable step."""
     for name in MODELS:
-        if not MODELS[name].covers(arm):
+        if not MODELS[name].covers(arm, usual_switches(arm)):
             continue
         model = build(name, arm, load_scenario("constant-torque"))
         found = values(model, *state_of(model, generator))
