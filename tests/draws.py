@@ -106,7 +106,7 @@ def _mesh(generator: random.Random, planets: int) -> dict[str, Any]:
     """Some fields one number, some one for each planet; phases of a list are held to the teeth."""
     left_out = generator.choice(("damping_ratio", "damping_N_s_per_m"))
     found = _numbers(generator, Mesh, (left_out,))
-    for name in found.keys() & set(PER_PLANET):
+    for name in PER_PLANET:
         if generator.random() < 0.2:
             own = range_of(Mesh.model_fields[name])
             found[name] = [_number(generator, own) for _ in range(planets)]
