@@ -1,0 +1,86 @@
+"""What a user hands over: functions that are equations of motion, and the coordinates they use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from models.switches import Switches
+
+Function = Callable[..., Any]
+Gearing = Literal["rigid", "lumped", "free"]
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """What the user's coordinates x (n,) are, of an arm.
+
+    gearing: ``rigid``, a coordinate per joint; ``lumped``, each geared joint has two more, for all
+    its planets together; ``free``, one more for its sun and one for each planet. The project's own
+    coordinates q of these are those of ``crosscheck.trial.frame``: joint angles [rad] relative to
+    the previous link, and mesh displacements [m].
+
+    x are these with absolute link angles where links is ``absolute``, and with the angles of sun
+    and planets [rad], relative to the ring's body (theta_s and theta_p of Eqs. 2-3), in place of
+    displacements where gears is ``angles``; in this order by ``order`` (names as in the frame), if
+    given. Or anything: q = matrix @ x, or q = function(x), its Jacobian dq/dx (n, n) given or found
+    (complex step); ``function`` may be a sympy Matrix over ``symbols``. names: of x, for the report.
+    """
+
+    gearing: Gearing = "rigid"
+    links: Literal["relative", "absolute"] = "relative"
+    gears: Literal["displacements", "angles"] = "displacements"
+    order: tuple[str, ...] = ()
+    matrix: np.ndarray | Sequence[Sequence[float]] | None = None
+    function: Any = None
+    symbols: tuple[Any, ...] = ()
+    jacobian: Function | None = None
+    names: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Symbolic:
+    """The sympy expressions behind Equations, for a difference that can be typeset.
+
+    x, v, torque: symbols of coordinates (n,), rates (n,) and output torques (joints,). values: what
+    each other symbol is, a number or the name of a quantity of the arm (``L1``, ``r_s2``,
+    ``m_payload``, see ``crosscheck.trial.symbols``).
+    """
+
+    x: tuple[Any, ...]
+    v: tuple[Any, ...]
+    torque: tuple[Any, ...] = ()
+    values: Mapping[Any, float | str] = field(default_factory=dict)
+    mass_matrix: Any = None
+    bias: Any = None
+    force: Any = None
+
+
+@dataclass(frozen=True)
+class Equations:
+    """M(x) x'' + bias(x, v) = force(t, x, v, torque): any of these alone is judged.
+
+    Functions take arrays (n,) by these names, in any order, of which each takes those it needs:
+    ``t`` [s], ``q`` or ``x`` (the coordinates), ``v``, ``a``, ``torque`` (joints,), the drive's torques
+    [N m] on the output side. They return arrays of floats, or what numpy makes arrays of.
+
+    mass_matrix (n, n); bias (n,) = C(x, v) v, or coriolis (n, n) = C itself; force (n,): drive,
+    meshes, dampers, friction and weight; acceleration (n,) by (t, x, v[, torque]);
+    inverse_dynamics (n,) = M a + bias by (x, v, a). level: which rigid level a rigid model is meant
+    to be, one of ``links``, ``carriers``, ``armature``, ``coupled``; '' lets the trial find out.
+    switches: laws that the model follows, where not those of the command line.
+    """
+
+    mass_matrix: Function | None = None
+    bias: Function | None = None
+    coriolis: Function | None = None
+    force: Function | None = None
+    acceleration: Function | None = None
+    inverse_dynamics: Function | None = None
+    coordinates: Coordinates = Coordinates()
+    level: Literal["", "links", "carriers", "armature", "coupled"] = ""
+    switches: Switches | None = None
+    symbolic: Symbolic | None = None
