@@ -25,10 +25,11 @@ from models.loading import Case
 
 @dataclass(frozen=True)
 class Failure:
-    """Why there is no result: the exception's name and message."""
+    """Why there is no result: the exception's name and message; the traceback of a user's code."""
 
     kind: str
     message: str
+    trace: str = ""
 
     def __str__(self) -> str:
         return f"{self.kind}: {self.message}" if self.message else self.kind
