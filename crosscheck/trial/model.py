@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
 import xarray as xr
 
-from crosscheck.checks.invariants import sun_advance, sun_of, torques_at
+from crosscheck.checks.invariants import torques_at
 from crosscheck.checks.scales import geared
-from crosscheck.registry import build, lead, of_level
+from crosscheck.registry import Entry, build, lead, of_level
 from crosscheck.trial.calls import Handed
 from crosscheck.trial.equations import Equations
 from crosscheck.trial.frame import frame_of
@@ -23,12 +22,13 @@ from models.scenario import Scenario
 from models.switches import Switches
 from models.trajectory import recorded_times, trajectory
 
-MODEL_PARTS = {
+ABILITIES = {
     "mass_matrix": "mass_matrix",
     "bias": "bias",
-    "generalized_force": "force",
+    "force": "generalized_force",
     "acceleration": "acceleration",
 }
+CALL_S = 2e-4  # of a user's Python
 
 
 class HandedModel(Model):
@@ -140,3 +140,42 @@ class HandedModel(Model):
             for planet in range(planets[number]):
                 rows[number, planet] = self.layout.displacement(mesh, number, planet)
         return rows
+
+
+def _reference_of(handed: HandedModel) -> Model:
+    """The model that says where a scenario starts and which step is stable."""
+    level = handed.equations.level or "links"
+    name = lead() if handed.layout.meshing else of_level(level)[0]
+    return build(name, handed.arm, handed.scenario, handed.switches)
+
+
+def switches_of(equations: Equations, arm: Arm, chosen: Switches | None) -> Switches:
+    """The laws that equations follow: what was chosen, or their own; planets as they count them.
+
+    Raises InputError for an arm whose planets differ and equations that count them as one.
+    """
+    laws = chosen or equations.switches or usual_switches(arm)
+    gearing = equations.coordinates.gearing
+    if gearing == "rigid":
+        return laws
+    return laws.model_copy(update={"planets": gearing})
+
+
+def entry_for(name: str, equations: Equations, has: frozenset[str]) -> Entry:
+    """What the registry holds of equations while they are on trial."""
+    attributes = {"name": name, "equations": equations, "abilities": _abilities(has)}
+    made = type("Handed", (HandedModel,), attributes)
+    return Entry(
+        module=__name__,
+        attribute="HandedModel",
+        role="handed",
+        promises=_abilities(has),
+        order=4,
+        call_s=CALL_S,
+        made=made,
+    )
+
+
+def _abilities(has: frozenset[str]) -> frozenset[str]:
+    found = {ABILITIES[part] for part in has if part in ABILITIES}
+    return frozenset(found | ({"simulate"} if found >= {*STATE_ABILITIES} else set()))

@@ -1,0 +1,122 @@
+"""Every comparison of a trial: what the equations owe to themselves, then to the engines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+from crosscheck.comparison import Comparison, Results
+from crosscheck.findings import About, Finding, Key, checked, measured_only
+from crosscheck.trial import own_checks
+from crosscheck.trial.bench import Bench
+from crosscheck.trial.entries import deviations, wrong_entries
+from crosscheck.trial.places import Place
+from crosscheck.trial.questions import Question
+from crosscheck.trial.sizes import Sizes, sizes_of
+from crosscheck.trial.words import listed
+
+OWN, AGAINST = "trial-own", "trial-states"
+COMPARED = ("mass_matrix", "bias", "force", "acceleration")
+Judged = tuple[Finding, list[Place]]
+
+
+def reference_of(bench: Bench, level: str) -> str:
+    """The model that entries are held against one by one."""
+    return bench.engines(level)[0]
+
+
+def sizes_in(bench: Bench, results: Results, level: str) -> Sizes:
+    """Natural sizes by the reference's answers. Raises Unavailable."""
+    model = reference_of(bench, level)
+    mass = results.need(bench.ask(model, "mass_matrix"))
+    force, acceleration = (results.found(bench.ask(model, p)) for p in ("force", "acceleration"))
+    return sizes_of(bench.frame, bench.states, mass, force, acceleration)
+
+
+def sizing(bench: Bench, level: str) -> tuple[Question, ...]:
+    """What sizes are taken from."""
+    model = reference_of(bench, level)
+    return tuple(bench.ask(model, part) for part in ("mass_matrix", "force", "acceleration"))
+
+
+def own_comparisons(bench: Bench) -> Iterator[Comparison]:
+    """Engine-free checks of the parts that are there; the reference lends its sizes alone."""
+    level = bench.levels[-1] if bench.levels else ""
+    if "mass_matrix" in bench.has:
+        yield _own(bench, "symmetric", ("mass_matrix",), level, _plain(own_checks.symmetric))
+        yield _own(bench, "positive-definite", ("mass_matrix",), level, _positive)
+    if "bias" in bench.has:
+        yield _own(bench, "bias-quadratic", ("bias", "other_speeds"), level, own_checks.quadratic)
+    if {"mass_matrix", "bias"} <= bench.has:
+        parts = ("rate_terms", "christoffel")
+        yield _own(bench, "bias-from-inertia", parts, level, own_checks.from_inertia)
+    if "force" in bench.has:
+        parts = ("by_torques",)
+        yield _own(bench, "linear-in-torques", parts, level, own_checks.linear_in_torques)
+    if bench.equations.acceleration is not None and bench.has >= {*COMPARED}:
+        yield _own(bench, "second-law", COMPARED, level, _second_law)
+
+
+def _plain(check: Callable[[About, Any], Judged]) -> Callable[..., Judged]:
+    return lambda about, values, sizes: check(about, values)
+
+
+def _positive(about: About, mass: Any, sizes: Sizes) -> Judged:
+    return own_checks.positive(about, mass), []
+
+
+def _second_law(
+    about: About, mass: Any, bias: Any, force: Any, acceleration: Any, sizes: Sizes
+) -> Judged:
+    return own_checks.second_law(about, (mass, bias, force), acceleration, sizes)
+
+
+def _own(
+    bench: Bench, quantity: str, parts: Sequence[str], level: str, check: Callable[..., Judged]
+) -> Comparison:
+    questions = tuple(bench.yours(part) for part in parts)
+    key = Key(OWN, bench.case.arm.name, quantity, bench.name)
+    metric = f"largest relative deviation of an entry over {bench.count} random states"
+
+    def judged(about: About, results: Results) -> Finding:
+        answers = [results.need(question) for question in questions]
+        finding, places = check(about, *answers, sizes_in(bench, results, level))
+        return replace(finding, note=finding.note or listed(places, bench.frame.names))
+
+    about = About(key, "1", metric, "first principles")
+    return Comparison(about, (*questions, *sizing(bench, level)), judged)
+
+
+def engine_comparisons(bench: Bench, level: str, *, binding: bool) -> Iterator[Comparison]:
+    """Every part against every engine; measurements where a level is not what is claimed.
+
+    binding: whether they must agree.
+    """
+    for part in COMPARED:
+        for engine in bench.engines(level) if part in bench.has else ():
+            yield _against(bench, engine, part, level, binding)
+
+
+def _against(bench: Bench, engine: str, part: str, level: str, binding: bool) -> Comparison:
+    yours, theirs = bench.yours(part), bench.ask(engine, part)
+    key = Key(AGAINST, bench.case.arm.name, part, bench.name, engine)
+    metric = f"largest relative difference of an entry over {bench.count} random states"
+
+    def judged(about: About, results: Results) -> Finding:
+        one, other = results.need(yours), results.need(theirs)
+        sizes = sizes_in(bench, results, level)
+        measured = float(deviations(one, other, sizes.of(part)).max())
+        if not binding:
+            return measured_only(about, measured=measured)
+        wrong = [each.place for each in wrong_entries(part, one, other, sizes)]
+        return checked(
+            about,
+            measured=measured,
+            tolerance=sizes.tolerance,
+            basis=sizes.basis,
+            relative=measured,
+            note=listed(wrong, bench.frame.names),
+        )
+
+    return Comparison(About(key, "1", metric), (yours, theirs, *sizing(bench, level)), judged)

@@ -1,0 +1,190 @@
+"""A trial from end to end: hand over, ask, compare, find the wrong entries, explain them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from crosscheck.comparison import Comparison, Results, findings_of, tasks_of
+from crosscheck.findings import Agreement
+from crosscheck.provenance import provenance
+from crosscheck.registry import register
+from crosscheck.run import Told, performed
+from crosscheck.state_suite import Spot, balances, unequal_gains
+from crosscheck.tasks import Failure
+from crosscheck.trial.bench import QUICK_STATES, STATES, Bench
+from crosscheck.trial.entries import wrong_entries
+from crosscheck.trial.equations import Equations
+from crosscheck.trial.ladder import Rung, closest, ladder
+from crosscheck.trial.model import entry_for, switches_of
+from crosscheck.trial.places import Wrong
+from crosscheck.trial.questions import Question
+from crosscheck.trial.runs import run_comparisons
+from crosscheck.trial.suite import (
+    COMPARED,
+    engine_comparisons,
+    own_comparisons,
+    reference_of,
+    sizes_in,
+)
+from crosscheck.workers import Workers
+from models.arm import Arm
+from models.loading import Case
+from models.scenario import Scenario
+from models.switches import Switches
+
+# Where each part is looked at entry by entry.
+BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"}
+RUNNABLE = {"mass_matrix", "bias", "force"}
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a user asks a trial of equations on an arm to do.
+
+    scenarios: to be run, none for a trial by states alone; chosen: laws, None for the usual.
+    """
+
+    name: str
+    equations: Equations
+    arm: Arm
+    scenarios: tuple[Scenario, ...] = ()
+    chosen: Switches | None = None
+    quick: bool = False
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Equations judged.
+
+    level: the rigid level that they are, or are closest to; '' of geared ones. wrong: the entries
+    that are not right. missing: parts that were not handed over. traces: of parts that raised.
+    """
+
+    bench: Bench
+    agreement: Agreement
+    level: str
+    rungs: tuple[Rung, ...]
+    wrong: tuple[Wrong, ...]
+    missing: tuple[str, ...]
+    traces: dict[str, str]
+
+    @property
+    def exit_code(self) -> int:
+        """As of an Agreement."""
+        return self.agreement.exit_code
+
+
+def tried(
+    asked: Asked, *, jobs: int = 1, told: Told = lambda what, left: None
+) -> Trial:
+    """Put equations on trial. Raises InputError for what cannot be tried at all."""
+    bench = bench_of(asked)
+    with register(bench.name, entry_for(bench.name, bench.equations, bench.has)), Workers(jobs) as workers:
+        tasks = [*tasks_of(list(_planned(bench, asked))), *_localising(bench)]
+        results = performed(workers, [*dict.fromkeys(tasks)], told)
+    return _judged(bench, asked, results)
+
+
+def bench_of(asked: Asked) -> Bench:
+    """What is on trial, its coordinates and states made. Raises InputError."""
+    laws = switches_of(asked.equations, asked.arm, asked.chosen)
+    case = Case(asked.arm, unequal_gains(asked.arm), laws)
+    count = QUICK_STATES if asked.quick else STATES
+    has = parts_of(asked.equations, asked.arm)
+    bench = Bench(asked.name, asked.equations, has, case, count, asked.seed)
+    assert bench.states  # made now, so that what is wrong with the coordinates is said first
+    return bench
+
+
+def _planned(bench: Bench, asked: Asked) -> Iterator[Comparison]:
+    """Everything that may be compared, whichever level it turns out to be."""
+    yield from own_comparisons(bench)
+    for level in bench.levels or ("",):
+        yield from _engines_and_runs(bench, asked, level, binding=True)
+    if not bench.levels and bench.has >= {*COMPARED}:
+        yield from balances(_spot(bench))
+
+
+def _spot(bench: Bench) -> Spot:
+    return Spot(bench.case.arm.name, bench.name, bench.case, bench.count, bench.seed)
+
+
+def _localising(bench: Bench) -> Iterator[Question]:
+    """What is looked at entry by entry: yours and that of the reference, of every level."""
+    for quantity in by_entry(bench):
+        yield bench.yours(quantity)
+        for level in bench.levels or ("",):
+            yield bench.ask(reference_of(bench, level), quantity)
+
+
+def by_entry(bench: Bench) -> list[str]:
+    """Parts that are compared entry by entry; the acceleration only where nothing else is there."""
+    found = [quantity for part, quantity in BY_ENTRY.items() if part in bench.has]
+    return found or ["acceleration"]
+
+
+def _engines_and_runs(
+    bench: Bench, asked: Asked, level: str, *, binding: bool
+) -> Iterator[Comparison]:
+    yield from engine_comparisons(bench, level, binding=binding)
+    for scenario in asked.scenarios if binding and bench.has >= RUNNABLE else ():
+        yield from run_comparisons(bench, scenario, level)
+
+
+def _judged(bench: Bench, asked: Asked, results: Results) -> Trial:
+    level, rungs = _level(bench, results)
+    comparisons = list(own_comparisons(bench))
+    for each in bench.levels or ("",):
+        comparisons += _engines_and_runs(bench, asked, each, binding=each == level)
+    if not bench.levels and bench.has >= {*COMPARED}:
+        comparisons += balances(_spot(bench))
+    findings = list(findings_of(comparisons, results))
+    record = provenance(asked.arm, asked.seed, asked.quick, asked.scenarios, bench.case.switches)
+    return Trial(
+        bench=bench,
+        agreement=Agreement(findings, record),
+        level=level,
+        rungs=tuple(rungs),
+        wrong=tuple(_wrong(bench, results, level)),
+        missing=tuple(part for part in COMPARED if part not in bench.has),
+        traces=_traces(bench, results),
+    )
+
+
+def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
+    """The rigid level that a mass matrix is closest to, of those that it may be; and all of them.
+
+    Without a usable mass matrix the least demanding one.
+    """
+    if not bench.levels:
+        return "", []
+    yours = results.found(bench.yours("mass_matrix")) if "mass_matrix" in bench.has else None
+    masses = {
+        level: results.found(bench.ask(reference_of(bench, level), "mass_matrix"))
+        for level in bench.levels
+    }
+    if yours is None or any(mass is None for mass in masses.values()):
+        return bench.levels[0], []
+    rungs = ladder(yours, masses, sizes_in(bench, results, bench.levels[-1]))
+    return closest(rungs).level, rungs
+
+
+def _wrong(bench: Bench, results: Results, level: str) -> Iterator[Wrong]:
+    """Entries of every part that is there and that the reference answers."""
+    for quantity in by_entry(bench):
+        yours = results.found(bench.yours(quantity))
+        right = results.found(bench.ask(reference_of(bench, level), quantity))
+        if yours is not None and right is not None:
+            yield from wrong_entries(quantity, yours, right, sizes_in(bench, results, level))
+
+
+def _traces(bench: Bench, results: Results) -> dict[str, str]:
+    """Tracebacks of the parts that raised, each once."""
+    found: dict[str, str] = {}
+    for key, outcome in results.outcomes.items():
+        mine = isinstance(key, Question) and key.model == bench.name
+        if mine and isinstance(outcome, Failure) and outcome.trace not in found.values():
+            found[key.quantity] = outcome.trace
+    return found
