@@ -14,7 +14,7 @@ from crosscheck.trial.entries import deviations, wrong_entries
 from crosscheck.trial.places import Place
 from crosscheck.trial.questions import Question
 from crosscheck.trial.sizes import Sizes, sizes_of
-from crosscheck.trial.words import listed
+from crosscheck.trial.naming import listed
 
 OWN, AGAINST = "trial-own", "trial-states"
 COMPARED = ("mass_matrix", "bias", "force", "acceleration")
