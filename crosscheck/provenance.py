@@ -55,8 +55,9 @@ def provenance(
     scenarios: Sequence[Scenario] = (),
     chosen: Switches | None = None,
     remarks: Sequence[str] = (),
+    packages: Sequence[str] = (),
 ) -> Provenance:
-    """Of a result that this process makes now."""
+    """Of a result that this process makes now; packages: what it depends on beside the usual."""
     return Provenance(
         command=_text(" ".join(["crosscheck", *sys.argv[1:]])),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
@@ -67,7 +68,7 @@ def provenance(
         scenarios=tuple(scenarios),
         switches=chosen,
         remarks=tuple(remarks),
-        versions={name: version(name) for name in PACKAGES},
+        versions={name: version(name) for name in (*PACKAGES, *packages)},
         python=platform.python_version(),
         machine=f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
         revision=_revision(),

@@ -17,7 +17,7 @@ from crosscheck.api import simulate
 from crosscheck.checks.answers import answers
 from crosscheck.checks.consistency import require_consistent
 from crosscheck.checks.records import require_complete
-from crosscheck.registry import MODELS, build
+from crosscheck.registry import MODELS, Entry, build
 from models.errors import Diverged, InputError
 from models.interface import Model
 from models.loading import Case
@@ -130,9 +130,14 @@ class Evaluation:
 Outcome = xr.Dataset | np.ndarray | Failure
 
 
-@lru_cache(maxsize=8)
 def built(name: str, case: Case) -> Model:
     """The model of a case; every process remembers the last few."""
+    return _built(name, MODELS[name], case)
+
+
+@lru_cache(maxsize=8)
+def _built(name: str, entry: Entry, case: Case) -> Model:
+    """By its entry too: one after another, models on trial may have the same name."""
     return build(name, *case)
 
 

@@ -88,7 +88,7 @@ def test_all_models_take_part(quick_report):
         for engine in ("analytic", "pinocchio")
         for level in registry.RIGID_LEVELS
     }
-    assert named >= {*registry.GEARED, *rigid}
+    assert named >= {*registry.names("geared"), *rigid}
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck.registry import MODELS, home
+from crosscheck.registry import BUILT_IN, home
 from crosscheck.studies import sources
 from crosscheck.studies.sources import code_hash, walked
 from models.loading import HERE
@@ -143,6 +143,6 @@ def test_another_meaning_of_a_name_is_another_key(tmp_path, monkeypatch):
 
 
 def test_every_model_has_its_home():
-    for name in MODELS:
+    for name in BUILT_IN:
         module, kind = home(name)
         assert f"class {kind}(" in (ROOT / f"{module.replace('.', '/')}.py").read_text("utf-8")
