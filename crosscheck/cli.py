@@ -178,6 +178,42 @@ def simulate(
     simulate_command(arm, model, scenario, named, overrides, out, force)
 
 
+@app.command()
+def trial(
+    model: Annotated[
+        str, typer.Argument(metavar="MODEL", help="file.py:name or package.module:name; it is run.")
+    ],
+    arm: ArmName = "paper-labelled",
+    scenario: Annotated[
+        list[str] | None,
+        typer.Option("--scenario", help="Simulate this too, a name or file; repeatable."),
+    ] = None,
+    settings: Settings = None,
+    quick: Quick = False,
+    jobs: Jobs = None,
+    seed: Seed = 0,
+    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+    junit: JUnit = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the page, trial.html.")] = None,
+) -> None:
+    """Put your own equations of motion on trial: which entry is wrong, and in which term."""
+    from crosscheck.trial.command import trial_command
+
+    code = trial_command(
+        model,
+        arm,
+        scenario or [],
+        settings or [],
+        quick=quick,
+        jobs=jobs or os.cpu_count() or 1,
+        seed=seed,
+        json_file=json_file,
+        junit=junit,
+        out=out,
+    )
+    raise typer.Exit(code)
+
+
 @app.command("list")
 def list_() -> None:
     """Show the arms, models and scenarios that come with the project."""

@@ -19,7 +19,7 @@ from models.scenario import Scenario
 from models.switches import Switches
 
 ENTRY_POINTS = "geararm_crosscheck.models"  # the group by which installed packages offer models
-Role = Literal["geared", "form", "rigid"]
+Role = Literal["geared", "form", "rigid", "handed"]
 STATES = frozenset(STATE_ABILITIES)
 RUNS = STATES | {"simulate"}
 BOTH_WAYS = RUNS | {"reference"}
@@ -37,7 +37,8 @@ class Entry:
     """A model: where its class is, and what a cross-check may count on.
 
     role: ``geared`` must agree with every other geared model; a ``form`` is the paper's and is
-    measured against them; ``rigid`` has no gears, and a level that others of it share. promises:
+    measured against them; ``rigid`` has no gears, and a level that others of it share; ``handed``
+    is a user's, of whose teeth only the whole force is known. promises:
     methods that a cross-check uses; it plans by these and never by what the class says of itself,
     so that nothing goes unnoticed. packages: distributions, beside every model's, whose versions
     its results depend on. order: of its fixed-step integrator, None for one that chooses

@@ -168,7 +168,7 @@ def entry_for(name: str, equations: Equations, has: frozenset[str]) -> Entry:
     return Entry(
         module=__name__,
         attribute="HandedModel",
-        role="handed",
+        role="rigid" if equations.coordinates.gearing == "rigid" else "handed",
         promises=_abilities(has),
         order=4,
         call_s=CALL_S,

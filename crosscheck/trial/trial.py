@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from crosscheck.comparison import Comparison, Results, findings_of, tasks_of
 from crosscheck.findings import Agreement
 from crosscheck.provenance import provenance
@@ -13,7 +15,7 @@ from crosscheck.run import Told, performed
 from crosscheck.state_suite import Spot, balances, unequal_gains
 from crosscheck.tasks import Failure
 from crosscheck.trial.bench import QUICK_STATES, STATES, Bench
-from crosscheck.trial.entries import wrong_entries
+from crosscheck.trial.entries import deviations, wrong_entries
 from crosscheck.trial.equations import Equations
 from crosscheck.trial.ladder import Rung, closest, ladder
 from crosscheck.trial.model import entry_for, switches_of
@@ -58,14 +60,17 @@ class Asked:
 class Trial:
     """Equations judged.
 
-    level: the rigid level that they are, or are closest to; '' of geared ones. wrong: the entries
-    that are not right. missing: parts that were not handed over. traces: of parts that raised.
+    level: the rigid level that they are, or are closest to; '' of geared ones. apart: by part, how
+    far each entry is from the reference's, relative to its size: M (n, n), terms of the bias
+    (n, n, n), force (n,). wrong: the entries that are not right. missing: parts that were not
+    handed over. traces: of parts that raised.
     """
 
     bench: Bench
     agreement: Agreement
     level: str
     rungs: tuple[Rung, ...]
+    apart: dict[str, np.ndarray]
     wrong: tuple[Wrong, ...]
     missing: tuple[str, ...]
     traces: dict[str, str]
@@ -147,6 +152,7 @@ def _judged(bench: Bench, asked: Asked, results: Results) -> Trial:
         agreement=Agreement(findings, record),
         level=level,
         rungs=tuple(rungs),
+        apart=_apart(bench, results, level),
         wrong=tuple(_wrong(bench, results, level)),
         missing=tuple(part for part in COMPARED if part not in bench.has),
         traces=_traces(bench, results),
@@ -178,6 +184,18 @@ def _wrong(bench: Bench, results: Results, level: str) -> Iterator[Wrong]:
         right = results.found(bench.ask(reference_of(bench, level), quantity))
         if yours is not None and right is not None:
             yield from wrong_entries(quantity, yours, right, sizes_in(bench, results, level))
+
+
+def _apart(bench: Bench, results: Results, level: str) -> dict[str, np.ndarray]:
+    """How far every entry is from the reference's, of every part that both answer."""
+    found = {}
+    for quantity in by_entry(bench):
+        yours = results.found(bench.yours(quantity))
+        right = results.found(bench.ask(reference_of(bench, level), quantity))
+        if yours is not None and right is not None:
+            sizes = sizes_in(bench, results, level)
+            found[quantity] = deviations(yours, right, sizes.of(quantity))
+    return found
 
 
 def _traces(bench: Bench, results: Results) -> dict[str, str]:

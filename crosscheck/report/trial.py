@@ -1,0 +1,148 @@
+"""A trial in the terminal, as JSON and as one page."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.text import Text
+
+from crosscheck.report.html import number
+from crosscheck.report.terminal import print_agreement
+from crosscheck.report.words import counted, printable, tally
+from crosscheck.trial.naming import named
+from crosscheck.trial.places import Wrong
+from crosscheck.trial.trial import Trial
+
+SCHEMA_VERSION = 1
+LEAST, MOST = 1e-16, 1.0  # of a heat map's scale
+PART_NAMES = {"mass_matrix": "M", "rate_terms": "bias", "force": "force"}
+
+
+def print_trial(trial: Trial) -> None:
+    """What was judged, the checks, the wrong entries, and why."""
+    console = Console(soft_wrap=True, highlight=False)
+    for line in summary(trial):
+        console.print(Text(printable(line)))
+    print_agreement(trial.agreement)
+    for wrong in trial.wrong:
+        console.print(Text.assemble(("wrong ", "red"), printable(wrong_line(trial, wrong))))
+    for part, trace in trial.traces.items():
+        console.print(Text(f"{part} raised:\n{trace}"))
+
+
+def summary(trial: Trial) -> Iterator[str]:
+    """Whose equations, in which coordinates, of which kind; what could not be judged."""
+    bench = trial.bench
+    kind = f"rigid, level {trial.level}" if trial.level else f"geared, planets {bench.gearing}"
+    yield f"{bench.name} on {bench.case.arm.name}: {kind}"
+    yield f"coordinates: {', '.join(bench.frame.names)}"
+    for rung in trial.rungs if len(trial.rungs) > 1 else ():
+        differ = f"{counted(rung.entries, 'entry').replace('entrys', 'entries')} of M differ"
+        largest = f", by up to {rung.largest:.3g}" if rung.entries else ""
+        yield f"  against {rung.level} ({rung.brings}): {differ}{largest}"
+    if trial.missing:
+        yield f"not handed over, so not judged: {', '.join(trial.missing)}"
+
+
+def wrong_line(trial: Trial, wrong: Wrong) -> str:
+    """One wrong entry, and why, in one line."""
+    return f"{named(wrong.place, trial.bench.frame.names)}: off by {wrong.relative:.3g} of its size"
+
+
+def trial_json(trial: Trial) -> str:
+    """Readable JSON, ending in a newline."""
+    bench = trial.bench
+    content: dict[str, Any] = {
+        "schema_version": SCHEMA_VERSION,
+        "model": bench.name,
+        "arm": bench.case.arm.name,
+        "gearing": bench.gearing,
+        "coordinates": list(bench.frame.names),
+        "level": trial.level,
+        "ladder": [_rung(rung) for rung in trial.rungs],
+        "missing": list(trial.missing),
+        "wrong": [_wrong(trial, wrong) for wrong in trial.wrong],
+        "tracebacks": trial.traces,
+        "agreement": trial.agreement.to_dict(),
+    }
+    return json.dumps(content, indent=1, allow_nan=False) + "\n"
+
+
+def _rung(rung: Any) -> dict[str, Any]:
+    return {"level": rung.level, "entries": rung.entries, "largest": rung.largest}
+
+
+def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
+    place = wrong.place
+    return {
+        "part": place.part,
+        "row": place.row,
+        "column": place.column,
+        "rates": None if place.rates is None else list(place.rates),
+        "entry": named(place, trial.bench.frame.names),
+        "relative": wrong.relative if np.isfinite(wrong.relative) else None,
+        "told": wrong_line(trial, wrong),
+    }
+
+
+@dataclass(frozen=True)
+class HeatMap:
+    """Of a part, as SVG."""
+
+    title: str
+    drawing: str
+
+
+def trial_page(trial: Trial) -> str:
+    """HTML text, figures inlined."""
+    environment = Environment(
+        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
+    )
+    environment.filters |= {"number": number, "tally": tally}
+    return environment.get_template("trial.html.j2").render(
+        trial=trial,
+        summary=list(summary(trial)),
+        wrong=[(named(w.place, trial.bench.frame.names), w, wrong_line(trial, w)) for w in trial.wrong],
+        maps=list(_maps(trial)),
+        provenance=trial.agreement.to_dict()["provenance"],
+    )
+
+
+def _maps(trial: Trial) -> Iterator[HeatMap]:
+    """One of each part; of the bias one row after another."""
+    names = trial.bench.frame.names
+    for quantity, apart in trial.apart.items():
+        title = PART_NAMES.get(quantity, quantity)
+        if apart.ndim == 3:
+            for row, name in enumerate(names):
+                if (apart[row] > LEAST).any():
+                    yield HeatMap(f"{title} of {name}, by rates", _drawn(apart[row], names, names))
+        elif apart.ndim == 2:
+            yield HeatMap(title, _drawn(apart, names, names))
+        else:
+            yield HeatMap(title, _drawn(apart[:, None], names, ("",)))
+
+
+def _drawn(apart: np.ndarray, rows: tuple[str, ...], columns: tuple[str, ...]) -> str:
+    """A heat map of relative deviations (rows, columns), as SVG."""
+    size = 0.5
+    figure = Figure(figsize=(1.8 + size * len(columns), 1.0 + size * len(rows)), layout="tight")
+    axes = figure.subplots()
+    shown = np.clip(np.nan_to_num(apart, nan=MOST, posinf=MOST), LEAST, None)
+    image = axes.imshow(shown, norm=LogNorm(LEAST, MOST), cmap="viridis", aspect="equal")
+    axes.set_xticks(range(len(columns)), columns, rotation=90)
+    axes.set_yticks(range(len(rows)), rows)
+    figure.colorbar(image, ax=axes, label="relative deviation")
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None})
+    drawing = text.getvalue()
+    return drawing[drawing.index("<svg") :]
