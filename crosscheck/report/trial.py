@@ -111,7 +111,9 @@ def trial_page(trial: Trial) -> str:
     return environment.get_template("trial.html.j2").render(
         trial=trial,
         summary=list(summary(trial)),
-        wrong=[(named(w.place, trial.bench.frame.names), w, wrong_line(trial, w)) for w in trial.wrong],
+        wrong=[
+            (named(w.place, trial.bench.frame.names), w, wrong_line(trial, w)) for w in trial.wrong
+        ],
         maps=list(_maps(trial)),
         provenance=trial.agreement.to_dict()["provenance"],
     )

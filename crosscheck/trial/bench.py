@@ -56,7 +56,10 @@ class Bench:
         if level:
             return tuple(sorted(of_level(level), key=lambda name: MODELS[name].order is None))
         first = lead()
-        return (first, *(name for name in promising("mass_matrix", names("geared")) if name != first))
+        return (
+            first,
+            *(name for name in promising("mass_matrix", names("geared")) if name != first),
+        )
 
     def yours(self, quantity: str) -> Question:
         """The question of a part of it."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from crosscheck.output import require_file, write_files
@@ -33,8 +34,9 @@ def trial_command(
         require_file(file)
     chosen = load_chosen(arm, scenarios, settings)
     equations = handed_over(model, chosen.arm, chosen.scenarios[0] if chosen.scenarios else None)
+    name = model.replace(os.sep, "/").rpartition("/")[2]
     asked = Asked(
-        model, equations, chosen.arm, chosen.scenarios, chosen.switches, quick=quick, seed=seed
+        name, equations, chosen.arm, chosen.scenarios, chosen.switches, quick=quick, seed=seed
     )
     with shown_progress() as told:
         trial = tried(asked, jobs=jobs, told=told)
@@ -42,7 +44,7 @@ def trial_command(
     if json_file is not None:
         files[json_file] = trial_json(trial)
     if junit is not None:
-        files[junit] = junit_xml(trial.agreement, f"trial {model} {chosen.arm.name}")
+        files[junit] = junit_xml(trial.agreement, f"trial {name} {chosen.arm.name}")
     if page is not None:
         files[page] = trial_page(trial)
     write_files(files)

@@ -10,13 +10,13 @@ import xarray as xr
 from crosscheck.checks.invariants import torques_at
 from crosscheck.checks.scales import geared
 from crosscheck.registry import Entry, build, lead, of_level
-from crosscheck.trial.calls import Handed
+from crosscheck.trial.calls import Handed, handed
 from crosscheck.trial.equations import Equations
 from crosscheck.trial.frame import frame_of
 from models.arm import Arm
 from models.drive import drive_data
 from models.interface import STATE_ABILITIES, Model, require_finite
-from models.layout import MESHES, Layout
+from models.layout import MESHES, Layout, Meaning
 from models.planets import usual_switches
 from models.scenario import Scenario
 from models.switches import Switches
@@ -42,7 +42,7 @@ class HandedModel(Model):
         super().__init__(arm, scenario, switches_of(self.equations, arm, chosen_switches))
         self.frame = frame_of(self.equations.coordinates, arm)
         self.layout: Layout = self.frame.layout
-        self.handed = Handed(self.equations, arm, self.frame)
+        self.handed: Handed = handed(self.equations, arm, self.frame)
         self.drive = drive_data(scenario, len(arm.joints))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
@@ -132,7 +132,7 @@ class HandedModel(Model):
                 variables[name] = np.moveaxis(variables[name], -1, 0)
         return trajectory(self, time, **variables)
 
-    def _by_planet(self, mesh: str) -> np.ndarray:
+    def _by_planet(self, mesh: Meaning) -> np.ndarray:
         """Rows (joints, planets, n) of a mesh's displacements; NaN where there is no planet."""
         planets = [joint.planet_count for joint in self.arm.joints]
         rows = np.full((len(planets), max(planets), len(self.layout)), np.nan)

@@ -59,9 +59,7 @@ def from_inertia(
     about: About, terms: np.ndarray, christoffel: np.ndarray, sizes: Sizes
 ) -> tuple[Finding, list[Place]]:
     """A bias's terms (count, n, n, n) against those that its own M demands."""
-    return _judged(
-        about, "rate_terms", deviations(terms, christoffel, sizes.rate_terms), sizes
-    )
+    return _judged(about, "rate_terms", deviations(terms, christoffel, sizes.rate_terms), sizes)
 
 
 def linear_in_torques(

@@ -112,7 +112,7 @@ def _accelerations(source: Source, states: Sequence[State]) -> list[np.ndarray]:
 
 
 def _by_torques(source: Source, states: Sequence[State]) -> list[np.ndarray]:
-    """f at no torque, at one torque at a time, at twice that one and at all: (count, 2 m + 2, n)."""
+    """f at no torque, each alone, twice each alone, all together: (2 m + 2, n) at each state."""
     found = []
     for state in states:
         alone = np.diag(state.torque)

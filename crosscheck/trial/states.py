@@ -1,4 +1,4 @@
-"""Random states of an arm in a user's coordinates, and the torques that a scenario applies there."""
+"""Random states of an arm in a user's coordinates, with a scenario's torques."""
 
 from __future__ import annotations
 

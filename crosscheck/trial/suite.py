@@ -11,10 +11,10 @@ from crosscheck.findings import About, Finding, Key, checked, measured_only
 from crosscheck.trial import own_checks
 from crosscheck.trial.bench import Bench
 from crosscheck.trial.entries import deviations, wrong_entries
+from crosscheck.trial.naming import listed
 from crosscheck.trial.places import Place
 from crosscheck.trial.questions import Question
 from crosscheck.trial.sizes import Sizes, sizes_of
-from crosscheck.trial.naming import listed
 
 OWN, AGAINST = "trial-own", "trial-states"
 COMPARED = ("mass_matrix", "bias", "force", "acceleration")
@@ -49,11 +49,10 @@ def own_comparisons(bench: Bench) -> Iterator[Comparison]:
     if "bias" in bench.has:
         yield _own(bench, "bias-quadratic", ("bias", "other_speeds"), level, own_checks.quadratic)
     if {"mass_matrix", "bias"} <= bench.has:
-        parts = ("rate_terms", "christoffel")
-        yield _own(bench, "bias-from-inertia", parts, level, own_checks.from_inertia)
+        pair = "rate_terms", "christoffel"
+        yield _own(bench, "bias-from-inertia", pair, level, own_checks.from_inertia)
     if "force" in bench.has:
-        parts = ("by_torques",)
-        yield _own(bench, "linear-in-torques", parts, level, own_checks.linear_in_torques)
+        yield _own(bench, "linear-in-torques", ("by_torques",), level, own_checks.linear_in_torques)
     if bench.equations.acceleration is not None and bench.has >= {*COMPARED}:
         yield _own(bench, "second-law", COMPARED, level, _second_law)
 

@@ -15,8 +15,10 @@ from crosscheck.run import Told, performed
 from crosscheck.state_suite import Spot, balances, unequal_gains
 from crosscheck.tasks import Failure
 from crosscheck.trial.bench import QUICK_STATES, STATES, Bench
+from crosscheck.trial.calls import handed
 from crosscheck.trial.entries import deviations, wrong_entries
 from crosscheck.trial.equations import Equations
+from crosscheck.trial.frame import frame_of
 from crosscheck.trial.ladder import Rung, closest, ladder
 from crosscheck.trial.model import entry_for, switches_of
 from crosscheck.trial.places import Wrong
@@ -81,12 +83,13 @@ class Trial:
         return self.agreement.exit_code
 
 
-def tried(
-    asked: Asked, *, jobs: int = 1, told: Told = lambda what, left: None
-) -> Trial:
+def tried(asked: Asked, *, jobs: int = 1, told: Told = lambda what, left: None) -> Trial:
     """Put equations on trial. Raises InputError for what cannot be tried at all."""
     bench = bench_of(asked)
-    with register(bench.name, entry_for(bench.name, bench.equations, bench.has)), Workers(jobs) as workers:
+    with (
+        register(bench.name, entry_for(bench.name, bench.equations, bench.has)),
+        Workers(jobs) as workers,
+    ):
         tasks = [*tasks_of(list(_planned(bench, asked))), *_localising(bench)]
         results = performed(workers, [*dict.fromkeys(tasks)], told)
     return _judged(bench, asked, results)
@@ -97,7 +100,8 @@ def bench_of(asked: Asked) -> Bench:
     laws = switches_of(asked.equations, asked.arm, asked.chosen)
     case = Case(asked.arm, unequal_gains(asked.arm), laws)
     count = QUICK_STATES if asked.quick else STATES
-    has = parts_of(asked.equations, asked.arm)
+    frame = frame_of(asked.equations.coordinates, asked.arm)
+    has = handed(asked.equations, asked.arm, frame).has
     bench = Bench(asked.name, asked.equations, has, case, count, asked.seed)
     assert bench.states  # made now, so that what is wrong with the coordinates is said first
     return bench
@@ -167,11 +171,9 @@ def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
     if not bench.levels:
         return "", []
     yours = results.found(bench.yours("mass_matrix")) if "mass_matrix" in bench.has else None
-    masses = {
-        level: results.found(bench.ask(reference_of(bench, level), "mass_matrix"))
-        for level in bench.levels
-    }
-    if yours is None or any(mass is None for mass in masses.values()):
+    asked = {lvl: bench.ask(reference_of(bench, lvl), "mass_matrix") for lvl in bench.levels}
+    masses = {level: results.need(question) for level, question in asked.items()}
+    if yours is None:
         return bench.levels[0], []
     rungs = ladder(yours, masses, sizes_in(bench, results, bench.levels[-1]))
     return closest(rungs).level, rungs
