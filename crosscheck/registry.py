@@ -10,7 +10,7 @@ from typing import Literal
 
 from analytic.covered import papers_kind
 from models.arm import Arm
-from models.errors import InputError
+from models.errors import Diverged, InputError
 from models.interface import STATE_ABILITIES, Model
 from models.layout import Layout, geared_layout, rigid_layout
 from models.scenario import Scenario
@@ -205,6 +205,8 @@ def usable_numbers(what: str, arm: Arm) -> Iterator[None]:
 
     try:
         yield
+    except Diverged:
+        raise
     except (ArithmeticError, LinAlgError) as error:
         reason = f"{type(error).__name__}: {error}"
         raise InputError(arm.name, "", None, f"{what} cannot use its numbers: {reason}") from None

@@ -17,7 +17,7 @@ from crosscheck.api import simulate
 from crosscheck.checks.answers import answers
 from crosscheck.checks.consistency import require_consistent
 from crosscheck.checks.records import require_complete
-from crosscheck.registry import MODELS, build
+from crosscheck.registry import MODELS, build, usable_numbers
 from models.errors import Diverged, InputError
 from models.interface import Model
 from models.loading import Case
@@ -156,6 +156,7 @@ class Request:
     def perform(self) -> xr.Dataset | InputError | Diverged:
         """The trajectory, or what is wrong with the request or its run."""
         try:
-            return simulate(build(self.model, *self.case), force=self.force)
+            with usable_numbers(self.model, self.case.arm):
+                return simulate(build(self.model, *self.case), force=self.force)
         except (InputError, Diverged) as error:
             return error
