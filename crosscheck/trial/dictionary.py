@@ -31,6 +31,7 @@ from models.arm import Arm
 from models.layout import Layout
 from models.switches import Switches
 
+
 class LinearFrame(Protocol):
     """What a linear map q = matrix @ x says of itself; see crosscheck.trial.frame."""
 
@@ -97,9 +98,7 @@ def _number(entry: Any) -> float:
     return float(sum(monomial.number for monomial in constant(entry).monomials))
 
 
-def _force_entries(
-    found: Forces, columns: np.ndarray, frame: LinearFrame
-) -> dict[Place, Entry]:
+def _force_entries(found: Forces, columns: np.ndarray, frame: LinearFrame) -> dict[Place, Entry]:
     """S^T f, rates by those of x."""
     total: defaultdict[tuple[int, Key], Any] = defaultdict(lambda: 0)
     for (a, key), coefficient in found.driven.items():

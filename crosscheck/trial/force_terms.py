@@ -87,7 +87,9 @@ def forces(chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches) -> 
             _add(driven, moved, damper, Key(still, signal=mesh.damper))
         else:
             places = np.flatnonzero(moved)
-            damped += [(int(a), int(b), damper * moved[a] * moved[b]) for a in places for b in places]
+            damped += [
+                (int(a), int(b), damper * moved[a] * moved[b]) for a in places for b in places
+            ]
         if chosen.mesh_work == "conservative":
             theta = int(layout.theta[mesh.joint])
             driven[theta, Key(still, signal=mesh.work)] = 1
@@ -149,9 +151,7 @@ def signal_columns(arm: Arm, layout: Layout, chosen: Switches, states: States) -
     return found
 
 
-def _at_mesh(
-    data: Gears, i: int, t: float, q: np.ndarray, v: np.ndarray
-) -> tuple[float, float]:
+def _at_mesh(data: Gears, i: int, t: float, q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
     """Rate of a mesh while its damper acts [m/s], and what its potential does to the angle [N m]."""
     phase = kernel.phase_of(data, i, t, q, v)
     gap = kernel.gap_of(data, i, phase, np.sin(phase), q)
