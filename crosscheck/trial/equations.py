@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from models.arm import Arm
 from models.switches import Switches
 
 Function = Callable[..., Any]
@@ -27,7 +28,8 @@ class Coordinates:
     and planets [rad], relative to the ring's body (theta_s and theta_p of Eqs. 2-3), in place of
     displacements where gears is ``angles``; in this order by ``order`` (names as in the frame), if
     given. Or anything: q = matrix @ x, or q = function(x), its Jacobian dq/dx (n, n) given or found
-    (complex step); ``function`` may be a sympy Matrix over ``symbols``. names: of x, for the report.
+    (complex step); ``function`` may be a sympy Matrix over ``symbols``, in which the arm's
+    quantities (``r_s1``) stand for their numbers. names: of x, for the report.
     """
 
     gearing: Gearing = "rigid"
@@ -64,14 +66,15 @@ class Equations:
     """M(x) x'' + bias(x, v) = force(t, x, v, torque): any of these alone is judged.
 
     Functions take arrays (n,) by these names, in any order, of which each takes those it needs:
-    ``t`` [s], ``q`` or ``x`` (the coordinates), ``v``, ``a``, ``torque`` (joints,), the drive's torques
-    [N m] on the output side. They return arrays of floats, or what numpy makes arrays of.
+    ``t`` [s], ``q`` or ``x`` (the coordinates), ``v``, ``a``, ``torque`` (joints,), the drive's
+    torques [N m] on the output side. They return arrays of floats, or what numpy makes arrays of.
 
     mass_matrix (n, n); bias (n,) = C(x, v) v, or coriolis (n, n) = C itself; force (n,): drive,
     meshes, dampers, friction and weight; acceleration (n,) by (t, x, v[, torque]);
     inverse_dynamics (n,) = M a + bias by (x, v, a). level: which rigid level a rigid model is meant
     to be, one of ``links``, ``carriers``, ``armature``, ``coupled``; '' lets the trial find out.
-    switches: laws that the model follows, where not those of the command line.
+    switches: laws that the model follows, where not those of the command line. rebuild: makes them
+    anew for an arm, of equations that know how; without it they are of one arm alone.
     """
 
     mass_matrix: Function | None = None
@@ -84,3 +87,8 @@ class Equations:
     level: Literal["", "links", "carriers", "armature", "coupled"] = ""
     switches: Switches | None = None
     symbolic: Symbolic | None = None
+    rebuild: Callable[[Arm], Equations] | None = None
+
+    def on(self, arm: Arm) -> Equations:
+        """These equations with the numbers of an arm. Raises InputError."""
+        return self if self.rebuild is None else self.rebuild(arm)
