@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -18,6 +18,7 @@ from analytic.lagrange import MassTerms, mass_terms
 from analytic.rigid import rigid_bodies
 from analytic.symbols import arm_chain
 from crosscheck.trial.force_terms import Forces, forces, rate_name
+from crosscheck.trial.frame import Frame
 from crosscheck.trial.keys import Entry, Key, Product, Wave
 from crosscheck.trial.places import Place
 from crosscheck.trial.polynomial import (
@@ -32,19 +33,6 @@ from models.layout import Layout
 from models.switches import Switches
 
 
-class LinearFrame(Protocol):
-    """What a linear map q = matrix @ x says of itself; see crosscheck.trial.frame."""
-
-    @property
-    def layout(self) -> Layout: ...
-    @property
-    def names(self) -> tuple[str, ...]: ...
-    @property
-    def matrix(self) -> np.ndarray | None: ...
-    @property
-    def symbolic(self) -> sp.ImmutableMatrix | None: ...
-
-
 @dataclass(frozen=True)
 class Dictionary:
     """For every place the terms that belong there, in the coordinates ``names``.
@@ -56,7 +44,6 @@ class Dictionary:
     names: tuple[str, ...]
     angles: np.ndarray
     entries: Mapping[Place, Entry]
-    angular: tuple[bool, ...]
 
     @property
     def joints(self) -> int:
@@ -80,8 +67,8 @@ class Dictionary:
         return tuple(dict.fromkeys(filter(None, found)))
 
 
-def dictionary_of(frame: LinearFrame, arm: Arm, chosen: Switches, level: str = "") -> Dictionary:
-    """Of a geared model, or of a rigid one at a level. Raises ValueError if the map is not linear."""
+def dictionary_of(frame: Frame, arm: Arm, chosen: Switches, level: str = "") -> Dictionary:
+    """Of a geared model, or a rigid one at a level. Raises ValueError if the map is not linear."""
     chain, columns = polynomial_chain(arm, frame.layout), _columns(frame)
     bodies = all_bodies(chain) if frame.layout.meshing else rigid_bodies(chain, level or "coupled")
     mass = _mapped(mass_terms(bodies, chain.angles[1:]), columns, frame.layout)
@@ -90,7 +77,7 @@ def dictionary_of(frame: LinearFrame, arm: Arm, chosen: Switches, level: str = "
     force = forces(chain, bodies, arm, chosen)
     entries |= _force_entries(force, columns, frame)
     angles = np.array([[_number(entry) for entry in row] for row in turns])
-    return Dictionary(frame.names, angles, entries, _angular(frame, columns))
+    return Dictionary(frame.names, angles, entries)
 
 
 def _number(entry: Any) -> float:
@@ -98,7 +85,7 @@ def _number(entry: Any) -> float:
     return float(sum(monomial.number for monomial in constant(entry).monomials))
 
 
-def _force_entries(found: Forces, columns: np.ndarray, frame: LinearFrame) -> dict[Place, Entry]:
+def _force_entries(found: Forces, columns: np.ndarray, frame: Frame) -> dict[Place, Entry]:
     """S^T f, rates by those of x."""
     total: defaultdict[tuple[int, Key], Any] = defaultdict(lambda: 0)
     for (a, key), coefficient in found.driven.items():
@@ -130,7 +117,7 @@ def _polynomial(value: sp.Expr) -> Any:
     return symbol(value.name) if value.is_Symbol else int(value)
 
 
-def _columns(frame: LinearFrame) -> np.ndarray:
+def _columns(frame: Frame) -> np.ndarray:
     """dq/dx (n, n) of numbers or polynomials."""
     if frame.symbolic is not None:
         found = [from_sympy(entry) for entry in frame.symbolic]
@@ -153,15 +140,6 @@ def _whole(value: float) -> int | float:
     return int(value) if float(value).is_integer() else float(value)
 
 
-def _angular(frame: LinearFrame, columns: np.ndarray) -> tuple[bool, ...]:
-    """Which of x are angles: those that a joint turns with, or that turn a gear by a radius."""
-    mesh = ~frame.layout.angular
-    return tuple(
-        any(map(bool, column[~mesh])) or any(isinstance(entry, Polynomial) for entry in column)
-        for column in columns.T
-    )
-
-
 def _mapped(mass: MassTerms, columns: np.ndarray, layout: Layout) -> MassTerms:
     """S^T M S, its waves over the joint angles alone."""
     total: defaultdict[tuple[int, int, Wave], Any] = defaultdict(lambda: 0)
@@ -180,8 +158,8 @@ def _filled(row: np.ndarray) -> list[int]:
 
 def _kept(total: Mapping[Any, Any]) -> dict[Any, Polynomial]:
     """Without what cancelled."""
-    each = [abs(m.number) for entry in total.values() for m in constant(entry).monomials]
-    scale = float(max(each, default=0.0))
+    each = [abs(float(m.number)) for entry in total.values() for m in constant(entry).monomials]
+    scale = max(each, default=0.0)
     found = {place: tidied(entry, scale) for place, entry in total.items()}
     return {place: entry for place, entry in found.items() if entry}
 

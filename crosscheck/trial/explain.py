@@ -118,7 +118,7 @@ def explained(target: Target, suspects: Sequence[Suspect]) -> list[Found]:
     changes = table_of(target, suspects)
     fits = (np.abs(changes - target.difference) <= target.tolerance).all(axis=(1, 2))
     if fits.any():
-        return [(suspects[place],) for place in np.flatnonzero(fits)]
+        return [(suspects[place],) for place in np.flatnonzero(fits).tolist()]
     apart = covers(target, suspects, changes)
     return apart or pairs(target, suspects, changes)
 
@@ -141,7 +141,7 @@ def covers(target: Target, suspects: Sequence[Suspect], changes: np.ndarray) -> 
     """Slips of which each makes some of the coefficients alone, and all together all."""
     active = (np.abs(changes) > target.tolerance).any(axis=2)
     close = (np.abs(changes - target.difference) <= target.tolerance).all(axis=2)
-    partial = np.flatnonzero(active.any(axis=1) & (close | ~active).all(axis=1))
+    partial = np.flatnonzero(active.any(axis=1) & (close | ~active).all(axis=1)).tolist()
     parts = sorted(partial, key=lambda s: (-active[s].sum(), suspects[s].cost))
     open_keys, chosen = target.wrong.copy(), list[list[Suspect]]()
     while open_keys.any():
@@ -176,7 +176,7 @@ def pairs(target: Target, suspects: Sequence[Suspect], changes: np.ndarray) -> l
     size = np.abs(target.difference)
     if not size.any() or (target.tolerance.max() > TOO_NOISY * size.max()):
         return []
-    finite = np.flatnonzero(np.isfinite(changes).all(axis=(1, 2)))
+    finite = np.flatnonzero(np.isfinite(changes).all(axis=(1, 2))).tolist()
     likeliest = sorted(finite, key=lambda s: suspects[s].cost)[:MOST_PAIRED]
     key, arm = np.unravel_index(size.argmax(), size.shape)
     order = np.array(sorted(likeliest, key=lambda s: changes[s, key, arm]), dtype=np.int64)
@@ -184,10 +184,10 @@ def pairs(target: Target, suspects: Sequence[Suspect], changes: np.ndarray) -> l
     wanted, margin = target.difference[key, arm] - along, target.tolerance[key, arm]
     first = np.searchsorted(along, wanted - margin, "left")
     after = np.searchsorted(along, wanted + margin, "right")
-    found = []
-    for left in np.flatnonzero(after > first):
+    found: list[Found] = []
+    for left in np.flatnonzero(after > first).tolist():
         for right in range(max(first[left], left + 1), after[left]):
-            a, b = order[left], order[right]
+            a, b = int(order[left]), int(order[right])
             both = changes[a] + changes[b]
             if (np.abs(both - target.difference) <= target.tolerance).all():
                 found.append((suspects[a], suspects[b]))

@@ -62,10 +62,10 @@ def named_meshes(arm: Arm, layout: Layout) -> list[NamedMesh]:
         for planet in range(joint.planet_count if layout.free else 1):
             suffix = f"{number}_{planet + 1}" if layout.free else f"{number}"
             for pair in ("sp", "pr"):
-                names = (f"{kind}_{pair}{suffix}" for kind in "FDQ")
-                damping = damper_name(pair, joint, number, planet)
+                force, damper, work = (f"{kind}_{pair}{suffix}" for kind in "FDQ")
+                own = damper_name(pair, joint, number, planet)
                 count = joint.planet_count if layout.free else 1
-                found.append(NamedMesh(place, planet, pair, *names, damping, count))
+                found.append(NamedMesh(place, planet, pair, force, damper, work, own, count))
     return found
 
 
@@ -107,7 +107,9 @@ def _add(driven: dict[tuple[int, Key], Any], row: np.ndarray, factor: Any, key: 
 
 def _weight(chain: Chain, bodies: Sequence[Body], arm: Arm) -> dict[tuple[int, Key], Any]:
     """Cosines and sines of link angles."""
-    pull = [symbol(f"g_{axis}") if g else 0 for axis, g in zip("xy", arm.gravity_m_per_s2)]
+    pull = [
+        symbol(f"g_{axis}") if g else 0 for axis, g in zip("xy", arm.gravity_m_per_s2, strict=True)
+    ]
     if not any(pull):
         return {}
     found: defaultdict[tuple[int, Key], Any] = defaultdict(lambda: 0)
@@ -152,7 +154,7 @@ def signal_columns(arm: Arm, layout: Layout, chosen: Switches, states: States) -
 
 
 def _at_mesh(data: Gears, i: int, t: float, q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
-    """Rate of a mesh while its damper acts [m/s], and what its potential does to the angle [N m]."""
+    """Rate of a mesh while its damper acts [m/s], and what its potential does to an angle [N m]."""
     phase = kernel.phase_of(data, i, t, q, v)
     gap = kernel.gap_of(data, i, phase, np.sin(phase), q)
     touching = data.damps_apart or abs(gap) > data.b[i]

@@ -162,7 +162,7 @@ class Suspects:
             if len(own) > 1:
                 continue
             (key,) = own
-            size = sum(self.size[p] for p in products)
+            size = np.sum([self.size[p] for p in products], axis=0)
             for other in keys:
                 if other == key:
                     continue

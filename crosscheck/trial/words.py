@@ -80,7 +80,7 @@ def angle_text(key: Key, dictionary: Dictionary) -> tuple[int, str]:
     turned, names = np.array(key.wave) @ dictionary.angles, dictionary.names
     if not np.allclose(turned, np.round(turned)):
         turned, names = np.array(key.wave), tuple(f"theta_{j + 1}" for j in range(len(key.wave)))
-    whole = [int(round(entry)) for entry in turned]
+    whole = [round(entry) for entry in turned.tolist()]
     sign = 1 if next((entry for entry in whole if entry), 1) > 0 else -1
     parts = [(sign * entry, name) for entry, name in zip(whole, names, strict=True) if entry]
     return sign, _joined(_multiple(number, name) for number, name in parts)
