@@ -26,6 +26,7 @@ NOISES = 8  # standard errors that a coefficient may be off
 UNEXPLAINED = 1e-6  # of a difference: more than that beside all waves, and no term explains it
 MOST_PAIRED = 4000
 MOST_OTHERS = 6
+FAR_FETCHED = 0.5  # beside the likeliest: not worth telling
 MOST_PER_KEY = 8
 TOO_NOISY = 1e-7  # relative: with more, two slips at once fit almost anything
 
@@ -197,9 +198,14 @@ def pairs(target: Target, suspects: Sequence[Suspect], changes: np.ndarray) -> l
 def ranked(found: Iterable[Found]) -> list[Found]:
     """Likeliest first, each once: what does the same on all arms is the same."""
     unique: dict[object, Found] = {}
-    for each in sorted(found, key=lambda slips: sum(s.cost for s in slips)):
+    for each in sorted(found, key=_cost):
         unique.setdefault(frozenset(s.print for s in each), each)
-    return list(unique.values())
+    likely = list(unique.values())
+    return [each for each in likely if _cost(each) <= _cost(likely[0]) + FAR_FETCHED]
+
+
+def _cost(found: Found) -> float:
+    return sum(suspect.cost for suspect in found)
 
 
 def _left_over(found: Found, target: Target) -> float:

@@ -19,7 +19,9 @@ FACTORS = (2, 1 / 2, 3, 1 / 3, 4, 1 / 4, -2, -1 / 2, 3 / 2, 2 / 3, 6, 1 / 6, 12,
 PLAIN: tuple[tuple[Kind, str, float, float], ...] = (
     ("dropped", "", 0.0, 1.0),
     ("sign", "", -1.0, 1.0),
-    *(("factor", "", by, 1.02 + 0.05 * place) for place, by in enumerate(FACTORS)),
+    ("factor", "", FACTORS[0], 1.02),
+    # A half is more often a centre of mass where a length belongs.
+    *(("factor", "", by, 1.2 + 0.05 * place) for place, by in enumerate(FACTORS[1:])),
 )
 MOST_SHARED = 12  # symbols of which a slip may concern all terms at once
 

@@ -162,3 +162,40 @@ def _of_teeth(own: Named, values: Values) -> Iterator[Alternative]:
 
 def _numbered(text: str, joint: int) -> str:
     return re.sub(r"(z_[spr])", rf"\g<1>{joint}", text)
+
+
+def related(values: Values, seed: int) -> dict[str, float]:
+    """Other numbers for the same symbols, teeth and radii fitting each other; what is 0 remains.
+
+    For an arm of the same structure that no measure of length, mass or teeth can be told from.
+    """
+    generator = np.random.default_rng(seed)
+    found = {
+        name: float(generator.uniform(0.5, 2.0)) if value else 0.0 for name, value in values.items()
+    }
+    for name in values:
+        own = named(name)
+        if own.stem == "N":
+            found[name] = float(generator.integers(2, 9))
+        if own.stem in ("J_r", "J_m", "m_m", "m_payload"):  # may be left out, but not untold
+            found[name] = float(generator.uniform(0.5, 2.0))
+        if own.stem == "r_s":
+            found |= _radii(own.joint, generator)
+    return found
+
+
+def _radii(joint: int, generator: np.random.Generator) -> dict[str, float]:
+    sun, planet = (int(teeth) for teeth in generator.integers(15, 46, 2))
+    size, cosine = generator.uniform(0.01, 0.1), generator.uniform(0.88, 0.97)
+    ring = sun + 2 * planet
+    return {
+        f"z_s{joint}": float(sun),
+        f"z_p{joint}": float(planet),
+        f"z_r{joint}": float(ring),
+        f"r_s{joint}": size * sun * cosine,
+        f"r_p{joint}": size * planet * cosine,
+        f"r_r{joint}": size * ring * cosine,
+        f"r_c{joint}": size * (sun + planet),
+        f"r_cp{joint}": size * (sun + planet) * cosine,
+        f"n{joint}": ring / sun + 1,
+    }

@@ -111,6 +111,10 @@ class Fitting:
     def _inverse(self) -> np.ndarray:
         return np.linalg.pinv(self.table, rcond=1e-10)
 
+    def unexplained(self, values: np.ndarray) -> np.ndarray:
+        """What no column makes of values (K,)."""
+        return values - self.table @ (self._inverse @ values)
+
     def fit(self, values: np.ndarray, scale: float) -> Fit:
         """Of values (K,) whose rounding is that of numbers of this scale."""
         solved = self._inverse @ values

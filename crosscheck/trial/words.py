@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -238,19 +239,15 @@ def told(slip: Slip) -> str:
 
 
 def _short_of(slip: Slip) -> str:
-    """yours is short of m (L2 - d2) L1: where one symbol stands for another, once."""
-    words = slip.term.coefficient.split(" ")
-    if (
-        words.count(slip.right) != 1
-        or "(" in slip.term.coefficient
-        or not slip.yours.isidentifier()
-    ):
+    """yours is short of m (L2 - d2) L1: where one symbol stands for another in one product."""
+    coefficient = slip.term.coefficient
+    found = re.search(rf"(?<!\S){re.escape(slip.right)}(\^\d+)?(?!\S)", coefficient)
+    if found is None or "(" in coefficient or not slip.yours.isidentifier():
         return ""
-    if slip.right not in words:
-        return ""
-    words[words.index(slip.right)] = f"({slip.right} - {slip.yours})"
-    term = Term(" ".join(words), slip.term.wave, slip.term.angle, slip.term.signal)
-    return f"yours is short of {written(term)}; "
+    power = found[1] or ""
+    inside = f"({slip.right}{power} - {slip.yours}{power})"
+    short = coefficient[: found.start()] + inside + coefficient[found.end() :]
+    return f"yours is short of {written(replace(slip.term, coefficient=short))}; "
 
 
 def line(place: Place, explanation: Explanation | None, names: tuple[str, ...]) -> str:
