@@ -213,7 +213,7 @@ def _observed(
 def _by_joints(key: Key, angles: np.ndarray) -> tuple[Key, int]:
     """A key of x by joint angles; of an angle that is none of theirs, a signal of its own."""
     wave = np.array(key.wave, dtype=float)
-    solved = np.round(np.linalg.lstsq(angles.T, wave, rcond=None)[0])
+    solved = np.round(np.linalg.pinv(angles.T) @ wave)
     still = (0,) * len(angles)
     if not np.allclose(solved @ angles, wave):
         return Key(still, "cos", f"{key.function} {key.wave} {key.signal}"), 1

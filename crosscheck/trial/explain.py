@@ -66,18 +66,26 @@ def explain(
     place: Place, observed: Sequence[Observed], dictionary: Dictionary
 ) -> Explanation | None:
     """Slips that make the difference on all arms, or None if no few do."""
-    if max(each.left_over for each in observed) > UNEXPLAINED:
-        return None
-    values = together([*(each.values for each in observed), unrelated(observed[0].values)])
-    target = target_of(observed)
-    if not target.wrong.any():
-        return None
-    found = ranked(search(target, place, dictionary, values))
+    found = explanations(place, observed, dictionary)
     if not found:
         return None
+    target = target_of(observed)
     first, *others = ([slip_of(suspect, dictionary) for suspect in each] for each in found)
     left = max(_left_over(found[0], target), *(each.left_over for each in observed))
     return Explanation(tuple(first), left, tuple(tuple(o) for o in others[:MOST_OTHERS]))
+
+
+def explanations(
+    place: Place, observed: Sequence[Observed], dictionary: Dictionary
+) -> list[tuple[Suspect, ...]]:
+    """All that make the difference on all arms, likeliest first; none where no few slips do."""
+    if max(each.left_over for each in observed) > UNEXPLAINED:
+        return []
+    values = together([*(each.values for each in observed), unrelated(observed[0].values)])
+    target = target_of(observed)
+    if not target.wrong.any():
+        return []
+    return ranked(search(target, place, dictionary, values))
 
 
 def target_of(observed: Sequence[Observed]) -> Target:
