@@ -1,7 +1,7 @@
 """How often a planted slip is found: the wrong entry, and the term that is wrong in it.
 
-Run as ``python benchmarks/bench_trial.py`` from the project's folder. Each case takes the reference's
-own terms apart, plants one slip in one entry of M, of the bias or of the force, and hands the entry
+Run as ``python benchmarks/bench_trial.py`` from the project's folder. Each case takes the
+reference's own terms apart, plants one slip in one entry of M, of the bias or of the force, and hands the entry
 over as numbers at states; and again as symbols. A slip that changes no number on the arm counts
 apart: another arm must show it.
 """
@@ -17,15 +17,13 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import sympy as sp
 
 from crosscheck.registry import build
 from crosscheck.trial.dictionary import Dictionary, dictionary_of
-from crosscheck.trial.difference import NotWaves, expression_of, symbolic_difference
-from crosscheck.trial.equations import Coordinates, Symbolic
+from crosscheck.trial.equations import Coordinates
 from crosscheck.trial.explain import Observed, explanations
 from crosscheck.trial.force_terms import States, rate_name, signal_columns
-from crosscheck.trial.frame import LAYOUTS, Frame, frame_of
+from crosscheck.trial.frame import Frame, frame_of
 from crosscheck.trial.keys import Entry, Key, Product
 from crosscheck.trial.places import Place
 from crosscheck.trial.polynomial import Monomial
@@ -36,7 +34,6 @@ from models.arm import Arm
 from models.interface import Model
 from models.loading import load_arm, load_scenario
 from models.planets import usual_switches
-from tests.draws import any_arm
 
 STATES, SEED, MOST_OF_A_KIND, CORRECT = 300, 1, 3, 200
 BLAMED = 1e-10  # of an entry's natural size
