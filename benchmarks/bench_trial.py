@@ -1,9 +1,9 @@
 """How often a planted slip is found: the wrong entry, and the term that is wrong in it.
 
 Run as ``python benchmarks/bench_trial.py`` from the project's folder. Each case takes the
-reference's own terms apart, plants one slip in one entry of M, of the bias or of the force, and hands the entry
-over as numbers at states; and again as symbols. A slip that changes no number on the arm counts
-apart: another arm must show it.
+reference's own terms apart, plants one slip in one entry of M, of the bias or of the force, and
+hands the entry over as numbers at states; and again as symbols. A slip that changes no number on
+the arm counts apart: another arm must show it.
 """
 
 from __future__ import annotations
