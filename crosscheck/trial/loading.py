@@ -75,11 +75,11 @@ def made(
             kind = type(answer).__name__
             raise InputError(where, "", None, f"returned a {kind}; must return {ACCEPTED}")
         own = answer if isinstance(answer, Equations) else _from_object(answer, where, "returned")
-        return _whole(own.on(other, drive), where)
+        whole = _whole(own.on(other, drive), where)
+        any_arm = whole.any_arm or "arm" in by_arm.values()
+        return replace(whole, rebuild=rebuilt, any_arm=any_arm)
 
-    equations = rebuilt(arm, scenario)
-    any_arm = equations.any_arm or "arm" in by_arm.values()
-    return replace(equations, rebuild=rebuilt, any_arm=any_arm)
+    return rebuilt(arm, scenario)
 
 
 def _source(text: str) -> Source:
