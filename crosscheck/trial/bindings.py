@@ -18,30 +18,32 @@ from models.errors import InputError
 NEAR, MOST_NAMED = 0.4, 4
 
 
-def plain_symbols(x: Sequence[Any], v: Sequence[Any] = ()) -> dict[Any, sp.Symbol]:
-    """A symbol for each coordinate and rate, whatever sympy.physics.mechanics calls them.
+def plain_symbols(
+    x: Sequence[Any], v: Sequence[Any] = (), torque: Sequence[Any] = ()
+) -> dict[Any, sp.Symbol]:
+    """A symbol for each coordinate, rate and torque, whatever sympy.physics.mechanics calls them.
 
     x: Symbols or dynamicsymbols; v: these, or the time derivatives of x, which mean v anyway.
     Raises InputError.
     """
-    found = {own: _plain(own, "x") for own in x}
-    for own, rate in zip(x, v, strict=False):
-        found[rate] = _plain(rate, "v")
-        if isinstance(own, AppliedUndef):
-            found[sp.Derivative(own, *own.args)] = found[rate]
-    if len(set(found.values())) < len(x) + len(v):
-        raise InputError("symbols", "", None, f"stand for two things: {_words(found)}")
-    return found
+    if v and len(v) != len(x):
+        raise InputError("symbols", "v", None, f"has {len(v)}, x has {len(x)}; must be as many")
+    found = {own: _plain(own) for own in (*x, *v, *torque)}
+    if len(set(found.values())) < len(x) + len(v) + len(torque):
+        words = ", ".join(map(str, (*x, *v, *torque)))
+        raise InputError("symbols", "", None, f"two of them are called the same: {words}")
+    moving = [(own, rate) for own, rate in zip(x, v, strict=False) if own not in found.values()]
+    return found | {own.diff(own.args[0]): found[rate] for own, rate in moving}
 
 
-def _plain(own: Any, what: str) -> sp.Symbol:
+def _plain(own: Any) -> sp.Symbol:
     if isinstance(own, sp.Symbol):
         return own
     if isinstance(own, AppliedUndef):
         return sp.Symbol(own.func.__name__, real=True)
     if isinstance(own, sp.Derivative) and isinstance(own.expr, AppliedUndef):
         return sp.Symbol(f"d{own.expr.func.__name__}", real=True)
-    raise InputError("symbols", what, str(own), "must be a Symbol or a dynamicsymbol")
+    raise InputError("symbols", str(own), None, "must be a Symbol or a dynamicsymbol")
 
 
 def in_arm_symbols(
@@ -74,10 +76,9 @@ def _meaning(
         if value in known:
             return known[value]
         close = difflib.get_close_matches(value, known, n=MOST_NAMED, cutoff=NEAR)
-        called = "" if value == symbol.name else f", called {value},"
         near = f"near it: {', '.join(close)}" if close else f"there are {', '.join(known)}"
-        reason = f"{called} is no quantity of the arm; give its value, or its name ({near})"
-        raise InputError(where, symbol.name + called, None, reason.removeprefix(called).strip())
+        reason = f"is no quantity of the arm; give its value, or its name ({near})"
+        raise InputError(where, symbol.name, None if value == symbol.name else value, reason)
     if isinstance(value, Real | sp.Number) and sp.sympify(value).is_finite:
         return exact_number(float(value))
     raise InputError(where, symbol.name, value, "must be a number, or the name of a quantity")
@@ -95,7 +96,3 @@ def in_numbers(expression: sp.Matrix, arm: Arm) -> sp.ImmutableMatrix:
         for symbol, value in parameter_values(arm).items()
     }
     return sp.ImmutableMatrix(expression.xreplace(numbers))
-
-
-def _words(found: Mapping[Any, sp.Symbol]) -> str:
-    return ", ".join(f"{own} -> {symbol}" for own, symbol in found.items())

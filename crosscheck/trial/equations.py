@@ -13,6 +13,7 @@ from models.switches import Switches
 
 Function = Callable[..., Any]
 Gearing = Literal["rigid", "lumped", "free"]
+Level = Literal["", "links", "carriers", "armature", "coupled"]
 
 
 @dataclass(frozen=True)
@@ -47,14 +48,15 @@ class Coordinates:
 class Symbolic:
     """The sympy expressions behind Equations, for a difference that can be typeset.
 
-    x, v, torque: symbols of coordinates (n,), rates (n,) and output torques (joints,). values: what
-    each other symbol is, a number or the name of a quantity of the arm (``L1``, ``r_s2``,
-    ``m_payload``, see ``crosscheck.trial.symbols``).
+    x, v, torque: symbols of coordinates (n,), rates (n,) and output torques (joints,); t: of time.
+    values: what each other symbol is, a number or the name of a quantity of the arm (``L1``,
+    ``r_s2``, ``m_payload``: ``analytic.symbols``); one of such a name needs none.
     """
 
     x: tuple[Any, ...]
     v: tuple[Any, ...]
     torque: tuple[Any, ...] = ()
+    t: Any = None
     values: Mapping[Any, float | str] = field(default_factory=dict)
     mass_matrix: Any = None
     bias: Any = None
@@ -84,7 +86,7 @@ class Equations:
     acceleration: Function | None = None
     inverse_dynamics: Function | None = None
     coordinates: Coordinates = Coordinates()
-    level: Literal["", "links", "carriers", "armature", "coupled"] = ""
+    level: Level = ""
     switches: Switches | None = None
     symbolic: Symbolic | None = None
     rebuild: Callable[[Arm], Equations] | None = None
