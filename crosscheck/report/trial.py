@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Iterator
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,6 +38,14 @@ def print_trial(trial: Trial) -> None:
         console.print(Text.assemble(("wrong ", "red"), printable(wrong_line(trial, wrong))))
     for part, trace in trial.traces.items():
         console.print(Text(f"{part} raised:\n{trace}"))
+
+
+def trial_text(trial: Trial) -> str:
+    """What print_trial prints."""
+    text = io.StringIO()
+    with redirect_stdout(text):
+        print_trial(trial)
+    return text.getvalue()
 
 
 def summary(trial: Trial) -> Iterator[str]:
