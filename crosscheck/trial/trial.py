@@ -92,7 +92,7 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = lambda what, left: None) 
     ):
         tasks = [*tasks_of(list(_planned(bench, asked))), *_localising(bench)]
         results = performed(workers, [*dict.fromkeys(tasks)], told)
-    return _judged(bench, asked, results)
+        return _judged(bench, asked, results)
 
 
 def bench_of(asked: Asked) -> Bench:
