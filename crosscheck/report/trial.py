@@ -37,7 +37,9 @@ def print_trial(trial: Trial) -> None:
     for wrong in trial.wrong:
         console.print(Text.assemble(("wrong ", "red"), printable(wrong_line(trial, wrong))))
     for part, trace in trial.traces.items():
-        console.print(Text(f"{part} raised:\n{trace}"))
+        console.print(Text(f"{part} raised:"))
+        for line in trace.splitlines():
+            console.print(Text(printable(line)))
 
 
 def trial_text(trial: Trial) -> str:
