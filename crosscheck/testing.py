@@ -5,10 +5,10 @@ from __future__ import annotations
 import importlib
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from crosscheck.trial.equations import Coordinates, Equations
+    from crosscheck.trial.equations import Coordinates, Equations, Level
     from crosscheck.trial.symbolic import from_sympy
     from crosscheck.trial.trial import Trial
     from models.arm import Arm
@@ -36,7 +36,7 @@ def assert_agrees(
     *,
     scenarios: Sequence[Scenario | str] = (),
     switches: Switches | None = None,
-    level: Literal["", "links", "carriers", "armature", "coupled"] = "",
+    level: Level = "",
     quick: bool = True,
     jobs: int = 1,
     seed: int = 0,
@@ -66,8 +66,15 @@ def assert_agrees(
         own = handed_over(equations, chosen, first)
     else:
         own = made(equations, chosen, first, name)
-    own = replace(own, level=level) if level else own
+    own = _of_level(own, level) if level else own
     trial = tried(Asked(name, own, chosen, loaded, switches, quick=quick, seed=seed), jobs=jobs)
     if trial.exit_code:
         raise AssertionError(trial_text(trial))
     return trial
+
+
+def _of_level(own: Equations, level: Level) -> Equations:
+    """The same, meant to be of a level, on every arm."""
+    again = own.rebuild
+    rebuild = None if again is None else lambda arm: replace(again(arm), level=level)
+    return replace(own, level=level, rebuild=rebuild)

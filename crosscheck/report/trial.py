@@ -70,7 +70,7 @@ def wrong_line(trial: Trial, wrong: Wrong) -> str:
 
 
 def trial_json(trial: Trial) -> str:
-    """Readable JSON, ending in a newline."""
+    """Readable JSON as in crosscheck/schema/trial.schema.json, ending in a newline."""
     bench = trial.bench
     content: dict[str, Any] = {
         "schema_version": SCHEMA_VERSION,
@@ -89,7 +89,11 @@ def trial_json(trial: Trial) -> str:
 
 
 def _rung(rung: Any) -> dict[str, Any]:
-    return {"level": rung.level, "entries": rung.entries, "largest": rung.largest}
+    return {"level": rung.level, "entries": rung.entries, "largest": _finite(rung.largest)}
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
 
 
 def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
@@ -100,7 +104,7 @@ def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
         "column": place.column,
         "rates": None if place.rates is None else list(place.rates),
         "entry": named(place, trial.bench.frame.names),
-        "relative": wrong.relative if np.isfinite(wrong.relative) else None,
+        "relative": _finite(wrong.relative),
         "told": wrong_line(trial, wrong),
     }
 

@@ -76,7 +76,8 @@ class Equations:
     inverse_dynamics (n,) = M a + bias by (x, v, a). level: which rigid level a rigid model is meant
     to be, one of ``links``, ``carriers``, ``armature``, ``coupled``; '' lets the trial find out.
     switches: laws that the model follows, where not those of the command line. rebuild: makes them
-    anew for an arm, of equations that know how; without it they are of one arm alone.
+    anew for an arm, of equations that know how; without it, and once a part of them is replaced,
+    they are of one arm alone.
     """
 
     mass_matrix: Function | None = None
@@ -90,6 +91,18 @@ class Equations:
     switches: Switches | None = None
     symbolic: Symbolic | None = None
     rebuild: Callable[[Arm], Equations] | None = None
+    rebuilt_as: tuple[Any, ...] = field(default=(), repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """What was put in the place of something else since is not what ``rebuild`` makes."""
+        functions = (self.mass_matrix, self.bias, self.coriolis, self.force, self.acceleration)
+        whole = (*functions, self.inverse_dynamics, self.coordinates, self.level, self.switches)
+        before = self.rebuilt_as
+        if not before or before[0] is not self.rebuild:
+            object.__setattr__(self, "rebuilt_as", (self.rebuild, *whole))
+        elif any(now is not then for now, then in zip(whole, before[1:], strict=True)):
+            object.__setattr__(self, "rebuild", None)
+            object.__setattr__(self, "symbolic", None)
 
     def on(self, arm: Arm) -> Equations:
         """These equations with the numbers of an arm. Raises InputError."""

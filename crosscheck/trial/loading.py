@@ -151,9 +151,14 @@ def _line(error: BaseException, folder: Path) -> str:
         for frame in traceback.extract_tb(error.__traceback__)
         if own not in Path(frame.filename).parents and not frame.filename.startswith("<frozen")
     ]
-    beside = [frame for frame in frames if folder in Path(frame.filename).parents]
+    beside = [frame for frame in frames if _is_beside(Path(frame.filename), folder)]
     last = (beside or frames)[-1:]
     return "".join(f" ({Path(frame.filename).name}, line {frame.lineno})" for frame in last)
+
+
+def _is_beside(file: Path, folder: Path) -> bool:
+    """Whether a file is in the user's folder, and in no environment there."""
+    return folder in file.parents and "site-packages" not in file.parts
 
 
 def _shadowed(error: BaseException, folder: Path) -> str:
@@ -189,7 +194,7 @@ def _from_object(found: Any, where: str, verb: str = "is") -> Equations:
     if not _has_parts(found):
         kind = "None" if found is None else f"a {type(found).__name__}"
         raise InputError(where, "", None, f"{verb} {kind}; must be {ACCEPTED}")
-    names = {entry.name for entry in fields(Equations)} - {"rebuild"}
+    names = {entry.name for entry in fields(Equations)} - {"rebuild", "rebuilt_as"}
     own = {name: getattr(found, name) for name in names if getattr(found, name, None) is not None}
     return Equations(**own)
 

@@ -6,13 +6,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from traceback import StackSummary, TracebackException
 
+import numpy as np
+
 import analytic
 import crosscheck
 import models
 from crosscheck.tasks import Failure, failure
 from models.errors import one_line
 
-OURS = tuple(Path(str(package.__file__)).parent for package in (analytic, crosscheck, models))
+# Numpy's frames count where we call it; a user's own frame comes before those of a user's call.
+OURS = tuple(Path(str(own.__file__)).parent for own in (analytic, crosscheck, models, np))
 
 
 def told_failure(error: BaseException) -> Failure:
