@@ -18,7 +18,7 @@ run: .venv/run.stamp
 	$(PY) -m crosscheck run --out report
 
 test: .venv/dev.stamp
-	$(PY) -m pytest -n auto --dist loadscope
+	$(PY) -m pytest -n auto --dist loadscope --no-loadscope-reorder
 
 lint: .venv/dev.stamp
 	$(PY) -m ruff check .

@@ -74,7 +74,8 @@ def assert_agrees(
 
 
 def _of_level(own: Equations, level: Level) -> Equations:
-    """The same, meant to be of a level, on every arm."""
+    """The same, meant to be of a level, however often they are made anew."""
     again = own.rebuild
-    rebuild = None if again is None else lambda arm: replace(again(arm), level=level)
-    return replace(own, level=level, rebuild=rebuild)
+    if again is None:
+        return replace(own, level=level)
+    return replace(own, level=level, rebuild=lambda *of: _of_level(again(*of), level))

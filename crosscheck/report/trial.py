@@ -22,6 +22,7 @@ from crosscheck.report.words import counted, printable, tally
 from crosscheck.trial.naming import named
 from crosscheck.trial.places import Wrong
 from crosscheck.trial.trial import Trial
+from crosscheck.trial.words import line
 
 SCHEMA_VERSION = 1
 LEAST, MOST = 1e-16, 1.0  # of a heat map's scale
@@ -31,8 +32,8 @@ PART_NAMES = {"mass_matrix": "M", "rate_terms": "bias", "force": "force"}
 def print_trial(trial: Trial) -> None:
     """What was judged, the checks, the wrong entries, and why."""
     console = Console(soft_wrap=True, highlight=False)
-    for line in summary(trial):
-        console.print(Text(printable(line)))
+    for said in summary(trial):
+        console.print(Text(printable(said)))
     print_agreement(trial.agreement)
     for wrong in trial.wrong:
         console.print(Text.assemble(("wrong ", "red"), printable(wrong_line(trial, wrong))))
@@ -66,7 +67,8 @@ def summary(trial: Trial) -> Iterator[str]:
 
 def wrong_line(trial: Trial, wrong: Wrong) -> str:
     """One wrong entry, and why, in one line."""
-    return f"{named(wrong.place, trial.bench.frame.names)}: off by {wrong.relative:.3g} of its size"
+    shown = f" (not on this arm, but on {wrong.shown_on})" if wrong.shown_on else ""
+    return f"{line(wrong.place, wrong.explanation, trial.bench.frame.names)}{shown}"
 
 
 def trial_json(trial: Trial) -> str:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from crosscheck.registry import MODELS, RIGID_LEVELS, lead, names, of_level, promising
+from crosscheck.state_suite import unequal_gains
 from crosscheck.trial.equations import Equations, Gearing
 from crosscheck.trial.frame import Frame, frame_of
 from crosscheck.trial.questions import Question
 from crosscheck.trial.states import State, states_of
+from models.arm import Arm
 from models.loading import Case
 
-STATES, QUICK_STATES = 120, 40
+# Enough to tell all the waves and signals apart that an entry may hold.
+STATES, QUICK_STATES = 300, 150
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,11 @@ class Bench:
             first,
             *(name for name in promising("mass_matrix", names("geared")) if name != first),
         )
+
+    def on(self, arm: Arm) -> Bench:
+        """The same equations with the numbers of another arm. Raises InputError."""
+        case = Case(arm, unequal_gains(arm), self.case.switches)
+        return replace(self, equations=self.equations.on(arm, case.scenario), case=case)
 
     def yours(self, quantity: str) -> Question:
         """The question of a part of it."""

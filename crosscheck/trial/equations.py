@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from models.arm import Arm
+from models.scenario import Scenario
 from models.switches import Switches
 
 Function = Callable[..., Any]
@@ -76,8 +77,8 @@ class Equations:
     inverse_dynamics (n,) = M a + bias by (x, v, a). level: which rigid level a rigid model is meant
     to be, one of ``links``, ``carriers``, ``armature``, ``coupled``; '' lets the trial find out.
     switches: laws that the model follows, where not those of the command line. rebuild: makes them
-    anew for an arm, of equations that know how; without it, and once a part of them is replaced,
-    they are of one arm alone.
+    anew for an arm and a scenario, of equations that know how. any_arm: whether that is worth doing
+    for another arm; else, and once a part of them is replaced, they are of one alone.
     """
 
     mass_matrix: Function | None = None
@@ -90,7 +91,8 @@ class Equations:
     level: Level = ""
     switches: Switches | None = None
     symbolic: Symbolic | None = None
-    rebuild: Callable[[Arm], Equations] | None = None
+    rebuild: Callable[[Arm, Scenario | None], Equations] | None = None
+    any_arm: bool = False
     rebuilt_as: tuple[Any, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -103,7 +105,8 @@ class Equations:
         elif any(now is not then for now, then in zip(whole, before[1:], strict=True)):
             object.__setattr__(self, "rebuild", None)
             object.__setattr__(self, "symbolic", None)
+            object.__setattr__(self, "any_arm", False)
 
-    def on(self, arm: Arm) -> Equations:
+    def on(self, arm: Arm, scenario: Scenario | None = None) -> Equations:
         """These equations with the numbers of an arm. Raises InputError."""
-        return self if self.rebuild is None else self.rebuild(arm)
+        return self if self.rebuild is None else self.rebuild(arm, scenario)

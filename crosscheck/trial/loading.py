@@ -64,22 +64,23 @@ def made(
     """Equations out of what a user gave, see handed_over; folder: beside which the code is."""
     beside = folder or Path.cwd()
     if isinstance(found, Equations):
-        return _whole(found.on(arm), where)
+        return _whole(found.on(arm, scenario), where)
     if not callable(found) or (_has_parts(found) and not isinstance(found, type)):
-        return _whole(_from_object(found, where).on(arm), where)
+        return _whole(_from_object(found, where).on(arm, scenario), where)
     by_arm = _arguments(found, where)
 
-    def rebuilt(other: Arm) -> Equations:
+    def rebuilt(other: Arm, drive: Scenario | None) -> Equations:
         with _told(where, beside):
-            answer = _called(found, by_arm, other, scenario)
+            answer = _called(found, by_arm, other, drive)
         if isinstance(answer, type) or (callable(answer) and not _has_parts(answer)):
             kind = type(answer).__name__
             raise InputError(where, "", None, f"returned a {kind}; must return {ACCEPTED}")
         own = answer if isinstance(answer, Equations) else _from_object(answer, where, "returned")
-        return _whole(own.on(other), where)
+        whole = _whole(own.on(other, drive), where)
+        any_arm = whole.any_arm or "arm" in by_arm.values()
+        return replace(whole, rebuild=rebuilt, any_arm=any_arm)
 
-    equations = rebuilt(arm)
-    return replace(equations, rebuild=rebuilt if "arm" in by_arm.values() else equations.rebuild)
+    return rebuilt(arm, scenario)
 
 
 def _source(text: str) -> Source:
@@ -194,7 +195,7 @@ def _from_object(found: Any, where: str, verb: str = "is") -> Equations:
     if not _has_parts(found):
         kind = "None" if found is None else f"a {type(found).__name__}"
         raise InputError(where, "", None, f"{verb} {kind}; must be {ACCEPTED}")
-    names = {entry.name for entry in fields(Equations)} - {"rebuild", "rebuilt_as"}
+    names = {entry.name for entry in fields(Equations)} - {"rebuild", "rebuilt_as", "any_arm"}
     own = {name: getattr(found, name) for name in names if getattr(found, name, None) is not None}
     return Equations(**own)
 

@@ -40,9 +40,10 @@ class HandedModel(Model):
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         super().__init__(arm, scenario, switches_of(self.equations, arm, chosen_switches))
-        self.frame = frame_of(self.equations.coordinates, arm)
+        own = self.equations.on(arm, scenario)
+        self.frame = frame_of(own.coordinates, arm)
         self.layout: Layout = self.frame.layout
-        self.handed: Handed = handed(self.equations, arm, self.frame)
+        self.handed: Handed = handed(own, arm, self.frame)
         self.drive = drive_data(scenario, len(arm.joints))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:

@@ -73,7 +73,7 @@ def from_sympy(
         switches=switches,
         symbolic=symbolic,
     )
-    return replace(unbound, rebuild=lambda arm: _bound(unbound, symbolic, arm))
+    return replace(unbound, rebuild=lambda arm, scenario: _bound(unbound, symbolic, arm))
 
 
 def _matrix(given: Any, name: str, n: int) -> sp.ImmutableMatrix:
@@ -161,7 +161,8 @@ def _bound(unbound: Equations, symbolic: Symbolic, arm: Arm) -> Equations:
         mass_matrix=functions.get("mass_matrix"),
         bias=functions.get("bias"),
         force=functions.get("force"),
-        rebuild=(lambda other: _bound(unbound, symbolic, other)) if _by_name(symbolic) else None,
+        rebuild=lambda other, scenario: _bound(unbound, symbolic, other),
+        any_arm=_by_name(symbolic),
     )
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from crosscheck.comparison import Comparison, Results, findings_of, tasks_of
+from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.findings import Agreement
 from crosscheck.plan import require_names
 from crosscheck.provenance import provenance
@@ -17,14 +17,15 @@ from crosscheck.state_suite import Spot, balances, unequal_gains
 from crosscheck.tasks import Failure
 from crosscheck.trial.bench import QUICK_STATES, STATES, Bench
 from crosscheck.trial.calls import handed
-from crosscheck.trial.entries import deviations, wrong_entries
 from crosscheck.trial.equations import Equations
 from crosscheck.trial.first_calls import first_calls, spared
 from crosscheck.trial.frame import frame_of
 from crosscheck.trial.ladder import Rung, closest, ladder
 from crosscheck.trial.model import entry_for, switches_of
 from crosscheck.trial.places import Wrong
+from crosscheck.trial.probe import probe_arms
 from crosscheck.trial.questions import QUESTIONS, Question
+from crosscheck.trial.reasons import compared, reasoned
 from crosscheck.trial.runs import run_comparisons
 from crosscheck.trial.suite import (
     COMPARED,
@@ -32,6 +33,7 @@ from crosscheck.trial.suite import (
     own_comparisons,
     reference_of,
     sizes_in,
+    sizing,
 )
 from crosscheck.workers import Workers
 from models.arm import Arm
@@ -42,6 +44,7 @@ from models.switches import Switches
 
 # Where each part is looked at entry by entry.
 BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"}
+PROBES = 2
 RUNNABLE = {"mass_matrix", "bias", "force"}
 
 
@@ -89,17 +92,18 @@ class Trial:
 def tried(asked: Asked, *, jobs: int = 1, told: Told = lambda what, left: None) -> Trial:
     """Put equations on trial. Raises InputError for what cannot be tried at all."""
     bench = bench_of(asked)
-    with (
-        register(bench.name, entry_for(bench.name, bench.equations, bench.has)),
-        Workers(jobs) as workers,
-    ):
+    probes = probes_of(bench)
+    entry = entry_for(bench.name, bench.equations, bench.has)
+    with register(bench.name, entry), Workers(jobs) as workers:
         lost = first_calls(bench, workers, told)
-        tasks = dict.fromkeys([*tasks_of(list(_planned(bench, asked))), *_localising(bench)])
+        asked_of_all: list[ModelTask] = [*tasks_of([*_planned(bench, asked)])]
+        asked_of_all += [question for each in (bench, *probes) for question in _localising(each)]
+        tasks = dict.fromkeys(asked_of_all)
         without = spared(bench, tasks, lost)
         results = performed(workers, [task for task in tasks if task not in without], told)
         told_already = {task.key: failure for task, failure in without.items()}
         results = Results({**results.outcomes, **told_already})
-        return _judged(bench, asked, results)
+        return _judged(bench, probes, asked, results)
 
 
 def bench_of(asked: Asked) -> Bench:
@@ -108,13 +112,13 @@ def bench_of(asked: Asked) -> Bench:
     laws = switches_of(asked.equations, asked.arm, asked.chosen)
     case = Case(asked.arm, unequal_gains(asked.arm), laws)
     count = QUICK_STATES if asked.quick else STATES
-    frame = frame_of(asked.equations.coordinates, asked.arm)
-    has = handed(asked.equations, asked.arm, frame).has
+    own = asked.equations.on(asked.arm, case.scenario)
+    has = handed(own, asked.arm, frame_of(own.coordinates, asked.arm)).has
     missing = ", ".join(sorted(RUNNABLE - has))
     if asked.scenarios and missing:
         reason = f"needs {missing}, which the equations have not"
         raise InputError("--scenario", "", asked.scenarios[0].name, reason)
-    bench = Bench(asked.name, asked.equations, has, case, count, asked.seed)
+    bench = Bench(asked.name, own, has, case, count, asked.seed)
     assert bench.states  # made now, so that what is wrong with the coordinates is said first
     return bench
 
@@ -134,10 +138,10 @@ def _spot(bench: Bench) -> Spot:
 
 def _localising(bench: Bench) -> Iterator[Question]:
     """What is looked at entry by entry: yours and that of the reference, of every level."""
-    for quantity in by_entry(bench):
-        yield bench.yours(quantity)
-        for level in bench.levels or ("",):
-            yield bench.ask(reference_of(bench, level), quantity)
+    for level in bench.levels or ("",):
+        yield from sizing(bench, level)
+        yield from (bench.ask(reference_of(bench, level), part) for part in by_entry(bench))
+    yield from map(bench.yours, by_entry(bench))
 
 
 def by_entry(bench: Bench) -> list[str]:
@@ -154,7 +158,14 @@ def _engines_and_runs(
         yield from run_comparisons(bench, scenario, level)
 
 
-def _judged(bench: Bench, asked: Asked, results: Results) -> Trial:
+def probes_of(bench: Bench) -> list[Bench]:
+    """The same equations on arms that show what equal numbers and zeros hide, if they can be."""
+    if not bench.equations.any_arm:
+        return []
+    return [bench.on(arm) for arm in probe_arms(bench.case.arm, PROBES)]
+
+
+def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Results) -> Trial:
     level, rungs = _level(bench, results)
     comparisons = list(own_comparisons(bench))
     for each in bench.levels or ("",):
@@ -163,14 +174,15 @@ def _judged(bench: Bench, asked: Asked, results: Results) -> Trial:
     if not bench.levels and bench.has >= {*COMPARED}:
         comparisons += balances(_spot(bench))
     findings = list(findings_of(comparisons, results))
+    here, *there = (compared(each, level, by_entry(each), results) for each in (bench, *probes))
     record = provenance(asked.arm, asked.seed, asked.quick, asked.scenarios, bench.case.switches)
     return Trial(
         bench=bench,
         agreement=Agreement(findings, record),
         level=level,
         rungs=tuple(rungs),
-        apart=_apart(bench, results, level),
-        wrong=tuple(_wrong(bench, results, level)),
+        apart=here.apart,
+        wrong=tuple(reasoned(here, there)),
         missing=tuple(part for part in COMPARED if part not in bench.has),
         traces=_traces(bench, results),
     )
@@ -196,27 +208,6 @@ def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
         return bench.levels[0], []
     rungs = ladder(yours, masses, sizes_in(bench, results, bench.levels[-1]))
     return closest(rungs).level, rungs
-
-
-def _wrong(bench: Bench, results: Results, level: str) -> Iterator[Wrong]:
-    """Entries of every part that is there and that the reference answers."""
-    for quantity in by_entry(bench):
-        yours = results.found(bench.yours(quantity))
-        right = results.found(bench.ask(reference_of(bench, level), quantity))
-        if yours is not None and right is not None:
-            yield from wrong_entries(quantity, yours, right, sizes_in(bench, results, level))
-
-
-def _apart(bench: Bench, results: Results, level: str) -> dict[str, np.ndarray]:
-    """How far every entry is from the reference's, of every part that both answer."""
-    found = {}
-    for quantity in by_entry(bench):
-        yours = results.found(bench.yours(quantity))
-        right = results.found(bench.ask(reference_of(bench, level), quantity))
-        if yours is not None and right is not None:
-            sizes = sizes_in(bench, results, level)
-            found[quantity] = deviations(yours, right, sizes.of(quantity))
-    return found
 
 
 def _traces(bench: Bench, results: Results) -> dict[str, str]:

@@ -77,7 +77,7 @@ def test_part_put_in_the_place_of_another_is_what_is_judged(equations, labelled)
     slipped = replace(equations, force=lambda torque: -torque)
     assert slipped.on(labelled) is slipped
     assert equations.rebuild is not None
-    assert replace(equations, rebuild=lambda arm: equations).rebuild is not None
+    assert replace(equations, rebuild=lambda arm, scenario: equations).rebuild is not None
 
 
 def test_import_is_light():
