@@ -100,7 +100,7 @@ class Wanted:
     chosen: Switches | None = None
 
     def __post_init__(self) -> None:
-        _require_names(self.scenarios)
+        require_names(self.scenarios)
 
     @property
     def needs_sizes(self) -> bool:
@@ -137,7 +137,7 @@ def outlined(wanted: Wanted, sizes: Sizes | None) -> list[Experiment]:
     return found
 
 
-def _require_names(scenarios: Sequence[Scenario]) -> None:
+def require_names(scenarios: Sequence[Scenario]) -> None:
     """Raise InputError unless each has a name that no other experiment has."""
     taken = [*OWN_NAMES]
     for scenario in scenarios:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,7 +15,7 @@ from crosscheck.baseline_file import (
     write_baseline,
 )
 from crosscheck.commands import checked_aloud
-from crosscheck.output import require_file, write_text
+from crosscheck.output import require_files, write_text
 from crosscheck.plan import Wanted
 from crosscheck.reduction import baseline_of, uncompared, unrecorded
 from crosscheck.regression import compare
@@ -25,12 +24,11 @@ from crosscheck.report.moved import print_moved
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import counted, printable
 from crosscheck.run import CrossCheck
-from models.errors import InputError
 
 
 def validate_command(chosen: Wanted, jobs: int, json_file: Path | None, junit: Path | None) -> int:
     """Cross-check an arm and print the table; returns the exit code. Raises InputError."""
-    _require_files(json_file, junit)
+    require_files(json_file, junit)
     agreement = checked_aloud(chosen, jobs).agreement
     if json_file is not None:
         write_text(json_file, agreement.to_json())
@@ -49,7 +47,7 @@ def accept_command(
     anything is run, where another arm's record would be replaced.
     """
     path = baseline_path(folder, chosen)
-    _require_files(path, junit)
+    require_files(path, junit)
     require_replaceable(path, chosen.arm)
     result = checked_aloud(chosen, jobs)
     agreement = result.agreement
@@ -93,7 +91,7 @@ def check_command(chosen: Wanted, folder: Path, jobs: int, junit: Path | None, r
     Raises InputError, before anything is run, for a record that cannot be held against this.
     """
     path = baseline_path(folder, chosen)
-    _require_files(junit, apart_from=path)
+    require_files(junit, apart_from=path)
     baseline = read_baseline(path, chosen, renew)
     again = replace(chosen, seed=baseline.provenance.seed)
     agreement = compare(baseline, checked_aloud(again, jobs))
@@ -112,13 +110,3 @@ def renewal(
     parts += [part for name in scenarios for part in ("--scenario", name)]
     parts += [part for setting in settings for part in ("--set", setting)]
     return shlex.join(parts + (["--quick"] if quick else []))
-
-
-def _require_files(*paths: Path | None, apart_from: Path | None = None) -> None:
-    """Raise InputError unless each can be written and is a file of its own: before the work."""
-    taken = set() if apart_from is None else {os.path.realpath(apart_from)}
-    for path in filter(None, paths):
-        target = require_file(path)
-        if os.path.realpath(target) in taken:
-            raise InputError(str(path), "", None, "is in use for two things; name another file")
-        taken.add(os.path.realpath(target))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Iterator
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,7 +38,17 @@ def print_trial(trial: Trial) -> None:
     for wrong in trial.wrong:
         console.print(Text.assemble(("wrong ", "red"), printable(wrong_line(trial, wrong))))
     for part, trace in trial.traces.items():
-        console.print(Text(f"{part} raised:\n{trace}"))
+        console.print(Text(f"{part} raised:"))
+        for line in trace.splitlines():
+            console.print(Text(printable(line)))
+
+
+def trial_text(trial: Trial) -> str:
+    """What print_trial prints."""
+    text = io.StringIO()
+    with redirect_stdout(text):
+        print_trial(trial)
+    return text.getvalue()
 
 
 def summary(trial: Trial) -> Iterator[str]:
@@ -61,7 +72,7 @@ def wrong_line(trial: Trial, wrong: Wrong) -> str:
 
 
 def trial_json(trial: Trial) -> str:
-    """Readable JSON, ending in a newline."""
+    """Readable JSON as in crosscheck/schema/trial.schema.json, ending in a newline."""
     bench = trial.bench
     content: dict[str, Any] = {
         "schema_version": SCHEMA_VERSION,
@@ -80,7 +91,11 @@ def trial_json(trial: Trial) -> str:
 
 
 def _rung(rung: Any) -> dict[str, Any]:
-    return {"level": rung.level, "entries": rung.entries, "largest": rung.largest}
+    return {"level": rung.level, "entries": rung.entries, "largest": _finite(rung.largest)}
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
 
 
 def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
@@ -91,7 +106,7 @@ def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
         "column": place.column,
         "rates": None if place.rates is None else list(place.rates),
         "entry": named(place, trial.bench.frame.names),
-        "relative": wrong.relative if np.isfinite(wrong.relative) else None,
+        "relative": _finite(wrong.relative),
         "told": wrong_line(trial, wrong),
     }
 

@@ -103,7 +103,7 @@ class Handed:
         n = len(self.frame.names)
         try:
             raw = self.calls[part](copies)
-        except Exception as error:
+        except BaseException as error:  # also SystemExit
             error.add_note(f"{part}{_state(arguments)}")
             raise
         try:

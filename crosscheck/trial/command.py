@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from crosscheck.output import require_file, write_files
+from crosscheck.output import require_files, write_files
 from crosscheck.progress import shown_progress
 from crosscheck.report.junit import junit_xml
 from crosscheck.trial.loading import handed_over
@@ -30,14 +30,13 @@ def trial_command(
     from crosscheck.report.trial import print_trial, trial_json, trial_page
 
     page = None if out is None else out / "trial.html"
-    for file in filter(None, (json_file, junit, page)):
-        require_file(file)
     chosen = load_chosen(arm, scenarios, settings)
     equations = handed_over(model, chosen.arm, chosen.scenarios[0] if chosen.scenarios else None)
     name = model.replace(os.sep, "/").rpartition("/")[2]
     asked = Asked(
         name, equations, chosen.arm, chosen.scenarios, chosen.switches, quick=quick, seed=seed
     )
+    require_files(json_file, junit, page)
     with shown_progress() as told:
         trial = tried(asked, jobs=jobs, told=told)
     files: dict[Path, str] = {}

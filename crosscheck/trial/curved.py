@@ -248,7 +248,7 @@ def _require_certain(apart: np.ndarray, what: str, x: np.ndarray) -> None:
 def _called(own: Callable[[np.ndarray], Any], what: str, x: np.ndarray) -> Any:
     try:
         return own(x.copy())
-    except Exception as error:  # the user's own code
+    except (Exception, SystemExit) as error:  # the user's own code
         reason = f"raises {type(error).__name__}: {error}, at x = {shown(x)}"
         raise InputError(WHERE, what, None, reason) from error
 

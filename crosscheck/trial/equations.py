@@ -78,7 +78,7 @@ class Equations:
     to be, one of ``links``, ``carriers``, ``armature``, ``coupled``; '' lets the trial find out.
     switches: laws that the model follows, where not those of the command line. rebuild: makes them
     anew for an arm and a scenario, of equations that know how. any_arm: whether that is worth doing
-    for another arm; else they are of one alone.
+    for another arm; else, and once a part of them is replaced, they are of one alone.
     """
 
     mass_matrix: Function | None = None
@@ -93,6 +93,19 @@ class Equations:
     symbolic: Symbolic | None = None
     rebuild: Callable[[Arm, Scenario | None], Equations] | None = None
     any_arm: bool = False
+    rebuilt_as: tuple[Any, ...] = field(default=(), repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """What was put in the place of something else since is not what ``rebuild`` makes."""
+        functions = (self.mass_matrix, self.bias, self.coriolis, self.force, self.acceleration)
+        whole = (*functions, self.inverse_dynamics, self.coordinates, self.level, self.switches)
+        before = self.rebuilt_as
+        if not before or before[0] is not self.rebuild:
+            object.__setattr__(self, "rebuilt_as", (self.rebuild, *whole))
+        elif any(now is not then for now, then in zip(whole, before[1:], strict=True)):
+            object.__setattr__(self, "rebuild", None)
+            object.__setattr__(self, "symbolic", None)
+            object.__setattr__(self, "any_arm", False)
 
     def on(self, arm: Arm, scenario: Scenario | None = None) -> Equations:
         """These equations with the numbers of an arm. Raises InputError."""

@@ -14,14 +14,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, get_args
 
 import crosscheck
 from crosscheck.trial.calls import MEANT, TAKES, by_name
-from crosscheck.trial.equations import Coordinates, Equations
+from crosscheck.trial.equations import Coordinates, Equations, Level
 from models.arm import Arm
 from models.errors import InputError
 from models.scenario import Scenario
+from models.switches import Switches
 
 OURS = ("crosscheck", "analytic", "models")
 EXPECTED = "file.py:name or package.module:name"
@@ -136,19 +137,29 @@ def _told(where: str, folder: Path) -> Iterator[None]:
         raise InputError(where, "", None, f"is not Python: {error.msg} ({place})") from error
     except (Exception, SystemExit) as error:
         said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-        reason = f"raises {said}{_line(error)}{_shadowed(error, folder)}"
+        reason = f"raises {said}{_line(error, folder)}{_shadowed(error, folder)}"
         raise InputError(where, "", None, reason) from error
 
 
-def _line(error: BaseException) -> str:
-    """File and line of what raised, the last that is neither ours nor the import system's."""
+def _line(error: BaseException, folder: Path) -> str:
+    """File and line of what raised: the last in the user's folder, else the last that is not ours.
+
+    Nor the import system's.
+    """
     own = Path(crosscheck.__file__).parent
     frames = [
         frame
         for frame in traceback.extract_tb(error.__traceback__)
         if own not in Path(frame.filename).parents and not frame.filename.startswith("<frozen")
     ]
-    return f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
+    beside = [frame for frame in frames if _is_beside(Path(frame.filename), folder)]
+    last = (beside or frames)[-1:]
+    return "".join(f" ({Path(frame.filename).name}, line {frame.lineno})" for frame in last)
+
+
+def _is_beside(file: Path, folder: Path) -> bool:
+    """Whether a file is in the user's folder, and in no environment there."""
+    return folder in file.parents and "site-packages" not in file.parts
 
 
 def _shadowed(error: BaseException, folder: Path) -> str:
@@ -184,7 +195,7 @@ def _from_object(found: Any, where: str, verb: str = "is") -> Equations:
     if not _has_parts(found):
         kind = "None" if found is None else f"a {type(found).__name__}"
         raise InputError(where, "", None, f"{verb} {kind}; must be {ACCEPTED}")
-    names = {entry.name for entry in fields(Equations)} - {"rebuild", "any_arm"}
+    names = {entry.name for entry in fields(Equations)} - {"rebuild", "rebuilt_as", "any_arm"}
     own = {name: getattr(found, name) for name in names if getattr(found, name, None) is not None}
     return Equations(**own)
 
@@ -236,9 +247,23 @@ def _whole(equations: Equations, where: str) -> Equations:
     if not isinstance(equations.coordinates, Coordinates):
         kind = type(equations.coordinates).__name__
         raise InputError(where, "coordinates", None, f"is a {kind}; must be Coordinates")
+    _require_meant(equations, where)
     try:
         for part in given:
             by_name(getattr(equations, part), part)
     except InputError as error:
         raise InputError(where, error.field, error.value, error.allowed) from None
     return equations
+
+
+def _require_meant(equations: Equations, where: str) -> None:
+    """Raise InputError for a level or switches that are none."""
+    level, gearing = equations.level, equations.coordinates.gearing
+    if level not in get_args(Level):
+        words = ", ".join(filter(None, get_args(Level)))
+        raise InputError(where, "level", level, f"must be one of {words}, or '' for any")
+    if level and gearing != "rigid":
+        raise InputError(where, "level", level, f"is for rigid equations; these are {gearing}")
+    if not isinstance(equations.switches, Switches | None):
+        kind = type(equations.switches).__name__
+        raise InputError(where, "switches", None, f"is a {kind}; must be switches(...) or None")

@@ -42,6 +42,13 @@ def positive(about: About, mass: np.ndarray) -> Finding:
     return checked(about, measured=0.0, tolerance=0.0, basis="every eigenvalue is positive")
 
 
+def repeatable(
+    about: About, quantity: str, answers: np.ndarray, again: np.ndarray, sizes: Sizes
+) -> tuple[Finding, list[Place]]:
+    """The same question at the same states (count, ...) has the same answer."""
+    return _judged(about, quantity, deviations(answers, again, sizes.of(quantity)), sizes)
+
+
 def quadratic(
     about: About, bias: np.ndarray, at_speeds: np.ndarray, sizes: Sizes
 ) -> tuple[Finding, list[Place]]:

@@ -6,7 +6,6 @@ costs that part alone.
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -14,16 +13,19 @@ from functools import partial
 import numpy as np
 
 from crosscheck.registry import MODELS
-from crosscheck.tasks import Failure, built, failure
+from crosscheck.tasks import Failure, built
 from crosscheck.trial.model import HandedModel
 from crosscheck.trial.moved import Moved, Own, Source
 from crosscheck.trial.quadratic import christoffel_terms, difference_steps, rate_terms
 from crosscheck.trial.states import State, states_of
+from crosscheck.trial.traces import told_failure
 from models.loading import Case
 
 # A tooth force or a bias takes a user's Python this long [s] at most.
 CALL_S = 2e-4
 SPEEDS = (-1.0, 2.0)
+AGAIN = "_again"
+Answers = Callable[[Source, Sequence[State]], list[np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -56,9 +58,7 @@ class Question:
         try:
             return self._answers()
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
-            trace = "".join(traceback.format_exception(error))
-            known = failure(error)
-            return Failure(known.kind, known.message, trace)
+            return told_failure(error)
 
     def _answers(self) -> np.ndarray:
         asker = built(self.asker, self.case)
@@ -121,14 +121,23 @@ def _by_torques(source: Source, states: Sequence[State]) -> list[np.ndarray]:
     return found
 
 
-QUESTIONS: dict[str, Callable[[Source, Sequence[State]], list[np.ndarray]]] = {
+def _again(ask: Answers) -> Answers:
+    """The same once more, the last state first."""
+    return lambda source, states: ask(source, states[::-1])[::-1]
+
+
+REPEATED: dict[str, Answers] = {
     "mass_matrix": _masses,
     "bias": _biases,
+    "force": _forces,
+    "acceleration": _accelerations,
+}
+QUESTIONS: dict[str, Answers] = {
+    **REPEATED,
+    **{f"{part}{AGAIN}": _again(ask) for part, ask in REPEATED.items()},
     "rate_terms": _rate_terms,
     "christoffel": _christoffel,
     "other_speeds": _at_other_speeds,
-    "force": _forces,
     "by_torques": _by_torques,
-    "acceleration": _accelerations,
 }
 BY_RATES = ("rate_terms", "christoffel")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from crosscheck.comparison import Comparison, Results
@@ -13,7 +14,7 @@ from crosscheck.trial.bench import Bench
 from crosscheck.trial.entries import deviations, wrong_entries
 from crosscheck.trial.naming import listed
 from crosscheck.trial.places import Place
-from crosscheck.trial.questions import Question
+from crosscheck.trial.questions import AGAIN, Question
 from crosscheck.trial.sizes import Sizes, sizes_of
 
 OWN, AGAINST = "trial-own", "trial-states"
@@ -43,6 +44,11 @@ def sizing(bench: Bench, level: str) -> tuple[Question, ...]:
 def own_comparisons(bench: Bench) -> Iterator[Comparison]:
     """Engine-free checks of the parts that are there; the reference lends its sizes alone."""
     level = bench.levels[-1] if bench.levels else ""
+    for part in COMPARED:
+        if part in bench.has and (part != "acceleration" or bench.equations.acceleration):
+            asked = (part, f"{part}{AGAIN}")
+            check = partial(_repeatable, part)
+            yield _own(bench, f"repeatable-{part}", asked, level, check)
     if "mass_matrix" in bench.has:
         yield _own(bench, "symmetric", ("mass_matrix",), level, _plain(own_checks.symmetric))
         yield _own(bench, "positive-definite", ("mass_matrix",), level, _positive)
@@ -59,6 +65,10 @@ def own_comparisons(bench: Bench) -> Iterator[Comparison]:
 
 def _plain(check: Callable[[About, Any], Judged]) -> Callable[..., Judged]:
     return lambda about, values, sizes: check(about, values)
+
+
+def _repeatable(part: str, about: About, one: Any, again: Any, sizes: Sizes) -> Judged:
+    return own_checks.repeatable(about, part, one, again, sizes)
 
 
 def _positive(about: About, mass: Any, sizes: Sizes) -> Judged:

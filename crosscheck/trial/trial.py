@@ -9,6 +9,7 @@ import numpy as np
 
 from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.findings import Agreement
+from crosscheck.plan import require_names
 from crosscheck.provenance import provenance
 from crosscheck.registry import register
 from crosscheck.run import Told, performed
@@ -17,12 +18,13 @@ from crosscheck.tasks import Failure
 from crosscheck.trial.bench import QUICK_STATES, STATES, Bench
 from crosscheck.trial.calls import handed
 from crosscheck.trial.equations import Equations
+from crosscheck.trial.first_calls import first_calls, spared
 from crosscheck.trial.frame import frame_of
 from crosscheck.trial.ladder import Rung, closest, ladder
 from crosscheck.trial.model import entry_for, switches_of
 from crosscheck.trial.places import Wrong
 from crosscheck.trial.probe import probe_arms
-from crosscheck.trial.questions import Question
+from crosscheck.trial.questions import QUESTIONS, Question
 from crosscheck.trial.reasons import compared, reasoned
 from crosscheck.trial.runs import run_comparisons
 from crosscheck.trial.suite import (
@@ -35,6 +37,7 @@ from crosscheck.trial.suite import (
 )
 from crosscheck.workers import Workers
 from models.arm import Arm
+from models.errors import InputError
 from models.loading import Case
 from models.scenario import Scenario
 from models.switches import Switches
@@ -92,19 +95,29 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = lambda what, left: None) 
     probes = probes_of(bench)
     entry = entry_for(bench.name, bench.equations, bench.has)
     with register(bench.name, entry), Workers(jobs) as workers:
-        tasks: list[ModelTask] = [*tasks_of([*_planned(bench, asked)])]
-        tasks += [question for each in (bench, *probes) for question in _localising(each)]
-        results = performed(workers, [*dict.fromkeys(tasks)], told)
+        lost = first_calls(bench, workers, told)
+        asked_of_all: list[ModelTask] = [*tasks_of([*_planned(bench, asked)])]
+        asked_of_all += [question for each in (bench, *probes) for question in _localising(each)]
+        tasks = dict.fromkeys(asked_of_all)
+        without = spared(bench, tasks, lost)
+        results = performed(workers, [task for task in tasks if task not in without], told)
+        told_already = {task.key: failure for task, failure in without.items()}
+        results = Results({**results.outcomes, **told_already})
         return _judged(bench, probes, asked, results)
 
 
 def bench_of(asked: Asked) -> Bench:
     """What is on trial, its coordinates and states made. Raises InputError."""
+    require_names(asked.scenarios)
     laws = switches_of(asked.equations, asked.arm, asked.chosen)
     case = Case(asked.arm, unequal_gains(asked.arm), laws)
     count = QUICK_STATES if asked.quick else STATES
     own = asked.equations.on(asked.arm, case.scenario)
     has = handed(own, asked.arm, frame_of(own.coordinates, asked.arm)).has
+    missing = ", ".join(sorted(RUNNABLE - has))
+    if asked.scenarios and missing:
+        reason = f"needs {missing}, which the equations have not"
+        raise InputError("--scenario", "", asked.scenarios[0].name, reason)
     bench = Bench(asked.name, own, has, case, count, asked.seed)
     assert bench.states  # made now, so that what is wrong with the coordinates is said first
     return bench
@@ -141,7 +154,7 @@ def _engines_and_runs(
     bench: Bench, asked: Asked, level: str, *, binding: bool
 ) -> Iterator[Comparison]:
     yield from engine_comparisons(bench, level, binding=binding)
-    for scenario in asked.scenarios if binding and bench.has >= RUNNABLE else ():
+    for scenario in asked.scenarios if binding else ():
         yield from run_comparisons(bench, scenario, level)
 
 
@@ -156,7 +169,8 @@ def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Result
     level, rungs = _level(bench, results)
     comparisons = list(own_comparisons(bench))
     for each in bench.levels or ("",):
-        comparisons += _engines_and_runs(bench, asked, each, binding=each == level)
+        found = _engines_and_runs(bench, asked, each, binding=each == level)
+        comparisons += (one for one in found if each == level or _answered(one, bench, results))
     if not bench.levels and bench.has >= {*COMPARED}:
         comparisons += balances(_spot(bench))
     findings = list(findings_of(comparisons, results))
@@ -172,6 +186,12 @@ def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Result
         missing=tuple(part for part in COMPARED if part not in bench.has),
         traces=_traces(bench, results),
     )
+
+
+def _answered(comparison: Comparison, bench: Bench, results: Results) -> bool:
+    """Whether the equations have what it needs: a part that failed fails at its own level once."""
+    own = (task for task in comparison.needs if task.model == bench.name)
+    return all(results.found(task) is not None for task in own)
 
 
 def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
@@ -193,8 +213,9 @@ def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
 def _traces(bench: Bench, results: Results) -> dict[str, str]:
     """Tracebacks of the parts that raised, each once."""
     found: dict[str, str] = {}
-    for key, outcome in results.outcomes.items():
-        mine = isinstance(key, Question) and key.model == bench.name
-        if mine and isinstance(outcome, Failure) and outcome.trace not in found.values():
-            found[key.quantity] = outcome.trace
+    for quantity in QUESTIONS:
+        outcome = results.outcomes.get(bench.yours(quantity))
+        trace = outcome.trace if isinstance(outcome, Failure) else ""
+        if trace and trace not in found.values():
+            found[quantity] = trace
     return found
