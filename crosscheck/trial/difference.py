@@ -31,10 +31,14 @@ class NotWaves(ValueError):
 
 @dataclass(frozen=True)
 class Difference:
-    """Yours minus right of an entry, as typeset, and the slips that make it."""
+    """Yours minus right of an entry, as typeset, and the slips that make it.
+
+    observed: its coefficients with several sets of numbers.
+    """
 
     expression: sp.Expr
     latex: str
+    observed: tuple[Observed, ...]
     explanation: Explanation | None
 
 
@@ -44,10 +48,14 @@ def symbolic_difference(
     """What is wrong in an entry, or None where nothing is. values: of the arm's quantities.
 
     Raises NotWaves where it cannot be taken apart: it must be made of sums, products, whole powers,
-    cosines and sines of whole sums of coordinates; a force also linear in rates and torques, and
-    without meshes; and all its other symbols quantities of the arm.
+    cosines and sines of whole sums of coordinates; a force also linear in rates and torques, its
+    mesh forces being symbols that ``values`` calls by their names; and all its other symbols
+    quantities of the arm.
     """
-    yours, right = entry_waves(place, symbolic), right_waves(place, dictionary)
+    yours, right = entry_waves(place, symbolic, dictionary), right_waves(place, dictionary)
+    meshes = {key.signal for key in right} & set(mesh_signals(dictionary))
+    if meshes and not meshes & {key.signal for key in yours}:
+        raise NotWaves("mesh forces are no symbols")
     unknown = {s.name for c in yours.values() for s in c.free_symbols} - set(values)
     if unknown:
         raise NotWaves(f"{', '.join(sorted(unknown))} are no quantities of the arm")
@@ -61,13 +69,14 @@ def symbolic_difference(
     wrong = [key for key in keys if any(abs(off) > noise for off, noise in sizes[key])]
     if not wrong:
         return None
-    observed = [
-        _observed(numbers, {key: each[place_] for key, each in sizes.items()}, dictionary)
-        for place_, numbers in enumerate(sets)
-    ]
+    observed = tuple(
+        _observed(numbers, {key: each[number] for key, each in sizes.items()}, dictionary)
+        for number, numbers in enumerate(sets)
+    )
     parts = {key: sp.expand(yours.get(key, 0) - right.get(key, 0)) for key in wrong}
     expression = _expression(parts, place, dictionary.names)
-    return Difference(expression, latex_of(expression), explain(place, observed, dictionary))
+    explanation = explain(place, observed, dictionary)
+    return Difference(expression, latex_of(expression), observed, explanation)
 
 
 def _evaluated(
@@ -80,7 +89,12 @@ def _evaluated(
     return mine - theirs, ROUNDING * (abs(mine) + abs(theirs))
 
 
-def entry_waves(place: Place, symbolic: Symbolic) -> Waves:
+def mesh_signals(dictionary: Dictionary) -> list[str]:
+    """Mesh forces of a planet, and what else of meshes is no polynomial."""
+    return [name for name in dictionary.signals if name[:2] in ("F_", "D_", "Q_")]
+
+
+def entry_waves(place: Place, symbolic: Symbolic, dictionary: Dictionary) -> Waves:
     """An entry of the user's, of a bias that of its rates. Raises NotWaves."""
     whole = getattr(symbolic, place.part)
     if whole is None:
@@ -94,6 +108,9 @@ def entry_waves(place: Place, symbolic: Symbolic) -> Waves:
         return _waves(entry, symbolic, "")
     signals = {rate: rate_name(x.name) for x, rate in zip(symbolic.x, symbolic.v, strict=True)}
     signals |= {torque: f"T_{j + 1}" for j, torque in enumerate(symbolic.torque)}
+    named = {symbol: str(symbolic.values.get(symbol, symbol)) for symbol in entry.free_symbols}
+    meshes = mesh_signals(dictionary)
+    signals |= {symbol: name for symbol, name in named.items() if name in meshes}
     still = dict.fromkeys(signals, 0)
     found = _waves(entry.subs(still), symbolic, "")
     for symbol, name in signals.items():
@@ -103,7 +120,7 @@ def entry_waves(place: Place, symbolic: Symbolic) -> Waves:
 
 def _waves(entry: sp.Expr, symbolic: Symbolic, signal: str) -> Waves:
     """Cosines and sines of an expression without rates and torques."""
-    if entry.has(*symbolic.v, *symbolic.torque):
+    if entry.free_symbols & {*symbolic.v, *symbolic.torque}:
         raise NotWaves("it is not linear in the torques and rates")
     own = {symbol: symbolic.values.get(symbol, symbol.name) for symbol in entry.free_symbols}
     known = {
@@ -178,8 +195,6 @@ def right_waves(place: Place, dictionary: Dictionary) -> Waves:
     """The reference's entry before waves of x. Raises NotWaves where those are not whole."""
     found: defaultdict[Key, sp.Expr] = defaultdict(lambda: sp.S.Zero)
     for key, monomial in dictionary.entry(place):
-        if key.signal[:2] in ("F_", "D_", "Q_"):
-            raise NotWaves("mesh forces are no symbols")
         turned = np.array(key.wave) @ dictionary.angles
         if not np.allclose(turned, np.round(turned)):
             raise NotWaves("the map is not one of whole numbers")

@@ -139,7 +139,8 @@ def _distance(own: Named, other: Named) -> float:
     """Of the same joint, of the neighbour, anything: what is confused rather than other things."""
     cost = 0.1 if own.joint == other.joint else 0.3
     if own.stem != other.stem:
-        cost += 0.05 if (own.stem in RADII) == (other.stem in RADII) else 0.35
+        cost += 0.05 if own.stem in RADII else 0.15
+        cost += 0.3 if (own.stem in RADII) != (other.stem in RADII) else 0.0
         cost += 0.1 if (own.stem in GEAR_PARTS) != (other.stem in GEAR_PARTS) else 0.0
         cost += 0.3 if own.joint != other.joint else 0.0
     return cost
