@@ -1,9 +1,11 @@
 """How often a planted slip is found: the wrong entry, and the term that is wrong in it.
 
-Run as ``python benchmarks/bench_trial.py`` from the project's folder. Each case takes the reference's
-own terms apart, plants one slip in one entry of M, of the bias or of the force, and hands the entry
-over as numbers at states; and again as symbols. A slip that changes no number on the arm counts
-apart: another arm must show it.
+Run as ``python benchmarks/bench_trial.py`` from the project's folder; -v shows what is missed. Each
+case takes the reference's own terms apart, plants one slip in one entry of M, of the bias or of the
+force, and hands the entry over as numbers at states; and again as symbols. A slip that changes no
+number on the arm counts apart: another arm must show it. ``entry``: that one is blamed, no other;
+``first``: the slip is what is told; ``among``: it is told, perhaps after others that the arm's
+numbers cannot tell from it.
 """
 
 from __future__ import annotations
@@ -367,11 +369,11 @@ def symbols_of(case: Case, slip: Planted) -> Symbolic:
     x = sp.symbols(names)
     v = sp.symbols([rate_name(name) for name in names])
     torque = sp.symbols([f"T_{j + 1}" for j in range(joints)])
-    angles = case.dictionary.angles @ sp.Matrix(x)
+    turns = np.round(case.dictionary.angles).astype(int)
     place, rates = slip.place, [v[k] for k in slip.place.rates or ()]
     total = sp.S.Zero
     for key, monomial in slip.yours:
-        angle = sum(w * sp.nsimplify(a) for w, a in zip(key.wave, angles, strict=True))
+        angle = sum(int(w) * own for w, own in zip(np.array(key.wave) @ turns, x, strict=True))
         wave = sp.sin(angle) if key.function == "sin" else sp.cos(angle)
         signal = sp.Symbol(key.signal) if key.signal else 1
         total += expression_of(monomial) * wave * signal * sp.prod(rates)

@@ -15,8 +15,8 @@ from crosscheck.trial.explain import Observed, explain
 from crosscheck.trial.force_terms import rate_name
 from crosscheck.trial.keys import Key, Wave
 from crosscheck.trial.places import Explanation, Place
-from crosscheck.trial.polynomial import Monomial
-from crosscheck.trial.values import related
+from crosscheck.trial.polynomial import Monomial, from_sympy
+from crosscheck.trial.values import related, unrelated
 from crosscheck.trial.words import latex_name
 
 ARMS = 3  # sets of numbers that the same slip must explain
@@ -61,32 +61,52 @@ def symbolic_difference(
         raise NotWaves(f"{', '.join(sorted(unknown))} are no quantities of the arm")
     numeric = any(not isinstance(value, str) for value in symbolic.values.values())
     sets = [dict(values)] if numeric else [related(values, seed) for seed in range(ARMS)]
-    keys = list({**yours, **right})
-    sizes = {
-        key: [_evaluated(yours.get(key), right.get(key), numbers) for numbers in sets]
-        for key in keys
-    }
-    wrong = [key for key in keys if any(abs(off) > noise for off, noise in sizes[key])]
+    observed = _observed(yours, right, sets, dictionary)
+    wrong = {key for each in observed for key, off in each.coefficients.items() if off}
     if not wrong:
         return None
-    observed = tuple(
-        _observed(numbers, {key: each[number] for key, each in sizes.items()}, dictionary)
-        for number, numbers in enumerate(sets)
-    )
-    parts = {key: sp.expand(yours.get(key, 0) - right.get(key, 0)) for key in wrong}
+    # What is one thing by the arm's geometry, r_s + r_p and r_cp, may be told apart as written.
+    written = _observed(yours, right, [] if numeric else [unrelated(values)], dictionary)
+    explanation = explain(place, (*observed, *written), dictionary)
+    if explanation is not None:
+        observed = (*observed, *written)
+    else:
+        explanation = explain(place, observed, dictionary)
+    parts = {
+        key: sp.expand(yours.get(key, 0) - right.get(key, 0))
+        for key in {**yours, **right}
+        if _by_joints(key, dictionary.angles)[0] in wrong
+    }
     expression = _expression(parts, place, dictionary.names)
-    explanation = explain(place, observed, dictionary)
     return Difference(expression, latex_of(expression), observed, explanation)
 
 
+def _observed(
+    yours: Waves, right: Waves, sets: Sequence[Mapping[str, float]], dictionary: Dictionary
+) -> tuple[Observed, ...]:
+    """Differences with sets of numbers, before waves of the joint angles; rounding is none."""
+    coefficients: list[dict[Key, float]] = [{} for _ in sets]
+    noise: list[dict[Key, float]] = [{} for _ in sets]
+    for key in {**yours, **right}:
+        own, sign = _by_joints(key, dictionary.angles)
+        mine, theirs = (_evaluated(c.get(key, sp.S.Zero), sets) for c in (yours, right))
+        for place, ((a, size_a), (b, size_b)) in enumerate(zip(mine, theirs, strict=True)):
+            rounding = ROUNDING * (size_a + size_b)
+            coefficients[place][own] = sign * (a - b) if abs(a - b) > rounding else 0.0
+            noise[place][own] = rounding
+    return tuple(map(Observed, sets, coefficients, noise))
+
+
 def _evaluated(
-    yours: sp.Expr | None, right: sp.Expr | None, numbers: Mapping[str, float]
-) -> tuple[float, float]:
-    """Yours minus right, and what of it is rounding."""
-    mine, theirs = (
-        complex(sp.sympify(0 if c is None else c).subs(numbers)).real for c in (yours, right)
-    )
-    return mine - theirs, ROUNDING * (abs(mine) + abs(theirs))
+    coefficient: sp.Expr, sets: Sequence[Mapping[str, float]]
+) -> list[tuple[float, float]]:
+    """With sets of numbers, and the size of its parts."""
+    polynomial = from_sympy(coefficient)
+    if polynomial is None:
+        found = [float(sp.re(coefficient.subs(numbers))) for numbers in sets]
+        return [(value, abs(value)) for value in found]
+    parts = [[m.value(numbers) for m in polynomial.monomials] for numbers in sets]
+    return [(sum(each), sum(map(abs, each))) for each in parts]
 
 
 def mesh_signals(dictionary: Dictionary) -> list[str]:
@@ -212,19 +232,6 @@ def expression_of(monomial: Monomial) -> sp.Expr:
     )
 
 
-def _observed(
-    numbers: Mapping[str, float],
-    sizes: Mapping[Key, tuple[float, float]],
-    dictionary: Dictionary,
-) -> Observed:
-    """Before waves of the joint angles, as the dictionary has them."""
-    coefficients, noise = {}, {}
-    for key, (off, rounding) in sizes.items():
-        own, sign = _by_joints(key, dictionary.angles)
-        coefficients[own], noise[own] = sign * off, rounding
-    return Observed(numbers, coefficients, noise)
-
-
 def _by_joints(key: Key, angles: np.ndarray) -> tuple[Key, int]:
     """A key of x by joint angles; of an angle that is none of theirs, a signal of its own."""
     wave = np.array(key.wave, dtype=float)
@@ -247,7 +254,7 @@ def _expression(parts: Waves, place: Place, names: Sequence[str]) -> sp.Expr:
         angle = sum(w * own for w, own in zip(key.wave, x, strict=True))
         wave = sp.sin(angle) if key.function == "sin" else sp.cos(angle)
         signal = sp.Symbol(key.signal) if key.signal else 1
-        total += sp.factor(coefficient) * wave * signal
+        total += sp.factor_terms(coefficient) * wave * signal
     for rate in place.rates or ():
         total *= sp.Symbol(rate_name(names[rate]))
     return total

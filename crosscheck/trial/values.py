@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -107,13 +107,13 @@ def damper_name(pair: str, joint: Planetary, number: int, planet: int) -> str:
     return f"d_{pair}{number}" + ("" if alike else f"_{planet + 1}")
 
 
-def unrelated(symbols: Values, seed: int = 0) -> dict[str, float]:
+def unrelated(symbols: Iterable[str], seed: int = 0) -> dict[str, float]:
     """Other numbers for the same symbols, none of which has to do with another.
 
     Two slips that differ with these are two slips, whatever they come to on an arm at hand.
     """
-    generator = np.random.default_rng(seed)
-    return {name: float(generator.uniform(0.5, 2.0)) for name in sorted(symbols)}
+    seeds = {name: [seed, *name.encode()] for name in symbols}
+    return {n: float(np.random.default_rng(own).uniform(0.5, 2.0)) for n, own in seeds.items()}
 
 
 def together(each: list[Mapping[str, float]]) -> dict[str, np.ndarray]:

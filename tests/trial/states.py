@@ -81,7 +81,10 @@ def sample(
     q, v = x @ frame.matrix.T, rates @ frame.matrix.T
     time = generator.uniform(0, 2, count)
     torque = np.array(
-        [[torque_of(model, j, *state) for j in range(len(arm.joints))] for state in zip(time, q, v)]
+        [
+            [torque_of(model, j, *state) for j in range(len(arm.joints))]
+            for state in zip(time, q, v, strict=True)
+        ]
     )
     signals = dict(signal_columns(arm, layout, model.switches, States(time, q, v, torque)))
     signals |= {rate_name(own): rates[:, k] for k, own in enumerate(frame.names)}
