@@ -371,15 +371,32 @@ def symbols_of(case: Case, slip: Planted) -> Symbolic:
     torque = sp.symbols([f"T_{j + 1}" for j in range(joints)])
     turns = np.round(case.dictionary.angles).astype(int)
     place, rates = slip.place, [v[k] for k in slip.place.rates or ()]
-    total = sp.S.Zero
-    for key, monomial in slip.yours:
-        angle = sum(int(w) * own for w, own in zip(np.array(key.wave) @ turns, x, strict=True))
-        wave = sp.sin(angle) if key.function == "sin" else sp.cos(angle)
-        signal = sp.Symbol(key.signal) if key.signal else 1
-        total += expression_of(monomial) * wave * signal * sp.prod(rates)
+
+    def whole(entry: Entry) -> sp.Expr:
+        total = sp.S.Zero
+        for key, monomial in entry:
+            angle = sum(int(w) * own for w, own in zip(np.array(key.wave) @ turns, x, strict=True))
+            wave = sp.sin(angle) if key.function == "sin" else sp.cos(angle)
+            signal = sp.Symbol(key.signal) if key.signal else 1
+            total += expression_of(monomial) * wave * signal * sp.prod(rates)
+        return total.subs(by_teeth(joints))
+
     matrix = sp.zeros(len(x), len(x) if place.column is not None else 1)
-    matrix[place.row, place.column or 0] = total
+    for row in range(len(x)) if place.part == "force" else ():
+        matrix[row, 0] = whole(case.dictionary.entry(Place("force", row)))
+    matrix[place.row, place.column or 0] = whole(slip.yours)
     return Symbolic(tuple(x), tuple(v), tuple(torque), **{place.part: matrix})
+
+
+def by_teeth(joints: int) -> dict[sp.Symbol, sp.Expr]:
+    """The symbols of ``with_ratios`` as one writes them."""
+    found = {}
+    for joint in range(1, joints + 1):
+        sun, planet, ring = sp.symbols([f"{z}{joint}" for z in ("z_s", "z_p", "z_r")])
+        found[sp.Symbol(f"n_p{joint}")] = ring / planet + 1
+        found[sp.Symbol(f"n_r{joint}")] = 1 - ring / sun
+        found[sp.Symbol(f"n_0{joint}")] = ring / sun
+    return found
 
 
 def score_symbolic(case: Case) -> Score:

@@ -53,9 +53,7 @@ def symbolic_difference(
     quantities of the arm.
     """
     yours, right = entry_waves(place, symbolic, dictionary), right_waves(place, dictionary)
-    meshes = {key.signal for key in right} & set(mesh_signals(dictionary))
-    if meshes and not meshes & {key.signal for key in yours}:
-        raise NotWaves("mesh forces are no symbols")
+    _require_meshes(place, symbolic, dictionary)
     unknown = {s.name for c in yours.values() for s in c.free_symbols} - set(values)
     if unknown:
         raise NotWaves(f"{', '.join(sorted(unknown))} are no quantities of the arm")
@@ -112,6 +110,15 @@ def _evaluated(
 def mesh_signals(dictionary: Dictionary) -> list[str]:
     """Mesh forces of a planet, and what else of meshes is no polynomial."""
     return [name for name in dictionary.signals if name[:2] in ("F_", "D_", "Q_")]
+
+
+def _require_meshes(place: Place, symbolic: Symbolic, dictionary: Dictionary) -> None:
+    """Raise NotWaves if a force that should have mesh forces has no symbol for any."""
+    meshes = set(mesh_signals(dictionary))
+    if place.part == "force" and meshes:
+        own = sp.Matrix(symbolic.force).free_symbols
+        if not meshes & {str(symbolic.values.get(symbol, symbol)) for symbol in own}:
+            raise NotWaves("mesh forces are no symbols")
 
 
 def entry_waves(place: Place, symbolic: Symbolic, dictionary: Dictionary) -> Waves:

@@ -138,6 +138,8 @@ def alternatives(symbol: str, values: Values) -> Iterator[Alternative]:
 def _distance(own: Named, other: Named) -> float:
     """Of the same joint, of the neighbour, anything: what is confused rather than other things."""
     cost = 0.1 if own.joint == other.joint else 0.3
+    if {own.stem, other.stem} == {"L", "d"} and own.joint == other.joint:
+        return 0.05 - 1e-3 * own.joint  # a body's own lever is that of its last link
     if own.stem != other.stem:
         cost += 0.05 if own.stem in RADII else 0.15
         cost += 0.3 if (own.stem in RADII) != (other.stem in RADII) else 0.0
