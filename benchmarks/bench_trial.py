@@ -39,9 +39,9 @@ from models.arm import Arm
 from models.interface import Model
 from models.loading import load_arm, load_scenario
 from models.planets import usual_switches
-from tests.draws import any_arm
 
 SEED, MOST_OF_A_KIND, CORRECT = 1, 3, 200
+ARMS = ("paper-labelled", "three-unlike", "direct-between", "planets-apart")
 FEW = 8  # states of a correct model
 BLAMED = 1e-10  # of an entry's natural size
 KINDS = ("sign", "factor 2", "dropped", "radius swapped", "wrong teeth", "wrong angle")
@@ -426,11 +426,23 @@ def score_symbolic(case: Case) -> Score:
     return total
 
 
+def drawn_arm(chooser: random.Random) -> Arm:
+    """A built-in arm with links and payload of other sizes."""
+    arm = load_arm(chooser.choice(ARMS))
+    links = tuple(
+        link.model_copy(update={"length_m": long, "com_m": long * chooser.uniform(0.2, 0.8)})
+        for link in arm.links
+        for long in (link.length_m * chooser.uniform(0.5, 2.0),)
+    )
+    payload = chooser.choice((0.0, chooser.uniform(1.0, 20.0)))
+    return arm.model_copy(update={"links": links, "payload_mass_kg": payload})
+
+
 def blamed_though_right() -> int:
     """Of random arms in random coordinates, how many are blamed without a slip."""
     chooser, count = random.Random(SEED), 0
     for _ in range(CORRECT):
-        arm = any_arm(chooser, chooser.randint(1, 3))
+        arm = drawn_arm(chooser)
         planets = usual_switches(arm).planets
         gearing = chooser.choice(("rigid", "free") if planets == "free" else tuple(LAYOUTS))
         links, gears = chooser.choice(("relative", "absolute")), "displacements"
