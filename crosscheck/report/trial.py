@@ -39,8 +39,8 @@ def print_trial(trial: Trial) -> None:
         console.print(Text.assemble(("wrong ", "red"), printable(wrong_line(trial, wrong))))
     for part, trace in trial.traces.items():
         console.print(Text(f"{part} raised:"))
-        for line in trace.splitlines():
-            console.print(Text(printable(line)))
+        for text in trace.splitlines():
+            console.print(Text(printable(text)))
 
 
 def trial_text(trial: Trial) -> str:
