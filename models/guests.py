@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 
 from models.arm import Arm, Link, Planetary
-from models.drive import drive_data, joint_torque
 from models.layout import Layout
 from models.mesh import PlanetMesh
 from models.scenario import Scenario
@@ -67,10 +66,10 @@ class Motors:
     """The drives of an arm, where the motors are."""
 
     def __init__(self, arm: Arm, scenario: Scenario) -> None:
-        self._law = drive_data(scenario, len(arm.joints))
-        self._ratios = [
-            _ratio(joint) if isinstance(joint, Planetary) else 1.0 for joint in arm.joints
-        ]
+        from models.drive import drive_data, joint_torque  # a quarter of a second for numba
+
+        self._law, self._output = drive_data(scenario, len(arm.joints)), joint_torque
+        self._ratios = [_ratio(j) if isinstance(j, Planetary) else 1.0 for j in arm.joints]
 
     def torques(self, t: float, theta: np.ndarray, theta_rate: np.ndarray) -> np.ndarray:
         """On the sun, or the link of a joint without gears, by the previous link [N m], (joints,).
@@ -78,13 +77,8 @@ class Motors:
         At time t [s], joint angles [rad] and their rates [rad/s].
         """
         law, gains, times, torques = self._law
-        each = enumerate(zip(theta, theta_rate, self._ratios, strict=True))
-        return np.array(
-            [
-                joint_torque(law, gains[i], times, torques[i], t, angle, rate) / ratio
-                for i, (angle, rate, ratio) in each
-            ]
-        )
+        joints = zip(gains, torques, theta, theta_rate, self._ratios, strict=True)
+        return np.array([self._output(law, g, times, r, t, q, v) / n for g, r, q, v, n in joints])
 
 
 def _ratio(joint: Planetary) -> float:

@@ -21,6 +21,7 @@ from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import counted, printable, tally
 from crosscheck.trial.naming import named
 from crosscheck.trial.places import Wrong
+from crosscheck.trial.summary import told_once
 from crosscheck.trial.trial import Trial
 from crosscheck.trial.words import line
 
@@ -35,12 +36,12 @@ def print_trial(trial: Trial) -> None:
     for said in summary(trial):
         console.print(Text(printable(said)))
     print_agreement(trial.agreement)
-    for wrong in trial.wrong:
-        console.print(Text.assemble(("wrong ", "red"), printable(wrong_line(trial, wrong))))
+    for told in verdicts(trial):
+        console.print(Text.assemble(("wrong ", "red"), printable(told)))
     for part, trace in trial.traces.items():
         console.print(Text(f"{part} raised:"))
-        for text in trace.splitlines():
-            console.print(Text(printable(text)))
+        for row in trace.splitlines():
+            console.print(Text(printable(row)))
 
 
 def trial_text(trial: Trial) -> str:
@@ -65,8 +66,22 @@ def summary(trial: Trial) -> Iterator[str]:
         yield f"not handed over, so not judged: {', '.join(trial.missing)}"
 
 
+def verdicts(trial: Trial) -> Iterator[str]:
+    """What is wrong, a line for each slip, whatever number of entries it is in."""
+    names = trial.bench.frame.names
+    for told in told_once([wrong for wrong in trial.wrong if not wrong.notes]):
+        first, *others = told.wrong
+        also = f"; also in {', '.join(named(w.place, names) for w in others)}" if others else ""
+        yield wrong_line(trial, first) + also
+    for note in dict.fromkeys(note for wrong in trial.wrong for note in wrong.notes):
+        places = [wrong.place for wrong in trial.wrong if note in wrong.notes]
+        yield f"{', '.join(named(place, names) for place in places)}: {note}"
+
+
 def wrong_line(trial: Trial, wrong: Wrong) -> str:
     """One wrong entry, and why, in one line."""
+    if wrong.notes:
+        return f"{named(wrong.place, trial.bench.frame.names)}: {', '.join(wrong.notes)}"
     shown = f" (not on this arm, but on {wrong.shown_on})" if wrong.shown_on else ""
     return f"{line(wrong.place, wrong.explanation, trial.bench.frame.names)}{shown}"
 

@@ -16,12 +16,15 @@ from crosscheck.trial.difference import NotWaves, symbolic_difference
 from crosscheck.trial.entries import PARTS, deviations, wrong_entries
 from crosscheck.trial.explain import Observed, explain
 from crosscheck.trial.force_terms import States
+from crosscheck.trial.keys import Key
 from crosscheck.trial.places import Place, Wrong
 from crosscheck.trial.sizes import Sizes
 from crosscheck.trial.suite import reference_of, sizes_in
+from crosscheck.trial.summary import bias_of, follows
 from crosscheck.trial.values import values_of
 from crosscheck.trial.waves import Fitting
 
+FOLLOWS = "follows from the wrong M"
 QUANTITIES = {part: quantity for quantity, part in PARTS.items() if quantity != "bias"}
 
 
@@ -73,6 +76,22 @@ class Compared:
         layout = self.bench.frame.layout
         angles = np.array([state.q[layout.theta] for state in self.bench.states])
         return Fitting.of_waves(self.dictionary, angles)
+
+    @cached_property
+    def demanded(self) -> Mapping[Place, Mapping[Key, float]]:
+        """What the wrong entries of M make of a bias that follows from them."""
+        mass = {
+            (wrong.place.row, wrong.place.column): self.observed(wrong.place).coefficients
+            for wrong in self.wrong
+            if wrong.place.column is not None
+        }
+        assert self.dictionary is not None  # else nobody asks
+        return bias_of(mass, self.dictionary.angles)
+
+    def follows(self, place: Place) -> bool:
+        """Whether a bias is wrong for no other reason than M."""
+        expected = self.demanded.get(place, {})
+        return bool(expected) and follows(self.observed(place), expected)
 
     def difference(self, place: Place) -> tuple[np.ndarray, float]:
         """Yours minus right of an entry at every state (count,), and the entry's size."""
@@ -127,6 +146,8 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> Iterator[Wrong]:
 def _explained(wrong: Wrong, arm: Compared, others: Sequence[Compared]) -> Wrong:
     if arm.dictionary is None or wrong.place.part == "acceleration":
         return wrong
+    if wrong.place.rates is not None and arm.follows(wrong.place):
+        return replace(wrong, notes=(FOLLOWS,))
     exact = _in_symbols(wrong, arm)
     if exact is not None:
         return exact
