@@ -43,6 +43,10 @@ Settings = Annotated[
     typer.Option("--set", metavar="PATH=VALUE", help="As arm.joints.*.backlash_m=2e-5."),
 ]
 Seed = Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the random states.")]
+Tried = Annotated[
+    str | None,
+    typer.Option("--model", help="Equations to try instead, file.py:name; their code is run."),
+]
 Baselines = Annotated[Path, typer.Option("--dir", help="Folder of the records.")]
 
 
@@ -121,16 +125,16 @@ def accept(
     quick: Quick = False,
     jobs: Jobs = None,
     junit: JUnit = None,
+    model: Tried = None,
     with_red: Annotated[
         bool, typer.Option("--with-red", help="Record red checks as known differences.")
     ] = False,
 ) -> None:
     """Cross-check an arm and record the result, in place of an older record, unless it is red."""
-    from crosscheck.commands import wanted
-    from crosscheck.validate import accept_command
+    from crosscheck.validate import accept_command, recorded
 
-    chosen = wanted(arm, scenario, settings, quick, 0)
-    code = accept_command(chosen, folder, jobs or os.cpu_count() or 1, junit, with_red)
+    chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
+    code = accept_command(chosen, folder, jobs or os.cpu_count() or 1, junit, with_red, made)
     raise typer.Exit(code)
 
 
@@ -143,14 +147,14 @@ def check(
     quick: Quick = False,
     jobs: Jobs = None,
     junit: JUnit = None,
+    model: Tried = None,
 ) -> None:
     """Repeat a recorded cross-check and show what moved; exit code 1 if anything did."""
-    from crosscheck.commands import wanted
-    from crosscheck.validate import check_command, renewal
+    from crosscheck.validate import check_command, recorded, renewal
 
-    chosen = wanted(arm, scenario, settings, quick, 0)
-    renew = renewal(arm, folder, scenario or [], settings or [], quick)
-    code = check_command(chosen, folder, jobs or os.cpu_count() or 1, junit, renew)
+    chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
+    renew = renewal(arm, folder, scenario or [], settings or [], quick, model or "")
+    code = check_command(chosen, folder, jobs or os.cpu_count() or 1, junit, renew, made)
     raise typer.Exit(code)
 
 

@@ -90,7 +90,8 @@ class Wanted:
     """What a user asks to be cross-checked.
 
     scenarios: their own experiments, in place of the plan's; chosen: laws of all of them, None for
-    the plan's. Raises InputError for scenarios that cannot stand side by side.
+    the plan's; model: name of equations that are tried in place of the cross-check of all models.
+    Raises InputError for scenarios that cannot stand side by side.
     """
 
     arm: Arm
@@ -98,9 +99,10 @@ class Wanted:
     seed: int = 0
     scenarios: tuple[Scenario, ...] = ()
     chosen: Switches | None = None
+    model: str = ""
 
     def __post_init__(self) -> None:
-        require_names(self.scenarios)
+        _require_names(self.scenarios)
 
     @property
     def needs_sizes(self) -> bool:
@@ -137,7 +139,7 @@ def outlined(wanted: Wanted, sizes: Sizes | None) -> list[Experiment]:
     return found
 
 
-def require_names(scenarios: Sequence[Scenario]) -> None:
+def _require_names(scenarios: Sequence[Scenario]) -> None:
     """Raise InputError unless each has a name that no other experiment has."""
     taken = [*OWN_NAMES]
     for scenario in scenarios:

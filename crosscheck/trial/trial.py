@@ -9,10 +9,10 @@ import numpy as np
 
 from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.findings import Agreement
-from crosscheck.plan import require_names
+from crosscheck.plan import Wanted
 from crosscheck.provenance import provenance
-from crosscheck.registry import register
-from crosscheck.run import Told, performed
+from crosscheck.registry import packages, register
+from crosscheck.run import CrossCheck, Told, cases_of, performed, runs_of
 from crosscheck.state_suite import Spot, balances, unequal_gains
 from crosscheck.tasks import Failure
 from crosscheck.trial.bench import QUICK_STATES, STATES, Bench
@@ -68,20 +68,26 @@ class Asked:
 class Trial:
     """Equations judged.
 
-    level: the rigid level that they are, or are closest to; '' of geared ones. apart: by part, how
-    far each entry is from the reference's, relative to its size: M (n, n), terms of the bias
-    (n, n, n), force (n,). wrong: the entries that are not right. missing: parts that were not
-    handed over. traces: of parts that raised.
+    cross_check: what was found, as a baseline records it. level: the rigid level that they are,
+    or are closest to; '' of geared ones. apart: by part, how far each entry is from the
+    reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,). wrong:
+    the entries that are not right. missing: parts that were not handed over. traces: of parts
+    that raised.
     """
 
     bench: Bench
-    agreement: Agreement
+    cross_check: CrossCheck
     level: str
     rungs: tuple[Rung, ...]
     apart: dict[str, np.ndarray]
     wrong: tuple[Wrong, ...]
     missing: tuple[str, ...]
     traces: dict[str, str]
+
+    @property
+    def agreement(self) -> Agreement:
+        """Every check and measurement."""
+        return self.cross_check.agreement
 
     @property
     def exit_code(self) -> int:
@@ -108,7 +114,7 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = lambda what, left: None) 
 
 def bench_of(asked: Asked) -> Bench:
     """What is on trial, its coordinates and states made. Raises InputError."""
-    require_names(asked.scenarios)
+    wanted_of(asked)  # refuses scenarios that cannot stand side by side
     laws = switches_of(asked.equations, asked.arm, asked.chosen)
     case = Case(asked.arm, unequal_gains(asked.arm), laws)
     count = QUICK_STATES if asked.quick else STATES
@@ -173,12 +179,10 @@ def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Result
         comparisons += (one for one in found if each == level or _answered(one, bench, results))
     if not bench.levels and bench.has >= {*COMPARED}:
         comparisons += balances(_spot(bench))
-    findings = list(findings_of(comparisons, results))
     here, *there = (compared(each, level, by_entry(each), results) for each in (bench, *probes))
-    record = provenance(asked.arm, asked.seed, asked.quick, asked.scenarios, bench.case.switches)
     return Trial(
         bench=bench,
-        agreement=Agreement(findings, record),
+        cross_check=_as_cross_check(asked, comparisons, results),
         level=level,
         rungs=tuple(rungs),
         apart=here.apart,
@@ -186,6 +190,24 @@ def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Result
         missing=tuple(part for part in COMPARED if part not in bench.has),
         traces=_traces(bench, results),
     )
+
+
+def wanted_of(asked: Asked) -> Wanted:
+    """The same as a cross-check's; its laws are those that the equations follow."""
+    laws = switches_of(asked.equations, asked.arm, asked.chosen)
+    return Wanted(asked.arm, asked.quick, asked.seed, asked.scenarios, laws, asked.name)
+
+
+def _as_cross_check(
+    asked: Asked, comparisons: Sequence[Comparison], results: Results
+) -> CrossCheck:
+    """What was found, with the runs that it was drawn from."""
+    wanted, cases = wanted_of(asked), cases_of(comparisons)
+    settings = wanted.arm, wanted.seed, wanted.quick, wanted.scenarios, wanted.chosen
+    record = provenance(*settings, packages=packages(), model=wanted.model)
+    agreement = Agreement(list(findings_of(comparisons, results)), record)
+    runs = {key: run for key, run in runs_of(results).items() if key in cases}
+    return CrossCheck(wanted, agreement, cases, runs)
 
 
 def _answered(comparison: Comparison, bench: Bench, results: Results) -> bool:
