@@ -61,7 +61,7 @@ def made(
     found: Any, arm: Arm, scenario: Scenario | None, where: str, folder: Path | None = None
 ) -> Equations:
     """Equations out of what a user gave, see handed_over; folder: beside which the code is."""
-    beside = folder or Path.cwd()
+    beside = (folder or Path.cwd()).resolve()
     if isinstance(found, Equations):
         return _whole(found.on(arm), where)
     if not callable(found) or (_has_parts(found) and not isinstance(found, type)):
@@ -75,17 +75,17 @@ def made(
             kind = type(answer).__name__
             raise InputError(where, "", None, f"returned a {kind}; must return {ACCEPTED}")
         own = answer if isinstance(answer, Equations) else _from_object(answer, where, "returned")
-        return _whole(own.on(other), where)
+        whole = _whole(own.on(other), where)
+        return replace(whole, rebuild=rebuilt) if "arm" in by_arm.values() else whole
 
-    equations = rebuilt(arm)
-    return replace(equations, rebuild=rebuilt if "arm" in by_arm.values() else equations.rebuild)
+    return rebuilt(arm)
 
 
 def _source(text: str) -> Source:
     module, colon, name = text.rpartition(":")
     if not colon or not module or not name:
         raise InputError(text, "", None, f"must be {EXPECTED}")
-    folder = Path(module).resolve().parent if module.endswith(".py") else Path.cwd()
+    folder = Path(module).resolve().parent if module.endswith(".py") else Path.cwd().resolve()
     return Source(text, module, name, folder)
 
 
@@ -135,19 +135,25 @@ def _told(where: str, folder: Path) -> Iterator[None]:
         raise InputError(where, "", None, f"is not Python: {error.msg} ({place})") from error
     except (Exception, SystemExit) as error:
         said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-        reason = f"raises {said}{_line(error)}{_shadowed(error, folder)}"
+        reason = f"raises {said}{_line(error, folder)}{_shadowed(error, folder)}"
         raise InputError(where, "", None, reason) from error
 
 
-def _line(error: BaseException) -> str:
-    """File and line of what raised, the last that is neither ours nor the import system's."""
-    own = Path(crosscheck.__file__).parent
+def _line(error: BaseException, folder: Path) -> str:
+    """File and line of what raised: the last of the user's own, else the last of anybody's."""
+    ours = Path(crosscheck.__file__).parent
     frames = [
-        frame
+        (Path(frame.filename), frame.lineno)
         for frame in traceback.extract_tb(error.__traceback__)
-        if own not in Path(frame.filename).parents and not frame.filename.startswith("<frozen")
+        if ours not in Path(frame.filename).parents and not frame.filename.startswith("<frozen")
     ]
-    return f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
+    own = [
+        (path, line)
+        for path, line in frames
+        if folder in path.parents and "site-packages" not in path.parts
+    ]
+    path, line = (own or frames or [(Path(), None)])[-1]
+    return f" ({path.name}, line {line})" if line else ""
 
 
 def _shadowed(error: BaseException, folder: Path) -> str:

@@ -149,7 +149,7 @@ BAD = {
     "model = Equations(bias=3)": "bias: is a int; must be a function of x, v",
     "model = Equations(bias=lambda z: z)": "bias: takes z, which is none of",
     "model = Equations(bias=lambda v: v, coordinates='absolute')": "is a str; must be Coordinates",
-    "model = np.array": "is a builtin; must be Equations",
+    "model = dict": "is a builtin; must be Equations",
 }
 
 
