@@ -14,14 +14,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, get_args
 
 import crosscheck
 from crosscheck.trial.calls import MEANT, TAKES, by_name
-from crosscheck.trial.equations import Coordinates, Equations
+from crosscheck.trial.equations import Coordinates, Equations, Level
 from models.arm import Arm
 from models.errors import InputError
 from models.scenario import Scenario
+from models.switches import Switches
 
 OURS = ("crosscheck", "analytic", "models")
 EXPECTED = "file.py:name or package.module:name"
@@ -241,9 +242,24 @@ def _whole(equations: Equations, where: str) -> Equations:
     if not isinstance(equations.coordinates, Coordinates):
         kind = type(equations.coordinates).__name__
         raise InputError(where, "coordinates", None, f"is a {kind}; must be Coordinates")
+    _require_level(equations, where)
     try:
         for part in given:
             by_name(getattr(equations, part), part)
     except InputError as error:
         raise InputError(where, error.field, error.value, error.allowed) from None
     return equations
+
+
+def _require_level(equations: Equations, where: str) -> None:
+    """Raise InputError for a level that is none, or of a model with gears; for strange switches."""
+    level, gearing = equations.level, equations.coordinates.gearing
+    if level not in get_args(Level):
+        allowed = ", ".join(filter(None, get_args(Level)))
+        raise InputError(where, "level", level, f"must be one of {allowed}, or left out")
+    if level and gearing != "rigid":
+        reason = f"is of rigid models; coordinates.gearing is {gearing}"
+        raise InputError(where, "level", level, reason)
+    if not isinstance(equations.switches, Switches | None):
+        kind = type(equations.switches).__name__
+        raise InputError(where, "switches", None, f"is a {kind}; must be Switches")

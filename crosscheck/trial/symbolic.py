@@ -156,18 +156,28 @@ def _bound(unbound: Equations, symbolic: Symbolic, arm: Arm) -> Equations:
     functions = {
         name: _function(matrix, bound, name, numbers) for name, matrix in _parts(bound).items()
     }
+
+    def again(other: Arm) -> Equations:
+        return _bound(unbound, symbolic, other)
+
     return replace(
         unbound,
         mass_matrix=functions.get("mass_matrix"),
         bias=functions.get("bias"),
         force=functions.get("force"),
-        rebuild=(lambda other: _bound(unbound, symbolic, other)) if _by_name(symbolic) else None,
+        rebuild=again if _by_name(symbolic, unbound.coordinates) else None,
     )
 
 
-def _by_name(symbolic: Symbolic) -> bool:
+def _by_name(symbolic: Symbolic, coordinates: Coordinates) -> bool:
     """Whether all that hangs on an arm is there by name, and no number of one."""
-    floats = any(matrix.atoms(sp.Float) for matrix in _parts(symbolic).values())
+    own, matrices = coordinates.function, list(_parts(symbolic).values())
+    if coordinates.matrix is not None and not np.all(np.mod(coordinates.matrix, 1) == 0):
+        return False
+    if own is not None and not isinstance(own, sp.MatrixBase):
+        return False
+    matrices += [] if own is None else [own]
+    floats = any(matrix.atoms(sp.Float) for matrix in matrices)
     return not floats and all(isinstance(value, str) for value in symbolic.values.values())
 
 

@@ -79,6 +79,9 @@ def test_values_by_name_and_by_number() -> None:
     fixed = from_sympy(x, v, mass_matrix=mass, values={a: 0.1, b: "L2"})
     assert on(fixed).mass_matrix(X)[0, 0] == 0.1
     assert fixed.on(ARM).rebuild is None
+    for matrix, known in ((np.eye(2), True), (np.eye(2) / 2, False)):
+        mapped = from_sympy(x, v, mass_matrix=MASS, coordinates=Coordinates(matrix=matrix))
+        assert (mapped.on(ARM).rebuild is not None) == known
     floats = from_sympy(x, v, mass_matrix=sp.diag(0.5, L1))
     assert floats.on(ARM).rebuild is None
 
