@@ -71,7 +71,7 @@ def made(
 
     def rebuilt(other: Arm, drive: Scenario | None) -> Equations:
         with _told(where, beside):
-            answer = _called(found, by_arm, other, drive)
+            answer = _called(found, by_arm, other, drive or scenario)
         if isinstance(answer, type) or (callable(answer) and not _has_parts(answer)):
             kind = type(answer).__name__
             raise InputError(where, "", None, f"returned a {kind}; must return {ACCEPTED}")

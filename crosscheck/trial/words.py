@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from crosscheck.trial import naming
 from crosscheck.trial.dictionary import Dictionary
 from crosscheck.trial.keys import Entry, Key, Product
 from crosscheck.trial.places import Explanation, Place, Slip, Term
@@ -206,20 +207,6 @@ def _sum_latex(products: Entry, dictionary: Dictionary) -> str:
     return parts + (r" + \dots" if len(products) > MOST_TERMS else "")
 
 
-def place_text(place: Place, names: tuple[str, ...]) -> str:
-    """An entry by the user's coordinates."""
-    if place.part == "mass_matrix" and place.column is not None:
-        return f"M entry ({names[place.row]}, {names[place.column]})"
-    if place.rates is not None:
-        j, k = (f"{names[rate]}'" for rate in place.rates)
-        return (
-            f"bias {names[place.row]}, of {j}^2"
-            if j == k
-            else f"bias {names[place.row]}, of {j} {k}"
-        )
-    return f"{place.part} {names[place.row]}"
-
-
 def told(slip: Slip) -> str:
     """A slip in words, yours against what is right."""
     term = written(slip.term)
@@ -252,8 +239,11 @@ def _short_of(slip: Slip) -> str:
 
 def line(place: Place, explanation: Explanation | None, names: tuple[str, ...]) -> str:
     """One line: the entry and what is wrong in it, as a question, for it is a guess."""
-    where = f"entry {place_text(place, names)}"
+    return f"{naming.named(place, names)}: {guess(explanation)}"
+
+
+def guess(explanation: Explanation | None) -> str:
+    """What is wrong in an entry."""
     if explanation is None:
-        return f"{where}: no slip in few of its terms makes this difference"
-    slips = "; and ".join(map(told, explanation.slips))
-    return f"{where}: {slips}?"
+        return "no slip in few of its terms makes this difference"
+    return "; and ".join(map(told, explanation.slips)) + "?"

@@ -50,7 +50,7 @@ def test_a_centre_of_mass_where_a_length_belongs(arm: Arm):
         known, place, _with(known, place, old, swapped(old, f"L{last}", f"d{last}")), arm
     )
     assert line(place, found, known.names) == (
-        f"entry M entry (phi_1, phi_{last}): yours is short of m_payload L1 (L{last} - d{last})"
+        f"M[phi_1, phi_{last}]: yours is short of m_payload L1 (L{last} - d{last})"
         f" cos(phi_1 - phi_{last}); d{last} where L{last} belongs?"
     )
     assert found.left_over < 1e-9
