@@ -29,12 +29,13 @@ from crosscheck.trial.explain import Observed, explanations
 from crosscheck.trial.force_terms import States, rate_name, signal_columns
 from crosscheck.trial.frame import LAYOUTS, Frame, frame_of
 from crosscheck.trial.keys import Entry, Key, Product
+from crosscheck.trial.naming import named as named_place
 from crosscheck.trial.places import Place, Slip
 from crosscheck.trial.polynomial import Monomial
 from crosscheck.trial.suspects import Suspect
 from crosscheck.trial.values import named, unrelated, values_of
 from crosscheck.trial.waves import Fitting, entry_values, states_wanted
-from crosscheck.trial.words import place_text, slip_of, term_of, told, written
+from crosscheck.trial.words import slip_of, term_of, told, written
 from models.arm import Arm
 from models.interface import Model
 from models.loading import load_arm, load_scenario
@@ -477,7 +478,7 @@ def main() -> None:
 
 def show(missed: Missed, case: Case) -> None:
     """What was told in place of a slip."""
-    print("   ", missed.slip.kind, place_text(missed.slip.place, case.frame.names))
+    print("   ", missed.slip.kind, named_place(missed.slip.place, case.frame.names))
     terms = [written(term_of((p,), case.dictionary)) for p in missed.slip.yours]
     print("        yours ", " + ".join(terms))
     for slips in missed.told:

@@ -24,7 +24,7 @@ from crosscheck.trial.naming import named
 from crosscheck.trial.places import Slip, Wrong
 from crosscheck.trial.summary import told_once
 from crosscheck.trial.trial import Trial
-from crosscheck.trial.words import line, told
+from crosscheck.trial.words import guess, told
 
 SCHEMA_VERSION = 1
 LEAST, MOST = 1e-16, 1.0  # of a heat map's scale
@@ -81,10 +81,7 @@ def verdicts(trial: Trial) -> Iterator[str]:
 
 def wrong_line(trial: Trial, wrong: Wrong) -> str:
     """One wrong entry, and why, in one line."""
-    if wrong.notes:
-        return f"{named(wrong.place, trial.bench.frame.names)}: {', '.join(wrong.notes)}"
-    shown = f" (not on this arm, but on {wrong.shown_on})" if wrong.shown_on else ""
-    return f"{line(wrong.place, wrong.explanation, trial.bench.frame.names)}{shown}"
+    return f"{named(wrong.place, trial.bench.frame.names)}: {_why(wrong)}"
 
 
 def trial_json(trial: Trial) -> str:
@@ -127,6 +124,11 @@ def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
     }
 
 
+def _why(wrong: Wrong) -> str:
+    shown = f" (not on this arm, but on {wrong.shown_on})" if wrong.shown_on else ""
+    return (", ".join(wrong.notes) or guess(wrong.explanation)) + shown
+
+
 def _words(slips: Sequence[Slip]) -> str:
     return " and ".join(map(told, slips))
 
@@ -149,7 +151,7 @@ def trial_page(trial: Trial) -> str:
         trial=trial,
         summary=list(summary(trial)),
         wrong=[
-            (named(w.place, trial.bench.frame.names), w, wrong_line(trial, w)) for w in trial.wrong
+            (named(each.place, trial.bench.frame.names), each, _why(each)) for each in trial.wrong
         ],
         maps=list(_maps(trial)),
         provenance=trial.agreement.to_dict()["provenance"],

@@ -9,10 +9,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from crosscheck.trial import naming
 from crosscheck.trial.dictionary import Dictionary
 from crosscheck.trial.keys import Entry, Key, Product
-from crosscheck.trial.places import Explanation, Place, Slip, Term
+from crosscheck.trial.places import Explanation, Slip, Term
 from crosscheck.trial.polynomial import Monomial, Number, Powers
 from crosscheck.trial.suspects import Suspect
 from crosscheck.trial.values import ORDER, named
@@ -237,13 +236,8 @@ def _short_of(slip: Slip) -> str:
     return f"yours is short of {written(replace(slip.term, coefficient=short))}; "
 
 
-def line(place: Place, explanation: Explanation | None, names: tuple[str, ...]) -> str:
-    """One line: the entry and what is wrong in it, as a question, for it is a guess."""
-    return f"{naming.named(place, names)}: {guess(explanation)}"
-
-
 def guess(explanation: Explanation | None) -> str:
-    """What is wrong in an entry."""
+    """What is wrong in an entry, as a question, for it is a guess."""
     if explanation is None:
         return "no slip in few of its terms makes this difference"
     return "; and ".join(map(told, explanation.slips)) + "?"

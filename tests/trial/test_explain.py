@@ -9,7 +9,7 @@ from crosscheck.trial.explain import Observed, explain
 from crosscheck.trial.keys import Key
 from crosscheck.trial.places import Place, Wrong
 from crosscheck.trial.summary import bias_of, follows, told_once
-from crosscheck.trial.words import line, monomial_text, told
+from crosscheck.trial.words import guess, monomial_text, told
 from models.arm import Arm
 from models.loading import load_arm
 from tests.trial.slips import (
@@ -49,8 +49,8 @@ def test_a_centre_of_mass_where_a_length_belongs(arm: Arm):
     found = explained(
         known, place, _with(known, place, old, swapped(old, f"L{last}", f"d{last}")), arm
     )
-    assert line(place, found, known.names) == (
-        f"M[phi_1, phi_{last}]: yours is short of m_payload L1 (L{last} - d{last})"
+    assert guess(found) == (
+        f"yours is short of m_payload L1 (L{last} - d{last})"
         f" cos(phi_1 - phi_{last}); d{last} where L{last} belongs?"
     )
     assert found.left_over < 1e-9
@@ -188,7 +188,7 @@ def test_a_difference_that_fits_nothing_is_said_to():
     odd = {key: 0.01234567 * np.pi * (1 + number) for number, key in enumerate(seen.coefficients)}
     found = explain(COUPLING, [Observed(seen.values, odd, seen.noise)], known)
     assert found is None
-    assert "no slip" in line(COUPLING, found, known.names)
+    assert "no slip" in guess(found)
     left = Observed(seen.values, {COUPLING_KEY: 0.1}, {COUPLING_KEY: 1e-15}, left_over=0.5)
     assert explain(COUPLING, [left], known) is None
 
