@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from typing import Any
@@ -18,12 +18,13 @@ from rich.text import Text
 
 from crosscheck.report.html import number
 from crosscheck.report.terminal import print_agreement
+from crosscheck.report.typeset import typeset
 from crosscheck.report.words import counted, printable, tally
 from crosscheck.trial.naming import named
-from crosscheck.trial.places import Wrong
+from crosscheck.trial.places import Slip, Wrong
 from crosscheck.trial.summary import told_once
 from crosscheck.trial.trial import Trial
-from crosscheck.trial.words import line
+from crosscheck.trial.words import line, told
 
 SCHEMA_VERSION = 1
 LEAST, MOST = 1e-16, 1.0  # of a heat map's scale
@@ -36,8 +37,8 @@ def print_trial(trial: Trial) -> None:
     for said in summary(trial):
         console.print(Text(printable(said)))
     print_agreement(trial.agreement)
-    for told in verdicts(trial):
-        console.print(Text.assemble(("wrong ", "red"), printable(told)))
+    for verdict in verdicts(trial):
+        console.print(Text.assemble(("wrong ", "red"), printable(verdict)))
     for part, trace in trial.traces.items():
         console.print(Text(f"{part} raised:"))
         for row in trace.splitlines():
@@ -69,8 +70,8 @@ def summary(trial: Trial) -> Iterator[str]:
 def verdicts(trial: Trial) -> Iterator[str]:
     """What is wrong, a line for each slip, whatever number of entries it is in."""
     names = trial.bench.frame.names
-    for told in told_once([wrong for wrong in trial.wrong if not wrong.notes]):
-        first, *others = told.wrong
+    for group in told_once([wrong for wrong in trial.wrong if not wrong.notes]):
+        first, *others = group.wrong
         also = f"; also in {', '.join(named(w.place, names) for w in others)}" if others else ""
         yield wrong_line(trial, first) + also
     for note in dict.fromkeys(note for wrong in trial.wrong for note in wrong.notes):
@@ -126,6 +127,10 @@ def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
     }
 
 
+def _words(slips: Sequence[Slip]) -> str:
+    return " and ".join(map(told, slips))
+
+
 @dataclass(frozen=True)
 class HeatMap:
     """Of a part, as SVG."""
@@ -139,7 +144,7 @@ def trial_page(trial: Trial) -> str:
     environment = Environment(
         loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
     )
-    environment.filters |= {"number": number, "tally": tally}
+    environment.filters |= {"number": number, "tally": tally, "typeset": typeset, "words": _words}
     return environment.get_template("trial.html.j2").render(
         trial=trial,
         summary=list(summary(trial)),

@@ -37,6 +37,8 @@ def _array(answer: Any) -> np.ndarray:
         found = np.array(answer)
     except ValueError:
         raise NotNumbers("has rows of unequal length, must be an array of numbers") from None
+    except TypeError:  # a casadi expression
+        raise NotNumbers(f"is a {type(answer).__name__}, must be numbers") from None
     return found if found.dtype != object else _from_objects(found, answer)
 
 

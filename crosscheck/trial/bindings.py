@@ -75,13 +75,23 @@ def _meaning(
     if isinstance(value, str):
         if value in known:
             return known[value]
-        close = difflib.get_close_matches(value, known, n=MOST_NAMED, cutoff=NEAR)
+        close = _close(value, known)
         near = f"near it: {', '.join(close)}" if close else f"there are {', '.join(known)}"
         reason = f"is no quantity of the arm; give its value, or its name ({near})"
         raise InputError(where, symbol.name, None if value == symbol.name else value, reason)
     if isinstance(value, Real | sp.Number) and sp.sympify(value).is_finite:
         return exact_number(float(value))
     raise InputError(where, symbol.name, value, "must be a number, or the name of a quantity")
+
+
+def _close(name: str, known: Collection[str]) -> list[str]:
+    """Quantities called alike: l_1 and L1 are, but for the way of writing."""
+    alike = [own for own in known if _bare(own) == _bare(name)]
+    return alike or difflib.get_close_matches(name, known, n=MOST_NAMED, cutoff=NEAR)
+
+
+def _bare(name: str) -> str:
+    return name.replace("_", "").lower()
 
 
 def exact_number(value: float) -> sp.Rational:

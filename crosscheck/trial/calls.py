@@ -37,7 +37,7 @@ TAKES: dict[str, tuple[str, ...]] = {
     "inverse_dynamics": ("x", "v", "a"),
 }
 MATRICES = ("mass_matrix", "coriolis")
-NAMELESS = "_Dummy_"  # what sympy's lambdify calls an argument that is a list of symbols
+LAMBDIFIED = "<lambdifygenerated"  # what sympy calls the file of a function that it writes
 
 
 @dataclass(frozen=True)
@@ -153,12 +153,22 @@ def by_name(own: Any, part: str) -> Callable[[Arguments], Any]:
         return _by_position(own, TAKES[part])
     fixed = own.keywords if isinstance(own, functools.partial) else {}
     parameters = [p for p in parameters if p.name not in fixed and p.kind != p.VAR_KEYWORD]
-    nameless = [p for p in parameters if p.name.startswith(NAMELESS)]
     if any(p.kind == p.VAR_POSITIONAL for p in parameters):
         return _by_position(own, TAKES[part])
-    if nameless and len(nameless) == len(parameters):
-        return _by_position(own, _first(part, len(nameless)))
+    required = [p for p in parameters if p.default is p.empty]
+    if _nameless(own, required):
+        return _by_position(own, _first(part, len(required)))
     return _by_keyword(own, part, parameters)
+
+
+def _nameless(own: Any, required: Sequence[inspect.Parameter]) -> bool:
+    """Whether the names of parameters mean nothing: sympy's lambdify and C functions make them."""
+    known = [parameter.name in MEANT for parameter in required]
+    code = getattr(own, "__code__", None)
+    if code is not None and code.co_filename.startswith(LAMBDIFIED):
+        return not all(known)
+    by_place = all(parameter.kind == parameter.POSITIONAL_ONLY for parameter in required)
+    return bool(required) and by_place and not any(known)
 
 
 def _by_keyword(

@@ -33,7 +33,7 @@ from models.layout import Layout
 from models.switches import Switches
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Dictionary:
     """For every place the terms that belong there, in the coordinates ``names``.
 

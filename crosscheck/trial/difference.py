@@ -15,8 +15,8 @@ from crosscheck.trial.explain import Observed, explain
 from crosscheck.trial.force_terms import rate_name
 from crosscheck.trial.keys import Key, Wave
 from crosscheck.trial.places import Explanation, Place
-from crosscheck.trial.polynomial import Monomial
-from crosscheck.trial.values import related
+from crosscheck.trial.polynomial import Monomial, from_sympy
+from crosscheck.trial.values import related, unrelated
 from crosscheck.trial.words import latex_name
 
 ARMS = 3  # sets of numbers that the same slip must explain
@@ -31,10 +31,14 @@ class NotWaves(ValueError):
 
 @dataclass(frozen=True)
 class Difference:
-    """Yours minus right of an entry, as typeset, and the slips that make it."""
+    """Yours minus right of an entry, as typeset, and the slips that make it.
+
+    observed: its coefficients with several sets of numbers.
+    """
 
     expression: sp.Expr
     latex: str
+    observed: tuple[Observed, ...]
     explanation: Explanation | None
 
 
@@ -44,43 +48,80 @@ def symbolic_difference(
     """What is wrong in an entry, or None where nothing is. values: of the arm's quantities.
 
     Raises NotWaves where it cannot be taken apart: it must be made of sums, products, whole powers,
-    cosines and sines of whole sums of coordinates; a force also linear in rates and torques, and
-    without meshes; and all its other symbols quantities of the arm.
+    cosines and sines of whole sums of coordinates; a force also linear in rates and torques, its
+    mesh forces being symbols that ``values`` calls by their names; and all its other symbols
+    quantities of the arm.
     """
-    yours, right = entry_waves(place, symbolic), right_waves(place, dictionary)
+    yours, right = entry_waves(place, symbolic, dictionary), right_waves(place, dictionary)
+    _require_meshes(place, symbolic, dictionary)
     unknown = {s.name for c in yours.values() for s in c.free_symbols} - set(values)
     if unknown:
         raise NotWaves(f"{', '.join(sorted(unknown))} are no quantities of the arm")
     numeric = any(not isinstance(value, str) for value in symbolic.values.values())
     sets = [dict(values)] if numeric else [related(values, seed) for seed in range(ARMS)]
-    keys = list({**yours, **right})
-    sizes = {
-        key: [_evaluated(yours.get(key), right.get(key), numbers) for numbers in sets]
-        for key in keys
-    }
-    wrong = [key for key in keys if any(abs(off) > noise for off, noise in sizes[key])]
+    observed = _observed(yours, right, sets, dictionary)
+    wrong = {key for each in observed for key, off in each.coefficients.items() if off}
     if not wrong:
         return None
-    observed = [
-        _observed(numbers, {key: each[place_] for key, each in sizes.items()}, dictionary)
-        for place_, numbers in enumerate(sets)
-    ]
-    parts = {key: sp.expand(yours.get(key, 0) - right.get(key, 0)) for key in wrong}
+    # What is one thing by the arm's geometry, r_s + r_p and r_cp, may be told apart as written.
+    written = _observed(yours, right, [] if numeric else [unrelated(values)], dictionary)
+    explanation = explain(place, (*observed, *written), dictionary)
+    if explanation is not None:
+        observed = (*observed, *written)
+    else:
+        explanation = explain(place, observed, dictionary)
+    parts = {
+        key: sp.expand(yours.get(key, 0) - right.get(key, 0))
+        for key in {**yours, **right}
+        if _by_joints(key, dictionary.angles)[0] in wrong
+    }
     expression = _expression(parts, place, dictionary.names)
-    return Difference(expression, latex_of(expression), explain(place, observed, dictionary))
+    return Difference(expression, latex_of(expression), observed, explanation)
+
+
+def _observed(
+    yours: Waves, right: Waves, sets: Sequence[Mapping[str, float]], dictionary: Dictionary
+) -> tuple[Observed, ...]:
+    """Differences with sets of numbers, before waves of the joint angles; rounding is none."""
+    coefficients: list[dict[Key, float]] = [{} for _ in sets]
+    noise: list[dict[Key, float]] = [{} for _ in sets]
+    for key in {**yours, **right}:
+        own, sign = _by_joints(key, dictionary.angles)
+        mine, theirs = (_evaluated(c.get(key, sp.S.Zero), sets) for c in (yours, right))
+        for place, ((a, size_a), (b, size_b)) in enumerate(zip(mine, theirs, strict=True)):
+            rounding = ROUNDING * (size_a + size_b)
+            coefficients[place][own] = sign * (a - b) if abs(a - b) > rounding else 0.0
+            noise[place][own] = rounding
+    return tuple(map(Observed, sets, coefficients, noise))
 
 
 def _evaluated(
-    yours: sp.Expr | None, right: sp.Expr | None, numbers: Mapping[str, float]
-) -> tuple[float, float]:
-    """Yours minus right, and what of it is rounding."""
-    mine, theirs = (
-        complex(sp.sympify(0 if c is None else c).subs(numbers)).real for c in (yours, right)
-    )
-    return mine - theirs, ROUNDING * (abs(mine) + abs(theirs))
+    coefficient: sp.Expr, sets: Sequence[Mapping[str, float]]
+) -> list[tuple[float, float]]:
+    """With sets of numbers, and the size of its parts."""
+    polynomial = from_sympy(coefficient)
+    if polynomial is None:
+        found = [float(sp.re(coefficient.subs(numbers))) for numbers in sets]
+        return [(value, abs(value)) for value in found]
+    parts = [[m.value(numbers) for m in polynomial.monomials] for numbers in sets]
+    return [(sum(each), sum(map(abs, each))) for each in parts]
 
 
-def entry_waves(place: Place, symbolic: Symbolic) -> Waves:
+def mesh_signals(dictionary: Dictionary) -> list[str]:
+    """Mesh forces of a planet, and what else of meshes is no polynomial."""
+    return [name for name in dictionary.signals if name[:2] in ("F_", "D_", "Q_")]
+
+
+def _require_meshes(place: Place, symbolic: Symbolic, dictionary: Dictionary) -> None:
+    """Raise NotWaves if a force that should have mesh forces has no symbol for any."""
+    meshes = set(mesh_signals(dictionary))
+    if place.part == "force" and meshes:
+        own = sp.Matrix(symbolic.force).free_symbols
+        if not meshes & {str(symbolic.values.get(symbol, symbol)) for symbol in own}:
+            raise NotWaves("mesh forces are no symbols")
+
+
+def entry_waves(place: Place, symbolic: Symbolic, dictionary: Dictionary) -> Waves:
     """An entry of the user's, of a bias that of its rates. Raises NotWaves."""
     whole = getattr(symbolic, place.part)
     if whole is None:
@@ -94,6 +135,9 @@ def entry_waves(place: Place, symbolic: Symbolic) -> Waves:
         return _waves(entry, symbolic, "")
     signals = {rate: rate_name(x.name) for x, rate in zip(symbolic.x, symbolic.v, strict=True)}
     signals |= {torque: f"T_{j + 1}" for j, torque in enumerate(symbolic.torque)}
+    named = {symbol: str(symbolic.values.get(symbol, symbol)) for symbol in entry.free_symbols}
+    meshes = mesh_signals(dictionary)
+    signals |= {symbol: name for symbol, name in named.items() if name in meshes}
     still = dict.fromkeys(signals, 0)
     found = _waves(entry.subs(still), symbolic, "")
     for symbol, name in signals.items():
@@ -103,7 +147,7 @@ def entry_waves(place: Place, symbolic: Symbolic) -> Waves:
 
 def _waves(entry: sp.Expr, symbolic: Symbolic, signal: str) -> Waves:
     """Cosines and sines of an expression without rates and torques."""
-    if entry.has(*symbolic.v, *symbolic.torque):
+    if entry.free_symbols & {*symbolic.v, *symbolic.torque}:
         raise NotWaves("it is not linear in the torques and rates")
     own = {symbol: symbolic.values.get(symbol, symbol.name) for symbol in entry.free_symbols}
     known = {
@@ -178,8 +222,6 @@ def right_waves(place: Place, dictionary: Dictionary) -> Waves:
     """The reference's entry before waves of x. Raises NotWaves where those are not whole."""
     found: defaultdict[Key, sp.Expr] = defaultdict(lambda: sp.S.Zero)
     for key, monomial in dictionary.entry(place):
-        if key.signal[:2] in ("F_", "D_", "Q_"):
-            raise NotWaves("mesh forces are no symbols")
         turned = np.array(key.wave) @ dictionary.angles
         if not np.allclose(turned, np.round(turned)):
             raise NotWaves("the map is not one of whole numbers")
@@ -195,19 +237,6 @@ def expression_of(monomial: Monomial) -> sp.Expr:
     return sp.sympify(monomial.number) * sp.prod(
         [sp.Symbol(name) ** power for name, power in monomial.powers]
     )
-
-
-def _observed(
-    numbers: Mapping[str, float],
-    sizes: Mapping[Key, tuple[float, float]],
-    dictionary: Dictionary,
-) -> Observed:
-    """Before waves of the joint angles, as the dictionary has them."""
-    coefficients, noise = {}, {}
-    for key, (off, rounding) in sizes.items():
-        own, sign = _by_joints(key, dictionary.angles)
-        coefficients[own], noise[own] = sign * off, rounding
-    return Observed(numbers, coefficients, noise)
 
 
 def _by_joints(key: Key, angles: np.ndarray) -> tuple[Key, int]:
@@ -232,7 +261,7 @@ def _expression(parts: Waves, place: Place, names: Sequence[str]) -> sp.Expr:
         angle = sum(w * own for w, own in zip(key.wave, x, strict=True))
         wave = sp.sin(angle) if key.function == "sin" else sp.cos(angle)
         signal = sp.Symbol(key.signal) if key.signal else 1
-        total += sp.factor(coefficient) * wave * signal
+        total += sp.factor_terms(coefficient) * wave * signal
     for rate in place.rates or ():
         total *= sp.Symbol(rate_name(names[rate]))
     return total

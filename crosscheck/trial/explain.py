@@ -28,6 +28,7 @@ MOST_PAIRED = 4000
 MOST_OTHERS = 6
 FAR_FETCHED = 0.5  # beside the likeliest: not worth telling
 MOST_PER_KEY = 8
+MOST_WRONG = 4  # waves and signals that are off, for terms of other entries to be tried
 TOO_NOISY = 1e-7  # relative: with more, two slips at once fit almost anything
 
 
@@ -109,6 +110,8 @@ def search(target: Target, place: Place, dictionary: Dictionary, values: Values)
     found = explained(target, known)
     if found:
         return found
+    if len(wrong_keys) > MOST_WRONG:
+        return []
     foreign = [
         product
         for other, products in dictionary.entries.items()

@@ -62,7 +62,7 @@ def made(
     found: Any, arm: Arm, scenario: Scenario | None, where: str, folder: Path | None = None
 ) -> Equations:
     """Equations out of what a user gave, see handed_over; folder: beside which the code is."""
-    beside = folder or Path.cwd()
+    beside = (folder or Path.cwd()).resolve()
     if isinstance(found, Equations):
         return _whole(found.on(arm, scenario), where)
     if not callable(found) or (_has_parts(found) and not isinstance(found, type)):
@@ -87,7 +87,7 @@ def _source(text: str) -> Source:
     module, colon, name = text.rpartition(":")
     if not colon or not module or not name:
         raise InputError(text, "", None, f"must be {EXPECTED}")
-    folder = Path(module).resolve().parent if module.endswith(".py") else Path.cwd()
+    folder = Path(module).resolve().parent if module.endswith(".py") else Path.cwd().resolve()
     return Source(text, module, name, folder)
 
 
@@ -142,24 +142,20 @@ def _told(where: str, folder: Path) -> Iterator[None]:
 
 
 def _line(error: BaseException, folder: Path) -> str:
-    """File and line of what raised: the last in the user's folder, else the last that is not ours.
-
-    Nor the import system's.
-    """
-    own = Path(crosscheck.__file__).parent
+    """File and line of what raised: the last of the user's own, else the last of anybody's."""
+    ours = Path(crosscheck.__file__).parent
     frames = [
-        frame
+        (Path(frame.filename), frame.lineno)
         for frame in traceback.extract_tb(error.__traceback__)
-        if own not in Path(frame.filename).parents and not frame.filename.startswith("<frozen")
+        if ours not in Path(frame.filename).parents and not frame.filename.startswith("<frozen")
     ]
-    beside = [frame for frame in frames if _is_beside(Path(frame.filename), folder)]
-    last = (beside or frames)[-1:]
-    return "".join(f" ({Path(frame.filename).name}, line {frame.lineno})" for frame in last)
-
-
-def _is_beside(file: Path, folder: Path) -> bool:
-    """Whether a file is in the user's folder, and in no environment there."""
-    return folder in file.parents and "site-packages" not in file.parts
+    own = [
+        (path, line)
+        for path, line in frames
+        if folder in path.parents and "site-packages" not in path.parts
+    ]
+    path, line = (own or frames or [(Path(), None)])[-1]
+    return f" ({path.name}, line {line})" if line else ""
 
 
 def _shadowed(error: BaseException, folder: Path) -> str:
@@ -247,7 +243,7 @@ def _whole(equations: Equations, where: str) -> Equations:
     if not isinstance(equations.coordinates, Coordinates):
         kind = type(equations.coordinates).__name__
         raise InputError(where, "coordinates", None, f"is a {kind}; must be Coordinates")
-    _require_meant(equations, where)
+    _require_level(equations, where)
     try:
         for part in given:
             by_name(getattr(equations, part), part)
@@ -256,14 +252,15 @@ def _whole(equations: Equations, where: str) -> Equations:
     return equations
 
 
-def _require_meant(equations: Equations, where: str) -> None:
-    """Raise InputError for a level or switches that are none."""
+def _require_level(equations: Equations, where: str) -> None:
+    """Raise InputError for a level that is none, or of a model with gears; for strange switches."""
     level, gearing = equations.level, equations.coordinates.gearing
     if level not in get_args(Level):
-        words = ", ".join(filter(None, get_args(Level)))
-        raise InputError(where, "level", level, f"must be one of {words}, or '' for any")
+        allowed = ", ".join(filter(None, get_args(Level)))
+        raise InputError(where, "level", level, f"must be one of {allowed}, or left out")
     if level and gearing != "rigid":
-        raise InputError(where, "level", level, f"is for rigid equations; these are {gearing}")
+        reason = f"is of rigid models; coordinates.gearing is {gearing}"
+        raise InputError(where, "level", level, reason)
     if not isinstance(equations.switches, Switches | None):
         kind = type(equations.switches).__name__
-        raise InputError(where, "switches", None, f"is a {kind}; must be switches(...) or None")
+        raise InputError(where, "switches", None, f"is a {kind}; must be Switches")

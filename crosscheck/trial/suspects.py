@@ -141,9 +141,10 @@ class Suspects:
             yield Suspect("swapped", inside, change, cost, other.text, symbol)
         if len(products) == 1 and rests[0][1] >= 2:
             rest = sizes[0][0] * own ** (rests[0][1] - 1)
-            for other in self.others[symbol]:
+            fewer = _written(symbol, rests[0][1] - 1)
+            for other in (Alternative("", np.ones_like(own), 0.1), *self.others[symbol]):
                 change = {inside[0].key: rest * (other.value - own)}
-                text = f"{other.text} {_written(symbol, rests[0][1] - 1)}"
+                text = f"{other.text} {fewer}".strip()
                 right = _written(symbol, rests[0][1])
                 yield Suspect("swapped", inside, change, 1.15 + other.cost + extra, text, right)
 

@@ -15,6 +15,7 @@ from crosscheck.trial.bindings import in_arm_symbols, plain_symbols
 from crosscheck.trial.equations import Coordinates, Equations, Level, Symbolic
 from models.arm import Arm
 from models.errors import InputError
+from models.scenario import Scenario
 from models.switches import Switches
 
 WHERE = "equations"
@@ -156,19 +157,29 @@ def _bound(unbound: Equations, symbolic: Symbolic, arm: Arm) -> Equations:
     functions = {
         name: _function(matrix, bound, name, numbers) for name, matrix in _parts(bound).items()
     }
+
+    def again(other: Arm, scenario: Scenario | None) -> Equations:
+        return _bound(unbound, symbolic, other)
+
     return replace(
         unbound,
         mass_matrix=functions.get("mass_matrix"),
         bias=functions.get("bias"),
         force=functions.get("force"),
-        rebuild=lambda other, scenario: _bound(unbound, symbolic, other),
-        any_arm=_by_name(symbolic),
+        rebuild=again,
+        any_arm=_by_name(symbolic, unbound.coordinates),
     )
 
 
-def _by_name(symbolic: Symbolic) -> bool:
+def _by_name(symbolic: Symbolic, coordinates: Coordinates) -> bool:
     """Whether all that hangs on an arm is there by name, and no number of one."""
-    floats = any(matrix.atoms(sp.Float) for matrix in _parts(symbolic).values())
+    own, matrices = coordinates.function, list(_parts(symbolic).values())
+    if coordinates.matrix is not None and not np.all(np.mod(coordinates.matrix, 1) == 0):
+        return False
+    if own is not None and not isinstance(own, sp.MatrixBase):
+        return False
+    matrices += [] if own is None else [own]
+    floats = any(matrix.atoms(sp.Float) for matrix in matrices)
     return not floats and all(isinstance(value, str) for value in symbolic.values.values())
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -107,13 +107,13 @@ def damper_name(pair: str, joint: Planetary, number: int, planet: int) -> str:
     return f"d_{pair}{number}" + ("" if alike else f"_{planet + 1}")
 
 
-def unrelated(symbols: Values, seed: int = 0) -> dict[str, float]:
+def unrelated(symbols: Iterable[str], seed: int = 0) -> dict[str, float]:
     """Other numbers for the same symbols, none of which has to do with another.
 
     Two slips that differ with these are two slips, whatever they come to on an arm at hand.
     """
-    generator = np.random.default_rng(seed)
-    return {name: float(generator.uniform(0.5, 2.0)) for name in sorted(symbols)}
+    seeds = {name: [seed, *name.encode()] for name in symbols}
+    return {n: float(np.random.default_rng(own).uniform(0.5, 2.0)) for n, own in seeds.items()}
 
 
 def together(each: list[Mapping[str, float]]) -> dict[str, np.ndarray]:
@@ -138,8 +138,11 @@ def alternatives(symbol: str, values: Values) -> Iterator[Alternative]:
 def _distance(own: Named, other: Named) -> float:
     """Of the same joint, of the neighbour, anything: what is confused rather than other things."""
     cost = 0.1 if own.joint == other.joint else 0.3
+    if {own.stem, other.stem} == {"L", "d"} and own.joint == other.joint:
+        return 0.05 - 1e-3 * own.joint  # a body's own lever is that of its last link
     if own.stem != other.stem:
-        cost += 0.05 if (own.stem in RADII) == (other.stem in RADII) else 0.35
+        cost += 0.05 if own.stem in RADII else 0.15
+        cost += 0.3 if (own.stem in RADII) != (other.stem in RADII) else 0.0
         cost += 0.1 if (own.stem in GEAR_PARTS) != (other.stem in GEAR_PARTS) else 0.0
         cost += 0.3 if own.joint != other.joint else 0.0
     return cost

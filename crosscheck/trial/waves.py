@@ -15,7 +15,8 @@ from crosscheck.trial.keys import Entry, Key, Wave
 EPS = float(np.finfo(float).eps)
 ROUNDINGS = 16  # in a value of the natural size, at the least
 SIGNIFICANT = 16  # standard errors: a coefficient below is none
-FULL = 3  # joints up to which every sum of angles, once or not at all, is tried
+FULL = 3  # joints up to which every sum of few angles is tried
+LEAST_STATES = 50
 
 
 @dataclass(frozen=True)
@@ -42,29 +43,44 @@ class Fit:
 def waves_tried(dictionary: Dictionary) -> tuple[Wave, ...]:
     """0, the reference's own, and sums and differences of two joint or link angles.
 
-    Of few joints also every sum of joint angles, each once or not at all.
+    Of few joints also every sum of joint angles, each up to twice.
     """
-    joints = dictionary.joints
-    single = np.vstack([np.eye(joints), np.tril(np.ones((joints, joints)))]).astype(int)
+    single = _angles(dictionary.joints)
     pairs = [a + sign * b for a in single for b in single for sign in (1, -1)]
     found = [*dictionary.waves, *map(tuple, single), *map(tuple, pairs)]
-    if joints <= FULL:
-        found += list(combinations((-1, 0, 1), repeat=joints))
-    return tuple(dict.fromkeys(_upward(wave) for wave in found))
+    if dictionary.joints <= FULL:
+        found += list(combinations(range(-2, 3), repeat=dictionary.joints))
+    return tuple(dict.fromkeys(map(_upward, found)))
 
 
 def links_tried(dictionary: Dictionary) -> tuple[Wave, ...]:
-    """0, joint angles and link angles: what weight may hang on."""
-    joints = dictionary.joints
-    single = np.vstack([np.eye(joints), np.tril(np.ones((joints, joints)))]).astype(int)
-    own = [(0,) * joints, *dictionary.waves, *map(tuple, single)]
-    return tuple(dict.fromkeys(_upward(wave) for wave in own))
+    """0, joint angles and link angles, once and twice: what weight may be thought to hang on.
+
+    Of few joints also every sum of joint angles, each once or not at all.
+    """
+    single = _angles(dictionary.joints)
+    own = [(0,) * dictionary.joints, *dictionary.waves, *map(tuple, single)]
+    own += map(tuple, 2 * single)
+    if dictionary.joints <= FULL:
+        own += list(combinations((-1, 0, 1), repeat=dictionary.joints))
+    return tuple(dict.fromkeys(map(_upward, own)))
+
+
+def _angles(joints: int) -> np.ndarray:
+    """Joint angles, then absolute angles of links."""
+    return np.vstack([np.eye(joints), np.tril(np.ones((joints, joints)))]).astype(int)
 
 
 def _upward(wave: Iterable[int]) -> Wave:
     whole = tuple(int(entry) for entry in wave)
     first = next((entry for entry in whole if entry), 1)
     return whole if first > 0 else tuple(-entry for entry in whole)
+
+
+def states_wanted(dictionary: Dictionary) -> int:
+    """How many states leave enough beside all waves and signals to see what none explains."""
+    still = 2 * len(links_tried(dictionary)) + len(dictionary.signals) + len(dictionary.names)
+    return LEAST_STATES + 2 * max(2 * len(waves_tried(dictionary)), still)
 
 
 def keys_of(waves: Iterable[Wave]) -> list[Key]:

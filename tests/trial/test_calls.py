@@ -53,6 +53,10 @@ FORCES: dict[str, Callable[..., Any]] = {
     "object": Callable4(),
     "wrapped": functools.wraps(default)(lambda *args, **kwargs: default(*args, **kwargs)),
     "no signature": np.frompyfunc(lambda t, x, v, torque: t * x + 10 * v + torque, 4, 1),
+    "lambdified, numbers and names": sp.lambdify(
+        [sp.Symbol("t"), TWO, sp.symbols("c d"), sp.symbols("e f")],
+        [sp.sympify("t*a + 10*c + e"), sp.sympify("t*b + 10*d + f")],
+    ),
     "lambdified": sp.lambdify(
         [sp.Symbol("s"), TWO, sp.symbols("c d"), sp.symbols("e f")],
         sp.Matrix([sp.sympify("s*a + 10*c + e"), sp.sympify("s*b + 10*d + f")]),
@@ -154,12 +158,12 @@ ANSWERS: dict[str, Any] = {
     "is None, must be numbers": None,
     "is a object that holds object": object(),
     "is of type <U1": [["a", "b"], ["c", "d"]],
-    "rows of unequal length": [[1, 2], [3]],
+    "has rows of unequal length": [[1, 2], [3]],
     "is masked": np.ma.masked_equal(np.eye(2), 0),
     "is a .*Matrix that holds .*Symbol.*, must be numbers": sp.Matrix(
         [[sp.Symbol("m"), 0], [0, 1]]
     ),
-    "is a SX that holds SX": ca.SX.sym("m", 2, 2),
+    "is a SX, must be numbers": ca.SX.sym("m", 2, 2),
     "is a dict that holds dict": {"M": np.eye(2)},
     "is a list that holds NoneType": [[None, 1], [2, 3]],
 }

@@ -149,7 +149,12 @@ BAD = {
     "model = Equations(bias=3)": "bias: is a int; must be a function of x, v",
     "model = Equations(bias=lambda z: z)": "bias: takes z, which is none of",
     "model = Equations(bias=lambda v: v, coordinates='absolute')": "is a str; must be Coordinates",
-    "model = np.array": "is a builtin; must be Equations",
+    "model = Equations(bias=lambda v: v, level='link')": "level = 'link': must be one of links, ",
+    "model = Equations(bias=lambda v: v, level='links', coordinates=Coordinates('free'))": (
+        "level = 'links': is of rigid models; coordinates.gearing is free"
+    ),
+    "model = Equations(bias=lambda v: v, switches='free')": "switches: is a str; must be Switches",
+    "model = dict": "is a builtin; must be Equations",
 }
 
 

@@ -79,6 +79,9 @@ def test_values_by_name_and_by_number() -> None:
     fixed = from_sympy(x, v, mass_matrix=mass, values={a: 0.1, b: "L2"})
     assert on(fixed).mass_matrix(X)[0, 0] == 0.1
     assert not fixed.on(ARM).any_arm
+    for matrix, known in ((np.eye(2), True), (np.eye(2) / 2, False)):
+        mapped = from_sympy(x, v, mass_matrix=MASS, coordinates=Coordinates(matrix=matrix))
+        assert mapped.on(ARM).any_arm == known
     floats = from_sympy(x, v, mass_matrix=sp.diag(0.5, L1))
     assert not floats.on(ARM).any_arm
 
@@ -106,13 +109,13 @@ def test_a_constant_matrix_and_level_pass_through() -> None:
 
 g, M3 = sp.Symbol("g"), sp.Symbol("l_1")
 BAD = {
-    "l_1: is no quantity of the arm; give its value, or its name (near it: I_l1": {
+    "l_1: is no quantity of the arm; give its value, or its name (near it: L1)": {
         "mass_matrix": sp.eye(2) * M3
     },
     "g = 'gravity': is no quantity": {"mass_matrix": sp.eye(2) * g, "values": {g: "gravity"}},
-    "g = None: must be a number, or the name": {"mass_matrix": sp.eye(2) * g, "values": {g: None}},
+    "g: must be a number, or the name": {"mass_matrix": sp.eye(2) * g, "values": {g: None}},
     "mass_matrix: has v1; must be of x alone": {"mass_matrix": sp.eye(2) * v[0]},
-    "bias: has T1; must be of x and v alone": {"bias": sp.Matrix(torque), "torque": torque},
+    "bias: has T1, T2; must be of x and v alone": {"bias": sp.Matrix(torque), "torque": torque},
     "bias: has shape (3, 1), must be (2, 1)": {"bias": sp.ones(3, 1)},
     "mass_matrix: has shape (1, 2), must be (2, 2)": {"mass_matrix": sp.ones(1, 2)},
     "mass_matrix: is no sympy Matrix": {"mass_matrix": object()},
