@@ -66,7 +66,7 @@ UNUSABLE = {
         "e = Equations(mass_matrix=lambda q: np.eye(6), level='links',"
         " coordinates=Coordinates(gearing='lumped'))",
         "e",
-        "level = 'links': is for rigid equations; these are lumped",
+        "level = 'links': is of rigid models; coordinates.gearing is lumped",
     ),
     "switches that are none": (
         "def f(arm): return replace(two_link(arm), switches='omega_t')",
