@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from crosscheck.state_suite import Spot, balances, unequal_gains
 from crosscheck.tasks import Failure
 from crosscheck.trial.bench import QUICK_STATES, STATES, Bench
 from crosscheck.trial.calls import handed
+from crosscheck.trial.dictionary import dictionary_of
 from crosscheck.trial.equations import Equations
 from crosscheck.trial.first_calls import first_calls, spared
 from crosscheck.trial.frame import frame_of
@@ -35,6 +36,7 @@ from crosscheck.trial.suite import (
     sizes_in,
     sizing,
 )
+from crosscheck.trial.waves import states_wanted
 from crosscheck.workers import Workers
 from models.arm import Arm
 from models.errors import InputError
@@ -125,7 +127,11 @@ def bench_of(asked: Asked) -> Bench:
         reason = f"needs {missing}, which the equations have not"
         raise InputError("--scenario", "", asked.scenarios[0].name, reason)
     bench = Bench(asked.name, own, has, case, count, asked.seed)
-    assert bench.states  # made now, so that what is wrong with the coordinates is said first
+    if bench.frame.matrix is not None:
+        level = bench.levels[-1] if bench.levels else ""
+        terms = dictionary_of(bench.frame, asked.arm, laws, level)
+        bench = replace(bench, count=max(count, states_wanted(terms)))
+    _ = bench.states  # made now, so that what is wrong with the coordinates is said first
     return bench
 
 

@@ -132,7 +132,12 @@ class Fitting:
         return values - self.table @ (self._inverse @ values)
 
     def fit(self, values: np.ndarray, scale: float) -> Fit:
-        """Of values (K,) whose rounding is that of numbers of this scale."""
+        """Of values (K,) whose rounding is that of numbers of this scale.
+
+        Where a value or its square is beyond what floats hold, nothing explains anything.
+        """
+        if not np.isfinite(values @ values):
+            return Fit({}, {}, float("inf"))
         solved = self._inverse @ values
         solved = solved + self._inverse @ (values - self.table @ solved)
         rest = float(np.linalg.norm(values - self.table @ solved))
