@@ -85,7 +85,11 @@ class Handed:
         if "acceleration" in self.given:
             return self._answer("acceleration", t=t, x=x, v=v, torque=torque)
         balance = self.force(t, x, v, torque) - self.bias(x, v)
-        return np.linalg.solve(self.mass_matrix(x), balance)
+        mass = self.mass_matrix(x)
+        # The units of x must not choose the pivots.
+        size = np.sqrt(np.abs(np.diag(mass)))
+        size = np.where(size > 0, size, 1.0)
+        return np.linalg.solve(mass / np.outer(size, size), balance / size) / size
 
     def inverse_dynamics(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """M(x) a + bias(x, v), shape (n,)."""

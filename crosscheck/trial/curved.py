@@ -32,6 +32,7 @@ Vector = Callable[[np.ndarray], np.ndarray]
 Along = Callable[[np.ndarray, np.ndarray], np.ndarray]
 COMPLEX_STEP = 1e-30
 SAMPLES, TRIES = 3, 40
+MOST_HALVED = 20
 AGREED = 1e-6  # of a Jacobian held against differences, relative to its row
 CERTAIN = 1e-9  # of what differences give where nothing better is to be had
 PLACED = 1e-9  # of a state found for given q, before it is polished
@@ -66,6 +67,17 @@ class CurvedFrame(Frame):
             if found is not None:
                 return found
         raise InputError(WHERE, "function", None, f"no x was found that gives q = {shown(q)}")
+
+    def nearest(self, q: np.ndarray, known: np.ndarray) -> np.ndarray:
+        """By Newton's method from few starts; halfway to the known one as often as need be."""
+        start = self.function(known)
+        for halved in range(MOST_HALVED):
+            wanted = start + (q - start) / 2**halved
+            for guess in (wanted, known) if halved else (wanted, np.zeros(len(q)), known):
+                found = self._solved(guess, wanted)
+                if found is not None:
+                    return found
+        return known
 
     def _solved(self, start: np.ndarray, q: np.ndarray) -> np.ndarray | None:
         from scipy.optimize import root

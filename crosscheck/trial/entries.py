@@ -31,7 +31,7 @@ def wrong_entries(
 ) -> Iterator[Wrong]:
     """The entries of a part that differ by more than rounding, the largest difference first."""
     found = deviations(yours, right, sizes.of(quantity))
-    beyond = np.argwhere(~(found <= sizes.tolerance))
+    beyond = np.argwhere(~(found <= sizes.tolerance(quantity)))
     for index in sorted(map(tuple, beyond.tolist()), key=lambda at: -found[at]):
         yield Wrong(place_of(quantity, index), float(found[index]))
 

@@ -59,6 +59,10 @@ class Frame(ABC):
     def place(self, q: np.ndarray) -> np.ndarray:
         """An x (n,) that gives this q. Raises InputError where there is none."""
 
+    def nearest(self, q: np.ndarray, known: np.ndarray) -> np.ndarray:
+        """An x that gives this q, or one on the way to it from that of a known x."""
+        return self.place(q)
+
 
 @dataclass(frozen=True, eq=False)
 class LinearFrame(Frame):

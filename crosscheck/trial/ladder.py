@@ -40,7 +40,7 @@ def ladder(yours: np.ndarray, levels: Mapping[str, np.ndarray], sizes: Sizes) ->
     for level in RIGID_LEVELS:
         if level in levels:
             found = deviations(yours, levels[level], sizes.mass)
-            count = int((~(found <= sizes.tolerance)).sum())
+            count = int((~(found <= sizes.tolerance("mass_matrix"))).sum())
             rungs.append(Rung(level, count, float(found.max()), float(found.mean())))
     return rungs
 

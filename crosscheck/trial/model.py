@@ -58,7 +58,7 @@ class HandedModel(Model):
         jacobian = self.frame.jacobian(x)
         u = np.linalg.solve(jacobian, v)
         curved = self.frame.drift(x, u)
-        force = np.linalg.solve(jacobian.T, self.handed.bias(x, u))
+        force = _raised(jacobian) @ self.handed.bias(x, u)
         return force - self.mass_matrix(q) @ curved if curved.any() else force
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -66,7 +66,7 @@ class HandedModel(Model):
         x = self.frame.place(q)
         jacobian = self.frame.jacobian(x)
         u = np.linalg.solve(jacobian, v)
-        return np.linalg.solve(jacobian.T, self.handed.force(t, x, u, self.torques(t, q, v)))
+        return _raised(jacobian) @ self.handed.force(t, x, u, self.torques(t, q, v))
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """J x'' + J' u."""
@@ -141,6 +141,12 @@ class HandedModel(Model):
             for planet in range(planets[number]):
                 rows[number, planet] = self.layout.displacement(mesh, number, planet)
         return rows
+
+
+def _raised(jacobian: np.ndarray) -> np.ndarray:
+    """J^-T; of J, whose columns' units choose no pivots."""
+    found: np.ndarray = np.linalg.inv(jacobian).T
+    return found
 
 
 def _reference_of(handed: HandedModel) -> Model:

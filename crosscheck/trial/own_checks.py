@@ -103,8 +103,9 @@ def second_law(
 def _judged(
     about: About, quantity: str, apart: np.ndarray, sizes: Sizes
 ) -> tuple[Finding, list[Place]]:
-    beyond = np.argwhere(~(apart <= sizes.tolerance))
+    tolerance = sizes.tolerance(quantity)
+    beyond = np.argwhere(~(apart <= tolerance))
     wrong = [place_of(quantity, tuple(index)) for index in beyond.tolist()]
     measured = float(apart.max())
-    found = checked(about, measured=measured, tolerance=sizes.tolerance, basis=sizes.basis)
+    found = checked(about, measured=measured, tolerance=tolerance, basis=sizes.basis(quantity))
     return found, wrong

@@ -85,10 +85,10 @@ def _rate_terms(source: Source, states: Sequence[State]) -> list[np.ndarray]:
 
 
 def _christoffel(source: Source, states: Sequence[State]) -> list[np.ndarray]:
-    found = []
+    found, curved = [], source.frame.matrix is None
     for state in states:
         steps = difference_steps(source.frame.jacobian(state.x), source.frame.layout.angular)
-        found.append(christoffel_terms(source.mass_matrix, state.x, steps))
+        found.append(christoffel_terms(source.mass_matrix, state.x, steps, curved=curved))
     return found
 
 

@@ -7,8 +7,10 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from crosscheck.checks.states import LOOSEST
 from crosscheck.comparison import Comparison, Results
 from crosscheck.findings import About, Finding, Key, checked, measured_only
+from crosscheck.state_suite import Spot, balances
 from crosscheck.trial import own_checks
 from crosscheck.trial.bench import Bench
 from crosscheck.trial.entries import deviations, wrong_entries
@@ -20,6 +22,7 @@ from crosscheck.trial.sizes import Sizes, sizes_of
 OWN, AGAINST = "trial-own", "trial-states"
 COMPARED = ("mass_matrix", "bias", "force", "acceleration")
 Judged = tuple[Finding, list[Place]]
+Judge = Callable[[About, Results], Finding]
 
 
 def reference_of(bench: Bench, level: str) -> str:
@@ -97,6 +100,34 @@ def _own(
     return Comparison(about, (*questions, *sizing(bench, level)), judged)
 
 
+def own_balances(bench: Bench) -> Iterator[Comparison]:
+    """Power and momentum of geared equations that have everything.
+
+    Not through a function's map, which need not reach every pose that these draw.
+    """
+    if bench.levels or bench.frame.matrix is None or not bench.has >= {*COMPARED}:
+        return
+    spot = Spot(bench.case.arm.name, bench.name, bench.case, bench.count, bench.seed)
+    for found in balances(spot):
+        judged = partial(_carried, bench, found.judge)
+        yield Comparison(found.about, (*found.needs, *sizing(bench, "")), judged)
+
+
+def _carried(bench: Bench, judge: Judge, about: About, results: Results) -> Finding:
+    """A balance of accelerations that came through the map, and hold its rounding."""
+    found, sizes = judge(about, results), sizes_in(bench, results, "")
+    if found.measured is None or found.tolerance is None:
+        return found
+    looser = sizes.tolerance("acceleration") / LOOSEST
+    return checked(
+        about,
+        measured=found.measured,
+        tolerance=found.tolerance * looser,
+        basis=f"{found.basis}; times {looser:.3g}: {sizes.basis('acceleration')}",
+        relative=found.relative,
+    )
+
+
 def engine_comparisons(bench: Bench, level: str, *, binding: bool) -> Iterator[Comparison]:
     """Every part against every engine; measurements where a level is not what is claimed.
 
@@ -122,8 +153,8 @@ def _against(bench: Bench, engine: str, part: str, level: str, binding: bool) ->
         return checked(
             about,
             measured=measured,
-            tolerance=sizes.tolerance,
-            basis=sizes.basis,
+            tolerance=sizes.tolerance(part),
+            basis=sizes.basis(part),
             relative=measured,
             note=listed(wrong, bench.frame.names),
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -13,11 +14,12 @@ from crosscheck.plan import Wanted
 from crosscheck.provenance import provenance
 from crosscheck.registry import packages, register
 from crosscheck.run import CrossCheck, Told, cases_of, performed, runs_of
-from crosscheck.state_suite import Spot, balances, unequal_gains
+from crosscheck.state_suite import unequal_gains
 from crosscheck.tasks import Failure
 from crosscheck.trial.bench import QUICK_STATES, STATES, Bench
 from crosscheck.trial.calls import handed
 from crosscheck.trial.dictionary import dictionary_of
+from crosscheck.trial.entries import deviations
 from crosscheck.trial.equations import Equations
 from crosscheck.trial.first_calls import first_calls, spared
 from crosscheck.trial.frame import frame_of
@@ -31,6 +33,7 @@ from crosscheck.trial.runs import run_comparisons
 from crosscheck.trial.suite import (
     COMPARED,
     engine_comparisons,
+    own_balances,
     own_comparisons,
     reference_of,
     sizes_in,
@@ -140,12 +143,7 @@ def _planned(bench: Bench, asked: Asked) -> Iterator[Comparison]:
     yield from own_comparisons(bench)
     for level in bench.levels or ("",):
         yield from _engines_and_runs(bench, asked, level, binding=True)
-    if not bench.levels and bench.has >= {*COMPARED}:
-        yield from balances(_spot(bench))
-
-
-def _spot(bench: Bench) -> Spot:
-    return Spot(bench.case.arm.name, bench.name, bench.case, bench.count, bench.seed)
+    yield from own_balances(bench)
 
 
 def _localising(bench: Bench) -> Iterator[Question]:
@@ -174,7 +172,10 @@ def probes_of(bench: Bench) -> list[Bench]:
     """The same equations on arms that show what equal numbers and zeros hide, if they can be."""
     if not bench.equations.any_arm:
         return []
-    return [bench.on(arm) for arm in probe_arms(bench.case.arm, PROBES)]
+    try:
+        return [bench.on(arm) for arm in probe_arms(bench.case.arm, PROBES)]
+    except InputError:  # equations of some arms alone are right or wrong on this one
+        return []
 
 
 def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Results) -> Trial:
@@ -183,8 +184,7 @@ def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Result
     for each in bench.levels or ("",):
         found = _engines_and_runs(bench, asked, each, binding=each == level)
         comparisons += (one for one in found if each == level or _answered(one, bench, results))
-    if not bench.levels and bench.has >= {*COMPARED}:
-        comparisons += balances(_spot(bench))
+    comparisons += own_balances(bench)
     here, *there = (compared(each, level, by_entry(each), results) for each in (bench, *probes))
     return Trial(
         bench=bench,
@@ -225,7 +225,7 @@ def _answered(comparison: Comparison, bench: Bench, results: Results) -> bool:
 def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
     """The rigid level that a mass matrix is closest to, of those that it may be; and all of them.
 
-    Without a usable mass matrix the least demanding one.
+    Without a usable mass matrix the one that the other parts are least apart from.
     """
     if not bench.levels:
         return "", []
@@ -233,9 +233,20 @@ def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
     asked = {lvl: bench.ask(reference_of(bench, lvl), "mass_matrix") for lvl in bench.levels}
     masses = {level: results.need(question) for level, question in asked.items()}
     if yours is None:
-        return bench.levels[0], []
+        return min(bench.levels, key=partial(_farthest, bench, results)), []
     rungs = ladder(yours, masses, sizes_in(bench, results, bench.levels[-1]))
     return closest(rungs).level, rungs
+
+
+def _farthest(bench: Bench, results: Results, level: str) -> float:
+    """How far the parts that answer are from a level's, relative to their sizes, at most."""
+    sizes, reference, found = sizes_in(bench, results, level), reference_of(bench, level), [0.0]
+    for part in COMPARED:
+        own = results.found(bench.yours(part)) if part in bench.has else None
+        if own is not None:
+            right = results.need(bench.ask(reference, part))
+            found.append(float(deviations(own, right, sizes.of(part)).max()))
+    return max(found)
 
 
 def _traces(bench: Bench, results: Results) -> dict[str, str]:
