@@ -6,7 +6,7 @@ import io
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from crosscheck.report.terminal import print_agreement
 from crosscheck.report.typeset import typeset
 from crosscheck.report.words import counted, printable, tally
 from crosscheck.trial.naming import named
-from crosscheck.trial.places import Slip, Wrong
+from crosscheck.trial.places import Explanation, Slip, Wrong
 from crosscheck.trial.summary import told_once
 from crosscheck.trial.trial import Trial
 from crosscheck.trial.words import guess, told
@@ -121,6 +121,18 @@ def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
         "entry": named(place, trial.bench.frame.names),
         "relative": _finite(wrong.relative),
         "told": wrong_line(trial, wrong),
+        "latex": wrong.latex,
+        "shown_on": wrong.shown_on,
+        "notes": list(wrong.notes),
+        "explanation": None if wrong.explanation is None else _explanation(wrong.explanation),
+    }
+
+
+def _explanation(explanation: Explanation) -> dict[str, Any]:
+    return {
+        "slips": [asdict(slip) for slip in explanation.slips],
+        "left_over": _finite(explanation.left_over),
+        "others": [[asdict(slip) for slip in slips] for slips in explanation.others],
     }
 
 
