@@ -81,7 +81,11 @@ def _biases(source: Source, states: Sequence[State]) -> list[np.ndarray]:
 
 
 def _rate_terms(source: Source, states: Sequence[State]) -> list[np.ndarray]:
-    return [rate_terms(partial(source.bias, state.x), state.x.size) for state in states]
+    found = []
+    for state in states:
+        steps = difference_steps(source.frame.jacobian(state.x), source.frame.layout.angular)
+        found.append(rate_terms(partial(source.bias, state.x), state.x.size, steps))
+    return found
 
 
 def _christoffel(source: Source, states: Sequence[State]) -> list[np.ndarray]:
