@@ -119,4 +119,5 @@ def _behind(bench: Bench, task: ModelTask) -> tuple[str, ...]:
         "rate_terms": bias,
         "other_speeds": bias,
         "acceleration": whole,
+        "inverse_dynamics": ("inverse_dynamics", *mass, *bias),
     }.get(about, ("force",))

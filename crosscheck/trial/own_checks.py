@@ -100,6 +100,18 @@ def second_law(
     return _judged(about, "force", deviations(left, force, sizes.force), sizes)
 
 
+def inverse_dynamics(
+    about: About, answers: np.ndarray, sizes: Sizes
+) -> tuple[Finding, list[Place]]:
+    """Inverse dynamics is M a + h, for any a and u together.
+
+    answers (count, 3, n): as handed over; M a + h; a.
+    """
+    one, other, a = answers.swapaxes(0, 1)
+    size = sizes.bias + sizes.mass @ np.abs(a).max(axis=0)
+    return _judged(about, "bias", deviations(one, other, size), sizes)
+
+
 def _judged(
     about: About, quantity: str, apart: np.ndarray, sizes: Sizes
 ) -> tuple[Finding, list[Place]]:

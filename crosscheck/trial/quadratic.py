@@ -15,19 +15,23 @@ WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 TURN_RAD, SHIFT_M = 0.03, 1e-4
 
 
-def rate_terms(bias: Callable[[np.ndarray], np.ndarray], n: int) -> np.ndarray:
+def rate_terms(
+    bias: Callable[[np.ndarray], np.ndarray], n: int, steps: np.ndarray | None = None
+) -> np.ndarray:
     """B (n, n, n): bias_i = sum over j <= k of B[i, j, k] u_j u_k; zeros below the diagonal.
 
-    Exactly, from the bias at unit rates: what a pair of them adds to what each has alone.
+    Exactly, from the bias at unit rates: what a pair of them adds to what each has alone. Rates
+    are in proportion to steps (n,), if given, for in unlike units one pair's share would drown.
     """
-    units = np.eye(n)
+    rates = np.ones(n) if steps is None else 2.0 ** np.round(np.log2(steps / TURN_RAD))
+    units = np.diag(rates)
     alone = [bias(unit) for unit in units]
     found = np.zeros((n, n, n))
     for j in range(n):
         found[:, j, j] = alone[j]
         for k in range(j + 1, n):
             found[:, j, k] = bias(units[j] + units[k]) - alone[j] - alone[k]
-    return found
+    return found / np.outer(rates, rates)
 
 
 def christoffel_terms(
@@ -76,7 +80,7 @@ def _certain_slope(mass_matrix: Mass, x: np.ndarray, k: int, step: float) -> np.
 
     A step may leave the map's range, where M need not answer; NaN where all do.
     """
-    along = 2 * step * np.eye(x.size)[k]
+    along = step / 2 * np.eye(x.size)[k]
 
     def answer(s: float) -> np.ndarray:
         try:
@@ -86,7 +90,7 @@ def _certain_slope(mass_matrix: Mass, x: np.ndarray, k: int, step: float) -> np.
 
     found, uncertain = slope(answer)
     found[~np.isfinite(uncertain)] = np.nan
-    return found.reshape(x.size, x.size) / (2 * step)
+    return found.reshape(x.size, x.size) / (step / 2)
 
 
 def _slope(mass_matrix: Mass, x: np.ndarray, k: int, step: float) -> np.ndarray:

@@ -81,7 +81,11 @@ def _biases(source: Source, states: Sequence[State]) -> list[np.ndarray]:
 
 
 def _rate_terms(source: Source, states: Sequence[State]) -> list[np.ndarray]:
-    return [rate_terms(partial(source.bias, state.x), state.x.size) for state in states]
+    found = []
+    for state in states:
+        steps = difference_steps(source.frame.jacobian(state.x), source.frame.layout.angular)
+        found.append(rate_terms(partial(source.bias, state.x), state.x.size, steps))
+    return found
 
 
 def _christoffel(source: Source, states: Sequence[State]) -> list[np.ndarray]:
@@ -121,6 +125,17 @@ def _by_torques(source: Source, states: Sequence[State]) -> list[np.ndarray]:
     return found
 
 
+def _inverse_dynamics(source: Source, states: Sequence[State]) -> list[np.ndarray]:
+    """As handed over, M a + h, and the a of both, at other states' rates: (3, n) at each state."""
+    assert isinstance(source, Own)  # nobody else is asked
+    found = []
+    for state, other in zip(states, [*states[1:], states[0]], strict=True):
+        own = source.handed.inverse_dynamics(state.x, state.u, other.u)
+        whole = source.mass_matrix(state.x) @ other.u + source.bias(state.x, state.u)
+        found.append(np.array([own, whole, other.u]))
+    return found
+
+
 def _again(ask: Answers) -> Answers:
     """The same once more, the last state first."""
     return lambda source, states: ask(source, states[::-1])[::-1]
@@ -139,5 +154,6 @@ QUESTIONS: dict[str, Answers] = {
     "christoffel": _christoffel,
     "other_speeds": _at_other_speeds,
     "by_torques": _by_torques,
+    "inverse_dynamics": _inverse_dynamics,
 }
 BY_RATES = ("rate_terms", "christoffel")

@@ -60,6 +60,9 @@ def own_comparisons(bench: Bench) -> Iterator[Comparison]:
     if {"mass_matrix", "bias"} <= bench.has:
         pair = "rate_terms", "christoffel"
         yield _own(bench, "bias-from-inertia", pair, level, own_checks.from_inertia)
+    if bench.equations.inverse_dynamics is not None:
+        whole = ("inverse_dynamics",)
+        yield _own(bench, "inverse-dynamics", whole, level, own_checks.inverse_dynamics)
     if "force" in bench.has:
         yield _own(bench, "linear-in-torques", ("by_torques",), level, own_checks.linear_in_torques)
     if bench.equations.acceleration is not None and bench.has >= {*COMPARED}:

@@ -209,3 +209,24 @@ def test_a_run_takes_the_same_steps_as_the_engines(labelled):
     runs = [f for f in trial.agreement.findings if f.about.key.family == "trial-run"]
     assert {f.quantity for f in runs} == {"theta", "theta_dot", "kinetic_energy"}
     assert {f.verdict for f in runs} == {"agree"}
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_inverse_dynamics_is_judged_where_a_and_v_meet(beside, labelled):
+    """Not only at a = 0 and at unit a at rest, nor taken for granted beside M and bias."""
+
+    def of(by: float):
+        def factory(arm: Arm) -> Equations:
+            own = two_links(arm)
+
+            def whole(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+                return own.mass_matrix(q) @ a + own.bias(q, v) + by * a * v
+
+            parts = {"mass_matrix": own.mass_matrix, "bias": own.bias} if beside else {}
+            return Equations(**parts, inverse_dynamics=whole, coordinates=own.coordinates)
+
+        return factory
+
+    assert trial_of(of(0.0), labelled).exit_code == 0
+    (red,) = trial_of(of(1e-3), labelled).agreement.red
+    assert red.quantity == "inverse-dynamics"
