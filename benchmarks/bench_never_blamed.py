@@ -74,9 +74,8 @@ def units(draw: np.random.Generator, arm: Arm, gearing: str) -> Coordinates:
     """Coordinates in millionths and millions."""
     sizes = _sizes(arm, gearing)
     lower = np.tril(draw.normal(size=(sizes.size, sizes.size))) + 2 * np.eye(sizes.size)
-    return Coordinates(
-        gearing, matrix=sizes[:, None] * lower * 10 ** draw.uniform(-6, 6, sizes.size)
-    )
+    scaled = lower * 10 ** draw.uniform(-6, 6, sizes.size)
+    return Coordinates(gearing, matrix=sizes[:, None] * scaled)
 
 
 def order(draw: np.random.Generator, arm: Arm, gearing: str) -> Coordinates:

@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -38,7 +38,8 @@ def print_trial(trial: Trial) -> None:
         console.print(Text(printable(said)))
     print_agreement(trial.agreement)
     for verdict in verdicts(trial):
-        console.print(Text.assemble(("wrong ", "red"), printable(verdict)))
+        word = ("hidden ", "yellow") if verdict.hidden else ("wrong ", "red")
+        console.print(Text.assemble(word, printable(verdict.text)))
     for part, trace in trial.traces.items():
         console.print(Text(f"{part} raised:"))
         for row in trace.splitlines():
@@ -63,20 +64,31 @@ def summary(trial: Trial) -> Iterator[str]:
         differ = f"{counted(rung.entries, 'entry').replace('entrys', 'entries')} of M differ"
         largest = f", by up to {rung.largest:.3g}" if rung.entries else ""
         yield f"  against {rung.level} ({rung.brings}): {differ}{largest}"
+    if trial.probes:
+        yield f"asked on other arms too, for what this one's numbers hide: {len(trial.probes)}"
+    else:
+        yield "asked on this arm alone: what its equal numbers and zeros hide cannot be seen"
     if trial.missing:
         yield f"not handed over, so not judged: {', '.join(trial.missing)}"
 
 
-def verdicts(trial: Trial) -> Iterator[str]:
+class Verdict(NamedTuple):
+    """A line on what is wrong; hidden: by the numbers of the arm on trial."""
+
+    text: str
+    hidden: bool = False
+
+
+def verdicts(trial: Trial) -> Iterator[Verdict]:
     """What is wrong, a line for each slip, whatever number of entries it is in."""
     names = trial.bench.frame.names
     for group in told_once([wrong for wrong in trial.wrong if not wrong.notes]):
         first, *others = group.wrong
         also = f"; also in {', '.join(named(w.place, names) for w in others)}" if others else ""
-        yield wrong_line(trial, first) + also
+        yield Verdict(wrong_line(trial, first) + also, bool(first.shown_on))
     for note in dict.fromkeys(note for wrong in trial.wrong for note in wrong.notes):
         places = [wrong.place for wrong in trial.wrong if note in wrong.notes]
-        yield f"{', '.join(named(place, names) for place in places)}: {note}"
+        yield Verdict(f"{', '.join(named(place, names) for place in places)}: {note}")
 
 
 def wrong_line(trial: Trial, wrong: Wrong) -> str:

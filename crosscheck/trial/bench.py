@@ -16,6 +16,8 @@ from models.loading import Case
 
 # Enough to tell all the waves and signals apart that an entry may hold.
 STATES, QUICK_STATES = 300, 150
+LEAST_STATES = 20
+MOST_BYTES = 300_000_000  # of the terms of a bias at all states, of which a trial holds several
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from crosscheck.trial.sizes import Sizes
 from crosscheck.trial.suite import reference_of, sizes_in
 from crosscheck.trial.summary import bias_of, follows
 from crosscheck.trial.values import values_of
-from crosscheck.trial.waves import Fitting
+from crosscheck.trial.waves import Fitting, states_wanted
 
 FOLLOWS = "follows from the wrong M"
 QUANTITIES = {part: quantity for quantity, part in PARTS.items() if quantity != "bias"}
@@ -54,11 +54,15 @@ class Compared:
 
     @cached_property
     def dictionary(self) -> Dictionary | None:
-        """What belongs in every entry; None in coordinates that are no linear map."""
+        """What belongs in every entry; None where that cannot be told.
+
+        In coordinates that are no linear map, and at fewer states than an entry may have terms.
+        """
         if self.bench.frame.matrix is None:
             return None
         arm, chosen = self.bench.case.arm, self.bench.case.switches
-        return dictionary_of(self.bench.frame, arm, chosen, self.level)
+        found = dictionary_of(self.bench.frame, arm, chosen, self.level)
+        return found if self.bench.count >= states_wanted(found) else None
 
     @cached_property
     def forces(self) -> ForceDifferences:
@@ -137,10 +141,12 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> Iterator[Wrong]:
     for wrong in arm.wrong:
         seen.add(wrong.place)
         yield _explained(wrong, arm, probes)
-    for wrong in probes[0].wrong if probes else ():
-        if wrong.place not in seen:
-            hidden = _explained(wrong, probes[0], probes[1:])
-            yield replace(hidden, shown_on=probes[0].bench.case.arm.name)
+    for number, probe in enumerate(probes):
+        for wrong in probe.wrong:
+            if wrong.place not in seen:
+                seen.add(wrong.place)
+                hidden = _explained(wrong, probe, probes[number + 1 :])
+                yield replace(hidden, shown_on=probe.bench.case.arm.name)
 
 
 def _explained(wrong: Wrong, arm: Compared, others: Sequence[Compared]) -> Wrong:

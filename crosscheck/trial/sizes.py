@@ -87,7 +87,7 @@ def sizes_of(
         force=_rows(force, diagonal),
         acceleration=_rows(acceleration, 1 / diagonal),
         roundings=max(
-            *map(_skeel, jacobians),
+            *map(_skeel, mass, jacobians),
             *map(_cancelled, mass, jacobians, repeat(diagonal)),
             *(_bent(frame, state.x) for state in states if frame.matrix is None),
         ),
@@ -125,6 +125,13 @@ def _bent(frame: Frame, x: np.ndarray) -> float:
     return found
 
 
-def _skeel(jacobian: np.ndarray) -> float:
-    """Skeel's condition number: of rounding in what is solved, whatever the units of its rows."""
-    return float((np.abs(np.linalg.inv(jacobian)) @ np.abs(jacobian)).sum(axis=1).max())
+def _skeel(mass: np.ndarray, jacobian: np.ndarray) -> float:
+    """Skeel's condition number of J, its rows and columns in units of the inertia at either side.
+
+    So it is that of the map, whatever the units of x are.
+    """
+    inverse = np.linalg.inv(jacobian)
+    own, moved = np.diag(mass), np.diag(inverse.T @ mass @ inverse)
+    scaled_by = np.sqrt(np.abs(moved))[:, None] / np.sqrt(np.abs(own))
+    terms = np.abs(inverse / scaled_by.T) @ np.abs(jacobian * scaled_by)
+    return float(terms.sum(axis=1).max())

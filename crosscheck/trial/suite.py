@@ -20,6 +20,9 @@ from crosscheck.trial.questions import AGAIN, Question
 from crosscheck.trial.sizes import Sizes, sizes_of
 
 OWN, AGAINST = "trial-own", "trial-states"
+MEANINGFUL = (
+    1e-4  # engines further apart, on an arm at the end of what numbers can do, judge nobody
+)
 COMPARED = ("mass_matrix", "bias", "force", "acceleration")
 Judged = tuple[Finding, list[Place]]
 Judge = Callable[[About, Results], Finding]
@@ -143,6 +146,7 @@ def engine_comparisons(bench: Bench, level: str, *, binding: bool) -> Iterator[C
 
 def _against(bench: Bench, engine: str, part: str, level: str, binding: bool) -> Comparison:
     yours, theirs = bench.yours(part), bench.ask(engine, part)
+    reference = bench.ask(reference_of(bench, level), part)
     key = Key(AGAINST, bench.case.arm.name, part, bench.name, engine)
     metric = f"largest relative difference of an entry over {bench.count} random states"
 
@@ -153,13 +157,17 @@ def _against(bench: Bench, engine: str, part: str, level: str, binding: bool) ->
         if not binding:
             return measured_only(about, measured=measured)
         wrong = [each.place for each in wrong_entries(part, one, other, sizes)]
+        among = float(deviations(results.need(reference), other, sizes.of(part)).max())
+        tolerance = sizes.tolerance(part) + among
         return checked(
             about,
             measured=measured,
-            tolerance=sizes.tolerance(part),
-            basis=sizes.basis(part),
+            tolerance=tolerance,
+            basis=f"{sizes.basis(part)}; engines among themselves {among:.2g}",
+            resolved=among <= MEANINGFUL,
             relative=measured,
             note=listed(wrong, bench.frame.names),
         )
 
-    return Comparison(About(key, "1", metric), (yours, theirs, *sizing(bench, level)), judged)
+    needs = dict.fromkeys((yours, theirs, reference, *sizing(bench, level)))
+    return Comparison(About(key, "1", metric), tuple(needs), judged)

@@ -16,13 +16,13 @@ from crosscheck.registry import packages, register
 from crosscheck.run import CrossCheck, Told, cases_of, performed, runs_of
 from crosscheck.state_suite import unequal_gains
 from crosscheck.tasks import Failure
-from crosscheck.trial.bench import QUICK_STATES, STATES, Bench
+from crosscheck.trial.bench import LEAST_STATES, MOST_BYTES, QUICK_STATES, STATES, Bench
 from crosscheck.trial.calls import handed
 from crosscheck.trial.dictionary import dictionary_of
 from crosscheck.trial.entries import deviations
 from crosscheck.trial.equations import Equations
 from crosscheck.trial.first_calls import first_calls, spared
-from crosscheck.trial.frame import frame_of
+from crosscheck.trial.frame import Frame, frame_of
 from crosscheck.trial.ladder import Rung, closest, ladder
 from crosscheck.trial.model import entry_for, switches_of
 from crosscheck.trial.places import Wrong
@@ -76,8 +76,8 @@ class Trial:
     cross_check: what was found, as a baseline records it. level: the rigid level that they are,
     or are closest to; '' of geared ones. apart: by part, how far each entry is from the
     reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,). wrong:
-    the entries that are not right. missing: parts that were not handed over. traces: of parts
-    that raised.
+    the entries that are not right, here or on ``probes``, other arms that were asked too. missing:
+    parts that were not handed over. traces: of parts that raised.
     """
 
     bench: Bench
@@ -86,6 +86,7 @@ class Trial:
     rungs: tuple[Rung, ...]
     apart: dict[str, np.ndarray]
     wrong: tuple[Wrong, ...]
+    probes: tuple[str, ...]
     missing: tuple[str, ...]
     traces: dict[str, str]
 
@@ -133,9 +134,15 @@ def bench_of(asked: Asked) -> Bench:
     if bench.frame.matrix is not None:
         level = bench.levels[-1] if bench.levels else ""
         terms = dictionary_of(bench.frame, asked.arm, laws, level)
-        bench = replace(bench, count=max(count, states_wanted(terms)))
+        count = max(count, states_wanted(terms))
+    bench = replace(bench, count=min(count, affordable(bench.frame)))
     _ = bench.states  # made now, so that what is wrong with the coordinates is said first
     return bench
+
+
+def affordable(frame: Frame) -> int:
+    """So many states that the terms of a bias at all of them find room."""
+    return max(MOST_BYTES // (8 * len(frame.names) ** 3), LEAST_STATES)
 
 
 def _planned(bench: Bench, asked: Asked) -> Iterator[Comparison]:
@@ -193,6 +200,7 @@ def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Result
         rungs=tuple(rungs),
         apart=here.apart,
         wrong=tuple(reasoned(here, there)),
+        probes=tuple(probe.case.arm.name for probe in probes),
         missing=tuple(part for part in COMPARED if part not in bench.has),
         traces=_traces(bench, results),
     )
