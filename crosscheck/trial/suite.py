@@ -20,9 +20,7 @@ from crosscheck.trial.questions import AGAIN, Question
 from crosscheck.trial.sizes import Sizes, sizes_of
 
 OWN, AGAINST = "trial-own", "trial-states"
-MEANINGFUL = (
-    1e-4  # engines further apart, on an arm at the end of what numbers can do, judge nobody
-)
+MEANINGFUL = 1e-4  # engines further apart, at the end of what numbers can do, judge nobody
 COMPARED = ("mass_matrix", "bias", "force", "acceleration")
 Judged = tuple[Finding, list[Place]]
 Judge = Callable[[About, Results], Finding]
