@@ -173,7 +173,7 @@ def _shadowed(error: BaseException, folder: Path) -> str:
 def _named(module: ModuleType, source: Source) -> Any:
     found: Any = module
     for part in source.name.split("."):
-        if not hasattr(found, part):
+        if isinstance(getattr(found, part, sys), ModuleType):  # or there, once it is imported
             names = [name for name in vars(module) if not name.startswith("_")]
             near = difflib.get_close_matches(part, names, n=MOST_NAMED, cutoff=0.5) or names
             there = f"; there is {', '.join(near[:MOST_NAMED])}" if near else ""
