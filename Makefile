@@ -18,7 +18,7 @@ run: .venv/run.stamp
 	$(PY) -m crosscheck run --out report
 
 test: .venv/dev.stamp
-	$(PY) -m pytest -n auto --dist loadscope
+	$(PY) -m pytest -n auto --dist loadscope --no-loadscope-reorder
 
 lint: .venv/dev.stamp
 	$(PY) -m ruff check .
@@ -52,4 +52,4 @@ lock:
 
 clean:
 	rm -rf .venv report build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks
-	find models analytic crosscheck tests benchmarks tools -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+	find models analytic crosscheck tests benchmarks tools examples -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import sympy as sp
 
 from analytic.chain import Chain
-from analytic.stage import Stage, exact, stage_values
-from models.arm import Arm
-from models.layout import layout_of
+from analytic.stage import DirectStage, Stage, exact, stage_values
+from models.arm import Arm, Planetary
+from models.layout import Layout, layout_of
 
 m_payload = sp.Symbol("m_payload", positive=True)
 
@@ -21,6 +21,13 @@ m_payload = sp.Symbol("m_payload", positive=True)
 def stage_symbols(joint: int) -> Stage:
     """Symbols of the stage of joint 1, 2, ..."""
     return Stage(*(sp.Symbol(f"{name}{joint}", positive=True) for name in Stage._fields))
+
+
+@lru_cache
+def direct_symbols(joint: int) -> DirectStage:
+    """Symbols of joint 1, 2, ... without gears."""
+    names = (sp.Symbol(f"{name}{joint}", positive=True) for name in DirectStage._fields)
+    return DirectStage(*names)
 
 
 class Variables(NamedTuple):
@@ -53,11 +60,30 @@ def _torques(joints: int) -> tuple[sp.Symbol, ...]:
 
 
 def parameter_values(arm: Arm) -> dict[sp.Symbol, Fraction]:
-    """The number behind every symbol, for an arm with gears in all joints."""
+    """The number behind every symbol of an arm."""
     values = {m_payload: exact(arm.payload_mass_kg)}
-    for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
-        values |= dict(zip(stage_symbols(number), stage_values(joint, link), strict=True))
+    for symbols, joint, link in zip(arm_stages(arm), arm.joints, arm.links, strict=True):
+        values |= dict(zip(symbols, stage_values(joint, link), strict=True))
     return values
+
+
+def arm_stages(arm: Arm) -> list[Stage | DirectStage]:
+    """The symbols of every joint, geared or not."""
+    return [
+        stage_symbols(number) if isinstance(joint, Planetary) else direct_symbols(number)
+        for number, joint in enumerate(arm.joints, start=1)
+    ]
+
+
+def arm_chain(arm: Arm, layout: Layout) -> Chain:
+    """An arm in symbols, in any of its layouts; free planets are counted, not a symbol."""
+    stages = arm_stages(arm)
+    if layout.free:
+        stages = [
+            stage._replace(N=sp.Integer(joint.planet_count)) if isinstance(stage, Stage) else stage
+            for stage, joint in zip(stages, arm.joints, strict=True)
+        ]
+    return Chain(tuple(stages), m_payload, layout)
 
 
 def symbolic_chain(meshing: Sequence[bool]) -> Chain:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from crosscheck.checks.answers import random_states
-from crosscheck.registry import GEARED, build
+from crosscheck.registry import build, names
 from models.loading import load_case
 
 RUN = ("scenario.duration_s=0.02",)
@@ -33,7 +33,7 @@ def test_rigid_run(benchmark: Any, engine: str, level: str) -> None:
 
 
 @pytest.mark.benchmark(group="acceleration at one state")
-@pytest.mark.parametrize("name", GEARED)
+@pytest.mark.parametrize("name", names("geared"))
 def test_acceleration(benchmark: Any, name: str) -> None:
     model = build(name, *load_case("paper-labelled", "pd"))
     states = random_states(model.coordinates, model.arm, 1, 0)

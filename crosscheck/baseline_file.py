@@ -40,11 +40,12 @@ LARGEST_BYTES = 20_000_000
 def baseline_path(folder: Path, wanted: Wanted) -> Path:
     """Where the baseline of an arm lies, such as paper-labelled-quick.json.
 
-    Scenarios of the user's own are named behind a ``+`` each.
+    Scenarios of the user's own are named behind a ``+`` each, equations on trial behind an ``@``.
     """
     names = (wanted.arm.name, *(scenario.name for scenario in wanted.scenarios))
+    tried = f"@{_plain(wanted.model)}" if wanted.model else ""
     kind = "quick" if wanted.quick else "full"
-    return folder / f"{'+'.join(map(_plain, names))}-{kind}.json"
+    return folder / f"{'+'.join(map(_plain, names))}{tried}-{kind}.json"
 
 
 def _plain(name: str) -> str:
@@ -193,6 +194,9 @@ def _require_same_plan(provenance: Provenance, wanted: Wanted) -> None:
     if provenance.quick != wanted.quick:
         needed = f"{'a --quick' if wanted.quick else 'a full'} record is needed here"
         raise Misfit("provenance.quick", provenance.quick, needed)
+    if provenance.model != wanted.model:
+        needed = f"a record of {wanted.model or 'all models'} is needed here"
+        raise Misfit("provenance.model", provenance.model or None, needed)
     for field, ours, theirs in (
         ("scenarios", wanted.scenarios, provenance.scenarios),
         ("switches", wanted.chosen, provenance.switches),

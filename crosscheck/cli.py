@@ -43,6 +43,10 @@ Settings = Annotated[
     typer.Option("--set", metavar="PATH=VALUE", help="As arm.joints.*.backlash_m=2e-5."),
 ]
 Seed = Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the random states.")]
+Tried = Annotated[
+    str | None,
+    typer.Option("--model", help="Equations to try instead, file.py:name; their code is run."),
+]
 Baselines = Annotated[Path, typer.Option("--dir", help="Folder of the records.")]
 
 
@@ -121,16 +125,16 @@ def accept(
     quick: Quick = False,
     jobs: Jobs = None,
     junit: JUnit = None,
+    model: Tried = None,
     with_red: Annotated[
         bool, typer.Option("--with-red", help="Record red checks as known differences.")
     ] = False,
 ) -> None:
     """Cross-check an arm and record the result, in place of an older record, unless it is red."""
-    from crosscheck.commands import wanted
-    from crosscheck.validate import accept_command
+    from crosscheck.validate import accept_command, recorded
 
-    chosen = wanted(arm, scenario, settings, quick, 0)
-    code = accept_command(chosen, folder, jobs or os.cpu_count() or 1, junit, with_red)
+    chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
+    code = accept_command(chosen, folder, jobs or os.cpu_count() or 1, junit, with_red, made)
     raise typer.Exit(code)
 
 
@@ -143,14 +147,14 @@ def check(
     quick: Quick = False,
     jobs: Jobs = None,
     junit: JUnit = None,
+    model: Tried = None,
 ) -> None:
     """Repeat a recorded cross-check and show what moved; exit code 1 if anything did."""
-    from crosscheck.commands import wanted
-    from crosscheck.validate import check_command, renewal
+    from crosscheck.validate import check_command, recorded, renewal
 
-    chosen = wanted(arm, scenario, settings, quick, 0)
-    renew = renewal(arm, folder, scenario or [], settings or [], quick)
-    code = check_command(chosen, folder, jobs or os.cpu_count() or 1, junit, renew)
+    chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
+    renew = renewal(arm, folder, scenario or [], settings or [], quick, model or "")
+    code = check_command(chosen, folder, jobs or os.cpu_count() or 1, junit, renew, made)
     raise typer.Exit(code)
 
 
@@ -176,6 +180,42 @@ def simulate(
     chosen = {"phase": phase, "ring_rate": ring_rate}
     named = {key: str(value) for key, value in chosen.items() if value is not None}
     simulate_command(arm, model, scenario, named, overrides, out, force)
+
+
+@app.command()
+def trial(
+    model: Annotated[
+        str, typer.Argument(metavar="MODEL", help="file.py:name or package.module:name; it is run.")
+    ],
+    arm: ArmName = "paper-labelled",
+    scenario: Annotated[
+        list[str] | None,
+        typer.Option("--scenario", help="Simulate this too, a name or file; repeatable."),
+    ] = None,
+    settings: Settings = None,
+    quick: Quick = False,
+    jobs: Jobs = None,
+    seed: Seed = 0,
+    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+    junit: JUnit = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the page, trial.html.")] = None,
+) -> None:
+    """Put your own equations of motion on trial: which entry is wrong, and in which term."""
+    from crosscheck.trial.command import trial_command
+
+    code = trial_command(
+        model,
+        arm,
+        scenario or [],
+        settings or [],
+        quick=quick,
+        jobs=jobs or os.cpu_count() or 1,
+        seed=seed,
+        json_file=json_file,
+        junit=junit,
+        out=out,
+    )
+    raise typer.Exit(code)
 
 
 @app.command("list")

@@ -83,7 +83,7 @@ def simulate_command(
 ) -> None:
     """Simulate one model into a NetCDF file."""
     case = load_case(arm, scenario, switches, settings)
-    entry_of(model)
+    entry = entry_of(model)
     require_file(out, "--out")
     request = Request(model, case, force)
     about = escape(f"{model}, {case.scenario.name}, {case.scenario.duration_s:g} s")
@@ -93,7 +93,7 @@ def simulate_command(
         raise Unfinished(f"{model}: {trajectory}")
     if isinstance(trajectory, Exception):
         raise trajectory
-    record = provenance(case.arm, 0, False)
+    record = provenance(case.arm, 0, False, packages=entry.versioned)
     trajectory.attrs |= {"provenance": record.model_dump_json(), "command": record.command}
     write_files({out: netcdf(trajectory)})
     final = ", ".join(f"{angle:.9g}" for angle in trajectory["theta"].values[-1])

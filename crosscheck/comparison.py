@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from crosscheck.findings import About, Finding, failed
-from crosscheck.tasks import Evaluation, Failure, Outcome, Simulation, failure
+from crosscheck.tasks import Failure, Outcome, Task, failure
 
-ModelTask = Simulation | Evaluation
+
+class ModelTask(Task, Protocol):
+    """Work on one model: a run, an evaluation, a question of a trial."""
+
+    @property
+    def model(self) -> str: ...
 
 
 class Unavailable(Exception):

@@ -12,7 +12,7 @@ from crosscheck.checks.scales import geared, largest_torques
 from crosscheck.comparison import Comparison, Results
 from crosscheck.findings import About, Finding, Key
 from crosscheck.plan import SHORT_RESOLVED, Experiment, resolved_step, without_play
-from crosscheck.registry import GEARED, lead, promising, same_integrator
+from crosscheck.registry import covering, lead, promising, same_integrator
 from crosscheck.tasks import RunKey, Simulation
 from models.arm import Arm
 from models.loading import Case
@@ -40,7 +40,7 @@ def energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[
     springs = free.model_copy(update={"mesh_work": "conservative"})
     smooth = Experiment("energy", Case(without_play(lossless), scenario, springs))
     fine = Experiment("energy-fine", smooth.case._replace(scenario=_finer(scenario)))
-    for model in promising("simulate", GEARED):
+    for model in promising("simulate", covering("geared", lossless, springs)):
         own = smooth if model in same_integrator() else fine
         yield _balance(own, own.run(model), energy.stays)
     impacts = Experiment("energy-impacts", Case(lossless, scenario, springs))

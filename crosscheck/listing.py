@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from crosscheck.registry import MODELS
 from models.loading import builtin_arms, builtin_scenarios, builtin_title
@@ -15,7 +16,8 @@ def list_command() -> None:
     for name in builtin_arms():
         table.add_row("arm", name, builtin_title("arms", name))
     for name, entry in MODELS.items():
-        table.add_row("model", name, "" if "simulate" in entry.promises else "states only")
+        limit = "" if "simulate" in entry.promises else "states only"
+        table.add_row("model", Text(name), Text(", ".join(filter(None, (limit, entry.title)))))
     for name in builtin_scenarios():
         table.add_row("scenario", name, builtin_title("scenarios", name))
     Console().print(table)

@@ -44,6 +44,16 @@ def require_file(path: Path, option: str = "") -> Path:
     return target
 
 
+def require_files(*paths: Path | None, apart_from: Path | None = None) -> None:
+    """Raise InputError unless each can be written and is a file of its own: before the work."""
+    taken = set() if apart_from is None else {os.path.realpath(apart_from)}
+    for path in filter(None, paths):
+        target = require_file(path)
+        if os.path.realpath(target) in taken:
+            raise InputError(str(path), "", None, "is in use for two things; name another file")
+        taken.add(os.path.realpath(target))
+
+
 def write_text(path: Path, text: str) -> None:
     """Write a file. Raises InputError."""
     write_files({path: text})

@@ -90,7 +90,8 @@ class Wanted:
     """What a user asks to be cross-checked.
 
     scenarios: their own experiments, in place of the plan's; chosen: laws of all of them, None for
-    the plan's. Raises InputError for scenarios that cannot stand side by side.
+    the plan's; model: name of equations that are tried in place of the cross-check of all models.
+    Raises InputError for scenarios that cannot stand side by side.
     """
 
     arm: Arm
@@ -98,6 +99,7 @@ class Wanted:
     seed: int = 0
     scenarios: tuple[Scenario, ...] = ()
     chosen: Switches | None = None
+    model: str = ""
 
     def __post_init__(self) -> None:
         _require_names(self.scenarios)

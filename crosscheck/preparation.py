@@ -18,7 +18,7 @@ from crosscheck.plan import (
     resolved,
     shortened,
 )
-from crosscheck.registry import build, lead, same_integrator
+from crosscheck.registry import about, build, lead, same_integrator
 from crosscheck.sizing import Sizes, sizes_of
 from crosscheck.stability import Growth, growth_of
 from crosscheck.tasks import Evaluation, Failure, failure
@@ -93,7 +93,7 @@ def prepared(wanted: Wanted, workers: Workers) -> Prepared:
     outline = outlined(wanted, sizes if isinstance(sizes, Sizes) else None)
     steps = [
         Evaluation(model, each.case._replace(switches=mechanism(wanted.arm)), "largest_stable_step")
-        for model in same_integrator()
+        for model in about(same_integrator(), wanted.arm, mechanism(wanted.arm))
         for each in outline
     ]
     limits = workers.perform([*dict.fromkeys(steps)], lambda key: None)

@@ -28,8 +28,8 @@ PACKAGES = ("pin", "exudyn", "numpy", "scipy", "numba", "sympy", "xarray", "gear
 class Provenance(Data):
     """Everything that a reader needs to run the same again.
 
-    scenarios, switches: those that a user chose in place of the usual. remarks: what was found out
-    before anything ran.
+    scenarios, switches: those that a user chose in place of the usual; model: name of the
+    equations, of a trial. remarks: what was found out before anything ran.
     """
 
     command: str
@@ -40,6 +40,7 @@ class Provenance(Data):
     quick: bool
     scenarios: Annotated[tuple[Scenario, ...], Field(strict=False)] = ()
     switches: Switches | None = None
+    model: str = ""
     remarks: Annotated[tuple[str, ...], Field(strict=False)] = ()
     versions: dict[str, str | None]
     python: str
@@ -55,8 +56,10 @@ def provenance(
     scenarios: Sequence[Scenario] = (),
     chosen: Switches | None = None,
     remarks: Sequence[str] = (),
+    packages: Sequence[str] = (),
+    model: str = "",
 ) -> Provenance:
-    """Of a result that this process makes now."""
+    """Of a result that this process makes now; packages: what it depends on beside the usual."""
     return Provenance(
         command=_text(" ".join(["crosscheck", *sys.argv[1:]])),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
@@ -66,8 +69,9 @@ def provenance(
         quick=quick,
         scenarios=tuple(scenarios),
         switches=chosen,
+        model=model,
         remarks=tuple(remarks),
-        versions={name: version(name) for name in PACKAGES},
+        versions={name: version(name) for name in (*PACKAGES, *packages)},
         python=platform.python_version(),
         machine=f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
         revision=_revision(),

@@ -294,7 +294,7 @@ def _measurement_bound(finding: Finding, bounds: Bounds, arm: Arm) -> Bound:
         granted = bounds.get(RunKey(key.case, key.left), {}).get(finding.quantity)
         tolerance = None if granted is None else granted.tolerance
         return Bound(tolerance, "rounding: must stay below what the run may move by")
-    if key.family in ("states", "form-states"):
+    if key.family in ("states", "form-states", "trial-states"):
         return Bound(LOOSEST, "states repeat to rounding: the loosest tolerance of state checks")
     quantity = "theta" if finding.quantity == "tip" else finding.quantity
     sides = [bounds.get(RunKey(key.case, model), {}) for model in (key.left, key.right)]

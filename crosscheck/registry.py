@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, MutableMapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
+from importlib.metadata import EntryPoint, entry_points
 from typing import Literal
 
 from analytic.covered import papers_kind
@@ -16,12 +18,18 @@ from models.layout import Layout, geared_layout, rigid_layout
 from models.scenario import Scenario
 from models.switches import Switches
 
-Role = Literal["geared", "form", "rigid"]
-Engine = Literal["analytic", "pinocchio", "exudyn"]
+ENTRY_POINTS = "geararm_crosscheck.models"  # the group by which installed packages offer models
+Role = Literal["geared", "form", "rigid", "handed"]
 STATES = frozenset(STATE_ABILITIES)
 RUNS = STATES | {"simulate"}
 BOTH_WAYS = RUNS | {"reference"}
 RIGID_LEVELS = ("links", "carriers", "armature", "coupled")
+EVERY_MODELS_PACKAGES = ("numpy", "scipy", "numba", "xarray")
+
+
+def every_arm(arm: Arm, chosen: Switches) -> bool:
+    """What a model is about unless its entry says otherwise."""
+    return True
 
 
 @dataclass(frozen=True)
@@ -29,71 +37,72 @@ class Entry:
     """A model: where its class is, and what a cross-check may count on.
 
     role: ``geared`` must agree with every other geared model; a ``form`` is the paper's and is
-    measured against them; ``rigid`` has no gears, and a level that others of it share. promises:
+    measured against them; ``rigid`` has no gears, and a level that others of it share; ``handed``
+    is a user's, of whose teeth only the whole force is known. promises:
     methods that a cross-check uses; it plans by these and never by what the class says of itself,
-    so that nothing goes unnoticed. order: of its fixed-step integrator, None for one that chooses
+    so that nothing goes unnoticed. packages: distributions, beside every model's, whose versions
+    its results depend on. order: of its fixed-step integrator, None for one that chooses
     its steps. free_planets: whether every planet moves by itself inside. call_s: rough cost [s] of
     a step or state. any_stride: whether its states are the same, bit by bit, however often they are
-    recorded.
+    recorded. title: what to know of it. covers: whether it is about such an arm, under such
+    switches. made: the class itself, where it is in no module that can be imported.
     """
 
-    engine: Engine
     module: str
     attribute: str
     role: Role
     promises: frozenset[str]
+    packages: tuple[str, ...] = ()
     order: int | None = None
     free_planets: bool = False
     call_s: float = 1e-5
     level: str = ""
     any_stride: bool = False
+    title: str = ""
+    covers: Callable[[Arm, Switches], bool] = every_arm
+    made: type[Model] | None = None
 
     def layout(self, arm: Arm, chosen: Switches) -> Layout:
         """What its coordinates must be for an arm and switches."""
         return rigid_layout(arm) if self.role == "rigid" else geared_layout(arm, chosen)
 
-    def covers(self, arm: Arm, chosen: Switches) -> bool:
-        """Whether it is about such an arm, under such switches."""
-        return self.role != "form" or (papers_kind(arm) and chosen.planets == "lumped")
-
     @property
-    def packages(self) -> tuple[str, ...]:
+    def versioned(self) -> tuple[str, ...]:
         """Distributions whose versions its results depend on."""
-        return (*EVERY_MODELS_PACKAGES, *ENGINES_PACKAGES[self.engine])
-
-
-EVERY_MODELS_PACKAGES = ("numpy", "scipy", "numba", "xarray")
-ENGINES_PACKAGES: dict[Engine, tuple[str, ...]] = {
-    "analytic": ("sympy",),
-    "pinocchio": ("pin",),
-    "exudyn": ("exudyn",),
-}
+        return (*EVERY_MODELS_PACKAGES, *self.packages)
 
 
 def _analytic(attribute: str, level: str) -> Entry:
     module = "analytic.model"
     return Entry(
-        "analytic", module, attribute, "rigid", RUNS, order=4, level=level, any_stride=True
+        module, attribute, "rigid", RUNS, ("sympy",), order=4, level=level, any_stride=True
     )
 
 
 def _paper(attribute: str) -> Entry:
     module = "analytic.paper_model"
-    return Entry("analytic", module, attribute, "form", RUNS, order=4, any_stride=True)
+    packages = ("sympy",)
+    return Entry(
+        module, attribute, "form", RUNS, packages, order=4, any_stride=True, covers=_is_papers
+    )
+
+
+def _is_papers(arm: Arm, chosen: Switches) -> bool:
+    return papers_kind(arm) and chosen.planets == "lumped"
 
 
 def _pinocchio(attribute: str, level: str) -> Entry:
     module = "models.pinocchio_rigid"
-    return Entry("pinocchio", module, attribute, "rigid", BOTH_WAYS, level=level)
+    return Entry(module, attribute, "rigid", BOTH_WAYS, ("pin",), level=level)
 
 
-MODELS = {
+BUILT_IN = {
     "analytic:physical": Entry(
-        "analytic",
         "analytic.model",
         "PhysicalModel",
         "geared",
         BOTH_WAYS | {"mesh_modes", "contact_poles"},
+        ("sympy",),
         order=4,
         any_stride=True,
     ),
@@ -108,29 +117,29 @@ MODELS = {
     "pinocchio:armature": _pinocchio("PinocchioArmature", "armature"),
     "pinocchio:coupled": _pinocchio("PinocchioCoupled", "coupled"),
     "pinocchio:gears": Entry(
-        "pinocchio",
         "models.pinocchio_gears",
         "PinocchioGears",
         "geared",
         STATES,
+        ("pin",),
         free_planets=True,
     ),
     "exudyn:tree": Entry(
-        "exudyn",
         "models.exudyn_tree",
         "ExudynTree",
         "geared",
         RUNS | {"mesh_modes"},
+        ("exudyn",),
         order=4,
         free_planets=True,
         call_s=2e-4,
     ),
     "exudyn:bodies": Entry(
-        "exudyn",
         "models.exudyn_bodies",
         "ExudynBodies",
         "geared",
         RUNS | {"constraint_residual"},
+        ("exudyn",),
         order=2,
         free_planets=True,
         call_s=5e-4,
@@ -138,17 +147,111 @@ MODELS = {
 }
 
 
+class Registry(MutableMapping[str, Entry]):
+    """Entries by the model's name: the program's own, then those of installed packages.
+
+    Packages are looked for when an entry is first asked for, which raises InputError for one whose
+    model cannot be used.
+    """
+
+    @cached_property
+    def _entries(self) -> dict[str, Entry]:
+        return with_installed(BUILT_IN)
+
+    def __getitem__(self, name: str) -> Entry:
+        return self._entries[name]
+
+    def __setitem__(self, name: str, entry: Entry) -> None:
+        self._entries[name] = entry
+
+    def __delitem__(self, name: str) -> None:
+        del self._entries[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(tuple(self._entries))
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+
+MODELS = Registry()
+
+
+def with_installed(known: dict[str, Entry]) -> dict[str, Entry]:
+    """These models and those that installed packages offer, sorted by name.
+
+    Raises InputError for an offer that cannot be imported, is no Entry or has a name that is taken.
+    """
+    found = dict(known)
+    offers = entry_points(group=ENTRY_POINTS)
+    for offer in sorted(offers, key=lambda each: (each.name, each.value)):
+        if offer.name in found:
+            raise _unusable(offer, "a model of this name exists already")
+        found[offer.name] = _offered(offer)
+    return found
+
+
+def _offered(offer: EntryPoint) -> Entry:
+    """The Entry; the version of its distribution counts for its results."""
+    try:
+        entry = offer.load()
+    except (Exception, SystemExit) as error:
+        reason = " ".join(str(error).split())
+        raise _unusable(offer, f"cannot be imported: {type(error).__name__}: {reason}") from None
+    if not isinstance(entry, Entry):
+        raise _unusable(offer, f"must be a crosscheck.registry.Entry, is {type(entry).__name__}")
+    own = (offer.dist.name,) if offer.dist else ()
+    return replace(entry, packages=(*entry.packages, *own))
+
+
+def _unusable(offer: EntryPoint, why: str) -> InputError:
+    owner = offer.dist.name if offer.dist else "an installed package"
+    return InputError(f"package {owner}", f"entry point {offer.name}", offer.value, why)
+
+
+@contextmanager
+def register(name: str, entry: Entry) -> Iterator[None]:
+    """A model more for as long as this lasts; processes forked meanwhile know it too.
+
+    Raises InputError for a name that is taken.
+    """
+    if name in MODELS:
+        raise InputError("model", "", name, "a model of this name exists already")
+    MODELS[name] = entry
+    try:
+        yield
+    finally:
+        del MODELS[name]
+
+
+def is_guest(name: str) -> bool:
+    """Whether a model came in by ``register`` or an installed package."""
+    return name in MODELS and name not in BUILT_IN
+
+
+def packages() -> tuple[str, ...]:
+    """Distributions that results of any model depend on."""
+    return tuple(dict.fromkeys(name for entry in MODELS.values() for name in entry.versioned))
+
+
 def names(role: Role) -> tuple[str, ...]:
     """Every model of this role, in the order of the registry."""
     return tuple(name for name, entry in MODELS.items() if entry.role == role)
 
 
+def covering(role: Role, arm: Arm, chosen: Switches) -> tuple[str, ...]:
+    """Those of a role that are about such an arm, under such switches."""
+    return about(names(role), arm, chosen)
+
+
+def about(among: Sequence[str], arm: Arm, chosen: Switches) -> tuple[str, ...]:
+    """Those models that are about such an arm, under such switches."""
+    return tuple(name for name in among if MODELS[name].covers(arm, chosen))
+
+
 def promising(ability: str, among: tuple[str, ...]) -> tuple[str, ...]:
     """Those models that promise a method."""
     return tuple(name for name in among if ability in MODELS[name].promises)
-
-
-GEARED, PAPER_FORMS = names("geared"), names("form")
 
 
 def of_level(level: str) -> tuple[str, ...]:
@@ -165,6 +268,17 @@ def same_integrator() -> tuple[str, ...]:
     """The geared models with the lead's fixed-step integrator, the lead first."""
     order = MODELS[lead()].order
     return tuple(n for n in promising("simulate", names("geared")) if MODELS[n].order == order)
+
+
+def second() -> str:
+    """Whom the lead's runs are held against where one is enough: it has the same integrator."""
+    return same_integrator()[1]
+
+
+def refined_alone() -> tuple[str, ...]:
+    """The geared models that simulate by an integrator of their own, without constraints."""
+    able = promising("simulate", names("geared"))
+    return tuple(n for n in able if n not in (*same_integrator(), *constrained()))
 
 
 def constrained() -> tuple[str, ...]:
@@ -191,9 +305,11 @@ def model_class(name: str) -> type[Model]:
     Raises InputError for an unknown name or an engine that cannot be imported.
     """
     entry = entry_of(name)
+    if entry.made is not None:
+        return entry.made
     try:
         return getattr(importlib.import_module(entry.module), entry.attribute)
-    except ImportError as error:
+    except (ImportError, AttributeError) as error:
         reason = " ".join(str(error).split())
         raise InputError("model", "", name, f"its engine cannot be imported: {reason}") from None
 

@@ -29,6 +29,7 @@ from crosscheck.reduction import (
     measurements_by_id,
     reduced_run,
 )
+from crosscheck.registry import is_guest
 from crosscheck.report.words import outcome
 from crosscheck.run import CrossCheck
 
@@ -38,6 +39,7 @@ DIGEST = 12  # digits of a hash that a reader compares
 WIDENED = 100.0
 _GONE = "disappeared"
 _NEW = "appeared: nothing on record"
+_GUEST = "of a model that came in after the record was made; accept again to hold it"
 
 
 class Pair(NamedTuple):
@@ -106,11 +108,24 @@ def _verdicts(baseline: Baseline, now: Baseline, agreement: Agreement) -> Iterat
         if finding is None:
             yield failed(about, f"{_GONE}; was {was}")
         elif was is None:
-            yield failed(about, f"{_NEW}; {finding.verdict}: {outcome(finding)}")
+            yield _appeared(about, finding)
         elif was != finding.verdict:
             yield _turned(about, was, finding)
         else:
             yield _unturned(about, baseline.known.get(name), now.known.get(name), finding)
+
+
+def _appeared(about: About, finding: Finding) -> Finding:
+    """A check that is not on record: said, where a model is a guest that was not there then."""
+    said = f"{finding.verdict}: {outcome(finding)}"
+    if finding.verdict == "agree" and _of_guest(finding):
+        note = f"{finding.id}: {_GUEST}; {said}"
+        return measured_only(about, measured=0.0, basis="nothing on record", note=note)
+    return failed(about, f"{_NEW}; {said}")
+
+
+def _of_guest(finding: Finding) -> bool:
+    return any(map(is_guest, (finding.left, finding.right)))
 
 
 def _turned(about: About, was: str, finding: Finding) -> Finding:
@@ -147,6 +162,9 @@ def _measurements(baseline: Baseline, now: Baseline, agreement: Agreement) -> It
         about = _about("measurement", name, finding, unit)
         if finding is None or is_now is None:
             yield failed(about, _GONE)
+        elif record is None and _of_guest(finding):
+            basis = "nothing on record"
+            yield measured_only(about, measured=is_now.measured, basis=basis, note=_GUEST)
         elif record is None:
             yield failed(about, _NEW)
         else:
@@ -157,7 +175,10 @@ def _measurements(baseline: Baseline, now: Baseline, agreement: Agreement) -> It
 def _run_findings(
     name: str, record: Run | None, now: Run | None, result: CrossCheck
 ) -> Iterator[Finding]:
-    if record is None:
+    if record is None and any(str(key) == name and is_guest(key.model) for key in result.runs):
+        basis = "nothing on record"
+        yield measured_only(_run_about(name, "run", "1"), measured=0.0, basis=basis, note=_GUEST)
+    elif record is None:
         yield failed(_run_about(name, "run", "1"), _NEW)
     elif now is None:
         yield failed(_run_about(name, "run", "1"), f"{_GONE}: {_absence(name, result)}")

@@ -14,6 +14,7 @@ from crosscheck.findings import Agreement
 from crosscheck.plan import Wanted, order_cases, readings, short_experiments
 from crosscheck.preparation import Prepared, prepared
 from crosscheck.provenance import provenance
+from crosscheck.registry import packages
 from crosscheck.run_suite import (
     experiment_comparisons,
     order_comparisons,
@@ -63,7 +64,8 @@ def cross_check(
         results = performed(workers, tasks_of(comparisons), told)
     findings = list(findings_of(comparisons, results))
     own = wanted.scenarios, wanted.chosen, chosen.remarks
-    agreement = Agreement(findings, provenance(wanted.arm, wanted.seed, wanted.quick, *own))
+    record = provenance(wanted.arm, wanted.seed, wanted.quick, *own, packages())
+    agreement = Agreement(findings, record)
     return CrossCheck(wanted, agreement, cases_of(comparisons), runs_of(results))
 
 

@@ -16,12 +16,16 @@ from crosscheck.findings import About, Finding, Key, checked, measured_only
 from crosscheck.plan import Experiment, OrderCase, mechanism
 from crosscheck.registry import (
     MODELS,
-    PAPER_FORMS,
     RIGID_LEVELS,
+    about,
     constrained,
     lead,
+    names,
     of_level,
+    promising,
+    refined_alone,
     same_integrator,
+    second,
 )
 from crosscheck.tasks import Evaluation, Simulation
 from models.arm import Arm
@@ -53,15 +57,16 @@ def short_comparisons(experiment: Experiment) -> list[Comparison]:
         _of_runs(_about(ONE_ROUNDING, experiment, quantity, (first, first)), pair, sensitivity)
         for quantity in _of(experiment, SENSITIVE)
     ]
-    for tier in constrained():
-        sides = [_refinement(experiment, name) for name in (same_integrator()[-1], tier)]
+    for tier in _about_it(constrained(), experiment.case):
+        sides = [_refinement(experiment, name) for name in (second(), tier)]
         found += [_refined(experiment, sides, quantity) for quantity in _of(experiment, MESH)]
     return _with_records(found)
 
 
 def order_comparisons(case: OrderCase) -> list[Comparison]:
     """Observed order of each fixed-step integrator, smooth and through impacts."""
-    return _with_records([_order(case, model) for model in same_integrator()])
+    able = _about_it(same_integrator(), case.case)
+    return _with_records([_order(case, model) for model in able])
 
 
 def _order(case: OrderCase, model: str) -> Comparison:
@@ -97,7 +102,7 @@ def _of(experiment: Experiment, quantities: Sequence[str]) -> Iterator[str]:
 
 def _fixed_steps(experiment: Experiment) -> Iterator[Comparison]:
     """The lead and each model with its integrator, step by step."""
-    first, *others = same_integrator()
+    first, *others = _about_it(same_integrator(), experiment.case)
     duration = experiment.case.scenario.duration_s
     for other in others:
         runs = [experiment.run(first), experiment.run(other), *_repeated(experiment, other)]
@@ -122,7 +127,7 @@ def _planets(experiment: Experiment) -> Iterator[Comparison]:
     arm, first = experiment.case.arm, lead()
     if experiment.case.switches.planets == "free" or not geared_quantities(arm):
         return
-    lumped, pair = experiment.run(first), _repeated(experiment, same_integrator()[-1])
+    lumped, pair = experiment.run(first), _repeated(experiment, second())
     for quantity in MESH:
         about = _about("lumped-free", experiment, quantity, (first, first))
         runs = (lumped, pair[0], *pair)
@@ -170,15 +175,16 @@ def _under_mechanism(experiment: Experiment) -> Iterator[Comparison]:
 
 
 def _against_reference(experiment: Experiment) -> Iterator[Comparison]:
-    """The lead's adaptive reference against the other's refined steps; its energy."""
-    first, other = lead(), same_integrator()[-1]
+    """The lead's adaptive reference against others' refined steps; its energy."""
+    first = lead()
     reference = experiment.run(first, "reference")
-    sides = [
-        (reference, experiment.run(first, "reference-coarse")),
-        _refinement(experiment, other),
-    ]
-    for quantity in _of(experiment, MESH):
-        yield _refined(experiment, sides, quantity)
+    for other in (second(), *_about_it(refined_alone(), experiment.case)):
+        sides = [
+            (reference, experiment.run(first, "reference-coarse")),
+            _refinement(experiment, other),
+        ]
+        for quantity in _of(experiment, MESH):
+            yield _refined(experiment, sides, quantity)
     key = Key("invariants", experiment.name, "energy", first)
     metric = "largest difference of energy gained and work done over the run"
     about = About(key, "J", metric, "first principles")
@@ -192,24 +198,26 @@ def _refinement(experiment: Experiment, model: str) -> tuple[Simulation, Simulat
 
 def _forms(experiment: Experiment) -> Iterator[Comparison]:
     """How far the paper's own forms are from an engine."""
-    other = same_integrator()[-1]
-    for form in PAPER_FORMS:
+    other = second()
+    for form in promising("simulate", _about_it(names("form"), experiment.case)):
         runs = (experiment.run(form), experiment.run(other))
-        for quantity in FORM_QUANTITIES if _covered(form, experiment.case) else ():
+        for quantity in FORM_QUANTITIES:
             about = _about("form", experiment, quantity, (form, other))
             yield _of_runs(about, runs, trajectories.deviation)
 
 
-def _covered(model: str, case: Case) -> bool:
-    return MODELS[model].covers(case.arm, case.switches)
+def _about_it(models: Sequence[str], case: Case) -> tuple[str, ...]:
+    """Those of some models that are about a case."""
+    return about(models, case.arm, case.switches)
 
 
 def _rigid(experiment: Experiment, level: str) -> Iterator[Comparison]:
-    """A rigid level in two engines, and how far it is from the geared arm: joints, and tip."""
-    sides = [_refinement(experiment, name) for name in engines_first(level)]
-    yield _refined(experiment, sides, "theta")
-    first = lead()
-    engine = sides[0][0]
+    """A rigid level in its engines, and how far it is from the geared arm: joints, and tip."""
+    able = _about_it(engines_first(level), experiment.case)
+    engines, *others = (_refinement(experiment, name) for name in able)
+    for other in others:
+        yield _refined(experiment, (engines, other), "theta")
+    first, engine = lead(), engines[0]
     pair, names = (engine, experiment.run(first)), (engine.model, first)
     tip = partial(trajectories.tip_deviation, arm=experiment.case.arm)
     yield _of_runs(_about("deviation", experiment, "tip", names), pair, tip)
@@ -220,8 +228,9 @@ def _rigid(experiment: Experiment, level: str) -> Iterator[Comparison]:
 
 
 def engines_first(level: str) -> list[str]:
-    """The rigid models of a level, those that choose their own steps before the others."""
-    return sorted(of_level(level), key=lambda name: MODELS[name].order is not None)
+    """The rigid models of a level that simulate, those that choose their own steps first."""
+    able = promising("simulate", of_level(level))
+    return sorted(able, key=lambda name: MODELS[name].order is not None)
 
 
 def _refined(

@@ -19,10 +19,10 @@ from crosscheck.checks.answers import (
 from crosscheck.comparison import Comparison, Results, Unavailable
 from crosscheck.findings import About, Finding, Key, checked, failed
 from crosscheck.registry import (
-    GEARED,
     MODELS,
-    PAPER_FORMS,
     RIGID_LEVELS,
+    about,
+    covering,
     lead,
     of_level,
     promising,
@@ -68,7 +68,8 @@ def rigid(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
     """States of the rigid levels, analytic against Pinocchio; each level's own invariants."""
     for level in RIGID_LEVELS:
         where, case = f"{arm.name}/{level}", _case(arm, usual_switches(arm))
-        spots = [Spot(where, name, case, count, seed) for name in of_level(level)]
+        able = about(of_level(level), arm, case.switches)
+        spots = [Spot(where, name, case, count, seed) for name in able]
         for spot in spots:
             yield from _own(spot)
         yield from pairs(spots, STATE_ABILITIES)
@@ -78,14 +79,15 @@ def switched(arm: Arm, seed: int) -> Iterator[Comparison]:
     """Forces and accelerations of the geared models under every setting of the switches."""
     for chosen in all_switches():
         where, case = f"{arm.name}/{_label(chosen)}", Case(arm, unequal_gains(arm), chosen)
-        spots = [Spot(where, name, case, SWITCH_COUNT, seed) for name in GEARED]
+        spots = [Spot(where, name, case, SWITCH_COUNT, seed) for name in _geared(case)]
         yield from pairs(spots, SWITCHED)
 
 
 def geared(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
     """States, balances and modes of the geared models, and what the paper's forms differ by."""
     where, chosen = f"{arm.name}/geared", usual_switches(arm)
-    spots = [Spot(where, name, _case(arm, chosen), count, seed) for name in GEARED]
+    case = _case(arm, chosen)
+    spots = [Spot(where, name, case, count, seed) for name in _geared(case)]
     yield from _of_states(spots)
     yield from _closed_joints(spots)
     yield from _linearised(arm.name, arm, chosen)
@@ -95,7 +97,8 @@ def geared(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
 def free(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
     """The same with a coordinate for every planet, of an arm whose planets may be lumped."""
     where, chosen = f"{arm.name}/free", usual_switches(arm, planets="free")
-    spots = [Spot(where, name, _case(arm, chosen), count, seed) for name in GEARED]
+    case = _case(arm, chosen)
+    spots = [Spot(where, name, case, count, seed) for name in _geared(case)]
     yield from _of_states(spots)
     yield from _linearised(where, arm, chosen)
 
@@ -108,8 +111,8 @@ def conservative(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
     if not scales.geared(arm):
         return
     chosen = usual_switches(arm, planets="free", mesh_work="conservative")
-    where, undamped = f"{arm.name}/conservative", damped(arm, 0.0)
-    spots = [Spot(where, name, _case(undamped, chosen), count, seed) for name in GEARED]
+    where, case = f"{arm.name}/conservative", _case(damped(arm, 0.0), chosen)
+    spots = [Spot(where, name, case, count, seed) for name in _geared(case)]
     yield from pairs(spots, SWITCHED)
     for spot in spots:
         yield balance(spot, "energy-rate", "W", energy.rate_closes)
@@ -159,9 +162,7 @@ def pairs(spots: Sequence[Spot], quantities: Sequence[str]) -> Iterator[Comparis
 def _forms(spots: Sequence[Spot]) -> Iterator[Comparison]:
     """How far each of the paper's own forms is from each engine."""
     for other in spots:
-        for form in PAPER_FORMS:
-            if not MODELS[form].covers(other.case.arm, other.case.switches):
-                continue
+        for form in covering("form", other.case.arm, other.case.switches):
             case = Case(other.case.arm, load_scenario("pd"), switches())
             left = Spot(other.where, form, case, other.count, other.seed)
             right = Spot(other.where, other.model, case, other.count, other.seed)
@@ -272,7 +273,7 @@ MODE_METRIC = "largest relative distance of a mode to the nearest of the other m
 def mode_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
     """Mesh modes of every pair of models that have them."""
     case = Case(arm, load_scenario("constant-torque"), chosen)
-    able = promising("mesh_modes", GEARED) if scales.geared(arm) else ()
+    able = promising("mesh_modes", _geared(case)) if scales.geared(arm) else ()
     for left, right in combinations(able, 2):
         tasks = tuple(Evaluation(name, case, "mesh_modes") for name in (left, right))
         key = Key("modes", where, "mesh-mode", left, right)
@@ -285,8 +286,8 @@ def pole_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Compari
     scenario = unequal_gains(arm).model_copy(update={"start": bent})
     case = Case(arm, scenario, chosen)
     linear = case._replace(arm=poles.linear_teeth(arm))
-    for left in promising("contact_poles", GEARED):
-        for right in (name for name in GEARED if name != left):
+    for left in promising("contact_poles", _geared(linear)):
+        for right in (name for name in _geared(linear) if name != left):
             own = Evaluation(left, case, "contact_poles")
             system = Evaluation(right, linear, START_MASS), Evaluation(right, linear, FORCE_SLOPES)
             key = Key("modes", where, "contact-poles", left, right)
@@ -320,7 +321,7 @@ def _locked_stages(where: str, arm: Arm, chosen: Switches) -> Iterator[Compariso
     """The modes of each geared stage, carrier locked, against first principles."""
     for number, joint in scales.geared(arm):
         case = Case(locked_stage(arm, number), load_scenario("constant-torque"), chosen)
-        for name in promising("mesh_modes", GEARED):
+        for name in promising("mesh_modes", _geared(case)):
             task = Evaluation(name, case, "mesh_modes")
             key = Key("modes", where, "locked-stage", name, joint=number + 1)
             lumped = chosen.planets == "lumped"
@@ -373,6 +374,11 @@ def _label(chosen: Switches) -> str:
     springs = ("conservative",) * (chosen.mesh_work == "conservative")
     papers = (chosen.phase, chosen.ring_rate, chosen.dead_zone, chosen.damping)
     return "-".join((*papers, *single, *springs))
+
+
+def _geared(case: Case) -> tuple[str, ...]:
+    """The geared models that are about a case."""
+    return covering("geared", case.arm, case.switches)
 
 
 def _case(arm: Arm, chosen: Switches) -> Case:

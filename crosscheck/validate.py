@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from crosscheck.baseline import Baseline
@@ -15,8 +15,8 @@ from crosscheck.baseline_file import (
     require_replaceable,
     write_baseline,
 )
-from crosscheck.commands import checked_aloud
-from crosscheck.output import require_file, write_text
+from crosscheck.commands import checked_aloud, wanted
+from crosscheck.output import require_files, write_text
 from crosscheck.plan import Wanted
 from crosscheck.reduction import baseline_of, uncompared, unrecorded
 from crosscheck.regression import compare
@@ -25,12 +25,11 @@ from crosscheck.report.moved import print_moved
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import counted, printable
 from crosscheck.run import CrossCheck
-from models.errors import InputError
 
 
 def validate_command(chosen: Wanted, jobs: int, json_file: Path | None, junit: Path | None) -> int:
     """Cross-check an arm and print the table; returns the exit code. Raises InputError."""
-    _require_files(json_file, junit)
+    require_files(json_file, junit)
     agreement = checked_aloud(chosen, jobs).agreement
     if json_file is not None:
         write_text(json_file, agreement.to_json())
@@ -40,18 +39,40 @@ def validate_command(chosen: Wanted, jobs: int, json_file: Path | None, junit: P
     return agreement.exit_code
 
 
+Made = Callable[[Wanted, int], CrossCheck]  # (what is wanted, processes)
+
+
+def recorded(
+    arm: str, scenarios: list[str], settings: list[str], quick: bool, model: str
+) -> tuple[Wanted, Made]:
+    """What a baseline is of, and how it is made; a model's code is run. Raises InputError."""
+    if not model:
+        return wanted(arm, scenarios, settings, quick, 0), checked_aloud
+    from crosscheck.trial.command import asked_of, tried_aloud  # sympy, which nothing else needs
+    from crosscheck.trial.trial import wanted_of
+
+    asked = asked_of(model, arm, scenarios, settings, quick=quick, seed=0)
+    return wanted_of(asked), partial(tried_aloud, asked)
+
+
 def accept_command(
-    chosen: Wanted, folder: Path, jobs: int, junit: Path | None, with_red: bool
+    chosen: Wanted,
+    folder: Path,
+    jobs: int,
+    junit: Path | None,
+    with_red: bool,
+    made: Made = checked_aloud,
 ) -> int:
     """Cross-check an arm and record the result; returns the exit code.
 
-    Red checks are recorded only ``with_red``, as known differences. Raises InputError, before
-    anything is run, where another arm's record would be replaced.
+    made: how, where equations are tried instead. Red checks are recorded only ``with_red``, as
+    known differences. Raises InputError, before anything is run, where another arm's record
+    would be replaced.
     """
     path = baseline_path(folder, chosen)
-    _require_files(path, junit)
+    require_files(path, junit)
     require_replaceable(path, chosen.arm)
-    result = checked_aloud(chosen, jobs)
+    result = made(chosen, jobs)
     agreement = result.agreement
     if junit is not None:
         write_text(junit, junit_xml(agreement, f"crosscheck {chosen.arm.name}"))
@@ -85,18 +106,25 @@ def _record(path: Path, baseline: Baseline) -> None:
     )
 
 
-def check_command(chosen: Wanted, folder: Path, jobs: int, junit: Path | None, renew: str) -> int:
+def check_command(
+    chosen: Wanted,
+    folder: Path,
+    jobs: int,
+    junit: Path | None,
+    renew: str,
+    made: Made = checked_aloud,
+) -> int:
     """Repeat a recorded cross-check and print what moved; returns the exit code.
 
-    renew: the command that records anew.
+    renew: the command that records anew; made: as accept_command has it.
 
     Raises InputError, before anything is run, for a record that cannot be held against this.
     """
     path = baseline_path(folder, chosen)
-    _require_files(junit, apart_from=path)
+    require_files(junit, apart_from=path)
     baseline = read_baseline(path, chosen, renew)
     again = replace(chosen, seed=baseline.provenance.seed)
-    agreement = compare(baseline, checked_aloud(again, jobs))
+    agreement = compare(baseline, made(again, jobs))
     if junit is not None:
         write_text(junit, junit_xml(agreement, f"baseline {chosen.arm.name}"))
     print_moved(agreement)
@@ -104,21 +132,17 @@ def check_command(chosen: Wanted, folder: Path, jobs: int, junit: Path | None, r
 
 
 def renewal(
-    arm: str, folder: Path, scenarios: Sequence[str], settings: Sequence[str], quick: bool
+    arm: str,
+    folder: Path,
+    scenarios: Sequence[str],
+    settings: Sequence[str],
+    quick: bool,
+    model: str = "",
 ) -> str:
     """The command that records anew."""
     parts = ["crosscheck", "baseline", "accept", arm]
+    parts += ["--model", model] if model else []
     parts += ["--dir", str(folder)] if folder != Path("baselines") else []
     parts += [part for name in scenarios for part in ("--scenario", name)]
     parts += [part for setting in settings for part in ("--set", setting)]
     return shlex.join(parts + (["--quick"] if quick else []))
-
-
-def _require_files(*paths: Path | None, apart_from: Path | None = None) -> None:
-    """Raise InputError unless each can be written and is a file of its own: before the work."""
-    taken = set() if apart_from is None else {os.path.realpath(apart_from)}
-    for path in filter(None, paths):
-        target = require_file(path)
-        if os.path.realpath(target) in taken:
-            raise InputError(str(path), "", None, "is in use for two things; name another file")
-        taken.add(os.path.realpath(target))

@@ -63,6 +63,10 @@ class Model(ABC):
         """q'' at time t [s], shape (n,)."""
         raise CannotDo(f"{self.name} has no acceleration")
 
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """(q, v) of the scenario's start, each of shape (n,)."""
+        raise CannotDo(f"{self.name} has no start")
+
     def simulate(self) -> xr.Dataset:
         """Run the scenario from its start. Raises Diverged.
 

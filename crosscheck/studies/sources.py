@@ -16,6 +16,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
 from crosscheck.registry import MODELS, home
@@ -160,10 +161,19 @@ def _meant(source: _Source, name: str, attribute: str | None, here: str = "") ->
 
 
 def _file(module: str) -> Path | None:
-    """Of a module of the project, or of one that is imported already, where a walk begins."""
+    """Of a module of the project, or of any other, where a walk begins: a guest's model, say.
+
+    What a guest's file imports counts by the versions of its packages.
+    """
     place = own_path(module)
-    file = getattr(sys.modules.get(module), "__file__", None)
-    return place or (Path(file) if file else None)
+    if place is not None:
+        return place
+    if module in sys.modules:
+        file = getattr(sys.modules[module], "__file__", None)
+    else:
+        found = find_spec(module) if find_spec(module.partition(".")[0]) else None
+        file = found.origin if found else None
+    return Path(file) if file else None
 
 
 @cache

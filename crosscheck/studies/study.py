@@ -214,7 +214,7 @@ def run_key(variant: Variant, made_of_it: Measure | Comparison | Reduction | Non
     if function is not None:
         inputs.append(function.__qualname__)
         names.append((function.__module__, function.__qualname__.partition(".")[0]))
-    return _key(inputs, names, [MODELS[one.model].packages for one in needed])
+    return _key(inputs, names, [MODELS[one.model].versioned for one in needed])
 
 
 def _inputs(variant: Variant) -> list[str]:
@@ -225,7 +225,7 @@ def question_key(question: Question[object]) -> str:
     """Of its answer."""
     kind = type(question)
     name = (kind.__module__, kind.__qualname__.partition(".")[0])
-    anything = [entry.packages for entry in MODELS.values()]
+    anything = [entry.versioned for entry in MODELS.values()]
     return _key([kind.__qualname__, question.inputs], [name], anything)
 
 

@@ -14,9 +14,10 @@ import xarray as xr
 
 import analytic.model
 from crosscheck.baseline_file import baseline_path, read_baseline, write_baseline
-from crosscheck.findings import Agreement, checked
+from crosscheck.findings import About, Agreement, Key, checked
 from crosscheck.provenance import arm_digest
 from crosscheck.reduction import baseline_of, unrecorded
+from crosscheck.registry import MODELS, register
 from crosscheck.regression import changed_since
 from crosscheck.report.words import counted, outcome, printable, tally
 from crosscheck.run import CrossCheck
@@ -202,6 +203,22 @@ def test_checks_and_measurements_appear_and_disappear(result: CrossCheck, record
         f"recorded-measurement/{measurements[0].id}": "disappeared",
         "recorded-measurement/deviation/new/theta/a~b": "appeared: nothing on record",
     }
+
+
+def test_a_guest_that_came_in_later_is_said_and_not_judged(
+    result: CrossCheck, recorded: Path
+) -> None:
+    """Unless it is red: a record without it is held against the rest."""
+    subject = About(Key("same-step", "pd", "theta", "analytic:physical", "guest"), "rad", "")
+    fine = checked(subject, measured=1e-12, tolerance=1e-10, basis="")
+    findings = result.agreement.findings
+    with register("guest", MODELS["pinocchio:gears"]):
+        agreement = held_against(recorded, with_findings(result, [*findings, fine]))
+        (new,) = (f for f in agreement.findings if "came in after the record" in f.note)
+        assert (new.kind, agreement.exit_code) == ("measurement", 0)
+        wrong = checked(subject, measured=1e-9, tolerance=1e-10, basis="")
+        assert moved(held_against(recorded, with_findings(result, [*findings, wrong])))
+    assert moved(held_against(recorded, with_findings(result, [*findings, fine])))
 
 
 def test_a_run_that_fails_has_disappeared(result: CrossCheck, recorded: Path) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from crosscheck.plan import without_play
-from crosscheck.registry import GEARED, RIGID_LEVELS, build
+from crosscheck.registry import RIGID_LEVELS, build, names
 from models.arm import Arm
 from models.interface import STATE_ABILITIES
 from models.loading import load_arm, load_scenario
@@ -86,21 +86,21 @@ def disagreements(arm: Arm, names: Sequence[str], chosen: Switches) -> list[str]
 
 @pytest.mark.parametrize("chosen", ALL_SWITCHES, ids=lambda chosen: "-".join(dict(chosen).values()))
 def test_geared_models_agree_under_all_switches_and_both_readings(reading, chosen):
-    assert disagreements(reading, GEARED, chosen) == []
+    assert disagreements(reading, names("geared"), chosen) == []
 
 
 @pytest.mark.parametrize("chosen", ALL_SWITCHES, ids=lambda chosen: "-".join(dict(chosen).values()))
 def test_geared_models_agree_under_all_switches_on_unequal_joints(chosen):
-    assert disagreements(probe_arm(), GEARED, chosen) == []
+    assert disagreements(probe_arm(), names("geared"), chosen) == []
 
 
 @pytest.mark.parametrize("name", ARMS)
 def test_geared_models_agree_on_any_arm(name):
-    assert disagreements(ARMS[name], GEARED, switches()) == []
+    assert disagreements(ARMS[name], names("geared"), switches()) == []
 
 
 def test_geared_models_agree_whichever_comes_first():
-    assert disagreements(probe_arm(), GEARED[::-1], switches()) == []
+    assert disagreements(probe_arm(), names("geared")[::-1], switches()) == []
 
 
 @pytest.mark.parametrize("level", RIGID_LEVELS)
@@ -119,7 +119,7 @@ def test_rigid_levels_agree_on_any_arm(name, level):
 
 
 @pytest.mark.parametrize("switch", ["phase", "ring_rate", "dead_zone", "damping"])
-@pytest.mark.parametrize("model", GEARED)
+@pytest.mark.parametrize("model", names("geared"))
 def test_every_switch_changes_the_forces_of_every_model(model, switch):
     """A switch that did nothing would agree everywhere."""
     default = switches(phase="angle", ring_rate="corrected")

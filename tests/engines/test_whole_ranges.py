@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 
 from crosscheck.checks.scales import meshes
-from crosscheck.registry import MODELS, build
+from crosscheck.registry import MODELS, build, names
 from models.arm import Arm, Planetary
 from models.interface import STATE_ABILITIES, Model
 from models.loading import load_arm, load_scenario
 from models.planets import usual_switches
 from tests.draws import any_arm, fresh_seed
 
-GEARED = ("analytic:physical", "pinocchio:gears", "exudyn:tree", "exudyn:bodies")
 WITHOUT = ("sun_mass_kg", "planet_mass_kg", "carrier_mass_kg", "ring_mass_kg")
 
 
@@ -84,7 +83,7 @@ def test_gears_without_mass_still_have_inertia(massless):
     probe = load_arm("probe")
     joints = tuple(j.model_copy(update=dict.fromkeys(massless, 0.0)) for j in probe.joints)
     arm = probe.model_copy(update={"joints": joints})
-    models = [build(name, arm, load_scenario("pd")) for name in GEARED]
+    models = [build(name, arm, load_scenario("pd")) for name in names("geared")]
     state = state_of(models[0], random.Random(fresh_seed()))
     expected, *others = ([*values(model, *state)] for model in models)
     for other, (ability, one) in product(others, zip(STATE_ABILITIES, expected, strict=True)):

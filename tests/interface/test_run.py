@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import signal
 import subprocess
 import sys
-from dataclasses import replace
-from pathlib import Path
 from typing import NamedTuple
 
 import jsonschema
 import pytest
 
-import crosscheck as package
 from crosscheck import registry
 from crosscheck.provenance import ROOT
 from models.arm import Arm
 from models.loading import HERE
-from tests.arms import PAPER, arm_of, random_arm
+from tests.arms import PAPER
 from tests.paper.markup import SVG, axis_problems, page_problems
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
@@ -88,7 +83,7 @@ def test_all_models_take_part(quick_report):
         for engine in ("analytic", "pinocchio")
         for level in registry.RIGID_LEVELS
     }
-    assert named >= {*registry.GEARED, *rigid}
+    assert named >= {*registry.names("geared"), *rigid}
 
 
 @pytest.mark.slow
@@ -112,116 +107,3 @@ def test_page_needs_nothing_from_elsewhere(quick_report):
     assert [address for address in addresses if not address.startswith("#")] == []
     assert not re.search(r"<(script|link|iframe|img)[^>]+(src|href)=", page)
     assert "@import" not in page
-
-
-@pytest.fixture
-def arm_file(tmp_path: Path) -> Path:
-    """A user's arm: the paper's shoulder alone."""
-    head, shoulder, _, link, _ = re.split(
-        r"(?=\[\[)", (HERE / "arms" / "paper-labelled.toml").read_text()
-    )
-    file = tmp_path / "mine.toml"
-    file.write_text(head.replace('"paper-labelled"', '"mine"') + shoulder + link)
-    return file
-
-
-def agreement_of(crosscheck, folder: Path, *arguments: object) -> dict:
-    """agreement.json of a run without its provenance."""
-    crosscheck("run", *arguments, "--out", folder)
-    agreement = json.loads((folder / "agreement.json").read_text())
-    del agreement["provenance"]
-    return agreement
-
-
-@pytest.mark.usefixtures("brief")
-def test_agreement_is_the_same_again_on_any_number_of_processes(arm_file):
-    arm = package.load_arm(str(arm_file))
-    one, two = (package.check(arm, quick=True, jobs=jobs).to_dict() for jobs in (1, 2))
-    assert one["findings"] == two["findings"]
-
-
-@pytest.mark.parametrize(
-    ("model", "module"),
-    [
-        ("pinocchio:gears", "models.no_such_engine"),
-        ("exudyn:tree", "models.no_such_engine"),
-        ("analytic:physical", "models.no_such_engine"),
-    ],
-)
-@pytest.mark.usefixtures("brief")
-def test_engine_that_cannot_be_imported_is_a_failed_check(monkeypatch, model, module):
-    entry = replace(registry.MODELS[model], module=module, attribute="Nothing")
-    monkeypatch.setitem(registry.MODELS, model, entry)
-    agreement = package.check(arm_of(1), quick=True)
-    failed = [f for f in agreement.findings if f.verdict == "failed" and model in (f.left, f.right)]
-    assert failed
-    assert all(f.kind == "check" for f in failed)
-    assert "no_such_engine" in failed[0].note
-    assert agreement.exit_code == 1
-
-
-@pytest.mark.usefixtures("brief")
-def test_engine_that_raises_is_a_failed_check_and_the_report_is_written(
-    crosscheck, monkeypatch, tmp_path, arm_file
-):
-    from models.exudyn_tree import ExudynTree
-
-    def raising(*state: object) -> None:
-        raise ValueError("singular")
-
-    monkeypatch.setattr(ExudynTree, "acceleration", raising)
-    answer = crosscheck("run", arm_file, "--quick", "--jobs", 1, "--out", tmp_path / "report")
-    assert answer.code == 1
-    assert "ValueError: singular" in answer.out
-    agreement = json.loads((tmp_path / "report" / "agreement.json").read_text())
-    jsonschema.validate(agreement, SCHEMA, jsonschema.Draft202012Validator)
-    assert {f["verdict"] for f in agreement["findings"]} >= {"agree", "failed"}
-    assert "singular" in (tmp_path / "report" / "index.html").read_text()
-
-
-def _crashing(*state: object) -> None:
-    os.kill(os.getpid(), signal.SIGSEGV)
-
-
-def _leaving(*state: object) -> None:
-    raise SystemExit(0)
-
-
-@pytest.mark.parametrize("harm", [_crashing, _leaving])
-@pytest.mark.parametrize("jobs", [1, 2])
-@pytest.mark.usefixtures("brief")
-def test_engine_that_crashes_or_leaves_costs_its_own_checks_alone(monkeypatch, harm, jobs):
-    """And a model harmed in memory is harmed in every process."""
-    from models.exudyn_tree import ExudynTree
-
-    monkeypatch.setattr(ExudynTree, "bias", harm)
-    agreement = package.check(arm_of(1), quick=True, jobs=jobs)
-    assert agreement.exit_code == 1
-    assert {f.verdict for f in agreement.red} == {"failed"}
-    assert all("exudyn:tree" in (f.left, f.right) for f in agreement.red)
-    assert all(f.note.startswith("exudyn:tree: ") for f in agreement.red)
-    # Whatever needs no bias of the tree is as before.
-    agreeing = {f.quantity for f in agreement.findings if f.left == "exudyn:tree"}
-    assert agreeing >= {"inertia", "locked-stage", "abilities"}
-
-
-@pytest.mark.usefixtures("brief")
-def test_arm_called_like_the_probe_is_told_from_it(labelled):
-    arm = labelled.model_copy(update={"name": "probe"})
-    agreement = package.check(arm, quick=True, jobs=2)
-    assert [f.id for f in agreement.red] == []
-    assert len({f.id for f in agreement.findings}) == len(agreement.findings)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 8])
-@pytest.mark.usefixtures("brief")
-def test_an_arm_of_random_numbers_raises_no_false_alarm(seed):
-    agreement = package.check(random_arm(seed, most_joints=2), quick=True, jobs=2, seed=seed)
-    assert [f"{f.id}: {f.measured} {f.note}" for f in agreement.red] == []
-
-
-@pytest.mark.usefixtures("brief")
-def test_arm_of_one_joint_passes_every_check():
-    agreement = package.check(arm_of(1), quick=True)
-    assert [f"{f.id}: {f.measured} {f.note}" for f in agreement.red] == []

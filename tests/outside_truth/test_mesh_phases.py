@@ -23,7 +23,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crosscheck.registry import GEARED
+from crosscheck.registry import names
 from models.arm import Arm
 from models.interface import Model
 from models.mesh import FROM_TEETH
@@ -238,7 +238,7 @@ def seen_phases(model: Model, loaded: str) -> np.ndarray:
     return np.angle(1j * wave) / TURN
 
 
-@pytest.mark.parametrize("name", GEARED)
+@pytest.mark.parametrize("name", names("geared"))
 @settings(max_examples=15, deadline=None)
 @given(arms_by_teeth())
 def test_models_meshes_are_in_phase_as_drawn(name, arm):

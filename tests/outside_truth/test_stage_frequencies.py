@@ -22,7 +22,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import eigh
 
-from crosscheck.registry import GEARED
+from crosscheck.registry import names
 from models.arm import Arm, Planetary
 from models.interface import Model
 from tests.any_arms import around, bodies, planetary_joints, rods
@@ -211,7 +211,7 @@ def assert_close(found: np.ndarray, inner: np.ndarray, moved: np.ndarray) -> Non
     assert (np.abs(found - expected) <= ROUNDING * np.outer(size, size)).all()
 
 
-every_geared_model = pytest.mark.parametrize("name", GEARED)
+every_geared_model = pytest.mark.parametrize("name", names("geared"))
 
 
 @every_geared_model

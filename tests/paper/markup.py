@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 import xml.etree.ElementTree as ET
 from html.parser import HTMLParser
 from itertools import pairwise
+from typing import Any
 
 VOID = frozenset({"br", "hr", "img", "input", "link", "meta"})
 _BLOCKS = """address article aside blockquote details div dl figcaption figure footer form h1 h2 h3
@@ -172,3 +174,12 @@ def uneven_tables(html: str) -> list[str]:
         for one, other in pairwise(rows)
         if one != other
     ]
+
+
+def strict_json(text: str) -> dict[str, Any]:
+    """JSON without NaN and infinities, which other readers refuse."""
+
+    def refused(constant: str) -> None:
+        raise AssertionError(f"{constant} is not JSON")
+
+    return json.loads(text, parse_constant=refused)

@@ -5,7 +5,6 @@ Nothing that the paper speaks of happens in them: what is left is to say so, eve
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,9 +19,9 @@ from crosscheck.paper.figures.store import stored_runs
 from crosscheck.paper.scale import FULL, Scale
 from crosscheck.paper.undefined import UNDEFINED
 from crosscheck.report.chapter import Chapter
-from crosscheck.studies.study import Study, Variant
+from crosscheck.studies.study import Study
 from models.trajectory import read_netcdf
-from tests.paper.markup import SVG, axis_problems, page_problems, uneven_tables
+from tests.paper.markup import SVG, axis_problems, page_problems, strict_json, uneven_tables
 
 pytestmark = pytest.mark.slow
 BRIEF = Scale(longest_s=0.002, most_starts=2)
@@ -42,13 +41,6 @@ class Published(NamedTuple):
     @property
     def json(self) -> dict[str, Any]:
         return strict_json((self.out / "claims.json").read_text(encoding="utf-8"))
-
-
-def strict_json(text: str) -> dict[str, Any]:
-    def refused(constant: str) -> None:
-        raise AssertionError(f"{constant} is not JSON")
-
-    return json.loads(text, parse_constant=refused)
 
 
 @pytest.fixture(scope="module")
@@ -148,45 +140,3 @@ def test_the_quick_chapters_are_well_formed(published: Published) -> None:
     html = report.page(made, published.study)
     assert page_problems(html) == []
     strict_json(report.records_json(made, published.study))
-
-
-def test_that_a_run_diverges_is_itself_an_answer(tmp_path: Path) -> None:
-    made = report._chapter(Study(tmp_path), "claims.chapter", Unstable(longest_s=0.1))
-    verdicts = {record["statement"]: record["verdict"] for record in made.records}
-    assert verdicts["Eq. 5's corners may make the numerical solution diverge."] == "holds"
-    assert verdicts["About 50 um is suitable for this arm."] == UNDEFINED
-    assert verdicts["The shoulder's acceleration fluctuates severely."] == UNDEFINED
-
-
-def _said(record: dict[str, Any]) -> tuple[str, ...]:
-    return (record.get("verdict", ""), *record.get("verdicts", {}).values())
-
-
-class Unstable(Scale):
-    """Every run at a step that no integrator survives."""
-
-    def cut(self, variant: Variant) -> Variant:
-        shorter = super().cut(variant)
-        return replace(shorter, settings=(*shorter.settings, "scenario.step_s=2e-4"))
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "claims.chapter",
-        "phase.chapter",
-        "planets.chapter",
-        "hypotheses.ladder",
-        "figures.chapter",
-        "hypotheses.accumulation",
-        "hypotheses.controller",
-        "hypotheses.damping_fit",
-    ],
-)
-def test_every_chapter_survives_runs_that_diverge(name: str, tmp_path: Path) -> None:
-    study = Study(tmp_path)
-    made = report._chapter(study, name, Unstable(longest_s=0.1))
-    undefined = [record for record in made.records if UNDEFINED in _said(record)]
-    assert undefined or all(fit["explained"] == 0 for fit in made.records if "misfits" in fit)
-    strict_json(report.records_json([made], study))
-    assert page_problems(report.page([made], study)) == []

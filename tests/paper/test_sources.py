@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck.registry import MODELS, home
+from crosscheck.registry import BUILT_IN, home
 from crosscheck.studies import sources
-from crosscheck.studies.sources import code_hash, walked
+from crosscheck.studies.sources import code_hash, source_of, walked
 from models.loading import HERE
 from tests.paper import traced_results
 from tests.processes import command_line
@@ -142,7 +142,21 @@ def test_another_meaning_of_a_name_is_another_key(tmp_path, monkeypatch):
     assert len(hashes) == 2
 
 
+def test_a_guests_file_counts(tmp_path, monkeypatch):
+    """Though it is not imported yet; what it imports from the project counts, too."""
+    file = tmp_path / "guest_of_a_test.py"
+    monkeypatch.syspath_prepend(tmp_path)
+    hashes = set()
+    for text in ("class Guest: pass", "class Guest: x = 1", "from models.drive import PD as Guest"):
+        file.write_text(text + "\n", encoding="utf-8")
+        code_hash.cache_clear()
+        source_of.cache_clear()
+        hashes.add(code_hash(("guest_of_a_test", "Guest")))
+    assert len(hashes) == 3
+    assert "guest_of_a_test" not in sys.modules
+
+
 def test_every_model_has_its_home():
-    for name in MODELS:
+    for name in BUILT_IN:
         module, kind = home(name)
         assert f"class {kind}(" in (ROOT / f"{module.replace('.', '/')}.py").read_text("utf-8")

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from crosscheck.findings import Agreement
-from crosscheck.registry import MODELS, PAPER_FORMS, model_class
+from crosscheck.registry import MODELS, model_class, names
 from crosscheck.report.junit import junit_xml
 from models.interface import Model
 from tests.arms import PAPER
@@ -45,7 +45,7 @@ def _is_seen(campaign: Campaign, mutant: Mutant, patch: pytest.MonkeyPatch) -> b
     return bool(named) and agreement.exit_code == 1
 
 
-@pytest.mark.parametrize("form", PAPER_FORMS)
+@pytest.mark.parametrize("form", names("form"))
 def test_a_form_of_the_paper_has_no_method_of_its_own(form):
     methods = {name for name, value in vars(Model).items() if callable(value)} - {"__init__"}
     own = model_class(form).__mro__

@@ -1,0 +1,124 @@
+"""How often right equations are blamed: models of the project in random coordinates of random arms.
+
+Run as ``python benchmarks/bench_never_blamed.py [pairs]`` from the project's folder; 200 pairs of
+an arm and a map take some ten minutes. A pair is a whole trial: own checks, every engine, every
+entry.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.state_suite import unequal_gains
+from crosscheck.trial.equations import Coordinates
+from crosscheck.trial.frame import LAYOUTS
+from crosscheck.trial.trial import Asked, tried
+from models.arm import Arm
+from tests.arms import random_arm
+from tests.trial.test_trial import equations_of, in_frame
+
+PAIRS = 200
+LEVELS = ("links", "carriers", "armature", "coupled")
+LENGTH_M = 0.05  # of a displacement beside a radian
+WORST = 5  # decades of condition
+
+
+class Pair(NamedTuple):
+    """Right equations: whose, on which arm, in which coordinates, of which kind."""
+
+    kind: str
+    arm: Arm
+    model: str
+    coordinates: Coordinates
+
+
+def pair(seed: int) -> Pair:
+    """One at random."""
+    draw = np.random.default_rng(seed)
+    arm, gearing = random_arm(seed, most_joints=4), str(draw.choice(["rigid", "lumped", "free"]))
+    engines = ["analytic:physical", "pinocchio:gears"]
+    if gearing == "rigid":
+        engines = [f"{engine}:{level}" for engine in ("analytic", "pinocchio") for level in LEVELS]
+    kind = str(draw.choice([*MAPS]))
+    return Pair(kind, arm, str(draw.choice(engines)), MAPS[kind](draw, arm, gearing))
+
+
+def _sizes(arm: Arm, gearing: str) -> np.ndarray:
+    return np.where(LAYOUTS[gearing](arm).angular, 1.0, LENGTH_M)
+
+
+def _turned(draw: np.random.Generator, n: int) -> np.ndarray:
+    return np.linalg.qr(draw.normal(size=(n, n)))[0]
+
+
+def named(draw: np.random.Generator, arm: Arm, gearing: str) -> Coordinates:
+    """Absolute or relative, displacements or gear angles."""
+    links, gears = draw.choice(["relative", "absolute"]), draw.choice(["displacements", "angles"])
+    return Coordinates(gearing, str(links), str(gears))
+
+
+def matrix(draw: np.random.Generator, arm: Arm, gearing: str) -> Coordinates:
+    """A full matrix of a condition up to 1e5."""
+    sizes = _sizes(arm, gearing)
+    spread = np.geomspace(1, 10 ** -draw.uniform(0, WORST), sizes.size)
+    full = _turned(draw, sizes.size) * spread @ _turned(draw, sizes.size)
+    return Coordinates(gearing, matrix=sizes[:, None] * full)
+
+
+def units(draw: np.random.Generator, arm: Arm, gearing: str) -> Coordinates:
+    """Coordinates in millionths and millions."""
+    sizes = _sizes(arm, gearing)
+    lower = np.tril(draw.normal(size=(sizes.size, sizes.size))) + 2 * np.eye(sizes.size)
+    scaled = lower * 10 ** draw.uniform(-6, 6, sizes.size)
+    return Coordinates(gearing, matrix=sizes[:, None] * scaled)
+
+
+def order(draw: np.random.Generator, arm: Arm, gearing: str) -> Coordinates:
+    """The project's, in another order."""
+    n = len(LAYOUTS[gearing](arm))
+    return Coordinates(gearing, matrix=np.eye(n)[draw.permutation(n)])
+
+
+def curved(draw: np.random.Generator, arm: Arm, gearing: str) -> Coordinates:
+    """A function that bends every coordinate and mixes them."""
+    sizes = _sizes(arm, gearing)
+    bends = draw.uniform(0.1, 0.6, sizes.size)
+    mixed = np.eye(sizes.size) + 0.2 * np.tril(draw.normal(size=(sizes.size, sizes.size)), -1)
+    return Coordinates(gearing, function=lambda x: sizes * (mixed @ (x + bends * np.sin(x))))
+
+
+MAPS = {"named": named, "matrix": matrix, "units": units, "order": order, "curved": curved}
+
+
+def blamed(own: Pair) -> list[str]:
+    """The checks that are red and the entries that are called wrong."""
+    moved = in_frame(own.model, own.coordinates, own.arm, unequal_gains(own.arm))
+    equations = replace(equations_of(moved), coordinates=own.coordinates)
+    trial = tried(Asked("yours", equations, own.arm, quick=True))
+    return [finding.id for finding in trial.agreement.red] + [str(w.place) for w in trial.wrong]
+
+
+def main() -> None:
+    """Print how many pairs of each kind were tried, and which were blamed."""
+    pairs = int(sys.argv[1]) if len(sys.argv) > 1 else PAIRS
+    tally: Counter[str] = Counter()
+    wrong = 0
+    for seed in range(pairs):
+        own = pair(seed)
+        tally[own.kind] += 1
+        if found := blamed(own):
+            wrong += 1
+            joints = len(own.arm.joints)
+            print(f"seed {seed}: {own.kind}, {own.model}, {joints} joints: {', '.join(found)}")
+        print(f"{seed + 1} of {pairs}", end="\r", file=sys.stderr)
+    print(", ".join(f"{count} {kind}" for kind, count in tally.items()))
+    print(f"{wrong} of {pairs} right models blamed")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,213 @@
+"""A trial in the terminal, as JSON and as one page."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import redirect_stdout
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.text import Text
+
+from crosscheck.report.html import number
+from crosscheck.report.terminal import print_agreement
+from crosscheck.report.typeset import typeset
+from crosscheck.report.words import counted, printable, tally
+from crosscheck.trial.naming import named
+from crosscheck.trial.places import Explanation, Slip, Wrong
+from crosscheck.trial.summary import told_once
+from crosscheck.trial.trial import Trial
+from crosscheck.trial.words import guess, told
+
+SCHEMA_VERSION = 1
+LEAST, MOST = 1e-16, 1.0  # of a heat map's scale
+PART_NAMES = {"mass_matrix": "M", "rate_terms": "bias", "force": "force"}
+
+
+def print_trial(trial: Trial) -> None:
+    """What was judged, the checks, the wrong entries, and why."""
+    console = Console(soft_wrap=True, highlight=False)
+    for said in summary(trial):
+        console.print(Text(printable(said)))
+    print_agreement(trial.agreement)
+    for verdict in verdicts(trial):
+        word = ("hidden ", "yellow") if verdict.hidden else ("wrong ", "red")
+        console.print(Text.assemble(word, printable(verdict.text)))
+    for part, trace in trial.traces.items():
+        console.print(Text(f"{part} raised:"))
+        for row in trace.splitlines():
+            console.print(Text(printable(row)))
+
+
+def trial_text(trial: Trial) -> str:
+    """What print_trial prints."""
+    text = io.StringIO()
+    with redirect_stdout(text):
+        print_trial(trial)
+    return text.getvalue()
+
+
+def summary(trial: Trial) -> Iterator[str]:
+    """Whose equations, in which coordinates, of which kind; what could not be judged."""
+    bench = trial.bench
+    kind = f"rigid, level {trial.level}" if trial.level else f"geared, planets {bench.gearing}"
+    yield f"{bench.name} on {bench.case.arm.name}: {kind}"
+    yield f"coordinates: {', '.join(bench.frame.names)}"
+    for rung in trial.rungs if len(trial.rungs) > 1 else ():
+        differ = f"{counted(rung.entries, 'entry').replace('entrys', 'entries')} of M differ"
+        largest = f", by up to {rung.largest:.3g}" if rung.entries else ""
+        yield f"  against {rung.level} ({rung.brings}): {differ}{largest}"
+    if trial.probes:
+        yield f"asked on other arms too, for what this one's numbers hide: {len(trial.probes)}"
+    else:
+        yield "asked on this arm alone: what its equal numbers and zeros hide cannot be seen"
+    if trial.missing:
+        yield f"not handed over, so not judged: {', '.join(trial.missing)}"
+
+
+class Verdict(NamedTuple):
+    """A line on what is wrong; hidden: by the numbers of the arm on trial."""
+
+    text: str
+    hidden: bool = False
+
+
+def verdicts(trial: Trial) -> Iterator[Verdict]:
+    """What is wrong, a line for each slip, whatever number of entries it is in."""
+    names = trial.bench.frame.names
+    for group in told_once([wrong for wrong in trial.wrong if not wrong.notes]):
+        first, *others = group.wrong
+        also = f"; also in {', '.join(named(w.place, names) for w in others)}" if others else ""
+        yield Verdict(wrong_line(trial, first) + also, bool(first.shown_on))
+    for note in dict.fromkeys(note for wrong in trial.wrong for note in wrong.notes):
+        places = [wrong.place for wrong in trial.wrong if note in wrong.notes]
+        yield Verdict(f"{', '.join(named(place, names) for place in places)}: {note}")
+
+
+def wrong_line(trial: Trial, wrong: Wrong) -> str:
+    """One wrong entry, and why, in one line."""
+    return f"{named(wrong.place, trial.bench.frame.names)}: {_why(wrong)}"
+
+
+def trial_json(trial: Trial) -> str:
+    """Readable JSON as in crosscheck/schema/trial.schema.json, ending in a newline."""
+    bench = trial.bench
+    content: dict[str, Any] = {
+        "schema_version": SCHEMA_VERSION,
+        "model": bench.name,
+        "arm": bench.case.arm.name,
+        "gearing": bench.gearing,
+        "coordinates": list(bench.frame.names),
+        "level": trial.level,
+        "ladder": [_rung(rung) for rung in trial.rungs],
+        "missing": list(trial.missing),
+        "wrong": [_wrong(trial, wrong) for wrong in trial.wrong],
+        "tracebacks": trial.traces,
+        "agreement": trial.agreement.to_dict(),
+    }
+    return json.dumps(content, indent=1, allow_nan=False) + "\n"
+
+
+def _rung(rung: Any) -> dict[str, Any]:
+    return {"level": rung.level, "entries": rung.entries, "largest": _finite(rung.largest)}
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
+    place = wrong.place
+    return {
+        "part": place.part,
+        "row": place.row,
+        "column": place.column,
+        "rates": None if place.rates is None else list(place.rates),
+        "entry": named(place, trial.bench.frame.names),
+        "relative": _finite(wrong.relative),
+        "told": wrong_line(trial, wrong),
+        "latex": wrong.latex,
+        "shown_on": wrong.shown_on,
+        "notes": list(wrong.notes),
+        "explanation": None if wrong.explanation is None else _explanation(wrong.explanation),
+    }
+
+
+def _explanation(explanation: Explanation) -> dict[str, Any]:
+    return {
+        "slips": [asdict(slip) for slip in explanation.slips],
+        "left_over": _finite(explanation.left_over),
+        "others": [[asdict(slip) for slip in slips] for slips in explanation.others],
+    }
+
+
+def _why(wrong: Wrong) -> str:
+    shown = f" (not on this arm, but on {wrong.shown_on})" if wrong.shown_on else ""
+    return (", ".join(wrong.notes) or guess(wrong.explanation)) + shown
+
+
+def _words(slips: Sequence[Slip]) -> str:
+    return " and ".join(map(told, slips))
+
+
+@dataclass(frozen=True)
+class HeatMap:
+    """Of a part, as SVG."""
+
+    title: str
+    drawing: str
+
+
+def trial_page(trial: Trial) -> str:
+    """HTML text, figures inlined."""
+    environment = Environment(
+        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
+    )
+    environment.filters |= {"number": number, "tally": tally, "typeset": typeset, "words": _words}
+    return environment.get_template("trial.html.j2").render(
+        trial=trial,
+        summary=list(summary(trial)),
+        wrong=[
+            (named(each.place, trial.bench.frame.names), each, _why(each)) for each in trial.wrong
+        ],
+        maps=list(_maps(trial)),
+        provenance=trial.agreement.to_dict()["provenance"],
+    )
+
+
+def _maps(trial: Trial) -> Iterator[HeatMap]:
+    """One of each part; of the bias one row after another."""
+    names = trial.bench.frame.names
+    for quantity, apart in trial.apart.items():
+        title = PART_NAMES.get(quantity, quantity)
+        if apart.ndim == 3:
+            for row, name in enumerate(names):
+                if (apart[row] > LEAST).any():
+                    yield HeatMap(f"{title} of {name}, by rates", _drawn(apart[row], names, names))
+        elif apart.ndim == 2:
+            yield HeatMap(title, _drawn(apart, names, names))
+        else:
+            yield HeatMap(title, _drawn(apart[:, None], names, ("",)))
+
+
+def _drawn(apart: np.ndarray, rows: tuple[str, ...], columns: tuple[str, ...]) -> str:
+    """A heat map of relative deviations (rows, columns), as SVG."""
+    size = 0.5
+    figure = Figure(figsize=(1.8 + size * len(columns), 1.0 + size * len(rows)), layout="tight")
+    axes = figure.subplots()
+    shown = np.clip(np.nan_to_num(apart, nan=MOST, posinf=MOST), LEAST, None)
+    image = axes.imshow(shown, norm=LogNorm(LEAST, MOST), cmap="viridis", aspect="equal")
+    axes.set_xticks(range(len(columns)), columns, rotation=90)
+    axes.set_yticks(range(len(rows)), rows)
+    figure.colorbar(image, ax=axes, label="relative deviation")
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None})
+    drawing = text.getvalue()
+    return drawing[drawing.index("<svg") :]

@@ -1,0 +1,71 @@
+"""What a user's function gave, as numbers: any array, matrix or column, and nothing else."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+class NotNumbers(ValueError):
+    """What is wrong with an answer: what came, and what must come."""
+
+
+def numbers_of(answer: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """The answer as finite float64 of this shape; vectors may come as a row or a column.
+
+    Raises NotNumbers.
+    """
+    found = _real(_array(answer))
+    if found.shape != shape and _without_ones(found.shape) == _without_ones(shape):
+        found = found.reshape(shape)
+    if found.shape != shape:
+        raise NotNumbers(f"has shape {found.shape}, must be {shape}")
+    if not np.isfinite(found).all():
+        what = "NaN" if np.isnan(found).any() else "an infinite number"
+        place = tuple(int(k) for k in np.argwhere(~np.isfinite(found))[0])
+        raise NotNumbers(f"has {what} at {list(place)}, must be finite")
+    return found
+
+
+def _array(answer: Any) -> np.ndarray:
+    if callable(getattr(answer, "full", None)):  # a casadi DM, sparse or not
+        answer = answer.full()
+    if answer is None or np.ma.is_masked(answer):
+        raise NotNumbers(f"is {'None' if answer is None else 'masked'}, must be numbers")
+    try:
+        found = np.array(answer)
+    except ValueError:
+        raise NotNumbers("has rows of unequal length, must be an array of numbers") from None
+    except TypeError:  # a casadi expression
+        raise NotNumbers(f"is a {type(answer).__name__}, must be numbers") from None
+    return found if found.dtype != object else _from_objects(found, answer)
+
+
+def _from_objects(found: np.ndarray, answer: Any) -> np.ndarray:
+    """Numbers that numpy does not know, sympy's or one-element arrays, as complex ones."""
+    try:
+        return np.array([complex(item) for item in found.flat]).reshape(found.shape)
+    except (TypeError, ValueError):
+        kinds = ", ".join(sorted({type(item).__name__ for item in found.flat}))
+        name = type(answer).__name__
+        raise NotNumbers(f"is a {name} that holds {kinds or name}, must be numbers") from None
+
+
+def _real(found: np.ndarray) -> np.ndarray:
+    if found.dtype.kind not in "biufc":
+        raise NotNumbers(f"is of type {found.dtype}, must be numbers")
+    if found.dtype.kind == "c":
+        if np.any(found.imag != 0):
+            raise NotNumbers("is complex, must be real")
+        found = found.real
+    return found.astype(np.float64)
+
+
+def _without_ones(shape: tuple[int, ...]) -> tuple[int, ...]:
+    return tuple(length for length in shape if length != 1)
+
+
+def shown(vector: np.ndarray) -> str:
+    """A state, for an error line."""
+    return f"[{', '.join(f'{value:.6g}' for value in vector)}]"

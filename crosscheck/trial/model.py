@@ -1,0 +1,188 @@
+"""A user's equations as a Model of the arm, so that all that is done with models can be done."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+
+from crosscheck.checks.invariants import torques_at
+from crosscheck.checks.scales import geared
+from crosscheck.registry import Entry, build, lead, of_level
+from crosscheck.trial.calls import Handed, handed
+from crosscheck.trial.equations import Equations
+from crosscheck.trial.frame import frame_of
+from models.arm import Arm
+from models.drive import drive_data
+from models.interface import STATE_ABILITIES, Model, require_finite
+from models.layout import MESHES, Layout, Meaning
+from models.planets import usual_switches
+from models.scenario import Scenario
+from models.switches import Switches
+from models.trajectory import recorded_times, trajectory
+
+ABILITIES = {
+    "mass_matrix": "mass_matrix",
+    "bias": "bias",
+    "force": "generalized_force",
+    "acceleration": "acceleration",
+}
+CALL_S = 2e-4  # of a user's Python
+
+
+class HandedModel(Model):
+    """Equations handed over, moved into the project's coordinates; RK4 in Python."""
+
+    equations: ClassVar[Equations]
+
+    def __init__(
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
+    ) -> None:
+        super().__init__(arm, scenario, switches_of(self.equations, arm, chosen_switches))
+        own = self.equations.on(arm, scenario)
+        self.frame = frame_of(own.coordinates, arm)
+        self.layout: Layout = self.frame.layout
+        self.handed: Handed = handed(own, arm, self.frame)
+        self.drive = drive_data(scenario, len(arm.joints))
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        """J^-T M_x J^-1."""
+        x = self.frame.place(q)
+        inverse = np.linalg.inv(self.frame.jacobian(x))
+        return inverse.T @ self.handed.mass_matrix(x) @ inverse
+
+    def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """J^-T h_x - M J' u."""
+        x = self.frame.place(q)
+        jacobian = self.frame.jacobian(x)
+        u = np.linalg.solve(jacobian, v)
+        curved = self.frame.drift(x, u)
+        force = _raised(jacobian) @ self.handed.bias(x, u)
+        return force - self.mass_matrix(q) @ curved if curved.any() else force
+
+    def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """J^-T f_x."""
+        x = self.frame.place(q)
+        jacobian = self.frame.jacobian(x)
+        u = np.linalg.solve(jacobian, v)
+        return _raised(jacobian) @ self.handed.force(t, x, u, self.torques(t, q, v))
+
+    def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """J x'' + J' u."""
+        x = self.frame.place(q)
+        jacobian = self.frame.jacobian(x)
+        u = np.linalg.solve(jacobian, v)
+        own = self.handed.acceleration(t, x, u, self.torques(t, q, v))
+        return jacobian @ own + self.frame.drift(x, u)
+
+    def torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Output torques [N m] of the scenario's drive, shape (joints,)."""
+        theta = self.layout.theta
+        return torques_at(self.drive, t, q[theta], v[theta])
+
+    def largest_stable_step(self) -> float:
+        """That of the model that it is measured against: its integrator is the same."""
+        return _reference_of(self).largest_stable_step()
+
+    def simulate(self) -> xr.Dataset:
+        """Fixed-step RK4 from the start that the model has that it is measured against."""
+        scenario, reference = self.scenario, _reference_of(self)
+        q, v = reference.start()
+        time = recorded_times(scenario)
+        qs, vs = np.full((2, len(time), q.size), np.nan)
+        qs[0], vs[0] = q, v
+        for k in range(scenario.steps):
+            q, v = self._step(k * scenario.step_s, q, v)
+            if (k + 1) % scenario.stride == 0:
+                if not (np.isfinite(q).all() and np.isfinite(v).all()):
+                    break
+                qs[(k + 1) // scenario.stride], vs[(k + 1) // scenario.stride] = q, v
+        require_finite(self.name, time, qs, vs)
+        return self._recorded(time, qs, vs)
+
+    def _step(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """One classical fourth-order step."""
+        h = self.scenario.step_s
+        a1 = self.acceleration(t, q, v)
+        v2 = v + h / 2 * a1
+        a2 = self.acceleration(t + h / 2, q + h / 2 * v, v2)
+        v3 = v + h / 2 * a2
+        a3 = self.acceleration(t + h / 2, q + h / 2 * v2, v3)
+        v4 = v + h * a3
+        a4 = self.acceleration(t + h, q + h * v3, v4)
+        return q + h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+
+    def _recorded(self, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> xr.Dataset:
+        """The trajectory through states (times, n)."""
+        theta = self.layout.theta
+        moments = list(zip(time, qs, vs, strict=True))
+        accelerations = np.array([self.acceleration(t, q, v)[theta] for t, q, v in moments])
+        energy = np.array([v @ self.mass_matrix(q) @ v / 2 for _, q, v in moments])
+        variables = {
+            "theta": qs[:, theta],
+            "theta_dot": vs[:, theta],
+            "theta_ddot": accelerations,
+            "torque": np.array([self.torques(*moment) for moment in moments]),
+            "kinetic_energy": energy,
+        }
+        for mesh in MESHES if self.layout.meshing else ():
+            rows = self._by_planet(mesh)
+            variables[mesh], variables[f"{mesh}_dot"] = rows @ qs.T, rows @ vs.T
+            for name in (mesh, f"{mesh}_dot"):
+                variables[name] = np.moveaxis(variables[name], -1, 0)
+        return trajectory(self, time, **variables)
+
+    def _by_planet(self, mesh: Meaning) -> np.ndarray:
+        """Rows (joints, planets, n) of a mesh's displacements; NaN where there is no planet."""
+        planets = [joint.planet_count for joint in self.arm.joints]
+        rows = np.full((len(planets), max(planets), len(self.layout)), np.nan)
+        for number, _ in geared(self.arm):
+            for planet in range(planets[number]):
+                rows[number, planet] = self.layout.displacement(mesh, number, planet)
+        return rows
+
+
+def _raised(jacobian: np.ndarray) -> np.ndarray:
+    """J^-T; of J, whose columns' units choose no pivots."""
+    found: np.ndarray = np.linalg.inv(jacobian).T
+    return found
+
+
+def _reference_of(handed: HandedModel) -> Model:
+    """The model that says where a scenario starts and which step is stable."""
+    level = handed.equations.level or "links"
+    name = lead() if handed.layout.meshing else of_level(level)[0]
+    return build(name, handed.arm, handed.scenario, handed.switches)
+
+
+def switches_of(equations: Equations, arm: Arm, chosen: Switches | None) -> Switches:
+    """The laws that equations follow: what was chosen, or their own; planets as they count them.
+
+    Raises InputError for an arm whose planets differ and equations that count them as one.
+    """
+    laws = chosen or equations.switches or usual_switches(arm)
+    gearing = equations.coordinates.gearing
+    if gearing == "rigid":
+        return laws
+    return laws.model_copy(update={"planets": gearing})
+
+
+def entry_for(name: str, equations: Equations, has: frozenset[str]) -> Entry:
+    """What the registry holds of equations while they are on trial."""
+    attributes = {"name": name, "equations": equations, "abilities": _abilities(has)}
+    made = type("Handed", (HandedModel,), attributes)
+    return Entry(
+        module=__name__,
+        attribute="HandedModel",
+        role="rigid" if equations.coordinates.gearing == "rigid" else "handed",
+        promises=_abilities(has),
+        order=4,
+        call_s=CALL_S,
+        made=made,
+    )
+
+
+def _abilities(has: frozenset[str]) -> frozenset[str]:
+    found = {ABILITIES[part] for part in has if part in ABILITIES}
+    return frozenset(found | ({"simulate"} if found >= {*STATE_ABILITIES} else set()))

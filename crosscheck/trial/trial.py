@@ -1,0 +1,268 @@
+"""A trial from end to end: hand over, ask, compare, find the wrong entries, explain them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
+from crosscheck.findings import Agreement
+from crosscheck.plan import Wanted
+from crosscheck.provenance import provenance
+from crosscheck.registry import packages, register
+from crosscheck.run import CrossCheck, Told, cases_of, performed, runs_of
+from crosscheck.state_suite import unequal_gains
+from crosscheck.tasks import Failure
+from crosscheck.trial.bench import LEAST_STATES, MOST_BYTES, QUICK_STATES, STATES, Bench
+from crosscheck.trial.calls import handed
+from crosscheck.trial.dictionary import dictionary_of
+from crosscheck.trial.entries import deviations
+from crosscheck.trial.equations import Equations
+from crosscheck.trial.first_calls import first_calls, spared
+from crosscheck.trial.frame import Frame, frame_of
+from crosscheck.trial.ladder import Rung, closest, ladder
+from crosscheck.trial.model import entry_for, switches_of
+from crosscheck.trial.places import Wrong
+from crosscheck.trial.probe import probe_arms
+from crosscheck.trial.questions import QUESTIONS, Question
+from crosscheck.trial.reasons import compared, reasoned
+from crosscheck.trial.runs import run_comparisons
+from crosscheck.trial.suite import (
+    COMPARED,
+    engine_comparisons,
+    own_balances,
+    own_comparisons,
+    reference_of,
+    sizes_in,
+    sizing,
+)
+from crosscheck.trial.waves import states_wanted
+from crosscheck.workers import Workers
+from models.arm import Arm
+from models.errors import InputError
+from models.loading import Case
+from models.scenario import Scenario
+from models.switches import Switches
+
+# Where each part is looked at entry by entry.
+BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"}
+PROBES = 2
+RUNNABLE = {"mass_matrix", "bias", "force"}
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a user asks a trial of equations on an arm to do.
+
+    scenarios: to be run, none for a trial by states alone; chosen: laws, None for the usual.
+    """
+
+    name: str
+    equations: Equations
+    arm: Arm
+    scenarios: tuple[Scenario, ...] = ()
+    chosen: Switches | None = None
+    quick: bool = False
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Equations judged.
+
+    cross_check: what was found, as a baseline records it. level: the rigid level that they are,
+    or are closest to; '' of geared ones. apart: by part, how far each entry is from the
+    reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,). wrong:
+    the entries that are not right, here or on ``probes``, other arms that were asked too. missing:
+    parts that were not handed over. traces: of parts that raised.
+    """
+
+    bench: Bench
+    cross_check: CrossCheck
+    level: str
+    rungs: tuple[Rung, ...]
+    apart: dict[str, np.ndarray]
+    wrong: tuple[Wrong, ...]
+    probes: tuple[str, ...]
+    missing: tuple[str, ...]
+    traces: dict[str, str]
+
+    @property
+    def agreement(self) -> Agreement:
+        """Every check and measurement."""
+        return self.cross_check.agreement
+
+    @property
+    def exit_code(self) -> int:
+        """As of an Agreement."""
+        return self.agreement.exit_code
+
+
+def tried(asked: Asked, *, jobs: int = 1, told: Told = lambda what, left: None) -> Trial:
+    """Put equations on trial. Raises InputError for what cannot be tried at all."""
+    bench = bench_of(asked)
+    probes = probes_of(bench)
+    entry = entry_for(bench.name, bench.equations, bench.has)
+    with register(bench.name, entry), Workers(jobs) as workers:
+        lost = first_calls(bench, workers, told)
+        asked_of_all: list[ModelTask] = [*tasks_of([*_planned(bench, asked)])]
+        asked_of_all += [question for each in (bench, *probes) for question in _localising(each)]
+        tasks = dict.fromkeys(asked_of_all)
+        without = spared(bench, tasks, lost)
+        results = performed(workers, [task for task in tasks if task not in without], told)
+        told_already = {task.key: failure for task, failure in without.items()}
+        results = Results({**results.outcomes, **told_already})
+        return _judged(bench, probes, asked, results)
+
+
+def bench_of(asked: Asked) -> Bench:
+    """What is on trial, its coordinates and states made. Raises InputError."""
+    wanted_of(asked)  # refuses scenarios that cannot stand side by side
+    laws = switches_of(asked.equations, asked.arm, asked.chosen)
+    case = Case(asked.arm, unequal_gains(asked.arm), laws)
+    count = QUICK_STATES if asked.quick else STATES
+    own = asked.equations.on(asked.arm, case.scenario)
+    has = handed(own, asked.arm, frame_of(own.coordinates, asked.arm)).has
+    missing = ", ".join(sorted(RUNNABLE - has))
+    if asked.scenarios and missing:
+        reason = f"needs {missing}, which the equations have not"
+        raise InputError("--scenario", "", asked.scenarios[0].name, reason)
+    bench = Bench(asked.name, own, has, case, count, asked.seed)
+    if bench.frame.matrix is not None:
+        level = bench.levels[-1] if bench.levels else ""
+        terms = dictionary_of(bench.frame, asked.arm, laws, level)
+        count = max(count, states_wanted(terms))
+    bench = replace(bench, count=min(count, affordable(bench.frame)))
+    _ = bench.states  # made now, so that what is wrong with the coordinates is said first
+    return bench
+
+
+def affordable(frame: Frame) -> int:
+    """So many states that the terms of a bias at all of them find room."""
+    return max(MOST_BYTES // (8 * len(frame.names) ** 3), LEAST_STATES)
+
+
+def _planned(bench: Bench, asked: Asked) -> Iterator[Comparison]:
+    """Everything that may be compared, whichever level it turns out to be."""
+    yield from own_comparisons(bench)
+    for level in bench.levels or ("",):
+        yield from _engines_and_runs(bench, asked, level, binding=True)
+    yield from own_balances(bench)
+
+
+def _localising(bench: Bench) -> Iterator[Question]:
+    """What is looked at entry by entry: yours and that of the reference, of every level."""
+    for level in bench.levels or ("",):
+        yield from sizing(bench, level)
+        yield from (bench.ask(reference_of(bench, level), part) for part in by_entry(bench))
+    yield from map(bench.yours, by_entry(bench))
+
+
+def by_entry(bench: Bench) -> list[str]:
+    """Parts that are compared entry by entry; the acceleration only where nothing else is there."""
+    found = [quantity for part, quantity in BY_ENTRY.items() if part in bench.has]
+    return found or ["acceleration"]
+
+
+def _engines_and_runs(
+    bench: Bench, asked: Asked, level: str, *, binding: bool
+) -> Iterator[Comparison]:
+    yield from engine_comparisons(bench, level, binding=binding)
+    for scenario in asked.scenarios if binding else ():
+        yield from run_comparisons(bench, scenario, level)
+
+
+def probes_of(bench: Bench) -> list[Bench]:
+    """The same equations on arms that show what equal numbers and zeros hide, if they can be."""
+    if not bench.equations.any_arm:
+        return []
+    try:
+        return [bench.on(arm) for arm in probe_arms(bench.case.arm, PROBES)]
+    except InputError:  # equations of some arms alone are right or wrong on this one
+        return []
+
+
+def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Results) -> Trial:
+    level, rungs = _level(bench, results)
+    comparisons = list(own_comparisons(bench))
+    for each in bench.levels or ("",):
+        found = _engines_and_runs(bench, asked, each, binding=each == level)
+        comparisons += (one for one in found if each == level or _answered(one, bench, results))
+    comparisons += own_balances(bench)
+    here, *there = (compared(each, level, by_entry(each), results) for each in (bench, *probes))
+    return Trial(
+        bench=bench,
+        cross_check=_as_cross_check(asked, comparisons, results),
+        level=level,
+        rungs=tuple(rungs),
+        apart=here.apart,
+        wrong=tuple(reasoned(here, there)),
+        probes=tuple(probe.case.arm.name for probe in probes),
+        missing=tuple(part for part in COMPARED if part not in bench.has),
+        traces=_traces(bench, results),
+    )
+
+
+def wanted_of(asked: Asked) -> Wanted:
+    """The same as a cross-check's; its laws are those that the equations follow."""
+    laws = switches_of(asked.equations, asked.arm, asked.chosen)
+    return Wanted(asked.arm, asked.quick, asked.seed, asked.scenarios, laws, asked.name)
+
+
+def _as_cross_check(
+    asked: Asked, comparisons: Sequence[Comparison], results: Results
+) -> CrossCheck:
+    """What was found, with the runs that it was drawn from."""
+    wanted, cases = wanted_of(asked), cases_of(comparisons)
+    settings = wanted.arm, wanted.seed, wanted.quick, wanted.scenarios, wanted.chosen
+    record = provenance(*settings, packages=packages(), model=wanted.model)
+    agreement = Agreement(list(findings_of(comparisons, results)), record)
+    runs = {key: run for key, run in runs_of(results).items() if key in cases}
+    return CrossCheck(wanted, agreement, cases, runs)
+
+
+def _answered(comparison: Comparison, bench: Bench, results: Results) -> bool:
+    """Whether the equations have what it needs: a part that failed fails at its own level once."""
+    own = (task for task in comparison.needs if task.model == bench.name)
+    return all(results.found(task) is not None for task in own)
+
+
+def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
+    """The rigid level that a mass matrix is closest to, of those that it may be; and all of them.
+
+    Without a usable mass matrix the one that the other parts are least apart from.
+    """
+    if not bench.levels:
+        return "", []
+    yours = results.found(bench.yours("mass_matrix")) if "mass_matrix" in bench.has else None
+    asked = {lvl: bench.ask(reference_of(bench, lvl), "mass_matrix") for lvl in bench.levels}
+    masses = {level: results.need(question) for level, question in asked.items()}
+    if yours is None:
+        return min(bench.levels, key=partial(_farthest, bench, results)), []
+    rungs = ladder(yours, masses, sizes_in(bench, results, bench.levels[-1]))
+    return closest(rungs).level, rungs
+
+
+def _farthest(bench: Bench, results: Results, level: str) -> float:
+    """How far the parts that answer are from a level's, relative to their sizes, at most."""
+    sizes, reference, found = sizes_in(bench, results, level), reference_of(bench, level), [0.0]
+    for part in COMPARED:
+        own = results.found(bench.yours(part)) if part in bench.has else None
+        if own is not None:
+            right = results.need(bench.ask(reference, part))
+            found.append(float(deviations(own, right, sizes.of(part)).max()))
+    return max(found)
+
+
+def _traces(bench: Bench, results: Results) -> dict[str, str]:
+    """Tracebacks of the parts that raised, each once."""
+    found: dict[str, str] = {}
+    for quantity in QUESTIONS:
+        outcome = results.outcomes.get(bench.yours(quantity))
+        trace = outcome.trace if isinstance(outcome, Failure) else ""
+        if trace and trace not in found.values():
+            found[quantity] = trace
+    return found

@@ -1,0 +1,94 @@
+"""What guests may take: tooth contacts, motors and numbers of bodies, against the engines here."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from crosscheck.checks.answers import random_states
+from crosscheck.checks.weights import link_mass as weighed
+from crosscheck.registry import build
+from crosscheck.state_suite import all_switches
+from models.arm import Arm, Planetary
+from models.guests import Motors, gear_numbers, link_mass, tooth_contacts
+from models.loading import load_arm, load_scenario
+from models.pinocchio_tree import base_radii, equivalent_masses
+from models.planets import usual_switches
+from models.switches import Switches
+
+ARMS = ("probe", "three-unlike", "planets-apart")
+COUNT, ROUNDING = 20, 1e-11  # of the largest force
+
+
+def of_contacts(arm: Arm, laws: Switches, layout, t: float, q, v) -> np.ndarray:
+    """All contacts' generalized force, (n,)."""
+    force = np.zeros(len(layout))
+    for contact in tooth_contacts(arm, laws):
+        motion = contact.motion(t, q, v, layout)
+        force -= contact.displacement(layout) * contact.force(motion)
+        force[layout.at("theta", contact.joint)] += contact.torque(motion)
+    return force
+
+
+def of_model(name: str, arm: Arm, laws: Switches):
+    """A model without drive, friction and weight, whose force is the meshes' alone."""
+    still = load_scenario("constant-torque").drive.model_copy(update={"torque_N_m": 0.0})
+    scenario = load_scenario("constant-torque").model_copy(update={"drive": still})
+    joints = tuple(j.model_copy(update={"friction_N_m_s_per_rad": 0.0}) for j in arm.joints)
+    bare = arm.model_copy(update={"joints": joints, "gravity_m_per_s2": (0.0, 0.0)})
+    return build(name, bare, scenario, laws)
+
+
+def apart(name: str, arm: Arm, laws: Switches) -> float:
+    """Largest difference of the contacts' force from a model's, over each coordinate's size."""
+    model = of_model(name, arm, laws)
+    states = zip(*random_states(model.layout, arm, COUNT, 0), strict=True)
+    pairs = [
+        (of_contacts(arm, laws, model.layout, *state), model.generalized_force(*state))
+        for state in states
+    ]
+    ours, theirs = (np.array(side) for side in zip(*pairs, strict=True))
+    size = np.abs(theirs).max(axis=0)
+    largest = max(gear_numbers(j).ring_radius for j in arm.joints if isinstance(j, Planetary))
+    size[model.layout.theta] = size.max() * largest  # of torques that cancel, if nothing is left
+    return float((np.abs(ours - theirs).max(axis=0) / size).max())
+
+
+@pytest.mark.parametrize("name", ["analytic:physical", "exudyn:tree"])
+@pytest.mark.parametrize("laws", all_switches(), ids=lambda laws: "-".join(dict(laws).values()))
+def test_contacts_under_every_law(name, laws):
+    assert apart(name, load_arm("probe"), laws) < ROUNDING
+
+
+@pytest.mark.parametrize("name", ["analytic:physical", "exudyn:tree"])
+@pytest.mark.parametrize("arm_name", ARMS)
+@pytest.mark.parametrize("work", ["paper", "conservative"])
+def test_contacts_of_any_mesh(name, arm_name, work):
+    arm = load_arm(arm_name)
+    laws = usual_switches(arm, planets="free", mesh_work=work)
+    assert apart(name, arm, laws) < ROUNDING
+
+
+@pytest.mark.parametrize("arm_name", [*ARMS, "direct-between"])
+def test_numbers_of_bodies(arm_name):
+    arm = load_arm(arm_name)
+    for link in arm.links:
+        assert link_mass(link)[0] == pytest.approx(weighed(link), rel=1e-15)
+    for joint in (j for j in arm.joints if isinstance(j, Planetary)):
+        numbers = gear_numbers(joint)
+        assert numbers[:3] == pytest.approx(base_radii(joint), rel=1e-15)
+        sun, planet = equivalent_masses(joint)
+        assert numbers.sun_inertia == pytest.approx(sun * numbers.sun_radius**2, rel=1e-15)
+        assert numbers.planet_inertia == pytest.approx(planet * numbers.planet_radius**2, rel=1e-15)
+
+
+def test_motors_turn_the_sun_by_the_output_torque_over_the_ratio():
+    arm, scenario = load_arm("direct-between"), load_scenario("constant-torque")
+    drive = scenario.drive.model_copy(update={"torque_N_m": 7.0})
+    motors = Motors(arm, scenario.model_copy(update={"drive": drive}))
+    still = np.zeros(len(arm.joints))
+    ratios = [
+        (j.sun_teeth + j.ring_teeth) / j.sun_teeth if isinstance(j, Planetary) else 1.0
+        for j in arm.joints
+    ]
+    np.testing.assert_allclose(motors.torques(0.0, still, still) * ratios, 7.0, rtol=1e-15)

@@ -1,0 +1,46 @@
+"""docs/notebooks: every cell runs, and says today what is stored."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
+
+
+def said(notebook: dict) -> list[list[str]]:
+    """The words of every output; numbers, and the order of what is equally wrong, do not count."""
+    outputs = [cell["outputs"] for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    texts = ["".join("".join(each["text"]) for each in output) for output in outputs]
+    return [sorted(re.sub(r"[\d.,;]+(e-?\d+)?", "#", text).split()) for text in texts]
+
+
+@pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: file.stem)
+def test_notebook_is_as_executed(file, tmp_path):
+    stored = json.loads(file.read_text(encoding="utf-8"))
+    assert (stored["nbformat"], stored["nbformat_minor"]) == (4, 5)
+    answer = subprocess.run(
+        [sys.executable, str(ROOT / "tools" / "run_notebook.py"), str(file)],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "100"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert answer.returncode == 0, answer.stderr
+    now = json.loads(answer.stdout)
+    assert said(now) == said(stored)
+    cells = [cell for cell in stored["cells"] if cell["cell_type"] == "code"]
+    assert [cell["execution_count"] for cell in cells] == [*range(1, len(cells) + 1)]
+    assert any(cell["outputs"] for cell in cells)
+
+
+def test_there_is_a_notebook():
+    assert [file.name for file in NOTEBOOKS] == ["your-own-model.ipynb"]

@@ -1,0 +1,52 @@
+"""Equations held against the project's own model of an arm, in the equations' coordinates."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from crosscheck.checks.answers import random_states
+from crosscheck.registry import build
+from crosscheck.trial.calls import Handed
+from models.arm import Arm
+from models.loading import load_scenario
+from models.scenario import ConstantDrive, Scenario
+from models.switches import switches
+
+
+def experiment(joints: int) -> tuple[Scenario, np.ndarray]:
+    """Constant torques [N m], each joint another, as a scenario and as numbers."""
+    torque = 37.0 - 11.0 * np.arange(joints)
+    drive = ConstantDrive(kind="constant", torque_N_m=tuple(torque))
+    return load_scenario("constant-torque").model_copy(update={"drive": drive}), torque
+
+
+def worst(handed: Handed, arm: Arm, count: int = 10) -> dict[str, float]:
+    """By part, the largest difference from the reference over its largest entry."""
+    scenario, torque = experiment(len(arm.joints))
+    name = f"analytic:{handed.equations.level or 'physical'}"
+    chosen = switches(planets="free" if handed.frame.layout.free else "lumped")
+    model, found = build(name, arm, scenario, chosen), dict.fromkeys(handed.has, 0.0)
+    for t, *state in zip(*random_states(handed.frame.layout, arm, count, 7), strict=True):
+        x = handed.frame.place(state[0])
+        q, jacobian = handed.frame.position(x), handed.frame.jacobian(x)
+        u = np.linalg.solve(jacobian, state[1])
+        v, drift = jacobian @ u, handed.frame.drift(x, u)
+        mass, h, f = model.mass_matrix(q), model.bias(q, v), model.generalized_force(t, q, v)
+        expected = {
+            "mass_matrix": jacobian.T @ mass @ jacobian,
+            "bias": jacobian.T @ (h + mass @ drift),
+            "force": jacobian.T @ f,
+            "acceleration": np.linalg.solve(jacobian, np.linalg.solve(mass, f - h) - drift),
+        }
+        expected["inverse_dynamics"] = expected["mass_matrix"] @ u + expected["bias"]
+        answers = {
+            "mass_matrix": lambda x=x: handed.mass_matrix(x),
+            "bias": lambda x=x, u=u: handed.bias(x, u),
+            "force": lambda t=t, x=x, u=u: handed.force(t, x, u, torque),
+            "acceleration": lambda t=t, x=x, u=u: handed.acceleration(t, x, u, torque),
+            "inverse_dynamics": lambda x=x, u=u: handed.inverse_dynamics(x, u, u),
+        }
+        for part in handed.has - {"coriolis"}:
+            apart = np.abs(answers[part]() - expected[part]) / np.abs(expected[part]).max()
+            found[part] = max(found[part], float(apart.max()))
+    return found

@@ -1,0 +1,75 @@
+"""Slips planted in the dictionary's own entries, and what is told of them."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from crosscheck.trial.dictionary import Dictionary, dictionary_of
+from crosscheck.trial.equations import Coordinates
+from crosscheck.trial.explain import Observed, explain
+from crosscheck.trial.frame import frame_of
+from crosscheck.trial.keys import Entry, Key, Product
+from crosscheck.trial.places import Explanation, Place
+from crosscheck.trial.polynomial import Monomial
+from crosscheck.trial.values import values_of
+from crosscheck.trial.waves import Fitting, entry_values, states_wanted
+from models.arm import Arm
+from models.planets import usual_switches
+
+RELATIVE, ABSOLUTE = Coordinates(), Coordinates(links="absolute")
+LUMPED = Coordinates("lumped")
+GEARS = Coordinates("lumped", "absolute", "angles")
+
+
+def dictionary(arm: Arm, coordinates: Coordinates) -> Dictionary:
+    """Of an arm in coordinates."""
+    return _dictionary(arm, coordinates.gearing, coordinates.links, coordinates.gears)
+
+
+@lru_cache
+def _dictionary(arm: Arm, gearing: str, links: str, gears: str) -> Dictionary:
+    chosen = {"planets": gearing} if gearing != "rigid" else {}
+    frame = frame_of(Coordinates(gearing, links, gears), arm)
+    return dictionary_of(frame, arm, usual_switches(arm, **chosen))
+
+
+@lru_cache
+def _fitting(known: Dictionary) -> tuple[np.ndarray, Fitting]:
+    angles = np.random.default_rng(3).uniform(-3, 3, (states_wanted(known), known.joints))
+    return angles, Fitting.of_waves(known, angles)
+
+
+def observed(arm: Arm, known: Dictionary, place: Place, yours: Entry) -> Observed:
+    """An entry of M or bias with these terms, against the right ones."""
+    angles, fitting = _fitting(known)
+    values = values_of(arm)
+    right = entry_values(known.entry(place), values, angles)
+    mine = entry_values(yours, values, angles)
+    fit = fitting.fit(mine - right, float(np.abs(right).max() + np.abs(mine).max()))
+    return Observed(values, fit.coefficients, fit.noise, fit.left_over)
+
+
+def explained(known: Dictionary, place: Place, yours: Entry, *arms: Arm) -> Explanation | None:
+    """What is said of an entry with these terms, on all these arms."""
+    return explain(place, [observed(arm, known, place, yours) for arm in arms], known)
+
+
+def term(number: float, *symbols: str, wave: tuple[int, ...], function: str = "cos") -> Product:
+    """number * symbols before a wave."""
+    powers = tuple(sorted((symbol, symbols.count(symbol)) for symbol in set(symbols)))
+    return Product(Key(wave, function), Monomial(number, powers))
+
+
+def times(product: Product, by: float) -> Product:
+    """A term by a factor."""
+    return Product(product.key, Monomial(by * product.monomial.number, product.monomial.powers))
+
+
+def swapped(product: Product, symbol: str, other: str) -> Product:
+    """A term with one symbol for another, its power and all."""
+    powers = dict(product.monomial.powers)
+    if symbol in powers:
+        powers[other] = powers.get(other, 0) + powers.pop(symbol)
+    return Product(product.key, Monomial(product.monomial.number, tuple(sorted(powers.items()))))

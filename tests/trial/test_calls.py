@@ -1,0 +1,202 @@
+"""A user's functions behind fixed signatures."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+import sympy as sp
+
+from crosscheck.checks.answers import BadAnswer
+from crosscheck.trial.calls import Handed, handed
+from crosscheck.trial.equations import Coordinates, Equations
+from crosscheck.trial.frame import frame_of
+from models.errors import CannotDo, InputError
+from models.loading import load_arm
+
+ARM = load_arm("paper-labelled")
+X, V, A, TORQUE = np.array([[0.3, -0.4], [1.0, 2.0], [5.0, 7.0], [30.0, 40.0]])
+MASS = np.array([[5.0, 1.0], [1.0, 3.0]])
+TWO = sp.symbols("a b")
+
+
+def of(**parts: Any) -> Handed:
+    return handed(Equations(**parts), ARM, frame_of(Coordinates(), ARM))
+
+
+class Callable4:
+    """An object that can be called."""
+
+    def __call__(self, v: np.ndarray, t: float, torque: np.ndarray, q: np.ndarray) -> np.ndarray:
+        return t * q + 10 * v + torque
+
+
+def default(t: Any, x: Any, v: Any, torque: Any = None, gain: float = 10.0) -> Any:
+    return t * x + gain * v + torque
+
+
+FORCES: dict[str, Callable[..., Any]] = {
+    "by name": lambda torque, v, q, t: t * q + 10 * v + torque,
+    "synonyms": lambda time, x, q_dot, tau: time * x + 10 * q_dot + tau,
+    "defaults": default,
+    "partial": functools.partial(lambda gain, t, x, v, T: t * x + gain * v + T, 10.0),
+    "partial by name": functools.partial(default, gain=10.0),
+    "positional only": eval("lambda t, x, /, v, *, torque: t * x + 10 * v + torque"),
+    "whatever": lambda *args: args[0] * args[1] + 10 * args[2] + args[3],
+    "extra": lambda t, x, v, torque, **more: t * x + 10 * v + torque + len(more),
+    "object": Callable4(),
+    "wrapped": functools.wraps(default)(lambda *args, **kwargs: default(*args, **kwargs)),
+    "no signature": np.frompyfunc(lambda t, x, v, torque: t * x + 10 * v + torque, 4, 1),
+    "lambdified, numbers and names": sp.lambdify(
+        [sp.Symbol("t"), TWO, sp.symbols("c d"), sp.symbols("e f")],
+        [sp.sympify("t*a + 10*c + e"), sp.sympify("t*b + 10*d + f")],
+    ),
+    "lambdified": sp.lambdify(
+        [sp.Symbol("s"), TWO, sp.symbols("c d"), sp.symbols("e f")],
+        sp.Matrix([sp.sympify("s*a + 10*c + e"), sp.sympify("s*b + 10*d + f")]),
+    ),
+    "column": lambda t, x, v, torque: (t * x + 10 * v + torque)[:, None],
+    "row": lambda t, x, v, torque: [list(t * x + 10 * v + torque)],
+    "sympy": lambda t, x, v, torque: sp.Matrix([sp.Float(f) for f in t * x + 10 * v + torque]),
+    "fractions": lambda t, x, v, torque: [Fraction(f) for f in t * x + 10 * v + torque],
+    "real complex": lambda t, x, v, torque: t * x + 10 * v + torque + 0j,
+    "casadi matrix": lambda t, x, v, torque: ca.DM(t * x + 10 * v + torque),
+}
+
+
+@pytest.mark.parametrize("kind", FORCES)
+def test_force_of_every_kind(kind: str) -> None:
+    found = of(force=FORCES[kind]).force(2.0, X, V, TORQUE)
+    assert found.dtype == np.float64
+    np.testing.assert_allclose(found, 2 * X + 10 * V + TORQUE, rtol=1e-15)
+
+
+def test_casadi_functions() -> None:
+    t, x, v, torque = ca.SX.sym("t"), *(ca.SX.sym(name, 2) for name in ("x", "v", "torque"))
+    expression = t * x + 10 * v + torque
+    named = ca.Function("f", [torque, v, x, t], [expression], ["tau", "qd", "q", "t"], ["out"])
+    nameless = ca.Function("f", [t, x, v, torque], [expression])
+    for function in (named, nameless):
+        found = of(force=function).force(2.0, X, V, TORQUE)
+        np.testing.assert_allclose(found, 2 * X + 10 * V + TORQUE)
+    sparse = ca.Function("m", [x], [ca.diag(ca.vertcat(x[0], 2))], ["q"], ["M"])
+    np.testing.assert_allclose(of(mass_matrix=sparse).mass_matrix(X), np.diag([0.3, 2]))
+    with pytest.raises(InputError, match="gives 2 outputs"):
+        of(bias=ca.Function("b", [x, v], [x, v]))
+    with pytest.raises(InputError, match="takes lam, which is none of x or q"):
+        of(mass_matrix=ca.Function("m", [x], [x], ["lam"], ["o"]))
+
+
+def mass(q: np.ndarray) -> np.ndarray:
+    return MASS
+
+
+def coriolis(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return np.array([[0, v[1]], [-v[0], 1]])
+
+
+BIAS = coriolis(X, V) @ V
+
+
+def inverse(x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    return MASS @ a + coriolis(x, v) @ v
+
+
+def test_what_follows() -> None:
+    by_matrix = of(mass_matrix=mass, coriolis=coriolis, force=lambda torque: torque)
+    assert by_matrix.given == {"mass_matrix", "coriolis", "force"}
+    assert by_matrix.has - by_matrix.given == {"bias", "acceleration", "inverse_dynamics"}
+    np.testing.assert_allclose(by_matrix.bias(X, V), BIAS)
+    np.testing.assert_allclose(by_matrix.inverse_dynamics(X, V, A), inverse(X, V, A))
+    acceleration = np.linalg.solve(MASS, TORQUE - BIAS)
+    np.testing.assert_allclose(by_matrix.acceleration(0.0, X, V, TORQUE), acceleration)
+    by_inverse = of(inverse_dynamics=inverse)
+    assert by_inverse.has == {"inverse_dynamics", "mass_matrix", "bias"}
+    np.testing.assert_allclose(by_inverse.mass_matrix(X), MASS)
+    np.testing.assert_allclose(by_inverse.bias(X, V), BIAS)
+    alone = of(mass_matrix=mass)
+    assert alone.has == {"mass_matrix"}
+    for call in (lambda: alone.bias(X, V), lambda: alone.force(0.0, X, V, TORQUE)):
+        with pytest.raises(CannotDo):
+            call()
+
+
+def test_what_a_function_does_to_its_arguments_does_no_harm() -> None:
+    def greedy(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        q[:] = 0.0
+        v *= 2
+        return v
+
+    x, v = X.copy(), V.copy()
+    of(bias=greedy).bias(x, v)
+    assert (x == X).all()
+    assert (v == V).all()
+
+
+def test_one_joint_may_answer_numbers() -> None:
+    arm = load_arm("paper-labelled")
+    arm = arm.model_copy(update={"joints": arm.joints[:1], "links": arm.links[:1]})
+    model = handed(
+        Equations(mass_matrix=lambda q: 3, bias=lambda q, v: 0.0), arm, frame_of(Coordinates(), arm)
+    )
+    assert model.mass_matrix(np.zeros(1)).tolist() == [[3.0]]
+    assert model.bias(np.zeros(1), np.zeros(1)).tolist() == [0.0]
+
+
+ANSWERS: dict[str, Any] = {
+    r"has shape \(3, 3\), must be \(2, 2\)": np.eye(3),
+    r"has shape \(2,\), must be \(2, 2\)": np.ones(2),
+    r"has NaN at \[0, 1\], must be finite": [[1, np.nan], [0, 1]],
+    r"has an infinite number at \[1, 1\]": [[1, 0], [0, np.inf]],
+    "is complex, must be real": np.eye(2) * (1 + 1e-30j),
+    "is None, must be numbers": None,
+    "is a object that holds object": object(),
+    "is of type <U1": [["a", "b"], ["c", "d"]],
+    "has rows of unequal length": [[1, 2], [3]],
+    "is masked": np.ma.masked_equal(np.eye(2), 0),
+    "is a .*Matrix that holds .*Symbol.*, must be numbers": sp.Matrix(
+        [[sp.Symbol("m"), 0], [0, 1]]
+    ),
+    "is a SX, must be numbers": ca.SX.sym("m", 2, 2),
+    "is a dict that holds dict": {"M": np.eye(2)},
+    "is a list that holds NoneType": [[None, 1], [2, 3]],
+}
+
+
+@pytest.mark.parametrize("reason", ANSWERS)
+def test_bad_answers(reason: str) -> None:
+    with pytest.raises(BadAnswer, match=f"^mass_matrix {reason}") as caught:
+        of(mass_matrix=lambda q: ANSWERS[reason]).mass_matrix(X)
+    assert str(caught.value).endswith("at x = [0.3, -0.4]")
+    assert "\n" not in str(caught.value)
+
+
+def test_what_a_function_raises_comes_out_with_its_state() -> None:
+    with pytest.raises(ZeroDivisionError) as caught:
+        of(force=lambda t: 1 / 0).force(0.5, X, V, TORQUE)
+    assert caught.value.__notes__ == [
+        "force at t = [0.5], x = [0.3, -0.4], v = [1, 2], torque = [30, 40]"
+    ]
+
+
+FUNCTIONS: dict[str, dict[str, Any]] = {
+    "mass_matrix: takes theta, which is none of x or q": {"mass_matrix": lambda theta: 1},
+    "mass_matrix: takes v, which is none of x or q": {"mass_matrix": lambda q, v: 1},
+    "bias: takes u, which is none of x or q; v or qd or dq": {"bias": lambda q, u: 1},
+    "force: is a ndarray; must be a function of t, x, v, torque": {"force": np.eye(2)},
+    "force: takes 2 arguments without names, must take t, x, v, torque": {
+        "force": sp.lambdify([TWO, TWO], sp.Matrix(TWO))
+    },
+}
+
+
+@pytest.mark.parametrize("reason", FUNCTIONS)
+def test_bad_functions(reason: str) -> None:
+    with pytest.raises(InputError, match=re.escape(reason)):
+        of(**FUNCTIONS[reason])

@@ -1,0 +1,93 @@
+"""The dictionary with numbers put in is the compiled model, in any linear coordinates."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from crosscheck.trial.dictionary import dictionary_of
+from crosscheck.trial.places import Place
+from crosscheck.trial.values import values_of
+from crosscheck.trial.waves import entry_values
+from models.planets import usual_switches
+from tests.any_arms import any_arms
+from tests.trial.states import Sample, drawn_coordinates, sample
+
+COUNT = 5
+LEVELS = {
+    "": "analytic:physical",
+    **{level: f"analytic:{level}" for level in ("links", "carriers", "armature", "coupled")},
+}
+
+
+def _layout_size(arm, gearing):
+    from crosscheck.trial.frame import LAYOUTS
+
+    return len(LAYOUTS[gearing](arm))
+
+
+@st.composite
+def trials(draw):
+    """An arm, what it is described by, and the rigid level or none."""
+    joints = draw(st.integers(1, 4))
+    gearing = draw(st.sampled_from(("rigid", "lumped", "free")))
+    arm = draw(any_arms(joints, unlike=gearing == "free"))
+    level = draw(st.sampled_from(sorted(LEVELS)[1:])) if gearing == "rigid" else ""
+    chooser = random.Random(draw(st.integers(0, 2**32 - 1)))
+    chosen = {"damping": draw(st.sampled_from(("always", "contact")))}
+    if gearing != "rigid":
+        chosen["planets"] = gearing
+    work = draw(st.sampled_from(("paper", "conservative")))
+    switches = usual_switches(arm, **chosen, mesh_work=work)
+    coordinates = drawn_coordinates(chooser, gearing, _layout_size(arm, gearing))
+    return arm, coordinates, switches, level, chooser.randrange(2**32)
+
+
+@settings(max_examples=60, deadline=None)
+@given(trials())
+def test_dictionary_is_the_model(trial):
+    arm, coordinates, switches, level, seed = trial
+    sampled = sample(arm, LEVELS[level], coordinates, switches, COUNT, seed)
+    known = dictionary_of(sampled.frame, arm, sampled.model.switches, level)
+    values = values_of(arm)
+
+    def at(place: Place) -> np.ndarray:
+        return entry_values(known.entry(place), values, sampled.angles, sampled.signals)
+
+    n = len(sampled.frame.names)
+    mass = sampled.mass()
+    size = np.sqrt(np.einsum("kii->ki", mass))
+    for i in range(n):
+        for j in range(n):
+            off = np.abs(at(Place("mass_matrix", i, j)) - mass[:, i, j])
+            assert (off <= 1e-10 * size[:, i] * size[:, j]).all()
+    _bias_agrees(sampled, at, size)
+    _force_agrees(sampled, at)
+
+
+def _bias_agrees(sampled: Sample, at, size: np.ndarray) -> None:
+    n, v = len(sampled.frame.names), sampled.v
+    speed = (size * np.abs(v)).sum(axis=1)
+    for i, whole in enumerate(sampled.bias().T):
+        total = np.zeros(len(v))
+        for j in range(n):
+            for k in range(j, n):
+                total += at(Place("bias", i, rates=(j, k))) * v[:, j] * v[:, k]
+        # Slopes of M are no larger than M's sizes times the joints' turning with x.
+        turning = np.abs(sampled.frame.matrix[sampled.frame.layout.theta]).sum()
+        assert (
+            np.abs(total - whole)
+            <= 1e-10 * turning * speed * (size[:, i] * np.abs(v).sum(axis=1) + speed)
+        ).all()
+
+
+def _force_agrees(sampled: Sample, at) -> None:
+    J = np.abs(sampled.frame.matrix)
+    for i, whole in enumerate(sampled.force().T):
+        own = at(Place("force", i))
+        largest = max(float(np.abs(column).max()) for column in sampled.signals.values())
+        assert own == pytest.approx(whole, abs=1e-9 * (1 + largest) * J[:, i].max(), rel=1e-9)

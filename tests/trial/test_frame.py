@@ -1,0 +1,243 @@
+"""A user's coordinates beside the project's own."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from analytic.chain import exact_chain
+from analytic.symbols import parameter_values
+from crosscheck.registry import build
+from crosscheck.trial.equations import Coordinates
+from crosscheck.trial.frame import Frame, frame_of
+from models.arm import Arm
+from models.errors import InputError
+from models.layout import free_layout, lumped_layout, rigid_layout
+from models.loading import load_arm, load_scenario
+from tests.arms import random_arm
+
+PAPER = load_arm("paper-labelled")
+LAYOUTS = {"rigid": rigid_layout, "lumped": lumped_layout, "free": free_layout}
+NAMED = st.builds(
+    Coordinates,
+    gearing=st.sampled_from(sorted(LAYOUTS)),
+    links=st.sampled_from(["relative", "absolute"]),
+    gears=st.sampled_from(["displacements", "angles"]),
+)
+ARMS = st.integers(0, 200).map(lambda seed: random_arm(seed, most_joints=4))
+SMALL = st.floats(-2, 2)
+
+
+def states(frame: Frame, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    x, u = np.random.default_rng(seed).uniform(-1, 1, (2, len(frame.names)))
+    return x, u
+
+
+@settings(max_examples=40)
+@given(ARMS, NAMED, st.integers(0, 99))
+def test_named_maps(arm: Arm, coordinates: Coordinates, seed: int) -> None:
+    """x are what their names say: cumulative angles, and gear angles by the chain's own rows."""
+    usual = frame_of(coordinates, arm)
+    order = tuple(np.random.default_rng(seed).permutation(usual.names).tolist())
+    frame = frame_of(replace(coordinates, order=order), arm)
+    assert frame.names == order
+    x, _ = states(frame, 1)
+    q = frame.position(x)
+    expected, chain = {}, exact_chain(arm, frame.layout)
+    for joint in chain.numbers:
+        expected[f"theta_{joint}"] = chain.row("theta", joint)
+        expected[f"phi_{joint}"] = chain.angles[joint]
+    for joint, _ in chain.geared if coordinates.gearing != "rigid" else ():
+        expected[f"theta_s{joint}"] = chain.sun_row(joint)
+        for place, (_, row) in enumerate(chain.planet_rows(joint), start=1):
+            suffix = f"_{place}" if frame.layout.free else ""
+            expected[f"theta_p{joint}{suffix}"] = row
+    for place, name in enumerate(frame.layout.names):
+        expected.setdefault(name, np.eye(len(q))[place])
+    rows = np.array([expected[name].astype(float) for name in frame.names])
+    np.testing.assert_allclose(rows @ q, x, atol=1e-9)
+    np.testing.assert_allclose(rows @ frame.jacobian(x), np.eye(len(q)), atol=1e-9)
+
+
+@settings(max_examples=20)
+@given(ARMS, NAMED)
+def test_symbols_say_what_numbers_say(arm: Arm, coordinates: Coordinates) -> None:
+    frame = frame_of(coordinates, arm)
+    values = {symbol: float(value) for symbol, value in parameter_values(arm).items()}
+    assert frame.symbolic is not None
+    numbers = np.array(frame.symbolic.subs(values), dtype=float)
+    np.testing.assert_allclose(numbers, frame.matrix, rtol=1e-12, atol=0)
+
+
+@given(st.lists(SMALL, min_size=2, max_size=2), st.lists(SMALL, min_size=2, max_size=2))
+def test_mass_matrix_and_bias_in_absolute_angles(pose: list[float], rates: list[float]) -> None:
+    """J^T M J and J^T (h + M J' u) are what the textbook has in absolute angles."""
+    frame = frame_of(Coordinates(links="absolute"), PAPER)
+    x, u = np.array(pose), np.array(rates)
+    model = build("analytic:links", PAPER, load_scenario("constant-torque"))
+    q, jacobian = frame.position(x), frame.jacobian(x)
+    mass = jacobian.T @ model.mass_matrix(q) @ jacobian
+    coupling = (18.9 * 0.35 + 10 * 0.7) * np.cos(x[0] - x[1])
+    first, second = 27 * (1 / 12 + 0.25) + 28.9, 18.9 * (0.49 / 12 + 0.35**2) + 10 * 0.49
+    np.testing.assert_allclose(mass, [[first, coupling], [coupling, second]], atol=1e-12)
+    pull = (18.9 * 0.35 + 10 * 0.7) * np.sin(x[0] - x[1])
+    bias = jacobian.T @ (model.bias(q, jacobian @ u) + mass @ frame.drift(x, u))
+    np.testing.assert_allclose(bias, [pull * u[1] ** 2, -pull * u[0] ** 2], atol=1e-11)
+
+
+def curved(x: np.ndarray) -> np.ndarray:
+    return np.array([x[0] + 0.25 * np.sin(x[0]) * np.cos(x[1]), x[1] + 0.3 * np.sin(x[1] - x[0])])
+
+
+def of_floats(x: np.ndarray) -> list[float]:
+    return [
+        x[0] + 0.25 * math.sin(x[0]) * math.cos(x[1]),
+        x[1] + 0.3 * math.sin(x[1] - x[0]),
+    ]
+
+
+def cast(x: np.ndarray) -> np.ndarray:
+    """Loses the imaginary part with a warning alone."""
+    return curved(np.asarray(x).astype(float))
+
+
+def slopes(x: np.ndarray) -> np.ndarray:
+    near = 0.3 * np.cos(x[1] - x[0])
+    along, across = 0.25 * np.cos(x[0]) * np.cos(x[1]), -0.25 * np.sin(x[0]) * np.sin(x[1])
+    return np.array([[1 + along, across], [-near, 1 + near]])
+
+
+A, B = sp.symbols("a b")
+SYMBOLIC = sp.Matrix([A + sp.sin(A) * sp.cos(B) / 4, B + sp.Rational(3, 10) * sp.sin(B - A)])
+MAPS = {
+    "complex step": Coordinates(function=curved),
+    "differences": Coordinates(function=of_floats),
+    "given": Coordinates(function=of_floats, jacobian=slopes),
+    "sympy": Coordinates(function=SYMBOLIC, symbols=(A, B)),
+}
+
+
+@pytest.mark.parametrize("found_by", MAPS)
+def test_curved_maps(found_by: str) -> None:
+    """However the derivatives come about, they are the same."""
+    frame, exact = frame_of(MAPS[found_by], PAPER), frame_of(MAPS["sympy"], PAPER)
+    assert frame.found_by == found_by
+    assert frame.matrix is frame.symbolic is None
+    for seed in range(10):
+        x, u = states(frame, seed)
+        np.testing.assert_allclose(frame.position(x), curved(x), rtol=1e-14)
+        np.testing.assert_allclose(frame.jacobian(x), slopes(x), rtol=1e-12, atol=1e-13)
+        tolerance = 1e-9 if found_by == "differences" else 1e-12
+        np.testing.assert_allclose(frame.drift(x, 5 * u), exact.drift(x, 5 * u), atol=tolerance)
+        again = frame.place(frame.position(x))
+        np.testing.assert_allclose(frame.position(again), frame.position(x), atol=1e-13)
+
+
+def test_a_function_that_drops_imaginary_parts_is_seen() -> None:
+    assert frame_of(Coordinates(function=cast), PAPER).found_by == "differences"
+
+
+def test_a_straight_function_is_a_matrix() -> None:
+    """In the arm's own symbols, which stand for its numbers."""
+    r_s1, r_p1, r_cp1 = sp.symbols("r_s1 r_p1 r_cp1")
+    sun, planet, *others = sp.symbols("s p theta x_sp2 x_pr2 theta_2")
+    q = [r_s1 * sun - r_p1 * planet - r_cp1 * others[0], r_p1 * planet - r_cp1 * others[0]]
+    own = Coordinates(
+        gearing="lumped", function=sp.Matrix([*q, *others]), symbols=(sun, planet, *others)
+    )
+    named = Coordinates(gearing="lumped", gears="angles")
+    found, expected = frame_of(own, PAPER), frame_of(named, PAPER)
+    assert found.matrix is not None
+    assert expected.matrix is not None
+    np.testing.assert_allclose(found.matrix[:3], expected.matrix[:3], rtol=1e-14)
+    assert found.symbolic is not None
+    assert found.symbolic[:3, :] == expected.symbolic[:3, :]
+
+
+def test_own_matrices() -> None:
+    frame = frame_of(Coordinates(matrix=[[1, 0], [-1, 1]], names=("a", "b")), PAPER)
+    assert frame.names == ("a", "b")
+    assert frame.symbolic == sp.ImmutableMatrix([[1, 0], [-1, 1]])
+    ratio = frame_of(Coordinates(matrix=np.diag([3 / 14, 0.1])), PAPER)
+    assert ratio.symbolic == sp.ImmutableMatrix([[sp.Rational(3, 14), 0], [0, sp.Rational(1, 10)]])
+    assert frame_of(Coordinates(matrix=np.diag([math.pi, 1])), PAPER).symbolic is None
+
+
+def saddle(x: np.ndarray) -> np.ndarray:
+    return np.array([x[0] ** 2, x[1]])
+
+
+def test_a_singular_state_is_named() -> None:
+    frame = frame_of(Coordinates(function=saddle), PAPER)
+    with pytest.raises(InputError, match=r"jacobian: is singular at x = \[0, 0.5\]"):
+        frame.jacobian(np.array([0.0, 0.5]))
+    with pytest.raises(InputError, match="no x was found"):
+        frame.place(np.array([-1.0, 0.0]))
+
+
+def raising(x: np.ndarray) -> np.ndarray:
+    return x[np.array([0, 7])]
+
+
+def wrong_slopes(x: np.ndarray) -> np.ndarray:
+    return slopes(x) * [[1, 1], [-1, 1]]
+
+
+BAD = {
+    "rigid, lumped, free": Coordinates(gearing="geared"),
+    "links = 'abs': must be one of relative, absolute": Coordinates(links="abs"),
+    "give either matrix or function": Coordinates(matrix=np.eye(2), function=curved),
+    "matrix alone says what x is": Coordinates(matrix=np.eye(2), links="absolute"),
+    "needs function beside": Coordinates(jacobian=slopes),
+    "without theta_2 and has unknown phi_2": Coordinates(order=("theta_1", "phi_2")),
+    "has twice theta_1": Coordinates(order=("theta_1", "theta_1", "theta_2")),
+    r"has shape \(3, 3\), must be \(2, 2\), for the 2 rigid coord": Coordinates(matrix=np.eye(3)),
+    "matrix: is complex": Coordinates(matrix=1j * np.eye(2)),
+    r"has NaN at \[0, 1\]": Coordinates(matrix=[[1, math.nan], [0, 1]]),
+    "matrix: is singular": Coordinates(matrix=[[1, 2], [2, 4]]),
+    "of unequal length": Coordinates(matrix=[[1, 2], [2]]),
+    "must be 2, one for each coordinate; are 3": Coordinates(names=("a", "b", "c")),
+    "unlike each other": Coordinates(names=("a", "a")),
+    "must be a function of x or a sympy Matrix": Coordinates(function=np.eye(2)),
+    r"function, for the 2 rigid .* has shape \(1,\), must be \(2,\), at x = ": Coordinates(
+        function=lambda x: x[:1]
+    ),
+    "raises IndexError": Coordinates(function=raising),
+    "2 joints: is complex, must be real": Coordinates(function=lambda x: x * 1j),
+    r"jacobian: \[1, 0\], of theta_2 by x_1, is .* differences": Coordinates(
+        function=curved, jacobian=wrong_slopes
+    ),
+    "jacobian: is singular": Coordinates(function=lambda x: np.array([x[0], x[0]])),
+    "has 2 entries over 1 symbols; must be 2 over 2": Coordinates(function=SYMBOLIC, symbols=(A,)),
+    "c: is no quantity of the arm": Coordinates(function=SYMBOLIC * sp.Symbol("c"), symbols=(A, B)),
+}
+
+
+@pytest.mark.parametrize("reason", BAD)
+def test_bad_coordinates(reason: str) -> None:
+    with pytest.raises(InputError, match=reason) as caught:
+        frame_of(BAD[reason], PAPER)
+    assert "\n" not in str(caught.value)
+
+
+def test_each_map_is_for_its_number_of_joints() -> None:
+    three = load_arm("three-unlike")
+    for own in (Coordinates(matrix=np.eye(2)), MAPS["complex step"], MAPS["sympy"]):
+        with pytest.raises(InputError, match="3 rigid coordinates of three-unlike, 3 joints"):
+            frame_of(own, three)
+
+
+def edge(x: np.ndarray) -> np.ndarray:
+    return np.array([x[0] + 0.1 * abs(x[0]) ** 1.5, x[1]])
+
+
+def test_what_has_no_second_derivative_is_refused_where_it_has_none() -> None:
+    frame = frame_of(Coordinates(function=edge), PAPER)
+    with pytest.raises(InputError, match="second derivative is not to be found at x = "):
+        frame.drift(np.zeros(2), np.ones(2))

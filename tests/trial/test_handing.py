@@ -1,0 +1,190 @@
+"""Equations out of a user's file or package."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from crosscheck.trial.calls import handed
+from crosscheck.trial.equations import Equations
+from crosscheck.trial.frame import frame_of
+from crosscheck.trial.loading import handed_over, made
+from models.errors import InputError
+from models.loading import load_arm, load_scenario
+
+ARM, PROBE = load_arm("paper-labelled"), load_arm("probe")
+SCENARIO = load_scenario("constant-torque")
+HEAD = "import numpy as np\nfrom crosscheck.trial.equations import Coordinates, Equations\n"
+
+
+def over(folder: Path, code: str, name: str = "model") -> Equations:
+    path = folder / "hand.py"
+    path.write_text(HEAD + code)
+    return handed_over(f"{path}:{name}", ARM, SCENARIO)
+
+
+def payload(equations: Equations) -> float:
+    assert equations.mass_matrix is not None
+    return float(handed(equations, ARM, frame_of(equations.coordinates, ARM)).mass_matrix(X)[0, 0])
+
+
+X = np.zeros(2)
+OF_ARM = "return Equations(mass_matrix=lambda q: np.eye(2) * arm.payload_mass_kg)"
+GIVEN = {
+    "equations": "model = Equations(mass_matrix=lambda q: np.eye(2) * 10)",
+    "factory of nothing": "def model():\n return Equations(mass_matrix=lambda q: np.eye(2) * 10)",
+    "of an arm": f"def model(arm):\n {OF_ARM}",
+    "of whatever it is called": f"def model(robot):\n arm = robot\n {OF_ARM}",
+    "of both": f"def model(scenario, arm):\n assert scenario.name\n {OF_ARM}",
+    "of two": f"def model(arm_, stage):\n arm = arm_\n assert stage.duration_s\n {OF_ARM}",
+    "by place": f"def model(arm, /, scenario=None):\n {OF_ARM}",
+    "with more": f"def model(arm, gain=1, *more, **others):\n {OF_ARM}",
+    "class": (
+        "class model:\n def __init__(self, arm):\n  self.arm = arm\n"
+        " def mass_matrix(self, q):\n  return np.eye(2) * self.arm.payload_mass_kg"
+    ),
+    "object": "class A:\n def mass_matrix(self, q):\n  return np.eye(2) * 10\nmodel = A()",
+    "object of a factory": (
+        "class A:\n def mass_matrix(self, q):\n  return np.eye(2) * 10\ndef model():\n return A()"
+    ),
+    "symbols": (
+        "import sympy as sp\nfrom crosscheck.trial.symbolic import from_sympy\n"
+        "model = from_sympy(sp.symbols('a b'), sp.symbols('c d'),"
+        " mass_matrix=sp.eye(2) * sp.Symbol('m_payload'))"
+    ),
+}
+OF_ANY_ARM = set(GIVEN) - {"equations", "factory of nothing", "object", "object of a factory"}
+
+
+@pytest.mark.parametrize("kind", GIVEN)
+def test_everything_that_can_be_handed_over(kind: str, tmp_path: Path) -> None:
+    equations = over(tmp_path, GIVEN[kind])
+    assert payload(equations) == 10.0
+    assert equations.any_arm == (kind in OF_ANY_ARM)
+    assert payload(equations.on(PROBE)) == (7.0 if kind in OF_ANY_ARM else 10.0)
+    assert payload(equations.on(PROBE).on(ARM)) == 10.0
+
+
+def test_a_module_itself_and_an_attribute_of_something(tmp_path: Path) -> None:
+    code = "class Mine:\n model = Equations(mass_matrix=lambda q: np.eye(2))"
+    assert payload(over(tmp_path, code, "Mine.model")) == 1.0
+    code = "class Mine:\n level = 'links'\n coordinates = Coordinates(links='absolute')\n"
+    code += " @staticmethod\n def mass_matrix(q):\n  return np.eye(2)\nmine = Mine()"
+    found = over(tmp_path, code, "mine")
+    assert found.level == "links"
+    assert found.coordinates.links == "absolute"
+
+
+def test_a_package_in_the_current_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "my_robot_package").mkdir()
+    (tmp_path / "my_robot_package" / "hand.py").write_text(HEAD + GIVEN["of an arm"])
+    monkeypatch.chdir(tmp_path)
+    before = list(sys.path)
+    assert payload(handed_over("my_robot_package.hand:model", ARM, None)) == 10.0
+    assert sys.path == before
+
+
+def test_modules_beside_the_file_are_found_and_shadow_nothing(tmp_path: Path) -> None:
+    (tmp_path / "beside_hand.py").write_text("ten = 10\n")
+    (tmp_path / "json.py").write_text("raise RuntimeError\n")
+    for ours in ("models", "analytic", "crosscheck"):
+        (tmp_path / ours).mkdir()
+        (tmp_path / ours / "__init__.py").write_text("raise RuntimeError\n")
+    code = "import json, models.arm\nfrom beside_hand import ten\n"
+    code += "model = Equations(mass_matrix=lambda q: np.eye(2) * ten)"
+    assert payload(over(tmp_path, code)) == 10.0
+    assert str(tmp_path) not in sys.path
+
+
+def test_a_file_is_read_anew(tmp_path: Path) -> None:
+    assert payload(over(tmp_path, GIVEN["equations"])) == 10.0
+    changed = GIVEN["equations"].replace("10", "11 + 0 * 100")
+    assert payload(over(tmp_path, changed)) == 11.0
+
+
+SHADOWED = {
+    "import models\nmodels.hand_made()": "AttributeError: .*line 4",
+    "from models import hand_made": "ImportError: .*line 3",
+    "import analytic.mine": "ModuleNotFoundError: .*line 3",
+    "def model(arm):\n from models.mine import x": "ModuleNotFoundError: .*line 4",
+}
+
+
+@pytest.mark.parametrize("code", SHADOWED)
+def test_who_wants_an_own_package_of_our_name_is_told(code: str, tmp_path: Path) -> None:
+    for ours in ("models", "analytic"):
+        (tmp_path / ours).mkdir()
+    name = "analytic" if "analytic" in code else "models"
+    taken = f"the name {name} is taken by the project, so give your own {name} another one"
+    with pytest.raises(InputError, match=f"{SHADOWED[code]}.*{taken}"):
+        over(tmp_path, code)
+
+
+def test_who_has_none_is_not(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        over(tmp_path, "from models import hand_made")
+    assert "taken" not in str(caught.value)
+
+
+BAD = {
+    "def model(": r"is not Python: .* \(hand.py, line 3\)",
+    "1 / 0": r"raises ZeroDivisionError: division by zero \(hand.py, line 3\)",
+    "import sys; sys.exit(3)": r"raises SystemExit: 3 \(hand.py, line 3\)",
+    "import no_such_package": r"raises ModuleNotFoundError: No module named 'no_such_package' \(",
+    "modell = 1\nother = 2": "no model in .*hand.py; there is modell",
+    "model = 3": "is a int; must be Equations, a function that returns them",
+    "model = None": "is None; must be Equations",
+    "model = Equations()": "hands nothing over; needs one of mass_matrix, bias",
+    "def model(q): return q": r"takes q, no arm; hand functions over as Equations\(mass_matrix=",
+    "def model(a, b, c): return 1": "takes c; may take arm and scenario alone",
+    "def model(*, robot): return 1": "takes robot; may take arm and scenario alone",
+    "def model(arm): arm.payload": r"raises AttributeError: .* \(hand.py, line 3\)",
+    "def model(arm): pass": "returned None; must be Equations",
+    "def model(arm): return lambda q: q": "returned a function; must return Equations",
+    "def model(): return Equations()": "hands nothing over",
+    "model = Equations(bias=len, coriolis=len)": "coriolis: give either bias or coriolis",
+    "model = Equations(bias=3)": "bias: is a int; must be a function of x, v",
+    "model = Equations(bias=lambda z: z)": "bias: takes z, which is none of",
+    "model = Equations(bias=lambda v: v, coordinates='absolute')": "is a str; must be Coordinates",
+    "model = Equations(bias=lambda v: v, level='link')": "level = 'link': must be one of links, ",
+    "model = Equations(bias=lambda v: v, level='links', coordinates=Coordinates('free'))": (
+        "level = 'links': is of rigid models; coordinates.gearing is free"
+    ),
+    "model = Equations(bias=lambda v: v, switches='free')": "switches: is a str; must be Switches",
+    "model = dict": "is a builtin; must be Equations",
+}
+
+
+@pytest.mark.parametrize("code", BAD)
+def test_bad_code_is_one_line(code: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=BAD[code]) as caught:
+        over(tmp_path, code)
+    line = str(caught.value)
+    assert "\n" not in line
+    assert line.startswith(f"{tmp_path}/hand.py:model: ")
+
+
+PLACES = {
+    "hand.py": "must be file.py:name or package.module:name",
+    ":model": "must be file.py:name",
+    "hand.py:": "must be file.py:name",
+    "no_such.py:model": "no such file",
+    "no/such/file:model": "no such file",
+    "no_such_package.hand:model": "No module named 'no_such_package'",
+    "json:no_such": "no no_such in json; there is",
+}
+
+
+@pytest.mark.parametrize("text", PLACES)
+def test_bad_places(text: str) -> None:
+    with pytest.raises(InputError, match=PLACES[text]):
+        handed_over(text, ARM, None)
+
+
+def test_from_python_nothing_is_a_file() -> None:
+    equations = Equations(mass_matrix=lambda q: np.eye(2))
+    assert made(equations, ARM, None, "here") is equations
+    assert payload(made(lambda arm: equations, ARM, None, "here")) == 1.0

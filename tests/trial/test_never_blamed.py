@@ -1,0 +1,100 @@
+"""Right equations in coordinates that are hard on numbers: never blamed; slips still are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from crosscheck.state_suite import unequal_gains
+from crosscheck.trial.equations import Coordinates, Equations
+from crosscheck.trial.frame import LAYOUTS
+from crosscheck.trial.trial import Asked, Trial, tried
+from models.arm import Arm
+from models.loading import load_arm
+from tests.arms import random_arm
+from tests.trial.test_trial import equations_of, in_frame, trial_of, two_links
+
+PARTS = ("mass_matrix", "bias", "force")
+
+
+def in_coordinates(model: str, coordinates: Coordinates, arm: Arm) -> Equations:
+    """Of this arm alone, so that no probe is asked."""
+    moved = in_frame(model, coordinates, arm, unequal_gains(arm))
+    return replace(equations_of(moved), coordinates=coordinates)
+
+
+def judged(equations: Equations, arm: Arm) -> Trial:
+    return tried(Asked("yours", equations, arm, quick=True))
+
+
+def turned(n: int, seed: int, condition: float) -> np.ndarray:
+    """A full matrix (n, n) of this condition."""
+    draw = np.random.default_rng(seed).normal(size=(2, n, n))
+    left, right = (np.linalg.qr(each)[0] for each in draw)
+    return left * np.geomspace(1, 1 / condition, n) @ right
+
+
+def lengths(arm: Arm, gearing: str) -> np.ndarray:
+    """Displacements by radii of 5 cm, rows (n, 1)."""
+    return np.where(LAYOUTS[gearing](arm).angular, 1.0, 0.05)[:, None]
+
+
+@pytest.mark.parametrize("seed", [19, 33])
+@pytest.mark.parametrize("condition", [1e2, 2e4])
+def test_in_coordinates_that_hardly_tell_the_links_apart(seed, condition):
+    arm = random_arm(seed, most_joints=4)
+    matrix = lengths(arm, "lumped") * turned(len(LAYOUTS["lumped"](arm)), seed, condition)
+    own = in_coordinates("pinocchio:gears", Coordinates("lumped", matrix=matrix), arm)
+    trial = judged(own, arm)
+    assert ([finding.id for finding in trial.agreement.red], trial.wrong) == ([], ())
+
+
+@pytest.mark.parametrize("model", ["analytic:coupled", "pinocchio:links"])
+def test_in_units_of_a_millionth_and_of_a_million(model):
+    """Where the rates' share in a bias differs by twelve orders."""
+    arm = load_arm("three-unlike")
+    units = np.tril(turned(3, 1, 2.0)) + 2 * np.eye(3)
+    coordinates = Coordinates(matrix=units * np.array([1e6, 1e-6, 1.0]))
+    trial = judged(in_coordinates(model, coordinates, arm), arm)
+    assert ([finding.id for finding in trial.agreement.red], trial.wrong) == ([], ())
+
+
+def test_where_a_function_bends_gear_angles(labelled):
+    bends = lengths(labelled, "lumped")[:, 0]
+    coordinates = Coordinates("lumped", function=lambda x: bends * (x + 0.5 * np.sin(x)))
+    trial = judged(in_coordinates("pinocchio:gears", coordinates, labelled), labelled)
+    assert ([finding.id for finding in trial.agreement.red], trial.wrong) == ([], ())
+
+
+def by_actuator(x: np.ndarray) -> np.ndarray:
+    """The elbow by the length of an actuator across it, between 0.1 m and 0.7 m."""
+    a, b = 0.3, 0.4
+    return np.array([x[0], np.arccos((a * a + b * b - x[1] ** 2) / (2 * a * b))])
+
+
+def test_where_a_function_reaches_half_of_all_poses(labelled):
+    """And a slip is seen there as well."""
+    own = in_coordinates("pinocchio:links", Coordinates(function=by_actuator), labelled)
+    trial = judged(own, labelled)
+    assert ([finding.id for finding in trial.agreement.red], trial.wrong) == ([], ())
+    slipped = replace(own, bias=lambda x, v: (1 + 1e-8) * own.bias(x, v))
+    assert judged(slipped, labelled).exit_code == 1
+
+
+@pytest.mark.parametrize("level", ["carriers", "armature", "coupled"])
+def test_without_a_mass_matrix_the_level_is_that_of_what_there_is(level):
+    arm = load_arm("probe")
+    moved = in_frame(f"pinocchio:{level}", Coordinates(), arm, unequal_gains(arm))
+    own = Equations(acceleration=moved.model.acceleration)
+    trial = judged(own, arm)
+    assert (trial.level, trial.exit_code) == (level, 0)
+
+
+def test_equations_that_know_one_arm_alone_are_judged_on_that(labelled):
+    def only(arm: Arm) -> Equations:
+        assert arm == labelled
+        return two_links(arm)
+
+    assert trial_of(only, labelled).exit_code == 0

@@ -1,0 +1,232 @@
+"""A trial from end to end: right equations pass, a slip is named, whatever the coordinates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from crosscheck.registry import build
+from crosscheck.trial.equations import Coordinates, Equations
+from crosscheck.trial.frame import Frame, frame_of
+from crosscheck.trial.loading import made
+from crosscheck.trial.moved import Moved
+from crosscheck.trial.trial import Asked, Trial, tried
+from models.arm import Arm
+from models.loading import load_arm, load_scenario
+from models.planets import usual_switches
+from models.scenario import Scenario
+from tests.arms import random_arm
+
+LEVELS = ("links", "carriers", "armature", "coupled")
+
+
+def in_frame(model: str, coordinates: Coordinates, arm: Arm, scenario: Scenario) -> Moved:
+    """A model of the project in a user's coordinates."""
+    gearing = coordinates.gearing
+    planets = {} if gearing == "rigid" else {"planets": gearing}
+    built = build(model, arm, scenario, usual_switches(arm, **planets))
+    return Moved(built, frame_of(coordinates, arm))
+
+
+def equations_of(moved: Moved, **slips: object) -> Equations:
+    """Plain functions that answer as a model does; slips: other functions in their place."""
+
+    def force(t: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        frame: Frame = moved.frame
+        jacobian = frame.jacobian(x)
+        return jacobian.T @ moved.model.generalized_force(t, frame.position(x), jacobian @ v)
+
+    def bias(x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return moved.bias(x, v)
+
+    functions = {"mass_matrix": moved.mass_matrix, "bias": bias, "force": force}
+    return Equations(**{**functions, **slips})
+
+
+def trial_of(factory: object, arm: Arm, name: str = "yours", **asked: object) -> Trial:
+    """Of a factory of an arm and a scenario."""
+    equations = made(factory, arm, load_scenario("pd"), name)
+    return tried(Asked(name, equations, arm, quick=True, **asked))
+
+
+def of_project(model: str, coordinates: Coordinates):
+    """A factory of a model of the project, handed over."""
+
+    def factory(arm: Arm, scenario: Scenario) -> Equations:
+        moved = in_frame(model, coordinates, arm, scenario)
+        return replace(equations_of(moved), coordinates=coordinates)
+
+    return factory
+
+
+@pytest.mark.parametrize("links", ["relative", "absolute"])
+@pytest.mark.parametrize("gears", ["displacements", "angles"])
+@pytest.mark.parametrize("gearing", ["lumped", "free"])
+def test_right_geared_equations_pass_on_an_arm_of_random_numbers(gearing, gears, links):
+    """And on the probe arms of its structure."""
+    coordinates = Coordinates(gearing, links, gears)
+    arm = random_arm(hash_of(gearing, gears, links), most_joints=3)
+    trial = trial_of(of_project("analytic:physical", coordinates), arm)
+    assert [finding.id for finding in trial.agreement.red] == []
+    assert trial.wrong == ()
+
+
+def hash_of(*words: str) -> int:
+    """A seed of its own for each, the same every time."""
+    return sum(map(ord, "".join(words))) % 40
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_the_ladder_says_which_level_a_rigid_model_is(level):
+    coordinates = Coordinates("rigid", "absolute")
+    trial = trial_of(of_project(f"pinocchio:{level}", coordinates), load_arm("probe"))
+    assert trial.level == level
+    assert [rung.level for rung in trial.rungs if rung.entries == 0] == [level]
+    assert trial.exit_code == 0
+
+
+def test_a_level_that_is_claimed_is_binding():
+    """The paper's rigid arm lacks what its carriers weigh."""
+
+    def factory(arm: Arm, scenario: Scenario) -> Equations:
+        moved = in_frame("analytic:links", Coordinates(), arm, scenario)
+        return replace(equations_of(moved), level="carriers")
+
+    trial = trial_of(factory, load_arm("probe"))
+    assert trial.exit_code == 1
+    assert trial.level == "carriers"
+
+
+def two_links(arm: Arm, slip: bool = False, bias_of: float = 1.0) -> Equations:
+    """Two rods in absolute angles, by hand; slip: the payload at d2 in M's coupling."""
+    (m1, I1, d1, L1), (m2, I2, d2, L2) = map(rod, arm.links)
+    payload, at = arm.payload_mass_kg, d2 if slip else L2
+
+    def mass_matrix(q: np.ndarray) -> list[list[float]]:
+        c = math.cos(q[0] - q[1])
+        shared = (m2 * d2 + payload * at) * L1 * c
+        first = I1 + m1 * d1**2 + (m2 + payload) * L1**2
+        return [[first, shared], [shared, I2 + m2 * d2**2 + payload * L2**2]]
+
+    def bias(q: np.ndarray, v: np.ndarray) -> list[float]:
+        s = bias_of * (m2 * d2 + payload * L2) * L1 * math.sin(q[0] - q[1])
+        return [s * v[1] ** 2, -s * v[0] ** 2]
+
+    def force(torque: np.ndarray) -> list[float]:
+        return [torque[0] - torque[1], torque[1]]
+
+    return Equations(mass_matrix, bias, force=force, coordinates=Coordinates(links="absolute"))
+
+
+def rod(link: object) -> tuple[float, float, float, float]:
+    """Mass, inertia, centre and length of a slender link."""
+    mass = link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
+    return mass, mass * link.length_m**2 / 12, link.com_m, link.length_m
+
+
+def test_two_links_by_hand_pass(labelled):
+    trial = trial_of(two_links, labelled)
+    assert trial.exit_code == 0
+    assert (trial.level, trial.wrong, trial.missing) == ("links", (), ())
+
+
+def test_a_slip_that_equal_joints_make_ambiguous_is_told_by_a_probe(labelled):
+    """d_2 for L_2 on an arm whose links are alike: only other arms tell d_2 from d_1."""
+
+    def slipped(arm: Arm) -> Equations:
+        return two_links(arm, slip=True)
+
+    trial = trial_of(slipped, labelled)
+    upper, lower = trial.wrong
+    assert {(upper.place.row, upper.place.column), (lower.place.row, lower.place.column)} == {
+        (0, 1),
+        (1, 0),
+    }
+    for wrong in trial.wrong:
+        (slip,) = wrong.explanation.slips
+        assert (slip.kind, slip.yours, slip.right) == ("swapped", "d2", "L2")
+        assert slip.term.coefficient == "m_payload L1 L2"
+        assert wrong.explanation.left_over < 1e-6
+        assert wrong.shown_on == ""
+
+
+def test_a_slip_that_the_arm_cannot_show_is_looked_for_on_a_probe(labelled):
+    """L_2 / 2 for d_2, of a link whose centre is there: the arm agrees, the report says so."""
+
+    def hidden(arm: Arm) -> Equations:
+        outer = arm.links[1].model_copy(update={"com_m": arm.links[1].length_m / 2})
+        return two_links(arm.model_copy(update={"links": (arm.links[0], outer)}))
+
+    trial = trial_of(hidden, labelled)
+    assert trial.exit_code == 0
+    assert {wrong.place.part for wrong in trial.wrong} == {"mass_matrix", "bias"}
+    assert {wrong.shown_on for wrong in trial.wrong} == {"probe 1 of paper-labelled"}
+
+
+def test_a_bias_that_does_not_follow_from_its_own_inertia_needs_no_engine(labelled):
+    def slipped(arm: Arm) -> Equations:
+        return two_links(arm, bias_of=2.0)
+
+    trial = trial_of(slipped, labelled)
+    own = {f.quantity: f.verdict for f in trial.agreement.findings if not f.about.key.right}
+    assert own["bias-from-inertia"] == "differ"
+    assert own["symmetric"] == own["bias-quadratic"] == "agree"
+    assert {(w.place.row, w.place.rates) for w in trial.wrong} == {(0, (1, 1)), (1, (0, 0))}
+    assert {slip.by for w in trial.wrong for slip in w.explanation.slips} == {2.0}
+
+
+def test_what_is_missing_is_said_and_the_rest_judged(labelled):
+    def mass_alone(arm: Arm) -> Equations:
+        whole = two_links(arm)
+        return Equations(whole.mass_matrix, coordinates=whole.coordinates)
+
+    trial = trial_of(mass_alone, labelled)
+    assert trial.missing == ("bias", "force", "acceleration")
+    assert trial.exit_code == 0
+
+
+def test_a_part_that_raises_costs_its_own_checks_and_its_traceback_is_kept(labelled):
+    def broken(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        raise ZeroDivisionError("my own")
+
+    def factory(arm: Arm) -> Equations:
+        whole = two_links(arm)
+        return Equations(whole.mass_matrix, broken, coordinates=whole.coordinates)
+
+    trial = trial_of(factory, labelled)
+    verdicts = {f.quantity: f.verdict for f in trial.agreement.findings if f.kind == "check"}
+    assert verdicts["symmetric"] == verdicts["mass_matrix"] == "agree"
+    assert verdicts["bias"] == verdicts["bias-quadratic"] == "failed"
+    assert any("ZeroDivisionError: my own" in trace for trace in trial.traces.values())
+
+
+def test_a_run_takes_the_same_steps_as_the_engines(labelled):
+    short = load_scenario("pd").model_copy(update={"duration_s": 0.01})
+    trial = trial_of(two_links, labelled, scenarios=(short,))
+    runs = [f for f in trial.agreement.findings if f.about.key.family == "trial-run"]
+    assert {f.quantity for f in runs} == {"theta", "theta_dot", "kinetic_energy"}
+    assert {f.verdict for f in runs} == {"agree"}
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_inverse_dynamics_is_judged_where_a_and_v_meet(beside, labelled):
+    """Not only at a = 0 and at unit a at rest, nor taken for granted beside M and bias."""
+
+    def of(by: float):
+        def factory(arm: Arm) -> Equations:
+            own = two_links(arm)
+
+            def whole(q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+                return own.mass_matrix(q) @ a + own.bias(q, v) + by * a * v
+
+            parts = {"mass_matrix": own.mass_matrix, "bias": own.bias} if beside else {}
+            return Equations(**parts, inverse_dynamics=whole, coordinates=own.coordinates)
+
+        return factory
+
+    assert trial_of(of(0.0), labelled).exit_code == 0
+    (red,) = trial_of(of(1e-3), labelled).agreement.red
+    assert red.quantity == "inverse-dynamics"

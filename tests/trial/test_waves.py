@@ -1,0 +1,108 @@
+"""Values at states become the waves and signals that they are made of, and what is left is said."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from crosscheck.trial.alternates import ForceDifferences
+from crosscheck.trial.force_terms import States
+from crosscheck.trial.frame import frame_of
+from crosscheck.trial.keys import Key
+from crosscheck.trial.places import Place
+from crosscheck.trial.waves import Fitting, keys_of, states_wanted, waves_tried
+from crosscheck.trial.words import told
+from models.loading import load_arm
+from models.planets import usual_switches
+from tests.trial.slips import ABSOLUTE, LUMPED, dictionary
+from tests.trial.states import sample
+
+UNLIKE, PAPER = load_arm("three-unlike"), load_arm("paper-labelled")
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 5))
+def test_waves_come_back(seed: int, count: int):
+    known, generator = dictionary(PAPER, ABSOLUTE), np.random.default_rng(seed)
+    angles = generator.uniform(-3, 3, (states_wanted(known), known.joints))
+    fitting = Fitting.of_waves(known, angles)
+    keys = keys_of(waves_tried(known))
+    chosen = [keys[place] for place in generator.choice(len(keys), count, replace=False)]
+    planted = dict(zip(chosen, generator.uniform(0.1, 10, count), strict=True))
+    values = np.zeros(len(angles))
+    for key, coefficient in planted.items():
+        angle = angles @ np.array(key.wave)
+        values += coefficient * (np.sin(angle) if key.function == "sin" else np.cos(angle))
+    fit = fitting.fit(values, float(np.abs(values).max()))
+    assert fit.found == pytest.approx(planted, rel=1e-11)
+    assert fit.left_over == 0.0
+
+
+def test_what_no_wave_makes_is_left_over():
+    known, generator = dictionary(PAPER, ABSOLUTE), np.random.default_rng(0)
+    angles = generator.uniform(-3, 3, (states_wanted(known), known.joints))
+    fit = Fitting.of_waves(known, angles).fit(np.tan(angles[:, 1] / 3.5), 1.0)
+    assert fit.left_over > 1e-3
+
+
+@pytest.mark.parametrize("joints", [1, 4, 7])
+def test_enough_states_for_any_arm(joints: int):
+    from crosscheck.template import example_arm
+
+    known = dictionary(example_arm("long", joints), ABSOLUTE)
+    angles = np.random.default_rng(0).uniform(-3, 3, (states_wanted(known), joints))
+    assert np.linalg.cond(Fitting.of_waves(known, angles).table) < 20
+
+
+def _forces(**chosen: str) -> tuple[ForceDifferences, np.ndarray]:
+    """Of the paper's arm, with the force of these switches."""
+    own = usual_switches(PAPER)
+    right = sample(PAPER, "analytic:physical", LUMPED, own, 250, 5)
+    q, v = right.x @ right.frame.matrix.T, right.v @ right.frame.matrix.T
+    torque = np.array([right.signals["T_1"], right.signals["T_2"]]).T
+    states = States(right.time, q, v, torque)
+    differences = ForceDifferences(frame_of(LUMPED, PAPER), PAPER, own, states, right.v)
+    yours = sample(PAPER, "analytic:physical", LUMPED, usual_switches(PAPER, **chosen), 250, 5)
+    return differences, yours.force() - right.force()
+
+
+@pytest.mark.parametrize(
+    ("chosen", "expected"),
+    [
+        ({"ring_rate": "eq13"}, "ring_rate = eq13 where ring_rate = corrected belongs"),
+        ({"phase": "omega_t", "ring_rate": "corrected"}, "phase = omega_t where phase = angle"),
+    ],
+)
+def test_another_law_of_the_mesh_is_named(chosen: dict[str, str], expected: str):
+    differences, off = _forces(**chosen)
+    place = Place("force", 1)  # x_pr1
+    found = differences.explain(place, off[:, 1], 1e5)
+    assert found is not None
+    assert told(found.slips[0]).startswith(expected)
+
+
+def test_backlash_left_out_of_one_mesh_is_named():
+    differences, off = _forces()
+    mesh = PAPER.joints[0].ring_mesh.model_copy(update={"backlash_m": 0.0})
+    joint = PAPER.joints[0].model_copy(update={"ring_mesh": mesh})
+    arm = PAPER.model_copy(update={"joints": (joint, PAPER.joints[1])})
+    right = sample(PAPER, "analytic:physical", LUMPED, usual_switches(PAPER), 250, 5)
+    yours = sample(arm, "analytic:physical", LUMPED, usual_switches(PAPER), 250, 5)
+    assert not off.any()
+    found = differences.explain(Place("force", 1), (yours.force() - right.force())[:, 1], 1e5)
+    assert found is not None
+    slips = [told(slip) for each in (found.slips, *found.others) for slip in each]
+    assert "backlash 0 where b belongs, in mesh force pr1" in slips
+
+
+def test_a_torque_on_the_wrong_joint_is_named():
+    differences, _ = _forces()
+    place, torque = Place("force", 2), differences.states.torque
+    (own,) = (p for p in differences.dictionary.entry(place) if p.key.signal == "T_1")
+    lever = own.monomial.value(differences.values)
+    found = differences.explain(place, lever * (torque[:, 1] - torque[:, 0]), 1e3)
+    assert found is not None
+    assert (found.slips[0].yours, found.slips[0].right) == ("T_2", "T_1")
+    assert Key((0, 0), "cos", "T_1") in differences.observed(torque[:, 0], 1e3).coefficients
