@@ -111,7 +111,7 @@ def case_of(data: dict[str, Any], arm: str = "arm", scenario: str = "scenario") 
         validated(Scenario, data["scenario"], scenario),
         switches_of(data["switches"], loaded),
     )
-    require_consistent_case(case, arm, scenario)
+    require_fitting(case, arm, scenario)
     return case
 
 
@@ -120,8 +120,8 @@ def switches_of(chosen: dict[str, Any], arm: Arm) -> Switches:
     return validated(Switches, _with_planets(chosen, arm), "switches")
 
 
-def require_consistent_case(case: Case, arm: str = "", scenario: str = "") -> None:
-    """Raise InputError unless arm, scenario and switches fit each other; the files' names if any."""
+def require_fitting(case: Case, arm: str = "", scenario: str = "") -> None:
+    """Raise InputError unless arm, scenario and switches fit each other."""
     require_fit(case.scenario, case.arm, scenario)
     require_alike(*case, arm, scenario)
 
