@@ -15,9 +15,9 @@ from crosscheck.sweeps.definition import (
     HypercubeAxis,
     ListAxis,
     NormalAxis,
-    Samples,
     Sampled,
     SampledAxis,
+    Samples,
 )
 from crosscheck.sweeps.units import unit_of
 from models.errors import InputError
@@ -92,7 +92,9 @@ def _varied(
         assert samples is not None  # the definition's own validation
         values = _sampled(axis, entries, samples, data, where)
     dimension = SAMPLE if isinstance(axis, Sampled) else name
-    return Varied(name, dimension, ", ".join(axis.paths), unit_of(entries[0], data), entries, values)
+    return Varied(
+        name, dimension, ", ".join(axis.paths), unit_of(entries[0], data), entries, values
+    )
 
 
 def _sampled(

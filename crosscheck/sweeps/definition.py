@@ -202,9 +202,13 @@ class Definition(Data):
     """Built-in name, or TOML file beside this one."""
     scenario: Path
     """Built-in name, or TOML file beside this one."""
-    switches: Annotated[dict[str, str], Entries("words by the switches' names")] = {}
+    switches: Annotated[
+        dict[str, str], Field(default_factory=dict), Entries("words by the switches' names")
+    ]
     """Choices of law, as those of --set switches.phase=omega_t."""
-    settings: Annotated[dict[str, JsonValue], Entries("values by path")] = {}
+    settings: Annotated[
+        dict[str, JsonValue], Field(default_factory=dict), Entries("values by path")
+    ]
     """Other values, each by its path in quotes as --set names it."""
     axes: Annotated[tuple[Axis, ...], Field(max_length=50, strict=False)] = ()
     """What is varied; without any, the study has one member, or one for each start."""

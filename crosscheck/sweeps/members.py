@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import hashlib
 import json
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -18,7 +19,7 @@ from crosscheck.sweeps.definition import Definition
 from models.arm import Arm
 from models.errors import InputError
 from models.loading import Case, case_of, require_fitting, switches_of, validated
-from models.paths import assign, value_at
+from models.paths import assign
 from models.scenario import Scenario
 
 Raw = dict[str, Any]  # by section, what an arm's and a scenario's files hold
@@ -79,7 +80,7 @@ class Study:
     @property
     def count(self) -> int:
         """Number of members."""
-        return int(np.prod([size for size in self.shape], dtype=object)) if self.shape else 1
+        return math.prod(self.shape)
 
     def cases(self, begin: int = 0, end: int | None = None) -> Iterator[Case]:
         """The members from one place to before another, in C order. Raises InputError."""
@@ -170,13 +171,11 @@ def blamed(study: Study, place: int, error: InputError) -> InputError:
             case_of(data, study.definition.arm, study.definition.scenario)
         except InputError as alone:
             return InputError(
-                f"{study.file}: axis {axis.path}", "", alone.value, f"{alone.field}: {alone.allowed}"
+                f"{study.file}: axis {axis.path}",
+                "",
+                alone.value,
+                f"{alone.field}: {alone.allowed}",
             )
     return InputError(
         f"{study.file}: member {place}", error.field, error.value, f"{error.allowed}, as varied"
     )
-
-
-def starting_value(study: Study, axis: Varied) -> Any:
-    """What the file itself has at an axis' first entry; None if nothing."""
-    return value_at(study.data, axis.entries[0])

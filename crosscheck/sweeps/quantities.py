@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Literal, Self, get_args
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -103,7 +103,7 @@ class OfSignal(InWindow):
 
 
 class Size(OfSignal):
-    """One number about a signal: largest magnitude, largest less smallest, mean, RMS, last value."""
+    """A number of a signal: largest magnitude, largest less smallest, mean, RMS or last value."""
 
     kind: Literal["peak", "peak_to_peak", "mean", "rms", "final"]
     """Which of them."""
@@ -277,6 +277,3 @@ Quantity = Annotated[
     | Trajectories,
     Field(discriminator="kind"),
 ]
-KINDS = frozenset(
-    tag for record in get_args(get_args(Quantity)[0]) for tag in get_args(record.model_fields["kind"].annotation)
-)
