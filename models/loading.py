@@ -29,6 +29,10 @@ DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
 UNION_TAGS = {
     *("constant", "pd", "sinusoid", "table", "number", "list", "word"),
     *("planetary", "direct", "sine", "fourier", "square"),
+    *("grid", "latin_hypercube", "normal", "uniform"),
+    *("peak", "peak_to_peak", "mean", "rms", "final", "band_rms", "spectral_peak", "final_error"),
+    *("crossing", "settling", "contact_loss", "apart_share", "rigid_deviation", "function"),
+    "trajectories",
 }
 EXPECTED = {
     "model_type": "must be a table",
@@ -97,10 +101,20 @@ def raw_case(arm: str, scenario: str, switches: dict[str, str] | None = None) ->
     Nothing else refers to it: a caller may change it.
     """
     return {
-        "arm": _read(arm, "arms"),
-        "scenario": _read(scenario, "scenarios"),
+        "arm": raw_arm(arm),
+        "scenario": raw_scenario(scenario),
         "switches": {key: value for key, value in (switches or {}).items() if value is not None},
     }
+
+
+def raw_arm(name: str) -> dict[str, Any]:
+    """What the file of an arm holds, not validated. Raises InputError."""
+    return _read(name, "arms")
+
+
+def raw_scenario(name: str) -> dict[str, Any]:
+    """What the file of a scenario holds, not validated. Raises InputError."""
+    return _read(name, "scenarios")
 
 
 def case_of(data: dict[str, Any], arm: str = "arm", scenario: str = "scenario") -> Case:

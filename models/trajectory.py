@@ -87,9 +87,7 @@ def _attributes(name: str) -> dict[str, str]:
     return {"units": units, "long_name": long_name}
 
 
-def _provenance(
-    name: str, arm: Arm, scenario: Scenario, chosen: Switches
-) -> dict[str, object]:
+def _provenance(name: str, arm: Arm, scenario: Scenario, chosen: Switches) -> dict[str, object]:
     return {
         "Conventions": "CF-1.11",
         "schema_version": SCHEMA_VERSION,

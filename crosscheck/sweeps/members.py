@@ -82,10 +82,10 @@ class Study:
         """Number of members."""
         return math.prod(self.shape)
 
-    def cases(self, begin: int = 0, end: int | None = None) -> Iterator[Case]:
+    def cases(self, begin: int, end: int, step: int = 1) -> Iterator[Case]:
         """The members from one place to before another, in C order. Raises InputError."""
         maker = _Maker(self)
-        for place in range(begin, self.count if end is None else end):
+        for place in range(begin, end, step):
             yield maker.case(place)
 
     def points(self, place: int) -> dict[str, int]:

@@ -282,10 +282,9 @@ def _signal(chunk: Records, name: str, planet: int) -> np.ndarray:
 
 
 def _each(values: np.ndarray, planets: int) -> np.ndarray:
-    """(records, joints, planets, members), of one planet that stands for all, or of up to so many."""
+    """(records, joints, planets, members), of a planet that stands for all, or of up to so many."""
     if values.shape[2] == 1:
         return np.broadcast_to(values, (*values.shape[:2], planets, values.shape[3]))
-    short = planets - values.shape[2]
-    return np.pad(values, ((0, 0), (0, 0), (0, max(short, 0)), (0, 0)), constant_values=np.nan)[
-        :, :, :planets
-    ]
+    missing = max(planets - values.shape[2], 0)
+    room = ((0, 0), (0, 0), (0, missing), (0, 0))
+    return np.pad(values, room, constant_values=np.nan)[:, :, :planets]
