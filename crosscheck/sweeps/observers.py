@@ -191,7 +191,7 @@ class _Called(_Whole):
         """A member's, as a model would have recorded it."""
         planets = _planets(case)
         wanted = SIGNALS if any(planets) else OF_JOINTS
-        signals_of = {}
+        signals_of: dict[str, np.ndarray] = {}
         for name in wanted:
             values = np.concatenate([piece[..., place] for piece in self.values[name]])
             if name not in OF_JOINTS:
@@ -199,7 +199,8 @@ class _Called(_Whole):
                 for joint, count in enumerate(planets):
                     values[:, joint, count:] = np.nan
             signals_of[name] = values
-        return recorded("ensemble", *case, time, **signals_of)
+        arm, scenario, chosen = case
+        return recorded("ensemble", arm, scenario, chosen, time, **signals_of)
 
 
 def _fold(

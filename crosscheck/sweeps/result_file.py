@@ -153,6 +153,9 @@ class ResultFile:
         dims = (*over, *column.dims)
         made = self.file.create_variable(column.name, dims, dtype=np.float64, fillvalue=np.nan)
         made.attrs.update({"units": column.unit, "long_name": column.meaning})
+        beside = [a.name for a in self.study.axes if a.dimension == SAMPLE and SAMPLE in dims]
+        if beside:  # by which readers find the samples' values
+            made.attrs["coordinates"] = " ".join(beside)
 
 
 def _as_array(axis: Varied) -> np.ndarray:

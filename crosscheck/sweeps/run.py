@@ -54,9 +54,13 @@ def run_study(study: Study, out: Path, how: How) -> int:
     if is_complete(target, study, version, how.resume):
         return 0
     require_room(target, expected_bytes(study, wanted), study.count)
-    require_members(study, how.told)
-    with batches_of(target, study, how.resume) as kept, draft(target.parent) as new:
-        with how.place() as place, _advised():
+    with (
+        how.place() as place,
+        batches_of(target, study, how.resume) as kept,
+        draft(target.parent) as new,
+    ):
+        require_members(study, how.told)
+        with _advised():
             making = _Making(study, ResultFile(new.path, study, wanted, version), kept, how.told)
             making.run(list(batches(study, version, _runs_alone(study))), place)
             making.check(checks(study, version), place, wanted)
@@ -129,8 +133,11 @@ class _Making:
         """The members that a second engine runs too, and how far it is from them."""
         if not tasks:
             return
-        found = {task.key: self.kept.get(task.key) for task in tasks if task.key in self.kept}
-        found = {key: numbers for key, numbers in found.items() if numbers is not None}
+        found: dict[str, Numbers] = {}
+        for task in tasks:
+            numbers = self.kept.get(task.key) if task.key in self.kept else None
+            if numbers is not None:
+                found[task.key] = numbers
         what = f"spot checks by {second()}"
         self.told(what, len(found), len(tasks))
         left = [task for task in tasks if task.key not in found]

@@ -20,7 +20,7 @@ from crosscheck.sweeps.version import fingerprint, performed_as, require_same
 from crosscheck.workers import settle_down
 from models.errors import InputError, Unfinished
 
-PATIENCE_S = 8.0  # until an unreachable scheduler is given up
+PATIENCE_S = 6.0  # until an unreachable scheduler is given up
 AHEAD = 2  # tasks that wait beyond those that run
 ATTEMPTS = 3  # at a batch whose worker dies
 START = "dask scheduler --port 8786"
