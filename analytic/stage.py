@@ -57,13 +57,18 @@ def exact(value: float) -> Fraction:
 
 
 def stage_values(joint: Planetary | Direct, link: Link) -> Stage | DirectStage:
-    """The numbers of one stage and the link that it drives."""
+    """The numbers of one stage and the link that it drives, in fractions."""
+    numbers = stage_numbers(joint, link)
+    return type(numbers)(*map(exact, numbers))
+
+
+def stage_numbers(joint: Planetary | Direct, link: Link) -> Stage | DirectStage:
+    """The same in floating-point numbers."""
     mass, inertia = _link_inertia(link)
     on_link = (mass, inertia, link.com_m, link.length_m)
     if isinstance(joint, Direct):
-        motor = (joint.motor_mass_kg, joint.rotor_inertia_kg_m2)
-        return DirectStage(*map(exact, (*motor, *on_link)))
-    return Stage(*map(exact, (*_gear_values(joint), *on_link)))
+        return DirectStage(joint.motor_mass_kg, joint.rotor_inertia_kg_m2, *on_link)
+    return Stage(*_gear_values(joint), *on_link)
 
 
 def equivalent_masses(joint: Planetary) -> tuple[float, float, float]:
