@@ -56,13 +56,10 @@ class Chunk:
     @cached_property
     def torque(self) -> np.ndarray:
         """Driving torques (records, joints, members) [N m], output side."""
-        sensed = zip(
-            self.models,
-            self.theta.transpose(2, 0, 1),
-            self.theta_dot.transpose(2, 0, 1),
-            strict=True,
-        )
-        found = [model.torques(self.time, theta, rate) for model, theta, rate in sensed]
+        found = [
+            model.torques(self.time, self.theta[:, :, place], self.theta_dot[:, :, place])
+            for place, model in enumerate(self.models)
+        ]
         return np.stack(found, axis=2)
 
     @cached_property

@@ -154,8 +154,17 @@ class AnalyticModel(Model):
 
     def integrated(self) -> tuple[np.ndarray, np.ndarray]:
         """States q, v (times, n) of that run by the plain kernel; NaN after they diverge."""
-        grid = self.scenario.step_s, self.scenario.steps, self.scenario.stride
-        return kernel.integrate(self.terms, self.gears, self.drive, *self.start(), *grid)
+        q, v = self.start()
+        return kernel.integrate(
+            self.terms,
+            self.gears,
+            self.drive,
+            q,
+            v,
+            self.scenario.step_s,
+            self.scenario.steps,
+            self.scenario.stride,
+        )
 
     def along(self, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> Records:
         """What the plain kernel says of states qs, vs (times, n) of one run."""

@@ -59,7 +59,7 @@ def exact(value: float) -> Fraction:
 def stage_values(joint: Planetary | Direct, link: Link) -> Stage | DirectStage:
     """The numbers of one stage and the link that it drives, in fractions."""
     numbers = stage_numbers(joint, link)
-    return type(numbers)(*map(exact, numbers))
+    return numbers._make(map(exact, numbers))
 
 
 def stage_numbers(joint: Planetary | Direct, link: Link) -> Stage | DirectStage:

@@ -18,16 +18,14 @@ def kinetic_energy(
     between = np.cos(turned[:, :, None] - turned[:, None, :])
     inertia = links.coupling * between + links.constant
     energy = np.einsum("rk,rkl,rl->r", turning, inertia, turning) / 2
-    place = 0
+    place, first = 0, len(structure.coordinates) - joints
     for j, stage in structure.geared:
         base = turning[:, j - 2] if j > 1 else 0.0
         sizes = ["s"] + ["p"] * stage.planets
         for size in sizes:
             per, u, kappa = (numbers[f"{name}_{size}{j}"] for name in ("inv", "u", "kappa"))
             # J (a x' + base + rho theta')^2 with u = 1 / a, kappa = rho / a, inv = 1 / (J a^2)
-            rate = (
-                v[:, place] + u * base + kappa * v[:, len(structure.coordinates) - joints + j - 1]
-            )
+            rate = v[:, place] + u * base + kappa * v[:, first + j - 1]
             energy += rate**2 / (2 * per)
             place += 1
     return energy

@@ -33,10 +33,8 @@ def numbers_of(
         assert isinstance(joint, Planetary)  # as joints with mesh displacements are
         meshes = range(first, first + 2 * stage.planets)
         found |= _of_gears(joint, j, stage)
-        found |= {
-            f"rate_sp{j}": gears.rate[first] / TURN,
-            f"rate_pr{j}": gears.rate[first + 1] / TURN,
-        }
+        sun, ring = gears.rate[first], gears.rate[first + 1]
+        found |= {f"rate_sp{j}": sun / TURN, f"rate_pr{j}": ring / TURN}
         for mesh in meshes:
             found |= _of_mesh(gears, mesh, structure.meshes[mesh], stage.harmonics)
         first = meshes.stop
@@ -49,10 +47,10 @@ def _of_links(arm: Arm, structure: Structure, links: Links) -> Numbers:
     for k in structure.joints:
         found[f"weight_x{k}"] = g_x * links.lever[k - 1]
         found[f"weight_y{k}"] = g_y * links.lever[k - 1]
-        for l in range(1, k + 1):
-            constant = links.constant[k - 1, l - 1]
-            found[f"m{k}_{l}"] = links.coupling[k - 1, l - 1] + (constant if k == l else 0.0)
-            found[f"G{k}_{l}"] = constant
+        for i in range(1, k + 1):
+            constant = links.constant[k - 1, i - 1]
+            found[f"m{k}_{i}"] = links.coupling[k - 1, i - 1] + (constant if k == i else 0.0)
+            found[f"G{k}_{i}"] = constant
         found[f"per_m{k}_{k}"] = 1 / found[f"m{k}_{k}"]
     return found
 
@@ -86,8 +84,8 @@ def _of_gears(joint: Planetary, j: int, stage: StageShape) -> Numbers:
 def _of_mesh(gears: Gears, mesh: int, name: str, harmonics: int) -> Numbers:
     """Stiffness, of all planets that the mesh stands for, and error as waves of the joint's phase.
 
-    k = k0 + sum kn_s sin(n phi) + kn_c cos(n phi), e = e0 + e_s sin(phi) + e_c cos(phi), phi without
-    the mesh's own constant.
+    k = k0 + sum kn_s sin(n phi) + kn_c cos(n phi), e = e0 + e_s sin(phi) + e_c cos(phi), phi
+    without the mesh's own constant.
     """
     planets, offset = gears.planets[mesh], gears.offset[mesh]
     turned = offset + gears.lead[mesh]

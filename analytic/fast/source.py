@@ -52,8 +52,8 @@ def _links(s: Structure, alone: bool) -> Lines:
         weight = f"weight_y{k} * c{k} - weight_x{k} * s{k}" if s.gravity else "0.0"
         yield f"r{k} = {weight}"
         yield f"M{k}_{k} = m{k}_{k}"
-        for l in range(1, k):
-            yield from _pair(s, k, l)
+        for i in range(1, k):
+            yield from _pair(s, k, i)
 
 
 def _direction(s: Structure, k: int, alone: bool) -> Lines:
@@ -68,15 +68,15 @@ def _direction(s: Structure, k: int, alone: bool) -> Lines:
 _PER_TURN = repr(0.15915494309189535)  # 1 / 2 pi
 
 
-def _pair(s: Structure, k: int, l: int) -> Lines:
-    if l == 1 and not s.gravity:
+def _pair(s: Structure, k: int, i: int) -> Lines:
+    if i == 1 and not s.gravity:
         cos, sin = f"c{k}", f"s{k}"
     else:
-        cos, sin = f"(c{k} * c{l} + s{k} * s{l})", f"(s{k} * c{l} - c{k} * s{l})"
-    yield f"M{k}_{l} = m{k}_{l} * {cos}" + (f" + G{k}_{l}" if s.spread else "")
-    yield f"turning = m{k}_{l} * {sin}"
-    yield f"r{k} = r{k} - turning * spin{l}"
-    yield f"r{l} = r{l} + turning * spin{k}"
+        cos, sin = f"(c{k} * c{i} + s{k} * s{i})", f"(s{k} * c{i} - c{k} * s{i})"
+    yield f"M{k}_{i} = m{k}_{i} * {cos}" + (f" + G{k}_{i}" if s.spread else "")
+    yield f"turning = m{k}_{i} * {sin}"
+    yield f"r{k} = r{k} - turning * spin{i}"
+    yield f"r{i} = r{i} + turning * spin{k}"
 
 
 def _torque(s: Structure, j: int, alone: bool) -> Lines:
@@ -192,13 +192,13 @@ def _solve(s: Structure) -> Lines:
     M is positive definite: no pivots.
     """
     tip = len(s.stages)
-    for l in reversed(s.joints):
-        yield f"inv{l} = " + (f"per_m{l}_{l}" if l == tip else f"1.0 / M{l}_{l}")
-        for k in range(l - 1, 0, -1):
-            yield f"L{k}_{l} = M{l}_{k} * inv{l}"
-            for i in range(l - 1, k - 1, -1):
-                yield f"M{i}_{k} = M{i}_{k} - L{k}_{l} * M{l}_{i}"
-            yield f"r{k} = r{k} - L{k}_{l} * r{l}"
+    for p in reversed(s.joints):
+        yield f"inv{p} = " + (f"per_m{p}_{p}" if p == tip else f"1.0 / M{p}_{p}")
+        for k in range(p - 1, 0, -1):
+            yield f"L{k}_{p} = M{p}_{k} * inv{p}"
+            for i in range(p - 1, k - 1, -1):
+                yield f"M{i}_{k} = M{i}_{k} - L{k}_{p} * M{p}_{i}"
+            yield f"r{k} = r{k} - L{k}_{p} * r{p}"
     for k in s.joints:
         yield f"A{k} = r{k} * inv{k}" + "".join(f" - L{i}_{k} * A{i}" for i in range(1, k))
     for k in s.joints:

@@ -109,7 +109,7 @@ def _stages(arm: Arm, layout: Layout, gears: Gears) -> tuple[StageShape | None, 
         shapes[joint] = StageShape(
             planets=meshes.size // 2,
             one_rate=bool(abs(sun - ring) <= SAME_RATE * abs(sun)),
-            harmonics=max(waves_of(gears, mesh) for mesh in meshes),
+            harmonics=max(waves_of(gears, int(mesh)) for mesh in meshes),
             turned=bool((gears.offset[meshes] != 0).any() or _turned(gears, meshes)),
         )
     return tuple(shapes)
