@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 import xarray as xr
 
-from crosscheck.registry import build, second
+from crosscheck.registry import build, lead, second
 from crosscheck.sweeps.columns import DIVERGED, columns
 from crosscheck.sweeps.members import Study, study_of
 from crosscheck.sweeps.observers import SIGNALS, Records, Watched, observer
@@ -28,7 +28,7 @@ def run_batch(text: str, begin: int, end: int) -> Numbers:
     study = study_of(text)
     cases = list(study.cases(begin, end))
     numbers = _nothing(study, len(cases))
-    for group in groups(cases):
+    for group in groups([build(lead(), *case) for case in cases]):
         mine = list(group.members)
         with np.errstate(invalid="ignore", over="ignore"):  # of members that diverge
             found = _watch(study, [cases[member] for member in mine], group.chunks())

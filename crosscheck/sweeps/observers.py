@@ -277,8 +277,8 @@ def _signal(chunk: Records, name: str, planet: int) -> np.ndarray:
         return values
     if values.shape[2] == 1:
         return values[:, :, 0]
-    if planet > values.shape[2]:
-        return np.full_like(values[:, :, 0], np.nan)
+    if planet > values.shape[2]:  # none of that number, or no meshes at all
+        return np.full((values.shape[0], values.shape[1], values.shape[3]), np.nan)
     return values[:, :, planet - 1]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from crosscheck.interruption import advice, finished_first
 from crosscheck.output import draft, require_file
-from crosscheck.registry import second
+from crosscheck.registry import build, lead, second
 from crosscheck.sweeps.batch import Numbers
 from crosscheck.sweeps.batches import Batch, batches, checks, task_of
 from crosscheck.sweeps.columns import DIVERGED, Column, columns
@@ -82,7 +82,8 @@ def _runs_alone(study: Study) -> bool:
     """Whether the members are of a kind that the fast kernel does not cover."""
     from analytic.ensemble import groups
 
-    return groups([next(study.cases(0, 1))])[0].kernel == "plain"
+    (case,) = study.cases(0, 1)
+    return groups([build(lead(), *case)])[0].kernel == "plain"
 
 
 @contextmanager

@@ -187,6 +187,7 @@ def _ready(client: Any, address: str, ours: str) -> int:
 
 def _quiet() -> None:
     """Dask's own remarks would stand between the lines of the progress."""
-    for name in ("distributed", "tornado", "asyncio"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)
+    for name in [*logging.root.manager.loggerDict, "tornado", "asyncio"]:
+        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
     warnings.filterwarnings("ignore", module="distributed")

@@ -20,6 +20,13 @@ from tests.sweeps.studies import (
 )
 
 
+def _workers(program: int) -> list[int]:
+    """Of its children those that run batches."""
+    children = Path(f"/proc/{program}/task/{program}/children").read_text().split()
+    lines = {int(child): Path(f"/proc/{child}/cmdline").read_text() for child in children}
+    return [c for c, line in lines.items() if "loky" in line and "resource_tracker" not in line]
+
+
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """The study's file, and its result."""
@@ -106,12 +113,7 @@ def test_a_worker_that_dies_costs_its_batch_alone(undisturbed, tmp_path):
     out = tmp_path / "out.nc"
     program = sweeping(file, out, "--jobs", 2)
     wait_for_batches(out, 1, program)
-    children = Path(f"/proc/{program.pid}/task/{program.pid}/children").read_text().split()
-    workers = [c for c in children if "loky" in Path(f"/proc/{c}/cmdline").read_text()]
-    at_work = [
-        w for w in workers if "resource_tracker" not in Path(f"/proc/{w}/cmdline").read_text()
-    ]
-    os.kill(int(at_work[0]), signal.SIGKILL)
+    os.kill(_workers(program.pid)[0], signal.SIGKILL)
     code, _, err = finished(program)
     assert code == 0, err
     assert content(out) == content(expected)
