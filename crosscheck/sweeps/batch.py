@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from importlib import import_module
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import xarray as xr
@@ -13,6 +15,9 @@ from crosscheck.sweeps.members import Study, study_of
 from crosscheck.sweeps.observers import SIGNALS, Records, Watched, observer
 from models.errors import Diverged
 from models.loading import Case
+
+if TYPE_CHECKING:
+    from analytic.model import AnalyticModel
 
 Numbers = dict[str, np.ndarray]  # by column, (members, *the column's shape)
 
@@ -28,7 +33,7 @@ def run_batch(text: str, begin: int, end: int) -> Numbers:
     study = study_of(text)
     cases = list(study.cases(begin, end))
     numbers = _nothing(study, len(cases))
-    for group in groups([build(lead(), *case) for case in cases]):
+    for group in groups(models_of(cases)):
         mine = list(group.members)
         with np.errstate(invalid="ignore", over="ignore"):  # of members that diverge
             found = _watch(study, [cases[member] for member in mine], group.chunks())
@@ -52,6 +57,16 @@ def run_check(text: str, place: int) -> Numbers:
         numbers[DIVERGED][0] = error.time_s
         return numbers
     return numbers | _watch(study, [case], [_AsChunk(run)])
+
+
+def models_of(cases: Sequence[Case]) -> list[AnalyticModel]:
+    """The lead's, whose kernels run side by side. Raises InputError."""
+    return [cast("AnalyticModel", build(lead(), *case)) for case in cases]
+
+
+def made_ready() -> None:
+    """What a process must have imported before its first batch."""
+    import_module("analytic.ensemble")
 
 
 class _AsChunk:

@@ -12,8 +12,8 @@ import numpy as np
 
 from crosscheck.interruption import advice, finished_first
 from crosscheck.output import draft, require_file
-from crosscheck.registry import build, lead, second
-from crosscheck.sweeps.batch import Numbers
+from crosscheck.registry import second
+from crosscheck.sweeps.batch import Numbers, models_of
 from crosscheck.sweeps.batches import Batch, batches, checks, task_of
 from crosscheck.sweeps.columns import DIVERGED, Column, columns
 from crosscheck.sweeps.kept import Kept, batches_of, is_complete, require_room
@@ -83,7 +83,7 @@ def _runs_alone(study: Study) -> bool:
     from analytic.ensemble import groups
 
     (case,) = study.cases(0, 1)
-    return groups([build(lead(), *case)])[0].kernel == "plain"
+    return groups(models_of([case]))[0].kernel == "plain"
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from queue import SimpleQueue
 from typing import Any, Protocol
 
 from crosscheck.interruption import leftovers
+from crosscheck.sweeps.batch import made_ready
 from crosscheck.sweeps.version import fingerprint, performed_as, require_same
 from crosscheck.workers import settle_down
 from models.errors import InputError, Unfinished
@@ -126,6 +127,8 @@ def here(jobs: int) -> Iterator[Place]:
 
     leftovers.append(dismiss)
     try:
+        for _ in range(jobs):  # while the members are still being checked
+            pool().submit(made_ready)
         yield Place(submit, jobs + AHEAD, (BrokenProcessPool, TerminatedWorkerError))
     finally:
         leftovers.remove(dismiss)
