@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from crosscheck.interruption import advice, finished_first
-from crosscheck.output import draft, require_file
+from crosscheck.output import draft, remove_abandoned, require_file
 from crosscheck.registry import second
 from crosscheck.sweeps.batch import Numbers, models_of
 from crosscheck.sweeps.batches import Batch, batches, checks, task_of
@@ -53,6 +53,7 @@ def run_study(study: Study, out: Path, how: How) -> int:
     wanted, version = columns(study), fingerprint()
     if is_complete(target, study, version, how.resume):
         return 0
+    remove_abandoned(target.parent)
     require_room(target, expected_bytes(study, wanted), study.count)
     with (
         how.place() as place,

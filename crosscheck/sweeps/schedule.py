@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 import os
+import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -24,6 +25,8 @@ from models.errors import InputError, Unfinished
 PATIENCE_S = 6.0  # until an unreachable scheduler is given up
 AHEAD = 2  # tasks that wait beyond those that run
 ATTEMPTS = 3  # at a batch whose worker dies
+# To its own child process, which cleans up after a program that was stopped, and says so.
+QUIET_TRACKER = "ignore:resource_tracker:UserWarning"
 START = "dask scheduler --port 8786"
 JOIN = "dask worker {address} --nthreads 1"
 
@@ -114,6 +117,9 @@ def here(jobs: int) -> Iterator[Place]:
         return
     from joblib.externals.loky import get_reusable_executor
     from joblib.externals.loky.process_executor import BrokenProcessPool, TerminatedWorkerError
+
+    if QUIET_TRACKER not in sys.warnoptions:
+        sys.warnoptions.append(QUIET_TRACKER)
 
     def pool() -> Any:  # another one where the last has broken
         return get_reusable_executor(jobs, initializer=settle_down, initargs=(os.getpid(),))

@@ -58,7 +58,8 @@ class Cluster:
         from distributed import Client
 
         with Client(self.address, timeout=30, set_as_default=False) as client:
-            client.wait_for_workers(workers, timeout=60)
+            if workers:
+                client.wait_for_workers(workers, timeout=60)
 
     def stop(self) -> None:
         for process in reversed(self.processes):
