@@ -65,8 +65,8 @@ class ListAxis(AxisOf):
     """Which sort of axis this is."""
     values: Annotated[
         tuple[JsonValue, ...],
+        Entries("a list of 1 to 100000 values that the entry may have"),
         Field(min_length=1, max_length=100_000, strict=False),
-        Entries("a list of at least one value that the entry may have"),
     ]
     """One after the other."""
 

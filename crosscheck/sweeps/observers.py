@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
-import xarray as xr
 
 from crosscheck import signals
 from crosscheck.sweeps.columns import require_measurable
@@ -144,13 +143,10 @@ class _Whole:
         for name, pieces in self.values.items():
             pieces.append(getattr(chunk, name).copy())
 
-    def joined(self, planets: int) -> dict[str, np.ndarray]:
-        """By name, members first; where one planet stands for all, as often as there are."""
-        whole = {name: np.concatenate(pieces) for name, pieces in self.values.items()}
-        return {
-            name: np.moveaxis(_each(v, planets) if v.ndim == 4 else v, -1, 0)
-            for name, v in whole.items()
-        }
+    def joined(self, name: str, planets: Sequence[int]) -> np.ndarray:
+        """A signal, as often as a joint has planets where one stands for all; nan beyond these."""
+        whole = np.concatenate(self.values[name])
+        return whole if whole.ndim == 3 else _each(whole, planets)
 
 
 class _Kept(_Whole):
@@ -159,12 +155,15 @@ class _Kept(_Whole):
     def __init__(self, quantity: Trajectories, cases: Sequence[Case]) -> None:
         super().__init__(quantity.signals)
         self.prefix = f"{quantity.name}_" if quantity.name else ""
-        self.planets = max(1, *_planets(cases[0]))
+        self.planets = _planets(cases[0])
 
     def found(self) -> Mapping[str, np.ndarray]:
         if not self.time:
             return {}
-        return {self.prefix + name: v for name, v in self.joined(self.planets).items()}
+        return {
+            self.prefix + name: np.moveaxis(self.joined(name, self.planets), -1, 0)
+            for name in self.values
+        }
 
 
 class _Called(_Whole):
@@ -179,28 +178,17 @@ class _Called(_Whole):
             return {}
         time, source = np.concatenate(self.time), self.watched.sources[self.quantity.function]
         answers: dict[str, list[float]] = {name: [] for name in self.quantity.returns}
-        for place, case in enumerate(self.watched.cases):
-            run = self._run(time, place, case)
+        planets = _planets(self.watched.cases[0])  # of all alike, as they stand side by side
+        wanted = SIGNALS if any(planets) else OF_JOINTS
+        whole = {name: self.joined(name, planets) for name in wanted}
+        for place, (arm, scenario, chosen) in enumerate(self.watched.cases):
+            own = {name: values[..., place] for name, values in whole.items()}
+            run = recorded("ensemble", arm, scenario, chosen, time, **own)
             known = np.isfinite(run["theta"].values).all()
             said = returned(self.quantity, source, run) if known else {}
             for name, numbers in answers.items():
                 numbers.append(said.get(name, np.nan))
         return {name: np.array(numbers) for name, numbers in answers.items()}
-
-    def _run(self, time: np.ndarray, place: int, case: Case) -> xr.Dataset:
-        """A member's, as a model would have recorded it."""
-        planets = _planets(case)
-        wanted = SIGNALS if any(planets) else OF_JOINTS
-        signals_of: dict[str, np.ndarray] = {}
-        for name in wanted:
-            values = np.concatenate([piece[..., place] for piece in self.values[name]])
-            if name not in OF_JOINTS:
-                values = _each(values[..., np.newaxis], max(planets))[..., 0].copy()
-                for joint, count in enumerate(planets):
-                    values[:, joint, count:] = np.nan
-            signals_of[name] = values
-        arm, scenario, chosen = case
-        return recorded("ensemble", arm, scenario, chosen, time, **signals_of)
 
 
 def _fold(
@@ -224,9 +212,9 @@ def _fold(
 
 def _of_signal(quantity: OfSignal, columns: tuple[int, ...]) -> Fold:
     if isinstance(quantity, BandOf):
-        return BandRms(columns, *quantity.band_hz)
+        return BandRms(columns, *quantity.band_Hz)
     if isinstance(quantity, SpectralPeak):
-        return LargestLine(columns, *quantity.band_hz)
+        return LargestLine(columns, *quantity.band_Hz)
     if isinstance(quantity, Crossing):
         level = quantity.level
         if quantity.side == "above":
@@ -282,10 +270,14 @@ def _signal(chunk: Records, name: str, planet: int) -> np.ndarray:
     return values[:, :, planet - 1]
 
 
-def _each(values: np.ndarray, planets: int) -> np.ndarray:
-    """(records, joints, planets, members), of a planet that stands for all, or of up to so many."""
-    if values.shape[2] == 1:
-        return np.broadcast_to(values, (*values.shape[:2], planets, values.shape[3]))
-    missing = max(planets - values.shape[2], 0)
-    room = ((0, 0), (0, 0), (0, missing), (0, 0))
-    return np.pad(values, room, constant_values=np.nan)[:, :, :planets]
+def _each(values: np.ndarray, counts: Sequence[int]) -> np.ndarray:
+    """(records, joints, planets, members) of a planet that stands for all, or of each.
+
+    counts: of every joint's planets; beyond them, and where there are no meshes, all is nan.
+    """
+    planets = max(1, *counts)
+    found = np.full((*values.shape[:2], planets, values.shape[3]), np.nan)
+    for joint, count in enumerate(counts):
+        alone = values.shape[2] == 1
+        found[:, joint, :count] = values[:, joint, : 1 if alone else count]
+    return found

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import io
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -50,8 +52,6 @@ def drawable(result: xr.Dataset) -> list[str]:
 
 def drawn(result: xr.Dataset, names: Sequence[str]) -> bytes:
     """PNG of a drawing for each quantity, and each joint of it."""
-    import io
-
     panels = [panel for name in names for panel in _by_joint(result[name])]
     rows = len(panels)
     with mpl.rc_context({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}):
@@ -117,22 +117,18 @@ def _distribution(axes: Axes, values: xr.DataArray) -> None:
 def _curve(axes: Axes, values: xr.DataArray, own: str) -> None:
     """Over the axis: the median and bands of what is repeated; the share of two states, if so."""
     repeats, at = _repeats(values, own), values[own]
-    words = at.dtype.kind not in "if"
-    x = np.arange(at.size) if words else at.values
+    x = _positions(at)
     with np.errstate(all="ignore"):
         low, lower, middle, upper, high = _quantiles(repeats)
     axes.plot(x, middle, "o-" if at.size < 30 else "-", color="C0", markersize=3, label="median")
     if repeats.shape[1] > 1:
         axes.fill_between(x, low, high, color="C0", alpha=0.15, label="5 to 95 %")
         axes.fill_between(x, lower, upper, color="C0", alpha=0.25, label="25 to 75 %")
+        axes.legend(fontsize=7)
         _states(axes, x, repeats)
-    if words:
-        axes.set_xticks(x, [str(word) for word in at.values])
-    elif _is_logarithmic(x):
-        axes.set_xscale("log")
+    _mark(at, axes.set_xscale, axes.set_xticks)
     axes.set_xlabel(_labelled(at))
     axes.set_ylabel(_labelled(values))
-    axes.legend(fontsize=7)
 
 
 def _quantiles(repeats: np.ndarray) -> np.ndarray:
@@ -175,22 +171,12 @@ def _map(axes: Axes, values: xr.DataArray, own: Sequence[str]) -> None:
     down, across = own[-2:]
     fixed = dict.fromkeys(own[:-2], 0)
     part = values.isel(fixed)
-    middle = _quantiles(_repeats(part, down, across).reshape(-1, _count(part, down, across)))[2]
-    grid = middle.reshape(part.sizes[down], part.sizes[across])
+    repeats = _repeats(part, down, across)
+    grid = _quantiles(repeats.reshape(-1, repeats.shape[-1]))[2].reshape(repeats.shape[:2])
     x, y = _positions(part[across]), _positions(part[down])
     colours = axes.pcolormesh(x, y, grid, shading="nearest")
-    for one, scale, ticks in (
-        (across, axes.set_xscale, axes.set_xticks),
-        (
-            down,
-            axes.set_yscale,
-            axes.set_yticks,
-        ),
-    ):
-        if part[one].dtype.kind not in "if":
-            ticks(np.arange(part.sizes[one]), [str(word) for word in part[one].values])
-        elif _is_logarithmic(part[one].values):
-            scale("log")
+    _mark(part[across], axes.set_xscale, axes.set_xticks)
+    _mark(part[down], axes.set_yscale, axes.set_yticks)
     axes.set_xlabel(_labelled(part[across]))
     axes.set_ylabel(_labelled(part[down]))
     if fixed:
@@ -200,8 +186,12 @@ def _map(axes: Axes, values: xr.DataArray, own: Sequence[str]) -> None:
     bar.set_label(_labelled(values))
 
 
-def _count(values: xr.DataArray, *own: str) -> int:
-    return values.size // int(np.prod([values.sizes[name] for name in own]))
+def _mark(at: xr.DataArray, scale: Callable[[str], Any], ticks: Callable[..., Any]) -> None:
+    """Words in place of numbers, or a logarithmic scale, where an axis of a drawing needs them."""
+    if at.dtype.kind not in "if":
+        ticks(np.arange(at.size), [str(word) for word in at.values])
+    elif _is_logarithmic(at.values):
+        scale("log")
 
 
 def _positions(at: xr.DataArray) -> np.ndarray:

@@ -118,12 +118,12 @@ class BandRms(OfSignal):
 
     kind: Literal["band_rms"]
     """Which quantity this is."""
-    band_hz: Annotated[tuple[Hertz, Hertz], Pair]
+    band_Hz: Annotated[tuple[Hertz, Hertz], Pair]
     """From the first frequency on, until below the second."""
 
     @model_validator(mode="after")
     def _band_rises(self) -> Self:
-        _rising("band_hz", self.band_hz)
+        _rising("band_Hz", self.band_Hz)
         return self
 
     @property
@@ -136,12 +136,12 @@ class SpectralPeak(OfSignal):
 
     kind: Literal["spectral_peak"]
     """Which quantity this is."""
-    band_hz: Annotated[tuple[Hertz, Hertz], Pair] = (0.0, 1e9)
+    band_Hz: Annotated[tuple[Hertz, Hertz], Pair] = (0.0, 1e9)
     """From the first frequency on, until below the second."""
 
     @model_validator(mode="after")
     def _band_rises(self) -> Self:
-        _rising("band_hz", self.band_hz)
+        _rising("band_Hz", self.band_Hz)
         return self
 
     @property

@@ -79,7 +79,7 @@ class ResultFile:
                 part = values[first - begin : after - begin]
                 sizes = [there.stop - there.start for there in where]
                 rest = tuple(slice(0, size) for size in values.shape[1:])
-                variable[(*where, *rest)] = part.reshape(*sizes, *values.shape[1:])
+                variable[(*where, *rest)] = part.reshape((*sizes, *values.shape[1:]))
 
     def spread(self, name: str) -> np.ndarray:
         """Largest less smallest of what all members have of a column, of the column's shape."""

@@ -133,12 +133,16 @@ def content(path: Path) -> dict[str, tuple[bytes, dict[str, str]]]:
     """Every variable's bytes and attributes, and the file's own; not where and when it was made."""
     with h5py.File(path, "r") as file:
         found = {
-            name: (np.asarray(data[()]).tobytes(), _said(data))
+            name: (_bytes(np.asarray(data[()])), _said(data))
             for name, data in file.items()
             if isinstance(data, h5py.Dataset)
         }
         found[""] = (b"", _said(file))
     return found
+
+
+def _bytes(values: np.ndarray) -> bytes:
+    return b"\n".join(values.tolist()) if values.dtype == object else values.tobytes()
 
 
 def _said(node: h5py.HLObject) -> dict[str, str]:

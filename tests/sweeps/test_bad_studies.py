@@ -44,7 +44,12 @@ PEAK = 'kind = "peak"\nsignal = "theta_ddot"'
 GRID = 'kind = "grid"\nstart = 1e-5\nstop = 1e-4\ncount = '
 BAD = {
     "path that is none": (PATH, 'path = "backlash"', "axes[0]", "'backlash'", "beginning with arm"),
-    "unknown key in a path": (PATH, 'path = "arm.joint.*.backlash_m"', "arm.joint", "no such entry"),
+    "unknown key in a path": (
+        PATH,
+        'path = "arm.joint.*.backlash_m"',
+        "arm.joint",
+        "no such entry",
+    ),
     "unknown last key": (
         PAYLOAD,
         'path = "arm.payload_kg"',
@@ -207,9 +212,7 @@ def test_a_function_that_cannot_be_used_is_named(case, command, tmp_path):
     (tmp_path / "mine.py").write_text(code, encoding="utf-8")
     quantity = 'kind = "function"\nfunction = "mine.py:f"\nreturns = { a = "m" }'
     file = _file(tmp_path, PEAK, quantity)
-    left, _, err = command(
-        "sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1, "--run-code"
-    )
+    left, _, err = command("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1, "--run-code")
     assert (left, err.count("\n")) == (2, 1)
     assert "mine.py:f" in err
     assert fragment in err
@@ -219,5 +222,8 @@ def test_a_function_that_cannot_be_used_is_named(case, command, tmp_path):
 def test_python_is_told_the_same():
     with pytest.raises(InputError, match="at least"):
         crosscheck.sweep(
-            "paper-labelled", {"arm.payload_mass_kg": []}, scenario="pd", measures=[{"kind": "peak"}]
+            "paper-labelled",
+            {"arm.payload_mass_kg": []},
+            scenario="pd",
+            measures=[{"kind": "peak"}],
         )
