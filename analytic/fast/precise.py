@@ -323,7 +323,7 @@ def followed(model: FastModel, rtol: float) -> Followed:
     interval, table = scenario.step_s * scenario.stride, (drive.table_time, drive.table_torque)
     module = module_of(program)
     module.follow(w, interval, rtol, rtol * sizes, NEAR_S, *table, out, counts)
-    parts = [
-        displacements(model.layout, out[:, k * n : (k + 1) * n, None])[..., 0] for k in range(3)
-    ]
-    return Followed(Records(*parts, out[:, 3 * n :]), int(counts[0]), int(counts[1]))
+    q, v, a = (
+        displacements(model.layout, out[:, k * n : (k + 1) * n, None])[:, :, 0] for k in range(3)
+    )
+    return Followed(Records(q, v, a, out[:, 3 * n :]), int(counts[0]), int(counts[1]))
