@@ -202,9 +202,12 @@ def gearing(gears: Sequence[GearStage], conservative: bool) -> Gearing:
     stages = [gear.bodies for gear in gears]
     places = [(s.link, s.driven, s.planets[0], s.planets[-1] + 1) for s in stages]
     new = [flags for gear in gears for flags in zip(_new(gear.sun), _new(gear.ring), strict=True)]
+    suns = [law.array for gear in gears for law in gear.sun]
+    rings = [law.array for gear in gears for law in gear.ring]
+    sun_laws, ring_laws = np.split(_rows(suns + rings), 2)
     return Gearing(
-        _rows([law.array for gear in gears for law in gear.sun]),
-        _rows([law.array for gear in gears for law in gear.ring]),
+        sun_laws,
+        ring_laws,
         np.array(new, dtype=np.bool_).reshape(-1, 2),
         np.array(places, dtype=np.int64).reshape(-1, 4),
         conservative,
@@ -265,7 +268,7 @@ def add_ring_mesh(
     forces[planet] -= law[PLANET_RADIUS] * pull
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def add_meshes(
     gears: Gearing, t: float, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray
 ) -> None:
@@ -284,7 +287,7 @@ def add_meshes(
             row += 1
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def add_turning_torques(gears: Gearing, q: np.ndarray, forces: np.ndarray) -> None:
     """What every spring's potential does to the links, onto the forces [N m].
 
