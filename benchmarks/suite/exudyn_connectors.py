@@ -18,7 +18,12 @@ from models.planets import usual_switches
 TARGET = 2.0
 RECORD = 1000  # steps: a run is all integration, and not what recording costs
 SETTINGS = ("scenario.duration_s=0.2", f"scenario.record_every={RECORD}")
-ARMS = (("paper-labelled", "lumped"), ("paper-labelled", "free"), ("three-unlike", "lumped"))
+CASES: tuple[tuple[str, dict[str, str]], ...] = (
+    ("paper-labelled", {"planets": "lumped"}),
+    ("paper-labelled", {"planets": "free"}),
+    ("paper-labelled", {"planets": "lumped", "mesh_work": "conservative"}),
+    ("three-unlike", {"planets": "lumped"}),
+)
 
 
 class MotorsAlone(ExudynTree):
@@ -45,17 +50,17 @@ WITHOUT: dict[str, type[ExudynTree]] = {
 
 def measure(repeats: int) -> list[Row]:
     """The tree with all its forces against both trees without meshes, arm by arm."""
-    return [row for arm, planets in ARMS for row in _rows(arm, planets, repeats)]
+    return [row for arm, chosen in CASES for row in _rows(arm, chosen, repeats)]
 
 
-def _rows(arm: str, planets: str, repeats: int) -> Iterator[Row]:
+def _rows(arm: str, chosen: dict[str, str], repeats: int) -> Iterator[Row]:
     case = load_case(arm, "pd", settings=SETTINGS)
-    case = case._replace(switches=usual_switches(case.arm, planets=planets))
+    case = case._replace(switches=usual_switches(case.arm, **chosen))
     trees = [kind(*case) for kind in (ExudynTree, *WITHOUT.values())]
     seconds = np.array([[_seconds(tree) for tree in trees] for _ in range(repeats + 1)])[1:]
     full, *others = 1e6 * seconds.T / case.scenario.steps
     for against, other in zip(WITHOUT, others, strict=True):
-        yield _row(f"{arm}, {planets} planets, PD 0.2 s", full, against, other)
+        yield _row(f"{arm}, {', '.join(chosen.values())}, PD 0.2 s", full, against, other)
 
 
 def _seconds(tree: ExudynTree) -> float:
