@@ -163,6 +163,11 @@ FORCES = [
         FORCE,
     ),
     Fault(
+        "ring meshes' laws read where the sun's are",
+        edit(LOADS + "unpacked", "numbers[laws : 2 * laws]", "numbers[:laws]"),
+        FORCE,
+    ),
+    Fault(
         "last planet forgotten",
         edit(MESH + "gearing", "s.planets[-1] + 1", "s.planets[-1]"),
         FORCE,
@@ -348,6 +353,12 @@ SECOND_VERSION = [
     Fault(
         "friction on the sun",
         edit(LOADS + "add_joints", "forces[link] -=", "forces[driven] -="),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction read where the ratios are",
+        edit(LOADS + "unpacked", "numbers[ratio + count :])", "numbers[ratio : ratio + count])"),
         FORCE,
         arm=UNLIKE,
     ),
