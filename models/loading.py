@@ -25,14 +25,10 @@ Record = TypeVar("Record", bound=BaseModel)
 HERE = Path(__file__).parent
 LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes as many
 DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
-# Of the schema's unions.
+# Of the schema's unions; a record of another room has its own as ``union_tags``.
 UNION_TAGS = {
     *("constant", "pd", "sinusoid", "table", "number", "list", "word"),
     *("planetary", "direct", "sine", "fourier", "square"),
-    *("grid", "latin_hypercube", "normal", "uniform"),
-    *("peak", "peak_to_peak", "mean", "rms", "final", "band_rms", "spectral_peak", "final_error"),
-    *("crossing", "settling", "contact_loss", "apart_share", "rigid_deviation", "function"),
-    "trajectories",
 }
 EXPECTED = {
     "model_type": "must be a table",
@@ -298,7 +294,8 @@ def _input_error(
     def dotted(*location: Any) -> str:
         return _dotted(old_location(list(location)) if first_version else location)
 
-    location = [part for part in details["loc"] if part not in UNION_TAGS]
+    tags = UNION_TAGS | getattr(record, "union_tags", set())
+    location = [part for part in details["loc"] if part not in tags]
     value: object = details["input"]
     if details["type"] == "value_error":
         field, _, allowed = str(details["ctx"]["error"]).partition("|")
@@ -307,7 +304,7 @@ def _input_error(
         )
     if details["type"] == "extra_forbidden":
         *above, key = details["loc"]  # the user's own key, whatever it is called
-        location = [*(part for part in above if part not in UNION_TAGS), key]
+        location = [*(part for part in above if part not in tags), key]
         old = first_version and location[0] == "joints"
         keys = JOINT_KEYS if old else _keys_at(record.model_json_schema(), location[:-1])
         return InputError(where, _dotted(location), value, _unknown_key(str(key), keys))

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from crosscheck.progress import members_bar
 from crosscheck.report.words import printable
-from crosscheck.sweeps.columns import columns
+from crosscheck.sweeps.columns import DIVERGED, columns
 from crosscheck.sweeps.files import read_study
 from crosscheck.sweeps.members import Study
 from crosscheck.sweeps.result_file import CHECKED
@@ -42,8 +42,11 @@ def _print(study: Study, out: Path) -> None:
         checked = CHECKED in result.dims
         heads = ["quantity", "unit", "undefined", "least", "median", "largest"]
         table = Table(*heads, *(["second engine off by"] * checked), box=None)
+        gone = int(np.isfinite(result[DIVERGED].values).sum())
+        if gone:
+            print(f"{gone:,} of {study.count:,} members diverged and have no numbers")
         for column in columns(study):
-            if "time" in column.dims:
+            if "time" in column.dims or column.name == DIVERGED:
                 continue
             values = result[column.name].values
             row = [column.name, column.unit, *_range(values)]

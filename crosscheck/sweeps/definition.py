@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Discriminator, Field, JsonValue, Tag, model_validator
 
 from crosscheck import LARGEST_SEED
 from crosscheck.studies.starts import PERTURBATION_M
-from crosscheck.sweeps.quantities import Called, Quantity
+from crosscheck.sweeps.quantities import QUANTITY_KINDS, Called, Quantity
 from models.quantities import Data, Limit, Name, Printable, Title, Within
 
 Path = Annotated[str, Printable(200)]
@@ -166,6 +166,9 @@ Axis = Annotated[
 ]
 
 
+AXIS_KINDS = frozenset({"list", "grid", "latin_hypercube", "normal", "uniform"})
+
+
 class Samples(Data):
     """How often the axes with a distribution are drawn, all of them at once."""
 
@@ -191,6 +194,8 @@ class Definition(Data):
 
     Nothing of arm, scenario and switches is changed but at the paths of settings and axes.
     """
+
+    union_tags: ClassVar[frozenset[str]] = AXIS_KINDS | QUANTITY_KINDS
 
     schema_version: Annotated[int, Within(1, 1)]
     """Version of the file."""

@@ -238,7 +238,7 @@ class RigidDeviation(InWindow):
 class Function(Measured):
     """Numbers that a function of the user's returns of a member's run, a Dataset."""
 
-    kind: Literal["function"]
+    kind: Literal["user_function"]
     """Which quantity this is."""
     function: Annotated[str, Printable(200)]
     """Whose code is run: module:function, or file.py:function beside the study's file."""
@@ -277,3 +277,10 @@ Quantity = Annotated[
     | Trajectories,
     Field(discriminator="kind"),
 ]
+QUANTITY_KINDS = frozenset(
+    {
+        *("peak", "peak_to_peak", "mean", "rms", "final", "band_rms", "spectral_peak"),
+        *("final_error", "crossing", "settling", "contact_loss", "apart_share"),
+        *("rigid_deviation", "user_function", "trajectories"),
+    }
+)

@@ -49,7 +49,7 @@ kind = "peak"
 signal = "theta_ddot"
 
 [[quantities]]
-kind = "function"
+kind = "user_function"
 function = "slow.py:slow"
 returns = { last = "rad" }
 """

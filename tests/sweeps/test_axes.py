@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import TypeAdapter
 
 from crosscheck.studies.starts import perturbed
 from crosscheck.sweeps.batches import batch_size, batches
+from crosscheck.sweeps.definition import AXIS_KINDS, Axis
 from crosscheck.sweeps.members import study_of
+from crosscheck.sweeps.quantities import QUANTITY_KINDS, Quantity
 from crosscheck.sweeps.result_file import blocks
 from models.arm import Planetary
 from models.loading import load_case
@@ -200,3 +203,11 @@ def test_batches_cover_every_member_once_in_full_lanes(count, plain):
     assert len({batch.key for batch in cut}) == len(cut)
     if not plain and count > 32:
         assert batch_size(made, plain) % 32 == 0
+
+
+@pytest.mark.parametrize(
+    ("union", "tags"), [(Axis, AXIS_KINDS), (Quantity, QUANTITY_KINDS)], ids=["axes", "quantities"]
+)
+def test_kinds_are_those_of_the_schema(union, tags):
+    mapping = TypeAdapter(union).json_schema()["discriminator"]["mapping"]
+    assert set(mapping) == tags

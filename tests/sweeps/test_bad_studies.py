@@ -122,9 +122,21 @@ BAD = {
     "unknown key": ('name = "bad"', 'name = "bad"\nspot_check = 1', "did you mean spot_checks?"),
     "code": (
         PEAK,
-        'kind = "function"\nfunction = "mine.py:f"\nreturns = { a = "m" }',
+        'kind = "user_function"\nfunction = "mine.py:f"\nreturns = { a = "m" }',
         "mine.py:f",
         "--run-code",
+    ),
+    "no name of a function": (
+        PEAK,
+        'kind = "user_function"\nfunction = 7\nreturns = { a = "m" }',
+        "quantities[0].function",
+        "string",
+    ),
+    "no units": (
+        PEAK,
+        'kind = "user_function"\nfunction = "mine.py:f"\nreturns = {}',
+        "quantities[0].returns",
+        "units by name",
     ),
     "another version": ("schema_version = 1", "schema_version = 2", "schema_version", "must be 1"),
 }
@@ -210,7 +222,7 @@ FUNCTIONS = {
 def test_a_function_that_cannot_be_used_is_named(case, command, tmp_path):
     code, fragment = FUNCTIONS[case]
     (tmp_path / "mine.py").write_text(code, encoding="utf-8")
-    quantity = 'kind = "function"\nfunction = "mine.py:f"\nreturns = { a = "m" }'
+    quantity = 'kind = "user_function"\nfunction = "mine.py:f"\nreturns = { a = "m" }'
     file = _file(tmp_path, PEAK, quantity)
     left, _, err = command("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1, "--run-code")
     assert (left, err.count("\n")) == (2, 1)

@@ -179,7 +179,7 @@ def test_a_diverged_member_has_no_numbers_but_when():
 def _with_function(tmp_path: Path, code: str, returns: dict[str, str]) -> Study:
     (tmp_path / "mine.py").write_text(code, encoding="utf-8")
     plain = study([])
-    quantity = {"kind": "function", "function": "mine.py:measure", "returns": returns}
+    quantity = {"kind": "user_function", "function": "mine.py:measure", "returns": returns}
     given = {**plain.definition.model_dump(), "quantities": [quantity]}
     definition = type(plain.definition).model_validate(given)
     return study_from(definition, raw_case("paper-labelled", "pd"), tmp_path, "study.toml")
