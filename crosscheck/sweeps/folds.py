@@ -20,9 +20,13 @@ Numbers = tuple[np.ndarray, ...]
 
 
 class Fold(ABC):
-    """Of signals with columns of one shape. parts: what its numbers are called after its name."""
+    """Of signals with columns of one shape.
+
+    parts: what its numbers are called after its name; ends: whether the last record alone counts.
+    """
 
     parts: ClassVar[tuple[str, ...]] = ("",)
+    ends: ClassVar[bool] = False
 
     @abstractmethod
     def take(self, time: np.ndarray, values: np.ndarray) -> None:
@@ -33,11 +37,25 @@ class Fold(ABC):
         """Each of shape (*columns,)."""
 
 
-class Extreme(Fold):
-    """Largest magnitude, or largest less smallest value."""
+class Peak(Fold):
+    """Largest magnitude."""
 
-    def __init__(self, columns: tuple[int, ...], magnitude: bool) -> None:
-        self.magnitude = magnitude
+    def __init__(self, columns: tuple[int, ...]) -> None:
+        self.high = np.full(columns, -np.inf)
+
+    def take(self, time: np.ndarray, values: np.ndarray) -> None:
+        # Into C order, along which the largest is found in half the time.
+        size = np.abs(values, out=np.empty(values.shape))
+        np.maximum(self.high, size.max(axis=0), out=self.high)
+
+    def numbers(self) -> Numbers:
+        return (np.where(np.isfinite(self.high), self.high, np.nan),)
+
+
+class Range(Fold):
+    """Largest less smallest value."""
+
+    def __init__(self, columns: tuple[int, ...]) -> None:
         self.high, self.low = np.full(columns, -np.inf), np.full(columns, np.inf)
 
     def take(self, time: np.ndarray, values: np.ndarray) -> None:
@@ -45,8 +63,7 @@ class Extreme(Fold):
         np.minimum(self.low, values.min(axis=0), out=self.low)
 
     def numbers(self) -> Numbers:
-        found = np.maximum(np.abs(self.high), np.abs(self.low))
-        found = found if self.magnitude else self.high - self.low
+        found = self.high - self.low
         return (np.where(np.isfinite(found), found, np.nan),)
 
 
@@ -68,6 +85,8 @@ class Average(Fold):
 
 class Last(Fold):
     """The last value."""
+
+    ends = True
 
     def __init__(self, columns: tuple[int, ...]) -> None:
         self.value = np.full(columns, np.nan)
@@ -113,18 +132,20 @@ class FirstLoss(Fold):
 
 
 class Share(Fold):
-    """Share of the records without a force."""
+    """Share of the records without a force; nan of a joint that has no such mesh."""
 
     def __init__(self, columns: tuple[int, ...]) -> None:
         self.apart, self.count = np.zeros(columns), 0
+        self.known = np.ones(columns, dtype=bool)
 
     def take(self, time: np.ndarray, values: np.ndarray) -> None:
-        # of a joint without such a mesh there is nothing to say
-        self.apart += np.where(np.isnan(values), np.nan, values == 0).sum(axis=0)
+        self.apart += (values == 0).sum(axis=0)
         self.count += time.size
+        self.known &= ~np.isnan(values[-1])
 
     def numbers(self) -> Numbers:
-        return (self.apart / self.count if self.count else np.full_like(self.apart, np.nan),)
+        share = self.apart / self.count if self.count else np.full_like(self.apart, np.nan)
+        return (np.where(self.known, share, np.nan),)
 
 
 class Settled(Fold):

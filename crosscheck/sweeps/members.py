@@ -6,7 +6,7 @@ import copy
 import hashlib
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -157,6 +157,31 @@ class _Maker:
             for entry, value in zip(axis.entries, axis.given(point), strict=True):
                 assign(self.data, entry, value)
         return True
+
+
+LOOKED_AT = 500  # members that are checked before any of them is run
+
+
+def require_members(study: Study) -> None:
+    """Raise InputError for a member that is refused, as far as few of them can tell.
+
+    Those where an axis has its least and largest values, and some spread over all; what else is
+    wrong with two values only together shows when their batch is made.
+    """
+    extremes = {place for axis in study.axes for place in _extremes(study, axis)}
+    spread = np.linspace(0, study.count - 1, min(LOOKED_AT, study.count)).astype(int)
+    maker = _Maker(study)
+    for place in sorted(extremes | set(map(int, spread))):
+        maker.case(place)
+
+
+def _extremes(study: Study, axis: Varied) -> Iterator[int]:
+    """The first members at which an axis has its least and its largest values, or each word."""
+    points: Iterable[int] = range(len(axis))
+    if isinstance(axis.values, np.ndarray):
+        points = {*axis.values.argmin(axis=0).tolist(), *axis.values.argmax(axis=0).tolist()}
+    stride = math.prod(study.shape[list(study.dimensions).index(axis.dimension) + 1 :])
+    return (point * stride for point in points)
 
 
 def blamed(study: Study, place: int, error: InputError) -> InputError:

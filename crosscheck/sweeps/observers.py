@@ -12,12 +12,13 @@ from crosscheck.sweeps.columns import require_measurable
 from crosscheck.sweeps.folds import (
     Average,
     BandRms,
-    Extreme,
     First,
     FirstLoss,
     Fold,
     LargestLine,
     Last,
+    Peak,
+    Range,
     Settled,
     Share,
 )
@@ -94,10 +95,14 @@ class _Folded:
         self.planet = getattr(quantity, "planet", 1)
         self.joints = _joints(quantity, cases)
         self.fold, self.less = _fold(quantity, cases, self.joints)
+        # Where the last value alone counts, what comes before is not even looked at.
+        scenario = cases[0].scenario
+        late = scenario.step_s * (scenario.steps - scenario.stride / 2)
+        self.after_s = late if self.fold.ends and self.window is None else -np.inf
 
     def see(self, chunk: Records) -> None:
         part = _inside(chunk.time, self.window)
-        if part.stop > part.start:
+        if part.stop > part.start and chunk.time[-1] > self.after_s:
             values = _signal(chunk, self.signal, self.planet)[part, self.joints]
             self.fold.take(chunk.time[part], values)
 
@@ -114,7 +119,7 @@ class _Deviation:
         self.name, self.window = quantity.called, quantity.window_s
         self.joints = _joints(quantity, cases)
         self.angles, self.whose = rigid_angles(quantity.level, cases)
-        self.fold = Extreme(_columns(self.joints, cases), magnitude=True)
+        self.fold = Peak(_columns(self.joints, cases))
         self.seen = 0
 
     def see(self, chunk: Records) -> None:
@@ -224,7 +229,7 @@ def _of_signal(quantity: OfSignal, columns: tuple[int, ...]) -> Fold:
     if quantity.kind == "final":
         return Last(columns)
     if quantity.kind in ("peak", "peak_to_peak"):
-        return Extreme(columns, magnitude=quantity.kind == "peak")
+        return Peak(columns) if quantity.kind == "peak" else Range(columns)
     return Average(columns, squared=quantity.kind == "rms")
 
 

@@ -17,7 +17,7 @@ from crosscheck.sweeps.batch import Numbers, models_of
 from crosscheck.sweeps.batches import Batch, batches, checks, task_of
 from crosscheck.sweeps.columns import DIVERGED, Column, columns
 from crosscheck.sweeps.kept import Kept, batches_of, is_complete, require_room
-from crosscheck.sweeps.members import Study
+from crosscheck.sweeps.members import Study, require_members
 from crosscheck.sweeps.result_file import ResultFile, expected_bytes
 from crosscheck.sweeps.schedule import Place, Task, cluster, here, performed
 from crosscheck.sweeps.version import fingerprint
@@ -60,7 +60,7 @@ def run_study(study: Study, out: Path, how: How) -> int:
         batches_of(target, study, how.resume) as kept,
         draft(target.parent) as new,
     ):
-        require_members(study, how.told)
+        require_members(study)
         with _advised():
             making = _Making(study, ResultFile(new.path, study, wanted, version), kept, how.told)
             making.run(list(batches(study, version, _runs_alone(study))), place)
@@ -69,14 +69,6 @@ def run_study(study: Study, out: Path, how: How) -> int:
         os.fsync(new.handle)
         new.publish(target)
     return making.ran
-
-
-def require_members(study: Study, told: Told) -> None:
-    """Raise InputError unless every member is valid; before any of them is run."""
-    starts = study.definition.starts.count if study.definition.starts else 1
-    for number, _ in enumerate(study.cases(0, study.count, starts)):
-        if number % 500 == 0:
-            told("checking", number * starts, study.count)
 
 
 def _runs_alone(study: Study) -> bool:

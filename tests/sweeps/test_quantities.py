@@ -45,8 +45,8 @@ def pieces(draw: st.DrawFn):
 
 
 FOLDS = {
-    "peak": (lambda: folds.Extreme((2,), True), lambda t, v: signals.amplitude(v)),
-    "range": (lambda: folds.Extreme((2,), False), lambda t, v: signals.peak_to_peak(v)),
+    "peak": (lambda: folds.Peak((2,)), lambda t, v: signals.amplitude(v)),
+    "range": (lambda: folds.Range((2,)), lambda t, v: signals.peak_to_peak(v)),
     "mean": (lambda: folds.Average((2,), False), lambda t, v: signals.mean(v)),
     "rms": (lambda: folds.Average((2,), True), lambda t, v: np.sqrt(np.mean(v**2))),
     "last": (lambda: folds.Last((2,)), lambda t, v: v[-1]),
