@@ -13,11 +13,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from distributed import Client
 
 from crosscheck.provenance import ROOT
 from tests.sweeps.studies import content, finished, slow_study, sweeping, wait_for_batches
-
-pytest.importorskip("distributed")
 
 
 def _free_port() -> int:
@@ -55,8 +54,6 @@ class Cluster:
 
     def wait(self, workers: int) -> None:
         """Until so many are there."""
-        from distributed import Client
-
         with Client(self.address, timeout=30, set_as_default=False) as client:
             if workers:
                 client.wait_for_workers(workers, timeout=60)
