@@ -22,6 +22,7 @@ from models.loading import Case, case_of, require_fitting, switches_of, validate
 from models.paths import assign
 from models.scenario import Scenario
 
+LOOKED_AT = 500  # members that are checked before any of them is run
 Raw = dict[str, Any]  # by section, what an arm's and a scenario's files hold
 
 
@@ -157,9 +158,6 @@ class _Maker:
             for entry, value in zip(axis.entries, axis.given(point), strict=True):
                 assign(self.data, entry, value)
         return True
-
-
-LOOKED_AT = 500  # members that are checked before any of them is run
 
 
 def require_members(study: Study) -> None:
