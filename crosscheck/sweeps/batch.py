@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterable, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, cast
@@ -65,8 +66,12 @@ def models_of(cases: Sequence[Case]) -> list[AnalyticModel]:
 
 
 def made_ready() -> None:
-    """What a process must have imported before its first batch."""
+    """A worker's preparation for its batches: what they import, out of the collector's sight.
+
+    Which would go through a million objects of the libraries again and again (measured: 5 %).
+    """
     import_module("analytic.ensemble")
+    gc.freeze()
 
 
 class _AsChunk:

@@ -191,6 +191,7 @@ def _ready(client: Any, address: str, ours: str) -> int:
             allowed = f"cannot run this program, it must be installed there: {reason}"
             raise InputError("--scheduler", "", worker, allowed)
         require_same(ours, theirs, worker)
+    client.run(made_ready)
     return sum(threads.values())
 
 
