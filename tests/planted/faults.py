@@ -176,6 +176,17 @@ DRIVES = {
         "rate_rad_per_s": [50.0, 70.0, 90.0],
         "argument": "time",
     },
+    "root": {
+        "kind": "sinusoid",
+        "amplitude_N_m": [200.0, 150.0, 40.0],
+        "rate_rad_per_s": [50.0, 70.0, 90.0],
+        "argument": "sqrt_time",
+    },
+    "table": {  # of three joints
+        "kind": "table",
+        "time_s": [0.0, 0.7e-3, 2e-3],
+        "torque_N_m": [[0.0, 300.0, -200.0], [100.0, -100.0, 400.0], [30.0, 0.0, -50.0]],
+    },
 }
 START = {
     "theta_rad": [0.3, -0.8, 0.5],
