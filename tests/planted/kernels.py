@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 
 from analytic import ensemble, model
-from analytic.fast import batch, hyperbolic, memory
+from analytic.fast import batch, hyperbolic
 from analytic.fast.program import Program
 from analytic.model import AnalyticModel
 from models.errors import Diverged
@@ -56,7 +56,6 @@ def neighbour(member: AnalyticModel, place: int) -> AnalyticModel:
 def interpret(patch: pytest.MonkeyPatch) -> None:
     """Run the text of specialised kernels as Python, whatever is planted in it."""
     patch.setattr(batch, "module_of", interpreted)
-    patch.setattr(memory, "pointer", _pointer)
     patch.setattr(hyperbolic, "power_of_two", lambda exponent: math.ldexp(1.0, int(exponent)))
 
 
@@ -64,6 +63,7 @@ def interpreted(program: Program) -> ModuleType:
     """A program's module without numba's decorators, and without a file."""
     module = ModuleType("interpreted")
     exec(re.sub(r"(?m)^@njit.*\n", "", program.text), vars(module))
+    vars(module)["pointer"] = _pointer
     return module
 
 
