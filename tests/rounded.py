@@ -17,9 +17,9 @@ from models.scenario import Scenario
 
 EPS = float(np.finfo(float).eps)
 DRAWS = 12  # of roundings, of which the largest effect counts
-# Roundings of a number on its way through a hundred operations, most of which cancel: ten; and
-# twelve draws may miss the worst direction by three to five.
-ROUNDINGS = 40.0
+# The largest of twelve draws may miss the worst direction by a factor of three, and a number is
+# rounded a few times on its way; measured over every switch: at most 2.7.
+ROUNDINGS = 10.0
 
 
 def rounded(value: Any, draw: np.random.Generator) -> Any:

@@ -221,7 +221,7 @@ def test_rigid_levels(level, lanes):
 def compiled_cases() -> dict[str, tuple[str, Case]]:
     """Structures that have much in them."""
     probe, unlike, apart = map(load_arm, ("probe", "three-unlike", "planets-apart"))
-    mixed = without_tables(random_arm(12, 7))
+    mixed = random_arm(87, 5)
     geared = "analytic:physical"
 
     def case(arm: Arm, drive: str, **laws: str) -> Case:
