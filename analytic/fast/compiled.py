@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import inspect
+import logging
 import os
 import sys
 from contextlib import suppress
@@ -18,6 +19,7 @@ from models import drive
 from models.places import cache_folder, make_private, temporary_folder
 
 FOLDER = "kernels"
+LOG = logging.getLogger(__name__)
 # numba compiles a function anew when its own file changes, not when one that it calls does.
 TAKEN_IN = (memory, sines, hyperbolic, drive)
 
@@ -29,6 +31,8 @@ def module_of(program: Program) -> ModuleType:
     path = _folder() / f"{name}.py"
     if not _holds(path, program.text):
         _write(path, program.text)
+    if not any(path.parent.glob(f"__pycache__/{name}.*.nbi")):
+        LOG.info("compiling a kernel for this structure of arm, once: some seconds")
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None  # it ends in .py
     assert spec.loader is not None

@@ -117,36 +117,36 @@ EQUATIONS = [
         THETA,
     ),
     fault("motor without reaction", "source:_stage", "+ reaction{j} * T{j}", "", THETA),
-    fault(
-        "sun's sines for the ring", "source:_stage", "stage.one_rate else side", "True else side"
-    )._replace(laws=EQ13),
+    fault("sun's sines for the ring", "source:_stage", "{sides[-1]}", "{sides[0]}")._replace(
+        laws=EQ13
+    ),
     fault("springs leave the angle", "source:_stage", "+ on_theta{j}", "", X_SP)._replace(
         laws=CONSERVATIVE, arm=APART
     ),
     fault("phase without time", "source:_waves", "{j} * t", "{j}", laws=OMEGA_T),
     fault("sines of sums", "source:_waves", "c{b}_{name} + c", "c{b}_{name} - c", arm=UNLIKE),
     fault("cosines of sums", "source:_waves", "c{b}_{name} - s", "c{b}_{name} + s", arm=UNLIKE),
-    fault("last harmonic lost", "source:_mesh", "harmonics + 1", "harmonics", arm=UNLIKE),
-    fault("error the other way", "source:_mesh", "} - ({error})", "} + ({error})"),
-    fault("error does not vary", "source:_mesh", " + e_s_{mesh} * s1_{phase}", ""),
-    fault("error without its cosine", "source:_mesh", " + e_c_{mesh} * c1_{phase}", "", arm=UNLIKE),
-    fault("standing error lost", "source:_mesh", "e0_{mesh} + ", "", arm=APART),
-    fault("stiffness without sines", "source:_mesh", " + k{n}_s_{mesh} * s{n}_{phase}", ""),
-    fault("cosines of stiffness turned", "source:_mesh", " + k{n}_c", " - k{n}_c", arm=UNLIKE),
+    fault("last harmonic lost", "source:_wave", "harmonics + 1", "harmonics", arm=UNLIKE),
+    fault("error the other way", "source:_mesh", "} - e_", "} + e_"),
+    fault("error does not vary", "source:_wave", " + e_s_{own} * s1_{phase}", ""),
+    fault("error without its cosine", "source:_wave", " + e_c_{own} * c1_{phase}", "", arm=UNLIKE),
+    fault("standing error lost", "source:_wave", "e0_{own} + ", "", arm=APART),
+    fault("stiffness without sines", "source:_wave", " + k{n}_s_{own} * s{n}_{phase}", ""),
+    fault("cosines of stiffness turned", "source:_wave", " + k{n}_c", " - k{n}_c", arm=UNLIKE),
     fault("force of all planets recorded", "source:_mesh", " * share{j}", "", F_SP),
-    fault("dampers push", "source:_mesh", "d_{mesh} * v", "-d_{mesh} * v"),
+    fault("dampers push", "source:_mesh", "d_{own} * v", "-d_{own} * v"),
     fault("dampers act in free play", "source:_mesh", "if not s.damps_apart", "if False")._replace(
         laws=CONTACT
     ),
     fault("dampers act in play alone", "source:_mesh", "> b_", "< b_", laws=CONTACT),
-    fault("no play", "source:_travel", "gap - inside", "gap"),
+    fault("no play", "source:_travel", "{gap} - inside", "{gap}"),
     fault("no other flank", "source:_travel", "-{b} if inside < -{b}", "inside if inside < -{b}"),
     fault("play on one side", "source:_travel", "inside < -{b} else", "inside < {b} else"),
     fault("smooth flanks added", "source:_travel", "right - left", "right + left", laws=TANH),
     fault(
         "smooth flanks taken away", "source:_travel", "right + left)", "right - left)", laws=TANH
     ),
-    fault("smooth play on one side", "source:_travel", "gap + {b}", "gap - {b}", laws=TANH),
+    fault("smooth play on one side", "source:_travel", "{gap} + {b}", "{gap} - {b}", laws=TANH),
     *(
         fault(name, "source:_on_angle", old, new, laws=CONSERVATIVE, arm=APART)
         for name, old, new in (
@@ -156,8 +156,8 @@ EQUATIONS = [
             ("error does no work", "F_{mesh} * error_slope", "0.0"),
             ("stiffness does no work", " - ({slope}) * travel * travel / 2", ""),
             ("stiffness does twice the work", "travel / 2", "travel"),
-            ("last mesh's work alone", "on_theta{j} + rate", "rate"),
-            ("angle for phase", "rate_{mesh} * ", ""),
+            ("last mesh's work alone", "on_theta{j} + slope", "slope"),
+            ("angle for phase", "slope_{own} * ", ""),
         )
     ),
     fault(
@@ -178,8 +178,14 @@ NUMBERS = [
         "friction of the shoulder", "numbers:numbers_of", "arm.joints[j - 1].f", "arm.joints[0].f"
     )._replace(arm=UNLIKE),
     fault("ring at the sun's rate", "numbers:numbers_of", "ring / TURN", "sun / TURN", laws=EQ13),
+    *(
+        fault(
+            f"sides swapped, {arm}", "numbers:numbers_of", '("sp", "pr")', '("pr", "sp")'
+        )._replace(arm=arm, laws=(("planets", "free"),))
+        for arm in (UNLIKE, APART)
+    ),
     fault("phase in radians", "numbers:numbers_of", "sun / TURN", "sun"),
-    fault("meshes of the shoulder", "numbers:numbers_of", "gears, mesh,", "gears, mesh - first,"),
+    fault("meshes of the shoulder", "numbers:numbers_of", "(gears, mesh,", "(gears, mesh - first,"),
     fault("weight across for along", "numbers:_of_links", "g_x * links", "g_y * links", arm=UNLIKE),
     fault("weight along for across", "numbers:_of_links", "g_y * links", "g_x * links", arm=UNLIKE),
     fault(
@@ -258,6 +264,9 @@ SHAPES = [
     )
 ] + [
     fault("one rate for both", "structure:_stages", "bool(abs(", "bool(0 * abs(", laws=EQ13),
+    fault(
+        "first planet's meshes for all", "structure:_alike", "same_laws and", "True or", arm=APART
+    ),
     fault("no cosines", "structure:_stages", ".any() or", ".any() and", arm=UNLIKE),
 ]
 
@@ -282,8 +291,8 @@ STEPS = [
     fault(
         "table read at the step's start",
         "program:program_of",
-        '_tabled("t + h / 2"',
-        '_tabled("t"',
+        'tabled("t + h / 2"',
+        'tabled("t"',
         X_SP,
         arm=UNLIKE,
         drive="table",
@@ -296,11 +305,11 @@ BATCHES = [
     fault("sun's advance without the ring", "batch:advances", "x_sp + x_pr", "x_sp"),
     fault(
         "sun mesh recorded as the advance",
-        "batch:_displacements",
+        "batch:displacements",
         "2 * place] - x_pr",
         "2 * place]",
     ),
-    fault("planet of the first joint", "batch:_displacements", "2 * place + 1", "1", X_PR),
+    fault("planet of the first joint", "batch:displacements", "2 * place + 1", "1", X_PR),
     fault(
         "steps not counted", "batch:Batch.advance", "self.done += ", "self.done = 0 * ", THETA
     )._replace(drive="sinusoid", kernel="abreast"),
