@@ -1,0 +1,44 @@
+"""Repeated runs in turn (ABAB ...), so that what else the machine does falls on all alike."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from statistics import median
+from typing import NamedTuple
+
+
+class Times(NamedTuple):
+    """Of every repeat [s]."""
+
+    seconds: tuple[float, ...]
+
+    @property
+    def median(self) -> float:
+        """[s]"""
+        return median(self.seconds)
+
+    @property
+    def spread(self) -> float:
+        """Largest less least over the median."""
+        return (max(self.seconds) - min(self.seconds)) / self.median
+
+    def over(self, other: Times) -> float:
+        """Median of the ratios, repeat by repeat."""
+        pairs = zip(self.seconds, other.seconds, strict=True)
+        return median(own / others for own, others in pairs)
+
+
+def seconds_of(run: Callable[[], object]) -> float:
+    """Wall time [s] of one call."""
+    began = time.perf_counter()
+    run()
+    return time.perf_counter() - began
+
+
+def in_turn(runs: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, Times]:
+    """Each run once unmeasured, then all of them in turn, `repeats` times."""
+    for run in runs.values():
+        run()
+    rounds = [{name: seconds_of(run) for name, run in runs.items()} for _ in range(repeats)]
+    return {name: Times(tuple(each[name] for each in rounds)) for name in runs}
