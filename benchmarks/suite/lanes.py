@@ -12,7 +12,8 @@ from benchmarks.suite.c_reference import LANES, NoCompiler, Vectors
 from benchmarks.suite.cases import Counted, long_run
 from benchmarks.suite.rows import Row, absent
 from benchmarks.suite.single import largest_difference
-from benchmarks.suite.timing import Times, in_turn
+from benchmarks.suite.timing import Times, in_turn, per_unit
+from models.arm import Joint, Planetary
 
 TABLE = "ensemble kernel"
 COUNTED: tuple[Counted, ...] = ("lumped", "free")
@@ -46,9 +47,7 @@ def _with_play(model: PhysicalModel, scale: float) -> PhysicalModel:
     return PhysicalModel(arm, model.scenario, model.switches)
 
 
-def _widened(joint: object, scale: float) -> object:
-    from models.arm import Planetary
-
+def _widened(joint: Joint, scale: float) -> Joint:
     assert isinstance(joint, Planetary)
     meshes = {
         name: mesh.model_copy(update={"backlash_m": scale * mesh.backlash_m})
@@ -82,10 +81,7 @@ def _case(model: PhysicalModel, counted: Counted, repeats: int) -> list[Row]:
             runs[name], shares[name] = vectors[name].run, LANES * count
     except (NoCompiler, NotCovered) as reason:
         missing = [absent(TABLE, case, str(reason))]
-    times = {
-        name: Times(tuple(s / shares[name] for s in found.seconds))
-        for name, found in in_turn(runs, repeats).items()
-    }
+    times = per_unit(in_turn(runs, repeats), shares)
     steps = model.scenario.steps
     rows = [_per_step(case, name, found, steps) for name, found in times.items()]
     rows[1] = _held(rows[1], times[ONE], ALONE, times[ALONE], SLIMMEST)

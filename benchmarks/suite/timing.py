@@ -42,3 +42,11 @@ def in_turn(runs: Mapping[str, Callable[[], object]], repeats: int) -> dict[str,
         run()
     rounds = [{name: seconds_of(run) for name, run in runs.items()} for _ in range(repeats)]
     return {name: Times(tuple(each[name] for each in rounds)) for name in runs}
+
+
+def per_unit(times: Mapping[str, Times], units: Mapping[str, int]) -> dict[str, Times]:
+    """The times of one step, or of one trajectory, where a run takes so many."""
+    return {
+        name: Times(tuple(seconds / units[name] for seconds in found.seconds))
+        for name, found in times.items()
+    }
