@@ -134,7 +134,9 @@ def _gear_numbers(model: AnalyticModel) -> list[np.ndarray]:
         planet_row += [-(geometry.r_p + geometry.r_cp), geometry.r_cp]
         torque_sun.append(1 / (geometry.r_s * geometry.n))
         torque_before.append(-1 / geometry.n)
-    return [np.array(v) for v in (per_sun, per_planet, sun_row, planet_row, torque_sun, torque_before)]
+    return [
+        np.array(v) for v in (per_sun, per_planet, sun_row, planet_row, torque_sun, torque_before)
+    ]
 
 
 def _inertia(arm: Arm, model: AnalyticModel) -> tuple[np.ndarray, np.ndarray]:
@@ -173,7 +175,9 @@ def _change(model: AnalyticModel) -> np.ndarray:
     if layout.free:
         rows += [np.eye(len(layout))[layout.at("x_s", j)] for j in joints]
     else:
-        rows += [layout.displacement("x_sp", j, 0) + layout.displacement("x_pr", j, 0) for j in joints]
+        rows += [
+            layout.displacement("x_sp", j, 0) + layout.displacement("x_pr", j, 0) for j in joints
+        ]
     for j, bodies in zip(joints, planet_bodies(model), strict=True):
         rows += [layout.displacement("x_pr", j, planet) for planet in range(bodies)]
     return np.array(rows)

@@ -101,9 +101,7 @@ def through_contacts(
             low, high = 0.0, min(whole, span - done)
             h = high
             while True:
-                high_order_step(
-                    terms, gears, drive, table, t, h, state[0], state[1], rates, end
-                )
+                high_order_step(terms, gears, drive, table, t, h, state[0], state[1], rates, end)
                 sides_of(gears, t + h, end[0], end[1], ahead)
                 if (ahead != sides).any():
                     high = h

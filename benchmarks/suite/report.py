@@ -70,7 +70,10 @@ def draw(rows: Sequence[Row], path: Path) -> None:
     asked = [row for row in rows if row.ratio is not None and row.target is not None]
     found = curves(rows)
     figure, axes = plt.subplots(
-        1, 1 + len(found), figsize=(7 + 5 * len(found), 1 + max(4, 0.25 * len(asked))), squeeze=False
+        1,
+        1 + len(found),
+        figsize=(7 + 5 * len(found), 1 + max(4, 0.25 * len(asked))),
+        squeeze=False,
     )
     _draw_ratios(axes[0, 0], asked)
     for axis, (title, lines) in zip(axes[0, 1:], found.items(), strict=True):

@@ -44,8 +44,8 @@ class GeneralizedAlpha(ExudynTree):
     @cached_property
     def _driven(self) -> Engine:
         engine = self._engine(self.gears)
-        engine.settings.timeIntegration.verboseMode = 0
         engine.solver = exudyn.MainSolverImplicitSecondOrder()
+        engine.solver.InitializeSolver(engine.system, engine.settings)
         return engine
 
 
