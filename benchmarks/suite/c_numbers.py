@@ -1,7 +1,8 @@
-"""What the C references are given: an arm's structure as macros, its numbers in the order of arm.h."""
+"""What the C references are given: an arm's structure as macros, its numbers as in arm.h."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +38,7 @@ class Structure(NamedTuple):
     def macros(self) -> list[str]:
         """Of the compiler's command line."""
         counts = {"JOINTS": len(self.planets), "BODIES": sum(self.planets)}
-        lists = {
+        lists: dict[str, Iterable[int]] = {
             "FIRST": np.cumsum([0, *self.planets]),
             "PHASE_FIRST": np.cumsum([0, *self.phases]),
             "SUN": self.sun,

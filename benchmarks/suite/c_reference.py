@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
@@ -98,7 +99,7 @@ class Vectors:
     Raises NoCompiler, NotCovered.
     """
 
-    def __init__(self, models: list[AnalyticModel]) -> None:
+    def __init__(self, models: Sequence[AnalyticModel]) -> None:
         assert len(models) % LANES == 0
         self.models, self.scenario = models, models[0].scenario
         vectors = len(models) // LANES

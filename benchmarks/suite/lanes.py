@@ -1,4 +1,4 @@
-"""Part 2: trajectories side by side, against one alone, against the SIMD C reference, over cores."""
+"""Part 2: trajectories side by side, against one alone and the SIMD C reference, over cores."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _consume(models: list[PhysicalModel], threads: int) -> None:
 
 def _case(model: PhysicalModel, counted: Counted, repeats: int) -> list[Row]:
     case = f"{len(model.arm.joints)} joints, {counted}"
-    models, cores = members_of(model, MEMBERS), numba.config.NUMBA_NUM_THREADS
+    models, cores = members_of(model, MEMBERS), numba.get_num_threads()
     runs = {
         ALONE: model.simulate,
         ONE: lambda: _consume(models, 1),

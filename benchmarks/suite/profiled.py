@@ -15,8 +15,9 @@ import threading
 import time
 from types import FrameType
 
-LOOK_S = 0.002
+LOOK_S, TELL_S = 0.002, 0.1
 IMPORTING = "<frozen importlib"
+WAITING = "waiting for processes"
 # Of the innermost frame that belongs to one; a stack within an import is importing, whatever runs.
 KINDS = {
     "drawing": ("/matplotlib/", "/PIL/", "crosscheck/report/", "/figures/", "/jinja2/"),
@@ -31,7 +32,7 @@ KINDS = {
         *("analytic/reference", "/scipy/", "models/exudyn", "models/pinocchio"),
     ),
     "files": ("/h5netcdf/", "/h5py/", "/xarray/", "/pydantic/", "tomllib", "/json/"),
-    "waiting for processes": ("/joblib/", "multiprocessing", "concurrent/"),
+    WAITING: ("/joblib/", "multiprocessing", "concurrent/"),
 }
 
 
@@ -49,33 +50,40 @@ def kind_of(frame: FrameType | None) -> str:
     return found
 
 
-def watch(thread: int, seconds: dict[str, float], ended: threading.Event) -> None:
-    """Add to the seconds of each kind until the run has ended."""
-    last = time.perf_counter()
-    while not ended.wait(LOOK_S):
-        kind, now = kind_of(sys._current_frames().get(thread)), time.perf_counter()
-        seconds[kind] = seconds.get(kind, 0.0) + now - last
+def watch(thread: int, folder: str) -> None:
+    """Keep what each kind took in a file of this process, as long as it lasts."""
+    seconds, last, told = dict[str, float](), time.perf_counter(), 0.0
+    while True:
+        time.sleep(LOOK_S)
+        frame, now = sys._current_frames().get(thread), time.perf_counter()
+        if frame is not None and frame.f_code.co_filename != __file__:  # the command has ended
+            kind = kind_of(frame)
+            seconds[kind] = seconds.get(kind, 0.0) + now - last
         last = now
+        if now - told > TELL_S:  # a worker is stopped without a word
+            told = now
+            draft = f"{folder}/{os.getpid()}.draft"
+            with open(draft, "w") as file:
+                json.dump(seconds, file)
+            os.replace(draft, f"{folder}/{os.getpid()}.json")
+
+
+def start_watching(folder: str) -> None:
+    """This process's main thread, from a thread that ends with it."""
+    watched = threading.main_thread().ident
+    threading.Thread(target=watch, args=(watched, folder), daemon=True).start()
 
 
 def main() -> None:
-    """`profiled.py OUT MODULE ARGUMENTS...`: runs a module, and writes the seconds of each kind."""
-    out, module, *arguments = sys.argv[1:]
+    """`profiled.py FOLDER MODULE ARGUMENTS...`: runs a module; a file for every process forked."""
+    folder, module, *arguments = sys.argv[1:]
     sys.argv, sys.path[0] = [module, *arguments], os.getcwd()
-    seconds, ended = dict[str, float](), threading.Event()
-    looking = threading.Thread(target=watch, args=(threading.get_ident(), seconds, ended))
-    began = time.perf_counter()
-    looking.start()
+    os.register_at_fork(after_in_child=lambda: start_watching(folder))
+    start_watching(folder)
     try:
         runpy.run_module(module, run_name="__main__", alter_sys=True)
-    except SystemExit:
-        pass  # every command ends so
     finally:
-        ended.set()
-        looking.join()
-    seconds["whole"] = time.perf_counter() - began
-    with open(out, "w") as file:
-        json.dump(seconds, file)
+        time.sleep(2 * TELL_S)
 
 
 if __name__ == "__main__":

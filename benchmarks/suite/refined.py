@@ -21,6 +21,7 @@ from analytic.terms import Terms
 from models.drive import DriveData
 
 NEAR = 1e-13  # of a step: how closely the end of one is brought to a contact change
+ROUNDING = 1e-12  # of the time between two records: what is left of it is no step
 
 
 class Refined(NamedTuple):
@@ -74,6 +75,36 @@ def high_order_step(
 
 
 @njit(cache=True)
+def step_to_change(
+    terms: Terms,
+    gears: Gears,
+    drive: DriveData,
+    table: np.ndarray,
+    t: float,
+    longest: float,
+    state: np.ndarray,
+    sides: np.ndarray,
+    rates: np.ndarray,
+    end: np.ndarray,
+    ahead: np.ndarray,
+) -> float:
+    """Length [s] of a step from the state (2, n): the longest, or until just behind a change of the
+    sides (meshes,). State and sides there go into end and ahead."""
+    low, high, h = 0.0, longest, longest
+    while True:
+        high_order_step(terms, gears, drive, table, t, h, state[0], state[1], rates, end)
+        sides_of(gears, t + h, end[0], end[1], ahead)
+        changed = (ahead != sides).any()
+        if h == high and (not changed or high - low <= NEAR * longest):
+            return h
+        if changed:
+            high = h
+        else:
+            low = h
+        h = high if high - low <= NEAR * longest else low + (high - low) / 2
+
+
+@njit(cache=True)
 def through_contacts(
     terms: Terms,
     gears: Gears,
@@ -87,38 +118,20 @@ def through_contacts(
     number of contact changes."""
     n, meshes = start.shape[1], gears.where.size
     rates = np.empty((2, table.shape[0] - 1, n))
-    states, end = np.empty((grid.size, 2, n)), np.empty((2, n))
-    state = start.copy()
+    states, end, state = np.empty((grid.size, 2, n)), np.empty((2, n)), start.copy()
     sides, ahead = np.empty(meshes, np.int64), np.empty(meshes, np.int64)
     sides_of(gears, grid[0], state[0], state[1], sides)
     states[0], changes = state, 0
     for k in range(grid.size - 1):
-        span = grid[k + 1] - grid[k]
+        span, done = grid[k + 1] - grid[k], 0.0
         whole = span / np.ceil(span / step)
-        done = 0.0
-        while done < span * (1 - 1e-12):
-            t = grid[k] + done
-            low, high = 0.0, min(whole, span - done)
-            h = high
-            while True:
-                high_order_step(terms, gears, drive, table, t, h, state[0], state[1], rates, end)
-                sides_of(gears, t + h, end[0], end[1], ahead)
-                if (ahead != sides).any():
-                    high = h
-                else:
-                    low = h
-                if high - low <= NEAR * whole:
-                    if low == high:
-                        break
-                    if h == high:
-                        break
-                    h = high
-                    continue
-                h = low + (high - low) / 2
+        while done < span * (1 - ROUNDING):
+            t, longest = grid[k] + done, min(whole, span - done)
+            done += step_to_change(
+                terms, gears, drive, table, t, longest, state, sides, rates, end, ahead
+            )
             changes += (ahead != sides).sum()
-            state[:] = end
-            sides[:] = ahead
-            done += h
+            state[:], sides[:] = end, ahead
         states[k + 1] = state
     return states, changes
 

@@ -1,4 +1,4 @@
-"""The right-hand side y' = f(t, y), y = (q, v), compiled for one model: what other solvers are given."""
+"""The right-hand side y' = f(t, y), y = (q, v), compiled for one model: for other solvers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MESH_SIZES = 1e-4, 1e-1
 
 
 def compiled_in_place(model: AnalyticModel) -> Any:
-    """f(t, y, out), the model's numbers frozen in, so that a call hands over nothing but the state."""
+    """f(t, y, out), the model's numbers frozen in: a call hands over nothing but the state."""
     terms, gears, drive, n = model.terms, model.gears, model.drive, len(model.layout)
 
     @njit

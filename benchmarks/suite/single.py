@@ -68,7 +68,7 @@ def _differences(case: str, model: PhysicalModel) -> list[Row]:
 
 
 def largest_difference(model: PhysicalModel, q: np.ndarray, reference: np.ndarray) -> float:
-    """Of angles over the largest of them, or of displacements over the play, whichever is larger."""
+    """Of angles over the largest of them, or of displacements over the play: the larger."""
     angular, play = model.layout.angular, float(model.gears.b.min())
     apart = np.abs(q - reference)
     of_angles = apart[:, angular].max() / np.abs(reference[:, angular]).max()

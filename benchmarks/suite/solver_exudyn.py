@@ -16,13 +16,19 @@ from models.exudyn_tree import ExudynTree
 SMALLEST_S = 1e-12  # step of DOPRI5: at its default it may halve one for ever
 
 
-class RungeKutta(ExudynTree):
+class Integrated(ExudynTree):
+    """By an integrator of the engine."""
+
+    method: ClassVar[str]
+
+
+class RungeKutta(Integrated):
     """RK44, fixed step: the model as it is."""
 
-    method: ClassVar[str] = "RK44"
+    method = "RK44"
 
 
-class DormandPrince(ExudynTree):
+class DormandPrince(Integrated):
     """DOPRI5, fixed step."""
 
     method = "DOPRI5"
@@ -36,7 +42,7 @@ class DormandPrince(ExudynTree):
         return engine
 
 
-class GeneralizedAlpha(ExudynTree):
+class GeneralizedAlpha(Integrated):
     """Generalized-alpha, fixed step, Newton's method in every step."""
 
     method = "generalized-alpha"
@@ -49,7 +55,7 @@ class GeneralizedAlpha(ExudynTree):
         return engine
 
 
-def tree(model: PhysicalModel, grid: np.ndarray, made: type[ExudynTree]) -> Solver:
+def tree(model: PhysicalModel, grid: np.ndarray, made: type[Integrated]) -> Solver:
     """By one of the classes above, at a step [s]."""
     grid_s = float(grid[1] - grid[0])
 

@@ -47,7 +47,8 @@ def _forces(
 ) -> tuple[list[Any], list[Any]]:
     """Generalized forces (n,), and every mesh's gap."""
     terms, gears, drive = model.terms, model.gears, model.drive
-    assert drive.code == PD and not terms.weight.size
+    assert drive.code == PD
+    assert not terms.weight.size
     forces = [hy.expression(0.0) for _ in q]
     for joint, place in enumerate(terms.theta):
         target, proportional, derivative = map(float, drive.gains[joint])
@@ -142,8 +143,9 @@ def by_batches(model: AnalyticModel, grid: np.ndarray) -> Solver:
 
     own, n, start = equations(model, False), len(model.layout), np.concatenate(model.start())
     lanes = hy.recommended_simd_size()
-    starts, system = np.repeat(start[:, None], lanes, axis=1), zip(own.variables, own.rates)
-    engine = hy.taylor_adaptive_batch(list(system), starts, tol=SELECT_TOLERANCE)
+    starts = np.repeat(start[:, None], lanes, axis=1)
+    system = list(zip(own.variables, own.rates, strict=True))
+    engine = hy.taylor_adaptive_batch(system, starts, tol=SELECT_TOLERANCE)
 
     def run(longest_s: float) -> np.ndarray:
         engine.set_time(0.0)
@@ -195,7 +197,8 @@ def _moment_later(model: AnalyticModel, gaps: list[Any]) -> tuple[np.ndarray, np
     q, v = moment.q[-1], moment.v[-1]
     sides = np.empty(len(gaps), dtype=np.int64)
     sides_of(model.gears, MOMENT_S, q, v, sides)
-    return np.concatenate([q, v]), np.ravel([(abs(s), s * b) for s, b in zip(sides, model.gears.b)])
+    contacts = np.stack([abs(sides), sides * model.gears.b], axis=1)
+    return np.concatenate([q, v]), contacts.ravel()
 
 
 class _Change:
