@@ -5,7 +5,7 @@ from __future__ import annotations
 from analytic.model import PhysicalModel
 from benchmarks.suite.cases import Counted
 from benchmarks.suite.rows import Row
-from benchmarks.suite.timing import in_turn, per_unit
+from benchmarks.suite.timing import in_turn, per_unit, processor
 from crosscheck.template import example_arm
 from models.loading import load_scenario
 from models.switches import switches
@@ -22,7 +22,7 @@ def measure(repeats: int) -> list[Row]:
     sizes += [(OF_THREE, planets, "free") for planets in PLANETS if planets != OF_THREE]
     models = {_name(*size): model_of(*size) for size in sizes}
     runs = {name: model.simulate for name, model in models.items()}
-    times = per_unit(in_turn(runs, repeats), dict.fromkeys(runs, STEPS))
+    times = per_unit(in_turn(runs, repeats, processor), dict.fromkeys(runs, STEPS))
     first = _name(*sizes[0])
     return [
         Row(

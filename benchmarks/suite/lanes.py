@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from functools import partial
+
 import numba
 import numpy as np
 
@@ -12,7 +15,7 @@ from benchmarks.suite.c_reference import LANES, NoCompiler, Vectors
 from benchmarks.suite.cases import Counted, long_run
 from benchmarks.suite.rows import Row, absent
 from benchmarks.suite.single import largest_difference
-from benchmarks.suite.timing import Times, in_turn, per_unit
+from benchmarks.suite.timing import Times, in_turn, per_unit, processor
 from models.arm import Joint, Planetary
 
 TABLE = "ensemble kernel"
@@ -41,19 +44,24 @@ def members_of(model: PhysicalModel, count: int) -> list[PhysicalModel]:
 
 
 def _with_play(model: PhysicalModel, scale: float) -> PhysicalModel:
-    arm = model.arm.model_copy(
-        update={"joints": tuple(_widened(joint, scale) for joint in model.arm.joints)}
-    )
+    joints = tuple(_widened(joint, scale) for joint in model.arm.joints)
+    arm = model.arm.model_copy(update={"joints": joints})
     return PhysicalModel(arm, model.scenario, model.switches)
 
 
 def _widened(joint: Joint, scale: float) -> Joint:
     assert isinstance(joint, Planetary)
     meshes = {
-        name: mesh.model_copy(update={"backlash_m": scale * mesh.backlash_m})
+        name: mesh.model_copy(update={"backlash_m": _scaled(mesh.backlash_m, scale)})
         for name, mesh in (("sun_mesh", joint.sun_mesh), ("ring_mesh", joint.ring_mesh))
     }
     return joint.model_copy(update=meshes)
+
+
+def _scaled(play: float | tuple[float, ...], scale: float) -> float | tuple[float, ...]:
+    if isinstance(play, tuple):
+        return tuple(scale * each for each in play)
+    return scale * play
 
 
 def _consume(models: list[PhysicalModel], threads: int) -> None:
@@ -66,27 +74,31 @@ def _consume(models: list[PhysicalModel], threads: int) -> None:
 def _case(model: PhysicalModel, counted: Counted, repeats: int) -> list[Row]:
     case = f"{len(model.arm.joints)} joints, {counted}"
     models, cores = members_of(model, MEMBERS), numba.get_num_threads()
-    runs = {
-        ALONE: model.simulate,
-        ONE: lambda: _consume(models, 1),
-        ALL: lambda: _consume(models, cores),
-    }
-    shares = {ALONE: 1, ONE: MEMBERS, ALL: MEMBERS}
-    vectors: dict[str, Vectors] = {}
-    missing = []
-    try:
-        for count in VECTORS:
-            name = f"SIMD C, {count} x {LANES}"
-            vectors[name] = Vectors(models[: LANES * count])
-            runs[name], shares[name] = vectors[name].run, LANES * count
-    except (NoCompiler, NotCovered) as reason:
-        missing = [absent(TABLE, case, str(reason))]
-    times = per_unit(in_turn(runs, repeats), shares)
+    on_one, shares = partial(_consume, models, 1), {ALONE: 1, ONE: MEMBERS, ALL: MEMBERS}
+    runs: dict[str, Callable[[], object]] = {ALONE: model.simulate, ONE: on_one}
+    vectors, missing = vectors_of(models), list[Row]()
+    if isinstance(vectors, Exception):
+        vectors, missing = {}, [absent(TABLE, case, str(vectors))]
+    runs |= {name: each.run for name, each in vectors.items()}
+    shares |= {name: len(each.models) for name, each in vectors.items()}
+    times = per_unit(in_turn(runs, repeats, processor), shares)
+    over = {ONE: on_one, ALL: partial(_consume, models, cores)}
+    by_clock = per_unit(in_turn(over, repeats), shares)
+    numba.set_num_threads(cores)
     steps = model.scenario.steps
-    rows = [_per_step(case, name, found, steps) for name, found in times.items()]
-    rows[1] = _held(rows[1], times[ONE], ALONE, times[ALONE], SLIMMEST)
-    rows[2] = _held(rows[2], times[ALL], ONE, times[ONE], None)
-    return [*rows, *_against_c(rows[1], times, vectors, models), *missing]
+    rows = {name: _per_step(case, name, found, steps) for name, found in times.items()}
+    rows[ONE] = _held(rows[ONE], times[ONE], ALONE, times[ALONE], SLIMMEST)
+    at_once = _per_step(case, f"{ALL} ({cores}), by the clock", by_clock[ALL], steps)
+    at_once = _held(at_once, by_clock[ALL], ONE, by_clock[ONE], None)
+    return [*rows.values(), at_once, *_against_c(rows[ONE], times, vectors, models), *missing]
+
+
+def vectors_of(models: Sequence[PhysicalModel]) -> dict[str, Vectors] | Exception:
+    """The SIMD C reference with one vector and more, by name; or why there is none."""
+    try:
+        return {f"SIMD C, {count} x {LANES}": Vectors(models[: LANES * count]) for count in VECTORS}
+    except (NoCompiler, NotCovered) as reason:
+        return reason
 
 
 def _per_step(case: str, who: str, times: Times, steps: int) -> Row:

@@ -9,7 +9,7 @@ from benchmarks.suite.c_numbers import NotCovered
 from benchmarks.suite.c_reference import NoCompiler, Scalar
 from benchmarks.suite.cases import Counted, long_run
 from benchmarks.suite.rows import Row, absent
-from benchmarks.suite.timing import Times, in_turn, per_unit
+from benchmarks.suite.timing import Times, in_turn, per_unit, processor
 
 TABLE = "single kernel"
 TARGETS: dict[Counted, float] = {"lumped": 1.15, "free": 1.3}
@@ -35,9 +35,9 @@ def _case(model: PhysicalModel, short: PhysicalModel, target: float, repeats: in
     try:
         reference = Scalar(model)
     except (NoCompiler, NotCovered) as reason:
-        times = per_unit(in_turn(runs, repeats), steps)
+        times = per_unit(in_turn(runs, repeats, processor), steps)
         return [*(_per_step(case, n, times[n]) for n in runs), absent(TABLE, case, str(reason))]
-    times = per_unit(in_turn({**runs, C: reference.run}, repeats), steps)
+    times = per_unit(in_turn({**runs, C: reference.run}, repeats, processor), steps)
     targets = {FAST: target, PLAIN: None}
     held = [
         _per_step(case, who, times[who])._replace(

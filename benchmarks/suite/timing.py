@@ -29,18 +29,30 @@ class Times(NamedTuple):
         return median(own / others for own, others in pairs)
 
 
-def seconds_of(run: Callable[[], object]) -> float:
-    """Wall time [s] of one call."""
-    began = time.perf_counter()
+def wall() -> float:
+    """Of the clock [s]: what a user waits for."""
+    return time.perf_counter()
+
+
+def processor() -> float:
+    """Of this process alone, all its threads [s]: for what one core does, whoever else wants it."""
+    return time.process_time()
+
+
+def seconds_of(run: Callable[[], object], clock: Callable[[], float] = wall) -> float:
+    """Time [s] of one call."""
+    began = clock()
     run()
-    return time.perf_counter() - began
+    return clock() - began
 
 
-def in_turn(runs: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, Times]:
+def in_turn(
+    runs: Mapping[str, Callable[[], object]], repeats: int, clock: Callable[[], float] = wall
+) -> dict[str, Times]:
     """Each run once unmeasured, then all of them in turn, `repeats` times."""
     for run in runs.values():
         run()
-    rounds = [{name: seconds_of(run) for name, run in runs.items()} for _ in range(repeats)]
+    rounds = [{name: seconds_of(run, clock) for name, run in runs.items()} for _ in range(repeats)]
     return {name: Times(tuple(each[name] for each in rounds)) for name in runs}
 
 
