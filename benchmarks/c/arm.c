@@ -6,7 +6,6 @@ typedef double real;
 #define zero() 0.0
 #define nearest(x) rint(x)
 #define magnitude(x) fabs(x)
-#define with_sign(x, sign) copysign(x, sign)
 #define lesser(x, y) ((x) < (y) ? (x) : (y))
 #define greater(x, y) ((x) > (y) ? (x) : (y))
 #include "arm.h"

@@ -24,7 +24,7 @@ static const int first[JOINTS + 1] = FIRST, phase_first[JOINTS + 1] = PHASE_FIRS
 static const int sun_phase[BODIES] = SUN, ring_phase[BODIES] = RING;
 
 typedef struct {
-    real rate[PHASES], offset[PHASES];   /* cycles per rad of joint angle, cycles */
+    real rate[PHASES], offset[PHASES]; /* cycles per rad of joint angle; cycles, less a quarter */
     real k_m[2 * BODIES], k_a[2 * BODIES]; /* N/m of all planets that a body stands for; sun, ring */
     real E[2 * BODIES], e_0[2 * BODIES], b[2 * BODIES], d[2 * BODIES];
     real per_sun[JOINTS], per_planet[BODIES]; /* 1 / (J a^2) [1/kg] */
@@ -34,11 +34,11 @@ typedef struct {
     real diagonal[JOINTS], m[JOINTS * JOINTS], first_pivot; /* of S; 1 / S_11 */
 } arm;
 
-/* sin(2 pi c): the odd minimax polynomial of degree 17 on a quarter turn (relative error 3e-19). */
-INLINE real sine(real c)
+/* cos(2 pi c): the sine of what c lacks of a quarter turn, by the odd minimax polynomial of degree
+ * 17 (relative error 3e-19). */
+INLINE real cosine(real c)
 {
-    real r = c - nearest(c), a = magnitude(r);
-    real s = with_sign(lesser(a, 0.5 - a), r), z = s * s, w = z * z, u = w * w;
+    real s = 0.25 - magnitude(c - nearest(c)), z = s * s, w = z * z, u = w * w;
     real low = (6.283185307179586 + z * -41.341702240399755)
                + w * (81.60524927607341 + z * -76.70585975279849);
     real high = (42.058693923785015 + z * -15.09464162050552)
@@ -55,9 +55,9 @@ INLINE void acceleration(const arm *restrict p, double t, const real *restrict y
         real theta = j ? y[j] - y[j - 1] : y[j], omega = j ? v[j] - v[j - 1] : v[j];
         UNROLL for (int i = phase_first[j]; i < phase_first[j + 1]; i++)
 #ifdef OMEGA_T
-            sin_of[i] = sine(p->rate[i] * (omega * t) + p->offset[i]);
+            sin_of[i] = cosine(p->rate[i] * (omega * t) + p->offset[i]);
 #else
-            sin_of[i] = sine(p->rate[i] * theta + p->offset[i]);
+            sin_of[i] = cosine(p->rate[i] * theta + p->offset[i]);
 #endif
 #ifdef PD
         real torque = p->p_gain[j] * (p->target[j] - theta) - p->d_gain[j] * omega;
@@ -96,8 +96,8 @@ INLINE void acceleration(const arm *restrict p, double t, const real *restrict y
     square[0] = v[0] * v[0];
     UNROLL for (int k = 1; k < JOINTS; k++) {
         real cycles = (y[k] - y[0]) * 0.15915494309189535;
-        s[k] = sine(cycles);
-        c[k] = sine(cycles + 0.25);
+        s[k] = cosine(cycles - 0.25);
+        c[k] = cosine(cycles);
         square[k] = v[k] * v[k];
     }
     real S[JOINTS][JOINTS], inverse[JOINTS];
@@ -146,7 +146,7 @@ INLINE void runge_kutta(const arm *restrict p, double t, double h, real *restric
         at[i] = q[i] + h / 2 * v[i];
         speed[i] = v[i] + h / 2 * a[i];
     }
-    UNROLL for (int stage = 1; stage < 4; stage++) {
+    for (int stage = 1; stage < 4; stage++) { /* unrolled it is slower: too much code */
         acceleration(p, t + (stage < 3 ? h / 2 : h), at, speed, a);
         UNROLL for (int i = 0; i < N; i++) {
             q_end[i] += (stage < 3 ? 2.0 : 1.0) * speed[i];

@@ -15,7 +15,6 @@ typedef long bits __attribute__((vector_size(8 * LANES)));
 
 INLINED real zero(void) { return (real){}; }
 INLINED real magnitude(real x) { return (real)((bits)x & ~SIGN); }
-INLINED real with_sign(real x, real sign) { return (real)((bits)x | ((bits)sign & SIGN)); }
 #ifdef __AVX512F__
 INLINED real nearest(real x) { return (real)_mm512_roundscale_pd((__m512d)x, 0); }
 INLINED real lesser(real x, real y) { return (real)_mm512_min_pd((__m512d)x, (__m512d)y); }

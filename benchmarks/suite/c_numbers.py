@@ -18,7 +18,7 @@ from analytic.stiffness import SINE
 from models.arm import Arm, Planetary
 from models.drive import CONSTANT, PD
 
-TURN = 2 * np.pi
+TURN, QUARTER = 2 * np.pi, 0.25
 
 
 class NotCovered(Exception):
@@ -110,6 +110,7 @@ def numbers_of(model: AnalyticModel) -> np.ndarray:
     """All numbers of `arm` of arm.h, in its order."""
     gears, phases = model.gears, phases_of(model.gears)
     rate, offset = np.array(phases.values).T / TURN
+    offset = offset - QUARTER  # a sine is the cosine of a quarter turn before
     masses, diagonal = _inertia(model.arm, model)
     gains = model.drive.gains if model.drive.code == PD else model.drive.gains * [1, 0, 0]
     meshes = (gears.planets * gears.k_m, gears.planets * gears.k_a)
