@@ -21,7 +21,7 @@ from models.trajectory import recorded_times
 
 SCHEMA = Path(__file__).parents[2] / "benchmarks" / "results.schema.json"
 COMPILED = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
-# 2000 steps, each rounding some hundred operations; other orders of them agree to 1e-14 of the size.
+# 2000 steps of some hundred roundings each; another order of them agrees to 1e-14 of the size.
 ROUNDING = 1e-12
 
 
