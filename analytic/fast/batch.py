@@ -87,7 +87,7 @@ class Batch:
     def advance(self, records: int, stride: int) -> Records:
         """So many records, each ``stride`` steps after the one before; the first is of now.
 
-        With stride 0 the batch stays where it is.
+        With stride 0 the record of now is all, and no call may follow: it leaves a stage behind.
         """
         program, (blocks, _) = self.program, self.work.shape
         drive, n = self.models[0].drive, len(program.coordinates)

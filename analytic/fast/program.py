@@ -135,6 +135,15 @@ class Program:
         return self.numbers_at + len(self.numbers)
 
 
+LARGEST = 45_000  # characters of equations: more take longer than 20 s to compile
+
+
+@lru_cache(maxsize=64)
+def compilable(structure: Structure) -> bool:
+    """Whether a kernel of this structure is worth the time that its compilation takes."""
+    return sum(map(len, acceleration(structure, alone=False))) <= LARGEST
+
+
 @lru_cache(maxsize=64)
 def program_of(structure: Structure, lanes: int) -> Program:
     """The kernel of a structure for so many lanes."""
