@@ -21,6 +21,7 @@ from models.errors import InputError
 
 REPEATED = (SAMPLE, START)  # dimensions along which a member is made again by chance
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+FEW = 0.02
 TWO_STATES = 0.5  # of the range: a gap so wide, empty, parts members into two states
 WIDTH, HEIGHT = 6.4, 3.6  # inches of a drawing
 DPI = 140
@@ -155,8 +156,13 @@ def _states(axes: Axes, x: np.ndarray, repeats: np.ndarray) -> None:
 
 
 def two_states(values: np.ndarray) -> float | None:
-    """A number between two states that members fall into; None if there are no such two."""
+    """A number between two states that members fall into; None if there are no such two.
+
+    What a few members do, fewer than FEW of all at either end, is no state.
+    """
     known = np.sort(values[np.isfinite(values)])
+    few = int(FEW * known.size)
+    known = known[few : known.size - few]
     if known.size < 4 or known[-1] == known[0]:
         return None
     gaps = np.diff(known)

@@ -169,3 +169,5 @@ def test_two_states_are_told_from_one():
     assert two_states(one) is None
     assert two_states(np.where(one > 0.5, one + 3, one)) == pytest.approx(2, abs=0.6)
     assert two_states(np.array([1.0, np.nan])) is None
+    far = np.append(np.where(one > 0.5, one + 3, one).ravel(), 1e5)
+    assert two_states(far) == pytest.approx(2, abs=0.6)
