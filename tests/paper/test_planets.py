@@ -97,10 +97,22 @@ def test_a_tiny_difference_follows_the_equation(base: str) -> None:
     case = _pressed_in(SHORT.case())
     model = PhysicalModel(*(alike(case) if base == "lumped" else case))
     start = np.ptp(np.array(case.scenario.start.planet_offset_m), axis=1)
-    found = hill.differences(model, start)
+    run = hill.followed(model, start, pressed=(False, True))
+    found, pressed = run.differences
     spread = np.ptp(PhysicalModel(*case).simulate()["x_pr"].values, axis=2)
     assert (np.abs(spread - np.exp(found.part)) < 1e-3 * np.exp(found.size)).all()
-    assert hill.differences(model, start, pressed=True).size.max() < np.log(3e-12)
+    assert pressed.size.max() < np.log(3e-12)
+
+
+@pytest.mark.parametrize("base", ["lumped", "free"])
+def test_the_motion_that_is_followed_is_the_models_own_run(base: str) -> None:
+    """Bit for bit: the same steps of the same kernel."""
+    case = SHORT.case()
+    model = PhysicalModel(*(alike(case) if base == "lumped" else case))
+    found, run = hill.followed(model, np.full(2, 1e-12)), model.simulate()
+    assert (found.time == run["time"].values).all()
+    for joint, x_pr in enumerate(found.x_pr):
+        assert (x_pr == run["x_pr"].values[:, joint, : x_pr.shape[1]]).all()
 
 
 def _pressed_in(case: Case) -> Case:

@@ -12,6 +12,7 @@ equation, driven by contacts that come and go.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,8 @@ from analytic.stiffness import stiffness
 from analytic.terms import Terms
 from models.arm import Planetary
 from models.drive import DriveData
+from models.interface import require_finite
+from models.trajectory import recorded_times
 
 LEAST = 1e-300  # of a difference that passes through 0, so that its logarithm is finite
 LARGEST = 1e100  # beyond it a difference is divided by itself, and its logarithm kept
@@ -37,8 +40,7 @@ class Stages(NamedTuple):
     mesh: place of the first planet's sun mesh among the gears; ring: where the coordinates x_pr of
     its planets begin; planets: how many of them; mass: M_p [kg] of one planet; frequency [rad/s]:
     of the differences with both meshes in contact at mean stiffness; start: how far planets are
-    apart at rest [m]; floor: below which rounding does not let the spread fall [m]; pressed:
-    whether meshes count as in contact all the time.
+    apart at rest [m]; floor: below which rounding does not let the spread fall [m].
     """
 
     mesh: np.ndarray
@@ -48,7 +50,6 @@ class Stages(NamedTuple):
     frequency: np.ndarray
     start: np.ndarray
     floor: np.ndarray
-    pressed: bool
 
 
 class Differences(NamedTuple):
@@ -62,20 +63,41 @@ class Differences(NamedTuple):
     size: np.ndarray
 
 
-def differences(model: PhysicalModel, start_m: np.ndarray, pressed: bool = False) -> Differences:
+class Followed(NamedTuple):
+    """A model's own run at its records, and how planets part along it.
+
+    time (times,) [s]; x_pr (times, coordinates) [m]: of every planet that has a coordinate, stage
+    after stage; differences: one for every law of contact that was asked for.
+    """
+
+    time: np.ndarray
+    x_pr: list[np.ndarray]
+    differences: list[Differences]
+
+
+def followed(
+    model: PhysicalModel, start_m: np.ndarray, pressed: Sequence[bool] = (False,)
+) -> Followed:
     """Along the model's own run, at its records: how far planets get that start so far apart.
 
     start_m: per stage. Planets lumped or free; free ones count as all at their mean, so that what
-    the other stages' planets do is in it. Exact dead zone. pressed: as if no mesh ever parted.
+    the other stages' planets do is in it. Exact dead zone. pressed: for each law of contact whether
+    no mesh ever parts. Raises Diverged.
     """
     scenario = model.scenario
     q, v = model.start()
     law = (model.terms, model.gears, model.drive)
     span = (scenario.step_s, scenario.steps, scenario.stride)
-    return Differences(*_along(*law, stages_of(model, start_m, pressed), q, v, *span))
+    stages = stages_of(model, start_m)
+    qs, vs, part, size = _along(*law, stages, np.array(pressed), q, v, *span)
+    time = recorded_times(scenario)
+    require_finite(model.name, time, qs, vs)
+    ends = stages.ring + stages.planets
+    x_pr = [qs[:, first:end] for first, end in zip(stages.ring, ends, strict=True)]
+    return Followed(time, x_pr, [Differences(*both) for both in zip(part, size, strict=True)])
 
 
-def stages_of(model: PhysicalModel, start_m: np.ndarray, pressed: bool = False) -> Stages:
+def stages_of(model: PhysicalModel, start_m: np.ndarray) -> Stages:
     """The geared stages of a model, planets lumped or free."""
     layout, gears = model.layout, model.gears
     joints = [joint for joint in model.arm.joints if isinstance(joint, Planetary)]
@@ -92,7 +114,6 @@ def stages_of(model: PhysicalModel, start_m: np.ndarray, pressed: bool = False) 
         np.sqrt((gears.k_m[mesh] + gears.k_m[mesh + 1]) / mass),
         np.asarray(start_m, dtype=float),
         rounding_floor(gears.b[mesh + 1], damping / (2 * mass), model.scenario.step_s),
-        pressed,
     )
 
 
@@ -105,7 +126,7 @@ def rounding_floor(x_m: np.ndarray, decay_per_s: np.ndarray, step_s: float) -> n
     return np.spacing(x_m) / np.sqrt(24 * decay_per_s * step_s)
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def coefficients(
     gears: Gears, mesh: int, pressed: bool, t: float, q: np.ndarray, v: np.ndarray
 ) -> tuple[float, float]:
@@ -125,32 +146,61 @@ def coefficients(
     return spring, damper
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
+def _place(of: Stages, j: int, part: float, q0: np.ndarray, v: np.ndarray, q: np.ndarray) -> None:
+    """q0 + part v into q (n,), the planets of stage j at their mean."""
+    for i in range(q.size):
+        q[i] = q0[i] + part * v[i]
+    total = 0.0
+    for i in range(of.ring[j], of.ring[j] + of.planets[j]):
+        total += q[i]
+    q[of.ring[j] : of.ring[j] + of.planets[j]] = total / of.planets[j]
+
+
+@njit(cache=True, inline="always")
 def _step(
     gears: Gears,
     of: Stages,
     j: int,
+    pressed: bool,
     t: float,
     h: float,
     q0: np.ndarray,
     s: kernel.Stages,
     x: np.ndarray,
 ) -> None:
-    """RK4 of (delta, delta') = x in place, at the states that the shared motion's step went by."""
-    sums, rate, bend, q = np.zeros(2), 0.0, 0.0, np.empty(q0.size)
-    own = slice(of.ring[j], of.ring[j] + of.planets[j])
+    """RK4 of (delta, delta') = x in place, at the states that the shared motion's step went by.
+
+    s.q (n,) is written on.
+    """
+    slid, sped, rate, bend = 0.0, 0.0, 0.0, 0.0
     for k in range(4):
         part = 0.0 if k == 0 else h if k == 3 else h / 2
-        q[:] = q0 if k == 0 else q0 + part * s.v[k - 1]
-        q[own] = q[own].mean()
-        spring, damper = coefficients(gears, of.mesh[j], of.pressed, t + part, q, s.v[k])
+        _place(of, j, part, q0, s.v[max(k - 1, 0)], s.q)
+        spring, damper = coefficients(gears, of.mesh[j], pressed, t + part, s.q, s.v[k])
         at = x[0] + part * rate
         rate = x[1] + part * bend
         bend = -(spring * at + damper * rate) / of.mass[j]
         weight = 1.0 if k == 0 or k == 3 else 2.0
-        sums[0] += weight * rate
-        sums[1] += weight * bend
-    x += h / 6 * sums
+        slid += weight * rate
+        sped += weight * bend
+    x[0] += h / 6 * slid
+    x[1] += h / 6 * sped
+
+
+@njit(cache=True)
+def _rescaled(of: Stages, j: int, x: np.ndarray, scale: np.ndarray) -> float:
+    """Size of the difference x (2,) of stage j; beyond bounds it is divided by itself.
+
+    scale (stages,): logarithms of what differences have been divided by.
+    """
+    whole = np.hypot(x[0], x[1] / of.frequency[j])
+    least = of.floor[j] * np.exp(-scale[j])
+    if least <= whole <= LARGEST:
+        return whole
+    x /= whole
+    scale[j] += np.log(max(whole, least))
+    return 1.0
 
 
 @njit(cache=True)
@@ -159,34 +209,42 @@ def _along(
     gears: Gears,
     drive: DriveData,
     of: Stages,
+    pressed: np.ndarray,
     q0: np.ndarray,
     v0: np.ndarray,
     step: float,
     steps: int,
     stride: int,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Logarithms (records, stages); nan once the shared motion has ceased to be finite."""
-    count = of.mass.size
-    part = np.full((steps // stride + 1, count), np.nan)
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """States q, v (records, n); logarithms (laws of contact, records, stages), part and size.
+
+    nan once the shared motion has ceased to be finite.
+    """
+    records, laws, count = steps // stride + 1, pressed.size, of.mass.size
+    qs, vs = np.full((records, q0.size), np.nan), np.full((records, q0.size), np.nan)
+    part = np.full((laws, records, count), np.nan)
     size = part.copy()
-    q, v, x, scale = q0.copy(), v0.copy(), np.zeros((count, 2)), np.log(of.start)
+    q, v, before, x = q0.copy(), v0.copy(), q0.copy(), np.zeros((laws, count, 2))
+    scale = np.empty((laws, count))
     room, between = kernel.scratch(terms), kernel.stages(q.size)
-    x[:, 0] = 1.0
-    part[0], size[0] = scale, scale
+    qs[0], vs[0] = q, v
+    x[:, :, 0] = 1.0
+    scale[:] = np.log(of.start)
+    part[:, 0], size[:, 0] = scale, scale
     for k in range(steps):
-        before = q.copy()
+        before[:] = q
         kernel.runge_kutta_step(terms, gears, drive, k * step, step, q, v, room, between)
-        if not np.isfinite(q).all():
+        if not np.isfinite(q.sum()):
             break
-        for j in range(count):
-            _step(gears, of, j, k * step, step, before, between, x[j])
-            whole = np.hypot(x[j, 0], x[j, 1] / of.frequency[j])
-            least = of.floor[j] * np.exp(-scale[j])
-            if whole > LARGEST or whole < least:
-                x[j] /= whole
-                scale[j] += np.log(max(whole, least))
-                whole = 1.0
-            if (k + 1) % stride == 0:
-                part[(k + 1) // stride, j] = scale[j] + np.log(max(abs(x[j, 0]), LEAST))
-                size[(k + 1) // stride, j] = scale[j] + np.log(whole)
-    return part, size
+        record = (k + 1) // stride if (k + 1) % stride == 0 else 0
+        if record:
+            qs[record], vs[record] = q, v
+        for law in range(laws):
+            for j in range(count):
+                own = x[law, j]
+                _step(gears, of, j, pressed[law], k * step, step, before, between, own)
+                whole = _rescaled(of, j, own, scale[law])
+                if record:
+                    part[law, record, j] = scale[law, j] + np.log(max(abs(own[0]), LEAST))
+                    size[law, record, j] = scale[law, j] + np.log(whole)
+    return qs, vs, part, size

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analytic.model import PhysicalModel
-from crosscheck.paper.planets.hill import Differences, differences
+from crosscheck.paper.planets.hill import Differences, followed
 from crosscheck.paper.undefined import defined
 from crosscheck.studies.variant import Variant
 from models.errors import Diverged
@@ -64,21 +64,22 @@ class Parting:
     def answer(self) -> Parted | None:
         """None if a run diverges."""
         case = self.variant.case()
-        lumped, free = PhysicalModel(*alike(case)), PhysicalModel(*case)
+        start = np.ptp(np.array(case.scenario.start.planet_offset_m), axis=1)
         try:
-            run, shared = free.simulate(), lumped.simulate()
+            free = followed(PhysicalModel(*case), start)
+            shared = followed(PhysicalModel(*alike(case)), start, pressed=(False, True))
         except Diverged:
             return None
-        time, x = run["time"].values, run["x_pr"].values
-        start = np.ptp(np.array(case.scenario.start.planet_offset_m), axis=1)
-        spread = _log(np.ptp(x, axis=2))
-        strayed = _log(np.abs(x.mean(axis=2) - shared["x_pr"].values[:, :, 0]))
+        time, by_lumped, by_pressed = free.time, *shared.differences
+        spread = _log(np.column_stack([np.ptp(x, axis=1) for x in free.x_pr]))
+        means = np.column_stack([x.mean(axis=1) for x in free.x_pr])
+        strayed = _log(np.abs(means - np.column_stack(shared.x_pr)))
         return Parted(
             tuple(map(float, time[_edges(time)])),
             _course(time, Differences(spread, spread)),
-            _course(time, differences(lumped, start)),
-            _course(time, differences(free, start)),
-            _course(time, differences(lumped, start, pressed=True)),
+            _course(time, by_lumped),
+            _course(time, *free.differences),
+            _course(time, by_pressed),
             tuple(_first(time, column) for column in strayed.T),
         )
 
