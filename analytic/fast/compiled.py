@@ -1,0 +1,58 @@
+"""A kernel's module, from a folder of the user's own where its machine code is kept."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import sys
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+
+from analytic.fast.program import Program
+from models.places import cache_folder, make_private, own_folder
+
+FOLDER = "kernels"
+
+
+@lru_cache(maxsize=64)
+def module_of(program: Program) -> ModuleType:
+    """The program's module, imported; numba compiles it at the first call, or finds it compiled."""
+    name = f"kernel_{hashlib.sha256(program.text.encode()).hexdigest()[:16]}"
+    path = _folder() / f"{name}.py"
+    if not _holds(path, program.text):
+        _write(path, program.text)
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None  # it ends in .py
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def _folder() -> Path:
+    """Where kernels are kept between runs; else until the end of this one."""
+    folder = cache_folder() / FOLDER
+    try:
+        make_private(cache_folder())
+        make_private(folder)
+    except OSError:
+        folder = own_folder() / FOLDER
+        folder.mkdir(exist_ok=True)
+    return folder
+
+
+def _holds(path: Path, text: str) -> bool:
+    with suppress(OSError, UnicodeDecodeError):
+        return path.read_text(encoding="utf-8") == text
+    return False
+
+
+def _write(path: Path, text: str) -> None:
+    """At once: another process may be reading it."""
+    draft = path.with_suffix(f".{os.getpid()}.draft")
+    draft.write_text(text, encoding="utf-8")
+    draft.replace(path)
