@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property, lru_cache
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 import xarray as xr
@@ -11,7 +12,7 @@ import xarray as xr
 from analytic import kernel
 from analytic.bodies import all_bodies
 from analytic.chain import exact_chain
-from analytic.ensemble import alone
+from analytic.ensemble import alone, trajectories
 from analytic.fast.batch import Records, energy_of
 from analytic.fast.links import Links, links_of
 from analytic.fast.structure import Structure, structure_of
@@ -24,6 +25,7 @@ from analytic.stiffness import peak_stiffness
 from analytic.terms import Terms, chain_terms
 from models.arm import Arm
 from models.drive import drive_data, torques_along
+from models.errors import Diverged
 from models.interface import STATE_ABILITIES, Model, require_finite
 from models.layout import MESHES, Layout, Meaning, geared_layout, rigid_layout
 from models.planets import usual_switches
@@ -151,6 +153,12 @@ class AnalyticModel(Model):
     def simulate(self) -> xr.Dataset:
         """Fixed-step RK4, as Section 2.4 says."""
         return alone(self)
+
+    @classmethod
+    def simulate_together(cls, models: Sequence[Self]) -> list[xr.Dataset | Diverged]:
+        """Fixed-step RK4 of many in the lanes of one kernel."""
+        with np.errstate(invalid="ignore", over="ignore"):  # of those that diverge
+            return trajectories(models)
 
     def integrated(self) -> tuple[np.ndarray, np.ndarray]:
         """States q, v (times, n) of that run by the plain kernel; NaN after they diverge."""
