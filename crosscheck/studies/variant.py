@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -50,19 +52,34 @@ class Variant:
     planets: Planets = "lumped"
 
     def case(self) -> Case:
-        """Arm, scenario and switches. Raises InputError."""
-        switches = {"phase": self.phase}
-        if self.ring_rate is not None:
-            switches["ring_rate"] = self.ring_rate
-        if self.planets == "free":
-            switches["planets"] = self.planets
-        settings = [*self.settings, *self.meshes, f"scenario.record_every={self.record_every}"]
-        if self.duration_s is not None:
-            settings.append(f"scenario.duration_s={self.duration_s!r}")
-        case = load_case(self.arm, self.scenario, switches, settings)
-        if self.zeta is not None:
-            case = case._replace(arm=damped(case.arm, self.zeta))
-        return case if self.seed is None else _perturbed(case, self.seed)
+        """Arm, scenario and switches, read again if a file has changed. Raises InputError."""
+        return _case(self, _state(self.arm), _state(self.scenario))
+
+
+def _state(name: str) -> tuple[int, ...] | None:
+    """Of a file: another one once its content is; None for what is built in."""
+    try:
+        state = os.stat(name)
+    except (OSError, ValueError):
+        return None
+    return state.st_ino, state.st_size, state.st_mtime_ns
+
+
+@lru_cache(maxsize=2048)  # about 17 kB each; everyone asks several times
+def _case(of: Variant, *files: tuple[int, ...] | None) -> Case:
+    """Of a variant while its files are in these states."""
+    switches = {"phase": of.phase}
+    if of.ring_rate is not None:
+        switches["ring_rate"] = of.ring_rate
+    if of.planets == "free":
+        switches["planets"] = of.planets
+    settings = [*of.settings, *of.meshes, f"scenario.record_every={of.record_every}"]
+    if of.duration_s is not None:
+        settings.append(f"scenario.duration_s={of.duration_s!r}")
+    case = load_case(of.arm, of.scenario, switches, settings)
+    if of.zeta is not None:
+        case = case._replace(arm=damped(case.arm, of.zeta))
+    return case if of.seed is None else _perturbed(case, of.seed)
 
 
 @dataclass(frozen=True)
