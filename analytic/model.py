@@ -15,6 +15,7 @@ from analytic.chain import exact_chain
 from analytic.ensemble import alone, trajectories
 from analytic.fast.batch import Records, energy_of
 from analytic.fast.links import Links, links_of
+from analytic.fast.precise import followed
 from analytic.fast.structure import Structure, structure_of
 from analytic.gears import Gears, gears
 from analytic.recording import along, kinetic_energy
@@ -25,7 +26,7 @@ from analytic.stiffness import peak_stiffness
 from analytic.terms import Terms, chain_terms
 from models.arm import Arm
 from models.drive import drive_data, torques_along
-from models.errors import Diverged
+from models.errors import CannotDo, Diverged
 from models.interface import STATE_ABILITIES, Model, require_finite
 from models.layout import MESHES, Layout, Meaning, geared_layout, rigid_layout
 from models.planets import usual_switches
@@ -159,6 +160,18 @@ class AnalyticModel(Model):
         """Fixed-step RK4 of many in the lanes of one kernel."""
         with np.errstate(invalid="ignore", over="ignore"):  # of those that diverge
             return trajectories(models)
+
+    def precise(self, rtol: float) -> xr.Dataset:
+        """By an eighth-order method at a relative tolerance, its steps ended at contact changes.
+
+        A table of stiffnesses is not covered.
+        """
+        if self.structure is None:
+            raise CannotDo(f"{self.name} has no precise run: of this arm only the plain kernel has")
+        time = recorded_times(self.scenario)
+        records = followed(self, rtol).records
+        require_finite(self.name, time, *records)
+        return self.recorded(time, records)
 
     def integrated(self) -> tuple[np.ndarray, np.ndarray]:
         """States q, v (times, n) of that run by the plain kernel; NaN after they diverge."""

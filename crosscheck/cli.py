@@ -170,6 +170,10 @@ def simulate(
     ring_rate: Annotated[RingRate | None, typer.Option(help="Follows the phase law.")] = None,
     settings: Settings = None,
     force: Annotated[bool, typer.Option("--force", help="Go on past the stable step.")] = False,
+    rtol: Annotated[
+        float | None,
+        typer.Option(help="Steps of its own to this tolerance, ended at contact changes."),
+    ] = None,
 ) -> None:
     """Simulate one model and write its trajectory."""
     from crosscheck.commands import simulate_command
@@ -179,7 +183,7 @@ def simulate(
     overrides += [f"scenario.step_s={step}"] if step is not None else []
     chosen = {"phase": phase, "ring_rate": ring_rate}
     named = {key: str(value) for key, value in chosen.items() if value is not None}
-    simulate_command(arm, model, scenario, named, overrides, out, force)
+    simulate_command(arm, model, scenario, named, overrides, out, force, rtol)
 
 
 @app.command()

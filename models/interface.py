@@ -88,6 +88,10 @@ class Model(ABC):
         """Like simulate, by an adaptive integrator at this relative tolerance. Raises Diverged."""
         raise CannotDo(f"{self.name} has no reference")
 
+    def precise(self, rtol: float) -> xr.Dataset:
+        """Like simulate, by steps that end where contacts change. Raises Diverged and CannotDo."""
+        raise CannotDo(f"{self.name} has no precise run")
+
     def mesh_modes(self) -> np.ndarray:
         """Frequencies [Hz], ascending, of the modes with every tooth in contact at mean stiffness.
 

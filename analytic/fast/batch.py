@@ -99,7 +99,7 @@ class Batch:
         by_lane = out.reshape(records, blocks, rows, program.lanes).transpose(0, 2, 1, 3)
         members = by_lane.reshape(records, rows, -1)[:, :, : len(self.models)]
         layout = self.models[0].layout
-        q, v, a = (_displacements(layout, members[:, k * n : (k + 1) * n]) for k in range(3))
+        q, v, a = (displacements(layout, members[:, k * n : (k + 1) * n]) for k in range(3))
         return Records(q, v, a, members[:, 3 * n :])
 
 
@@ -136,7 +136,7 @@ def advances(layout: Layout, x: np.ndarray) -> np.ndarray:
     return np.stack([*found, *np.moveaxis(x[..., layout.theta], -1, 0)], axis=-1)
 
 
-def _displacements(layout: Layout, x: np.ndarray) -> np.ndarray:
+def displacements(layout: Layout, x: np.ndarray) -> np.ndarray:
     """The way back, of x (records, n, members)."""
     if layout.free:
         return x

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import logging
 import os
 import sys
 from contextlib import suppress
@@ -15,6 +16,7 @@ from analytic.fast.program import Program
 from models.places import cache_folder, make_private, own_folder
 
 FOLDER = "kernels"
+LOG = logging.getLogger(__name__)
 
 
 @lru_cache(maxsize=64)
@@ -24,6 +26,8 @@ def module_of(program: Program) -> ModuleType:
     path = _folder() / f"{name}.py"
     if not _holds(path, program.text):
         _write(path, program.text)
+    if not any(path.parent.glob(f"__pycache__/{name}.*.nbi")):
+        LOG.info("compiling a kernel for this structure of arm, once: some seconds")
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None  # it ends in .py
     assert spec.loader is not None

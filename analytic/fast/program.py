@@ -106,7 +106,7 @@ def advance(w, first, stride, h, table_time, table_torque, out):
                 end(address + block * BYTES, h)
             step += 1
 '''
-_TANH = {False: "from math import tanh", True: "from analytic.fast.hyperbolic import tanh"}
+TANH = {False: "from math import tanh", True: "from analytic.fast.hyperbolic import tanh"}
 
 
 @dataclass(frozen=True)
@@ -141,15 +141,15 @@ def program_of(structure: Structure, lanes: int) -> Program:
     lines = list(acceleration(structure, lanes == 1))
     joints = len(structure.stages)
     tables = tuple(f"table{j}" for j in structure.joints)
-    numbers = _free(lines, structure, tables)
+    numbers = free_names(lines, structure, tables)
     program = Program("", lanes, structure.coordinates, structure.meshes, numbers)
     size = lanes * len(structure.coordinates)
     by_table = structure.drive == TABLE
     text = _TEMPLATE.format(
-        tanh=_TANH[lanes > 1],
-        at_t=_tabled("t", by_table),
-        at_half=_tabled("t + h / 2", by_table),
-        at_end=_tabled("t + h", by_table),
+        tanh=TANH[lanes > 1],
+        at_t=tabled("t", by_table),
+        at_half=tabled("t + h / 2", by_table),
+        at_end=tabled("t + h", by_table),
         about=f"Equations of motion of {joints} joints, {lanes} lanes; written by a program.",
         lanes=lanes,
         size=size,
@@ -164,11 +164,12 @@ def program_of(structure: Structure, lanes: int) -> Program:
     return Program(text, lanes, structure.coordinates, structure.meshes, numbers)
 
 
-def _tabled(time: str, by_table: bool) -> str:
+def tabled(time: str, by_table: bool) -> str:
+    """The line that looks up a table's torques, if there is one."""
     return f"table_torques(table_time, table_torque, {time}, table)" if by_table else "pass"
 
 
-def _free(lines: list[str], structure: Structure, tables: tuple[str, ...]) -> tuple[str, ...]:
+def free_names(lines: list[str], structure: Structure, tables: tuple[str, ...]) -> tuple[str, ...]:
     """The names that lines use and do not set, in the order of their use: the numbers."""
     own = {f"{block}_{name}" for block in ("q", "v") for name in structure.coordinates}
     known = own | {*tables, "t", "root_t", "abs", "tanh", "if", "else"}

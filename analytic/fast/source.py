@@ -150,29 +150,29 @@ def _mesh(s: Structure, j: int, mesh: str, side: str, stage: StageShape) -> Line
             stiffness += f" + k{n}_c_{mesh} * c{n}_{phase}"
     if stage.turned:
         error += f" + e_c_{mesh} * c1_{phase}"
-    yield f"gap = x_{mesh} - ({error})"
+    yield f"gap_{mesh} = x_{mesh} - ({error})"
     yield f"k = {stiffness}"
     yield from _travel(s, mesh)
     yield f"F_{mesh} = k * travel"
     yield f"each_{mesh} = F_{mesh} * share{j}"
     yield f"D_{mesh} = d_{mesh} * v_{mesh}"
     if not s.damps_apart:
-        yield f"D_{mesh} = D_{mesh} if abs(gap) > b_{mesh} else 0.0"
+        yield f"D_{mesh} = D_{mesh} if abs(gap_{mesh}) > b_{mesh} else 0.0"
     if s.conservative:
         yield from _on_angle(j, mesh, phase, stage)
 
 
 def _travel(s: Structure, mesh: str) -> Lines:
     """f_k of Eq. 5 or 6."""
-    b = f"b_{mesh}"
+    gap, b = f"gap_{mesh}", f"b_{mesh}"
     if s.tanh:
-        yield f"right = tanh(sigma_{mesh} * (gap - {b}))"
-        yield f"left = tanh(sigma_{mesh} * (gap + {b}))"
-        yield f"travel = gap + gap / 2 * (right - left) - {b} / 2 * (right + left)"
+        yield f"right = tanh(sigma_{mesh} * ({gap} - {b}))"
+        yield f"left = tanh(sigma_{mesh} * ({gap} + {b}))"
+        yield f"travel = {gap} + {gap} / 2 * (right - left) - {b} / 2 * (right + left)"
     else:
-        yield f"inside = {b} if gap > {b} else gap"
+        yield f"inside = {b} if {gap} > {b} else {gap}"
         yield f"inside = -{b} if inside < -{b} else inside"
-        yield "travel = gap - inside"
+        yield f"travel = {gap} - inside"
 
 
 def _on_angle(j: int, mesh: str, phase: str, stage: StageShape) -> Lines:

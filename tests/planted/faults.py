@@ -38,6 +38,7 @@ PACKAGES = {
         "models.exudyn_mesh",
         "models.exudyn_tree",
         "models.exudyn_tree_laws",
+        "models.exudyn_tree_loads",
         "models.exudyn_tree_parts",
         "models.exudyn_tree_stiffness",
     ),
@@ -145,9 +146,9 @@ def interpret(patch: pytest.MonkeyPatch, model: str) -> None:
                 value, "__wrapped__"
             ):
                 _rebind(patch, value, inspect.unwrap(value))
-    if "models.exudyn_tree" in packages:
-        tree = import_module("models.exudyn_tree")
-        patch.setattr(tree, "_entry", lambda function, *arguments: function)
+    if "models.exudyn_tree_loads" in packages:
+        loads = import_module("models.exudyn_tree_loads")
+        patch.setattr(loads, "_entry", lambda function, *arguments: function)
 
 
 def probe_arm() -> Arm:
