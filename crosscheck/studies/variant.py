@@ -6,6 +6,7 @@ import json
 import math
 import os
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal, NamedTuple
@@ -15,7 +16,7 @@ import xarray as xr
 
 from crosscheck.registry import build, entry_of
 from models.errors import Diverged
-from models.loading import Case, load_case
+from models.loading import HERE, Case, load_case
 from models.meshes import damped
 from models.scenario import MOST_RECORDS, Scenario
 from models.switches import Switches
@@ -53,16 +54,16 @@ class Variant:
 
     def case(self) -> Case:
         """Arm, scenario and switches, read again if a file has changed. Raises InputError."""
-        return _case(self, _state(self.arm), _state(self.scenario))
+        return _case(self, _state("arms", self.arm), _state("scenarios", self.scenario))
 
 
-def _state(name: str) -> tuple[int, ...] | None:
-    """Of a file: another one once its content is; None for what is built in."""
-    try:
-        state = os.stat(name)
-    except (OSError, ValueError):
-        return None
-    return state.st_ino, state.st_size, state.st_mtime_ns
+def _state(folder: str, name: str) -> tuple[int, ...] | None:
+    """Of what is built in or a file: another one once its content is; None if there is none."""
+    for path in (HERE / folder / f"{name}.toml", name):
+        with suppress(OSError, ValueError):
+            state = os.stat(path)
+            return state.st_ino, state.st_size, state.st_mtime_ns
+    return None
 
 
 @lru_cache(maxsize=2048)  # about 17 kB each; everyone asks several times
