@@ -13,8 +13,8 @@ import xarray as xr
 
 from crosscheck.paper.phase import experiments
 from crosscheck.registry import MODELS
-from crosscheck.studies import work
 from crosscheck.studies import study as study_module
+from crosscheck.studies import work
 from crosscheck.studies.store import Store
 from crosscheck.studies.study import Asked, Comparison, Numbers, Study, Variant, run_key
 from crosscheck.studies.variant import integration, simulate
