@@ -80,7 +80,7 @@ def parting() -> Result:
     variant = importlib.import_module("crosscheck.studies.variant").Variant(
         **SHORT, planets="free", seed=1
     )
-    return question("planets.parting.Parting", variant)()
+    return question("planets.parting.Partings", (variant,))()
 
 
 def third_amplitude() -> Result:

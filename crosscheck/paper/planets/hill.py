@@ -19,19 +19,22 @@ import numpy as np
 from numba import njit
 
 from analytic import kernel
+from analytic.fast.batch import Batch, displacements
+from analytic.fast.program import STATE
 from analytic.gears import Gears
 from analytic.mesh_force import in_contact
 from analytic.model import PhysicalModel
 from analytic.stage import equivalent_masses
 from analytic.stiffness import stiffness
-from analytic.terms import Terms
 from models.arm import Planetary
-from models.drive import DriveData
-from models.interface import require_finite
 from models.trajectory import recorded_times
 
 LEAST = 1e-300  # of a difference that passes through 0, so that its logarithm is finite
 LARGEST = 1e100  # beyond it a difference is divided by itself, and its logarithm kept
+LAWS = 2  # of contact: as the teeth have it, and as if none ever parted
+CHUNK = 500  # steps that the models are ahead of their differences
+# Of a Runge-Kutta stage: how much of a step it is ahead, its weight, and what the next one takes.
+RUNGE_KUTTA = ((0.0, 1.0, 0.5), (0.5, 2.0, 0.5), (0.5, 2.0, 1.0), (1.0, 1.0, 1.0))
 
 
 class Stages(NamedTuple):
@@ -39,8 +42,8 @@ class Stages(NamedTuple):
 
     mesh: place of the first planet's sun mesh among the gears; ring: where the coordinates x_pr of
     its planets begin; planets: how many of them; mass: M_p [kg] of one planet; frequency [rad/s]:
-    of the differences with both meshes in contact at mean stiffness; start: how far planets are
-    apart at rest [m]; floor: below which rounding does not let the spread fall [m].
+    of the differences with both meshes in contact at mean stiffness; floor: below which rounding
+    does not let the spread fall [m].
     """
 
     mesh: np.ndarray
@@ -48,7 +51,6 @@ class Stages(NamedTuple):
     planets: np.ndarray
     mass: np.ndarray
     frequency: np.ndarray
-    start: np.ndarray
     floor: np.ndarray
 
 
@@ -66,38 +68,64 @@ class Differences(NamedTuple):
 class Followed(NamedTuple):
     """A model's own run at its records, and how planets part along it.
 
-    time (times,) [s]; x_pr (times, coordinates) [m]: of every planet that has a coordinate, stage
-    after stage; differences: one for every law of contact that was asked for.
+    time (times,) [s]; x_pr (times, coordinates) [m] of every planet that has a coordinate, stage by
+    stage; by_contact: of differences whose meshes touch where those of the run do; pressed: as if
+    no mesh ever parted.
     """
 
     time: np.ndarray
     x_pr: list[np.ndarray]
-    differences: list[Differences]
+    by_contact: Differences
+    pressed: Differences
 
 
-def followed(
-    model: PhysicalModel, start_m: np.ndarray, pressed: Sequence[bool] = (False,)
-) -> Followed:
-    """Along the model's own run, at its records: how far planets get that start so far apart.
+class _Course(NamedTuple):
+    """Of members, what is kept at records: q (records, members, n) [m, rad]; logarithms of the
+    differences, (records, members, LAWS, stages)."""
 
-    start_m: per stage. Planets lumped or free; free ones count as all at their mean, so that what
-    the other stages' planets do is in it. Exact dead zone. pressed: for each law of contact whether
-    no mesh ever parts. Raises Diverged.
+    q: np.ndarray
+    part: np.ndarray
+    size: np.ndarray
+
+
+class _Now(NamedTuple):
+    """Of members' differences, (members, LAWS, stages): x (..., 2), delta and delta' over
+    exp(scale); rate, bend: of the last Runge-Kutta stage; slid, sped: the step's sums."""
+
+    x: np.ndarray
+    scale: np.ndarray
+    rate: np.ndarray
+    bend: np.ndarray
+    slid: np.ndarray
+    sped: np.ndarray
+
+
+def followed(models: Sequence[PhysicalModel], start_m: np.ndarray) -> list[Followed | None]:
+    """Along the models' own runs, at their records: how far planets get that start so far apart.
+
+    models: alike but for their starts, no table for a drive; start_m (models, stages). Planets
+    lumped or free; free ones count as all at their mean, so that what the other stages' planets do
+    is in it. Exact dead zone. None for a run that diverges.
     """
-    scenario = model.scenario
-    q, v = model.start()
-    law = (model.terms, model.gears, model.drive)
-    span = (scenario.step_s, scenario.steps, scenario.stride)
-    stages = stages_of(model, start_m)
-    qs, vs, part, size = _along(*law, stages, np.array(pressed), q, v, *span)
-    time = recorded_times(scenario)
-    require_finite(model.name, time, qs, vs)
+    first, stages = models[0], stages_of(models[0])
+    time = recorded_times(first.scenario)
+    with np.errstate(invalid="ignore", over="ignore"):  # of runs that diverge
+        course = _along(models, stages, np.asarray(start_m, dtype=float))
+    finite = np.isfinite(course.q).all(axis=(0, 2))
     ends = stages.ring + stages.planets
-    x_pr = [qs[:, first:end] for first, end in zip(stages.ring, ends, strict=True)]
-    return Followed(time, x_pr, [Differences(*both) for both in zip(part, size, strict=True)])
+    return [
+        Followed(
+            time,
+            [course.q[:, k, begin:end] for begin, end in zip(stages.ring, ends, strict=True)],
+            *(Differences(course.part[:, k, law], course.size[:, k, law]) for law in range(LAWS)),
+        )
+        if finite[k]
+        else None
+        for k in range(len(models))
+    ]
 
 
-def stages_of(model: PhysicalModel, start_m: np.ndarray) -> Stages:
+def stages_of(model: PhysicalModel) -> Stages:
     """The geared stages of a model, planets lumped or free."""
     layout, gears = model.layout, model.gears
     joints = [joint for joint in model.arm.joints if isinstance(joint, Planetary)]
@@ -112,7 +140,6 @@ def stages_of(model: PhysicalModel, start_m: np.ndarray) -> Stages:
         np.array(counts),
         mass,
         np.sqrt((gears.k_m[mesh] + gears.k_m[mesh + 1]) / mass),
-        np.asarray(start_m, dtype=float),
         rounding_floor(gears.b[mesh + 1], damping / (2 * mass), model.scenario.step_s),
     )
 
@@ -128,123 +155,198 @@ def rounding_floor(x_m: np.ndarray, decay_per_s: np.ndarray, step_s: float) -> n
 
 @njit(cache=True, inline="always")
 def coefficients(
-    gears: Gears, mesh: int, pressed: bool, t: float, q: np.ndarray, v: np.ndarray
-) -> tuple[float, float]:
-    """Stiffness [N/m] and damping [N s/m] against a planet's difference.
+    gears: Gears, mesh: int, t: float, q: np.ndarray, v: np.ndarray
+) -> tuple[float, float, float, float]:
+    """Stiffness [N/m] and damping [N s/m] against a planet's difference; both with all pressed.
 
     mesh: place of its sun mesh, which its ring mesh follows.
     """
-    spring, damper = 0.0, 0.0
+    spring, damper, pressed, damped = 0.0, 0.0, 0.0, 0.0
     for i in range(mesh, mesh + 2):
         phase = kernel.phase_of(gears, i, t, q, v)
         sine = np.sin(phase)
-        touching = pressed or in_contact(kernel.gap_of(gears, i, phase, sine, q), gears.b[i])
+        k = stiffness(gears.law, i, phase, sine, gears.k_m[i], gears.k_a[i])
+        d = gears.d[i] / gears.planets[i]
+        touching = in_contact(kernel.gap_of(gears, i, phase, sine, q), gears.b[i])
+        pressed += k
+        damped += d
         if touching:
-            spring += stiffness(gears.law, i, phase, sine, gears.k_m[i], gears.k_a[i])
+            spring += k
         if touching or gears.damps_apart:
-            damper += gears.d[i] / gears.planets[i]
-    return spring, damper
+            damper += d
+    return spring, damper, pressed, damped
+
+
+def _along(models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray) -> _Course:
+    """Step the models, and their differences behind them."""
+    scenario, batch = models[0].scenario, Batch(models)
+    now, course = _begun(start_m), _room(models, of)
+    reading = _reading(models[0])
+    for begin in range(0, scenario.steps + 1, CHUNK):
+        passed = _passed(batch, begin, min(CHUNK, scenario.steps + 1 - begin))
+        span = (begin, scenario.step_s, scenario.stride)
+        _follow(models[0].gears, of, *span, passed, reading, now, *course)
+    return course
+
+
+def _passed(batch: Batch, first: int, steps: int) -> np.ndarray:
+    """States q, v that the stages of so many steps are evaluated at, from step ``first`` on.
+
+    Shape (steps, stages, blocks, 2 n, lanes), in the coordinates of the kernel.
+    """
+    module, work, h = batch.module, batch.work, batch.step_s
+    blocks, n = len(work), len(batch.program.coordinates)
+    rows = work.reshape(blocks, batch.program.rows, -1)
+    states = rows[:, STATE.index("stage_q") * n : (STATE.index("stage_v") + 1) * n]
+    out = np.empty((steps, len(RUNGE_KUTTA), *states.shape))
+    addresses = [block.ctypes.data for block in work]
+    table = np.zeros(len(batch.models[0].drive.gains))
+    for step in range(steps):
+        for stage, (ahead, weight, part) in enumerate(RUNGE_KUTTA):
+            out[step, stage] = states
+            t = (first + step) * h + ahead * h
+            module.stages(addresses[0], blocks, t, table, weight, part * h)
+        for address in addresses:
+            module.end(address, h)
+    return out
+
+
+def _reading(model: PhysicalModel) -> np.ndarray:
+    """Of every coordinate the kernel's that it is, and that which is taken off or -1, (n, 2)."""
+    n = len(model.layout)
+    ways = displacements(model.layout, np.eye(n)[:, :, None])[:, :, 0]
+    less = np.where((ways < 0).any(axis=0), np.argmin(ways, axis=0), -1)
+    return np.column_stack([np.argmax(ways, axis=0), less])
+
+
+def _begun(start_m: np.ndarray) -> _Now:
+    members, stages = start_m.shape
+    x = np.zeros((members, LAWS, stages, 2))
+    x[..., 0] = 1.0
+    scale = np.repeat(np.log(start_m)[:, None], LAWS, axis=1)
+    return _Now(x, scale, *(np.zeros_like(scale) for _ in range(4)))
+
+
+def _room(models: Sequence[PhysicalModel], of: Stages) -> _Course:
+    records = models[0].scenario.steps // models[0].scenario.stride + 1
+    q = np.empty((records, len(models), len(models[0].layout)))
+    logarithms = np.empty((2, records, len(models), LAWS, of.mass.size))
+    return _Course(q, *logarithms)
 
 
 @njit(cache=True, inline="always")
-def _place(of: Stages, j: int, part: float, q0: np.ndarray, v: np.ndarray, q: np.ndarray) -> None:
-    """q0 + part v into q (n,), the planets of stage j at their mean."""
-    for i in range(q.size):
-        q[i] = q0[i] + part * v[i]
-    total = 0.0
-    for i in range(of.ring[j], of.ring[j] + of.planets[j]):
-        total += q[i]
-    q[of.ring[j] : of.ring[j] + of.planets[j]] = total / of.planets[j]
-
-
-@njit(cache=True, inline="always")
-def _step(
-    gears: Gears,
-    of: Stages,
-    j: int,
-    pressed: bool,
-    t: float,
-    h: float,
-    q0: np.ndarray,
-    s: kernel.Stages,
-    x: np.ndarray,
+def _read(
+    passed: np.ndarray,
+    step: int,
+    stage: int,
+    reading: np.ndarray,
+    first: int,
+    member: int,
+    out: np.ndarray,
 ) -> None:
-    """RK4 of (delta, delta') = x in place, at the states that the shared motion's step went by.
+    """A member's rows from ``first`` on, in the coordinates of the layout, into out (n,).
 
-    s.q (n,) is written on.
+    reading: see ``_reading``.
     """
-    slid, sped, rate, bend = 0.0, 0.0, 0.0, 0.0
-    for k in range(4):
-        part = 0.0 if k == 0 else h if k == 3 else h / 2
-        _place(of, j, part, q0, s.v[max(k - 1, 0)], s.q)
-        spring, damper = coefficients(gears, of.mesh[j], pressed, t + part, s.q, s.v[k])
-        at = x[0] + part * rate
-        rate = x[1] + part * bend
-        bend = -(spring * at + damper * rate) / of.mass[j]
-        weight = 1.0 if k == 0 or k == 3 else 2.0
-        slid += weight * rate
-        sped += weight * bend
-    x[0] += h / 6 * slid
-    x[1] += h / 6 * sped
+    block, lane = member // passed.shape[4], member % passed.shape[4]
+    for i in range(out.size):
+        out[i] = passed[step, stage, block, first + reading[i, 0], lane]
+        if reading[i, 1] >= 0:
+            out[i] -= passed[step, stage, block, first + reading[i, 1], lane]
+
+
+@njit(cache=True, inline="always")
+def _at_their_mean(of: Stages, q: np.ndarray) -> None:
+    """Put all planets of every stage where their mean is."""
+    for j in range(of.mass.size):
+        total = 0.0
+        for i in range(of.ring[j], of.ring[j] + of.planets[j]):
+            total += q[i]
+        q[of.ring[j] : of.ring[j] + of.planets[j]] = total / of.planets[j]
 
 
 @njit(cache=True)
-def _rescaled(of: Stages, j: int, x: np.ndarray, scale: np.ndarray) -> float:
-    """Size of the difference x (2,) of stage j; beyond bounds it is divided by itself.
-
-    scale (stages,): logarithms of what differences have been divided by.
-    """
-    whole = np.hypot(x[0], x[1] / of.frequency[j])
-    least = of.floor[j] * np.exp(-scale[j])
-    if least <= whole <= LARGEST:
-        return whole
-    x /= whole
-    scale[j] += np.log(max(whole, least))
-    return 1.0
-
-
-@njit(cache=True)
-def _along(
-    terms: Terms,
+def _follow(
     gears: Gears,
-    drive: DriveData,
     of: Stages,
-    pressed: np.ndarray,
-    q0: np.ndarray,
-    v0: np.ndarray,
-    step: float,
-    steps: int,
+    begin: int,
+    h: float,
     stride: int,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """States q, v (records, n); logarithms (laws of contact, records, stages), part and size.
+    passed: np.ndarray,
+    reading: np.ndarray,
+    now: _Now,
+    q_kept: np.ndarray,
+    part_kept: np.ndarray,
+    size_kept: np.ndarray,
+) -> None:
+    """The differences' steps beside those that passed, from step ``begin`` on, kept at records.
 
-    nan once the shared motion has ceased to be finite.
+    q_kept, part_kept, size_kept: of the ``_Course``.
     """
-    records, laws, count = steps // stride + 1, pressed.size, of.mass.size
-    qs, vs = np.full((records, q0.size), np.nan), np.full((records, q0.size), np.nan)
-    part = np.full((laws, records, count), np.nan)
-    size = part.copy()
-    q, v, before, x = q0.copy(), v0.copy(), q0.copy(), np.zeros((laws, count, 2))
-    scale = np.empty((laws, count))
-    room, between = kernel.scratch(terms), kernel.stages(q.size)
-    qs[0], vs[0] = q, v
-    x[:, :, 0] = 1.0
-    scale[:] = np.log(of.start)
-    part[:, 0], size[:, 0] = scale, scale
-    for k in range(steps):
-        before[:] = q
-        kernel.runge_kutta_step(terms, gears, drive, k * step, step, q, v, room, between)
-        if not np.isfinite(q.sum()):
-            break
-        record = (k + 1) // stride if (k + 1) % stride == 0 else 0
-        if record:
-            qs[record], vs[record] = q, v
-        for law in range(laws):
-            for j in range(count):
-                own = x[law, j]
-                _step(gears, of, j, pressed[law], k * step, step, before, between, own)
-                whole = _rescaled(of, j, own, scale[law])
-                if record:
-                    part[law, record, j] = scale[law, j] + np.log(max(abs(own[0]), LEAST))
-                    size[law, record, j] = scale[law, j] + np.log(whole)
-    return qs, vs, part, size
+    n = reading.shape[0]
+    q, v = np.empty(n), np.empty(n)
+    for step in range(passed.shape[0]):
+        record, rest = divmod(begin + step, stride)
+        for m in range(now.scale.shape[0]):
+            if rest == 0:
+                _read(passed, step, 0, reading, 0, m, q)
+                q_kept[record, m] = q
+                _keep(of, now, m, record, part_kept, size_kept)
+            for k in range(4):
+                part = 0.0 if k == 0 else 1.0 if k == 3 else 0.5
+                weight = 1.0 if k == 0 or k == 3 else 2.0
+                _read(passed, step, k, reading, 0, m, q)
+                _read(passed, step, k, reading, n, m, v)
+                _at_their_mean(of, q)
+                for j in range(of.mass.size):
+                    t = (begin + step) * h + part * h
+                    found = coefficients(gears, of.mesh[j], t, q, v)
+                    _stage(of, now, m, j, part * h, weight, found)
+            _end(of, now, m, h)
+
+
+@njit(cache=True, inline="always")
+def _stage(
+    of: Stages,
+    now: _Now,
+    m: int,
+    j: int,
+    part: float,
+    weight: float,
+    found: tuple[float, float, float, float],
+) -> None:
+    """A Runge-Kutta stage ``part`` [s] ahead of member m's differences in stage j."""
+    for law in range(LAWS):
+        spring, damper = (found[2], found[3]) if law else (found[0], found[1])
+        here = now.x[m, law, j, 0] + part * now.rate[m, law, j]
+        rate = now.x[m, law, j, 1] + part * now.bend[m, law, j]
+        bend = -(spring * here + damper * rate) / of.mass[j]
+        now.rate[m, law, j], now.bend[m, law, j] = rate, bend
+        now.slid[m, law, j] += weight * rate
+        now.sped[m, law, j] += weight * bend
+
+
+@njit(cache=True, inline="always")
+def _end(of: Stages, now: _Now, m: int, h: float) -> None:
+    """End the step of member m's differences; those beyond bounds are divided by themselves."""
+    for law in range(LAWS):
+        for j in range(of.mass.size):
+            slide = now.x[m, law, j, 0] + h / 6 * now.slid[m, law, j]
+            speed = now.x[m, law, j, 1] + h / 6 * now.sped[m, law, j]
+            now.slid[m, law, j], now.sped[m, law, j] = 0.0, 0.0
+            whole = np.hypot(slide, speed / of.frequency[j])
+            least = of.floor[j] * np.exp(-now.scale[m, law, j])
+            over = 1.0 if least <= whole <= LARGEST else whole
+            now.x[m, law, j, 0], now.x[m, law, j, 1] = slide / over, speed / over
+            if over != 1.0:
+                now.scale[m, law, j] += np.log(max(whole, least))
+
+
+@njit(cache=True, inline="always")
+def _keep(of: Stages, now: _Now, m: int, record: int, part: np.ndarray, size: np.ndarray) -> None:
+    """Logarithms of member m's differences into a record of part and size."""
+    for law in range(LAWS):
+        for j in range(of.mass.size):
+            slide, speed, scale = now.x[m, law, j, 0], now.x[m, law, j, 1], now.scale[m, law, j]
+            part[record, m, law, j] = scale + np.log(max(abs(slide), LEAST))
+            size[record, m, law, j] = scale + np.log(np.hypot(slide, speed / of.frequency[j]))
