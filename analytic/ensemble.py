@@ -153,11 +153,17 @@ class Group:
         scenario, batch = self.models[0].scenario, Batch(self.models, self.lanes)
         most = max(1, CHUNK // (4 * len(self.models[0].layout) * len(self.models)))
         left = scenario.steps // scenario.stride
-        while left:
+        while left and np.isnan(self.diverged_s).any():
             records = min(left, most)
             yield batch.advance(records, scenario.stride)
             left -= records
-        yield batch.advance(1, 0)
+        yield batch.advance(1, 0) if left == 0 else self._nothing(left + 1)
+
+    def _nothing(self, records: int) -> Records:
+        """Of members that have all diverged."""
+        n, meshes = len(self.models[0].layout), self.models[0].gears.where.size
+        shapes = [(records, rows, len(self.models)) for rows in (n, n, n, meshes)]
+        return Records(*(np.full(shape, np.nan) for shape in shapes))
 
     def _plain(self, time: np.ndarray) -> Iterator[Records]:
         (model,) = self.models

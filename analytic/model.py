@@ -16,6 +16,7 @@ from analytic.ensemble import alone, trajectories
 from analytic.fast.batch import Records, energy_of
 from analytic.fast.links import Links, links_of
 from analytic.fast.precise import followed
+from analytic.fast.program import compilable
 from analytic.fast.structure import Structure, structure_of
 from analytic.gears import Gears, gears
 from analytic.recording import along, kinetic_energy
@@ -74,7 +75,8 @@ class AnalyticModel(Model):
         """What a specialised kernel is made for; None if only the plain kernel runs this."""
         if self.links is None:
             return None
-        return structure_of(self.arm, self.layout, self.gears, self.drive, self.links.spread)
+        found = structure_of(self.arm, self.layout, self.gears, self.drive, self.links.spread)
+        return found if found is not None and compilable(found) else None
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q) of Eq. 21."""

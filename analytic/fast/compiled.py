@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import inspect
 import logging
 import os
 import sys
@@ -12,17 +13,21 @@ from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 
+from analytic.fast import hyperbolic, memory, sines
 from analytic.fast.program import Program
-from models.places import cache_folder, make_private, own_folder
+from models import drive
+from models.places import cache_folder, make_private, temporary_folder
 
 FOLDER = "kernels"
 LOG = logging.getLogger(__name__)
+# numba compiles a function anew when its own file changes, not when one that it calls does.
+TAKEN_IN = (memory, sines, hyperbolic, drive)
 
 
 @lru_cache(maxsize=64)
 def module_of(program: Program) -> ModuleType:
     """The program's module, imported; numba compiles it at the first call, or finds it compiled."""
-    name = f"kernel_{hashlib.sha256(program.text.encode()).hexdigest()[:16]}"
+    name = f"kernel_{_digest(program.text)[:16]}"
     path = _folder() / f"{name}.py"
     if not _holds(path, program.text):
         _write(path, program.text)
@@ -37,6 +42,14 @@ def module_of(program: Program) -> ModuleType:
     return module
 
 
+def _digest(text: str) -> str:
+    """Of a kernel: of its text, and of the sources whose code is compiled into it."""
+    digest = hashlib.sha256(text.encode())
+    for module in TAKEN_IN:
+        digest.update(inspect.getsource(module).encode())
+    return digest.hexdigest()
+
+
 def _folder() -> Path:
     """Where kernels are kept between runs; else until the end of this one."""
     folder = cache_folder() / FOLDER
@@ -44,7 +57,7 @@ def _folder() -> Path:
         make_private(cache_folder())
         make_private(folder)
     except OSError:
-        folder = own_folder() / FOLDER
+        folder = temporary_folder() / FOLDER
         folder.mkdir(exist_ok=True)
     return folder
 

@@ -35,8 +35,10 @@ def numbers_of(
         found |= _of_gears(joint, j, stage)
         sun, ring = gears.rate[first], gears.rate[first + 1]
         found |= {f"rate_sp{j}": sun / TURN, f"rate_pr{j}": ring / TURN}
-        for mesh in meshes:
-            found |= _of_mesh(gears, mesh, structure.meshes[mesh], stage.harmonics)
+        for mesh in meshes[: 2 if stage.alike else None]:
+            planet, side = divmod(mesh - first, 2)
+            name = stage.numbers_of(("sp", "pr")[side], j, planet + 1)
+            found |= _of_mesh(gears, mesh, name, stage.harmonics)
         first = meshes.stop
     return {name: float(value) for name, value in found.items()}
 
@@ -97,7 +99,7 @@ def _of_mesh(gears: Gears, mesh: int, name: str, harmonics: int) -> Numbers:
         f"b_{name}": gears.b[mesh],
         f"d_{name}": gears.d[mesh],
         f"sigma_{name}": gears.sigma[mesh],
-        f"rate_{name}": gears.rate[mesh],
+        f"slope_{name}": gears.rate[mesh],
     }
     cosines, sines = _waves(gears, mesh, harmonics)
     for n in range(1, harmonics + 1):

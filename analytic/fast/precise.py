@@ -312,7 +312,7 @@ def followed(model: FastModel, rtol: float) -> Followed:
     n, m = len(program.coordinates), len(program.meshes)
     own = numbers(model)
     state = [advances(model.layout, x) for x in model.start()]
-    edges = [own[f"b_{mesh}"] for mesh in program.meshes]
+    edges = model.gears.b
     rates = np.zeros((STAGES + 2) * 2 * n)
     values = [own[name] for name in program.numbers]
     w = np.concatenate([*state, np.zeros(n + 2 * m), edges, values, rates])

@@ -32,32 +32,33 @@ LANES = {lanes}
 SIZE = {size}  # of the coordinates of a block
 BLOCK = {block}  # numbers of a block: all rows of its lanes
 BYTES = 8 * BLOCK
-Q, V, STAGE_Q, STAGE_V, SUM_Q, SUM_V, A = {blocks}
-FORCES, FORCED = {forces}, {forced}  # where they begin, and how many
+Q, A = {blocks}  # where they begin
+FORCES, FORCED = {forces}, {forced}  # and how many
 JOINTS = {joints}
 
 
 @njit(nogil=True, cache=True, fastmath={{"contract"}}, error_model="numpy")
-def stage(address, t, root_t, table, weight, part):
-    """Evaluate a stage of a block at time t [s], count it, and go on to the next stage."""
+def first_stage(address, t, root_t, table, h):
+    """A step's first stage, of a block at time t [s]; accelerations and forces are left there."""
     w = carray(pointer(address), BLOCK)
 {tables}
-{body}
+{first}
 
 
 @njit(nogil=True, cache=True, fastmath={{"contract"}}, error_model="numpy")
-def end(address, h):
-    """The step's end, from its sums; the next step's first stage is there."""
+def middle_stage(address, t, root_t, table, h, part):
+    """The second, and with part = 1 the third: the next one is a part of h [s] further."""
     w = carray(pointer(address), BLOCK)
-    for i in range(SIZE):
-        q = w[Q + i] + h / 6 * w[SUM_Q + i]
-        v = w[V + i] + h / 6 * w[SUM_V + i]
-        w[Q + i] = q
-        w[V + i] = v
-        w[STAGE_Q + i] = q
-        w[STAGE_V + i] = v
-        w[SUM_Q + i] = 0.0
-        w[SUM_V + i] = 0.0
+{tables}
+{middle}
+
+
+@njit(nogil=True, cache=True, fastmath={{"contract"}}, error_model="numpy")
+def last_stage(address, t, root_t, table, h):
+    """The fourth, and the step's end."""
+    w = carray(pointer(address), BLOCK)
+{tables}
+{last}
 
 
 @njit(nogil=True, cache=True)
@@ -73,37 +74,36 @@ def record(address, out):
 
 
 @njit(nogil=True, cache=True)
-def stages(address, blocks, t, table, weight, part):
-    """A stage of all blocks; they are independent, so a processor works on several at a time."""
-    for block in range(blocks):
-        stage(address + block * BYTES, t, sqrt(t), table, weight, part)
-
-
-@njit(nogil=True, cache=True)
 def advance(w, first, stride, h, table_time, table_torque, out):
     """From step ``first`` on: each row of ``out`` is a record, ``stride`` steps after the last.
 
     After the last record as many steps follow, so that the next call goes on; stride 0: none.
+    Blocks are independent, so a processor works on several at a time.
     """
     step, table = first, np.zeros(JOINTS)
-    address, blocks = w.ctypes.data, w.shape[0]
+    begin = w.ctypes.data
+    beyond = begin + w.shape[0] * BYTES
     for place in range(out.shape[0]):
         for k in range(max(stride, 1)):
             t = step * h
             {at_t}
-            stages(address, blocks, t, table, 1.0, h / 2)
+            for address in range(begin, beyond, BYTES):
+                first_stage(address, t, sqrt(t), table, h)
             if k == 0:
                 for block in range(out.shape[1]):
-                    record(address + block * BYTES, out[place, block])
+                    record(begin + block * BYTES, out[place, block])
             if stride == 0:
                 return
-            {at_half}
-            stages(address, blocks, t + h / 2, table, 2.0, h / 2)
-            stages(address, blocks, t + h / 2, table, 2.0, h)
-            {at_end}
-            stages(address, blocks, t + h, table, 1.0, h)
-            for block in range(blocks):
-                end(address + block * BYTES, h)
+            t = step * h + h / 2
+            {at_t}
+            for address in range(begin, beyond, BYTES):
+                middle_stage(address, t, sqrt(t), table, h, 0.5)
+            for address in range(begin, beyond, BYTES):
+                middle_stage(address, t, sqrt(t), table, h, 1.0)
+            t = step * h + h
+            {at_t}
+            for address in range(begin, beyond, BYTES):
+                last_stage(address, t, sqrt(t), table, h)
             step += 1
 '''
 TANH = {False: "from math import tanh", True: "from analytic.fast.hyperbolic import tanh"}
@@ -135,6 +135,15 @@ class Program:
         return self.numbers_at + len(self.numbers)
 
 
+LARGEST = 45_000  # characters of equations: more take longer than 20 s to compile
+
+
+@lru_cache(maxsize=64)
+def compilable(structure: Structure) -> bool:
+    """Whether a kernel of this structure is worth the time that its compilation takes."""
+    return sum(map(len, acceleration(structure, alone=False))) <= LARGEST
+
+
 @lru_cache(maxsize=64)
 def program_of(structure: Structure, lanes: int) -> Program:
     """The kernel of a structure for so many lanes."""
@@ -148,18 +157,18 @@ def program_of(structure: Structure, lanes: int) -> Program:
     text = _TEMPLATE.format(
         tanh=TANH[lanes > 1],
         at_t=tabled("t", by_table),
-        at_half=tabled("t + h / 2", by_table),
-        at_end=tabled("t + h", by_table),
         about=f"Equations of motion of {joints} joints, {lanes} lanes; written by a program.",
         lanes=lanes,
         size=size,
         block=program.rows * lanes,
-        blocks=", ".join(str(place * size) for place in range(len(STATE))),
+        blocks=f"{STATE.index('q') * size}, {STATE.index('a') * size}",
         forces=program.forces_at * lanes,
         forced=len(structure.meshes) * lanes,
         joints=joints,
         tables=indent("\n".join(f"{name} = table[{j}]" for j, name in enumerate(tables)), "    "),
-        body=_body(program, lines),
+        first=_stage(program, lines, "", _FIRST),
+        middle=_stage(program, lines, "stage_", _MIDDLE),
+        last=_stage(program, lines, "stage_", _LAST),
     )
     return Program(text, lanes, structure.coordinates, structure.meshes, numbers)
 
@@ -184,41 +193,48 @@ def free_names(lines: list[str], structure: Structure, tables: tuple[str, ...]) 
     return tuple(found)
 
 
-def _body(program: Program, lines: list[str]) -> str:
-    """Loads, equations and stores of one lane, in a loop over all."""
+# What a stage leaves of every coordinate x, in the rows of STATE.
+_FIRST = {
+    "a": "a_{x}",
+    "sum_q": "v_{x}",
+    "sum_v": "a_{x}",
+    "stage_q": "q_{x} + h / 2 * v_{x}",
+    "stage_v": "v_{x} + h / 2 * a_{x}",
+}
+_MIDDLE = {
+    "sum_q": "{sum_q} + 2.0 * v_{x}",
+    "sum_v": "{sum_v} + 2.0 * a_{x}",
+    "stage_q": "{q} + part * h * v_{x}",
+    "stage_v": "{v} + part * h * a_{x}",
+}
+_LAST = {"q": "{q} + h / 6 * ({sum_q} + v_{x})", "v": "{v} + h / 6 * ({sum_v} + a_{x})"}
+
+
+def _stage(program: Program, lines: list[str], read: str, left: dict[str, str]) -> str:
+    """Loads, equations and stores of one lane, in a loop over all.
+
+    read: which state the stage is of; left: see above.
+    """
     n, lanes = len(program.coordinates), program.lanes
 
     def at(row: int) -> str:
         return f"w[{row * lanes} + lane]" if lanes > 1 else f"w[{row}]"
 
-    inputs = [
-        f"{block}_{name} = {at(STATE.index(f'stage_{block}') * n + place)}"
-        for block in ("q", "v")
-        for place, name in enumerate(program.coordinates)
-    ]
-    numbers = [
-        f"{name} = {at(program.numbers_at + place)}" for place, name in enumerate(program.numbers)
-    ]
+    def rows(place: int) -> dict[str, str]:
+        return {name: at(k * n + place) for k, name in enumerate(STATE)}
 
-    def block(name: str, place: int) -> str:
-        return at(STATE.index(name) * n + place)
-
-    outputs = [
-        line
-        for place, name in enumerate(program.coordinates)
-        for line in (
-            f"{block('a', place)} = a_{name}",
-            f"{block('sum_q', place)} += weight * v_{name}",
-            f"{block('sum_v', place)} += weight * a_{name}",
-            f"{block('stage_q', place)} = {block('q', place)} + part * v_{name}",
-            f"{block('stage_v', place)} = {block('v', place)} + part * a_{name}",
-        )
+    names = list(enumerate(program.coordinates))
+    loads = [f"{block}_{x} = {rows(k)[read + block]}" for block in ("q", "v") for k, x in names]
+    loads += [f"{x} = {at(program.numbers_at + k)}" for k, x in enumerate(program.numbers)]
+    stores = [
+        f"{rows(k)[block]} = {value.format(x=x, **rows(k))}"
+        for k, x in names
+        for block, value in left.items()
     ]
-    forces = [
-        f"{at(program.forces_at + place)} = each_{name}"
-        for place, name in enumerate(program.meshes)
-    ]
-    whole = "\n".join([*inputs, *numbers, *lines, *outputs, *forces])
+    if "a" in left:
+        meshes = enumerate(program.meshes)
+        stores += [f"{at(program.forces_at + k)} = each_{mesh}" for k, mesh in meshes]
+    whole = "\n".join([*loads, *lines, *stores])
     if lanes == 1:
         return indent(whole, "    ")
     return "    for lane in range(LANES):\n" + indent(whole, "        ")

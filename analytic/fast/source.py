@@ -105,6 +105,10 @@ def _stage(s: Structure, j: int, stage: StageShape, alone: bool) -> Lines:
     yield f"f_p{j} = 0.0"
     if s.conservative:
         yield f"on_theta{j} = 0.0"
+    phases = dict(zip(("sp", "pr"), (f"{sides[0]}{j}", f"{sides[-1]}{j}"), strict=True))
+    for n in range(1, 2 if stage.alike else stage.planets + 1):
+        for side, phase in phases.items():
+            yield from _wave(stage.numbers_of(side, j, n), phase, stage)
     for n in range(1, stage.planets + 1):
         sun, ring = f"sp{j}_{n}", f"pr{j}_{n}"
         yield f"x_{sun} = q_x_s{j} - q_x_pr{j}_{n}"
@@ -112,7 +116,7 @@ def _stage(s: Structure, j: int, stage: StageShape, alone: bool) -> Lines:
         yield f"v_{sun} = v_x_s{j} - v_x_pr{j}_{n}"
         yield f"v_{ring} = v_x_pr{j}_{n}"
         for side, mesh in (("sp", sun), ("pr", ring)):
-            yield from _mesh(s, j, mesh, sides[0] if stage.one_rate else side, stage)
+            yield from _mesh(s, j, mesh, stage.numbers_of(side, j, n), phases[side], stage)
         yield f"f_{sun} = F_{sun} + D_{sun}"
         yield f"f_p{j}_{n} = f_{sun} - (F_{ring} + D_{ring})"
         yield f"f_s{j} = f_s{j} - f_{sun}"
@@ -140,34 +144,38 @@ def _needs_cosine(s: Structure, stage: StageShape) -> bool:
     return stage.turned or s.conservative
 
 
-def _mesh(s: Structure, j: int, mesh: str, side: str, stage: StageShape) -> Lines:
-    """Force F, of all planets that the mesh stands for, and damper D of a mesh."""
-    phase = f"{side}{j}"
-    stiffness, error = f"k0_{mesh}", f"e0_{mesh} + e_s_{mesh} * s1_{phase}"
+def _wave(own: str, phase: str, stage: StageShape) -> Lines:
+    """Stiffness k and error e of meshes with the same numbers."""
+    stiffness, error = f"k0_{own}", f"e0_{own} + e_s_{own} * s1_{phase}"
     for n in range(1, stage.harmonics + 1):
-        stiffness += f" + k{n}_s_{mesh} * s{n}_{phase}"
+        stiffness += f" + k{n}_s_{own} * s{n}_{phase}"
         if stage.turned:
-            stiffness += f" + k{n}_c_{mesh} * c{n}_{phase}"
+            stiffness += f" + k{n}_c_{own} * c{n}_{phase}"
     if stage.turned:
-        error += f" + e_c_{mesh} * c1_{phase}"
-    yield f"gap_{mesh} = x_{mesh} - ({error})"
-    yield f"k = {stiffness}"
-    yield from _travel(s, mesh)
-    yield f"F_{mesh} = k * travel"
-    yield f"each_{mesh} = F_{mesh} * share{j}"
-    yield f"D_{mesh} = d_{mesh} * v_{mesh}"
+        error += f" + e_c_{own} * c1_{phase}"
+    yield f"k_{own} = {stiffness}"
+    yield f"e_{own} = {error}"
+
+
+def _mesh(s: Structure, j: int, mesh: str, own: str, phase: str, stage: StageShape) -> Lines:
+    """Force F, of all planets that the mesh stands for, and damper D of a mesh."""
+    yield f"gap_{mesh} = x_{mesh} - e_{own}"
+    yield from _travel(s, f"gap_{mesh}", own)
+    yield f"F_{mesh} = k_{own} * travel"
+    yield f"each_{mesh} = F_{mesh}" + (f" * share{j}" if stage.planets == 1 else "")
+    yield f"D_{mesh} = d_{own} * v_{mesh}"
     if not s.damps_apart:
-        yield f"D_{mesh} = D_{mesh} if abs(gap_{mesh}) > b_{mesh} else 0.0"
+        yield f"D_{mesh} = D_{mesh} if abs(gap_{mesh}) > b_{own} else 0.0"
     if s.conservative:
-        yield from _on_angle(j, mesh, phase, stage)
+        yield from _on_angle(j, mesh, own, phase, stage)
 
 
-def _travel(s: Structure, mesh: str) -> Lines:
+def _travel(s: Structure, gap: str, own: str) -> Lines:
     """f_k of Eq. 5 or 6."""
-    gap, b = f"gap_{mesh}", f"b_{mesh}"
+    b = f"b_{own}"
     if s.tanh:
-        yield f"right = tanh(sigma_{mesh} * ({gap} - {b}))"
-        yield f"left = tanh(sigma_{mesh} * ({gap} + {b}))"
+        yield f"right = tanh(sigma_{own} * ({gap} - {b}))"
+        yield f"left = tanh(sigma_{own} * ({gap} + {b}))"
         yield f"travel = {gap} + {gap} / 2 * (right - left) - {b} / 2 * (right + left)"
     else:
         yield f"inside = {b} if {gap} > {b} else {gap}"
@@ -175,15 +183,15 @@ def _travel(s: Structure, mesh: str) -> Lines:
         yield f"travel = {gap} - inside"
 
 
-def _on_angle(j: int, mesh: str, phase: str, stage: StageShape) -> Lines:
+def _on_angle(j: int, mesh: str, own: str, phase: str, stage: StageShape) -> Lines:
     """-dV/dtheta of V = k f^2 / 2 of all planets that the mesh stands for."""
     slope = " + ".join(
-        f"{n} * (k{n}_s_{mesh} * c{n}_{phase} - k{n}_c_{mesh} * s{n}_{phase})"
+        f"{n} * (k{n}_s_{own} * c{n}_{phase} - k{n}_c_{own} * s{n}_{phase})"
         for n in range(1, stage.harmonics + 1)
     )
-    yield f"error_slope = e_s_{mesh} * c1_{phase} - e_c_{mesh} * s1_{phase}"
+    yield f"error_slope = e_s_{own} * c1_{phase} - e_c_{own} * s1_{phase}"
     yield f"on_phase = F_{mesh} * error_slope - ({slope}) * travel * travel / 2"
-    yield f"on_theta{j} = on_theta{j} + rate_{mesh} * on_phase"
+    yield f"on_theta{j} = on_theta{j} + slope_{own} * on_phase"
 
 
 def _solve(s: Structure) -> Lines:

@@ -24,13 +24,18 @@ class StageShape:
 
     planets: coordinates x_pr, one if the planets are lumped; one_rate: sun and ring meshes have one
     frequency, so that their sines are one; harmonics: waves of the stiffness; turned: a phase that
-    is not the joint's own asks for cosines too.
+    is not the joint's own asks for cosines too; alike: planets have the same meshes.
     """
 
     planets: int
     one_rate: bool
     harmonics: int
     turned: bool
+    alike: bool
+
+    def numbers_of(self, side: str, joint: int, planet: int) -> str:
+        """What the numbers of a mesh, ``sp`` or ``pr`` of a planet, are called by."""
+        return f"{side}{joint}" if self.alike else f"{side}{joint}_{planet}"
 
 
 @dataclass(frozen=True)
@@ -111,6 +116,7 @@ def _stages(arm: Arm, layout: Layout, gears: Gears) -> tuple[StageShape | None, 
             one_rate=bool(abs(sun - ring) <= SAME_RATE * abs(sun)),
             harmonics=max(waves_of(gears, int(mesh)) for mesh in meshes),
             turned=bool((gears.offset[meshes] != 0).any() or _turned(gears, meshes)),
+            alike=all(_alike(gears, meshes[side::2]) for side in (0, 1)),
         )
     return tuple(shapes)
 
@@ -124,3 +130,12 @@ def waves_of(gears: Gears, mesh: int) -> int:
 
 def _turned(gears: Gears, meshes: np.ndarray) -> bool:
     return bool((gears.lead[meshes] != 0).any() or (gears.law.code[meshes] != SINE).any())
+
+
+def _alike(gears: Gears, meshes: np.ndarray) -> bool:
+    """Whether no number of these meshes differs."""
+    waves = gears.k_m, gears.k_a, gears.E, gears.lead, gears.static, gears.offset
+    fields = *waves, gears.b, gears.sigma, gears.d
+    laws = [gears.law.rows[gears.law.first[i] : gears.law.first[i + 1]] for i in meshes]
+    same_laws = len({law.tobytes() for law in laws}) == 1
+    return same_laws and all((field[meshes] == field[meshes[0]]).all() for field in fields)

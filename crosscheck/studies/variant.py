@@ -11,17 +11,16 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal, NamedTuple
 
-import numpy as np
 import xarray as xr
 
 from crosscheck.registry import build, entry_of
+from crosscheck.studies.starts import perturbed
 from models.errors import Diverged
 from models.loading import HERE, Case, load_case
 from models.meshes import damped
 from models.scenario import MOST_RECORDS, Scenario
 from models.switches import Switches
 
-PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
 Planets = Literal["lumped", "free"]
 
 Numbers = dict[str, float | None]
@@ -80,7 +79,7 @@ def _case(of: Variant, *files: tuple[int, ...] | None) -> Case:
     case = load_case(of.arm, of.scenario, switches, settings)
     if of.zeta is not None:
         case = case._replace(arm=damped(case.arm, of.zeta))
-    return case if of.seed is None else _perturbed(case, of.seed)
+    return case if of.seed is None else perturbed(case, of.seed)
 
 
 @dataclass(frozen=True)
@@ -92,21 +91,6 @@ class Comparison:
 
     numbers: Callable[[xr.Dataset, tuple[xr.Dataset, ...]], Numbers]
     others: Callable[[Variant], tuple[Variant, ...]]
-
-
-def _perturbed(case: Case, seed: int) -> Case:
-    generator = np.random.default_rng(seed)
-    offsets = PERTURBATION_M * generator.uniform(-1, 1, (2, len(case.arm.joints)))
-    update: dict[str, object] = {
-        name: tuple(map(float, row))
-        for name, row in zip(("sun_planet_offset_m", "planet_ring_offset_m"), offsets, strict=True)
-    }
-    if case.switches.planets == "free":
-        counts = [joint.planet_count for joint in case.arm.joints]
-        own = (PERTURBATION_M * generator.uniform(-1, 1, count) for count in counts)
-        update["planet_offset_m"] = tuple(tuple(map(float, row)) for row in own)
-    start = case.scenario.start.model_copy(update=update)
-    return case._replace(scenario=case.scenario.model_copy(update={"start": start}))
 
 
 def simulate(variant: Variant) -> xr.Dataset:

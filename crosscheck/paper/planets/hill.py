@@ -20,7 +20,6 @@ from numba import njit
 
 from analytic import kernel
 from analytic.fast.batch import Batch, displacements
-from analytic.fast.program import STATE
 from analytic.gears import Gears
 from analytic.mesh_force import in_contact
 from analytic.model import PhysicalModel
@@ -33,8 +32,6 @@ LEAST = 1e-300  # of a difference that passes through 0, so that its logarithm i
 LARGEST = 1e100  # beyond it a difference is divided by itself, and its logarithm kept
 LAWS = 2  # of contact: as the teeth have it, and as if none ever parted
 CHUNK = 500  # steps that the models are ahead of their differences
-# Of a Runge-Kutta stage: how much of a step it is ahead, its weight, and what the next one takes.
-RUNGE_KUTTA = ((0.0, 1.0, 0.5), (0.5, 2.0, 0.5), (0.5, 2.0, 1.0), (1.0, 1.0, 1.0))
 
 
 class Stages(NamedTuple):
@@ -183,32 +180,10 @@ def _along(models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray) -> 
     now, course = _begun(start_m), _room(models, of)
     reading = _reading(models[0])
     for begin in range(0, scenario.steps + 1, CHUNK):
-        passed = _passed(batch, begin, min(CHUNK, scenario.steps + 1 - begin))
+        passed = batch.staged(min(CHUNK, scenario.steps + 1 - begin))
         span = (begin, scenario.step_s, scenario.stride)
         _follow(models[0].gears, of, *span, passed, reading, now, *course)
     return course
-
-
-def _passed(batch: Batch, first: int, steps: int) -> np.ndarray:
-    """States q, v that the stages of so many steps are evaluated at, from step ``first`` on.
-
-    Shape (steps, stages, blocks, 2 n, lanes), in the coordinates of the kernel.
-    """
-    module, work, h = batch.module, batch.work, batch.step_s
-    blocks, n = len(work), len(batch.program.coordinates)
-    rows = work.reshape(blocks, batch.program.rows, -1)
-    states = rows[:, STATE.index("stage_q") * n : (STATE.index("stage_v") + 1) * n]
-    out = np.empty((steps, len(RUNGE_KUTTA), *states.shape))
-    addresses = [block.ctypes.data for block in work]
-    table = np.zeros(len(batch.models[0].drive.gains))
-    for step in range(steps):
-        for stage, (ahead, weight, part) in enumerate(RUNGE_KUTTA):
-            out[step, stage] = states
-            t = (first + step) * h + ahead * h
-            module.stages(addresses[0], blocks, t, table, weight, part * h)
-        for address in addresses:
-            module.end(address, h)
-    return out
 
 
 def _reading(model: PhysicalModel) -> np.ndarray:

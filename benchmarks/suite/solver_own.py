@@ -1,0 +1,32 @@
+"""The project's own way to integrate: `simulate` of the model."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from analytic.model import PhysicalModel
+from benchmarks.suite.solver import Solver
+
+
+def runge_kutta(model: PhysicalModel, grid: np.ndarray) -> Solver:
+    """The fixed step, by the kernel that `simulate` chooses, with all that it records."""
+    grid_s = float(grid[1] - grid[0])
+
+    def run(step_s: float) -> np.ndarray:
+        update = {"step_s": step_s, "record_every": round(grid_s / step_s)}
+        scenario = model.scenario.model_copy(update=update)
+        own = PhysicalModel(model.arm, scenario, model.switches)
+        return coordinates(own, own.simulate())
+
+    return Solver("simulate(), RK4", "step", run)
+
+
+def coordinates(model: PhysicalModel, run: xr.Dataset) -> np.ndarray:
+    """q (records, n) in the lumped layout, from a trajectory; of planets the first."""
+    data = {name: run[name].to_numpy() for name in ("theta", "x_sp", "x_pr")}
+    columns = []
+    for coordinate in model.layout.coordinates:
+        of_joint = data[coordinate.meaning][:, coordinate.joint - 1]
+        columns.append(of_joint if coordinate.is_angle else of_joint[:, 0])
+    return np.stack(columns, axis=1)
