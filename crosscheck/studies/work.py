@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import zip_longest
 from typing import NamedTuple, Protocol, TypeVar, get_type_hints
 
 import xarray as xr
@@ -135,9 +136,9 @@ def integrations(pieces: Iterable[Piece], store: Store, jobs: int = 1) -> list[T
     alike: dict[Company, list[list[Piece]]] = {}
     for made_at_once in together.values():
         alike.setdefault(company(made_at_once[0].variant), []).append(made_at_once)
-    return [
-        _batch(group, store) for groups in alike.values() for group in _shared_out(groups, jobs)
-    ]
+    batches = [[_batch(g, store) for g in _shared_out(groups, jobs)] for groups in alike.values()]
+    # In turns, so that processes begin with unlike kernels and none compiles what another does.
+    return [task for turn in zip_longest(*batches) for task in turn if task is not None]
 
 
 def _shared_out(groups: Sequence[list[Piece]], jobs: int) -> Iterator[Sequence[list[Piece]]]:
