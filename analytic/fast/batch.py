@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import sqrt
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -101,6 +102,33 @@ class Batch:
         layout = self.models[0].layout
         q, v, a = (displacements(layout, members[:, k * n : (k + 1) * n]) for k in range(3))
         return Records(q, v, a, members[:, 3 * n :])
+
+    def staged(self, steps: int) -> np.ndarray:
+        """So many steps, and the states q, v that their four stages were evaluated at.
+
+        Shape (steps, 4, blocks, 2 n, lanes), in the kernel's coordinates. No table for a drive.
+        """
+        module, program, h = self.module, self.program, self.step_s
+        n, blocks = len(program.coordinates), len(self.work)
+        rows = self.work.reshape(blocks, program.rows, program.lanes)
+        now, ahead = rows[:, : 2 * n], rows[:, 2 * n : 4 * n]  # q, v; stage_q, stage_v
+        out = np.empty((steps, 4, *now.shape))
+        table = np.zeros(len(self.models[0].drive.gains))
+        addresses = [part.ctypes.data for part in self.work]
+        for step in range(steps):
+            t = (self.done + step) * h
+            middle, end = (t + h / 2, sqrt(t + h / 2)), (t + h, sqrt(t + h))
+            for block, address in enumerate(addresses):
+                out[step, 0, block] = now[block]
+                module.first_stage(address, t, sqrt(t), table, h)
+                out[step, 1, block] = ahead[block]
+                module.middle_stage(address, *middle, table, h, 0.5)
+                out[step, 2, block] = ahead[block]
+                module.middle_stage(address, *middle, table, h, 1.0)
+                out[step, 3, block] = ahead[block]
+                module.last_stage(address, *end, table, h)
+        self.done += steps
+        return out
 
 
 def numbers(model: FastModel) -> Numbers:
