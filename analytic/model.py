@@ -21,7 +21,7 @@ from analytic.gears import Gears, gears
 from analytic.recording import along, kinetic_energy
 from analytic.reference import solve
 from analytic.rigid import rigid_bodies
-from analytic.stability import contact_eigenvalues, displacement_rows, runge_kutta_limit
+from analytic.stability import contact_eigenvalues, runge_kutta_limit
 from analytic.stiffness import peak_stiffness
 from analytic.terms import Terms, chain_terms
 from models.arm import Arm
@@ -212,13 +212,18 @@ class AnalyticModel(Model):
             "kinetic_energy": self._kinetic_energy(q, v),
             **more,
         }
-        meshes = displacement_rows(self.gears, len(self.layout)).T
-        x, x_dot = q @ meshes, v @ meshes
+        x, x_dot = self._displacements(q), self._displacements(v)
         for place, mesh in enumerate(MESHES if self.layout.meshing else ()):
             variables[mesh] = self._per_planet(x[:, place::2])
             variables[f"{mesh}_dot"] = self._per_planet(x_dot[:, place::2])
             variables[FORCES[mesh]] = self._per_planet(forces[:, place::2])
         return trajectory(self, time, **variables)
+
+    def _displacements(self, x: np.ndarray) -> np.ndarray:
+        """Of every mesh (times, meshes), from coordinates x (times, n)."""
+        found, of_two = x[:, self.gears.where], self.gears.less >= 0
+        found[:, of_two] -= x[:, self.gears.less[of_two]]
+        return found
 
     def _kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         if self.structure is None:
