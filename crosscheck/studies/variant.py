@@ -8,16 +8,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import numpy as np
 import xarray as xr
 
 from crosscheck.registry import build, entry_of
+from crosscheck.studies.starts import perturbed
 from models.errors import Diverged
 from models.loading import Case, load_case
 from models.meshes import damped
 from models.scenario import MOST_RECORDS, Scenario
 
-PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
 Planets = Literal["lumped", "free"]
 
 Numbers = dict[str, float | None]
@@ -61,7 +60,7 @@ class Variant:
         case = load_case(self.arm, self.scenario, switches, settings)
         if self.zeta is not None:
             case = case._replace(arm=damped(case.arm, self.zeta))
-        return case if self.seed is None else _perturbed(case, self.seed)
+        return case if self.seed is None else perturbed(case, self.seed)
 
 
 @dataclass(frozen=True)
@@ -73,21 +72,6 @@ class Comparison:
 
     numbers: Callable[[xr.Dataset, tuple[xr.Dataset, ...]], Numbers]
     others: Callable[[Variant], tuple[Variant, ...]]
-
-
-def _perturbed(case: Case, seed: int) -> Case:
-    generator = np.random.default_rng(seed)
-    offsets = PERTURBATION_M * generator.uniform(-1, 1, (2, len(case.arm.joints)))
-    update: dict[str, object] = {
-        name: tuple(map(float, row))
-        for name, row in zip(("sun_planet_offset_m", "planet_ring_offset_m"), offsets, strict=True)
-    }
-    if case.switches.planets == "free":
-        counts = [joint.planet_count for joint in case.arm.joints]
-        own = (PERTURBATION_M * generator.uniform(-1, 1, count) for count in counts)
-        update["planet_offset_m"] = tuple(tuple(map(float, row)) for row in own)
-    start = case.scenario.start.model_copy(update=update)
-    return case._replace(scenario=case.scenario.model_copy(update={"start": start}))
 
 
 def simulate(variant: Variant) -> xr.Dataset:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from analytic.model import PhysicalModel
-from crosscheck.paper import signals
+from crosscheck import signals
 from crosscheck.paper.fluctuation import THIRD_S
 from crosscheck.paper.phase.plant import (
     Plant,

@@ -10,8 +10,8 @@ import numpy as np
 
 from analytic import kernel
 from analytic.model import PhysicalModel
+from crosscheck import signals
 from crosscheck.envelope import envelope
-from crosscheck.paper import signals
 from crosscheck.paper.phase.experiments import FILTER_EDGE_S, RIGID_STEP_S, STRIDE, vibration
 from crosscheck.paper.phase.plant import Plant, accelerations_along, integrate, plant_of
 from crosscheck.paper.phase.rigid import rigid_motion
