@@ -123,9 +123,7 @@ def _grounds(
     other = refined(model, grid, step)
     ten = coordinates(model, model.precise(10 * REFERENCE_RTOL))
     moved = pd_run(ratio, start_moved_m=MOVED_M)
-    floor = largest_difference(
-        model, coordinates(moved, moved.precise(REFERENCE_RTOL)), reference
-    )
+    floor = largest_difference(model, coordinates(moved, moved.precise(REFERENCE_RTOL)), reference)
     name = f"precise() at {REFERENCE_RTOL:g}"
     apart = {
         f"{name} against order 8 on the plain kernel, step {step:g} s": other.q,
