@@ -224,13 +224,10 @@ def trajectories(models: Sequence[AnalyticModel], threads: int = 1) -> list[xr.D
 
     threads: how many groups run at a time; no number hangs on it.
     """
-    asked = groups(models)
+    asked, found = groups(models), dict[int, xr.Dataset | Diverged]()
     with ThreadPoolExecutor(threads) as pool:
-        made = list(pool.map(_runs, asked))
-    pairs = zip(asked, made, strict=True)
-    found = {
-        place: run for group, runs in pairs for place, run in zip(group.members, runs, strict=True)
-    }
+        for group, runs in zip(asked, pool.map(_runs, asked), strict=True):
+            found |= zip(group.members, runs, strict=True)
     return [found[place] for place in range(len(models))]
 
 

@@ -25,8 +25,8 @@ def cluster(workers: int) -> Iterator[str]:
     address, quiet = f"tcp://127.0.0.1:{port}", "--no-dashboard"
     started = [_dask("scheduler", "--host", "127.0.0.1", "--port", str(port), quiet)]
     try:
-        for _ in range(workers):
-            started.append(_dask("worker", address, "--nthreads", "1", "--no-nanny", quiet))
+        worker = "worker", address, "--nthreads", "1", "--no-nanny", quiet
+        started += [_dask(*worker) for _ in range(workers)]
         with Client(address, timeout=PATIENCE_S, set_as_default=False) as client:
             client.wait_for_workers(workers, timeout=PATIENCE_S)
         yield address
