@@ -7,6 +7,7 @@ one group; what one does is bit for bit the same whichever others stand beside i
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
@@ -218,11 +219,15 @@ def alone(model: AnalyticModel) -> xr.Dataset:
     return run
 
 
-def trajectories(models: Sequence[AnalyticModel]) -> list[xr.Dataset | Diverged]:
-    """Whole runs as ``simulate`` returns them, to rounding, or when they diverged."""
-    found: dict[int, xr.Dataset | Diverged] = {}
-    for group in groups(models):
-        found |= zip(group.members, _runs(group), strict=True)
+def trajectories(models: Sequence[AnalyticModel], threads: int = 1) -> list[xr.Dataset | Diverged]:
+    """Whole runs as ``simulate`` returns them, to rounding, or when they diverged.
+
+    threads: how many groups run at a time; no number hangs on it.
+    """
+    asked, found = groups(models), dict[int, xr.Dataset | Diverged]()
+    with ThreadPoolExecutor(threads) as pool:
+        for group, runs in zip(asked, pool.map(_runs, asked), strict=True):
+            found |= zip(group.members, runs, strict=True)
     return [found[place] for place in range(len(models))]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
 from analytic.fast.links import Links
@@ -14,13 +16,11 @@ def kinetic_energy(
 ) -> np.ndarray:
     """(records,) [J], of coordinates x and rates v (records, n) in the structure's order."""
     joints = len(structure.stages)
-    turned, turning = (np.cumsum(each[:, -joints:], axis=1) for each in (x, v))
-    between = np.cos(turned[:, :, None] - turned[:, None, :])
-    inertia = links.coupling * between + links.constant
-    energy = np.einsum("rk,rkl,rl->r", turning, inertia, turning) / 2
+    turned, turning = (np.cumsum(each.T[-joints:], axis=0) for each in (x, v))
+    energy = _of_links(links, turned, turning)
     place, first = 0, len(structure.coordinates) - joints
     for j, stage in structure.geared:
-        base = turning[:, j - 2] if j > 1 else 0.0
+        base = turning[j - 2] if j > 1 else 0.0
         sizes = ["s"] + ["p"] * stage.planets
         for size in sizes:
             per, u, kappa = (numbers[f"{name}_{size}{j}"] for name in ("inv", "u", "kappa"))
@@ -28,4 +28,15 @@ def kinetic_energy(
             rate = v[:, place] + u * base + kappa * v[:, first + j - 1]
             energy += rate**2 / (2 * per)
             place += 1
+    return energy
+
+
+def _of_links(links: Links, turned: np.ndarray, turning: np.ndarray) -> np.ndarray:
+    """(records,) [J], of absolute angles and rates (joints, records); pair by pair of links, so
+    that no more numbers are at hand than the records have."""
+    inertia = (links.coupling + links.constant).diagonal()
+    energy = (inertia[:, None] * turning**2).sum(axis=0) / 2
+    for k, before in combinations(range(len(turned)), 2):
+        between = links.coupling[k, before] * np.cos(turned[k] - turned[before])
+        energy += (between + links.constant[k, before]) * turning[k] * turning[before]
     return energy

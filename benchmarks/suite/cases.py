@@ -29,11 +29,15 @@ def long_run(joints: int, counted: Counted, steps: int, records: int = 10) -> Ph
     return PhysicalModel(arm, scenario, switches(planets=counted))
 
 
-def pd_run(damping_ratio: float, step_s: float = 1e-5, grid_s: float = 1e-4) -> PhysicalModel:
-    """PD control of the paper's arm for 3 s, recorded every `grid_s` [s]."""
+def pd_run(damping_ratio: float, start_moved_m: float = 0.0) -> PhysicalModel:
+    """PD control of the paper's arm for 3 s by steps of 10 us, recorded every 100.
+
+    start_moved_m [m]: what every sun mesh is displaced at the start.
+    """
     settings = (
         f"arm.joints.*.damping_ratio={damping_ratio}",
-        f"scenario.step_s={step_s}",
-        f"scenario.record_every={round(grid_s / step_s)}",
+        f"scenario.start.sun_planet_offset_m={start_moved_m}",
+        "scenario.step_s=1e-5",
+        "scenario.record_every=10",
     )
     return PhysicalModel(*load_case("paper-labelled", "pd", settings=settings))

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
-from time import perf_counter
-
-import numpy as np
 
 from benchmarks.suite.rows import Row
+from benchmarks.suite.timing import in_turn, per_unit, progress
 from models.exudyn_engine import Engine
 from models.exudyn_tree import ExudynTree
 from models.exudyn_tree_parts import bodies_of
 from models.loading import load_case
 from models.planets import usual_switches
 
+TABLE = "Exudyn's tree with and without mesh law"
+FULL = "the tree with all its forces"
 TARGET = 2.0
 RECORD = 1000  # steps: a run is all integration, and not what recording costs
 SETTINGS = ("scenario.duration_s=0.2", f"scenario.record_every={RECORD}")
@@ -56,30 +56,11 @@ def measure(repeats: int) -> list[Row]:
 def _rows(arm: str, chosen: dict[str, str], repeats: int) -> Iterator[Row]:
     case = load_case(arm, "pd", settings=SETTINGS)
     case = case._replace(switches=usual_switches(case.arm, **chosen))
-    trees = [kind(*case) for kind in (ExudynTree, *WITHOUT.values())]
-    seconds = np.array([[_seconds(tree) for tree in trees] for _ in range(repeats + 1)])[1:]
-    full, *others = 1e6 * seconds.T / case.scenario.steps
-    for against, other in zip(WITHOUT, others, strict=True):
-        yield _row(f"{arm}, {', '.join(chosen.values())}, PD 0.2 s", full, against, other)
-
-
-def _seconds(tree: ExudynTree) -> float:
-    began = perf_counter()
-    tree.simulate()
-    return perf_counter() - began
-
-
-def _row(case: str, values: np.ndarray, against: str, others: np.ndarray) -> Row:
-    ratios = values / others
-    low, ratio, high = np.percentile(ratios, (25, 50, 75))
-    return Row(
-        table="Exudyn's tree with and without mesh law",
-        case=case,
-        quantity="time per step of RK44",
-        value=float(np.median(values)),
-        unit="us",
-        against=against,
-        ratio=float(ratio),
-        target=TARGET,
-        spread=float((high - low) / ratio),
-    )
+    kinds = {FULL: ExudynTree, **WITHOUT}
+    runs = {name: kind(*case).simulate for name, kind in kinds.items()}
+    times = per_unit(in_turn(runs, repeats), dict.fromkeys(runs, case.scenario.steps))
+    full, name = times[FULL], f"{arm}, {', '.join(chosen.values())}, PD 0.2 s"
+    progress(f"{name}: {1e6 * full.median:.3g} us a step")
+    row = Row(TABLE, name, "time per step of RK44", 1e6 * full.median, "us", spread=full.spread)
+    for against in WITHOUT:
+        yield row._replace(against=against, ratio=full.over(times[against]), target=TARGET)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
-import numba
 import numpy as np
 
-from analytic.ensemble import groups
-from analytic.model import PhysicalModel
+from analytic.ensemble import ABREAST, Group, groups
+from analytic.model import AnalyticModel, PhysicalModel
 from benchmarks.suite.c_numbers import NotCovered
 from benchmarks.suite.c_reference import LANES, NoCompiler, Vectors
 from benchmarks.suite.cases import Counted, long_run
@@ -21,7 +22,7 @@ from models.arm import Joint, Planetary
 TABLE = "ensemble kernel"
 COUNTED: tuple[Counted, ...] = ("lumped", "free")
 STEPS, VECTORS = {2: 100_000, 6: 20_000}, (1, 2, 4)
-MEMBERS = LANES * max(VECTORS) * 2  # one group of the ensemble, or more, for every core
+MEMBERS = max(LANES * max(VECTORS), ABREAST * (os.cpu_count() or 1))  # a group for every core
 ALONE, ONE, ALL = "one alone", "side by side, one core", "side by side, all cores"
 SLIMMEST = 1 / 6  # of a trajectory's time alone
 OF_C = 1.25
@@ -64,17 +65,21 @@ def _scaled(play: float | tuple[float, ...], scale: float) -> float | tuple[floa
     return scale * play
 
 
-def _consume(models: list[PhysicalModel], threads: int) -> None:
-    numba.set_num_threads(threads)
-    for group in groups(models):
-        for _ in group.chunks():
-            pass
+def dropped(models: Sequence[AnalyticModel], threads: int) -> None:
+    """Run them and keep nothing; the kernel lets other threads run beside it."""
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(_drop, groups(models)))
+
+
+def _drop(group: Group) -> None:
+    for _ in group.chunks():
+        pass
 
 
 def _case(model: PhysicalModel, counted: Counted, repeats: int) -> list[Row]:
     case = f"{len(model.arm.joints)} joints, {counted}"
-    models, cores = members_of(model, MEMBERS), numba.get_num_threads()
-    on_one, shares = partial(_consume, models, 1), {ALONE: 1, ONE: MEMBERS, ALL: MEMBERS}
+    models, cores = members_of(model, MEMBERS), os.cpu_count() or 1
+    on_one, shares = partial(dropped, models, 1), {ALONE: 1, ONE: MEMBERS, ALL: MEMBERS}
     runs: dict[str, Callable[[], object]] = {ALONE: model.simulate, ONE: on_one}
     vectors, missing = vectors_of(models), list[Row]()
     if isinstance(vectors, Exception):
@@ -82,9 +87,8 @@ def _case(model: PhysicalModel, counted: Counted, repeats: int) -> list[Row]:
     runs |= {name: each.run for name, each in vectors.items()}
     shares |= {name: len(each.models) for name, each in vectors.items()}
     times = per_unit(in_turn(runs, repeats, processor), shares)
-    over = {ONE: on_one, ALL: partial(_consume, models, cores)}
+    over = {ONE: on_one, ALL: partial(dropped, models, cores)}
     by_clock = per_unit(in_turn(over, repeats), shares)
-    numba.set_num_threads(cores)
     steps = model.scenario.steps
     rows = {name: _per_step(case, name, found, steps) for name, found in times.items()}
     rows[ONE] = _held(rows[ONE], times[ONE], ALONE, times[ALONE], SLIMMEST)

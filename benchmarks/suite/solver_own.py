@@ -1,4 +1,4 @@
-"""The project's own way to integrate: `simulate` of the model."""
+"""The project's own ways to integrate: `simulate` and `precise` of the model."""
 
 from __future__ import annotations
 
@@ -20,6 +20,16 @@ def runge_kutta(model: PhysicalModel, grid: np.ndarray) -> Solver:
         return coordinates(own, own.simulate())
 
     return Solver("simulate(), RK4", "step", run)
+
+
+def precise(model: PhysicalModel, grid: np.ndarray) -> Solver:
+    """Steps that end at contact changes, at a relative tolerance, with all that is recorded."""
+
+    def run(tolerance: float) -> np.ndarray:
+        own = PhysicalModel(model.arm, model.scenario, model.switches)
+        return coordinates(own, own.precise(tolerance))
+
+    return Solver("precise()", "rtol", run)
 
 
 def coordinates(model: PhysicalModel, run: xr.Dataset) -> np.ndarray:

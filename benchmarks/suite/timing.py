@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable, Mapping
 from statistics import median
@@ -27,6 +28,11 @@ class Times(NamedTuple):
         """Median of the ratios, repeat by repeat."""
         pairs = zip(self.seconds, other.seconds, strict=True)
         return median(own / others for own, others in pairs)
+
+
+def progress(what: str) -> None:
+    """A line for whoever waits."""
+    print(f"  {what}", file=sys.stderr, flush=True)
 
 
 def wall() -> float:

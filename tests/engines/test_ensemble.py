@@ -104,6 +104,12 @@ def test_a_member_is_the_same_whoever_stands_beside_it(models, right, count):
     assert wrong == []
 
 
+def test_groups_run_by_several_threads_are_the_same(models, right):
+    assert len(groups(models)) > 1
+    found = trajectories(models, threads=3)
+    assert all(same(run, one) for run, one in zip(found, right, strict=True))
+
+
 def test_chunks_of_any_size_make_the_same_run(models, right, monkeypatch):
     monkeypatch.setattr(ensemble, "CHUNK", 1)
     found = trajectories(models[:9])
