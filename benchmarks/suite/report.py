@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import matplotlib.pyplot as plt
 
@@ -72,18 +73,32 @@ def draw(rows: Sequence[Row], path: Path) -> None:
     figure, axes = plt.subplots(
         1,
         1 + len(found),
-        figsize=(7 + 5 * len(found), 1 + max(4, 0.25 * len(asked))),
+        figsize=(11 + 5 * len(found), 1 + max(4, 0.25 * len(asked))),
         squeeze=False,
     )
     _draw_ratios(axes[0, 0], asked)
     for axis, (title, lines) in zip(axes[0, 1:], found.items(), strict=True):
-        for solver, (errors, seconds) in lines.items():
-            axis.loglog(errors, seconds, "o-", label=solver)
+        for (solver, (errors, seconds)), look in zip(lines.items(), looks(), strict=False):
+            axis.loglog(errors, seconds, label=solver, color=look.color, marker=look.marker)
         axis.set(title=title, xlabel="largest error", ylabel="wall time [s]")
         axis.legend(fontsize=7)
     figure.tight_layout()
     figure.savefig(path, dpi=120)
     plt.close(figure)
+
+
+class Look(NamedTuple):
+    """Of a line."""
+
+    color: str
+    marker: str
+
+
+def looks() -> Iterator[Look]:
+    """Of lines, no two alike: colours, and a marker for every round of them."""
+    for marker in "os^vDP":
+        for number in range(10):
+            yield Look(f"C{number}", marker)
 
 
 def _draw_ratios(axis: plt.Axes, asked: Sequence[Row]) -> None:
@@ -92,7 +107,7 @@ def _draw_ratios(axis: plt.Axes, asked: Sequence[Row]) -> None:
     colours = ["tab:green" if value <= 1 else "tab:red" for value in over]
     axis.barh(places, over, color=colours)
     axis.axvline(1, color="black")
-    names = [f"{row.case}: {row.quantity}" for row in asked]
+    names = [f"{row.case}: {row.quantity} / {row.against}" for row in asked]
     axis.set_yticks(places, names, fontsize=7)
     axis.invert_yaxis()
     axis.set_xlabel("ratio over its target")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from analytic.ensemble import ABREAST, groups
 from analytic.model import PhysicalModel
 from benchmarks.suite.solver import Solver
 
@@ -20,6 +21,21 @@ def runge_kutta(model: PhysicalModel, grid: np.ndarray) -> Solver:
         return coordinates(own, own.simulate())
 
     return Solver("simulate(), RK4", "step", run)
+
+
+def side_by_side(model: PhysicalModel, grid: np.ndarray) -> Solver:
+    """The fixed step of as many equal trajectories as a group has, on one core; states are kept."""
+    grid_s = float(grid[1] - grid[0])
+
+    def run(step_s: float) -> np.ndarray:
+        update = {"step_s": step_s, "record_every": round(grid_s / step_s)}
+        scenario = model.scenario.model_copy(update=update)
+        own = [PhysicalModel(model.arm, scenario, model.switches) for _ in range(ABREAST)]
+        (group,) = groups(own)
+        states = np.concatenate([chunk.records.q for chunk in group.chunks()])
+        return np.ascontiguousarray(states[:, :, 0])
+
+    return Solver(f"RK4, {ABREAST} side by side", "step", run, ABREAST)
 
 
 def precise(model: PhysicalModel, grid: np.ndarray) -> Solver:
