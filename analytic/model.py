@@ -160,8 +160,7 @@ class AnalyticModel(Model):
     @classmethod
     def simulate_together(cls, models: Sequence[Self]) -> list[xr.Dataset | Diverged]:
         """Fixed-step RK4 of many in the lanes of one kernel."""
-        with np.errstate(invalid="ignore", over="ignore"):  # of those that diverge
-            return trajectories(models)
+        return trajectories(models)
 
     def precise(self, rtol: float) -> xr.Dataset:
         """By an eighth-order method at a relative tolerance, its steps ended at contact changes.

@@ -169,9 +169,14 @@ def displacements(layout: Layout, x: np.ndarray) -> np.ndarray:
     if layout.free:
         return x
     found = np.empty_like(x)
+    with np.errstate(invalid="ignore"):  # of members that diverge
+        _take_apart(layout, x, found)
+    return found
+
+
+def _take_apart(layout: Layout, x: np.ndarray, found: np.ndarray) -> None:
     for place, joint in enumerate(layout.meshing):
         x_pr = x[:, 2 * place + 1]
         found[:, layout.at("x_sp", joint)] = x[:, 2 * place] - x_pr
         found[:, layout.at("x_pr", joint)] = x_pr
     found[:, layout.theta] = x[:, 2 * len(layout.meshing) :]
-    return found

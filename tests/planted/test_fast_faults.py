@@ -53,6 +53,17 @@ def template(old: str, new: str) -> Plant:
     return plant
 
 
+def left(stage: str, block: str, old: str, new: str) -> Plant:
+    """``old`` becomes ``new`` in what a stage leaves in a block of rows."""
+
+    def plant(patch: pytest.MonkeyPatch) -> None:
+        whole = getattr(program, stage)
+        assert whole[block].count(old) == 1, f"no single {old!r} to change"
+        patch.setitem(whole, block, whole[block].replace(old, new))
+
+    return plant
+
+
 EQUATIONS = [
     fault("friction pushes", "source:acceleration", "} - friction", "} + friction", arm=UNLIKE),
     fault("link before without reaction", "source:acceleration", " - tau{j}", "", THETA),
@@ -271,45 +282,62 @@ SHAPES = [
 ]
 
 STEPS = [
-    Fault("weight of a stage", template("table, 2.0, h)", "table, 1.0, h)"), X_SP),
-    Fault("last stage at half the step", template("table, 2.0, h)", "table, 2.0, h / 2)"), X_SP),
-    Fault("last stage without its time", template("t + h, table", "t, table"), X_SP, OMEGA_T),
+    Fault("weight of a stage", left("_MIDDLE", "sum_v", "2.0 *", "1.0 *"), X_SP),
+    Fault("last stage at half the step", template("h, 1.0)", "h, 0.5)"), X_SP),
     Fault(
-        "second stage without its time",
-        template("t + h / 2, table, 2.0, h / 2)", "t, table, 2.0, h / 2)"),
+        "last stage without its time",
+        template("t = step * h + h\n", "t = step * h\n"),
         X_SP,
         OMEGA_T,
     ),
-    Fault("clock of a run stands", template("t = step * h", "t = 0.0"), THETA, (), "sinusoid"),
-    Fault("no root of time", template("sqrt(t), table", "t, table"), THETA, (), "root"),
-    Fault("fifths of a step", template("h / 6 * w[SUM_V", "h / 5 * w[SUM_V"), THETA),
-    Fault("sums kept", template("w[SUM_Q + i] = 0.0", "w[SUM_Q + i] *= 1e-3"), THETA),
-    Fault("stage of the step before", template("w[STAGE_Q + i] = q", "pass"), X_SP),
-    Fault("rates for accelerations", template("w[A + i]", "w[V + i]"), THETA_DDOT),
+    Fault(
+        "second stage without its time",
+        template("t = step * h + h / 2\n", "t = step * h\n"),
+        X_SP,
+        OMEGA_T,
+    ),
+    Fault(
+        "clock of a step's start stands",
+        template("t = step * h\n", "t = 0.0\n"),
+        THETA,
+        (),
+        "sinusoid",
+    ),
+    Fault(
+        "no root of time",
+        template("first_stage(address, t, sqrt(t),", "first_stage(address, t, t,"),
+        THETA,
+        (),
+        "root",
+    ),
+    Fault("fifths of a step", left("_LAST", "v", "h / 6", "h / 5"), THETA),
+    Fault("last stage not counted", left("_LAST", "q", " + v_{x}", ""), THETA),
+    Fault("sums kept", left("_FIRST", "sum_q", "v_{x}", "v_{x} + 1e-3 * {sum_q}"), THETA),
+    Fault("stage of the step before", left("_FIRST", "stage_q", "q_{x}", "{stage_q}"), X_SP),
+    Fault("rates of the stage before", left("_MIDDLE", "stage_v", "{v}", "v_{x}"), X_SP),
+    Fault("rates for accelerations", template("w[A + i]", "w[Q + SIZE + i]"), THETA_DDOT),
     Fault("forces of other meshes", template("w[FORCES + i]", "w[FORCES + FORCED - 1 - i]"), F_SP),
     Fault("record a step late", template("if k == 0:", "if k == stride - 1:"), X_SP),
-    fault(
+    Fault(
         "table read at the step's start",
-        "program:program_of",
-        'tabled("t + h / 2"',
-        'tabled("t"',
+        template("t = step * h + h / 2\n            {at_t}", "t = step * h + h / 2"),
         X_SP,
-        arm=UNLIKE,
         drive="table",
+        arm=UNLIKE,
     ),
-    fault("whole step by half", "program:_body", "} + part * v_", "} + part / 2 * v_"),
-    fault("stages weighed alike", "program:_body", "weight * a_", "1.5 * a_"),
+    Fault("whole step by half", left("_MIDDLE", "stage_q", "part *", "part / 2 *"), X_SP),
+    Fault("stages weighed alike", left("_MIDDLE", "sum_v", "2.0 *", "1.5 *"), X_SP),
 ]
 
 BATCHES = [
     fault("sun's advance without the ring", "batch:advances", "x_sp + x_pr", "x_sp"),
     fault(
         "sun mesh recorded as the advance",
-        "batch:displacements",
+        "batch:_take_apart",
         "2 * place] - x_pr",
         "2 * place]",
     ),
-    fault("planet of the first joint", "batch:displacements", "2 * place + 1", "1", X_PR),
+    fault("planet of the first joint", "batch:_take_apart", "2 * place + 1", "1", X_PR),
     fault(
         "steps not counted", "batch:Batch.advance", "self.done += ", "self.done = 0 * ", THETA
     )._replace(drive="sinusoid", kernel="abreast"),
@@ -357,15 +385,26 @@ BATCHES = [
 ]
 
 ENERGIES = [
-    fault(name, "energy:kinetic_energy", old, new, ENERGY)
-    for name, old, new in (
-        ("energy of relative rates", "(np.cumsum(each[:, -joints:], axis=1)", "(each[:, -joints:]"),
-        ("energy without constant inertia", " + links.constant", ""),
-        ("twice the links' energy", "turning) / 2", "turning)"),
-        ("spin without the link before", "u * base", "0 * base"),
-        ("spin without the joint", "kappa * v", "0 * v"),
-        ("twice the gears' energy", "(2 * per)", "per"),
-        ("gears' energy at one rate", "place += 1", "place += 0"),
+    fault(name, f"energy:{function}", old, new, ENERGY)
+    for name, function, old, new in (
+        (
+            "energy of relative rates",
+            "kinetic_energy",
+            "np.cumsum(each.T[-joints:], axis=0)",
+            "each.T[-joints:]",
+        ),
+        (
+            "energy without constant inertia",
+            "_of_links",
+            "links.coupling + links.constant",
+            "links.coupling",
+        ),
+        ("twice the links' energy", "_of_links", ".sum(axis=0) / 2", ".sum(axis=0)"),
+        ("links apart", "_of_links", "turned[k] - turned[before]", "turned[k]"),
+        ("spin without the link before", "kinetic_energy", "u * base", "0 * base"),
+        ("spin without the joint", "kinetic_energy", "kappa * v", "0 * v"),
+        ("twice the gears' energy", "kinetic_energy", "(2 * per)", "per"),
+        ("gears' energy at one rate", "kinetic_energy", "place += 1", "place += 0"),
     )
 ]
 
