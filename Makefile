@@ -1,7 +1,7 @@
 # make run    set up and run the cross-check; writes report/index.html and report/agreement.json
 # make test   set up and run the test suite
 # make lint   style, types and import contracts
-# make bench  measure the speed of the models side by side
+# make bench  measure speed side by side: benchmarks/results.json, results.md, results.png
 # make paper  the paper's figures and claims: paper-report/paper.html
 # make lock   compile run.in and dev.in into the hashed lock files (needs uv)
 # make clean  remove everything the targets above made
@@ -27,7 +27,7 @@ lint: .venv/dev.stamp
 	.venv/bin/lint-imports
 
 bench: .venv/dev.stamp
-	$(PY) -m pytest benchmarks/bench_models.py --benchmark-columns=median,min,max --benchmark-sort=name
+	$(PY) -m benchmarks.suite
 
 paper: .venv/run.stamp
 	$(PY) -m crosscheck paper --out paper-report

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import ClassVar
+from collections.abc import Sequence
+from functools import cached_property, lru_cache
+from typing import ClassVar, Self
 
 import numpy as np
 import xarray as xr
@@ -11,15 +12,22 @@ import xarray as xr
 from analytic import kernel
 from analytic.bodies import all_bodies
 from analytic.chain import exact_chain
+from analytic.ensemble import alone, trajectories
+from analytic.fast.batch import Records, energy_of
+from analytic.fast.links import Links, links_of
+from analytic.fast.precise import followed
+from analytic.fast.program import compilable
+from analytic.fast.structure import Structure, structure_of
 from analytic.gears import Gears, gears
-from analytic.recording import along
+from analytic.recording import along, kinetic_energy
 from analytic.reference import solve
 from analytic.rigid import rigid_bodies
-from analytic.stability import contact_eigenvalues, displacement_rows, runge_kutta_limit
+from analytic.stability import contact_eigenvalues, runge_kutta_limit
 from analytic.stiffness import peak_stiffness
 from analytic.terms import Terms, chain_terms
 from models.arm import Arm
-from models.drive import drive_data
+from models.drive import drive_data, torques_along
+from models.errors import CannotDo, Diverged
 from models.interface import STATE_ABILITIES, Model, require_finite
 from models.layout import MESHES, Layout, Meaning, geared_layout, rigid_layout
 from models.planets import usual_switches
@@ -43,11 +51,16 @@ def _rigid_terms(arm: Arm, level: str) -> Terms:
 
 
 class AnalyticModel(Model):
-    """Equations of motion from a symbolic form, evaluated by the compiled kernel."""
+    """Equations of motion from a symbolic form, evaluated by the plain kernel.
+
+    Runs of an arm's own bodies are made by a kernel that is specialised to the arm's structure;
+    whatever has no structure runs on the plain one.
+    """
 
     abilities = frozenset((*STATE_ABILITIES, "simulate", "reference"))
     terms: Terms
     gears: Gears
+    links: Links | None = None
 
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None, layout: Layout
@@ -56,6 +69,14 @@ class AnalyticModel(Model):
         self.layout = layout
         self.drive = drive_data(scenario, len(arm.joints))
         self.gears = gears(arm, layout, self.switches)
+
+    @cached_property
+    def structure(self) -> Structure | None:
+        """What a specialised kernel is made for; None if only the plain kernel runs this."""
+        if self.links is None:
+            return None
+        found = structure_of(self.arm, self.layout, self.gears, self.drive, self.links.spread)
+        return found if found is not None and compilable(found) else None
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q) of Eq. 21."""
@@ -134,21 +155,47 @@ class AnalyticModel(Model):
 
     def simulate(self) -> xr.Dataset:
         """Fixed-step RK4, as Section 2.4 says."""
-        scenario = self.scenario
+        return alone(self)
+
+    @classmethod
+    def simulate_together(cls, models: Sequence[Self]) -> list[xr.Dataset | Diverged]:
+        """Fixed-step RK4 of many in the lanes of one kernel."""
+        return trajectories(models)
+
+    def precise(self, rtol: float) -> xr.Dataset:
+        """By an eighth-order method at a relative tolerance, its steps ended at contact changes.
+
+        A table of stiffnesses is not covered.
+        """
+        if self.structure is None:
+            raise CannotDo(f"{self.name} has no precise run: of this arm only the plain kernel has")
+        time = recorded_times(self.scenario)
+        records = followed(self, rtol).records
+        require_finite(self.name, time, *records)
+        return self.recorded(time, records)
+
+    def integrated(self) -> tuple[np.ndarray, np.ndarray]:
+        """States q, v (times, n) of that run by the plain kernel; NaN after they diverge."""
         q, v = self.start()
-        qs, vs = kernel.integrate(
+        return kernel.integrate(
             self.terms,
             self.gears,
             self.drive,
             q,
             v,
-            scenario.step_s,
-            scenario.steps,
-            scenario.stride,
+            self.scenario.step_s,
+            self.scenario.steps,
+            self.scenario.stride,
         )
-        time = recorded_times(scenario)
-        require_finite(self.name, time, qs, vs)
-        return self.record(time, qs, vs)
+
+    def along(self, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> Records:
+        """What the plain kernel says of states qs, vs (times, n) of one run."""
+        more = along(self.terms, self.gears, self.drive, time, qs, vs)
+        return Records(qs, vs, *more)
+
+    def torques(self, time: np.ndarray, theta: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """Of the drive, output side [N m], at angles and rates (times, joints)."""
+        return torques_along(self.drive, time, theta, rate)
 
     def reference(self, rtol: float) -> xr.Dataset:
         """SciPy's DOP853 on the recording grid, with the work done along the way."""
@@ -156,31 +203,38 @@ class AnalyticModel(Model):
         grid = recorded_times(scenario)
         qs, vs, work = solve(self.terms, self.gears, self.drive, self.start(), grid, rtol)
         require_finite(self.name, grid, qs, vs)
-        return self.record(grid, qs, vs, work=work[:, 0], work_turned_over=work[:, 1])
+        made = self.along(grid, qs, vs)
+        return self.recorded(grid, made, work=work[:, 0], work_turned_over=work[:, 1])
 
-    def record(
-        self, time: np.ndarray, qs: np.ndarray, vs: np.ndarray, **more: np.ndarray
-    ) -> xr.Dataset:
-        """The trajectory through states qs, vs of shape (times, n) at `time` (times,) [s]."""
-        accelerations, forces, torques, energy = along(
-            self.terms, self.gears, self.drive, time, qs, vs
-        )
+    def recorded(self, time: np.ndarray, records: Records, **more: np.ndarray) -> xr.Dataset:
+        """The trajectory of one run's records, arrays (times, ...), at `time` (times,) [s]."""
+        q, v, a, forces = records
         theta = self.layout.theta
         variables = {
-            "theta": qs[:, theta],
-            "theta_dot": vs[:, theta],
-            "theta_ddot": accelerations[:, theta],
-            "torque": torques,
-            "kinetic_energy": energy,
+            "theta": q[:, theta],
+            "theta_dot": v[:, theta],
+            "theta_ddot": a[:, theta],
+            "torque": self.torques(time, q[:, theta], v[:, theta]),
+            "kinetic_energy": self._kinetic_energy(q, v),
             **more,
         }
-        meshes = displacement_rows(self.gears, len(self.layout)).T
-        x, x_dot = qs @ meshes, vs @ meshes
+        x, x_dot = self._displacements(q), self._displacements(v)
         for place, mesh in enumerate(MESHES if self.layout.meshing else ()):
             variables[mesh] = self._per_planet(x[:, place::2])
             variables[f"{mesh}_dot"] = self._per_planet(x_dot[:, place::2])
             variables[FORCES[mesh]] = self._per_planet(forces[:, place::2])
         return trajectory(self, time, **variables)
+
+    def _displacements(self, x: np.ndarray) -> np.ndarray:
+        """Of every mesh (times, meshes), from coordinates x (times, n)."""
+        found, of_two = x[:, self.gears.where], self.gears.less >= 0
+        found[:, of_two] -= x[:, self.gears.less[of_two]]
+        return found
+
+    def _kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        if self.structure is None:
+            return kinetic_energy(self.terms, q, v)
+        return energy_of(self, q, v)
 
     def _per_planet(self, values: np.ndarray) -> np.ndarray:
         """Values of geared joints' meshes by planet; NaN beyond a joint's own planets.
@@ -208,7 +262,16 @@ class PhysicalModel(AnalyticModel):
     ) -> None:
         chosen = chosen_switches or usual_switches(arm)
         super().__init__(arm, scenario, chosen, geared_layout(arm, chosen))
-        self.terms = _physical_terms(arm, self.layout)
+
+    @cached_property
+    def terms(self) -> Terms:  # type: ignore[override]
+        """Of all bodies."""
+        return _physical_terms(self.arm, self.layout)
+
+    @cached_property
+    def links(self) -> Links:  # type: ignore[override]
+        """Of all bodies."""
+        return links_of(self.arm, self.layout, None)
 
 
 class RigidModel(AnalyticModel):
@@ -220,7 +283,16 @@ class RigidModel(AnalyticModel):
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         super().__init__(arm, scenario, chosen_switches, rigid_layout(arm))
-        self.terms = _rigid_terms(arm, self.level)
+
+    @cached_property
+    def terms(self) -> Terms:  # type: ignore[override]
+        """Of the level's bodies."""
+        return _rigid_terms(self.arm, self.level)
+
+    @cached_property
+    def links(self) -> Links:  # type: ignore[override]
+        """Of the level's bodies."""
+        return links_of(self.arm, self.layout, self.level)
 
 
 class RigidLinks(RigidModel):

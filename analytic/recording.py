@@ -1,4 +1,4 @@
-"""What a run of the compiled kernel leaves behind, worked out along its recorded states."""
+"""What a run of the plain kernel leaves behind, worked out along its recorded states."""
 
 from __future__ import annotations
 
@@ -14,19 +14,23 @@ from models.drive import DriveData
 @njit(cache=True)
 def along(
     terms: Terms, gears: Gears, drive: DriveData, time: np.ndarray, qs: np.ndarray, vs: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """(accelerations (times, n), mesh forces (times, meshes), torques (times, joints),
-    kinetic energy (times,)) at recorded states qs, vs of shape (times, n)."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """(accelerations (times, n), mesh forces (times, meshes)) at states qs, vs (times, n)."""
     times, n = qs.shape
-    joints = terms.drive_map.shape[1]
     accelerations, forces = np.empty((times, n)), np.empty((times, gears.where.size))
-    efforts, energy, matrix = np.empty((times, joints)), np.empty(times), np.empty((n, n))
     for k in range(times):
         q, v = qs[k], vs[k]
         kernel.acceleration(terms, gears, drive, time[k], q, v, accelerations[k])
         kernel.elastic_forces(gears, time[k], q, v, forces[k])
-        for j in range(joints):
-            efforts[k, j] = kernel.torque(terms, drive, j, time[k], q, v)
-        kernel.mass_matrix(terms, q, matrix)
-        energy[k] = v @ (matrix @ v) / 2
-    return accelerations, forces, efforts, energy
+    return accelerations, forces
+
+
+@njit(cache=True)
+def kinetic_energy(terms: Terms, qs: np.ndarray, vs: np.ndarray) -> np.ndarray:
+    """(times,) [J] at states qs, vs (times, n)."""
+    times, n = qs.shape
+    energy, matrix = np.empty(times), np.empty((n, n))
+    for k in range(times):
+        kernel.mass_matrix(terms, qs[k], matrix)
+        energy[k] = vs[k] @ (matrix @ vs[k]) / 2
+    return energy

@@ -57,13 +57,24 @@ def exact(value: float) -> Fraction:
 
 
 def stage_values(joint: Planetary | Direct, link: Link) -> Stage | DirectStage:
-    """The numbers of one stage and the link that it drives."""
+    """The numbers of one stage and the link that it drives, in fractions."""
+    values = map(exact, _values(joint, link))
+    return DirectStage(*values) if isinstance(joint, Direct) else Stage(*values)
+
+
+def stage_numbers(joint: Planetary | Direct, link: Link) -> Stage | DirectStage:
+    """The same in floating-point numbers."""
+    values = map(float, _values(joint, link))
+    return DirectStage(*values) if isinstance(joint, Direct) else Stage(*values)
+
+
+def _values(joint: Planetary | Direct, link: Link) -> tuple[float, ...]:
+    """In the order of a stage's fields."""
     mass, inertia = _link_inertia(link)
     on_link = (mass, inertia, link.com_m, link.length_m)
     if isinstance(joint, Direct):
-        motor = (joint.motor_mass_kg, joint.rotor_inertia_kg_m2)
-        return DirectStage(*map(exact, (*motor, *on_link)))
-    return Stage(*map(exact, (*_gear_values(joint), *on_link)))
+        return joint.motor_mass_kg, joint.rotor_inertia_kg_m2, *on_link
+    return *_gear_values(joint), *on_link
 
 
 def equivalent_masses(joint: Planetary) -> tuple[float, float, float]:

@@ -18,12 +18,14 @@ __all__ = [
     "load_arm",
     "load_scenario",
     "simulate",
+    "sweep",
     "switches",
 ]
 _HOME = {
     "Agreement": "crosscheck.findings",
     "Finding": "crosscheck.findings",
     "InputError": "models.errors",
+    "sweep": "crosscheck.sweeps.api",
     "switches": "models.switches",
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from typing import NoReturn
 
@@ -19,6 +20,8 @@ def main() -> NoReturn:
     """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (internal), 130, 143."""
     try:
         listen()
+        logging.basicConfig(format="crosscheck: %(message)s")
+        logging.getLogger("analytic").setLevel(logging.INFO)
         from crosscheck.cli import main as run
 
         run()

@@ -9,25 +9,39 @@ import xarray as xr
 from crosscheck.findings import Agreement
 from crosscheck.registry import build
 from models.arm import Arm
-from models.errors import InputError
+from models.errors import CannotDo, InputError
 from models.interface import Model
 from models.loading import load_arm, load_scenario, require_fit
 from models.scenario import Scenario
 
 __all__ = ["build", "check", "load_arm", "load_scenario", "require_stable_step", "simulate"]
 
+TIGHTEST_RTOL, LOOSEST_RTOL = 1e-13, 1e-2  # rounding; what still follows the mesh modes
 
-def simulate(model: Model, *, force: bool = False) -> xr.Dataset:
+
+def simulate(model: Model, *, force: bool = False, rtol: float | None = None) -> xr.Dataset:
     """Run a model's scenario; see models.trajectory for the Dataset.
 
-    Raises InputError if the model cannot simulate or its step is too large for the mesh modes
-    (not with ``force``), and Diverged.
+    rtol: by steps of its own choice that end where contacts change, to this relative tolerance, in
+    place of the scenario's fixed step. Raises InputError if the model cannot do so or its step is
+    too large for the mesh modes (not with ``force``), and Diverged.
     """
+    if rtol is not None:
+        return _precise(model, rtol)
     if "simulate" not in model.abilities:
         raise InputError("model", "", model.name, "has states only, it cannot simulate")
     if not force:
         require_stable_step(model)
     return model.simulate()
+
+
+def _precise(model: Model, rtol: float) -> xr.Dataset:
+    if not TIGHTEST_RTOL <= rtol <= LOOSEST_RTOL:
+        raise InputError("--rtol", "", rtol, f"must be {TIGHTEST_RTOL:g} to {LOOSEST_RTOL:g}")
+    try:
+        return model.precise(rtol)
+    except CannotDo as error:
+        raise InputError("--rtol", "", rtol, str(error)) from None
 
 
 def require_stable_step(model: Model) -> None:

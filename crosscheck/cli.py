@@ -170,6 +170,10 @@ def simulate(
     ring_rate: Annotated[RingRate | None, typer.Option(help="Follows the phase law.")] = None,
     settings: Settings = None,
     force: Annotated[bool, typer.Option("--force", help="Go on past the stable step.")] = False,
+    rtol: Annotated[
+        float | None,
+        typer.Option(help="Steps of its own to this tolerance, ended at contact changes."),
+    ] = None,
 ) -> None:
     """Simulate one model and write its trajectory."""
     from crosscheck.commands import simulate_command
@@ -179,7 +183,7 @@ def simulate(
     overrides += [f"scenario.step_s={step}"] if step is not None else []
     chosen = {"phase": phase, "ring_rate": ring_rate}
     named = {key: str(value) for key, value in chosen.items() if value is not None}
-    simulate_command(arm, model, scenario, named, overrides, out, force)
+    simulate_command(arm, model, scenario, named, overrides, out, force, rtol)
 
 
 @app.command()
@@ -216,6 +220,44 @@ def trial(
         out=out,
     )
     raise typer.Exit(code)
+
+
+@app.command()
+def sweep(
+    study: Annotated[Path, typer.Argument(metavar="STUDY.toml", help="What to vary and measure.")],
+    out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
+    jobs: Jobs = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="tcp://HOST:PORT", help="A Dask scheduler, whose workers run it."),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on where an earlier run was stopped.")
+    ] = False,
+    run_code: Annotated[
+        bool, typer.Option("--run-code", help="Let the study run the functions that it names.")
+    ] = False,
+) -> None:
+    """Run a study, many members of one arm and experiment; write a NetCDF file."""
+    from crosscheck.sweeps.command import sweep_command
+
+    sweep_command(study, out, jobs or os.cpu_count() or 1, scheduler, resume, run_code)
+
+
+@app.command()
+def plot(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="What `crosscheck sweep` wrote.")],
+    quantity: Annotated[
+        list[str] | None, typer.Option(help="A variable of it; repeatable; all of them.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="PNG file to write; beside FILE by default.")
+    ] = None,
+) -> None:
+    """Draw the result of a study: maps, curves and distributions."""
+    from crosscheck.sweeps.plot import plot_command
+
+    plot_command(file, quantity or [], out)
 
 
 @app.command("list")

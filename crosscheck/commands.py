@@ -80,12 +80,13 @@ def simulate_command(
     settings: list[str],
     out: Path,
     force: bool,
+    rtol: float | None = None,
 ) -> None:
     """Simulate one model into a NetCDF file."""
     case = load_case(arm, scenario, switches, settings)
     entry = entry_of(model)
     require_file(out, "--out")
-    request = Request(model, case, force)
+    request = Request(model, case, force, rtol)
     about = escape(f"{model}, {case.scenario.name}, {case.scenario.duration_s:g} s")
     with STDERR.status(about):
         trajectory = perform_all([request], 1, lambda key: None)[request]

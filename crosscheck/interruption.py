@@ -9,7 +9,8 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import FrameType
 
 # If the program has not come to its end by then [s], it is ended: engines swallow exceptions.
@@ -17,7 +18,11 @@ GRACE_S = 1.2
 SHOW_CURSOR = "\x1b[?25h"  # which a progress bar hides
 # What must not be left behind when the program is ended: worker processes, half-written files.
 leftovers: list[Callable[[], None]] = []
+# How to go on later, where work is kept: what the one line says besides.
+advice: list[str] = []
 _received: list[int] = []
+_held: list[int] = []
+_holding: list[bool] = []
 
 
 def listen() -> None:
@@ -59,10 +64,26 @@ def leave_if_stopped() -> None:
 
 def farewell() -> str:
     """What the one line says."""
-    return "terminated" if _received and _received[0] == signal.SIGTERM else "interrupted"
+    word = "terminated" if _received and _received[0] == signal.SIGTERM else "interrupted"
+    return "; ".join([word, *advice])
+
+
+@contextmanager
+def finished_first() -> Iterator[None]:
+    """What is done here is finished before an interrupt counts; it must be short."""
+    _holding.append(True)
+    try:
+        yield
+    finally:
+        _holding.pop()
+        if _held and not _holding:
+            _stop(_held[0], None)
 
 
 def _stop(number: int, _: FrameType | None) -> None:
+    if _holding:
+        _held.append(number)
+        return
     deaf()
     _received.append(number)
     # Where Python can only report the interrupt (in a weak reference's callback, as imports have

@@ -1,4 +1,4 @@
-"""The tables of docs/arm-file.md and docs/scenario-file.md: `python -m crosscheck.reference`."""
+"""The tables of fields in docs/: `python -m crosscheck.reference`."""
 
 from __future__ import annotations
 
@@ -8,6 +8,29 @@ from pathlib import Path
 
 from crosscheck.output import write_files
 from crosscheck.schema import Described, described, records_below
+from crosscheck.sweeps.definition import (
+    Definition,
+    GridAxis,
+    HypercubeAxis,
+    ListAxis,
+    NormalAxis,
+    Samples,
+    Starts,
+    UniformAxis,
+)
+from crosscheck.sweeps.quantities import (
+    ApartShare,
+    BandRms,
+    ContactLoss,
+    Crossing,
+    FinalError,
+    Function,
+    RigidDeviation,
+    Settling,
+    Size,
+    SpectralPeak,
+    Trajectories,
+)
 from models.arm import Arm, Direct, Link, Planetary
 from models.mesh import Mesh
 from models.quantities import Data, short
@@ -23,7 +46,11 @@ from models.stiffness import FourierStiffness, SineStiffness, SquareStiffness, T
 
 DOCS = Path(__file__).parents[1] / "docs"
 BEGIN, END = "<!-- fields: made by crosscheck.reference -->\n", "<!-- end of fields -->\n"
-FILES: dict[str, type[Data]] = {"arm-file.md": Arm, "scenario-file.md": Scenario}
+FILES: dict[str, type[Data]] = {
+    "arm-file.md": Arm,
+    "scenario-file.md": Scenario,
+    "studies.md": Definition,
+}
 HEADINGS: dict[type[Data], str] = {
     Arm: "The arm",
     Planetary: "Planetary joint",
@@ -40,6 +67,25 @@ HEADINGS: dict[type[Data], str] = {
     PdDrive: "Drive: PD",
     SinusoidDrive: "Drive: sinusoid",
     TableDrive: "Drive: table",
+    Definition: "The study",
+    ListAxis: "Axis: list",
+    GridAxis: "Axis: grid",
+    HypercubeAxis: "Axis: Latin hypercube",
+    NormalAxis: "Axis: normal",
+    UniformAxis: "Axis: uniform",
+    Samples: "Samples of a study",
+    Starts: "Starts of a study",
+    Size: "Quantity: size",
+    BandRms: "Quantity: RMS in a band",
+    SpectralPeak: "Quantity: spectral peak",
+    FinalError: "Quantity: final error",
+    Crossing: "Quantity: crossing",
+    Settling: "Quantity: settling",
+    ContactLoss: "Quantity: loss of contact",
+    ApartShare: "Quantity: share of time apart",
+    RigidDeviation: "Quantity: deviation from a rigid arm",
+    Function: "Quantity: function",
+    Trajectories: "Quantity: trajectories",
 }
 
 
@@ -86,7 +132,7 @@ def _allowed(field: Described) -> str:
     if not links:
         return field.allowed
     kinds = " or ".join(", ".join(links).rsplit(", ", 1))
-    return f"a list of 1 to 7, each {kinds}" if field.lists else kinds + field.one_for
+    return f"a list of {field.lists}, each {kinds}" if field.lists else kinds + field.one_for
 
 
 def _anchor(heading: str) -> str:
@@ -99,6 +145,10 @@ def _value(value: object) -> str:
         return f"[{', '.join(map(_value, value))}]"
     if isinstance(value, str):
         return f'"{value}"'
+    if isinstance(value, bool):
+        return str(value).lower()
+    if value == {}:
+        return "{}"
     assert isinstance(value, int | float)
     return short(value)
 

@@ -24,6 +24,7 @@ STATES = frozenset(STATE_ABILITIES)
 RUNS = STATES | {"simulate"}
 BOTH_WAYS = RUNS | {"reference"}
 RIGID_LEVELS = ("links", "carriers", "armature", "coupled")
+ABREAST = 32  # runs in the lanes of the analytic models' kernel
 EVERY_MODELS_PACKAGES = ("numpy", "scipy", "numba", "xarray")
 
 
@@ -44,8 +45,9 @@ class Entry:
     its results depend on. order: of its fixed-step integrator, None for one that chooses
     its steps. free_planets: whether every planet moves by itself inside. call_s: rough cost [s] of
     a step or state. any_stride: whether its states are the same, bit by bit, however often they are
-    recorded. title: what to know of it. covers: whether it is about such an arm, under such
-    switches. made: the class itself, where it is in no module that can be imported.
+    recorded. abreast: how many runs it makes at once. title: what to know of it. covers: whether it
+    is about such an arm, under such switches. made: the class itself, where it is in no module that
+    can be imported.
     """
 
     module: str
@@ -58,6 +60,7 @@ class Entry:
     call_s: float = 1e-5
     level: str = ""
     any_stride: bool = False
+    abreast: int = 1
     title: str = ""
     covers: Callable[[Arm, Switches], bool] = every_arm
     made: type[Model] | None = None
@@ -75,7 +78,15 @@ class Entry:
 def _analytic(attribute: str, level: str) -> Entry:
     module = "analytic.model"
     return Entry(
-        module, attribute, "rigid", RUNS, ("sympy",), order=4, level=level, any_stride=True
+        module,
+        attribute,
+        "rigid",
+        RUNS,
+        ("sympy",),
+        order=4,
+        level=level,
+        any_stride=True,
+        abreast=ABREAST,
     )
 
 
@@ -105,6 +116,7 @@ BUILT_IN = {
         ("sympy",),
         order=4,
         any_stride=True,
+        abreast=ABREAST,
     ),
     "analytic:energies": _paper("EnergiesModel"),
     "analytic:printed": _paper("PrintedModel"),

@@ -16,9 +16,9 @@ from models.quantities import Data, Limit, OneFor, Within
 class Described:
     """A field: its meaning, the unit of its numbers, and what it may be.
 
-    default: None also where another field may stand instead. lists: whether it is a list of
-    tables. records: the tables that it may be, or hold. one_for: what one value stands for all of,
-    in words, if a list may stand in its place.
+    default: None also where another field may stand instead. lists: how many tables it is a list
+    of, in words, if it is one. records: the tables that it may be, or hold. one_for: what one
+    value stands for all of, in words, if a list may stand in its place.
     """
 
     name: str
@@ -27,7 +27,7 @@ class Described:
     required: bool
     default: object
     allowed: str
-    lists: bool
+    lists: str
     records: tuple[type[Data], ...]
     one_for: str = ""
 
@@ -58,12 +58,21 @@ def _field(name: str, info: FieldInfo, hint: Any) -> Described:
         meaning=info.description or "",
         unit=next(iter(units), ""),
         required=info.is_required(),
-        default=None if info.is_required() else info.default,
+        default=None if info.is_required() else info.get_default(call_default_factory=True),
         allowed="" if records else _allowed(hint) + one_for,
-        lists=bool(records) and listed and not one_for,
+        lists=_length(hint) if records and listed and not one_for else "",
         records=tuple(records),
         one_for=one_for,
     )
+
+
+def _length(hint: Any) -> str:
+    """How many entries a list of tables may have."""
+    return next(_count(part) for part in _parts(hint) if _is_bounded(part))
+
+
+def _is_bounded(part: Any) -> bool:
+    return isinstance(part, FieldInfo) and any(hasattr(e, "max_length") for e in part.metadata)
 
 
 def _parts(hint: Any) -> Iterator[Any]:
@@ -77,6 +86,8 @@ def _parts(hint: Any) -> Iterator[Any]:
 def _allowed(hint: Any) -> str:
     """The range of a type in words, without its unit."""
     origin, inner = get_origin(hint), get_args(hint)
+    if hint is bool:
+        return "true or false"
     if origin is Literal:
         return " or ".join(f'"{choice}"' for choice in inner)
     if origin is Annotated:
@@ -84,7 +95,7 @@ def _allowed(hint: Any) -> str:
     if origin is tuple:
         return f"a list of {len(inner)}, each {_allowed(inner[0])}"
     single = [part for part in inner if part is not NoneType and not _is_list(part)]
-    return ", or ".join(map(_allowed, single))
+    return ", or ".join(map(_allowed, single or [part for part in inner if part is not NoneType]))
 
 
 def _is_list(hint: Any) -> bool:

@@ -145,11 +145,12 @@ def _built(name: str, entry: Entry, case: Case) -> Model:
 
 @dataclass(frozen=True)
 class Request:
-    """A run that a user asks for by name; ``force`` goes on past the stable step."""
+    """A run that a user asks for by name; see ``api.simulate``."""
 
     model: str
     case: Case
     force: bool
+    rtol: float | None = None
 
     @property
     def key(self) -> Request:
@@ -165,6 +166,6 @@ class Request:
         """The trajectory, or what is wrong with the request or its run."""
         try:
             with usable_numbers(self.model, self.case.arm):
-                return simulate(build(self.model, *self.case), force=self.force)
+                return simulate(build(self.model, *self.case), force=self.force, rtol=self.rtol)
         except (InputError, Diverged) as error:
             return error

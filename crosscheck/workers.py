@@ -165,7 +165,7 @@ def _last_words(code: int | None) -> str:
 
 def _serve(pipe: Connection, parent: int) -> None:
     """A worker's life: tasks in, results out."""
-    _settle_down(parent)
+    settle_down(parent)
     while True:
         try:
             task: Task = pipe.recv()
@@ -181,7 +181,7 @@ def _serve(pipe: Connection, parent: int) -> None:
             pipe.send(failure(error))
 
 
-def _settle_down(parent: int) -> None:
+def settle_down(parent: int) -> None:
     """Die with the parent, leave signals to it, say nothing, leave no core file."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

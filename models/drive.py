@@ -74,3 +74,32 @@ def joint_torque(
     if code == SINE_OF_SQRT_TIME:
         return gains[0] * np.sin(gains[1] * np.sqrt(t))
     return np.interp(t, table_time, table_torque)
+
+
+@njit(cache=True)
+def torques_along(
+    drive: DriveData, time: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray
+) -> np.ndarray:
+    """Output-side torques [N m] at time (times,) [s] by angles and rates, all (times, joints)."""
+    out = np.empty(theta.shape)
+    for k in range(time.size):
+        for j in range(theta.shape[1]):
+            out[k, j] = joint_torque(
+                drive.code,
+                drive.gains[j],
+                drive.table_time,
+                drive.table_torque[j],
+                time[k],
+                theta[k, j],
+                theta_dot[k, j],
+            )
+    return out
+
+
+@njit(cache=True)
+def table_torques(
+    table_time: np.ndarray, table_torque: np.ndarray, t: float, out: np.ndarray
+) -> None:
+    """Output-side torque [N m] of every joint at time t [s] by a table, into out (joints,)."""
+    for j in range(out.size):
+        out[j] = np.interp(t, table_time, table_torque[j])

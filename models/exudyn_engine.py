@@ -1,4 +1,4 @@
-"""An Exudyn system in minimal coordinates: bodies on revolute joints, with custom connectors."""
+"""An Exudyn system in minimal coordinates: bodies on revolute joints, with custom forces."""
 
 from __future__ import annotations
 
@@ -30,15 +30,16 @@ class Body(NamedTuple):
 class Engine:
     """An assembled system: states in, mass matrix and right-hand side or advanced states out.
 
-    gravity [m/s^2]: along the base's x and y.
-    The engine's own clock counts from the last ``place``; the connectors add ``clock[0]``. Summing
+    force: the generalized forces on the tree, which calls it itself: a connector beside the tree
+    costs the engine more. gravity [m/s^2]: along the base's x and y.
+    The engine's own clock counts from the last ``place``; the force adds ``clock[0]``. Summing
     0.00001 s over a whole run instead would drift by 1e-11 s in 3 s, and with it the step.
     """
 
     def __init__(
         self,
         bodies: Sequence[Body],
-        forces: Sequence[UserFunction],
+        force: UserFunction | None,
         clock: list[float],
         gravity: tuple[float, float],
     ) -> None:
@@ -54,9 +55,7 @@ class Engine:
                 numberOfODE2Coordinates=size,
             )
         )
-        self.system.AddObject(_tree(node, bodies, gravity))
-        for force in forces:
-            self.system.AddObject(_connector(node, size, force))
+        self.system.AddObject(_tree(node, bodies, force, gravity))
         self.system.Assemble()
         self.settings = _settings()
         self.solver = exudyn.MainSolverExplicit()
@@ -95,7 +94,7 @@ class Engine:
         time.numberOfSteps, time.endTime = steps, steps * step_s
         try:
             solved = self.solver.SolveSystem(self.system, self.settings)
-        except (SystemError, exudyn.ExudynError) as error:  # how Ctrl-C in a connector comes out
+        except (SystemError, exudyn.ExudynError) as error:  # how Ctrl-C in a force comes out
             if isinstance(error.__cause__, KeyboardInterrupt) or "KeyboardInterrupt" in str(error):
                 raise KeyboardInterrupt from None
             raise
@@ -116,7 +115,9 @@ def _settings() -> Any:
     return settings
 
 
-def _tree(node: int, bodies: Sequence[Body], gravity: tuple[float, float]) -> Any:
+def _tree(
+    node: int, bodies: Sequence[Body], force: UserFunction | None, gravity: tuple[float, float]
+) -> Any:
     return items.ObjectKinematicTree(
         nodeNumber=node,
         jointTypes=[exudyn.JointType.RevoluteZ] * len(bodies),
@@ -127,20 +128,5 @@ def _tree(node: int, bodies: Sequence[Body], gravity: tuple[float, float]) -> An
         linkCOMs=exudyn.Vector3DList([np.array([body.com_x, 0.0, 0.0]) for body in bodies]),
         linkMasses=[body.mass for body in bodies],
         gravity=[*gravity, 0.0],
+        forceUserFunction=force or 0,  # 0: none
     )
-
-
-def _connector(node: int, size: int, force: UserFunction) -> Any:
-    return items.ObjectGenericODE2(
-        nodeNumbers=[node],
-        massMatrix=_nothing(size),
-        forceUserFunction=force,
-        visualization=items.VObjectGenericODE2(show=False),
-    )
-
-
-def _nothing(size: int) -> Any:
-    """A mass matrix of zeros, sparse: adding it costs nothing."""
-    zeros = exudyn.MatrixContainer()
-    zeros.SetWithSparseMatrix([], size, size)
-    return zeros

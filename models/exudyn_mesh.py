@@ -127,13 +127,13 @@ def stretch(law: np.ndarray, wheel: float, planet: float, carrier: float) -> flo
 
 
 @njit(cache=True)
-def turning_torque(law: np.ndarray, x: float, theta: float) -> float:
+def turning_torque(law: np.ndarray, x: float, stiffness: complex, error: complex) -> float:
     """-dV/dtheta [N m] of V = k (f_k)^2 / 2, x held: what the spring's potential does to the link.
 
     The slope of V itself, by a complex step: V(theta + i h) = V + i h dV/dtheta, and h^2 is
-    nothing. For the exact clearance and phases by the angle.
+    nothing. stiffness, error: of ``variation`` at theta + i STEP. For the exact clearance and
+    phases by the angle.
     """
-    stiffness, error = variation(law, 0.0, complex(theta, STEP), 0.0)
     gap = x - error
     travel = complex(clearance(gap.real, law[BACKLASH]), gap.imag)  # f_k' = 1, or f_k is 0
     potential = stiffness * travel * travel / 2
@@ -202,9 +202,12 @@ def gearing(gears: Sequence[GearStage], conservative: bool) -> Gearing:
     stages = [gear.bodies for gear in gears]
     places = [(s.link, s.driven, s.planets[0], s.planets[-1] + 1) for s in stages]
     new = [flags for gear in gears for flags in zip(_new(gear.sun), _new(gear.ring), strict=True)]
+    suns = [law.array for gear in gears for law in gear.sun]
+    rings = [law.array for gear in gears for law in gear.ring]
+    sun_laws, ring_laws = np.split(_rows(suns + rings), 2)
     return Gearing(
-        _rows([law.array for gear in gears for law in gear.sun]),
-        _rows([law.array for gear in gears for law in gear.ring]),
+        sun_laws,
+        ring_laws,
         np.array(new, dtype=np.bool_).reshape(-1, 2),
         np.array(places, dtype=np.int64).reshape(-1, 4),
         conservative,
@@ -265,7 +268,7 @@ def add_ring_mesh(
     forces[planet] -= law[PLANET_RADIUS] * pull
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def add_meshes(
     gears: Gearing, t: float, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray
 ) -> None:
@@ -284,21 +287,26 @@ def add_meshes(
             row += 1
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def add_turning_torques(gears: Gearing, q: np.ndarray, forces: np.ndarray) -> None:
     """What every spring's potential does to the links, onto the forces [N m].
 
     A link's coordinate is its angle against the previous link: the torques are pairs between both.
     """
-    row = 0
+    sun_k, sun_e, ring_k, ring_e, row = 0j, 0j, 0j, 0j, 0
     for stage in range(len(gears.places)):
         link, sun, first, after = gears.places[stage]
+        theta = complex(q[link], STEP)
         for planet in range(first, after):
             of_sun, of_ring = gears.sun_laws[row], gears.ring_laws[row]
+            if gears.new[row, 0]:
+                sun_k, sun_e = variation(of_sun, 0.0, theta, 0.0)
+            if gears.new[row, 1]:
+                ring_k, ring_e = variation(of_ring, 0.0, theta, 0.0)
             x_sp = stretch(of_sun, q[sun], q[planet], q[link])
             x_pr = stretch(of_ring, 0.0, q[planet], q[link])
-            forces[link] += turning_torque(of_sun, x_sp, q[link])
-            forces[link] += turning_torque(of_ring, x_pr, q[link])
+            forces[link] += turning_torque(of_sun, x_sp, sun_k, sun_e)
+            forces[link] += turning_torque(of_ring, x_pr, ring_k, ring_e)
             row += 1
 
 

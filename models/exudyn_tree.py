@@ -5,37 +5,32 @@ previous link, and of a geared one the sun's relative to the previous link and e
 relative to its carrier (the link), all counter-clockwise [rad]. The ring of a joint is part of the
 previous link, as a direct joint's motor is; the carrier, or the rotor, of the link. The engine
 computes the mass matrix, the inertial forces, gravity and the motion; the mesh springs are in
-``models.exudyn_mesh``; one connector of the engine holds all of them, motors and friction, for a
-call from the engine into Python takes longer than to work out every mesh.
+``models.exudyn_mesh``; one user function of the engine's tree holds all of them, motors and
+friction, for a call from the engine into Python takes longer than to work out every mesh.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numba import njit, typeof
 
-from models.arm import Arm, Joint, Planetary
-from models.drive import DriveData, drive_data, joint_torque
+from models.arm import Arm, Planetary
+from models.drive import drive_data, joint_torque
 from models.errors import Diverged
-from models.exudyn_engine import Engine, UserFunction
+from models.exudyn_engine import Engine
 from models.exudyn_mesh import (
-    Gearing,
     GearStage,
     MeshLaw,
-    Stage,
-    add_meshes,
-    add_turning_torques,
     deflection,
     elastic_forces,
     gearing,
     torque_rounding,
 )
 from models.exudyn_tree_laws import gear_stage, mean_spring, stiffest
+from models.exudyn_tree_loads import joints_of, loads, packed
 from models.exudyn_tree_parts import bodies_of, paper_from_tree, stages_of, tree_from_paper
 from models.interface import STATE_ABILITIES, Model, require_finite
 from models.layout import geared_layout
@@ -46,91 +41,6 @@ from models.trajectory import recorded_times, trajectory
 # Of the largest acceleration, or squared rate: equal planets differ by the rounding of one linear
 # solve, and of centrifugal forces where those are all there is.
 PLANETS_AGREE = 1e-9
-
-
-class Joints(NamedTuple):
-    """What acts between the links, one row per joint (joints,).
-
-    links, driven: tree coordinates of the link and of what its motor turns; ratios: torque at the
-    link over the motor's; friction [N m s/rad].
-    """
-
-    links: np.ndarray
-    driven: np.ndarray
-    ratios: np.ndarray
-    friction: np.ndarray
-
-
-def joints_of(arm: Arm, stages: Sequence[Stage]) -> Joints:
-    """Motors and friction of the arm's joints."""
-    return Joints(
-        np.array([stage.link for stage in stages]),
-        np.array([stage.driven for stage in stages]),
-        np.array([_ratio(joint) for joint in arm.joints]),
-        np.array([joint.friction_N_m_s_per_rad for joint in arm.joints]),
-    )
-
-
-def _ratio(joint: Joint) -> float:
-    if isinstance(joint, Planetary):
-        return joint.ring_teeth / joint.sun_teeth + 1
-    return 1.0
-
-
-@njit(cache=True)
-def add_joints(
-    drive: DriveData,
-    joints: Joints,
-    t: float,
-    q: np.ndarray,
-    q_t: np.ndarray,
-    forces: np.ndarray,
-) -> None:
-    """Every motor at time t [s], T / n with T from the link's angle and rate; and the friction."""
-    for joint in range(len(joints.links)):
-        link, driven = joints.links[joint], joints.driven[joint]
-        gains, table = drive.gains[joint], drive.table_torque[joint]
-        torque = joint_torque(drive.code, gains, drive.table_time, table, t, q[link], q_t[link])
-        forces[driven] += torque / joints.ratios[joint]
-        forces[link] -= joints.friction[joint] * q_t[link]
-
-
-@njit(cache=True)
-def loads_on_tree(
-    gears: Gearing,
-    drive: DriveData,
-    joints: Joints,
-    t: float,
-    q: np.ndarray,
-    q_t: np.ndarray,
-    forces: np.ndarray,
-) -> None:
-    """All generalized forces [N m] on the tree at time t [s] into ``forces``."""
-    forces[:] = 0.0
-    add_meshes(gears, t, q, q_t, forces)
-    if gears.conservative:
-        add_turning_torques(gears, q, forces)
-    add_joints(drive, joints, t, q, q_t, forces)
-
-
-def _loads(
-    gears: Gearing, drive: DriveData, joints: Joints, size: int, clock: list[float]
-) -> UserFunction:
-    """The connector: ``clock[0]`` [s] is added to the engine's time."""
-    forces = np.zeros(size)
-    add = _entry(loads_on_tree, gears, drive, joints, 0.0, forces, forces, forces)
-
-    def force(_: object, t: float, _item: int, q: list[float], q_t: list[float]) -> list[float]:
-        add(gears, drive, joints, clock[0] + t, np.array(q), np.array(q_t), forces)
-        return forces.tolist()
-
-    return force
-
-
-def _entry(function: Any, *arguments: object) -> Callable[..., None]:
-    """A compiled function for such arguments, past numba's choice among signatures (3 us)."""
-    compiled: Callable[..., None] = function.compile(tuple(typeof(a) for a in arguments))
-    return compiled
 
 
 class ExudynTree(Model):
@@ -161,7 +71,7 @@ class ExudynTree(Model):
     @cached_property
     def _free(self) -> Engine:
         """The bodies without any force."""
-        return Engine(bodies_of(self.arm), [], [0.0], gravity=(0.0, 0.0))
+        return Engine(bodies_of(self.arm), None, [0.0], gravity=(0.0, 0.0))
 
     @cached_property
     def _driven(self) -> Engine:
@@ -173,8 +83,8 @@ class ExudynTree(Model):
         drive = drive_data(self.scenario, len(self.stages))
         joints = joints_of(self.arm, self.stages)
         teeth = gearing(gears, self.switches.mesh_work == "conservative")
-        loads = _loads(teeth, drive, joints, len(bodies), clock)
-        return Engine(bodies, [loads], clock, self.arm.gravity_m_per_s2)
+        force = loads(packed(teeth, drive, joints), len(bodies), clock)
+        return Engine(bodies, force, clock, self.arm.gravity_m_per_s2)
 
     def _placed(self, engine: Engine, t: float, q: np.ndarray, v: np.ndarray) -> Engine:
         engine.place(t, self.from_paper @ q, self.from_paper @ v)

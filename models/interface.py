@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
@@ -74,9 +75,22 @@ class Model(ABC):
         """
         raise CannotDo(f"{self.name} has no simulate")
 
+    @classmethod
+    def simulate_together(cls, models: Sequence[Self]) -> list[xr.Dataset | Diverged]:
+        """Run every model of the class through its scenario, or say when it diverged.
+
+        One after the other; a class that steps several at once has them agree to rounding with
+        ``simulate``, each bit for bit the same whichever others stand beside it.
+        """
+        return [_tried(model) for model in models]
+
     def reference(self, rtol: float) -> xr.Dataset:
         """Like simulate, by an adaptive integrator at this relative tolerance. Raises Diverged."""
         raise CannotDo(f"{self.name} has no reference")
+
+    def precise(self, rtol: float) -> xr.Dataset:
+        """Like simulate, by steps that end where contacts change. Raises Diverged and CannotDo."""
+        raise CannotDo(f"{self.name} has no precise run")
 
     def mesh_modes(self) -> np.ndarray:
         """Frequencies [Hz], ascending, of the modes with every tooth in contact at mean stiffness.
@@ -102,6 +116,13 @@ class Model(ABC):
     def largest_stable_step(self) -> float:
         """Largest step [s] with which this model's integrator stays stable; inf if adaptive."""
         return float("inf")
+
+
+def _tried(model: Model) -> xr.Dataset | Diverged:
+    try:
+        return model.simulate()
+    except Diverged as error:
+        return error
 
 
 def require_finite(name: str, time: np.ndarray, *values: np.ndarray) -> None:

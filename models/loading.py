@@ -6,7 +6,7 @@ import difflib
 import re
 import stat
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeVar
 
@@ -16,16 +16,16 @@ from pydantic_core import ErrorDetails
 from models.arm import Arm
 from models.arm_v1 import JOINT_KEYS, is_first, old_location
 from models.errors import InputError
+from models.paths import SECTIONS, assign, is_path, places
 from models.planets import require_alike, usual_switches
 from models.scenario import Scenario, first_misfit
 from models.switches import Switches
 
 Record = TypeVar("Record", bound=BaseModel)
 HERE = Path(__file__).parent
-SECTIONS = ("arm", "scenario", "switches")
 LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes as many
 DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
-# Of the schema's unions.
+# Of the schema's unions; a record of another room has its own as ``union_tags``.
 UNION_TAGS = {
     *("constant", "pd", "sinusoid", "table", "number", "list", "word"),
     *("planetary", "direct", "sine", "fourier", "square"),
@@ -66,12 +66,12 @@ def load_arm(name: str) -> Arm:
 
     Raises InputError naming file, field, value and what is allowed.
     """
-    return _validated(Arm, _read(name, "arms"), name)
+    return validated(Arm, _read(name, "arms"), name)
 
 
 def load_scenario(name: str) -> Scenario:
     """The scenario of a built-in name or TOML file. Raises InputError."""
-    return _validated(Scenario, _read(name, "scenarios"), name)
+    return validated(Scenario, _read(name, "scenarios"), name)
 
 
 def load_case(
@@ -85,22 +85,55 @@ def load_case(
     A path is dotted, begins with ``arm``, ``scenario`` or ``switches`` and may use an index or
     ``*`` in a list: ``arm.joints.*.backlash_m=2e-5``. Raises InputError.
     """
-    data: dict[str, Any] = {
-        "arm": _read(arm, "arms"),
-        "scenario": _read(scenario, "scenarios"),
-        "switches": {key: value for key, value in (switches or {}).items() if value is not None},
-    }
+    data = raw_case(arm, scenario, switches)
     for setting in settings:
         _apply(data, setting)
-    loaded = _validated(Arm, data["arm"], arm)
+    return case_of(data, arm, scenario)
+
+
+def raw_case(arm: str, scenario: str, switches: dict[str, str] | None = None) -> dict[str, Any]:
+    """What the files of an arm and a scenario hold, by section, not validated. Raises InputError.
+
+    Nothing else refers to it: a caller may change it.
+    """
+    return {
+        "arm": raw_arm(arm),
+        "scenario": raw_scenario(scenario),
+        "switches": {key: value for key, value in (switches or {}).items() if value is not None},
+    }
+
+
+def raw_arm(name: str) -> dict[str, Any]:
+    """What the file of an arm holds, not validated. Raises InputError."""
+    return _read(name, "arms")
+
+
+def raw_scenario(name: str) -> dict[str, Any]:
+    """What the file of a scenario holds, not validated. Raises InputError."""
+    return _read(name, "scenarios")
+
+
+def case_of(data: dict[str, Any], arm: str = "arm", scenario: str = "scenario") -> Case:
+    """The Case of what ``raw_case`` gave. arm, scenario: the files' names. Raises InputError."""
+    loaded = validated(Arm, data["arm"], arm)
     case = Case(
         loaded,
-        _validated(Scenario, data["scenario"], scenario),
-        _validated(Switches, _with_planets(data["switches"], loaded), "switches"),
+        validated(Scenario, data["scenario"], scenario),
+        switches_of(data["switches"], loaded),
     )
+    require_fitting(case, arm, scenario)
+    return case
+
+
+def switches_of(chosen: dict[str, Any], arm: Arm) -> Switches:
+    """A user's switches for an arm. Raises InputError."""
+    return validated(Switches, _with_planets(chosen, arm), "switches")
+
+
+def require_fitting(case: Case, arm: str = "", scenario: str = "") -> None:
+    """Raise InputError unless arm, scenario and switches fit each other."""
     require_fit(case.scenario, case.arm, scenario)
     require_alike(*case, arm, scenario)
-    return case
 
 
 class Chosen(NamedTuple):
@@ -124,15 +157,15 @@ def load_chosen(arm: str, scenarios: Sequence[str] = (), settings: Sequence[str]
             raise InputError("--set", setting, None, "needs --scenario")
         for target in stages if section == "scenario" else [data]:
             _apply(target, setting)
-    loaded = _validated(Arm, data["arm"], arm)
+    loaded = validated(Arm, data["arm"], arm)
     switched = _with_planets(data["switches"], loaded) if data["switches"] else None
     chosen = Chosen(
         loaded,
         tuple(
-            _validated(Scenario, stage["scenario"], name)
+            validated(Scenario, stage["scenario"], name)
             for stage, name in zip(stages, scenarios, strict=True)
         ),
-        _validated(Switches, switched, "switches") if switched else None,
+        validated(Switches, switched, "switches") if switched else None,
     )
     for scenario, name in zip(chosen.scenarios, scenarios, strict=True):
         require_fit(scenario, chosen.arm, name)
@@ -166,18 +199,23 @@ def _stems(folder: str) -> tuple[str, ...]:
 
 def _read(name: str, folder: str) -> dict[str, Any]:
     """The raw TOML of a built-in name, else of a file."""
-    if name in _stems(folder):
+    if folder and name in _stems(folder):
         return _parse((HERE / folder / f"{name}.toml").read_bytes(), name)
     try:
         content = _content(Path(name))
     except (FileNotFoundError, NotADirectoryError):
-        known = ", ".join(_stems(folder))
-        raise InputError(name, "", None, f"no such file, nor built-in name ({known})") from None
+        nor = f", nor built-in name ({', '.join(_stems(folder))})" if folder else ""
+        raise InputError(name, "", None, f"no such file{nor}") from None
     except OSError as error:
         raise InputError(name, "", None, f"cannot be read: {error.strerror}") from None
     except ValueError as error:
         raise InputError(name, "", None, f"cannot be read: {error}") from None
     return _parse(content, name)
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The content of a TOML file that has no built-in name. Raises InputError."""
+    return _read(str(path), "")
 
 
 def _content(path: Path) -> bytes:
@@ -221,46 +259,12 @@ def _toml(text: str) -> dict[str, Any]:
 
 def _apply(data: dict[str, Any], setting: str) -> None:
     path, equals, text = setting.partition("=")
-    keys = path.strip().split(".")
-    if not equals or len(keys) < 2 or keys[0] not in SECTIONS or not all(keys):
+    if not equals or not is_path(path):
         raise InputError(
             "--set", setting, None, f"must be path=value, path beginning with {', '.join(SECTIONS)}"
         )
-    targets = [data]
-    for depth, key in enumerate(keys[:-1]):
-        targets = [
-            child
-            for target in targets
-            for child in _children(target, key, ".".join(keys[: depth + 1]))
-        ]
-    for target in targets:
-        _assign(target, keys[-1], text.strip(), path)
-
-
-def _children(target: Any, key: str, path: str) -> Iterable[Any]:
-    if isinstance(target, list):
-        return [target[index] for index in _indices(target, key, path)]
-    if not isinstance(target, dict) or key not in target:
-        raise InputError("--set", path, None, "no such entry")
-    return [target[key]]
-
-
-def _assign(target: Any, key: str, text: str, path: str) -> None:
-    if isinstance(target, list):
-        for index in _indices(target, key, path):
-            target[index] = _value(text)
-    elif isinstance(target, dict):
-        target[key] = _value(text)
-    else:
-        raise InputError("--set", path, None, "no such entry")
-
-
-def _indices(target: list[Any], key: str, path: str) -> Sequence[int]:
-    if key == "*":
-        return range(len(target))
-    if not re.fullmatch("[0-9]{1,9}", key) or int(key) >= len(target):
-        raise InputError("--set", path, None, f"index must be * or 0 to {len(target) - 1}")
-    return [int(key)]
+    for place in places(data, path, "--set"):
+        assign(data, place, _value(text.strip()))
 
 
 def _value(text: str) -> Any:
@@ -272,7 +276,8 @@ def _value(text: str) -> Any:
     return value
 
 
-def _validated(record: type[Record], data: object, where: str) -> Record:
+def validated(record: type[Record], data: object, where: str) -> Record:
+    """The record of a file's content. Raises InputError naming the file, field and value."""
     try:
         return record.model_validate(data)
     except ValidationError as error:
@@ -289,7 +294,8 @@ def _input_error(
     def dotted(*location: Any) -> str:
         return _dotted(old_location(list(location)) if first_version else location)
 
-    location = [part for part in details["loc"] if part not in UNION_TAGS]
+    tags = UNION_TAGS | getattr(record, "union_tags", set())
+    location = [part for part in details["loc"] if part not in tags]
     value: object = details["input"]
     if details["type"] == "value_error":
         field, _, allowed = str(details["ctx"]["error"]).partition("|")
@@ -298,7 +304,7 @@ def _input_error(
         )
     if details["type"] == "extra_forbidden":
         *above, key = details["loc"]  # the user's own key, whatever it is called
-        location = [*(part for part in above if part not in UNION_TAGS), key]
+        location = [*(part for part in above if part not in tags), key]
         old = first_version and location[0] == "joints"
         keys = JOINT_KEYS if old else _keys_at(record.model_json_schema(), location[:-1])
         return InputError(where, _dotted(location), value, _unknown_key(str(key), keys))

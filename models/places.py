@@ -56,8 +56,15 @@ def own_folder() -> Path:
         folder = cache_folder()
         make_private(folder)
     except OSError:
-        folder = _temporary()
-        atexit.register(_remove, folder, os.getpid())
+        folder = temporary_folder()
+    return folder
+
+
+@lru_cache
+def temporary_folder() -> Path:
+    """One for this process alone, gone with it. Raises OSError where none can be made."""
+    folder = _temporary()
+    atexit.register(_remove, folder, os.getpid())
     return folder
 
 

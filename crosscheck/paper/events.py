@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.paper import signals
+from crosscheck import signals
 
 THIRD_S = (0.5, 1.2)  # the "third fluctuation", well after the side change at 0.3 s
 PEAK_S = 0.1  # around its largest value: what its frequency is read off

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
-from crosscheck.paper import signals
+from crosscheck import signals
 from crosscheck.paper.events import THIRD_S, third_onset, third_peak, third_window
 from crosscheck.paper.reading import excess_acceleration
 from crosscheck.paper.rigid import beside_coupled

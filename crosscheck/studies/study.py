@@ -128,7 +128,7 @@ class Study:
         others = dict.fromkeys(other for one in left.values() for other in _others(*one))
         beside = self._runs(others, f"{what}, to compare with") if others else {}
         pieces = [Piece(key, one.variant, _numbers_of(one, beside)) for key, one in left.items()]
-        return integrations(pieces, self.store)
+        return integrations(pieces, self.store, self.jobs)
 
     def _runs(
         self, variants: Iterable[Variant], what: str, keep: Reduction | None = None
@@ -139,7 +139,7 @@ class Study:
 
         def planned(missing: Sequence[str]) -> list[Task]:
             pieces = [Piece(key, wanted[key], partial(kept, keep)) for key in missing]
-            return integrations(pieces, self.store)
+            return integrations(pieces, self.store, self.jobs)
 
         found = self._results(dict.fromkeys(wanted, from_netcdf), planned, what)
         return {variant: found[key] for variant, key in keys.items()}
@@ -165,13 +165,13 @@ class Study:
     def _perform(self, tasks: Sequence[Task], done: int, what: str) -> list[Made]:
         """What all tasks made."""
         total = done + sum(len(task.keys) for task in tasks)
-        sizes = {task.key: len(task.keys) for task in tasks}
+        by_key = {task.key: task for task in tasks}
         self.told(what, done, total)
 
         def finished(key: str) -> None:
             nonlocal done
-            done += sizes[key]
-            self.made += 1
+            done += len(by_key[key].keys)
+            self.made += by_key[key].runs
             self.told(what, done, total)
 
         outcomes = perform_all(tasks, self.jobs, finished)

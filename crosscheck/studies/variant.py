@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Literal
+from functools import lru_cache
+from typing import Literal, NamedTuple
 
-import numpy as np
 import xarray as xr
 
 from crosscheck.registry import build, entry_of
+from crosscheck.studies.starts import perturbed
 from models.errors import Diverged
-from models.loading import Case, load_case
+from models.loading import HERE, Case, load_case
 from models.meshes import damped
 from models.scenario import MOST_RECORDS, Scenario
+from models.switches import Switches
 
-PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
 Planets = Literal["lumped", "free"]
 
 Numbers = dict[str, float | None]
@@ -49,19 +52,34 @@ class Variant:
     planets: Planets = "lumped"
 
     def case(self) -> Case:
-        """Arm, scenario and switches. Raises InputError."""
-        switches = {"phase": self.phase}
-        if self.ring_rate is not None:
-            switches["ring_rate"] = self.ring_rate
-        if self.planets == "free":
-            switches["planets"] = self.planets
-        settings = [*self.settings, *self.meshes, f"scenario.record_every={self.record_every}"]
-        if self.duration_s is not None:
-            settings.append(f"scenario.duration_s={self.duration_s!r}")
-        case = load_case(self.arm, self.scenario, switches, settings)
-        if self.zeta is not None:
-            case = case._replace(arm=damped(case.arm, self.zeta))
-        return case if self.seed is None else _perturbed(case, self.seed)
+        """Arm, scenario and switches, read again if a file has changed. Raises InputError."""
+        return _case(self, _state("arms", self.arm), _state("scenarios", self.scenario))
+
+
+def _state(folder: str, name: str) -> tuple[int, ...] | None:
+    """Of what is built in or a file: another one once its content is; None if there is none."""
+    for path in (HERE / folder / f"{name}.toml", name):
+        with suppress(OSError, ValueError):
+            state = os.stat(path)
+            return state.st_ino, state.st_size, state.st_mtime_ns
+    return None
+
+
+@lru_cache(maxsize=2048)  # about 17 kB each; everyone asks several times
+def _case(of: Variant, *files: tuple[int, ...] | None) -> Case:
+    """Of a variant while its files are in these states."""
+    switches = {"phase": of.phase}
+    if of.ring_rate is not None:
+        switches["ring_rate"] = of.ring_rate
+    if of.planets == "free":
+        switches["planets"] = of.planets
+    settings = [*of.settings, *of.meshes, f"scenario.record_every={of.record_every}"]
+    if of.duration_s is not None:
+        settings.append(f"scenario.duration_s={of.duration_s!r}")
+    case = load_case(of.arm, of.scenario, switches, settings)
+    if of.zeta is not None:
+        case = case._replace(arm=damped(case.arm, of.zeta))
+    return case if of.seed is None else perturbed(case, of.seed)
 
 
 @dataclass(frozen=True)
@@ -75,24 +93,12 @@ class Comparison:
     others: Callable[[Variant], tuple[Variant, ...]]
 
 
-def _perturbed(case: Case, seed: int) -> Case:
-    generator = np.random.default_rng(seed)
-    offsets = PERTURBATION_M * generator.uniform(-1, 1, (2, len(case.arm.joints)))
-    update: dict[str, object] = {
-        name: tuple(map(float, row))
-        for name, row in zip(("sun_planet_offset_m", "planet_ring_offset_m"), offsets, strict=True)
-    }
-    if case.switches.planets == "free":
-        counts = [joint.planet_count for joint in case.arm.joints]
-        own = (PERTURBATION_M * generator.uniform(-1, 1, count) for count in counts)
-        update["planet_offset_m"] = tuple(tuple(map(float, row)) for row in own)
-    start = case.scenario.start.model_copy(update=update)
-    return case._replace(scenario=case.scenario.model_copy(update={"start": start}))
-
-
 def simulate(variant: Variant) -> xr.Dataset:
     """The variant's trajectory. Raises InputError and Diverged."""
-    return build(variant.model, *variant.case()).simulate()
+    ((run,),) = simulate_all([[variant]])
+    if isinstance(run, Diverged):
+        raise run
+    return run
 
 
 def integration(variant: Variant) -> str:
@@ -107,27 +113,70 @@ def integration(variant: Variant) -> str:
     return "\n".join([variant.model, *records])
 
 
-def simulate_all(variants: Sequence[Variant]) -> list[xr.Dataset | Diverged]:
-    """The trajectories of variants of one integration, or why there is none; integrated once.
+class Company(NamedTuple):
+    """What integrations have in common that a model may step side by side."""
 
-    Raises InputError.
+    model: str
+    switches: Switches
+    step_s: float
+    steps: int
+    drive: str
+
+
+def company(variant: Variant) -> Company:
+    """Of the variant's integration. Raises InputError."""
+    _, scenario, switches = variant.case()
+    drive = scenario.drive.kind
+    return Company(variant.model, switches, scenario.step_s, scenario.steps, drive)
+
+
+def simulate_all(integrations: Sequence[Sequence[Variant]]) -> list[list[xr.Dataset | Diverged]]:
+    """The trajectories of the variants of every integration, or why there is none.
+
+    Every one is made once, all of them by one model, side by side if it can. Raises InputError.
     """
-    scenarios = [variant.case().scenario for variant in variants]
-    finest = math.gcd(*(scenario.stride for scenario in scenarios))
-    if len(set(variants)) > 1 and scenarios[0].steps // finest <= MOST_RECORDS:
-        run = _tried(replace(variants[0], record_every=finest))
-        if isinstance(run, xr.Dataset):
-            return [_thinned(run, scenario, finest) for scenario in scenarios]
+    shared = [_recording_for_all(variants) for variants in integrations]
+    together = iter(_run([variant for variant in shared if variant is not None]))
+    return [
+        _handed_out(variants, None if one is None else next(together))
+        for variants, one in zip(integrations, shared, strict=True)
+    ]
+
+
+def _run(variants: Sequence[Variant]) -> list[xr.Dataset | Diverged]:
+    """Of variants of one model, each by itself an integration."""
+    models = [build(variant.model, *variant.case()) for variant in variants]
+    return type(models[0]).simulate_together(models) if models else []
+
+
+def _recording_for_all(variants: Sequence[Variant]) -> Variant | None:
+    """The variant that records whatever these do; None if that would be too much."""
+    if len(set(variants)) == 1:
+        return variants[0]
+    finest = _finest(variants)
+    if variants[0].case().scenario.steps // finest > MOST_RECORDS:
+        return None
+    return replace(variants[0], record_every=finest)
+
+
+def _finest(variants: Sequence[Variant]) -> int:
+    """The stride at which records of all are made."""
+    return math.gcd(*(variant.case().scenario.stride for variant in variants))
+
+
+def _handed_out(
+    variants: Sequence[Variant], run: xr.Dataset | Diverged | None
+) -> list[xr.Dataset | Diverged]:
+    """To every variant of an integration its own records of the run that was made for all."""
+    if len(set(variants)) == 1 and run is not None:
+        return [run] * len(variants)
+    if isinstance(run, xr.Dataset):
+        finest = _finest(variants)
+        return [_thinned(run, variant.case().scenario, finest) for variant in variants]
     # A divergence shows at a record: it is every variant's own.
-    runs = {variant: _tried(variant) for variant in set(variants)}
+    unlike = list(dict.fromkeys(variants))
+    runs = dict(zip(unlike, _run(unlike), strict=True))
     return [runs[variant] for variant in variants]
-
-
-def _tried(variant: Variant) -> xr.Dataset | Diverged:
-    try:
-        return simulate(variant)
-    except Diverged as error:
-        return error
 
 
 def _thinned(run: xr.Dataset, scenario: Scenario, stride: int) -> xr.Dataset:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import zip_longest
 from typing import NamedTuple, Protocol, TypeVar, get_type_hints
 
 import xarray as xr
@@ -14,9 +15,11 @@ from pydantic import TypeAdapter
 from crosscheck.registry import entry_of
 from crosscheck.studies.store import Store
 from crosscheck.studies.variant import (
+    Company,
     Comparison,
     Measure,
     Variant,
+    company,
     integration,
     simulate_all,
 )
@@ -28,6 +31,7 @@ Value = TypeVar("Value")
 Answer = TypeVar("Answer", covariant=True)
 Reduction = Callable[[xr.Dataset], xr.Dataset]
 Run = xr.Dataset | Diverged
+MOST_AT_ONCE = 300_000  # records of runs in one task: about 200 MB
 
 
 class Question(Protocol[Answer]):
@@ -78,7 +82,10 @@ class Piece(NamedTuple):
 
 @dataclass(frozen=True)
 class Task:
-    """Work for another process, which keeps all its results by their keys."""
+    """Work for another process, which keeps all its results by their keys.
+
+    runs: how many integrations it makes; of a Question one.
+    """
 
     key: str
     name: str
@@ -86,6 +93,7 @@ class Task:
     keys: tuple[str, ...]
     make: Callable[[], list[Callable[[], bytes]]]
     store: Store
+    runs: int = 1
 
     def perform(self) -> list[Made]:
         try:
@@ -117,27 +125,53 @@ def made_by(task: Task, outcome: list[Made] | Failure) -> list[Made]:
     return outcome
 
 
-def integrations(pieces: Iterable[Piece], store: Store) -> list[Task]:
-    """One task for all pieces of one integration."""
+def integrations(pieces: Iterable[Piece], store: Store, jobs: int = 1) -> list[Task]:
+    """Tasks for all pieces: those of one integration in one, with as many beside it as fit.
+
+    jobs: processes that share the work.
+    """
     together: dict[str, list[Piece]] = {}
     for piece in pieces:
         together.setdefault(integration(piece.variant), []).append(piece)
+    alike: dict[Company, list[list[Piece]]] = {}
+    for made_at_once in together.values():
+        alike.setdefault(company(made_at_once[0].variant), []).append(made_at_once)
+    batches = [[_batch(g, store) for g in _shared_out(groups, jobs)] for groups in alike.values()]
+    # In turns, so that processes begin with unlike kernels and none compiles what another does.
+    return [task for turn in zip_longest(*batches) for task in turn if task is not None]
+
+
+def _shared_out(groups: Sequence[list[Piece]], jobs: int) -> Iterator[Sequence[list[Piece]]]:
+    """Integrations that could all run side by side, in as many tasks as memory and jobs ask for."""
+    first = groups[0][0].variant
+    scenario = first.case().scenario
+    fit = max(1, MOST_AT_ONCE * scenario.stride // scenario.steps)
+    size = min(entry_of(first.model).abreast, fit, -(-len(groups) // jobs))
+    for begin in range(0, len(groups), size):
+        yield groups[begin : begin + size]
+
+
+def _batch(groups: Sequence[list[Piece]], store: Store) -> Task:
+    """One task for integrations that run side by side."""
+    pieces = [piece for group in groups for piece in group]
+    return Task(
+        pieces[0].key,
+        pieces[0].variant.model,
+        sum(_cost(group[0].variant) for group in groups),
+        tuple(piece.key for piece in pieces),
+        partial(_integrated, groups),
+        store,
+        len(groups),
+    )
+
+
+def _integrated(groups: Sequence[Sequence[Piece]]) -> list[Callable[[], bytes]]:
+    runs = simulate_all([[piece.variant for piece in group] for group in groups])
     return [
-        Task(
-            key,
-            group[0].variant.model,
-            _cost(group[0].variant),
-            tuple(piece.key for piece in group),
-            partial(_integrated, group),
-            store,
-        )
-        for key, group in together.items()
+        partial(piece.make, run)
+        for group, found in zip(groups, runs, strict=True)
+        for piece, run in zip(group, found, strict=True)
     ]
-
-
-def _integrated(pieces: Sequence[Piece]) -> list[Callable[[], bytes]]:
-    runs = simulate_all([piece.variant for piece in pieces])
-    return [partial(piece.make, run) for piece, run in zip(pieces, runs, strict=True)]
 
 
 def inquiry(key: str, question: Question[object], store: Store) -> Task:

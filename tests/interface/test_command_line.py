@@ -9,7 +9,7 @@ import pytest
 
 from crosscheck import __version__, listing
 from crosscheck.registry import MODELS
-from models import exudyn_tree
+from models import exudyn_tree_loads
 from models.loading import builtin_arms, builtin_scenarios
 from tests.processes import HEAVY, modules_loaded_by
 
@@ -100,7 +100,7 @@ def test_interruption_that_an_engine_makes_up_is_its_own_failure(short, monkeypa
         if len(calls) > 50:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(exudyn_tree, "_entry", lambda *_: interrupted)
+    monkeypatch.setattr(exudyn_tree_loads, "_entry", lambda *_: interrupted)
     answer = short(model="exudyn:tree")
     assert answer.code == 3
     assert answer.err == "crosscheck: exudyn:tree: KeyboardInterrupt\n"

@@ -10,9 +10,14 @@ import pytest
 from crosscheck import reference
 from crosscheck.reference import DOCS, FILES, HEADINGS, renewed, write_reference
 from crosscheck.schema import described, records_below
+from crosscheck.sweeps.files import read_study
 from models.loading import load_arm, load_scenario
 
-LOAD = {"arm-file.md": load_arm, "scenario-file.md": load_scenario}
+LOAD = {
+    "arm-file.md": load_arm,
+    "scenario-file.md": load_scenario,
+    "studies.md": lambda file: read_study(Path(file)).definition,
+}
 RECORDS = [record for top in FILES.values() for record in records_below(top)]
 BLOCKS = [
     pytest.param(name, block, id=f"{name} {number}")

@@ -54,11 +54,14 @@ def unsendable() -> object:
     return lambda: None
 
 
-class Awkward(Exception):
-    """Cannot be made again from its message."""
+class Awkward:
+    """Cannot be made again from what it sends."""
 
     def __init__(self, one: str, other: str) -> None:
-        super().__init__(one + other)
+        self.both = one + other
+
+    def __reduce__(self) -> tuple[type[Awkward], tuple[str]]:
+        return Awkward, (self.both,)
 
 
 def awkward() -> object:

@@ -18,7 +18,7 @@ from crosscheck.paper.planets import growth as growths
 from crosscheck.paper.planets.distributions import cells
 from crosscheck.paper.planets.features import FEATURES, Feature, Start
 from crosscheck.paper.planets.pairs import Freed, TwoModels, TwoTests
-from crosscheck.paper.planets.parting import APART_M, Course, Parted, Parting, alike
+from crosscheck.paper.planets.parting import APART_M, Course, Parted, Partings, alike
 from crosscheck.paper.planets.plates import Seen, seen
 from crosscheck.paper.planets.samples import Cell, Quantiles, Sample
 from crosscheck.paper.planets.verdict import (
@@ -63,8 +63,8 @@ def test_hills_equation_is_the_free_models_own(
     mode = np.zeros(q.size)
     rows = [model.layout.at("x_pr", joint, planet) for planet in range(3)]
     mode[rows] = (2.0, -0.5, -1.5)
-    stages = hill.stages_of(model, np.ones(2))
-    spring, damper = hill.coefficients(model.gears, stages.mesh[joint], False, 0.3, q, v)
+    stages = hill.stages_of(model)
+    spring, damper, _, _ = hill.coefficients(model.gears, stages.mesh[joint], 0.3, q, v)
     for by, step, expected in (("q", 1e-9, spring), ("v", 1e-6, damper)):
         moved = _slope(model, q, v, mode, by, step)
         wanted = -expected / stages.mass[joint] * mode
@@ -97,10 +97,23 @@ def test_a_tiny_difference_follows_the_equation(base: str) -> None:
     case = _pressed_in(SHORT.case())
     model = PhysicalModel(*(alike(case) if base == "lumped" else case))
     start = np.ptp(np.array(case.scenario.start.planet_offset_m), axis=1)
-    found = hill.differences(model, start)
+    (run,) = hill.followed([model], start[None])
+    found = run.by_contact
     spread = np.ptp(PhysicalModel(*case).simulate()["x_pr"].values, axis=2)
     assert (np.abs(spread - np.exp(found.part)) < 1e-3 * np.exp(found.size)).all()
-    assert hill.differences(model, start, pressed=True).size.max() < np.log(3e-12)
+    assert run.pressed.size.max() < np.log(3e-12)
+
+
+@pytest.mark.parametrize("base", ["lumped", "free"])
+def test_the_motion_that_is_followed_is_the_models_own_run(base: str) -> None:
+    """Bit for bit, whichever starts are followed beside it: the same steps of the same kernel."""
+    cases = [replace(SHORT, seed=seed).case() for seed in range(1, 11)]
+    models = [PhysicalModel(*(alike(case) if base == "lumped" else case)) for case in cases]
+    found = hill.followed(models, np.full((10, 2), 1e-12))
+    for one, run in zip(found, PhysicalModel.simulate_together(models), strict=True):
+        assert (one.time == run["time"].values).all()
+        for joint, x_pr in enumerate(one.x_pr):
+            assert (x_pr == run["x_pr"].values[:, joint, : x_pr.shape[1]]).all()
 
 
 def _pressed_in(case: Case) -> Case:
@@ -260,7 +273,7 @@ def test_what_the_text_says_of_the_cause_has_two_sides() -> None:
 
 def test_parting_is_measured_where_planets_pass_a_micrometre() -> None:
     variant = replace(SHORT, settings=(), duration_s=0.002)
-    parted = Parting(variant).answer()
+    (parted,) = Partings((variant,)).answer()
     assert parted is not None
     assert parted.measured.parting_s == parted.by_lumped.parting_s == (None, None)
     assert parted.measured.spread[0][0] == pytest.approx(-12, abs=0.4)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from crosscheck.paper import signals
+from crosscheck import signals
 from crosscheck.paper.claims.measures import BACK_AND_FORTH, CONSTANT_TORQUE
 from crosscheck.paper.claims.pd import WHOLE
 from crosscheck.paper.fluctuation import THIRD_FLUCTUATION

@@ -14,6 +14,7 @@ import xarray as xr
 from crosscheck.paper.phase import experiments
 from crosscheck.registry import MODELS
 from crosscheck.studies import study as study_module
+from crosscheck.studies import work
 from crosscheck.studies.store import Store
 from crosscheck.studies.study import Asked, Comparison, Numbers, Study, Variant, run_key
 from crosscheck.studies.variant import integration, simulate
@@ -145,6 +146,38 @@ def test_an_engine_whose_states_hang_on_the_records_runs_for_each():
     assert integration(tree) != integration(replace(tree, record_every=7))
     assert integration(SHORT) == integration(replace(SHORT, record_every=7))
     assert integration(SHORT) != integration(replace(SHORT, zeta=0.01))
+
+
+def test_runs_side_by_side_are_those_that_run_alone(study: Study):
+    """Whatever stands beside a run, be it one that diverges; bit for bit."""
+    starts = [replace(SHORT, seed=seed, zeta=0.01 * seed) for seed in range(1, 11)]
+    wild = replace(SHORT, meshes=("arm.joints.*.mesh_stiffness_N_per_m=1e12",))
+    beside = [*starts, wild, replace(starts[0], record_every=5)]
+    assert len(integrations([Piece(repr(v), v, repr) for v in beside], study.store)) == 1
+    together = study.measures(beside, final_angle)
+    assert study.made == 11
+    assert together[10].keys() == {"diverged_s"}
+    for variant, found in zip(starts, together, strict=False):
+        assert found == final_angle(simulate(variant))
+
+
+def test_side_by_side_is_what_has_one_model_law_grid_and_drive(study: Study):
+    others = [
+        replace(SHORT, phase="omega_t"),
+        replace(SHORT, duration_s=0.003),
+        replace(SHORT, planets="free"),
+        replace(SHORT, model="analytic:coupled"),
+        replace(SHORT, scenario="pd"),
+    ]
+    pieces = [Piece(repr(v), v, repr) for v in (SHORT, replace(SHORT, zeta=0.1), *others)]
+    assert [task.runs for task in integrations(pieces, study.store)] == [2, 1, 1, 1, 1, 1]
+    assert [task.runs for task in integrations(pieces, study.store, jobs=2)] == [1] * 7
+
+
+def test_no_task_holds_more_records_than_fit(study: Study, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(work, "MOST_AT_ONCE", 250)  # SHORT has 101
+    pieces = [Piece(str(k), replace(SHORT, zeta=0.01 * k), repr) for k in range(1, 6)]
+    assert [task.runs for task in integrations(pieces, study.store)] == [2, 2, 1]
 
 
 def test_a_divergence_is_found_at_the_runs_own_records(study: Study):

@@ -41,7 +41,7 @@ from crosscheck.paper.claims.rule import (
     verdict,
 )
 from crosscheck.paper.claims.section4 import default_over_least, edges_over_least
-from crosscheck.paper.claims.statics import statics
+from crosscheck.paper.claims.statics import Statics
 from crosscheck.paper.claims.table import table_html
 from crosscheck.paper.figures import verdicts as figures
 from crosscheck.paper.hypotheses import (
@@ -74,7 +74,7 @@ def measured() -> dict[Source, Numbers]:
     numbers = {measure: numbers_of(variant, measure) for measure, variant in brief.items()}
     found = {source: numbers[experiment.measure] for source, experiment in wanted.items()}
     default = dict.fromkeys((BACKLASH(50), ERROR(5)), found[PD])
-    return {**found, **default, STATIC: statics("paper-labelled")}
+    return {**found, **default, STATIC: Statics("paper-labelled").answer()}
 
 
 def _drawn(generator: np.random.Generator) -> Known:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import ctypes
 import importlib
 import importlib.machinery
 import json
@@ -79,7 +80,7 @@ def parting() -> Result:
     variant = importlib.import_module("crosscheck.studies.variant").Variant(
         **SHORT, planets="free", seed=1
     )
-    return question("planets.parting.Parting", variant)()
+    return question("planets.parting.Partings", (variant,))()
 
 
 def third_amplitude() -> Result:
@@ -128,6 +129,9 @@ def traced() -> dict[str, dict[str, list[str]]]:
                     "jinja2", "scipy.integrate", "scipy.ndimage"):  # fmt: skip
         importlib.import_module(library)
     numba = importlib.import_module("numba")
+    # The only intrinsic there is takes an address.
+    pointer = partial(ctypes.cast, typ=ctypes.POINTER(ctypes.c_double))
+    numba.extending.intrinsic = lambda typed: pointer
     numba.njit, numba.vectorize = uncompiled, lambda **_: importlib.import_module("numpy").vectorize
     sys.path_hooks.insert(0, finder)
     sys.path_importer_cache.clear()

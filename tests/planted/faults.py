@@ -29,6 +29,8 @@ from models.loading import Case, load_arm
 from models.planets import usual_switches
 from models.scenario import Scenario
 from tests.judged import compare_states, energy_over_run, invariants, same_step
+from tests.planted import kernels
+from tests.planted.kernels import Kernel
 
 STATES, SEED = 5, 0
 PACKAGES = {
@@ -38,6 +40,7 @@ PACKAGES = {
         "models.exudyn_mesh",
         "models.exudyn_tree",
         "models.exudyn_tree_laws",
+        "models.exudyn_tree_loads",
         "models.exudyn_tree_parts",
         "models.exudyn_tree_stiffness",
     ),
@@ -54,11 +57,12 @@ TANH, CONTACT = (("dead_zone", "tanh"),), (("damping", "contact"),)
 
 
 class Setup(NamedTuple):
-    """Switches, drive and arm of the experiment in which a fault is sought; see Fault."""
+    """Switches, drive, arm and kernel of the experiment in which a fault is sought; see Fault."""
 
     laws: Laws = ()
     drive: str = "pd"
     arm: str = "probe"
+    kernel: Kernel = "alone"
 
     @property
     def case(self) -> Case:
@@ -72,7 +76,8 @@ class Fault(NamedTuple):
     """A fault and the check that must see it.
 
     red_check: kind and quantity of the check, as ``states/bias`` or ``same-step/theta``. laws:
-    switches, drive a name in DRIVES and arm a built-in one, on which the fault can be seen.
+    switches, drive a name in DRIVES and arm a built-in one, on which the fault can be seen;
+    kernel: of analytic:physical's runs.
     """
 
     name: str
@@ -81,11 +86,12 @@ class Fault(NamedTuple):
     laws: Laws = ()
     drive: str = "pd"
     arm: str = "probe"
+    kernel: Kernel = "alone"
 
     @property
     def setup(self) -> Setup:
         """In which it is planted."""
-        return Setup(self.laws, self.drive, self.arm)
+        return Setup(self.laws, self.drive, self.arm, self.kernel)
 
 
 def edit(place: str, old: str, new: str) -> Plant:
@@ -135,7 +141,7 @@ def _modules(packages: tuple[str, ...]) -> list[ModuleType]:
     ]
 
 
-def interpret(patch: pytest.MonkeyPatch, model: str) -> None:
+def interpret(patch: pytest.MonkeyPatch, model: str, kernel: Kernel = "alone") -> None:
     """Replace compiled and remembered functions of a model by their Python originals."""
     model_class(model)  # a module first imported later would keep what is put in now
     packages = PACKAGES[model.split(":")[0]]
@@ -145,9 +151,12 @@ def interpret(patch: pytest.MonkeyPatch, model: str) -> None:
                 value, "__wrapped__"
             ):
                 _rebind(patch, value, inspect.unwrap(value))
-    if "models.exudyn_tree" in packages:
-        tree = import_module("models.exudyn_tree")
-        patch.setattr(tree, "_entry", lambda function, *arguments: function)
+    if "models.exudyn_tree_loads" in packages:
+        loads = import_module("models.exudyn_tree_loads")
+        patch.setattr(loads, "_entry", lambda function, *arguments: function)
+    if "analytic" in packages:
+        kernels.interpret(patch)
+        kernels.choose(patch, kernel)
 
 
 def probe_arm() -> Arm:
@@ -167,6 +176,17 @@ DRIVES = {
         "amplitude_N_m": [200.0, 150.0, 40.0],
         "rate_rad_per_s": [50.0, 70.0, 90.0],
         "argument": "time",
+    },
+    "root": {
+        "kind": "sinusoid",
+        "amplitude_N_m": [200.0, 150.0, 40.0],
+        "rate_rad_per_s": [50.0, 70.0, 90.0],
+        "argument": "sqrt_time",
+    },
+    "table": {  # of three joints
+        "kind": "table",
+        "time_s": [0.0, 0.7e-3, 2e-3],
+        "torque_N_m": [[0.0, 300.0, -200.0], [100.0, -100.0, 400.0], [30.0, 0.0, -50.0]],
     },
 }
 START = {
@@ -242,7 +262,7 @@ def _findings(fault: Fault, harmed: str, partner: str) -> Iterator[Finding]:
 def _control(harmed: str, partner: str, red_check: str, setup: Setup) -> str:
     fault = Fault("none", lambda patch: None, red_check, *setup)
     with pytest.MonkeyPatch.context() as patch:
-        interpret(patch, harmed)
+        interpret(patch, harmed, setup.kernel)
         return verdict(fault, harmed, partner)
 
 
@@ -250,6 +270,6 @@ def assert_seen(fault: Fault, harmed: str, partner: str) -> None:
     """The check agrees without the fault and differs with it; no fault merely raises."""
     assert _control(harmed, partner, fault.red_check, fault.setup) == "agree"
     with pytest.MonkeyPatch.context() as patch:
-        interpret(patch, harmed)
+        interpret(patch, harmed, fault.kernel)
         fault.plant(patch)
         assert verdict(fault, harmed, partner) == "differ"

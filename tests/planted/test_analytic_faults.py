@@ -264,8 +264,9 @@ FORCES = [
 RUNS = [
     Fault(
         "twice the kinetic energy recorded",
-        change("recording:along", "(matrix @ v) / 2", "(matrix @ v)"),
+        change("recording:kinetic_energy", "(matrix @ vs[k]) / 2", "(matrix @ vs[k])"),
         "invariants/energy",
+        kernel="plain",
     ),
     Fault(
         "Coriolis force pushes",
@@ -273,20 +274,35 @@ RUNS = [
         "invariants/power",
     ),
     Fault(
+        "Coriolis force pushes in a run",
+        change("kernel:acceleration_by", "-= room.gyroscopic", "+= room.gyroscopic"),
+        THETA,
+        kernel="plain",
+    ),
+    Fault(
+        "angles of a run stand",
+        change("kernel:integrate", "q, v, room, between)", "q.copy(), v, room, between)"),
+        THETA,
+        kernel="plain",
+    ),
+    Fault(
         "weight of a stage",
         change("kernel:runge_kutta_step", "+ 2 * s.a[2, i]", "+ 2 * s.a[1, i]"),
         X_SP,
+        kernel="plain",
     ),
     Fault(
         "last stage at half the step",
         change("kernel:runge_kutta_step", "h if stage == 3 else h / 2", "h / 2"),
         X_SP,
+        kernel="plain",
     ),
     Fault(
         "stages without their time",
         change("kernel:runge_kutta_step", "t + part,", "t,"),
         X_SP,
         OMEGA_T,
+        kernel="plain",
     ),
     Fault(
         "clock of a run stands",
@@ -294,6 +310,7 @@ RUNS = [
         THETA,
         (),
         "sinusoid",
+        kernel="plain",
     ),
     Fault(
         "start at rest",
@@ -316,13 +333,13 @@ RUNS = [
     ),
     Fault(
         "forces recorded of the other mesh",
-        change("model:AnalyticModel.record", "forces[:, place::2]", "forces[:, 1 - place :: 2]"),
+        change("model:AnalyticModel.recorded", "forces[:, place::2]", "forces[:, 1 - place :: 2]"),
         F_SP,
     ),
     Fault(
         "displacements recorded of the other mesh",
         change(
-            "model:AnalyticModel.record",
+            "model:AnalyticModel.recorded",
             "self._per_planet(x[:, place::2])",
             "self._per_planet(x[:, 1 - place :: 2])",
         ),
@@ -333,6 +350,7 @@ RUNS = [
         change("recording:along", "elastic_forces(gears, time[k]", "elastic_forces(gears, time[0]"),
         F_SP,
         OMEGA_T,
+        kernel="plain",
     ),
 ]
 

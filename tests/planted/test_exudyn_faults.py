@@ -22,7 +22,7 @@ from tests.planted.faults import (
 
 TREE, MESH, ENGINE = "models.exudyn_tree:", "models.exudyn_mesh:", "models.exudyn_engine:"
 PARTS, STIFFNESS = "models.exudyn_tree_parts:", "models.exudyn_tree_stiffness:"
-LAWS = "models.exudyn_tree_laws:"
+LAWS, LOADS = "models.exudyn_tree_laws:", "models.exudyn_tree_loads:"
 RECORDS, TEETH = TREE + "ExudynTree._mesh_records", TREE + "ExudynTree._place_teeth"
 THETA, X_SP, X_PR = "same-step/theta", "same-step/x_sp", "same-step/x_pr"
 F_SP, F_PR = "same-step/F_sp", "same-step/F_pr"
@@ -120,20 +120,20 @@ BODIES = [
 FORCES = [
     Fault(
         "motor torque without 1/n",
-        edit(TREE + "add_joints", "torque / joints.ratios[joint]", "torque"),
+        edit(LOADS + "add_joints", "torque / joints.ratios[joint]", "torque"),
         FORCE,
     ),
-    Fault("ratio without the ring's turn", edit(TREE + "_ratio", " + 1", ""), FORCE),
-    Fault("motor on the link", edit(TREE + "add_joints", "forces[driven]", "forces[link]"), FORCE),
+    Fault("ratio without the ring's turn", edit(LOADS + "_ratio", " + 1", ""), FORCE),
+    Fault("motor on the link", edit(LOADS + "add_joints", "forces[driven]", "forces[link]"), FORCE),
     Fault(
         "motor with the shoulder's gains",
-        edit(TREE + "add_joints", "drive.gains[joint]", "drive.gains[0]"),
+        edit(LOADS + "add_joints", "drive.gains[joint]", "drive.gains[0]"),
         FORCE,
     ),
-    Fault("connector's clock stands", edit(TREE + "_loads", "clock[0] + t", "t"), FORCE, OMEGA_T),
+    Fault("force's clock stands", edit(LOADS + "loads", "clock[0] + t", "t"), FORCE, OMEGA_T),
     Fault(
         "motor's clock stands",
-        edit(TREE + "loads_on_tree", "joints, t", "joints, 0.0"),
+        edit(LOADS + "loads_on_tree", "joints, t", "joints, 0.0"),
         FORCE,
         **SINUSOID,
     ),
@@ -163,13 +163,18 @@ FORCES = [
         FORCE,
     ),
     Fault(
+        "ring meshes' laws read where the sun's are",
+        edit(LOADS + "unpacked", "numbers[laws : 2 * laws]", "numbers[:laws]"),
+        FORCE,
+    ),
+    Fault(
         "last planet forgotten",
         edit(MESH + "gearing", "s.planets[-1] + 1", "s.planets[-1]"),
         FORCE,
     ),
     Fault(
         "meshes' clock stands",
-        edit(TREE + "loads_on_tree", "add_meshes(gears, t", "add_meshes(gears, 0.0"),
+        edit(LOADS + "loads_on_tree", "add_meshes(gears, t", "add_meshes(gears, 0.0"),
         FORCE,
         OMEGA_T,
     ),
@@ -302,7 +307,7 @@ RUNS = [
         X_SP,
         OMEGA_T,
     ),
-    Fault("motor's clock stands", edit(TREE + "_loads", "clock[0] + t", "t"), THETA, **SINUSOID),
+    Fault("motor's clock stands", edit(LOADS + "loads", "clock[0] + t", "t"), THETA, **SINUSOID),
     Fault(
         "ring mesh recorded with the sun",
         edit(
@@ -341,19 +346,25 @@ SECOND_VERSION = [
     ),
     Fault(
         "friction pushes",
-        edit(TREE + "add_joints", "forces[link] -=", "forces[link] +="),
+        edit(LOADS + "add_joints", "forces[link] -=", "forces[link] +="),
         FORCE,
         arm=UNLIKE,
     ),
     Fault(
         "friction on the sun",
-        edit(TREE + "add_joints", "forces[link] -=", "forces[driven] -="),
+        edit(LOADS + "add_joints", "forces[link] -=", "forces[driven] -="),
+        FORCE,
+        arm=UNLIKE,
+    ),
+    Fault(
+        "friction read where the ratios are",
+        edit(LOADS + "unpacked", "numbers[ratio + count :])", "numbers[ratio : ratio + count])"),
         FORCE,
         arm=UNLIKE,
     ),
     Fault(
         "friction of the shoulder everywhere",
-        edit(TREE + "add_joints", "friction[joint]", "friction[0]"),
+        edit(LOADS + "add_joints", "friction[joint]", "friction[0]"),
         FORCE,
         arm=UNLIKE,
     ),
@@ -379,7 +390,7 @@ SECOND_VERSION = [
         MASS,
         arm=DIRECT,
     ),
-    Fault("direct joint with a ratio", edit(TREE + "_ratio", "1.0", "2.0"), FORCE, arm=DIRECT),
+    Fault("direct joint with a ratio", edit(LOADS + "_ratio", "1.0", "2.0"), FORCE, arm=DIRECT),
     Fault(
         "last harmonic lost",
         edit(STIFFNESS + "waves_at", "first + rows)", "first + rows - 1)"),
@@ -434,7 +445,7 @@ SECOND_VERSION = [
     ),
     Fault(
         "friction missing in a run",
-        edit(TREE + "joints_of", "joint.friction_N_m_s_per_rad", "0.0"),
+        edit(LOADS + "joints_of", "joint.friction_N_m_s_per_rad", "0.0"),
         THETA,
         arm=UNLIKE,
     ),

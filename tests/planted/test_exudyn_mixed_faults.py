@@ -14,6 +14,7 @@ from tests.planted.bodies_interpreted import interpret as interpret_bodies
 from tests.planted.faults import Plant, edit, interpret
 
 TREE, LAWS = "models.exudyn_tree:", "models.exudyn_tree_laws:"
+LOADS = "models.exudyn_tree_loads:"
 PARTS, CURVE = "models.exudyn_tree_parts:", "models.exudyn_tree_stiffness:"
 BODIES, CONTACT = "models.exudyn_bodies:", "models.exudyn_contact:"
 POSES, SPRING = "models.exudyn_poses:", "models.exudyn_contact_stiffness:"
@@ -42,13 +43,13 @@ IN_TREE = [
         MASS,
     ),
     MixedFault("J for M", edit(LAWS + "inertia", "return given", "return given * radius**2"), MASS),
-    MixedFault("direct motor by a ratio", edit(TREE + "_ratio", "return 1.0", "return 2.0")),
-    MixedFault("friction drives", edit(TREE + "add_joints", "forces[link] -=", "forces[link] +=")),
+    MixedFault("direct motor by a ratio", edit(LOADS + "_ratio", "return 1.0", "return 2.0")),
+    MixedFault("friction drives", edit(LOADS + "add_joints", "forces[link] -=", "forces[link] +=")),
     MixedFault(
-        "friction of the shoulder", edit(TREE + "add_joints", "friction[joint]", "friction[0]")
+        "friction of the shoulder", edit(LOADS + "add_joints", "friction[joint]", "friction[0]")
     ),
     MixedFault(
-        "friction on the motor", edit(TREE + "add_joints", "forces[link] -=", "forces[driven] -=")
+        "friction on the motor", edit(LOADS + "add_joints", "forces[link] -=", "forces[driven] -=")
     ),
     MixedFault(
         "weight upwards",

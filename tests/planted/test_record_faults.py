@@ -14,9 +14,9 @@ RECORDS = {
         Fault(
             "rates recorded of the meshes",
             edit(
-                "analytic.model:AnalyticModel.record",
-                "vs[:, theta]",
-                "vs[:, theta - 1]",
+                "analytic.model:AnalyticModel.recorded",
+                '"theta_dot": v[:, theta]',
+                '"theta_dot": v[:, theta - 1]',
             ),
             "same-step/theta_dot",
         ),
@@ -25,10 +25,11 @@ RECORDS = {
             edit(ALONG, "gears, drive, time[k], q", "gears, drive, 0.0, q"),
             "same-step/theta_ddot",
             OMEGA_T,
+            kernel="plain",
         ),
         Fault(
             "torques recorded without the clock",
-            edit(ALONG, "drive, j, time[k]", "drive, j, 0.0"),
+            edit("models.drive:torques_along", "time[k],", "0.0,"),
             "same-step/torque",
             (),
             "sinusoid",

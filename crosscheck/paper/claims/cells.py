@@ -24,7 +24,7 @@ from crosscheck.paper.claims.quantities import (
     Source,
 )
 from crosscheck.paper.claims.rule import LAWS, Cell
-from crosscheck.paper.claims.statics import statics
+from crosscheck.paper.claims.statics import Statics
 from crosscheck.paper.scale import Scale
 from crosscheck.studies.study import Asked, Comparison, Study, Variant
 
@@ -85,7 +85,8 @@ QUICK = Plan(
 def cells(study: Study, scale: Scale) -> list[Cell]:
     """Every cell with its numbers."""
     plan = QUICK if scale.quick else FULL
-    known = {reading: statics(reading) for reading in plan.readings}
+    asked_of = [Statics(reading) for reading in plan.readings]
+    known = dict(zip(plan.readings, study.answers(asked_of, "claims: statics"), strict=True))
     found = [Cell(*where) for where in product(LAWS, plan.readings, plan.zetas)]
     wanted = [(cell, experiment) for cell in found for experiment in experiments(plan, cell)]
     asked = [Asked(scale.cut(experiment.variant), experiment.measure) for _, experiment in wanted]

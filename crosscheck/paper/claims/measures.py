@@ -15,8 +15,8 @@ from scipy.ndimage import uniform_filter1d
 from scipy.signal import find_peaks
 
 from analytic.kinematics import StageGeometry
+from crosscheck import signals
 from crosscheck.checks.trajectories import tip_position
-from crosscheck.paper import signals
 from crosscheck.paper.reading import arm_of, first_mesh, resampled, switches_of
 from crosscheck.paper.rigid import beside_every_level, without_gears
 from crosscheck.paper.stage import paper_stage

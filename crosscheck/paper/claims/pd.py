@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from crosscheck.paper import events, signals
+from crosscheck import signals
+from crosscheck.paper import events
 from crosscheck.paper.claims.measures import RING_CYCLES, correlation, decay, fast, geometry
 from crosscheck.paper.events import IMPACT_S, PEAK_S, SETTLING_BANDS, SideChange
 from crosscheck.paper.reading import excess_acceleration, first_mesh, resampled, scenario_of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -23,6 +23,7 @@ from models.interface import Model
 from models.loading import load_arm, load_scenario
 from models.switches import switches
 
+SCENARIO = "constant-torque"  # in which equations are compared
 SIGMAS = ("1e8", "1e7", "1e6", "1e5")  # 1/m, Eq. 6
 CONTACT_RATIOS = ("1.5", "1.3", "1.7")
 BASE_MASSES = ("5", "50", "500", "5000")  # over the arm's mass
@@ -33,10 +34,27 @@ EXTREME_M = 6e-3  # Section 4.1's largest clearance
 BENDS = ("0", "45", "90", "135")  # elbow angle [deg] at which joint errors are taken to the tip
 
 
-@lru_cache
-def statics(arm_name: str) -> Numbers:
+@dataclass(frozen=True)
+class Statics:
+    """The ``statics`` of a built-in arm."""
+
+    arm: str
+
+    @property
+    def inputs(self) -> str:
+        records = (load_arm(self.arm), load_scenario(SCENARIO))
+        return "\n".join([self.arm, *(record.model_dump_json() for record in records)])
+
+    @property
+    def cost(self) -> float:
+        return 2.0
+
+    def answer(self) -> Numbers:
+        return statics(load_arm(self.arm))
+
+
+def statics(arm: Arm) -> Numbers:
     """All numbers of an arm that follow from its data alone."""
-    arm = load_arm(arm_name)
     stage = paper_stage(arm)
     return {
         **_gearing(stage),
@@ -131,7 +149,7 @@ def _rms(values: np.ndarray) -> float:
 
 def _equations(arm: Arm) -> Numbers:
     """Eqs. 16-22 at random states: printed against energies against true velocities."""
-    scenario = load_scenario("constant-torque")
+    scenario = load_scenario(SCENARIO)
     chosen = switches(phase="omega_t")
     printed, energies, physical = (
         model(arm, scenario, chosen) for model in (PrintedModel, EnergiesModel, PhysicalModel)

@@ -15,10 +15,10 @@ import sympy as sp
 from analytic.backlash import dead_zone_tanh
 from analytic.energies import JOINTS
 from analytic.mesh_frequency import ring_mesh_rate, sun_mesh_rate
-from analytic.model import PhysicalModel
 from analytic.symbols import geared_variables
 from crosscheck.paper.errata import transcript
 from crosscheck.paper.errata.erratum import Erratum, Trial
+from crosscheck.paper.errata.sides import PhysicalSide
 from crosscheck.paper.errata.typeset import tex
 from crosscheck.paper.stage import paper_stage, without_backlash
 from models.arm import Arm
@@ -80,12 +80,8 @@ def ring_mesh_frequency(arm: Arm) -> Iterator[Erratum]:
             size=rates["corrected"] - rates["eq13"],
             unit="cycles per carrier turn",
             trial=Trial(
-                lambda scenario: PhysicalModel(
-                    arm, scenario, switches(phase="omega_t", ring_rate="eq13")
-                ),
-                lambda scenario: PhysicalModel(
-                    arm, scenario, switches(phase="omega_t", ring_rate="corrected")
-                ),
+                PhysicalSide(arm, switches(phase="omega_t", ring_rate="eq13")),
+                PhysicalSide(arm, switches(phase="omega_t", ring_rate="corrected")),
             ),
         )
 
@@ -107,12 +103,8 @@ def phase_of_a_varying_frequency(arm: Arm) -> Iterator[Erratum]:
             size=None,
             unit="rad/s",
             trial=Trial(
-                lambda scenario: PhysicalModel(
-                    arm, scenario, switches(phase="omega_t", ring_rate="corrected")
-                ),
-                lambda scenario: PhysicalModel(
-                    arm, scenario, switches(phase="angle", ring_rate="corrected")
-                ),
+                PhysicalSide(arm, switches(phase="omega_t", ring_rate="corrected")),
+                PhysicalSide(arm, switches(phase="angle", ring_rate="corrected")),
             ),
         )
 
@@ -133,8 +125,7 @@ def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
             size=force_at_edge,
             unit="N",
             trial=Trial(
-                lambda scenario: PhysicalModel(without_backlash(arm), scenario),
-                lambda scenario: PhysicalModel(arm, scenario),
+                PhysicalSide(without_backlash(arm), switches()), PhysicalSide(arm, switches())
             ),
         )
 

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Literal
 
 import numpy as np
+import xarray as xr
 
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.paper.record import JsonObject
@@ -14,13 +15,15 @@ from crosscheck.paper.undefined import defined
 from models.interface import Model
 from models.scenario import Scenario
 
+Side = Callable[[Scenario], Model]  # equal ones make equal models
+
 
 @dataclass(frozen=True)
 class Trial:
     """Two models of any scenario that differ in the slip alone: as printed, and put right."""
 
-    as_printed: Callable[[Scenario], Model]
-    put_right: Callable[[Scenario], Model]
+    as_printed: Side
+    put_right: Side
 
 
 @dataclass(frozen=True)
@@ -53,9 +56,19 @@ class Erratum:
     derived_tex: str = ""
 
 
-def effect_of(trial: Trial, scenario: Scenario) -> Effect:
-    """Run both models through a scenario and compare. Raises Diverged."""
-    printed, right = (side(scenario).simulate() for side in (trial.as_printed, trial.put_right))
+def simulated(side: Side, scenario: Scenario) -> xr.Dataset:
+    """A side's run. Raises Diverged."""
+    return side(scenario).simulate()
+
+
+def effect_of(
+    trial: Trial, scenario: Scenario, run: Callable[[Side, Scenario], xr.Dataset] = simulated
+) -> Effect:
+    """Run both models through a scenario and compare. Raises Diverged.
+
+    run: may give again what it has given.
+    """
+    printed, right = (run(side, scenario) for side in (trial.as_printed, trial.put_right))
     forces = [largest_difference(printed, right, force) for force in ("F_sp", "F_pr")]
     return Effect(largest_difference(printed, right, "theta"), float(np.max(forces)))
 

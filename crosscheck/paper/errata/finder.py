@@ -5,20 +5,28 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 
 import sympy as sp
 
 from analytic.energies import JOINTS, energies_form
 from analytic.forms import Form, christoffel_bias
-from analytic.paper_model import FormModel, PrintedModel
+from analytic.paper_model import PrintedModel
 from analytic.printed import printed_form
 from analytic.symbols import geared_variables, parameter_values, stage_symbols
 from crosscheck.paper.errata import compare, energy
 from crosscheck.paper.errata.auxiliary import auxiliary_errata
-from crosscheck.paper.errata.erratum import Erratum, Slip, Trial, effect_of, tried
+from crosscheck.paper.errata.erratum import (
+    Erratum,
+    Slip,
+    Trial,
+    effect_of,
+    simulated,
+    tried,
+)
+from crosscheck.paper.errata.sides import FormSide
 from crosscheck.paper.errata.typeset import tex
 from models.arm import Arm
-from models.interface import Model
 from models.layout import layout_of
 from models.loading import load_scenario
 from models.scenario import Scenario
@@ -59,7 +67,7 @@ def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
             size=size,
             unit=_unit(difference),
             relative=relative,
-            trial=Trial(_with_form(arm, printed), _with_form(arm, right)),
+            trial=Trial(FormSide(arm, printed), FormSide(arm, right)),
         )
 
 
@@ -104,8 +112,8 @@ def energy_errata(arm: Arm) -> Iterator[Erratum]:
             unit="kg m^2 in M_33",
             relative=relative,
             trial=Trial(
-                _with_form(arm, energies_form()),
-                _with_form(arm, _with_energy(difference.missing.subs(stated))),
+                FormSide(arm, energies_form()),
+                FormSide(arm, _with_energy(difference.missing.subs(stated))),
             ),
         )
 
@@ -139,19 +147,15 @@ def _with_energy(missing: sp.Expr) -> Form:
     return replace(form, mass_matrix=mass, bias=christoffel_bias(mass, form.q, form.v))
 
 
-def _with_form(arm: Arm, form: Form) -> Callable[[Scenario], Model]:
-    return lambda scenario: FormModel(arm, scenario, None, form)
-
-
 def errata_records(
     arm: Arm, told: Callable[[str], None], duration_s: float = EFFECT_S
 ) -> list[Slip]:
     """All errata with their simulated effects; ``told`` hears of each trial."""
-    slips = []
+    slips, run = [], cache(simulated)
     for erratum in find_errata(arm):
         told(erratum.where)
         effects = {
-            scenario.name: effect_of(erratum.trial, scenario)
+            scenario.name: effect_of(erratum.trial, scenario, run)
             for scenario in effect_scenarios(duration_s)
             if erratum.trial is not None
         }

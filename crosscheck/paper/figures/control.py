@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from crosscheck.paper import events, signals
+from crosscheck import signals
+from crosscheck.paper import events
 from crosscheck.paper.events import THIRD_S
 from crosscheck.paper.figures.measures import impact, swing
 from crosscheck.paper.figures.plate import (

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import xarray as xr
 
-from crosscheck.paper import signals
+from crosscheck import signals
 from crosscheck.paper.events import THIRD_S
 from crosscheck.paper.figures.measures import Impact, energy_peak, force_swing, impact, third_force
 from crosscheck.paper.figures.plate import (

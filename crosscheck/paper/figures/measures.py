@@ -8,8 +8,9 @@ import numpy as np
 import xarray as xr
 from scipy.ndimage import uniform_filter1d
 
+from crosscheck import signals
 from crosscheck.envelope import envelope
-from crosscheck.paper import events, signals
+from crosscheck.paper import events
 from crosscheck.paper.reading import first_mesh
 from crosscheck.paper.undefined import finite, known, quotient
 from crosscheck.studies.study import Numbers

@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from crosscheck.paper import events, signals
+from crosscheck import signals
+from crosscheck.paper import events
 from crosscheck.paper.figures.measures import line
 from crosscheck.paper.figures.plate import (
     Plate,

@@ -12,8 +12,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from crosscheck import signals
 from crosscheck.envelope import envelope
-from crosscheck.paper import signals
 from crosscheck.paper.figures.runs import LAWS
 from crosscheck.paper.reading import arm_of
 from crosscheck.paper.reductions import first_planets

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from crosscheck import signals
 from crosscheck.envelope import envelope
-from crosscheck.paper import signals
 from crosscheck.paper.figures.measures import HIGHEST_HZ, SPECTRUM_S, Line, line, spectrum_part
 from crosscheck.paper.figures.plate import (
     Plate,

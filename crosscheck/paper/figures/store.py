@@ -9,7 +9,7 @@ from contextlib import suppress
 import numpy as np
 import xarray as xr
 
-from crosscheck.paper import signals
+from crosscheck import signals
 from crosscheck.paper.figures.runs import (
     BACKLASHES_UM,
     DRIVEN_UM,

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from crosscheck import signals
 from crosscheck.checks.trajectories import tip_position
-from crosscheck.paper import signals
 from crosscheck.paper.figures.measures import cycles, swing
 from crosscheck.paper.figures.plate import (
     MICRO,

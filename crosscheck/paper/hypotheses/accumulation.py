@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from crosscheck.paper import signals
+from crosscheck import signals
 from crosscheck.paper.reductions import angles
 from crosscheck.paper.rigid import COUPLED, rigid_model
 from crosscheck.paper.scale import Scale

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from crosscheck.paper import signals
+from crosscheck import signals
 from crosscheck.paper.hypotheses.controller_records import Flutter, GrowthCheck, Threshold
 from crosscheck.paper.hypotheses.controller_views import (
     drawing,

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from crosscheck.paper import signals
+from crosscheck import signals
 from crosscheck.paper.claims.cells import RECORD_EVERY, TORQUE_RECORD
 from crosscheck.paper.claims.measures import CONSTANT_TORQUE
 from crosscheck.paper.claims.pd import WHOLE

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analytic.model import PhysicalModel
-from crosscheck.paper import signals
+from crosscheck import signals
 from crosscheck.paper.phase.experiments import Experiment, Response, responses, vibration
 from crosscheck.paper.phase.linear import Base, base_motion
 from crosscheck.paper.phase.plant import forces_along, plant_of

@@ -11,8 +11,9 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from analytic.model import PhysicalModel
-from crosscheck.paper import signals
+from crosscheck import signals
 from crosscheck.paper.fluctuation import THIRD_S
+from crosscheck.paper.phase.motion import Continued, Motion, motion
 from crosscheck.paper.phase.plant import (
     Plant,
     accelerations_along,
@@ -86,27 +87,38 @@ class Experiment:
         """Rough seconds."""
         return 0.5 * (self.variant.duration_s or 3.0)
 
-    def plant(self) -> Plant:
-        """The arm under this experiment's laws."""
+    def model(self) -> PhysicalModel:
+        """The arm under this experiment's laws, but for Eq. 11 in full, at its start."""
         case = self.variant.case()
         if self.recorded:
             case = played_back(case)
-        plant = plant_of(PhysicalModel(*case), self.full_rate)
+        model = PhysicalModel(*case) if self.after is None else self._continued(case, self.after)
         factors = np.tile(self.damping, len(case.arm.joints))
-        return plant._replace(gears=plant.gears._replace(d=plant.gears.d * factors))
+        model.gears = model.gears._replace(d=model.gears.d * factors)
+        return model
+
+    @staticmethod
+    def _continued(case: Case, after: Experiment) -> PhysicalModel:
+        before = _performed(after)
+        return Continued(case, before.q, before.v)
+
+    def plant(self) -> Plant:
+        """The same with Eq. 11 as the experiment has it."""
+        return plant_of(self.model(), self.full_rate)
 
     def perform(self) -> Response:
         """Run it."""
-        case, plant = self.variant.case(), self.plant()
-        clock, (q, v) = self.clock_s, PhysicalModel(*case).start()
-        if self.after is not None:
-            before = _performed(self.after)
-            clock, q, v = float(before.time[-1]), before.q, before.v
-        scenario = case.scenario
-        qs, vs = integrate(plant, clock, q, v, scenario.step_s, scenario.steps, STRIDE)
+        model = self.model()
+        clock = self.clock_s if self.after is None else float(_performed(self.after).time[-1])
+        run = self._in_full(model, clock) if self.full_rate else motion(model, clock)
+        return Response(run.time, run.a[:, model.layout.theta], run.q[-1], run.v[-1])
+
+    def _in_full(self, model: PhysicalModel, clock: float) -> Motion:
+        """By Eq. 11 in full, which the model's own kernels do not know."""
+        plant, scenario = plant_of(model, full_rate=True), model.scenario
+        qs, vs = integrate(plant, clock, *model.start(), scenario.step_s, scenario.steps, STRIDE)
         time = clock + scenario.step_s * STRIDE * np.arange(len(qs))
-        accelerations = accelerations_along(plant, time, qs, vs)
-        return Response(time, accelerations[:, plant.terms.theta], qs[-1], vs[-1])
+        return Motion(time, qs, vs, accelerations_along(plant, time, qs, vs))
 
 
 @lru_cache(maxsize=4)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.paper import signals
+from crosscheck import signals
 from crosscheck.paper.fluctuation import THIRD_S
 from crosscheck.paper.phase.experiments import (
     FILTER_EDGE_S,

@@ -109,23 +109,39 @@ def integrate(
     """
     n, records = q0.size, steps // stride + 1
     qs, vs = np.full((records, n), np.nan), np.full((records, n), np.nan)
-    q, v, a, w = q0.copy(), v0.copy(), np.empty((4, n)), np.empty((4, n))
+    q, v = q0.copy(), v0.copy()
+    room, between = kernel.scratch(plant.terms), kernel.stages(n)
     qs[0], vs[0] = q, v
-    h = step
     for k in range(steps):
-        t = clock + k * h
-        w[0] = v
-        acceleration(plant, t, q, w[0], a[0])
-        w[1] = v + h / 2 * a[0]
-        acceleration(plant, t + h / 2, q + h / 2 * w[0], w[1], a[1])
-        w[2] = v + h / 2 * a[1]
-        acceleration(plant, t + h / 2, q + h / 2 * w[1], w[2], a[2])
-        w[3] = v + h * a[2]
-        acceleration(plant, t + h, q + h * w[2], w[3], a[3])
-        q += h / 6 * (w[0] + 2 * w[1] + 2 * w[2] + w[3])
-        v += h / 6 * (a[0] + 2 * a[1] + 2 * a[2] + a[3])
+        _step(plant, clock + k * step, step, q, v, room, between)
         if (k + 1) % stride == 0:
             if not (np.isfinite(q).all() and np.isfinite(v).all()):
                 break
             qs[(k + 1) // stride], vs[(k + 1) // stride] = q, v
     return qs, vs
+
+
+@njit(cache=True, inline="always")
+def _step(
+    plant: Plant,
+    t: float,
+    h: float,
+    q: np.ndarray,
+    v: np.ndarray,
+    room: kernel.Scratch,
+    s: kernel.Stages,
+) -> None:
+    """``kernel.runge_kutta_step`` with the plant's phases."""
+    for stage in range(4):
+        part = 0.0 if stage == 0 else h if stage == 3 else h / 2
+        before = max(stage - 1, 0)
+        for i in range(q.size):
+            s.q[i] = q[i] + part * s.v[before, i] if stage else q[i]
+            s.v[stage, i] = v[i] + part * s.a[before, i] if stage else v[i]
+        set_phases(plant, t + part, s.q, s.v[stage])
+        kernel.acceleration_by(
+            plant.terms, plant.gears, plant.drive, t + part, s.q, s.v[stage], room, s.a[stage]
+        )
+    for i in range(q.size):
+        q[i] += h / 6 * (s.v[0, i] + 2 * s.v[1, i] + 2 * s.v[2, i] + s.v[3, i])
+        v[i] += h / 6 * (s.a[0, i] + 2 * s.a[1, i] + 2 * s.a[2, i] + s.a[3, i])

@@ -10,10 +10,11 @@ import numpy as np
 
 from analytic import kernel
 from analytic.model import PhysicalModel
+from crosscheck import signals
 from crosscheck.envelope import envelope
-from crosscheck.paper import signals
 from crosscheck.paper.phase.experiments import FILTER_EDGE_S, RIGID_STEP_S, STRIDE, vibration
-from crosscheck.paper.phase.plant import Plant, accelerations_along, integrate, plant_of
+from crosscheck.paper.phase.motion import motion
+from crosscheck.paper.phase.plant import Plant, plant_of
 from crosscheck.paper.phase.rigid import rigid_motion
 from crosscheck.paper.record import JsonObject, Record
 from crosscheck.paper.stage import with_steady_stiffness
@@ -151,7 +152,7 @@ def _one_stage(zeta: float) -> Arm:
 def _model(arm: Arm, torque: float, duration_s: float) -> PhysicalModel:
     scenario = load_case("paper-labelled", "constant-torque").scenario
     drive = ConstantDrive(kind="constant", torque_N_m=torque)
-    update = {"drive": drive, "duration_s": duration_s}
+    update = {"drive": drive, "duration_s": duration_s, "record_every": STRIDE}
     case = Case(arm, scenario.model_copy(update=update), _angle())
     return PhysicalModel(*case)
 
@@ -199,12 +200,8 @@ def _run_up(zeta: float, duration_s: float) -> Ramp:
     (theta,) = still.layout.theta
     inertia = float(still.mass_matrix(np.zeros(len(still.layout)))[theta, theta])
     model = _model(arm, inertia * FASTEST_RAD_PER_S / RAMP_S, duration_s)
-    plant, (q, v) = plant_of(model), model.start()
-    step, steps = model.scenario.step_s, model.scenario.steps
-    qs, vs = integrate(plant, 0.0, q, v, step, steps, STRIDE)
-    time = step * STRIDE * np.arange(len(qs))
-    accelerations = accelerations_along(plant, time, qs, vs)
-    return Ramp(vs[:, theta], vibration(time, accelerations[:, theta]))
+    run = motion(model)
+    return Ramp(run.v[:, theta], vibration(run.time, run.a[:, theta]))
 
 
 def tongues(zeta: float, speeds: np.ndarray) -> np.ndarray:

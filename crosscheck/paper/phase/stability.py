@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from scipy.ndimage import maximum_filter1d
 
-from crosscheck.paper import signals
+from crosscheck import signals
 from crosscheck.paper.fluctuation import THIRD_S
 from crosscheck.paper.phase.experiments import (
     FILTER_EDGE_S,

@@ -113,7 +113,8 @@ class Growth:
 def growth(study: Study, scale: Scale) -> Growth:
     """At the bistable setting, from many starts."""
     one = scale.cut(Cell("omega_t", SETTINGS[0]).starts("free", [1])[0])
-    answers = study.answers(partings(one, scale.starts(STARTS)), "planets: parting")
+    asked_of = partings(one, scale.starts(STARTS))
+    answers = [each for some in study.answers(asked_of, "planets: parting") for each in some]
     found = [answer for answer in answers if answer is not None]
     asked = len(answers)
     lumped = _first_parting("lumped", asked, found, [one.by_lumped for one in found])

@@ -12,23 +12,26 @@ equation, driven by contacts that come and go.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from analytic import kernel
+from analytic.fast.batch import Batch, displacements
 from analytic.gears import Gears
 from analytic.mesh_force import in_contact
 from analytic.model import PhysicalModel
 from analytic.stage import equivalent_masses
 from analytic.stiffness import stiffness
-from analytic.terms import Terms
 from models.arm import Planetary
-from models.drive import DriveData
+from models.trajectory import recorded_times
 
 LEAST = 1e-300  # of a difference that passes through 0, so that its logarithm is finite
 LARGEST = 1e100  # beyond it a difference is divided by itself, and its logarithm kept
+LAWS = 2  # of contact: as the teeth have it, and as if none ever parted
+CHUNK = 500  # steps that the models are ahead of their differences
 
 
 class Stages(NamedTuple):
@@ -36,9 +39,8 @@ class Stages(NamedTuple):
 
     mesh: place of the first planet's sun mesh among the gears; ring: where the coordinates x_pr of
     its planets begin; planets: how many of them; mass: M_p [kg] of one planet; frequency [rad/s]:
-    of the differences with both meshes in contact at mean stiffness; start: how far planets are
-    apart at rest [m]; floor: below which rounding does not let the spread fall [m]; pressed:
-    whether meshes count as in contact all the time.
+    of the differences with both meshes in contact at mean stiffness; floor: below which rounding
+    does not let the spread fall [m].
     """
 
     mesh: np.ndarray
@@ -46,9 +48,7 @@ class Stages(NamedTuple):
     planets: np.ndarray
     mass: np.ndarray
     frequency: np.ndarray
-    start: np.ndarray
     floor: np.ndarray
-    pressed: bool
 
 
 class Differences(NamedTuple):
@@ -62,20 +62,67 @@ class Differences(NamedTuple):
     size: np.ndarray
 
 
-def differences(model: PhysicalModel, start_m: np.ndarray, pressed: bool = False) -> Differences:
-    """Along the model's own run, at its records: how far planets get that start so far apart.
+class Followed(NamedTuple):
+    """A model's own run at its records, and how planets part along it.
 
-    start_m: per stage. Planets lumped or free; free ones count as all at their mean, so that what
-    the other stages' planets do is in it. Exact dead zone. pressed: as if no mesh ever parted.
+    time (times,) [s]; x_pr (times, coordinates) [m] of every planet that has a coordinate, stage by
+    stage; by_contact: of differences whose meshes touch where those of the run do; pressed: as if
+    no mesh ever parted.
     """
-    scenario = model.scenario
-    q, v = model.start()
-    law = (model.terms, model.gears, model.drive)
-    span = (scenario.step_s, scenario.steps, scenario.stride)
-    return Differences(*_along(*law, stages_of(model, start_m, pressed), q, v, *span))
+
+    time: np.ndarray
+    x_pr: list[np.ndarray]
+    by_contact: Differences
+    pressed: Differences
 
 
-def stages_of(model: PhysicalModel, start_m: np.ndarray, pressed: bool = False) -> Stages:
+class _Course(NamedTuple):
+    """Of members, what is kept at records: q (records, members, n) [m, rad]; logarithms of the
+    differences, (records, members, LAWS, stages)."""
+
+    q: np.ndarray
+    part: np.ndarray
+    size: np.ndarray
+
+
+class _Now(NamedTuple):
+    """Of members' differences, (members, LAWS, stages): x (..., 2), delta and delta' over
+    exp(scale); rate, bend: of the last Runge-Kutta stage; slid, sped: the step's sums."""
+
+    x: np.ndarray
+    scale: np.ndarray
+    rate: np.ndarray
+    bend: np.ndarray
+    slid: np.ndarray
+    sped: np.ndarray
+
+
+def followed(models: Sequence[PhysicalModel], start_m: np.ndarray) -> list[Followed | None]:
+    """Along the models' own runs, at their records: how far planets get that start so far apart.
+
+    models: alike but for their starts, no table for a drive; start_m (models, stages). Planets
+    lumped or free; free ones count as all at their mean, so that what the other stages' planets do
+    is in it. Exact dead zone. None for a run that diverges.
+    """
+    first, stages = models[0], stages_of(models[0])
+    time = recorded_times(first.scenario)
+    with np.errstate(invalid="ignore", over="ignore"):  # of runs that diverge
+        course = _along(models, stages, np.asarray(start_m, dtype=float))
+    finite = np.isfinite(course.q).all(axis=(0, 2))
+    ends = stages.ring + stages.planets
+    return [
+        Followed(
+            time,
+            [course.q[:, k, begin:end] for begin, end in zip(stages.ring, ends, strict=True)],
+            *(Differences(course.part[:, k, law], course.size[:, k, law]) for law in range(LAWS)),
+        )
+        if finite[k]
+        else None
+        for k in range(len(models))
+    ]
+
+
+def stages_of(model: PhysicalModel) -> Stages:
     """The geared stages of a model, planets lumped or free."""
     layout, gears = model.layout, model.gears
     joints = [joint for joint in model.arm.joints if isinstance(joint, Planetary)]
@@ -90,9 +137,7 @@ def stages_of(model: PhysicalModel, start_m: np.ndarray, pressed: bool = False) 
         np.array(counts),
         mass,
         np.sqrt((gears.k_m[mesh] + gears.k_m[mesh + 1]) / mass),
-        np.asarray(start_m, dtype=float),
         rounding_floor(gears.b[mesh + 1], damping / (2 * mass), model.scenario.step_s),
-        pressed,
     )
 
 
@@ -105,88 +150,178 @@ def rounding_floor(x_m: np.ndarray, decay_per_s: np.ndarray, step_s: float) -> n
     return np.spacing(x_m) / np.sqrt(24 * decay_per_s * step_s)
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def coefficients(
-    gears: Gears, mesh: int, pressed: bool, t: float, q: np.ndarray, v: np.ndarray
-) -> tuple[float, float]:
-    """Stiffness [N/m] and damping [N s/m] against a planet's difference.
+    gears: Gears, mesh: int, t: float, q: np.ndarray, v: np.ndarray
+) -> tuple[float, float, float, float]:
+    """Stiffness [N/m] and damping [N s/m] against a planet's difference; both with all pressed.
 
     mesh: place of its sun mesh, which its ring mesh follows.
     """
-    spring, damper = 0.0, 0.0
+    spring, damper, pressed, damped = 0.0, 0.0, 0.0, 0.0
     for i in range(mesh, mesh + 2):
         phase = kernel.phase_of(gears, i, t, q, v)
         sine = np.sin(phase)
-        touching = pressed or in_contact(kernel.gap_of(gears, i, phase, sine, q), gears.b[i])
+        k = stiffness(gears.law, i, phase, sine, gears.k_m[i], gears.k_a[i])
+        d = gears.d[i] / gears.planets[i]
+        touching = in_contact(kernel.gap_of(gears, i, phase, sine, q), gears.b[i])
+        pressed += k
+        damped += d
         if touching:
-            spring += stiffness(gears.law, i, phase, sine, gears.k_m[i], gears.k_a[i])
+            spring += k
         if touching or gears.damps_apart:
-            damper += gears.d[i] / gears.planets[i]
-    return spring, damper
+            damper += d
+    return spring, damper, pressed, damped
 
 
-@njit(cache=True)
-def _step(
-    gears: Gears,
-    of: Stages,
-    j: int,
-    t: float,
-    h: float,
-    q0: np.ndarray,
-    s: kernel.Stages,
-    x: np.ndarray,
+def _along(models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray) -> _Course:
+    """Step the models, and their differences behind them."""
+    scenario, batch = models[0].scenario, Batch(models)
+    now, course = _begun(start_m), _room(models, of)
+    reading = _reading(models[0])
+    for begin in range(0, scenario.steps + 1, CHUNK):
+        passed = batch.staged(min(CHUNK, scenario.steps + 1 - begin))
+        span = (begin, scenario.step_s, scenario.stride)
+        _follow(models[0].gears, of, *span, passed, reading, now, *course)
+    return course
+
+
+def _reading(model: PhysicalModel) -> np.ndarray:
+    """Of every coordinate the kernel's that it is, and that which is taken off or -1, (n, 2)."""
+    n = len(model.layout)
+    ways = displacements(model.layout, np.eye(n)[:, :, None])[:, :, 0]
+    less = np.where((ways < 0).any(axis=0), np.argmin(ways, axis=0), -1)
+    return np.column_stack([np.argmax(ways, axis=0), less])
+
+
+def _begun(start_m: np.ndarray) -> _Now:
+    members, stages = start_m.shape
+    x = np.zeros((members, LAWS, stages, 2))
+    x[..., 0] = 1.0
+    scale = np.repeat(np.log(start_m)[:, None], LAWS, axis=1)
+    return _Now(x, scale, *(np.zeros_like(scale) for _ in range(4)))
+
+
+def _room(models: Sequence[PhysicalModel], of: Stages) -> _Course:
+    records = models[0].scenario.steps // models[0].scenario.stride + 1
+    q = np.empty((records, len(models), len(models[0].layout)))
+    logarithms = np.empty((2, records, len(models), LAWS, of.mass.size))
+    return _Course(q, *logarithms)
+
+
+@njit(cache=True, inline="always")
+def _read(
+    passed: np.ndarray,
+    step: int,
+    stage: int,
+    reading: np.ndarray,
+    first: int,
+    member: int,
+    out: np.ndarray,
 ) -> None:
-    """RK4 of (delta, delta') = x in place, at the states that the shared motion's step went by."""
-    sums, rate, bend, q = np.zeros(2), 0.0, 0.0, np.empty(q0.size)
-    own = slice(of.ring[j], of.ring[j] + of.planets[j])
-    for k in range(4):
-        part = 0.0 if k == 0 else h if k == 3 else h / 2
-        q[:] = q0 if k == 0 else q0 + part * s.v[k - 1]
-        q[own] = q[own].mean()
-        spring, damper = coefficients(gears, of.mesh[j], of.pressed, t + part, q, s.v[k])
-        at = x[0] + part * rate
-        rate = x[1] + part * bend
-        bend = -(spring * at + damper * rate) / of.mass[j]
-        weight = 1.0 if k == 0 or k == 3 else 2.0
-        sums[0] += weight * rate
-        sums[1] += weight * bend
-    x += h / 6 * sums
+    """A member's rows from ``first`` on, in the coordinates of the layout, into out (n,).
+
+    reading: see ``_reading``.
+    """
+    block, lane = member // passed.shape[4], member % passed.shape[4]
+    for i in range(out.size):
+        out[i] = passed[step, stage, block, first + reading[i, 0], lane]
+        if reading[i, 1] >= 0:
+            out[i] -= passed[step, stage, block, first + reading[i, 1], lane]
+
+
+@njit(cache=True, inline="always")
+def _at_their_mean(of: Stages, q: np.ndarray) -> None:
+    """Put all planets of every stage where their mean is."""
+    for j in range(of.mass.size):
+        total = 0.0
+        for i in range(of.ring[j], of.ring[j] + of.planets[j]):
+            total += q[i]
+        q[of.ring[j] : of.ring[j] + of.planets[j]] = total / of.planets[j]
 
 
 @njit(cache=True)
-def _along(
-    terms: Terms,
+def _follow(
     gears: Gears,
-    drive: DriveData,
     of: Stages,
-    q0: np.ndarray,
-    v0: np.ndarray,
-    step: float,
-    steps: int,
+    begin: int,
+    h: float,
     stride: int,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Logarithms (records, stages); nan once the shared motion has ceased to be finite."""
-    count = of.mass.size
-    part = np.full((steps // stride + 1, count), np.nan)
-    size = part.copy()
-    q, v, x, scale = q0.copy(), v0.copy(), np.zeros((count, 2)), np.log(of.start)
-    room, between = kernel.scratch(terms), kernel.stages(q.size)
-    x[:, 0] = 1.0
-    part[0], size[0] = scale, scale
-    for k in range(steps):
-        before = q.copy()
-        kernel.runge_kutta_step(terms, gears, drive, k * step, step, q, v, room, between)
-        if not np.isfinite(q).all():
-            break
-        for j in range(count):
-            _step(gears, of, j, k * step, step, before, between, x[j])
-            whole = np.hypot(x[j, 0], x[j, 1] / of.frequency[j])
-            least = of.floor[j] * np.exp(-scale[j])
-            if whole > LARGEST or whole < least:
-                x[j] /= whole
-                scale[j] += np.log(max(whole, least))
-                whole = 1.0
-            if (k + 1) % stride == 0:
-                part[(k + 1) // stride, j] = scale[j] + np.log(max(abs(x[j, 0]), LEAST))
-                size[(k + 1) // stride, j] = scale[j] + np.log(whole)
-    return part, size
+    passed: np.ndarray,
+    reading: np.ndarray,
+    now: _Now,
+    q_kept: np.ndarray,
+    part_kept: np.ndarray,
+    size_kept: np.ndarray,
+) -> None:
+    """The differences' steps beside those that passed, from step ``begin`` on, kept at records.
+
+    q_kept, part_kept, size_kept: of the ``_Course``.
+    """
+    n = reading.shape[0]
+    q, v = np.empty(n), np.empty(n)
+    for step in range(passed.shape[0]):
+        record, rest = divmod(begin + step, stride)
+        for m in range(now.scale.shape[0]):
+            if rest == 0:
+                _read(passed, step, 0, reading, 0, m, q)
+                q_kept[record, m] = q
+                _keep(of, now, m, record, part_kept, size_kept)
+            for k in range(4):
+                part = 0.0 if k == 0 else 1.0 if k == 3 else 0.5
+                weight = 1.0 if k == 0 or k == 3 else 2.0
+                _read(passed, step, k, reading, 0, m, q)
+                _read(passed, step, k, reading, n, m, v)
+                _at_their_mean(of, q)
+                for j in range(of.mass.size):
+                    t = (begin + step) * h + part * h
+                    found = coefficients(gears, of.mesh[j], t, q, v)
+                    _stage(of, now, m, j, part * h, weight, found)
+            _end(of, now, m, h)
+
+
+@njit(cache=True, inline="always")
+def _stage(
+    of: Stages,
+    now: _Now,
+    m: int,
+    j: int,
+    part: float,
+    weight: float,
+    found: tuple[float, float, float, float],
+) -> None:
+    """A Runge-Kutta stage ``part`` [s] ahead of member m's differences in stage j."""
+    for law in range(LAWS):
+        spring, damper = (found[2], found[3]) if law else (found[0], found[1])
+        here = now.x[m, law, j, 0] + part * now.rate[m, law, j]
+        rate = now.x[m, law, j, 1] + part * now.bend[m, law, j]
+        bend = -(spring * here + damper * rate) / of.mass[j]
+        now.rate[m, law, j], now.bend[m, law, j] = rate, bend
+        now.slid[m, law, j] += weight * rate
+        now.sped[m, law, j] += weight * bend
+
+
+@njit(cache=True, inline="always")
+def _end(of: Stages, now: _Now, m: int, h: float) -> None:
+    """End the step of member m's differences; those beyond bounds are divided by themselves."""
+    for law in range(LAWS):
+        for j in range(of.mass.size):
+            slide = now.x[m, law, j, 0] + h / 6 * now.slid[m, law, j]
+            speed = now.x[m, law, j, 1] + h / 6 * now.sped[m, law, j]
+            now.slid[m, law, j], now.sped[m, law, j] = 0.0, 0.0
+            whole = np.hypot(slide, speed / of.frequency[j])
+            least = of.floor[j] * np.exp(-now.scale[m, law, j])
+            over = 1.0 if least <= whole <= LARGEST else whole
+            now.x[m, law, j, 0], now.x[m, law, j, 1] = slide / over, speed / over
+            if over != 1.0:
+                now.scale[m, law, j] += np.log(max(whole, least))
+
+
+@njit(cache=True, inline="always")
+def _keep(of: Stages, now: _Now, m: int, record: int, part: np.ndarray, size: np.ndarray) -> None:
+    """Logarithms of member m's differences into a record of part and size."""
+    for law in range(LAWS):
+        for j in range(of.mass.size):
+            slide, speed, scale = now.x[m, law, j, 0], now.x[m, law, j, 1], now.scale[m, law, j]
+            part[record, m, law, j] = scale + np.log(max(abs(slide), LEAST))
+            size[record, m, law, j] = scale + np.log(np.hypot(slide, speed / of.frequency[j]))

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analytic.model import PhysicalModel
-from crosscheck.paper.planets.hill import Differences, differences
+from crosscheck.paper.planets.hill import Differences, Followed, followed
 from crosscheck.paper.undefined import defined
 from crosscheck.studies.variant import Variant
-from models.errors import Diverged
 from models.loading import Case
 
 APART_M = 1e-6  # planets have parted: a fifth of the tooth error
 BIN_S = 0.005
+TOGETHER = 12  # starts that are followed at a time
 FAINTEST_M = 1e-30  # for the logarithm of planets that are exactly alike
 
 Series = tuple[tuple[float | None, ...], ...]  # (stages, bins)
@@ -48,39 +48,50 @@ class Parted:
 
 
 @dataclass(frozen=True)
-class Parting:
-    """The parting of the planets in a variant's experiment, its planets free."""
+class Partings:
+    """The parting of the planets in variants' experiments, alike but for their starts.
 
-    variant: Variant
+    Their planets are free.
+    """
+
+    variants: tuple[Variant, ...]
 
     @property
     def inputs(self) -> str:
-        return "\n".join(record.model_dump_json() for record in self.variant.case())
+        cases = [variant.case() for variant in self.variants]
+        return "\n".join(record.model_dump_json() for case in cases for record in case)
 
     @property
     def cost(self) -> float:
-        return 4.0 * (self.variant.duration_s or 3.0)
+        return len(self.variants) * (self.variants[0].duration_s or 3.0)
 
-    def answer(self) -> Parted | None:
-        """None if a run diverges."""
-        case = self.variant.case()
-        lumped, free = PhysicalModel(*alike(case)), PhysicalModel(*case)
-        try:
-            run, shared = free.simulate(), lumped.simulate()
-        except Diverged:
-            return None
-        time, x = run["time"].values, run["x_pr"].values
-        start = np.ptp(np.array(case.scenario.start.planet_offset_m), axis=1)
-        spread = _log(np.ptp(x, axis=2))
-        strayed = _log(np.abs(x.mean(axis=2) - shared["x_pr"].values[:, :, 0]))
-        return Parted(
-            tuple(map(float, time[_edges(time)])),
-            _course(time, Differences(spread, spread)),
-            _course(time, differences(lumped, start)),
-            _course(time, differences(free, start)),
-            _course(time, differences(lumped, start, pressed=True)),
-            tuple(_first(time, column) for column in strayed.T),
-        )
+    def answer(self) -> list[Parted | None]:
+        """None for a start from which a run diverges."""
+        cases = [variant.case() for variant in self.variants]
+        offsets = [np.array(case.scenario.start.planet_offset_m) for case in cases]
+        starts = np.array([np.ptp(each, axis=1) for each in offsets])
+        free = followed([PhysicalModel(*case) for case in cases], starts)
+        shared = followed([PhysicalModel(*alike(case)) for case in cases], starts)
+        return [
+            None if one is None or other is None else _parted(one, other)
+            for one, other in zip(free, shared, strict=True)
+        ]
+
+
+def _parted(free: Followed, shared: Followed) -> Parted:
+    """Of one start: its free run and the lumped one."""
+    time = free.time
+    spread = _log(np.column_stack([np.ptp(x, axis=1) for x in free.x_pr]))
+    means = np.column_stack([x.mean(axis=1) for x in free.x_pr])
+    strayed = _log(np.abs(means - np.column_stack(shared.x_pr)))
+    return Parted(
+        tuple(map(float, time[_edges(time)])),
+        _course(time, Differences(spread, spread)),
+        _course(time, shared.by_contact),
+        _course(time, free.by_contact),
+        _course(time, shared.pressed),
+        tuple(_first(time, column) for column in strayed.T),
+    )
 
 
 def _log(length_m: np.ndarray) -> np.ndarray:
@@ -118,6 +129,10 @@ def _first(time: np.ndarray, spread: np.ndarray) -> float | None:
     return float(time[np.argmax(parted)]) if parted.any() else None
 
 
-def partings(one: Variant, starts: int) -> list[Parting]:
-    """Of so many starts."""
-    return [Parting(replace(one, seed=seed)) for seed in range(1, starts + 1)]
+def partings(one: Variant, starts: int) -> list[Partings]:
+    """Of so many starts, some at a time."""
+    seeds = range(1, starts + 1)
+    variants = [replace(one, seed=seed) for seed in seeds]
+    return [
+        Partings(tuple(variants[begin : begin + TOGETHER])) for begin in range(0, starts, TOGETHER)
+    ]

@@ -6,6 +6,8 @@ a time is None where the event does not happen, a size nan where there are no sa
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 SPECTRUM_SAMPLES = 4  # fewer leave nothing of a Hann window but its middle
@@ -68,21 +70,52 @@ def spectrum(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return np.fft.rfftfreq(values.size, time[1] - time[0]), amplitudes
 
 
-def dominant_frequency(time: np.ndarray, values: np.ndarray, above_hz: float = 100.0) -> float:
-    """Frequency [Hz] of the largest line above ``above_hz``, refined by a parabola through it.
+class Line(NamedTuple):
+    """A line of a spectrum: frequency [Hz], and single-sided amplitude as the signal's unit."""
+
+    frequency_Hz: float
+    amplitude: float
+
+
+def largest_line(
+    time: np.ndarray, values: np.ndarray, above_hz: float, below_hz: float = np.inf
+) -> Line:
+    """The largest line from ``above_hz`` on, below ``below_hz``, refined by a parabola through it.
 
     nan if there is none.
     """
     frequency, amplitudes = spectrum(time, values)
-    first = int(np.searchsorted(frequency, above_hz))
-    if amplitudes[first:].max(initial=0.0) == 0:
-        return np.nan
-    peak = first + int(np.argmax(amplitudes[first:]))
+    band = window(frequency, above_hz, below_hz)
+    if amplitudes[band].max(initial=0.0) == 0:
+        return Line(np.nan, np.nan)
+    peak = band.start + int(np.argmax(amplitudes[band]))
+    size = float(amplitudes[peak])
     if peak in (0, amplitudes.size - 1):
-        return float(frequency[peak])
+        return Line(float(frequency[peak]), size)
     left, middle, right = np.log(amplitudes[peak - 1 : peak + 2] + 1e-300)
     shift = 0.5 * (left - right) / (left - 2 * middle + right)
-    return float(frequency[peak] + shift * frequency[1])
+    return Line(float(frequency[peak] + shift * frequency[1]), size)
+
+
+def dominant_frequency(time: np.ndarray, values: np.ndarray, above_hz: float = 100.0) -> float:
+    """Frequency [Hz] of the largest line above ``above_hz``; nan if there is none."""
+    return largest_line(time, values, above_hz).frequency_Hz
+
+
+def band_rms(time: np.ndarray, values: np.ndarray, above_hz: float, below_hz: float) -> float:
+    """Root mean square of what a signal has from one frequency to below another.
+
+    By the power of a Hann window, so that a steady sine of amplitude A inside gives A / sqrt(2);
+    nan where there are too few samples for one frequency.
+    """
+    frequency, amplitudes = spectrum(time, values)
+    if not frequency.size:
+        return np.nan
+    weights = np.hanning(values.size)
+    lines = amplitudes[window(frequency, above_hz, below_hz)]
+    # A line's power is spread over as many as the window is wide, in bins.
+    wide = values.size * np.square(weights).sum() / weights.sum() ** 2
+    return float(np.sqrt(np.square(lines).sum() / (2 * wide)))
 
 
 def settling_time(time: np.ndarray, values: np.ndarray, target: float, band: float) -> float | None:

@@ -1,0 +1,247 @@
+"""Many models run side by side: on the specialised kernels where they fit, else on the plain one.
+
+Models of one structure (joints, planets, laws, switches), step, duration and recording stand in
+one group; what one does is bit for bit the same whichever others stand beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import xarray as xr
+
+from analytic.fast.batch import WIDE, Batch, Records
+from models.errors import Diverged
+from models.layout import Meaning
+from models.trajectory import recorded_times
+
+if TYPE_CHECKING:
+    from analytic.model import AnalyticModel
+
+ABREAST = 4 * WIDE  # members of a group: a processor works on several blocks at a time
+CHUNK = 2**18  # numbers of a chunk: what a processor's second cache holds
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Consecutive records of members that ran side by side.
+
+    time (records,) [s]; records: in the coordinates of the members' layout. Of a member that has
+    diverged all is NaN from the first record on that is not finite.
+    """
+
+    time: np.ndarray
+    models: Sequence[AnalyticModel]
+    records: Records
+
+    @property
+    def theta(self) -> np.ndarray:
+        """Joint angles (records, joints, members) [rad]."""
+        return self.records.q[:, self.models[0].layout.theta]
+
+    @property
+    def theta_dot(self) -> np.ndarray:
+        """Joint rates (records, joints, members) [rad/s]."""
+        return self.records.v[:, self.models[0].layout.theta]
+
+    @property
+    def theta_ddot(self) -> np.ndarray:
+        """Joint accelerations (records, joints, members) [rad/s^2]."""
+        return self.records.a[:, self.models[0].layout.theta]
+
+    @cached_property
+    def torque(self) -> np.ndarray:
+        """Driving torques (records, joints, members) [N m], output side."""
+        found = [
+            model.torques(self.time, self.theta[:, :, place], self.theta_dot[:, :, place])
+            for place, model in enumerate(self.models)
+        ]
+        return np.stack(found, axis=2)
+
+    @cached_property
+    def x_sp(self) -> np.ndarray:
+        """Displacements of sun meshes (records, joints, planets, members) [m].
+
+        Lumped, one planet stands for all; NaN where a joint has no such planet.
+        """
+        return self._displacement("x_sp", self.records.q)
+
+    @cached_property
+    def x_pr(self) -> np.ndarray:
+        """The same of ring meshes."""
+        return self._displacement("x_pr", self.records.q)
+
+    @cached_property
+    def x_sp_dot(self) -> np.ndarray:
+        """Rates of x_sp [m/s]."""
+        return self._displacement("x_sp", self.records.v)
+
+    @cached_property
+    def x_pr_dot(self) -> np.ndarray:
+        """Rates of x_pr [m/s]."""
+        return self._displacement("x_pr", self.records.v)
+
+    @cached_property
+    def F_sp(self) -> np.ndarray:
+        """Elastic force of sun meshes per planet [N], shaped as x_sp."""
+        return self._by_planet(self.records.forces[:, ::2])
+
+    @cached_property
+    def F_pr(self) -> np.ndarray:
+        """The same of ring meshes."""
+        return self._by_planet(self.records.forces[:, 1::2])
+
+    def _displacement(self, mesh: Meaning, x: np.ndarray) -> np.ndarray:
+        layout = self.models[0].layout
+        if not layout.free:
+            return self._by_planet(x[:, layout.of(mesh)])
+        found = []
+        for joint in layout.meshing:
+            for planet in range(self._planets(joint)):
+                x_pr = x[:, layout.at("x_pr", joint, planet)]
+                found.append(x_pr if mesh == "x_pr" else x[:, layout.at("x_s", joint)] - x_pr)
+        return self._by_planet(np.stack(found, axis=1))
+
+    def _planets(self, joint: int) -> int:
+        return self.models[0].arm.joints[joint].planet_count if self.models[0].layout.free else 1
+
+    def _by_planet(self, values: np.ndarray) -> np.ndarray:
+        """Of values (records, meshes of one kind, members)."""
+        layout, joints = self.models[0].layout, len(self.models[0].arm.joints)
+        counts = [self._planets(joint) for joint in layout.meshing]
+        found = np.full((len(values), joints, max(counts, default=0), values.shape[2]), np.nan)
+        first = 0
+        for joint, count in zip(layout.meshing, counts, strict=True):
+            found[:, joint, :count] = values[:, first : first + count]
+            first += count
+        return found
+
+
+@dataclass
+class Group:
+    """Members that run side by side.
+
+    members: their places in what was asked; kernel: which one runs them; diverged_s (members,):
+    after the last chunk, the time [s] of the first record that is not finite, NaN if there is none.
+    """
+
+    members: tuple[int, ...]
+    models: Sequence[AnalyticModel]
+    kernel: Literal["fast", "plain"]
+    lanes: int = WIDE
+    diverged_s: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.diverged_s = np.full(len(self.members), np.nan)
+
+    def chunks(self) -> Iterator[Chunk]:
+        """In the order of time, each once; every record of the run is in one of them."""
+        time = recorded_times(self.models[0].scenario)
+        made = self._fast() if self.kernel == "fast" else self._plain(time)
+        first = 0
+        for records in made:
+            chunk = Chunk(time[first : first + len(records.q)], self.models, records)
+            first += len(records.q)
+            self._mark(chunk)
+            yield chunk
+
+    def _fast(self) -> Iterator[Records]:
+        scenario, batch = self.models[0].scenario, Batch(self.models, self.lanes)
+        most = max(1, CHUNK // (4 * len(self.models[0].layout) * len(self.models)))
+        left = scenario.steps // scenario.stride
+        while left and np.isnan(self.diverged_s).any():
+            records = min(left, most)
+            yield batch.advance(records, scenario.stride)
+            left -= records
+        yield batch.advance(1, 0) if left == 0 else self._nothing(left + 1)
+
+    def _nothing(self, records: int) -> Records:
+        """Of members that have all diverged."""
+        n, meshes = len(self.models[0].layout), self.models[0].gears.where.size
+        shapes = [(records, rows, len(self.models)) for rows in (n, n, n, meshes)]
+        return Records(*(np.full(shape, np.nan) for shape in shapes))
+
+    def _plain(self, time: np.ndarray) -> Iterator[Records]:
+        (model,) = self.models
+        records = model.along(time, *model.integrated())
+        yield Records(*(each[:, :, None] for each in records))
+
+    def _mark(self, chunk: Chunk) -> None:
+        """Note who has diverged, and leave nothing of it from there on."""
+        q, v, a, forces = chunk.records
+        finite = np.isfinite(q).all(axis=1) & np.isfinite(v).all(axis=1)
+        finite &= np.isnan(self.diverged_s)
+        if finite.all():
+            return
+        for member in np.flatnonzero(~finite.all(axis=0)):
+            first = int(np.argmin(finite[:, member]))
+            if np.isnan(self.diverged_s[member]):
+                self.diverged_s[member] = chunk.time[first]
+            for values in (q, v, a, forces):
+                values[first:, :, member] = np.nan
+
+
+def groups(models: Sequence[AnalyticModel]) -> list[Group]:
+    """Of any models, in as few groups as they fit in."""
+    alike: dict[object, list[int]] = {}
+    for place, model in enumerate(models):
+        alike.setdefault(_alike(model, place), []).append(place)
+    found = []
+    for places in alike.values():
+        kernel: Literal["fast", "plain"] = "fast" if models[places[0]].structure else "plain"
+        for first in range(0, len(places), ABREAST):
+            members = tuple(places[first : first + ABREAST])
+            found.append(Group(members, [models[place] for place in members], kernel))
+    return found
+
+
+def _alike(model: AnalyticModel, place: int) -> object:
+    """Equal of models that can run side by side; on the plain kernel each runs alone."""
+    if model.structure is None:
+        return place
+    scenario = model.scenario
+    grid = scenario.step_s, scenario.steps, scenario.stride
+    table = model.drive.table_time.tobytes(), model.drive.table_torque.tobytes()
+    return model.layout, model.structure, grid, table
+
+
+def alone(model: AnalyticModel) -> xr.Dataset:
+    """The run of one model by itself. Raises Diverged."""
+    kernel: Literal["fast", "plain"] = "fast" if model.structure else "plain"
+    (run,) = _runs(Group((0,), [model], kernel, lanes=1))
+    if isinstance(run, Diverged):
+        raise run
+    return run
+
+
+def trajectories(models: Sequence[AnalyticModel], threads: int = 1) -> list[xr.Dataset | Diverged]:
+    """Whole runs as ``simulate`` returns them, to rounding, or when they diverged.
+
+    threads: how many groups run at a time; no number hangs on it.
+    """
+    asked, found = groups(models), dict[int, xr.Dataset | Diverged]()
+    with ThreadPoolExecutor(threads) as pool:
+        for group, runs in zip(asked, pool.map(_runs, asked), strict=True):
+            found |= zip(group.members, runs, strict=True)
+    return [found[place] for place in range(len(models))]
+
+
+def _runs(group: Group) -> list[xr.Dataset | Diverged]:
+    records = [chunk.records for chunk in group.chunks()]
+    whole = Records(*(np.concatenate(parts) for parts in zip(*records, strict=True)))
+    times = enumerate(group.diverged_s)
+    return [_run(group.models[place], whole, place, at) for place, at in times]
+
+
+def _run(
+    model: AnalyticModel, records: Records, place: int, diverged_s: float
+) -> xr.Dataset | Diverged:
+    if not np.isnan(diverged_s):
+        return Diverged(model.name, float(diverged_s))
+    own = Records(*(np.ascontiguousarray(each[:, :, place]) for each in records))
+    return model.recorded(recorded_times(model.scenario), own)

@@ -1,0 +1,68 @@
+"""The links' equations without the gears' spin, in numbers.
+
+With the absolute spin of every gear as a coordinate of its own, the mass matrix of the links has
+nothing of the gears' spin in it: eliminating the displacements, which are constant combinations of
+spin and angles, is exact and is done once. Left are, over absolute link angles Theta_k,
+M_kl = m_kl cos(Theta_k - Theta_l) + G_kl and the lever W_k of the weight.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from analytic.bodies import Body, all_bodies
+from analytic.chain import Chain
+from analytic.rigid import rigid_bodies
+from analytic.stage import DirectStage, Stage, stage_numbers
+from models.arm import Arm
+from models.layout import Layout
+
+
+class Links(NamedTuple):
+    """m, G (joints, joints) [kg m^2] and W (joints,) [kg m]."""
+
+    coupling: np.ndarray
+    constant: np.ndarray
+    lever: np.ndarray
+
+    @property
+    def spread(self) -> bool:
+        """Whether G has more than a diagonal."""
+        return bool((self.constant != np.diag(np.diag(self.constant))).any())
+
+
+def links_of(arm: Arm, layout: Layout, level: str | None) -> Links:
+    """Of an arm: with all its bodies, or those of a rigid level."""
+    stages = tuple(stage_numbers(j, link) for j, link in zip(arm.joints, arm.links, strict=True))
+    return _links(stages, arm.payload_mass_kg, layout, level)
+
+
+@lru_cache(maxsize=128)
+def _links(
+    stages: tuple[Stage | DirectStage, ...], payload: float, layout: Layout, level: str | None
+) -> Links:
+    chain = Chain(stages, payload, layout)
+    bodies = all_bodies(chain) if level is None else rigid_bodies(chain, level)
+    joints = len(stages)
+    found = Links(np.zeros((joints, joints)), np.zeros((joints, joints)), np.zeros(joints))
+    for body in bodies:
+        _add(body, layout, found)
+    return found
+
+
+def _add(body: Body, layout: Layout, links: Links) -> None:
+    centre = np.zeros(len(links.lever))
+    centre[: len(body.centre)] = body.centre
+    links.coupling[:] += body.mass * np.outer(centre, centre)
+    links.lever[:] += body.mass * centre
+    if not body.angle[~layout.angular].any():  # else it spins by a displacement of its own
+        row = absolute(body.angle[layout.theta])
+        links.constant[:] += body.inertia * np.outer(row, row)
+
+
+def absolute(row: Any) -> np.ndarray:
+    """A row over joint angles, relative to the link before, as one over absolute angles."""
+    return np.array([*row], dtype=float) - np.array([*row[1:], 0.0], dtype=float)

@@ -1,0 +1,1 @@
+"""The benchmark: one module a part, each with ``measure(repeats) -> list[Row]``; `make bench`."""

@@ -1,0 +1,60 @@
+"""Part 6: what a step costs, by joints and by planets."""
+
+from __future__ import annotations
+
+from analytic.model import PhysicalModel
+from benchmarks.suite.cases import Counted
+from benchmarks.suite.rows import Row
+from benchmarks.suite.timing import in_turn, per_unit, processor, progress, seconds_of
+from crosscheck.template import example_arm
+from models.loading import load_scenario
+from models.switches import switches
+
+TABLE = "joints and planets"
+STEPS, STEP_S = 100_000, 1e-6
+JOINTS, PLANETS = (1, 2, 4, 6), (2, 4, 6)
+USUAL_PLANETS, USUAL_JOINTS = 3, 2
+COUNTED: tuple[Counted, ...] = ("lumped", "free")
+
+
+def measure(repeats: int) -> list[Row]:
+    """Arms of one to six joints with three planets each; then two joints of two to six planets."""
+    sizes = [(joints, USUAL_PLANETS, counted) for joints in JOINTS for counted in COUNTED]
+    sizes += [(USUAL_JOINTS, planets, "free") for planets in PLANETS]
+    models = {_name(*size): model_of(*size) for size in sizes}
+    for name, model in models.items():
+        progress(f"{name}: {seconds_of(model.simulate):.1f} s with what it compiles")
+    runs = {name: model.simulate for name, model in models.items()}
+    times = per_unit(in_turn(runs, repeats, processor), dict.fromkeys(runs, STEPS))
+    first = _name(*sizes[0])
+    return [
+        Row(
+            TABLE,
+            name,
+            f"simulate() on the {_kernel(models[name])} kernel, per step",
+            found.median * 1e9,
+            "ns",
+            first,
+            found.over(times[first]),
+            spread=found.spread,
+        )
+        for name, found in times.items()
+    ]
+
+
+def model_of(joints: int, planets: int, counted: Counted) -> PhysicalModel:
+    """The template's arm with as many planets in every joint, whether or not they would clear."""
+    arm = example_arm("sizes", joints)
+    stages = tuple(joint.model_copy(update={"planet_count": planets}) for joint in arm.joints)
+    update = {"duration_s": STEPS * STEP_S, "step_s": STEP_S, "record_every": STEPS}
+    scenario = load_scenario("constant-torque").model_copy(update=update)
+    widened = arm.model_copy(update={"joints": stages})
+    return PhysicalModel(widened, scenario, switches(planets=counted))
+
+
+def _kernel(model: PhysicalModel) -> str:
+    return "plain" if model.structure is None else "specialised"
+
+
+def _name(joints: int, planets: int, counted: str) -> str:
+    return f"{joints} joint{'s' * (joints > 1)}, {planets} planets, {counted}"

@@ -1,0 +1,90 @@
+"""A command run in its own process with its stack looked at every few milliseconds.
+
+What a stack was found at takes the time since the last look. Compiled code that holds the
+interpreter is seen as soon as it returns, so nothing is lost; and no call is made slower, as it
+would be by a profiler that counts calls.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import runpy
+import sys
+import threading
+import time
+from types import FrameType
+
+LOOK_S, TELL_S = 0.002, 0.1
+IMPORTING = "<frozen importlib"
+WAITING = "waiting for processes"
+# Of the innermost frame that belongs to one; a stack within an import is importing, whatever runs.
+KINDS = {
+    "drawing": ("/matplotlib/", "/PIL/", "crosscheck/report/", "/figures/", "/jinja2/"),
+    "compiling": ("/numba/", "/llvmlite/"),
+    "derivation": (
+        *("/sympy/", "/mpmath/", "analytic/lagrange", "analytic/terms", "analytic/chain"),
+        *("analytic/bodies", "analytic/symbol", "analytic/forms", "analytic/fast/links"),
+        *("analytic/fast/numbers", "analytic/rigid", "analytic/gears"),
+    ),
+    "integration": (
+        *("analytic/kernel", "analytic/fast/", "analytic/ensemble", "analytic/recording"),
+        *("analytic/reference", "/scipy/", "models/exudyn", "models/pinocchio"),
+    ),
+    "files": ("/h5netcdf/", "/h5py/", "/xarray/", "/pydantic/", "tomllib", "/json/"),
+    WAITING: ("/joblib/", "multiprocessing", "concurrent/"),
+}
+
+
+def kind_of(frame: FrameType | None) -> str:
+    """Of a stack, from its innermost frame outwards."""
+    found = "other"
+    while frame is not None:
+        file = frame.f_code.co_filename
+        if IMPORTING in file:
+            return "imports"
+        if found == "other":
+            kinds = (kind for kind, words in KINDS.items() if any(w in file for w in words))
+            found = next(kinds, "other")
+        frame = frame.f_back
+    return found
+
+
+def watch(thread: int, folder: str) -> None:
+    """Keep what each kind took in a file of this process, as long as it lasts."""
+    seconds, last, told = dict[str, float](), time.perf_counter(), 0.0
+    while True:
+        time.sleep(LOOK_S)
+        frame, now = sys._current_frames().get(thread), time.perf_counter()
+        if frame is not None and frame.f_code.co_filename != __file__:  # the command has ended
+            kind = kind_of(frame)
+            seconds[kind] = seconds.get(kind, 0.0) + now - last
+        last = now
+        if now - told > TELL_S:  # a worker is stopped without a word
+            told = now
+            draft = f"{folder}/{os.getpid()}.draft"
+            with open(draft, "w") as file:
+                json.dump(seconds, file)
+            os.replace(draft, f"{folder}/{os.getpid()}.json")
+
+
+def start_watching(folder: str) -> None:
+    """This process's main thread, from a thread that ends with it."""
+    watched = threading.main_thread().ident
+    threading.Thread(target=watch, args=(watched, folder), daemon=True).start()
+
+
+def main() -> None:
+    """`profiled.py FOLDER MODULE ARGUMENTS...`: runs a module; a file for every process forked."""
+    folder, module, *arguments = sys.argv[1:]
+    sys.argv, sys.path[0] = [module, *arguments], os.getcwd()
+    os.register_at_fork(after_in_child=lambda: start_watching(folder))
+    start_watching(folder)
+    try:
+        runpy.run_module(module, run_name="__main__", alter_sys=True)
+    finally:
+        time.sleep(2 * TELL_S)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,67 @@
+"""Exudyn's tree with its connectors, by three of its integrators."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from analytic.model import PhysicalModel
+from benchmarks.suite.solver import Solver
+from benchmarks.suite.solver_own import coordinates
+from models.exudyn_engine import Engine, exudyn
+from models.exudyn_tree import ExudynTree
+
+SMALLEST_S = 1e-12  # step of DOPRI5: at its default it may halve one for ever
+
+
+class Integrated(ExudynTree):
+    """By an integrator of the engine."""
+
+    method: ClassVar[str]
+
+
+class RungeKutta(Integrated):
+    """RK44, fixed step: the model as it is."""
+
+    method = "RK44"
+
+
+class DormandPrince(Integrated):
+    """DOPRI5, fixed step."""
+
+    method = "DOPRI5"
+
+    @cached_property
+    def _driven(self) -> Engine:
+        engine = self._engine(self.gears)
+        time = engine.settings.timeIntegration
+        time.solverType = exudyn.DynamicSolverType.DOPRI5
+        time.automaticStepSize, time.minimumStepSize = False, SMALLEST_S
+        return engine
+
+
+class GeneralizedAlpha(Integrated):
+    """Generalized-alpha, fixed step, Newton's method in every step."""
+
+    method = "generalized-alpha"
+
+    @cached_property
+    def _driven(self) -> Engine:
+        engine = self._engine(self.gears)
+        engine.solver = exudyn.MainSolverImplicitSecondOrder()
+        engine.solver.InitializeSolver(engine.system, engine.settings)
+        return engine
+
+
+def tree(model: PhysicalModel, grid: np.ndarray, made: type[Integrated]) -> Solver:
+    """By one of the classes above, at a step [s]."""
+    grid_s = float(grid[1] - grid[0])
+
+    def run(step_s: float) -> np.ndarray:
+        update = {"step_s": step_s, "record_every": round(grid_s / step_s)}
+        scenario = model.scenario.model_copy(update=update)
+        return coordinates(model, made(model.arm, scenario, model.switches).simulate())
+
+    return Solver(f"Exudyn {made.method}", "step", run)

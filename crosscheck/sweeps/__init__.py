@@ -1,0 +1,1 @@
+"""Studies of thousands of members: what is varied, what is measured, run in batches anywhere."""

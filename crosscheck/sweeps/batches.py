@@ -1,0 +1,110 @@
+"""How a study's members are cut into batches: by the study alone, so that a resumed run fits."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.sweeps.batch import Numbers, run_batch, run_check
+from crosscheck.sweeps.members import Study
+from crosscheck.sweeps.quantities import (
+    BandRms,
+    Function,
+    RigidDeviation,
+    SpectralPeak,
+    Trajectories,
+)
+from crosscheck.sweeps.schedule import Task
+from crosscheck.sweeps.version import digest_of
+from models.loading import Case
+
+# Rough costs [s] of a step for each mesh: side by side, and alone on the plain kernel.
+FAST_S, PLAIN_S = 1e-8, 7e-7
+BATCH_S = 3.0  # of work
+FEWEST = 16  # batches, where each still fills the lanes: what several workers share
+LANES = 32
+MOST_BYTES = 200e6  # of signals that are kept whole meanwhile
+
+
+class Batch(NamedTuple):
+    """Members from one place to before another, in C order of the grid; key: by content."""
+
+    key: str
+    begin: int
+    end: int
+
+
+def batches(study: Study, version: str, plain: bool) -> Iterator[Batch]:
+    """All of a study, in order. plain: whether its members run one by one."""
+    size = batch_size(study, plain)
+    for begin in range(0, study.count, size):
+        end = min(begin + size, study.count)
+        yield Batch(digest_of(study.digest, version, begin, end), begin, end)
+
+
+def task_of(study: Study, batch: Batch) -> Task:
+    """Its work."""
+    return Task(batch.key, run_batch, (study.text, batch.begin, batch.end))
+
+
+def checks(study: Study, version: str) -> list[Task]:
+    """The members that a second engine runs again, evenly chosen; arguments: (text, place)."""
+    wanted = min(study.definition.spot_checks, study.count)
+    places = [(2 * number + 1) * study.count // (2 * wanted) for number in range(wanted)]
+    return [
+        Task(digest_of(study.digest, version, "check", p), run_check, (study.text, p))
+        for p in places
+    ]
+
+
+def batch_size(study: Study, plain: bool) -> int:
+    """Members of a batch: some seconds of work, full lanes, bounded memory."""
+    case = study.base
+    meshes = sum(_meshes(case)) or 1
+    alone = case.scenario.steps * meshes * (PLAIN_S if plain else FAST_S)
+    lanes = 1 if plain else LANES
+    for_time = min(BATCH_S / alone, study.count / FEWEST)
+    by_memory = MOST_BYTES / max(1.0, _kept_bytes(study))
+    size = max(lanes * math.ceil(for_time / lanes), lanes)
+    return max(1, min(size, int(by_memory), study.count))
+
+
+def _meshes(case: Case) -> list[int]:
+    """Of each joint, that are worked out in a step."""
+    free = case.switches.planets == "free"
+    return [
+        2 * (joint.planet_count if free else 1) for joint in case.arm.joints if joint.planet_count
+    ]
+
+
+def _kept_bytes(study: Study) -> float:
+    """Of one member, while its batch runs."""
+    scenario, joints = study.base.scenario, len(study.base.arm.joints)
+    record = 8.0 * (scenario.steps // scenario.stride + 1) * joints
+    planets = max(1, *(joint.planet_count for joint in study.base.arm.joints))
+    total = 0.0
+    for quantity in study.definition.quantities:
+        if isinstance(quantity, SpectralPeak | BandRms | RigidDeviation):
+            total += 2 * record
+        elif isinstance(quantity, Trajectories):
+            total += 3 * record * len(quantity.signals) * planets
+        elif isinstance(quantity, Function):
+            total += 2 * record * (4 + 6 * planets)
+    return total
+
+
+def packed(numbers: Numbers) -> bytes:
+    """As they are kept."""
+    content = io.BytesIO()
+    np.savez(content, allow_pickle=False, **numbers)
+    return content.getvalue()
+
+
+def unpacked(content: bytes) -> Numbers:
+    """What was kept. Raises ValueError."""
+    with np.load(io.BytesIO(content), allow_pickle=False) as kept:
+        return {name: kept[name] for name in kept.files}

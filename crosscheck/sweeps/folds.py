@@ -1,0 +1,213 @@
+"""Numbers of signals, gathered while the signals pass by: of many members at once.
+
+A fold is shown a signal piece by piece, time (records,) [s] and values (records, *columns), and
+then has one number, or two, for every column. All but those that look at a spectrum keep nothing of
+what has passed but such numbers. What they mean is what ``crosscheck.signals`` says of a whole
+signal; a number is nan where the event did not happen or there was no sample.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import ClassVar
+
+import numpy as np
+
+from crosscheck import signals
+
+Numbers = tuple[np.ndarray, ...]
+
+
+class Fold(ABC):
+    """Of signals with columns of one shape.
+
+    parts: what its numbers are called after its name; ends: whether the last record alone counts.
+    """
+
+    parts: ClassVar[tuple[str, ...]] = ("",)
+    ends: ClassVar[bool] = False
+
+    @abstractmethod
+    def take(self, time: np.ndarray, values: np.ndarray) -> None:
+        """The next piece of the signal, not empty."""
+
+    @abstractmethod
+    def numbers(self) -> Numbers:
+        """Each of shape (*columns,)."""
+
+
+class Peak(Fold):
+    """Largest magnitude."""
+
+    def __init__(self, columns: tuple[int, ...]) -> None:
+        self.high = np.full(columns, -np.inf)
+
+    def take(self, time: np.ndarray, values: np.ndarray) -> None:
+        # Into C order, along which the largest is found in half the time.
+        size = np.abs(values, out=np.empty(values.shape))
+        np.maximum(self.high, size.max(axis=0), out=self.high)
+
+    def numbers(self) -> Numbers:
+        return (np.where(np.isfinite(self.high), self.high, np.nan),)
+
+
+class Range(Fold):
+    """Largest less smallest value."""
+
+    def __init__(self, columns: tuple[int, ...]) -> None:
+        self.high, self.low = np.full(columns, -np.inf), np.full(columns, np.inf)
+
+    def take(self, time: np.ndarray, values: np.ndarray) -> None:
+        np.maximum(self.high, values.max(axis=0), out=self.high)
+        np.minimum(self.low, values.min(axis=0), out=self.low)
+
+    def numbers(self) -> Numbers:
+        found = self.high - self.low
+        return (np.where(np.isfinite(found), found, np.nan),)
+
+
+class Average(Fold):
+    """Mean, or root mean square."""
+
+    def __init__(self, columns: tuple[int, ...], squared: bool) -> None:
+        self.squared = squared
+        self.total, self.count = np.zeros(columns), 0
+
+    def take(self, time: np.ndarray, values: np.ndarray) -> None:
+        self.total += (np.square(values) if self.squared else values).sum(axis=0)
+        self.count += time.size
+
+    def numbers(self) -> Numbers:
+        mean = self.total / self.count if self.count else np.full_like(self.total, np.nan)
+        return (np.sqrt(mean) if self.squared else mean,)
+
+
+class Last(Fold):
+    """The last value."""
+
+    ends = True
+
+    def __init__(self, columns: tuple[int, ...]) -> None:
+        self.value = np.full(columns, np.nan)
+
+    def take(self, time: np.ndarray, values: np.ndarray) -> None:
+        self.value = values[-1].copy()
+
+    def numbers(self) -> Numbers:
+        return (self.value,)
+
+
+class First(Fold):
+    """Time of the first record at which something is so."""
+
+    def __init__(self, columns: tuple[int, ...], so: Callable[[np.ndarray], np.ndarray]) -> None:
+        self.so, self.time = so, np.full(columns, np.nan)
+
+    def take(self, time: np.ndarray, values: np.ndarray) -> None:
+        so = self.so(values)
+        new = np.isnan(self.time) & so.any(axis=0)
+        self.time[new] = time[so.argmax(axis=0)][new]
+
+    def numbers(self) -> Numbers:
+        return (self.time,)
+
+
+class FirstLoss(Fold):
+    """Time of the first record without a force after one with it."""
+
+    def __init__(self, columns: tuple[int, ...]) -> None:
+        self.carried = np.zeros(columns, dtype=bool)
+        self.time = np.full(columns, np.nan)
+
+    def take(self, time: np.ndarray, values: np.ndarray) -> None:
+        before = np.logical_or.accumulate(np.concatenate([[self.carried], values != 0]), axis=0)
+        lost = before[:-1] & (values == 0)
+        new = np.isnan(self.time) & lost.any(axis=0)
+        self.time[new] = time[lost.argmax(axis=0)][new]
+        self.carried = before[-1]
+
+    def numbers(self) -> Numbers:
+        return (self.time,)
+
+
+class Share(Fold):
+    """Share of the records without a force; nan of a joint that has no such mesh."""
+
+    def __init__(self, columns: tuple[int, ...]) -> None:
+        self.apart, self.count = np.zeros(columns), 0
+        self.known = np.ones(columns, dtype=bool)
+
+    def take(self, time: np.ndarray, values: np.ndarray) -> None:
+        self.apart += (values == 0).sum(axis=0)
+        self.count += time.size
+        self.known &= ~np.isnan(values[-1])
+
+    def numbers(self) -> Numbers:
+        share = self.apart / self.count if self.count else np.full_like(self.apart, np.nan)
+        return (np.where(self.known, share, np.nan),)
+
+
+class Settled(Fold):
+    """Time after which values stay within a band about their targets, (*columns,)."""
+
+    def __init__(self, target: np.ndarray, band: float) -> None:
+        self.target, self.band = target, band
+        self.since = np.full(target.shape, np.nan)
+        self.inside = np.zeros(target.shape, dtype=bool)  # at the last record seen
+
+    def take(self, time: np.ndarray, values: np.ndarray) -> None:
+        outside = ~(np.abs(values - self.target) <= self.band)
+        left = outside.any(axis=0)
+        # The record after the last one outside; past the end, it comes with the next piece.
+        after = time.size - outside[::-1].argmax(axis=0)
+        back = left & (after < time.size)
+        self.since[back] = time[np.minimum(after, time.size - 1)][back]
+        entered = ~left & ~self.inside
+        self.since[entered] = time[0]
+        self.inside = ~outside[-1]
+
+    def numbers(self) -> Numbers:
+        return (np.where(self.inside, self.since, np.nan),)
+
+
+class Spectrum(Fold):
+    """What needs the signal whole: it is kept, until the number is asked for."""
+
+    def __init__(self, columns: tuple[int, ...], above_hz: float, below_hz: float) -> None:
+        self.columns, self.band = columns, (above_hz, below_hz)
+        self.time: list[np.ndarray] = []
+        self.values: list[np.ndarray] = []
+
+    def take(self, time: np.ndarray, values: np.ndarray) -> None:
+        self.time.append(time.copy())
+        self.values.append(values.reshape(time.size, -1).copy())  # the kernel's to reuse
+
+    def numbers(self) -> Numbers:
+        found = np.full((len(self.parts), int(np.prod(self.columns))), np.nan)
+        if self.time:
+            time, values = np.concatenate(self.time), np.concatenate(self.values)
+            for column, signal in enumerate(values.T):
+                if np.isfinite(signal).all():
+                    found[:, column] = self.of(time, np.ascontiguousarray(signal))
+        return tuple(row.reshape(self.columns) for row in found)
+
+    @abstractmethod
+    def of(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
+        """The numbers of one column."""
+
+
+class BandRms(Spectrum):
+    """Root mean square of what lies in a band of frequencies."""
+
+    def of(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
+        return (signals.band_rms(time, signal, *self.band),)
+
+
+class LargestLine(Spectrum):
+    """Frequency and amplitude of the largest line in a band."""
+
+    parts = ("_frequency", "_amplitude")
+
+    def of(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
+        return tuple(signals.largest_line(time, signal, *self.band))

@@ -1,0 +1,78 @@
+"""Dotted paths into the raw content of arms, scenarios and switches, as users write them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Any
+
+from models.errors import InputError
+
+SECTIONS = ("arm", "scenario", "switches")
+Place = tuple[str | int, ...]  # of one entry: keys of tables, indices in lists
+
+
+def is_path(path: str) -> bool:
+    """Whether it names something below one of the sections."""
+    keys = path.strip().split(".")
+    return len(keys) > 1 and keys[0] in SECTIONS and all(keys)
+
+
+def places(data: dict[str, Any], path: str, option: str) -> list[Place]:
+    """Every entry that a path stands for; ``*`` in it stands for each of a list.
+
+    The last key need not be in its table yet. option: what to name in a message. Raises InputError.
+    """
+    *above, last = path.strip().split(".")
+    found: list[tuple[Place, Any]] = [((), data)]
+    for depth, key in enumerate(above):
+        so_far = ".".join(above[: depth + 1])
+        found = [
+            ((*place, step), target[step])
+            for place, target in found
+            for step in _steps(target, key, so_far, option, known=True)
+        ]
+    return [
+        (*place, step)
+        for place, target in found
+        for step in _steps(target, last, path, option, known=False)
+    ]
+
+
+def value_at(data: dict[str, Any], place: Place) -> Any:
+    """What stands there; None if nothing does."""
+    target: Any = data
+    for step in place:
+        if isinstance(target, dict) and step not in target:
+            return None
+        target = target[step]
+    return target
+
+
+def assign(data: dict[str, Any], place: Place, value: Any) -> None:
+    """Put a value there."""
+    target: Any = data
+    for step in place[:-1]:
+        target = target[step]
+    target[place[-1]] = value
+
+
+def shown(place: Place) -> str:
+    """A place as messages show it, ``arm.joints[0].backlash_m``."""
+    return "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in place).lstrip(".")
+
+
+def _steps(target: Any, key: str, path: str, option: str, known: bool) -> Iterable[str | int]:
+    if isinstance(target, list):
+        return _indices(target, key, path, option)
+    if not isinstance(target, dict) or (known and key not in target):
+        raise InputError(option, path, None, "no such entry")
+    return [key]
+
+
+def _indices(target: list[Any], key: str, path: str, option: str) -> Iterable[int]:
+    if key == "*":
+        return range(len(target))
+    if not re.fullmatch("[0-9]{1,9}", key) or int(key) >= len(target):
+        raise InputError(option, path, None, f"index must be * or 0 to {len(target) - 1}")
+    return [int(key)]

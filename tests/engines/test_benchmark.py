@@ -1,0 +1,57 @@
+"""The benchmark's yardsticks compute what they say; how fast they are is no test's business."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from benchmarks.suite.c_reference import LANES, Scalar, Vectors
+from benchmarks.suite.cases import Counted, long_run, pd_run
+from benchmarks.suite.machine import machine
+from benchmarks.suite.refined import refined
+from benchmarks.suite.report import write
+from benchmarks.suite.rows import Row, absent
+from benchmarks.suite.single import largest_difference
+from models.trajectory import recorded_times
+
+SCHEMA = Path(__file__).parents[2] / "benchmarks" / "results.schema.json"
+COMPILED = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+# 2000 steps of some hundred roundings each; another order of them agrees to 1e-14 of the size.
+ROUNDING = 1e-12
+
+
+@COMPILED
+@pytest.mark.parametrize("joints", [2, 6])
+@pytest.mark.parametrize("counted", ["lumped", "free"])
+def test_c_references_are_the_plain_kernel(joints: int, counted: Counted) -> None:
+    model = long_run(joints, counted, 2000)
+    plain, _ = model.integrated()
+    scalar, vectors = Scalar(model), Vectors([model] * LANES)
+    scalar.run()
+    vectors.run()
+    assert largest_difference(model, scalar.states()[0], plain) < ROUNDING
+    assert largest_difference(model, vectors.states(LANES - 1)[0], plain) < ROUNDING
+    assert np.abs(plain - plain[0]).max() > 0
+
+
+def test_refined_solution_keeps_order_eight_through_contact_changes() -> None:
+    """0.02 s with contact changes: halving the step gains more than order 4 could, 16 times."""
+    model = pd_run(0.01)
+    grid = recorded_times(model.scenario)[:201]
+    rough, better, best = (refined(model, grid, step) for step in (1e-4, 5e-5, 6.25e-6))
+    assert best.changes > 0
+    errors = [largest_difference(model, run.q, best.q) for run in (rough, better)]
+    assert errors[0] > 30 * errors[1]
+
+
+def test_results_follow_their_schema(tmp_path: Path) -> None:
+    rows = [Row("a", "b", "c", 1.0, "s", "d", 2.0, 1.0, 0.1), absent("a", "b", "no compiler")]
+    write(rows, machine(1), tmp_path)
+    content = json.loads((tmp_path / "results.json").read_text())
+    jsonschema.validate(content, json.loads(SCHEMA.read_text()))
+    assert "**not reached**" in (tmp_path / "results.md").read_text()

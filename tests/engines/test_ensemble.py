@@ -1,0 +1,249 @@
+"""Members side by side: nobody hangs on a neighbour, and what is not covered runs plain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from analytic import ensemble
+from analytic.ensemble import Group, alone, groups, trajectories
+from analytic.model import AnalyticModel
+from crosscheck.registry import build, names
+from models.errors import Diverged
+from models.loading import load_arm
+from models.planets import usual_switches
+from models.scenario import Scenario
+from models.trajectory import recorded_times
+from tests.arms import random_arm
+
+MEMBERS = 40  # two groups, the second not full, its last block neither
+GEARED = "analytic:physical"
+ARMS = {
+    "lumped": (load_arm("probe"), {}),
+    "free": (load_arm("planets-apart"), {"mesh_work": "conservative"}),
+    "mixed": (random_arm(87, 5), {"phase": "omega_t", "damping": "contact"}),
+}
+FAR_TOO_STIFF = 1e12  # N m/rad: the step is far beyond its stability
+
+
+@dataclass(frozen=True)
+class Member:
+    """What a member has of its own."""
+
+    payload_kg: float
+    target_rad: float
+    stiffness: float
+    offset_m: float
+
+
+def members(count: int) -> list[Member]:
+    """Of payload, controller and start each its own."""
+    draw = np.random.default_rng(7)
+    least, most = [1.0, -1.0, 100.0, -2e-6], [9.0, 1.0, 2000.0, 2e-6]
+    return [Member(*row) for row in draw.uniform(least, most, (count, 4)).tolist()]
+
+
+def scenario(member: Member, steps: int = 30, **more: Any) -> Scenario:
+    fields = {
+        "duration_s": steps * 1e-5,
+        "step_s": 1e-5,
+        "record_every": 5,
+        "drive": {
+            "kind": "pd",
+            "target_rad": member.target_rad,
+            "proportional_N_m_per_rad": member.stiffness,
+            "derivative_N_m_s_per_rad": 20.0,
+        },
+        "start": {"theta_rad": -member.target_rad, "sun_planet_offset_m": member.offset_m},
+    }
+    return Scenario.model_validate({"schema_version": 1, "name": "test", **fields, **more})
+
+
+def model_of(kind: str, member: Member, **more: Any) -> AnalyticModel:
+    arm, laws = ARMS[kind]
+    own = arm.model_copy(update={"payload_mass_kg": member.payload_kg})
+    found = build(GEARED, own, scenario(member, **more), usual_switches(own, **laws))
+    assert isinstance(found, AnalyticModel)
+    return found
+
+
+@pytest.fixture(scope="module", params=ARMS)
+def models(request: pytest.FixtureRequest) -> list[AnalyticModel]:
+    return [model_of(request.param, member) for member in members(MEMBERS)]
+
+
+@pytest.fixture(scope="module")
+def right(models: list[AnalyticModel]) -> list[xr.Dataset]:
+    """Runs of each with no neighbour."""
+    return [run for model in models for run in trajectories([model])]
+
+
+def same(left: xr.Dataset | Diverged, right: xr.Dataset | Diverged) -> bool:
+    """Bit for bit."""
+    assert isinstance(left, xr.Dataset)
+    assert isinstance(right, xr.Dataset)
+    return all(
+        values.values.tobytes() == right[name].values.tobytes() for name, values in left.items()
+    )
+
+
+def test_members_differ_from_each_other(right):
+    assert len({run["x_sp"].values.tobytes() for run in right}) == MEMBERS
+
+
+@pytest.mark.parametrize("count", [2, 7, 8, 9, 31, 32, 33, MEMBERS])
+def test_a_member_is_the_same_whoever_stands_beside_it(models, right, count):
+    chosen = np.random.default_rng(count).permutation(MEMBERS)[:count]
+    found = trajectories([models[place] for place in chosen])
+    wrong = [p for p, run in zip(chosen, found, strict=True) if not same(run, right[p])]
+    assert wrong == []
+
+
+def test_groups_run_by_several_threads_are_the_same(models, right):
+    assert len(groups(models)) > 1
+    found = trajectories(models, threads=3)
+    assert all(same(run, one) for run, one in zip(found, right, strict=True))
+
+
+def test_chunks_of_any_size_make_the_same_run(models, right, monkeypatch):
+    monkeypatch.setattr(ensemble, "CHUNK", 1)
+    found = trajectories(models[:9])
+    assert all(same(run, right[place]) for place, run in enumerate(found))
+
+
+def test_a_member_is_the_single_kernels_run_to_rounding(models, right):
+    single = alone(models[0])
+    for name, values in right[0].items():
+        # A rounding grows a thousandfold at most in thirty steps of stiff teeth.
+        size = float(abs(single[name]).max())
+        np.testing.assert_allclose(values, single[name], rtol=0, atol=1e-9 * size, err_msg=name)
+
+
+def test_groups_are_of_one_structure_and_grid(models):
+    other_step = model_of("lumped", members(1)[0], steps=15)
+    other_arm = model_of("lumped", members(1)[0])
+    found = groups([other_step, *models, other_arm])
+    places = [place for group in found for place in group.members]
+    assert sorted(places) == list(range(MEMBERS + 2))
+    assert (0,) in [group.members for group in found]
+    assert all(group.kernel == "fast" for group in found)
+    for group in found:
+        assert len({(m.structure, m.layout, m.scenario.steps) for m in group.models}) == 1
+
+
+def test_every_record_is_in_one_chunk(models, right, monkeypatch):
+    monkeypatch.setattr(ensemble, "CHUNK", 1)
+    (group,) = groups(models[:5])
+    chunks = list(group.chunks())
+    time = np.concatenate([chunk.time for chunk in chunks])
+    np.testing.assert_array_equal(time, recorded_times(models[0].scenario))
+    assert len(chunks) > 2
+    for name in ("theta", "theta_dot", "theta_ddot", "torque"):
+        found = np.concatenate([getattr(chunk, name) for chunk in chunks])
+        for place in range(5):
+            np.testing.assert_array_equal(found[:, :, place], right[place][name])
+    for name in ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr"):
+        found = np.concatenate([getattr(chunk, name) for chunk in chunks])
+        for place in range(5):
+            assert_same_planets(found[..., place], right[place][name].values)
+
+
+def assert_same_planets(found: np.ndarray, right: np.ndarray) -> None:
+    """Lumped, one planet stands for all. Free displacements are added in another order."""
+    planets = found.shape[2]
+    assert planets in (1, right.shape[2])
+    np.testing.assert_allclose(found, right[:, :, :planets], rtol=1e-15, atol=0)
+
+
+def with_wild(models: Sequence[AnalyticModel], kind: str, place: int) -> list[AnalyticModel]:
+    """The same, one of them under a gain far beyond what its step can follow."""
+    wild = Member(5.0, 0.5, FAR_TOO_STIFF, 0.0)
+    return [*models[:place], model_of(kind, wild), *models[place:]]
+
+
+@pytest.mark.parametrize("place", [0, 3, 8])
+def test_who_diverges_disturbs_nobody(place):
+    calm = [model_of("lumped", member) for member in members(8)]
+    found = trajectories(with_wild(calm, "lumped", place))
+    wild = found.pop(place)
+    assert isinstance(wild, Diverged)
+    assert all(same(run, one) for run, one in zip(found, trajectories(calm), strict=True))
+
+
+@pytest.mark.parametrize("chunk", [1, ensemble.CHUNK])
+@pytest.mark.parametrize("lanes", [1, 8])
+def test_divergence_is_flagged_with_its_time(lanes, chunk, monkeypatch):
+    monkeypatch.setattr(ensemble, "CHUNK", chunk)
+    wild = model_of("lumped", Member(5.0, 0.5, FAR_TOO_STIFF, 0.0), steps=300)
+    group = Group((0,), [wild], "fast", lanes=lanes)
+    chunks = list(group.chunks())
+    records = [np.concatenate(parts) for parts in zip(*(c.records for c in chunks), strict=True)]
+    q, v, a, forces = (each[:, :, 0] for each in records)
+    time = np.concatenate([c.time for c in chunks])
+    first = int(np.argmax(time == group.diverged_s[0]))
+    assert 0 < first < time.size - 1
+    assert np.isfinite(q[:first]).all()
+    assert np.isfinite(v[:first]).all()
+    for values in (q, v, a, forces):
+        assert np.isnan(values[first:]).all()
+    assert abs(first - plain_end(wild)) <= 1  # overflow by a factor that rounding has grown to
+
+
+def plain_end(model: AnalyticModel) -> int:
+    """Place of the plain kernel's first record that is not finite."""
+    q, _ = model.integrated()
+    return int(np.argmax(np.isnan(q).any(axis=1)))
+
+
+def test_a_run_alone_that_diverges_says_when():
+    wild = model_of("lumped", Member(5.0, 0.5, FAR_TOO_STIFF, 0.0))
+    with pytest.raises(Diverged, match="diverged at t = "):
+        alone(wild)
+
+
+def plain_models() -> dict[str, AnalyticModel]:
+    """What has no structure: stiffness by a table, and the paper's own forms."""
+    tabled, paper = load_arm("direct-between"), load_arm("paper-labelled")
+    own = scenario(members(1)[0])
+    return {
+        "table": build(GEARED, tabled, own, usual_switches(tabled)),
+        **{name: build(name, paper, own, usual_switches(paper)) for name in names("form")},
+    }
+
+
+PLAIN = plain_models()
+
+
+@pytest.mark.parametrize("name", PLAIN)
+def test_what_has_no_structure_runs_on_the_plain_kernel(name):
+    model = PLAIN[name]
+    (group,) = groups([model])
+    assert (model.structure, group.kernel) == (None, "plain")
+    time = recorded_times(model.scenario)
+    right = model.recorded(time, model.along(time, *model.integrated()))
+    assert same(model.simulate(), right)
+    assert same(trajectories([model])[0], right)
+
+
+def test_plain_and_fast_stand_in_one_question():
+    fast = [model_of("lumped", member) for member in members(2)]
+    asked = [fast[0], PLAIN["table"], fast[1], PLAIN["table"]]
+    found = trajectories(asked)
+    assert [group.kernel for group in groups(asked)].count("plain") == 2
+    assert same(found[1], found[3])
+    assert same(found[1], PLAIN["table"].simulate())
+    assert same(found[2], trajectories(fast)[1])
+
+
+def test_nobody_is_nobody():
+    assert trajectories([]) == groups([]) == []
+
+
+def test_structures_are_equal_where_numbers_alone_differ():
+    structures = {model_of(kind, m).structure for kind in ARMS for m in members(5)}
+    assert len(structures) == len(ARMS)

@@ -1,0 +1,150 @@
+"""Small studies, their files, and what is in a result, byte for byte."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from crosscheck.provenance import ROOT
+from crosscheck.sweeps.definition import Definition
+from crosscheck.sweeps.files import study_from
+from crosscheck.sweeps.members import Study
+from models.loading import raw_case
+
+PEAK = {"kind": "peak", "signal": "theta_ddot"}
+# A batch takes as long as its members sleep, whatever the kernel's speed.
+SLOW = (
+    "import time\n\ndef slow(run):\n    time.sleep(0.01)\n    return {'last': run.theta[-1, 0]}\n"
+)
+SLOW_STUDY = """\
+schema_version = 1
+name = "slow"
+arm = "paper-labelled"
+scenario = "constant-torque"
+
+[settings]
+"scenario.duration_s" = 0.002
+
+[samples]
+count = 160
+
+[starts]
+count = 2
+
+[[axes]]
+path = "arm.joints.*.backlash_m"
+kind = "uniform"
+relative_tolerance = 0.2
+
+[[quantities]]
+kind = "peak"
+signal = "theta_ddot"
+
+[[quantities]]
+kind = "user_function"
+function = "slow.py:slow"
+returns = { last = "rad" }
+"""
+
+
+def study(
+    axes: list[dict[str, Any]],
+    quantities: list[dict[str, Any]] | None = None,
+    arm: str = "paper-labelled",
+    scenario: str = "pd",
+    **more: Any,
+) -> Study:
+    """Of these axes; 2 ms of the scenario unless settings say otherwise."""
+    settings = {"scenario.duration_s": 0.002, **more.pop("settings", {})}
+    switches = more.pop("switches", {})
+    given = {
+        "schema_version": 1,
+        "name": "study",
+        "arm": arm,
+        "scenario": scenario,
+        "settings": settings,
+        "axes": axes,
+        "quantities": quantities or [PEAK],
+        **more,
+        "switches": switches,
+    }
+    definition = Definition.model_validate(given)
+    return study_from(definition, raw_case(arm, scenario, switches), Path(), "study.toml")
+
+
+def slow_study(folder: Path) -> Path:
+    """Its file: some ten batches that take a third of a second each."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "slow.py").write_text(SLOW, encoding="utf-8")
+    file = folder / "slow.toml"
+    file.write_text(SLOW_STUDY, encoding="utf-8")
+    return file
+
+
+def sweeping(file: Path, out: Path, *more: object) -> subprocess.Popen[str]:
+    """`crosscheck sweep` in a group of processes of its own."""
+    command = [sys.executable, "-m", "crosscheck", "sweep", file, "--out", out, "--run-code", *more]
+    return subprocess.Popen(
+        list(map(str, command)),
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
+
+
+def finished(program: subprocess.Popen[str]) -> tuple[int, str, str]:
+    """Exit code, output and errors of a program, which is given two minutes."""
+    out, err = program.communicate(timeout=120)
+    return program.returncode, out, err
+
+
+def batches_kept(out: Path) -> int:
+    """How many batches are kept beside a result."""
+    return len(list(out.with_name(f"{out.name}.batches").glob("*.kept")))
+
+
+def wait_for_batches(out: Path, count: int, program: subprocess.Popen[str]) -> None:
+    """Until so many are kept."""
+    for _ in range(6000):
+        if batches_kept(out) >= count:
+            return
+        assert program.poll() is None, program.communicate()
+        time.sleep(0.01)
+    raise AssertionError(f"{out}: no {count} batches within a minute")
+
+
+def kill(program: subprocess.Popen[str]) -> None:
+    """The program and all its children, at once."""
+    os.killpg(program.pid, signal.SIGKILL)
+    program.communicate()
+
+
+def content(path: Path) -> dict[str, tuple[bytes, dict[str, str]]]:
+    """Every variable's bytes and attributes, and the file's own; not where and when it was made."""
+    with h5py.File(path, "r") as file:
+        found = {
+            name: (_bytes(np.asarray(data[()])), _said(data))
+            for name, data in file.items()
+            if isinstance(data, h5py.Dataset)
+        }
+        found[""] = (b"", _said(file))
+    return found
+
+
+def _bytes(values: np.ndarray) -> bytes:
+    return b"\n".join(values.tolist()) if values.dtype == object else values.tobytes()
+
+
+def _said(node: h5py.HLObject) -> dict[str, str]:
+    ours = {"provenance", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Coordinates"}
+    return {name: str(value) for name, value in node.attrs.items() if name not in ours}
