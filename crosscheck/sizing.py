@@ -27,6 +27,7 @@ SWING, STEP_SWING = 0.5, 0.5
 STEP_S, PD_S = 2.0, 8.0  # durations in units of the controller's 1 / rate
 GENTLER = 40  # times that the controller may give way by half
 COARSEST_STEPS, RECORDS = 4000, 1000
+DIGITS = 6  # of gains and torques
 
 
 @dataclass(frozen=True)
@@ -78,9 +79,14 @@ def _controlled(
     derivative = 2 * DAMPING_RATIO * inertia * controllers
     held = -weight_moments(arm, np.zeros(inertia.size))
     step = inertia * rate**2 * STEP_SWING + held
-    columns = (inertia, proportional, derivative, step)
-    own, P, D, torques = (tuple(map(float, column)) for column in columns)
+    own = tuple(map(float, inertia))
+    P, D, torques = (tuple(map(_rounded, of)) for of in (proportional, derivative, step))
     return Sizes(rate, own, P, D, torques, mode)
+
+
+def _rounded(value: float) -> float:
+    """To DIGITS: eigenvalues, of which these are made, end in other digits on other processors."""
+    return float(f"{value:.{DIGITS}g}")
 
 
 def step_scenario(sizes: Sizes) -> Scenario:
