@@ -153,12 +153,13 @@ class Group:
     def _fast(self) -> Iterator[Records]:
         scenario, batch = self.models[0].scenario, Batch(self.models, self.lanes)
         most = max(1, CHUNK // (4 * len(self.models[0].layout) * len(self.models)))
-        left = scenario.steps // scenario.stride
-        while left and np.isnan(self.diverged_s).any():
-            records = min(left, most)
-            yield batch.advance(records, scenario.stride)
-            left -= records
-        yield batch.advance(1, 0) if left == 0 else self._nothing(left + 1)
+        left = scenario.steps // scenario.stride + 1
+        for records in batch.run(left - 1, scenario.stride, most):
+            yield records
+            left -= len(records.q)
+            if left and not np.isnan(self.diverged_s).any():
+                yield self._nothing(left)
+                return
 
     def _nothing(self, records: int) -> Records:
         """Of members that have all diverged."""

@@ -11,7 +11,7 @@ from models.drive import DriveData
 
 # Sizes below which an error does not matter at relative tolerance 1: displacements of the order of
 # the play and their rates at the mesh modes, against angles of the order of a radian.
-_MESH_SIZE_M, _MESH_RATE_M_PER_S = 1e-4, 1e-1
+MESH_SIZE_M, MESH_RATE_M_PER_S = 1e-4, 1e-1
 
 
 def solve(
@@ -43,8 +43,8 @@ def solve(
 
     size = np.ones(2 * n + 2)
     meshes = np.union1d(gears.where, gears.less[gears.less >= 0])
-    size[meshes] = _MESH_SIZE_M
-    size[n + meshes] = _MESH_RATE_M_PER_S
+    size[meshes] = MESH_SIZE_M
+    size[n + meshes] = MESH_RATE_M_PER_S
     solution = solve_ivp(
         right_side,
         (time[0], time[-1]),

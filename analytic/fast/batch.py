@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import sqrt
 from typing import NamedTuple, Protocol
 
@@ -88,7 +88,7 @@ class Batch:
     def advance(self, records: int, stride: int) -> Records:
         """So many records, each ``stride`` steps after the one before; the first is of now.
 
-        With stride 0 the record of now is all, and no call may follow: it leaves a stage behind.
+        With stride 0 the batch stays where it is.
         """
         program, (blocks, _) = self.program, self.work.shape
         drive, n = self.models[0].drive, len(program.coordinates)
@@ -102,6 +102,14 @@ class Batch:
         layout = self.models[0].layout
         q, v, a = (displacements(layout, members[:, k * n : (k + 1) * n]) for k in range(3))
         return Records(q, v, a, members[:, 3 * n :])
+
+    def run(self, records: int, stride: int, most: int) -> Iterator[Records]:
+        """So many records, at most ``most`` at a time, and by itself the one where they end."""
+        while records:
+            part = min(records, most)
+            yield self.advance(part, stride)
+            records -= part
+        yield self.advance(1, 0)
 
     def staged(self, steps: int) -> np.ndarray:
         """So many steps, and the states q, v that their four stages were evaluated at.

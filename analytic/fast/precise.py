@@ -19,6 +19,7 @@ from analytic.fast.compiled import module_of
 from analytic.fast.program import TANH, Program, free_names, tabled
 from analytic.fast.source import acceleration
 from analytic.fast.structure import Structure
+from analytic.reference import MESH_RATE_M_PER_S, MESH_SIZE_M
 from models.drive import TABLE
 
 _TEMPLATE = '''"""{about}"""
@@ -277,24 +278,22 @@ def _steps() -> list[str]:
 
 
 def _sum(weights: np.ndarray) -> list[str]:
-    terms = [f"{float(a)!r} * w[RATES + {s} * STATE + i]" for s, a in enumerate(weights) if a]
-    return ["for i in range(STATE):", f"    w[i] = w[BEGIN + i] + h * ({' + '.join(terms)})"]
+    return ["for i in range(STATE):", f"    w[i] = w[BEGIN + i] + h * ({_weighed(weights)})"]
 
 
 def _errors() -> list[str]:
     from scipy.integrate import DOP853
 
-    return [
-        f"{name} = "
-        + " + ".join(f"{float(a)!r} * w[RATES + {s} * STATE + i]" for s, a in enumerate(e) if a)
-        for name, e in (("e5", DOP853.E5), ("e3", DOP853.E3))
-    ]
+    return [f"{name} = {_weighed(e)}" for name, e in (("e5", DOP853.E5), ("e3", DOP853.E3))]
+
+
+def _weighed(weights: np.ndarray) -> str:
+    """The sum of the stages' rates with these weights."""
+    terms = (f"{float(a)!r} * w[RATES + {s} * STATE + i]" for s, a in enumerate(weights) if a)
+    return " + ".join(terms)
 
 
 NEAR_S = 1e-13  # of a change of contact: what it leaves of a step's error is far below rounding
-# Sizes below which an error does not matter at relative tolerance 1: displacements of the order of
-# the play and their rates at the mesh modes, against angles of the order of a radian.
-SIZE_M, SIZE_M_PER_S = 1e-4, 1e-1
 
 
 class Followed(NamedTuple):
@@ -319,7 +318,8 @@ def followed(model: FastModel, rtol: float) -> Followed:
     out = np.full((scenario.steps // scenario.stride + 1, 3 * n + m), np.nan)
     counts = np.zeros(2, dtype=np.int64)
     is_angle = np.array([name.startswith("theta") for name in program.coordinates])
-    sizes = np.concatenate([np.where(is_angle, 1.0, size) for size in (SIZE_M, SIZE_M_PER_S)])
+    of_meshes = MESH_SIZE_M, MESH_RATE_M_PER_S
+    sizes = np.concatenate([np.where(is_angle, 1.0, size) for size in of_meshes])
     interval, table = scenario.step_s * scenario.stride, (drive.table_time, drive.table_torque)
     module = module_of(program)
     module.follow(w, interval, rtol, rtol * sizes, NEAR_S, *table, out, counts)

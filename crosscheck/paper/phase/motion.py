@@ -48,11 +48,6 @@ def motion(model: PhysicalModel, clock_s: float = 0.0) -> Motion:
 
 
 def _parts(model: PhysicalModel, begun: int) -> Iterator[Records]:
-    batch, stride = Batch([model]), model.scenario.stride
+    batch, scenario = Batch([model]), model.scenario
     batch.done = begun
-    left = model.scenario.steps // stride
-    while left:
-        records = min(left, CHUNK)
-        yield batch.advance(records, stride)
-        left -= records
-    yield batch.advance(1, 0)
+    yield from batch.run(scenario.steps // scenario.stride, scenario.stride, CHUNK)
