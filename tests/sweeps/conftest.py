@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 from crosscheck.cli import main
+from tests.sweeps.studies import finished, slow_study, sweeping
 
 Command = Callable[..., tuple[int, str, str]]
 
@@ -24,3 +26,13 @@ def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str])
         return int(left.value.code or 0), out, err
 
     return called
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """A slow study's file, and its result in one process."""
+    folder = tmp_path_factory.mktemp("undisturbed")
+    file, out = slow_study(folder), folder / "out.nc"
+    code, _, err = finished(sweeping(file, out, "--jobs", 1))
+    assert code == 0, err
+    return file, out

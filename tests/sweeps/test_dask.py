@@ -16,7 +16,7 @@ import pytest
 from distributed import Client
 
 from crosscheck.provenance import ROOT
-from tests.sweeps.studies import content, finished, slow_study, sweeping, wait_for_batches
+from tests.sweeps.studies import content, finished, sweeping, wait_for_batches
 
 
 def _free_port() -> int:
@@ -71,15 +71,6 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
     made = Cluster(folder)
     yield made
     made.stop()
-
-
-@pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    folder = tmp_path_factory.mktemp("undisturbed")
-    file, out = slow_study(folder), folder / "out.nc"
-    code, _, err = finished(sweeping(file, out, "--jobs", 1))
-    assert code == 0, err
-    return file, out
 
 
 def test_a_worker_killed_in_mid_study_changes_nothing(undisturbed, cluster, tmp_path):

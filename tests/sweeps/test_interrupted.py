@@ -27,16 +27,6 @@ def _workers(program: int) -> list[int]:
     return [c for c, line in lines.items() if "loky" in line and "resource_tracker" not in line]
 
 
-@pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """The study's file, and its result."""
-    folder = tmp_path_factory.mktemp("undisturbed")
-    file, out = slow_study(folder), folder / "out.nc"
-    code, _, err = finished(sweeping(file, out, "--jobs", 1))
-    assert code == 0, err
-    return file, out
-
-
 def test_several_processes_make_what_one_makes(undisturbed, tmp_path):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
