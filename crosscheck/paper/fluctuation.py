@@ -6,9 +6,9 @@ import xarray as xr
 
 from crosscheck import signals
 from crosscheck.paper.events import THIRD_S, third_onset, third_peak, third_window
+from crosscheck.paper.numbers import finite
 from crosscheck.paper.reading import excess_acceleration
 from crosscheck.paper.rigid import beside_coupled
-from crosscheck.paper.undefined import finite
 from crosscheck.studies.study import Comparison, Numbers
 
 __all__ = ["THIRD_FLUCTUATION", "THIRD_S", "third_fluctuation"]

@@ -40,6 +40,7 @@ def without_gears(variant: Variant, level: str = COUPLED) -> Variant:
         seed=fields.seed,
         meshes=fields.meshes,
         planets=fields.planets,
+        mesh_work=fields.mesh_work,
     )
 
 

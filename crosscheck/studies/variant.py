@@ -50,6 +50,7 @@ class Variant:
     record_every: int = 2
     meshes: tuple[str, ...] = ()
     planets: Planets = "lumped"
+    mesh_work: str = "paper"
 
     def case(self) -> Case:
         """Arm, scenario and switches, read again if a file has changed. Raises InputError."""
@@ -73,6 +74,8 @@ def _case(of: Variant, *files: tuple[int, ...] | None) -> Case:
         switches["ring_rate"] = of.ring_rate
     if of.planets == "free":
         switches["planets"] = of.planets
+    if of.mesh_work != "paper":
+        switches["mesh_work"] = of.mesh_work
     settings = [*of.settings, *of.meshes, f"scenario.record_every={of.record_every}"]
     if of.duration_s is not None:
         settings.append(f"scenario.duration_s={of.duration_s!r}")

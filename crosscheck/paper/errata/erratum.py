@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.checks.trajectories import largest_difference
+from crosscheck.paper.numbers import defined
 from crosscheck.paper.record import JsonObject
-from crosscheck.paper.undefined import defined
 from models.interface import Model
 from models.scenario import Scenario
 

@@ -11,8 +11,9 @@ from scipy.ndimage import uniform_filter1d
 from crosscheck import signals
 from crosscheck.envelope import envelope
 from crosscheck.paper import events
+from crosscheck.paper.numbers import finite, quotient
 from crosscheck.paper.reading import first_mesh
-from crosscheck.paper.undefined import finite, known, quotient
+from crosscheck.paper.undefined import known
 from crosscheck.studies.study import Numbers
 
 # The part of it in which the paper's arm fluctuates: for spectra that can be compared.

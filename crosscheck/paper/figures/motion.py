@@ -30,9 +30,10 @@ from crosscheck.paper.figures.verdicts import (
     rises,
     verdict,
 )
+from crosscheck.paper.numbers import quotient
 from crosscheck.paper.reading import excess_acceleration
 from crosscheck.paper.rigid import COUPLED, rigid_arm
-from crosscheck.paper.undefined import all_of, quotient, shown
+from crosscheck.paper.undefined import all_of, shown
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 

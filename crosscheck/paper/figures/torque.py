@@ -36,9 +36,10 @@ from crosscheck.paper.figures.verdicts import (
     near,
     verdict,
 )
+from crosscheck.paper.numbers import quotient
 from crosscheck.paper.reading import arm_of, first_mesh
 from crosscheck.paper.stage import paper_stage
-from crosscheck.paper.undefined import quotient, shown
+from crosscheck.paper.undefined import shown
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS

@@ -9,10 +9,11 @@ import numpy as np
 import xarray as xr
 
 from crosscheck import signals
+from crosscheck.paper.numbers import finite, quotient
 from crosscheck.paper.reductions import angles
 from crosscheck.paper.rigid import COUPLED, rigid_model
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import all_of, finite, percent, quotient, shown, where_known, word
+from crosscheck.paper.undefined import all_of, percent, shown, where_known, word
 from crosscheck.report.chapter import Chapter, rendered
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table

@@ -24,10 +24,11 @@ from crosscheck.paper.hypotheses.feedback import (
     growth,
     threshold,
 )
+from crosscheck.paper.numbers import finite
 from crosscheck.paper.reading import excess_acceleration, first_mesh
 from crosscheck.paper.rigid import beside_coupled
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import finite, word
+from crosscheck.paper.undefined import word
 from crosscheck.report.chapter import Chapter, rendered
 from crosscheck.report.fragments import figure, heading, paragraph
 from crosscheck.studies.study import Comparison, Numbers, Study, Variant

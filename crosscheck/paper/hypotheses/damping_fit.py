@@ -13,9 +13,10 @@ from crosscheck import signals
 from crosscheck.paper.claims.cells import RECORD_EVERY, TORQUE_RECORD
 from crosscheck.paper.claims.measures import CONSTANT_TORQUE
 from crosscheck.paper.claims.pd import WHOLE
+from crosscheck.paper.numbers import finite
 from crosscheck.paper.rigid import COUPLED, rigid_model
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import UNDEFINED, finite, known, shown
+from crosscheck.paper.undefined import UNDEFINED, known, shown
 from crosscheck.report.chapter import Chapter, rendered
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table

@@ -9,16 +9,8 @@ from typing import Literal
 import numpy as np
 
 from crosscheck.paper.hypotheses.ladder_rungs import GROUPS, ORDERS, QUANTITIES, Ladder
-from crosscheck.paper.undefined import (
-    UNDEFINED,
-    defined,
-    extreme,
-    finite,
-    known,
-    quotient,
-    where_known,
-    word,
-)
+from crosscheck.paper.numbers import defined, finite, quotient
+from crosscheck.paper.undefined import UNDEFINED, extreme, known, where_known, word
 from crosscheck.registry import RIGID_LEVELS
 
 # What Section 3.1 reads off Fig. 6, in the order of QUANTITIES [rad, rad, m].

@@ -15,10 +15,10 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.checks.trajectories import SAFETY, tip_position
+from crosscheck.paper.numbers import quotient
 from crosscheck.paper.reductions import angles
 from crosscheck.paper.rigid import rigid_model
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import quotient
 from crosscheck.studies.study import Study, Variant
 from models.arm import Arm
 

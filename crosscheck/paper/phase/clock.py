@@ -9,13 +9,14 @@ import numpy as np
 
 from analytic.model import PhysicalModel
 from crosscheck import signals
+from crosscheck.paper.numbers import defined
 from crosscheck.paper.phase.experiments import Experiment, Response, responses, vibration
 from crosscheck.paper.phase.linear import Base, base_motion
 from crosscheck.paper.phase.plant import forces_along, plant_of
 from crosscheck.paper.phase.verdict import Evidence, knows_the_clock
 from crosscheck.paper.record import Record
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import defined, shown
+from crosscheck.paper.undefined import shown
 from crosscheck.report.figures import KILO, draw, legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study, Variant

@@ -13,6 +13,7 @@ from scipy.signal import butter, sosfiltfilt
 from analytic.model import PhysicalModel
 from crosscheck import signals
 from crosscheck.paper.fluctuation import THIRD_S
+from crosscheck.paper.numbers import defined
 from crosscheck.paper.phase.motion import Continued, Motion, motion
 from crosscheck.paper.phase.plant import (
     Plant,
@@ -21,7 +22,6 @@ from crosscheck.paper.phase.plant import (
     plant_of,
 )
 from crosscheck.paper.phase.rigid import rigid_motion
-from crosscheck.paper.undefined import defined
 from crosscheck.studies.study import Study, Variant
 from crosscheck.tasks import Failure
 from crosscheck.workers import perform_all

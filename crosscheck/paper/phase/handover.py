@@ -10,6 +10,7 @@ import numpy as np
 
 from crosscheck import signals
 from crosscheck.paper.fluctuation import THIRD_S
+from crosscheck.paper.numbers import defined
 from crosscheck.paper.phase.experiments import (
     FILTER_EDGE_S,
     Experiment,
@@ -21,7 +22,7 @@ from crosscheck.paper.phase.experiments import (
 from crosscheck.paper.phase.verdict import Evidence, dies
 from crosscheck.paper.record import JsonObject, Record
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import all_of, defined, known, shown, word
+from crosscheck.paper.undefined import all_of, known, shown, word
 from crosscheck.report.figures import draw, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study, Variant

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 
 from crosscheck.paper.fluctuation import THIRD_FLUCTUATION
+from crosscheck.paper.numbers import defined
 from crosscheck.paper.phase import fluctuations
 from crosscheck.paper.phase.cells import (
     LABELLED,
@@ -34,7 +35,7 @@ from crosscheck.paper.phase.verdict import (
     where_present,
 )
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import UNDEFINED, defined, extreme, known, shown
+from crosscheck.paper.undefined import UNDEFINED, extreme, known, shown
 from crosscheck.report.figures import new_figure, to_svg
 from crosscheck.report.fragments import figure, heading, paragraph, table
 from crosscheck.studies.study import Study

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.paper.fluctuation import THIRD_S
+from crosscheck.paper.numbers import defined
 from crosscheck.paper.phase.experiments import SETTINGS, Experiment, Setting, ThirdAmplitude
 from crosscheck.paper.phase.linear import base_motion, mesh_modes
 from crosscheck.paper.phase.plant import Plant
@@ -17,7 +18,7 @@ from crosscheck.paper.phase.verdict import Evidence, error_part, is_present
 from crosscheck.paper.record import JsonObject, Record, read
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.stage import paper_stage
-from crosscheck.paper.undefined import UNDEFINED, any_of, defined, extreme, shown
+from crosscheck.paper.undefined import UNDEFINED, any_of, extreme, shown
 from crosscheck.report.fragments import heading, paragraph, table
 from crosscheck.studies.study import Study, Variant
 from models.drive import CONSTANT

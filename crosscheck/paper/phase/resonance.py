@@ -12,13 +12,13 @@ from analytic import kernel
 from analytic.model import PhysicalModel
 from crosscheck import signals
 from crosscheck.envelope import envelope
+from crosscheck.paper.numbers import defined
 from crosscheck.paper.phase.experiments import FILTER_EDGE_S, RIGID_STEP_S, STRIDE, vibration
 from crosscheck.paper.phase.motion import motion
 from crosscheck.paper.phase.plant import Plant, plant_of
 from crosscheck.paper.phase.rigid import rigid_motion
 from crosscheck.paper.record import JsonObject, Record
 from crosscheck.paper.stage import with_steady_stiffness
-from crosscheck.paper.undefined import defined
 from models.arm import Arm
 from models.loading import Case, load_case
 from models.scenario import ConstantDrive

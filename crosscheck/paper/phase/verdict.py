@@ -13,8 +13,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
+from crosscheck.paper.numbers import quotient
 from crosscheck.paper.record import Record
-from crosscheck.paper.undefined import UNDEFINED, all_of, any_of, known, quotient, where_known
+from crosscheck.paper.undefined import UNDEFINED, all_of, any_of, known, where_known
 
 PRESENT_RAD_PER_S2 = 30.0  # a tenth of the 300 rad/s^2 that the paper reports
 NEAR = 3.0  # times or a part of it: another start may decide otherwise

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from matplotlib.axes import Axes
 
+from crosscheck.paper.numbers import defined
 from crosscheck.paper.phase.experiments import SETTINGS
 from crosscheck.paper.planets.pairs import STARTS
 from crosscheck.paper.planets.parting import APART_M, Course, Parted, partings
@@ -16,7 +17,7 @@ from crosscheck.paper.planets.samples import Cell
 from crosscheck.paper.planets.verdict import PREDICTED, parting_is_predicted
 from crosscheck.paper.record import JsonObject, Record
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import defined, extreme, known, percent, shown
+from crosscheck.paper.undefined import extreme, known, percent, shown
 from crosscheck.report.figures import legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
 from crosscheck.studies.study import Study

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+from crosscheck.paper.numbers import defined
 from crosscheck.paper.phase.experiments import ENGINE, SETTINGS, Setting
 from crosscheck.paper.planets.samples import Cell, Request, Sample, samples
 from crosscheck.paper.planets.verdict import (
@@ -21,7 +22,6 @@ from crosscheck.paper.planets.verdict import (
 )
 from crosscheck.paper.record import JsonObject, Record
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import defined
 from crosscheck.studies.study import Study
 
 ENGINE_STARTS: Mapping[Setting, int] = dict(zip(SETTINGS, (16, 8), strict=True))

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from analytic.model import PhysicalModel
+from crosscheck.paper.numbers import defined
 from crosscheck.paper.planets.hill import Differences, Followed, followed
-from crosscheck.paper.undefined import defined
 from crosscheck.studies.variant import Variant
 from models.loading import Case
 

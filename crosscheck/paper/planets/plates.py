@@ -8,9 +8,9 @@ import xarray as xr
 
 from crosscheck.paper.figures import control, measures, motion
 from crosscheck.paper.figures.measures import Line
+from crosscheck.paper.numbers import finite
 from crosscheck.paper.reading import first_mesh
 from crosscheck.paper.rigid import beside_coupled
-from crosscheck.paper.undefined import finite
 from crosscheck.studies.study import Comparison, Numbers
 
 

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from pydantic import JsonValue
 
+from crosscheck.paper.numbers import defined
 from crosscheck.paper.phase.cells import DURATION_S, LABELLED, READINGS
 from crosscheck.paper.phase.experiments import ANALYTIC, Setting
 from crosscheck.paper.phase.fluctuations import Fluctuation, measured
@@ -17,7 +18,6 @@ from crosscheck.paper.phase.planets import FLUCTUATION_AND_SPREAD
 from crosscheck.paper.planets.verdict import Share, is_large
 from crosscheck.paper.record import JsonObject
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import defined
 from crosscheck.studies.study import Study, Variant
 from crosscheck.studies.variant import Planets
 

@@ -1,28 +1,25 @@
 """The numbers of one run that the paper's statements are about: torque-driven experiments.
 
 Mesh quantities are those of the shoulder's sun-planet pair, first planet. Every measure has all its
-numbers for every run: None for what the run does not last for, or what does not happen in it.
+numbers for every run: None for what the run does not last for, or what does not happen in it. The
+rigid arm beside a run is given at the run's own times.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
-import xarray as xr
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import find_peaks
 
-from analytic.kinematics import StageGeometry
 from crosscheck import signals
-from crosscheck.checks.trajectories import tip_position
-from crosscheck.paper.reading import arm_of, first_mesh, resampled, switches_of
-from crosscheck.paper.rigid import beside_every_level, without_gears
+from crosscheck.paper.course import Course
+from crosscheck.paper.numbers import finite, quotient
 from crosscheck.paper.stage import paper_stage
-from crosscheck.paper.undefined import finite, quotient
 from crosscheck.registry import RIGID_LEVELS
-from crosscheck.studies.study import Comparison, Numbers, Variant
+from crosscheck.studies.variant import Numbers
+from models.arm import Arm
 
 SETTLED_S = 0.1  # constant torque: the starting transient is over
 HALFWAY_S = 0.25
@@ -33,18 +30,16 @@ SMOOTHING_S = 0.01  # slower than the meshes' vibrations, faster than the arm's 
 # Back and forth: errors are small; then the last 0.2 s of each second.
 ERROR_WINDOWS_S = {"early": (0.1, 0.3), "1_s": (0.8, 1.0), "2_s": (1.8, 2.0)}
 FEWEST = 3  # samples that a straight trend can be taken off
-OWN_SHIFT_RAD = 1e-6  # small enough to stay in proportion for 2 s
 RING_CYCLES = 99.0  # Eq. 12 over the carrier's rate
 
 
-def constant_torque(run: xr.Dataset, rigid: tuple[xr.Dataset, ...]) -> Numbers:
+def constant_torque(run: Course, *rigid: Course) -> Numbers:
     """Figs. 6-9: deviations from the rigid levels, mesh displacement and force."""
-    time = run["time"].values
+    time, x, force = run.time, run.x_sp, run.F_sp
     late = signals.window(time, SETTLED_S, np.inf)
     start = slice(0, late.start)
-    x, force = first_mesh(run, "x_sp"), first_mesh(run, "F_sp")
-    speed = np.abs(run["theta_dot"].values[:, 0])
-    error = paper_stage(arm_of(run)).tooth_error_m
+    speed = np.abs(run.theta_dot[:, 0])
+    error = paper_stage(run.case.arm).tooth_error_m
     return finite(
         {
             **_deviations(run, dict(zip(RIGID_LEVELS, rigid, strict=True))),
@@ -63,59 +58,47 @@ def constant_torque(run: xr.Dataset, rigid: tuple[xr.Dataset, ...]) -> Numbers:
     )
 
 
-CONSTANT_TORQUE = Comparison(constant_torque, beside_every_level)
-
-
-def nudged(variant: Variant) -> tuple[Variant, ...]:
-    """The rigid arm from the run's own start, and from OWN_SHIFT_RAD away.
-
-    All at one step: the torque's square root at t = 0 then costs them the same and drops out.
-    """
-    rigid = without_gears(variant)
-    shift = f"scenario.start.theta_rad={OWN_SHIFT_RAD!r}"
-    return rigid, replace(rigid, settings=(*rigid.settings, shift))
-
-
-def back_and_forth(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
+def back_and_forth(run: Course, rigid: Course, shifted: Course) -> Numbers:
     """Fig. 15: the shoulder's largest distance [rad] from the rigid arm, early and late.
 
-    ``own``: that of a rigid arm which starts OWN_SHIFT_RAD away, for that arm's own sensitivity.
+    ``own``: that of the rigid arm ``shifted``, which starts a little away: its own sensitivity.
     """
-    time = run["time"].values
-    rigid, shifted = (resampled(other, "theta", time)[:, 0] for other in others)
-    gaps = {"error": run["theta"].values[:, 0] - rigid, "own": shifted - rigid}
+    gaps = {
+        "error": run.theta[:, 0] - rigid.theta[:, 0],
+        "own": shifted.theta[:, 0] - rigid.theta[:, 0],
+    }
     return finite(
         {
-            f"{kind}_{name}": signals.amplitude(gap[signals.window(time, *limits)])
+            f"{kind}_{name}": signals.amplitude(gap[signals.window(run.time, *limits)])
             for kind, gap in gaps.items()
             for name, limits in ERROR_WINDOWS_S.items()
         }
     )
 
 
-BACK_AND_FORTH = Comparison(back_and_forth, nudged)
-
-
-def _deviations(run: xr.Dataset, levels: Mapping[str, xr.Dataset]) -> dict[str, float]:
+def _deviations(run: Course, levels: Mapping[str, Course]) -> dict[str, float]:
     """Detailed less rigid, at every rigid level: joints [rad], tip [mm], late over early half."""
-    time, arm = run["time"].values, arm_of(run)
-    half = time.size // 2
+    arm, half = run.case.arm, run.time.size // 2
+    own_tip = _tip(run.theta, arm)
     numbers: dict[str, float] = {}
-    for level, arm_without in levels.items():
-        rigid = resampled(arm_without, "theta", time)
-        gap = np.abs(run["theta"].values - rigid)
-        moved = run.assign(theta=(run["theta"].dims, rigid))
-        tip = (tip_position(run, arm) - tip_position(moved, arm)).values
-        distance = np.hypot(tip[:, 0], tip[:, 1])
+    for level, rigid in levels.items():
+        gap = np.abs(run.theta - rigid.theta)
+        distance = np.abs(own_tip - _tip(rigid.theta, arm))
         numbers |= {
             f"deviation_1_{level}_rad": gap[:, 0].max(),
             f"deviation_2_{level}_rad": gap[:, 1].max(),
             f"growth_{level}": quotient(distance[half:].max(), distance[:half].max()),
             f"tip_{level}_mm": 1e3 * distance.max(),
-            f"relative_{level}": quotient(gap.max(), np.abs(run["theta"].values).max()),
+            f"relative_{level}": quotient(gap.max(), np.abs(run.theta).max()),
             f"stroke_share_{level}": gap.max() / np.pi,
         }
     return numbers
+
+
+def _tip(theta: np.ndarray, arm: Arm) -> np.ndarray:
+    """The last link's end [m] (times,) as complex numbers, from relative angles (times, joints)."""
+    lengths = np.array([link.length_m for link in arm.links])
+    return np.exp(1j * np.cumsum(theta, axis=1)) @ lengths
 
 
 def _turns_gained(time: np.ndarray, values: np.ndarray) -> float:
@@ -131,30 +114,25 @@ def _turns(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> in
     return sum(len(find_peaks(sign * slow, prominence=TURN_M)[0]) for sign in (1, -1))
 
 
-def _stiffness_correlation(run: xr.Dataset, part: slice) -> float:
+def _stiffness_correlation(run: Course, part: slice) -> float:
     """Of the mesh force with the mesh stiffness, both less their straight trend."""
-    force = first_mesh(run, "F_sp")[part]
-    return correlation(_flat(force), _flat(np.sin(mesh_phase(run)[part])))
+    return correlation(_flat(run.F_sp[part]), _flat(np.sin(mesh_phase(run)[part])))
 
 
-def _torque_gain(run: xr.Dataset, part: slice) -> float:
+def _torque_gain(run: Course, part: slice) -> float:
     """Torque of the meshes on the shoulder's carrier over the motor's, T / n."""
-    stage, planets = geometry(run), arm_of(run).joints[0].planet_count
-    forces = first_mesh(run, "F_sp")[part] + first_mesh(run, "F_pr")[part]
-    motor = run["torque"].values[part, 0] / stage.n
-    return quotient(planets * stage.r_cp * signals.mean(forces), signals.mean(motor))
+    stage = paper_stage(run.case.arm)
+    forces = run.F_sp[part] + run.F_pr[part]
+    motor = run.torque[part, 0] / stage.geometry.n
+    on_carrier = stage.joint.planet_count * stage.geometry.r_cp * signals.mean(forces)
+    return quotient(on_carrier, signals.mean(motor))
 
 
-def mesh_phase(run: xr.Dataset) -> np.ndarray:
+def mesh_phase(run: Course) -> np.ndarray:
     """The shoulder's sun mesh phase [rad], (times,), by the run's own law."""
-    if switches_of(run).phase == "omega_t":
-        return RING_CYCLES * run["theta_dot"].values[:, 0] * run["time"].values
-    return RING_CYCLES * run["theta"].values[:, 0]
-
-
-def geometry(run: xr.Dataset) -> StageGeometry:
-    """Radii [m] of the shoulder's gears."""
-    return paper_stage(arm_of(run)).geometry
+    if run.case.switches.phase == "omega_t":
+        return RING_CYCLES * run.theta_dot[:, 0] * run.time
+    return RING_CYCLES * run.theta[:, 0]
 
 
 def fast(time: np.ndarray, values: np.ndarray, over_s: float = SMOOTHING_S) -> np.ndarray:

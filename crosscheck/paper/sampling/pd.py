@@ -7,16 +7,15 @@ are those of the shoulder's sun-planet pair, first planet.
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
 
 from crosscheck import signals
 from crosscheck.paper import events
-from crosscheck.paper.claims.measures import RING_CYCLES, correlation, decay, fast, geometry
+from crosscheck.paper.course import Course
 from crosscheck.paper.events import IMPACT_S, PEAK_S, SETTLING_BANDS, SideChange
-from crosscheck.paper.reading import excess_acceleration, first_mesh, resampled, scenario_of
-from crosscheck.paper.rigid import beside_coupled
-from crosscheck.paper.undefined import finite, quotient
-from crosscheck.studies.study import Comparison, Numbers
+from crosscheck.paper.numbers import finite, quotient
+from crosscheck.paper.sampling.torque import RING_CYCLES, correlation, decay, fast
+from crosscheck.paper.stage import paper_stage
+from crosscheck.studies.variant import Numbers
 from models.scenario import PdDrive
 
 FIRST_S = (0.0, 0.25)
@@ -25,13 +24,12 @@ LOWEST_HZ, LOW_HZ, LINE_HZ = 20.0, 500.0, 50.0  # "low frequency"; half the widt
 START_S = 1e-3  # at the very start the meshes touch without force
 
 
-def transient(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
+def transient(run: Course, rigid: Course) -> Numbers:
     """Figs. 11-14, 16-20: the fluctuations of the first 1.2 s."""
-    (rigid,) = others
-    time = run["time"].values
-    excess = excess_acceleration(run, rigid)
-    gap = run["theta"].values - resampled(rigid, "theta", time)
-    side = events.side_change(time, first_mesh(run, "F_sp"))
+    time = run.time
+    excess = run.theta_ddot - rigid.theta_ddot
+    gap = run.theta - rigid.theta
+    side = events.side_change(time, run.F_sp)
     third = events.third_window(time, side.met_s if side else None)
     return finite(
         {
@@ -42,19 +40,16 @@ def transient(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
             **_contacts(run, (_first_window(time), _second_window(time, side), third)),
             **_mesh_rates(run),
             "deviation_rad": signals.amplitude(gap),
-            "rigid_peak": signals.amplitude(rigid["theta_ddot"].values[:, 0]),
+            "rigid_peak": signals.amplitude(rigid.theta_ddot[:, 0]),
             "theta_fast_rad": signals.amplitude(fast(time, gap[:, 0])[third]),
+            "planets_apart_m": run.planets_apart_m,
         }
     )
 
 
-def whole(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
+def whole(run: Course, rigid: Course) -> Numbers:
     """Figs. 10-14: all of the 3 s."""
-    (rigid,) = others
-    return {**transient(run, others), **finite({**_positioning(run), **_fourth(run, rigid)})}
-
-
-TRANSIENT, WHOLE = (Comparison(numbers, beside_coupled) for numbers in (transient, whole))
+    return {**transient(run, rigid), **finite({**_positioning(run), **_fourth(run, rigid)})}
 
 
 def _first_window(time: np.ndarray) -> slice:
@@ -66,11 +61,9 @@ def _second_window(time: np.ndarray, side: SideChange | None) -> slice:
     return signals.window(time, side.met_s, side.met_s + IMPACT_S) if side else slice(0, 0)
 
 
-def _impacts(
-    run: xr.Dataset, excess: np.ndarray, side: SideChange | None
-) -> dict[str, float | None]:
+def _impacts(run: Course, excess: np.ndarray, side: SideChange | None) -> dict[str, float | None]:
     """First and second fluctuation; the second is the excess over what was there before it."""
-    time = run["time"].values
+    time = run.time
     start = signals.window(time, *FIRST_S)
     numbers: dict[str, float | None] = {
         "first": signals.amplitude(excess[start]),
@@ -81,9 +74,9 @@ def _impacts(
     return numbers | _second(run, excess, side)
 
 
-def _second(run: xr.Dataset, excess: np.ndarray, side: SideChange) -> dict[str, float | None]:
+def _second(run: Course, excess: np.ndarray, side: SideChange) -> dict[str, float | None]:
     """The fluctuation at a side change, and the teeth's way to the other side."""
-    time, force, x = run["time"].values, first_mesh(run, "F_sp"), first_mesh(run, "x_sp")
+    time, force, x = run.time, run.F_sp, run.x_sp
     change = _second_window(time, side)
     onset = signals.onset(time[change], excess[change])
     numbers: dict[str, float | None] = {
@@ -130,23 +123,24 @@ def _third(
         "third": signals.amplitude(shoulder),
         "third_elbow": signals.amplitude(excess[part, 1]),
         "third_growth": quotient(signals.amplitude(shoulder), beginning),
+        "third_onset_s": onset,
         "third_gap_s": None if onset is None or side is None else onset - side.met_s,
     }
 
 
-_THIRD = ("third", "third_elbow", "third_growth", "third_gap_s")
+_THIRD = ("third", "third_elbow", "third_growth", "third_onset_s", "third_gap_s")
 
 
-def _spectra(run: xr.Dataset, excess: np.ndarray, part: slice) -> dict[str, float | None]:
+def _spectra(run: Course, excess: np.ndarray, part: slice) -> dict[str, float | None]:
     """Lines of both joints' accelerations in the 0.1 s around the third fluctuation's peak."""
-    time = run["time"].values
+    time = run.time
     if not time[part].size:
         return {f"{name}{joint}{unit}": None for joint in _JOINTS for name, unit in _SPECTRAL}
     near = events.third_peak(time, excess[:, 0], part)
     numbers: dict[str, float | None] = {}
     for joint, name in enumerate(_JOINTS):
         values = excess[near, joint]
-        static = abs(run["theta_ddot"].values[near, joint].mean())
+        static = abs(run.theta_ddot[near, joint].mean())
         frequency, lines = signals.spectrum(time[near], values)
         peak = signals.dominant_frequency(time[near], values)
         numbers |= {
@@ -184,11 +178,11 @@ def _share(frequency: np.ndarray, lines: np.ndarray, low: float, high: float) ->
     return quotient(float(energy[inside].sum()), float(energy.sum()))
 
 
-def _loads(run: xr.Dataset, excess: np.ndarray, part: slice) -> dict[str, float | None]:
+def _loads(run: Course, excess: np.ndarray, part: slice) -> dict[str, float | None]:
     """Mesh force, torque and speed in the third fluctuation."""
-    time = run["time"].values
-    torque, speed = run["torque"].values, run["theta_dot"].values[:, 0]
-    force = first_mesh(run, "F_sp")
+    time = run.time
+    torque, speed = run.torque, run.theta_dot[:, 0]
+    force = run.F_sp
     shaken = [fast(time, column) for column in torque.T]
     return {
         "third_force_N": signals.amplitude(force[part]),
@@ -214,13 +208,13 @@ def _envelopes_correlate(time: np.ndarray, one: np.ndarray, other: np.ndarray) -
     return correlation(peaks[0], peaks[1])
 
 
-def _contacts(run: xr.Dataset, windows: tuple[slice, ...]) -> dict[str, float | None]:
+def _contacts(run: Course, windows: tuple[slice, ...]) -> dict[str, float | None]:
     """In how many windows the acceleration passes zero, and the teeth part; share of time apart.
 
     Windows are counted if there are all.
     """
-    force, acceleration = first_mesh(run, "F_sp"), run["theta_ddot"].values[:, 0]
-    begun = signals.window(run["time"].values, START_S, np.inf)
+    force, acceleration = run.F_sp, run.theta_ddot[:, 0]
+    begun = signals.window(run.time, START_S, np.inf)
     shares: dict[str, float | None] = {"apart_share": signals.mean(force[begun] == 0)}
     if any(window.stop <= window.start for window in windows):
         return shares | dict.fromkeys(("zero_windows", "apart_windows"))
@@ -230,15 +224,15 @@ def _contacts(run: xr.Dataset, windows: tuple[slice, ...]) -> dict[str, float | 
     }
 
 
-def _mesh_rates(run: xr.Dataset) -> dict[str, float | None]:
+def _mesh_rates(run: Course) -> dict[str, float | None]:
     """What Eq. 11 neglects, how small the teeth's motion is, how far omega t is off its integral.
 
     Rates by central differences of the recorded displacements.
     """
-    time, theta, speed = (run[name].values for name in ("time", "theta", "theta_dot"))
-    x_sp, x_pr = first_mesh(run, "x_sp"), first_mesh(run, "x_pr")
+    time, theta, speed = (run.time, run.theta, run.theta_dot)
+    x_sp, x_pr = run.x_sp, run.x_pr
     sp_rate, pr_rate = (np.gradient(x, time) for x in (x_sp, x_pr))
-    r_cp = geometry(run).r_cp
+    r_cp = paper_stage(run.case.arm).geometry.r_cp
     top = np.abs(speed[:, 0]).max()
     return {
         "mesh_rate_over_speed": quotient(np.abs([sp_rate, pr_rate]).max(), top),
@@ -248,10 +242,10 @@ def _mesh_rates(run: xr.Dataset) -> dict[str, float | None]:
     }
 
 
-def _positioning(run: xr.Dataset) -> dict[str, float | None]:
+def _positioning(run: Course) -> dict[str, float | None]:
     """Fig. 10: final errors [rad], overshoots and settling times [s] of both joints."""
-    time, theta = run["time"].values, run["theta"].values
-    drive = scenario_of(run).drive
+    time, theta = run.time, run.theta
+    drive = run.case.scenario.drive
     assert isinstance(drive, PdDrive)
     target = float(np.mean(drive.target_rad))
     numbers: dict[str, float | None] = {}
@@ -268,14 +262,14 @@ def _positioning(run: xr.Dataset) -> dict[str, float | None]:
     return numbers
 
 
-def _fourth(run: xr.Dataset, rigid: xr.Dataset) -> dict[str, float | None]:
+def _fourth(run: Course, rigid: Course) -> dict[str, float | None]:
     """What happens when the teeth return to their first side."""
-    time = run["time"].values
-    back = events.teeth_return(time, first_mesh(run, "F_sp"))
+    time = run.time
+    back = events.teeth_return(time, run.F_sp)
     if back is None:
         return {"return_s": None, "fourth": None, "speed_at_return": None}
-    excess = excess_acceleration(run, rigid)[:, 0]
-    speed = np.abs(run["theta_dot"].values[:, 0])
+    excess = run.theta_ddot[:, 0] - rigid.theta_ddot[:, 0]
+    speed = np.abs(run.theta_dot[:, 0])
     around = signals.window(time, back, back + FOURTH_S)
     return {
         "return_s": back,

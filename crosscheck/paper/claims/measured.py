@@ -1,0 +1,208 @@
+"""What the experiments measure: every number once, with what it means and where it looks.
+
+Accelerations are the detailed arm's less those of the rigid arm at level `coupled`; mesh quantities
+are those of the shoulder's sun-planet pair, first planet. The measures are in ``sampling``: ``pd``
+(``transient`` and ``whole``), ``torque`` (``constant_torque``, ``back_and_forth``), ``statics``.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from crosscheck.paper.claims.statics import (
+    BASE_MASSES,
+    BENDS,
+    CONTACT_RATIOS,
+    SIGMAS,
+)
+from crosscheck.paper.events import SETTLING_BANDS
+from crosscheck.paper.sampling.torque import ERROR_WINDOWS_S
+from crosscheck.registry import RIGID_LEVELS
+
+FIRST, SECOND, THIRD = "0 to 0.25 s", "0.1 s from the side change", "0.5 to 1.2 s"
+PEAK, WHOLE, LATE = "0.1 s around the third's peak", "whole run", "after 0.1 s"
+RETURN = "1.3 to 2.4 s"
+
+
+class Number(NamedTuple):
+    """words: a noun phrase; window: the part of the run."""
+
+    words: str
+    unit: str
+    window: str = ""
+
+
+_PD = {
+    "first": Number("first fluctuation", "rad/s²", FIRST),
+    "first_decay_s": Number("time in which the first fluctuation falls to a tenth", "s", FIRST),
+    "side_change_s": Number("first contact of the opposite flanks", "s", "from 0.25 s"),
+    "second": Number("second fluctuation", "rad/s²", SECOND),
+    "second_decay_s": Number("time in which the second fluctuation falls to a tenth", "s", SECOND),
+    "second_delay_s": Number("onset of the second fluctuation after the side change", "s", SECOND),
+    "second_force_N": Number("mesh force of the impact at the side change", "N", SECOND),
+    "other_side_um": Number("smallest x_sp after the side change", "µm", SECOND),
+    "jump_um": Number("way of x_sp at the side change", "µm", "the side change"),
+    "flight_s": Number("time of free flight at the side change", "s", "the side change"),
+    "third": Number("third fluctuation", "rad/s²", THIRD),
+    "third_elbow": Number("third fluctuation of the elbow", "rad/s²", THIRD),
+    "third_growth": Number(
+        "third fluctuation over what it is in its window's first 0.1 s", "1", THIRD
+    ),
+    "third_onset_s": Number(
+        "time at which the third fluctuation reaches half its size", "s", THIRD
+    ),
+    "third_gap_s": Number("onset of the third fluctuation after the side change", "s", THIRD),
+    "third_force_N": Number("mesh force in the third fluctuation", "N", THIRD),
+    "third_force_fast_N": Number(
+        "fast part of the mesh force in the third fluctuation", "N", THIRD
+    ),
+    "torque_fast_1": Number("fast part of the shoulder's torque over its largest", "1", THIRD),
+    "torque_fast_2": Number("fast part of the elbow's torque over its largest", "1", THIRD),
+    "torque_follows": Number("correlation of the envelopes of torque and acceleration", "1", THIRD),
+    "speed_fast": Number("fast part of the shoulder's speed over its largest", "1", THIRD),
+    "theta_fast_rad": Number("fast part of the shoulder's angle", "rad", THIRD),
+    "side_changes": Number("changes of side in the third fluctuation", "1", THIRD),
+    "apart_share": Number("share of the time in which the teeth are apart", "1", WHOLE),
+    "zero_windows": Number(
+        "of the three fluctuations, those in which the acceleration passes zero", "1"
+    ),
+    "apart_windows": Number("of the three fluctuations, those in which the teeth part", "1"),
+    "mesh_rate_over_speed": Number(
+        "largest x_sp' or x_pr' over largest theta_c', numbers in SI units", "m", WHOLE
+    ),
+    "neglected_in_eq11": Number(
+        "largest x_sp' + x_pr' over largest 2 r_c cos(alpha) theta_c'", "1", WHOLE
+    ),
+    "mesh_over_gross": Number(
+        "largest x_sp or x_pr over the carrier's path 2 r_c cos(alpha) theta", "1", WHOLE
+    ),
+    "phase_gap_rad": Number(
+        "largest distance of omega_e t from the angle that has passed the mesh", "rad", WHOLE
+    ),
+    "deviation_rad": Number("deviation from the rigid arm with the gears' inertia", "rad", WHOLE),
+    "rigid_peak": Number("rigid arm's largest acceleration", "rad/s²", WHOLE),
+    "planets_apart_m": Number("largest distance between planets of a stage", "m", WHOLE),
+    "return_s": Number("return of the teeth to their first side", "s", RETURN),
+    "fourth": Number("fourth fluctuation", "rad/s²", "0.4 s from the return"),
+    "speed_at_return": Number("shoulder's speed at the return over its largest", "1", RETURN),
+}
+for _joint, _name in (("", "shoulder"), ("_elbow", "elbow")):
+    _PD |= {
+        f"frequency{_joint}_Hz": Number(f"dominant frequency of the {_name}", "Hz", PEAK),
+        f"overtone{_joint}": Number(
+            f"the {_name}'s line at twice the frequency over the first", "1", PEAK
+        ),
+        f"low_share{_joint}": Number(f"the {_name}'s energy below 500 Hz, share", "1", PEAK),
+        f"line_share{_joint}": Number(
+            f"the {_name}'s energy in its largest line, share", "1", PEAK
+        ),
+        f"static_over_line{_joint}": Number(
+            f"the {_name}'s 0 Hz over its largest fast line", "1", PEAK
+        ),
+    }
+for _joint, _name in (("1", "shoulder"), ("2", "elbow")):
+    _PD |= {
+        f"final_{_joint}_rad": Number(f"the {_name}'s distance from 30° at the end", "rad", "3 s"),
+        f"overshoot_{_joint}": Number(f"the {_name}'s overshoot over 30°", "1", WHOLE),
+    }
+    _PD |= {
+        f"settling_{_joint}_{band:g}_s": Number(
+            f"time from which on the {_name} is within {100 * band:g} % of 30°", "s", WHOLE
+        )
+        for band in SETTLING_BANDS
+    }
+
+_CONSTANT = {
+    "x_middle_um": Number("middle of the range of x_sp", "µm", LATE),
+    "x_ripple_um": Number("ripple of x_sp, peak to peak", "µm", LATE),
+    "x_ripple_over_2E": Number("ripple of x_sp over the tooth error's 2 E", "1", LATE),
+    "vibration_decay_s": Number(
+        "time in which the vibration of the mesh force falls to a tenth", "s", WHOLE
+    ),
+    "force_at_start_N": Number("mesh force at t = 0", "N", "0 s"),
+    "force_overshoot": Number("largest mesh force over its late mean", "1", WHOLE),
+    "force_decay": Number("swing of the mesh force before 0.1 s over that after", "1", WHOLE),
+    "turns_gained": Number(
+        "turning points of the ripple of x_sp after 0.25 s less those before", "1", WHOLE
+    ),
+    "speeding_up": Number("share of the time in which the shoulder speeds up", "1", WHOLE),
+    "stiffness_correlation": Number("correlation of mesh force and stiffness", "1", LATE),
+    "torque_gain": Number("mesh torque on the carrier over the motor's", "1", LATE),
+}
+for _level in RIGID_LEVELS:
+    _beside = f"the rigid arm `{_level}`"
+    _CONSTANT |= {
+        f"deviation_1_{_level}_rad": Number(f"deviation of theta_1 from {_beside}", "rad", WHOLE),
+        f"deviation_2_{_level}_rad": Number(f"deviation of theta_2 from {_beside}", "rad", WHOLE),
+        f"tip_{_level}_mm": Number(f"distance of the tip from that of {_beside}", "mm", WHOLE),
+        f"growth_{_level}": Number(
+            f"the tip's distance from {_beside}, second half over first", "1", WHOLE
+        ),
+        f"relative_{_level}": Number(
+            f"larger deviation from {_beside} over the largest angle", "1", WHOLE
+        ),
+        f"stroke_share_{_level}": Number(f"larger deviation from {_beside} over pi", "1", WHOLE),
+    }
+
+_SWINGS = {
+    f"{kind}_{name}": Number(words, "rad", f"{begin:g} to {end:g} s")
+    for name, (begin, end) in ERROR_WINDOWS_S.items()
+    for kind, words in (
+        ("error", "shoulder's error against the rigid arm"),
+        ("own", "a rigid arm's error that starts 1e-6 rad off"),
+    )
+}
+
+_STATIC = {
+    "ratio_error": Number("error of n = z_r / z_s + 1 against rolling without slip", "1"),
+    "gear_rates_spread": Number(
+        "spread of the three gears' meshing frequencies over the carrier's speed", "1"
+    ),
+    "eq12": Number("Eq. 12 over the carrier's speed", "1"),
+    "eq13": Number("Eq. 13 over the carrier's speed", "1"),
+    "eq12_error": Number("error of Eq. 12 against Eq. 10 and rolling without slip", "1"),
+    "eq13_error": Number("error of Eq. 13 against Eq. 10 and rolling without slip", "1"),
+    "free_play_over_2b": Number("width of the force-free range over 2b", "1"),
+    "eq15_excess_N": Number("force that Eq. 15 adds to Eq. 4's within and beyond the play", "N"),
+    "least_eigenvalue": Number("smallest eigenvalue of the printed M over random poses", "mixed"),
+    "asymmetry": Number("largest difference of opposite entries of the printed M", "mixed"),
+    "mass_slip": Number("largest difference of printed M from Eqs. 16-19 over the largest", "1"),
+    "energy_gap": Number("largest entry of M that Eqs. 16-19 miss over the largest of M", "1"),
+    "bias_slip": Number("largest difference of printed C q' from Eqs. 16-19, relative", "1"),
+    "force_slip": Number("largest difference of printed F from virtual work, relative", "1"),
+    "gyration_over_pitch": Number("sun's radius of gyration over its pitch radius", "1"),
+    "initial_values": Number("initial values listed, for twelve first-order states", "1"),
+    "tooth_thickness_share": Number("6 mm over the tooth thickness at the pitch circle", "1"),
+    "error_over_backlash": Number("E over b", "1"),
+}
+_STATIC |= {
+    f"bent_{angle}_mm": Number(f"tip's way by 0.02 and 0.01 rad, elbow at {angle}°", "mm")
+    for angle in BENDS
+}
+for _sigma in SIGMAS:
+    _STATIC |= {
+        f"tanh_error_{_sigma}_m": Number(
+            f"largest error of Eq. 6 against Eq. 5, sigma {_sigma} 1/m", "m"
+        ),
+        f"tanh_cost_{_sigma}": Number(
+            f"evaluations with Eq. 5 over those with Eq. 6, sigma {_sigma} 1/m", "1"
+        ),
+    }
+for _ratio in CONTACT_RATIOS:
+    _STATIC |= {
+        f"series_error_{_ratio}": Number(
+            f"rms error of Eq. 7 over the wave's swing, contact ratio {_ratio}", "1"
+        ),
+        f"first_harmonic_share_{_ratio}": Number(
+            f"share of the wave's variance in the fundamental, contact ratio {_ratio}", "1"
+        ),
+        f"eq8_error_{_ratio}": Number(
+            f"rms error of Eq. 8 over that of its sine, contact ratio {_ratio}", "1"
+        ),
+    }
+_STATIC |= {
+    f"base_shift_{mass}_mm": Number(f"shift of a free base of {mass} times the arm's mass", "mm")
+    for mass in BASE_MASSES
+}
+
+MEASURED: dict[str, Number] = {**_PD, **_CONSTANT, **_SWINGS, **_STATIC}
