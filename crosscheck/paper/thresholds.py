@@ -1,0 +1,6 @@
+"""What the paper's words for sizes are taken to mean, once for claims, figures and hypotheses."""
+
+from __future__ import annotations
+
+SEVERE = 100.0  # rad/s^2: four times the rigid arm's own largest acceleration; a third of the 300
+EVIDENT = 10.0  # rad/s^2: the smallest that Section 3.2 calls a fluctuation
