@@ -13,6 +13,7 @@ from crosscheck.paper.claims.quantities import Known
 from crosscheck.paper.claims.statics import Statics
 from crosscheck.paper.sampling.experiments import (
     BACK,
+    BACK_EVEN,
     BACKLASH,
     CONSTANT,
     CONSTANT_NO_ERROR,
@@ -23,8 +24,10 @@ from crosscheck.paper.sampling.experiments import (
     NO_BACKLASH,
     NO_ERROR,
     PD,
+    PRELOADED,
     STATIC,
     TWO_PLANETS,
+    WIDE,
     Source,
 )
 from crosscheck.paper.sampling.pool import Sample, samples
@@ -38,7 +41,8 @@ VARIED = (PD, NO_ERROR)  # what the variants of the model are held against the s
 
 @dataclass(frozen=True)
 class Plan:
-    """zetas: of all experiments but ``shaken``, the back and forth of Fig. 15; sizes in um.
+    """zetas: of all experiments but those of ``shaken``: the back and forth of Fig. 15 and 3 s with
+    b = 3000 um; sizes in um.
 
     variants: whether planets held alike and the conservative law are asked too.
     """
@@ -70,12 +74,15 @@ class Plan:
     def sources(self, cell: Cell) -> Iterator[Source]:
         """What is simulated in a setting of the claims."""
         yield from (PD, CONSTANT, NO_BACKLASH, NO_ERROR, CONSTANT_STIFFNESS, CONSTANT_NO_ERROR)
+        yield PRELOADED
         yield from map(BACKLASH, self.backlashes)
         yield from map(ERROR, self.errors)
         if self.variants:
             yield TWO_PLANETS
         if cell.zeta in self.shaken:
             yield from map(BACK, self.back)
+            yield from map(BACK_EVEN, self.back)
+            yield WIDE
 
 
 FULL = Plan()
