@@ -32,7 +32,7 @@ class SideChange(NamedTuple):
 
 
 def third_window(time: np.ndarray, side_s: float | None = None) -> slice:
-    """The samples of the third fluctuation, without the impact of a late side change if given."""
+    """The samples of the third fluctuation, without the impact of a late side change [s] if given."""
     begin, end = THIRD_S
     if side_s is not None and side_s + IMPACT_S < end - PEAK_S:
         begin = max(begin, side_s + IMPACT_S)
@@ -69,7 +69,8 @@ def side_change(time: np.ndarray, force: np.ndarray) -> SideChange | None:
     if met is None:
         return None
     before, after = (
-        force[signals.window(time, *part)] for part in ((met - IMPACT_S, met), (met, met + IMPACT_S))
+        force[signals.window(time, *part)]
+        for part in ((met - IMPACT_S, met), (met, met + IMPACT_S))
     )
     if (before < 0).any() or after.mean() > 0:
         return None

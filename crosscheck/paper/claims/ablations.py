@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from crosscheck.paper.claims.control import (
     EXISTS,
-    FIRST,
     GONE,
     LARGER,
     SECOND,

@@ -278,7 +278,14 @@ COURSE = (
 
 SIZES = (
     Claim("3.2-27", 14, "The first fluctuation reaches 10 to 40 rad/s².", FIRST, FIRST_TWO),
-    Claim("3.2-28", 14, "The second fluctuation reaches 10 to 40 rad/s².", SECOND, FIRST_TWO),
+    Claim(
+        "3.2-28",
+        14,
+        "The second fluctuation reaches 10 to 40 rad/s².",
+        SECOND,
+        FIRST_TWO,
+        reading="the largest there, whatever drives it; whether the impact does, 3.2-17 asks",
+    ),
     Claim("3.2-29", 14, "The third reaches 300 rad/s².", THIRD, THIRD_SIZE),
     Claim(
         "3.2-30",

@@ -211,7 +211,9 @@ def rank_among(family: Family, name: str, condition: str, above: float) -> Quant
     def formula(known: Known) -> np.ndarray:
         sizes, values = along(family, name, known)
         chosen = np.isfinite(values) & (along(family, condition, known)[1] > above)
-        found = [_rank_of(sizes[own], one[own]) for own, one in zip(chosen.T, values.T, strict=True)]
+        found = [
+            _rank_of(sizes[own], one[own]) for own, one in zip(chosen.T, values.T, strict=True)
+        ]
         return np.array(found)
 
     return Quantity(

@@ -94,8 +94,9 @@ DEFAULT = Quantity(
     "default over least(backlash: second_force_N, third_force_N)",
     f"{_WORST} at b = 50 µm over the least of all b",
     "1",
-    lambda known: np.fmax(known[PD]["second_force_N"], known[PD]["third_force_N"])
-    / _worst(known).min(axis=0),
+    lambda known: (
+        np.fmax(known[PD]["second_force_N"], known[PD]["third_force_N"]) / _worst(known).min(axis=0)
+    ),
 )
 _AS_GOOD = "within 5 % one clearance is as good as another"
 
@@ -171,6 +172,7 @@ POSITION = (
         swings(lambda family, s: over(growth(family, "error", s), growth(family, "own", s))),
         above(DOUBLED, "twice what the rigid arm makes of any small error"),
         SWINGS,
+        reading="in proportion; by sin(20πt) it is 0.00004 rad after 2 s, with 50 µm",
     ),
     Claim(
         "4.1-28",

@@ -213,9 +213,7 @@ CONCLUSION = (
         "5-02",
         14,
         "Backlash is the cause of the excitation.",
-        over(
-            largest(of(NO_BACKLASH, "first"), of(NO_BACKLASH, "second")), largest(FIRST, SECOND)
-        ),
+        over(largest(of(NO_BACKLASH, "first"), of(NO_BACKLASH, "second")), largest(FIRST, SECOND)),
         below(HALVED, "most of the impacts' fluctuation is gone without backlash"),
     ),
     Claim(

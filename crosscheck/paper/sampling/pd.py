@@ -55,7 +55,10 @@ class _Looked:
 
     @cached_property
     def third(self) -> slice:
-        return events.third_window(self.run.time, self.side.met_s if self.side else None)
+        """Without the impact of a late side change of either joint: a wide clearance takes long."""
+        elbow = events.side_change(self.run.time, self.run.F_outer[:, 0])
+        met = [side.met_s for side in (self.side, elbow) if side is not None]
+        return events.third_window(self.run.time, max(met, default=None))
 
     def within(self, begin_s: float, end_s: float) -> slice:
         """Counted from the contact after the side change; nothing without one."""
@@ -280,9 +283,7 @@ def _contacts(looked: _Looked, rigid: Course) -> Found:
     """
     run, windows = looked.run, _three(looked)
     apart = run.F_sp == 0
-    shares: Found = {
-        "apart_share": signals.mean(apart[signals.window(run.time, START_S, np.inf)])
-    }
+    shares: Found = {"apart_share": signals.mean(apart[signals.window(run.time, START_S, np.inf)])}
     if any(window.stop <= window.start for window in windows):
         return shares | dict.fromkeys(("zero_windows", "apart_windows", "apart_at_zero"))
     own, shaken = run.theta_ddot[:, 0], np.abs(looked.excess[:, 0]) > MINOR
