@@ -32,7 +32,7 @@ class SideChange(NamedTuple):
 
 
 def third_window(time: np.ndarray, side_s: float | None = None) -> slice:
-    """The samples of the third fluctuation, without the impact of a late side change [s] if given."""
+    """The samples of the third fluctuation, without a late side change's impact [s]."""
     begin, end = THIRD_S
     if side_s is not None and side_s + IMPACT_S < end - PEAK_S:
         begin = max(begin, side_s + IMPACT_S)
@@ -68,10 +68,8 @@ def side_change(time: np.ndarray, force: np.ndarray) -> SideChange | None:
     met = opposite_contact(time, force, SIDE_AFTER_S)
     if met is None:
         return None
-    before, after = (
-        force[signals.window(time, *part)]
-        for part in ((met - IMPACT_S, met), (met, met + IMPACT_S))
-    )
+    parts = (met - IMPACT_S, met), (met, met + IMPACT_S)
+    before, after = (force[signals.window(time, *part)] for part in parts)
     if (before < 0).any() or after.mean() > 0:
         return None
     held = np.flatnonzero(force[: int(np.searchsorted(time, met))] > 0)

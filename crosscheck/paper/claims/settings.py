@@ -75,13 +75,13 @@ class Plan:
         """What is simulated in a setting of the claims."""
         yield from (PD, CONSTANT, NO_BACKLASH, NO_ERROR, CONSTANT_STIFFNESS, CONSTANT_NO_ERROR)
         yield PRELOADED
-        yield from map(BACKLASH, self.backlashes)
-        yield from map(ERROR, self.errors)
+        yield from (BACKLASH(size_um) for size_um in self.backlashes)
+        yield from (ERROR(size_um) for size_um in self.errors)
         if self.variants:
             yield TWO_PLANETS
         if cell.zeta in self.shaken:
-            yield from map(BACK, self.back)
-            yield from map(BACK_EVEN, self.back)
+            yield from (BACK(size_um) for size_um in self.back)
+            yield from (BACK_EVEN(size_um) for size_um in self.back)
             yield WIDE
 
 

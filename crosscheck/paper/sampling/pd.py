@@ -126,7 +126,7 @@ def _second(looked: _Looked) -> Found:
 
 def _opposite_share(force: np.ndarray) -> float:
     """Of the samples with a force, those on the opposite flanks."""
-    return quotient(np.count_nonzero(force < 0), np.count_nonzero(force))
+    return signals.mean(force[force != 0] < 0)
 
 
 def _flight(run: Course, side: SideChange) -> Found:
