@@ -2,15 +2,7 @@
 
 from __future__ import annotations
 
-from crosscheck.paper.claims.control import (
-    EXISTS,
-    GONE,
-    LARGER,
-    SECOND,
-    SMALLER,
-    THIRD,
-    in_third,
-)
+from crosscheck.paper.claims.control import EXISTS, GONE, LARGER, SECOND, SMALLER, THIRD, in_third
 from crosscheck.paper.claims.quantities import difference, of, over, where
 from crosscheck.paper.claims.rule import Claim
 from crosscheck.paper.sampling.experiments import CONSTANT_STIFFNESS, NO_BACKLASH, NO_ERROR

@@ -2,15 +2,7 @@
 
 from __future__ import annotations
 
-from crosscheck.paper.claims.quantities import (
-    Quantity,
-    largest,
-    of,
-    over,
-    smallest,
-    times,
-    where,
-)
+from crosscheck.paper.claims.quantities import Quantity, largest, of, over, smallest, times, where
 from crosscheck.paper.claims.rule import Claim, Limits, above, below
 from crosscheck.paper.sampling.experiments import DEFAULT_B_UM, NO_BACKLASH, PD, PRELOADED
 from crosscheck.paper.thresholds import DOUBLED, EVIDENT, HALVED, SEVERE, VISIBLE_SHARE
@@ -125,13 +117,7 @@ POSITIONING = (
         in_third(of(PD, "torque_frequency_Hz")),
         above(100.0, "speed loops of servo drives reach some tens of hertz"),
     ),
-    Claim(
-        "3.2-47",
-        10,
-        "The shoulder goes up directly.",
-        of(PD, "setback_1"),
-        _DIRECTLY,
-    ),
+    Claim("3.2-47", 10, "The shoulder goes up directly.", of(PD, "setback_1"), _DIRECTLY),
     Claim("3.2-48", 10, "The elbow goes up directly.", of(PD, "setback_2"), _DIRECTLY),
 )
 
@@ -225,13 +211,7 @@ COURSE = (
         of(PD, "flight_s"),
         below(0.03, "a hundredth of Fig. 12's 3 s"),
     ),
-    Claim(
-        "3.2-20",
-        13,
-        "The pair returns to its first side at 1.5 s.",
-        of(PD, "return_s"),
-        RETURN,
-    ),
+    Claim("3.2-20", 13, "The pair returns to its first side at 1.5 s.", of(PD, "return_s"), RETURN),
     Claim(
         "3.2-21",
         13,
@@ -310,11 +290,7 @@ SIZES = (
         below(POSITION_RAD, "the scale that Section 4.1 calls negligible"),
     ),
     Claim(
-        "3.2-33",
-        11,
-        "The output velocity becomes uncontrollable.",
-        of(PD, "speed_fast"),
-        VISIBLE,
+        "3.2-33", 11, "The output velocity becomes uncontrollable.", of(PD, "speed_fast"), VISIBLE
     ),
 )
 

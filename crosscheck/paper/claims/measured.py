@@ -9,12 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from crosscheck.paper.claims.statics import (
-    BASE_MASSES,
-    BENDS,
-    CONTACT_RATIOS,
-    SIGMAS,
-)
+from crosscheck.paper.claims.statics import BASE_MASSES, BENDS, CONTACT_RATIOS, SIGMAS
 from crosscheck.paper.sampling.torque import ERROR_WINDOWS_S
 from crosscheck.registry import RIGID_LEVELS
 

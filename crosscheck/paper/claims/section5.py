@@ -171,11 +171,7 @@ TOOTH_ERROR = (
         SMALLER,
     ),
     Claim(
-        "4.2-12",
-        20,
-        "Above 5 µm the self-excited fluctuation stands out.",
-        _AT_LARGEST,
-        SEVERELY,
+        "4.2-12", 20, "Above 5 µm the self-excited fluctuation stands out.", _AT_LARGEST, SEVERELY
     ),
     Claim(
         "4.2-13",
@@ -216,13 +212,7 @@ CONCLUSION = (
         over(largest(of(NO_BACKLASH, "first"), of(NO_BACKLASH, "second")), largest(FIRST, SECOND)),
         below(HALVED, "most of the impacts' fluctuation is gone without backlash"),
     ),
-    Claim(
-        "5-03",
-        16,
-        "The fluctuation grows more severe with the backlash.",
-        WITH_BACKLASH,
-        RISES,
-    ),
+    Claim("5-03", 16, "The fluctuation grows more severe with the backlash.", WITH_BACKLASH, RISES),
     Claim(
         "5-04",
         19,
