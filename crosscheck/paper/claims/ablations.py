@@ -26,6 +26,7 @@ CLAIMS = (
         "Without backlash the third fluctuation is amplified; with it, weakened.",
         where(WITHOUT_BACKLASH, EVIDENT, over(WITHOUT_BACKLASH, THIRD)),
         LARGER,
+        reading="whatever drives it: with the angle's phase it is the controller, see H6",
     ),
     Claim(
         "3.2-39",

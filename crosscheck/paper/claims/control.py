@@ -230,7 +230,7 @@ COURSE = (
         "3.2-23",
         14,
         "The fourth is smaller than the previous three.",
-        over(of(PD, "fourth"), smallest(*ALL_THREE)),
+        in_third(over(of(PD, "fourth"), smallest(*ALL_THREE))),
         SMALLER,
     ),
     Claim(

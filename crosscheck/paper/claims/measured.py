@@ -33,7 +33,7 @@ _PD = {
     "side_change_s": Number("first contact of the opposite flanks", "s", "from 0.25 s"),
     "second": Number("second fluctuation", "rad/s²", SECOND),
     "second_over_before": Number(
-        "second fluctuation over that of the 0.05 s before the side change", "1", SECOND
+        "second fluctuation over that of the 0.05 s before the teeth part", "1", SECOND
     ),
     "second_decay_s": Number("time in which the second fluctuation falls to a tenth", "s", SECOND),
     "second_delay_s": Number("onset of the second fluctuation after the side change", "s", SECOND),

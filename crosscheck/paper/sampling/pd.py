@@ -107,13 +107,14 @@ def _second(looked: _Looked) -> Found:
         return dict.fromkeys(_SECOND)
     time, force = run.time, run.F_sp
     excess = looked.excess[:, 0]
-    before = excess[looked.within(-IMPACT_S, 0.0)]
+    left_s = side.met_s if side.left_s is None else side.left_s
+    before = excess[signals.window(time, left_s - IMPACT_S / 2, left_s)]
     onset = signals.onset(time[change], excess[change])
     return {
         "side_change_s": side.met_s,
         "second": signals.amplitude(excess[change]),
         "second_over_before": quotient(
-            signals.amplitude(excess[change]), signals.amplitude(before[before.size // 2 :])
+            signals.amplitude(excess[change]), signals.amplitude(before)
         ),
         "second_decay_s": decay(time[change], excess[change]),
         "second_delay_s": None if onset is None else onset - side.met_s,
