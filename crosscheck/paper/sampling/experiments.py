@@ -56,6 +56,7 @@ TWO_SOFTER = Source("two planets as they are", words="with two planets, each mes
 SQUARE = Source("square wave", words="with the square wave of Fig. 5")
 CONSTANT_SQUARE = Source("constant torque, square wave", words="with the square wave of Fig. 5")
 STATIC = Source("static")  # follows from the arm's data alone
+PLANTED = Source("planted slips")  # likewise
 BACKLASH, ERROR = Family("backlash", "b"), Family("tooth error", "E")  # Figs. 16-20
 BACK = Family("back and forth, backlash", "b")  # Fig. 15, by sin(20 pi sqrt(t)) as printed
 BACK_EVEN = Family("back and forth evenly, backlash", "b")  # by sin(20 pi t)
