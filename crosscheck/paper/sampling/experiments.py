@@ -61,6 +61,7 @@ CONSTANT_SQUARE = Source("constant torque, square wave", words="with the square 
 PRELOADED = Source("preloaded", words="from teeth that already carry the load")
 WIDE = Source("whole run, b = 3000 um", words="at b = 3000 µm")  # Section 4.1's 6 mm
 STATIC = Source("static")  # follows from the arm's data alone
+PLANTED = Source("planted slips")  # likewise
 BACKLASH, ERROR = Family("backlash", "b"), Family("tooth error", "E")  # Figs. 16-20
 BACK = Family("back and forth, backlash", "b")  # Fig. 15, by sin(20 pi sqrt(t)) as printed
 BACK_EVEN = Family("back and forth evenly, backlash", "b")  # by sin(20 pi t)

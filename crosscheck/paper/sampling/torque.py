@@ -21,6 +21,7 @@ from crosscheck.paper.stage import geared_joint
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.studies.variant import Numbers
 from models.arm import Arm
+from models.stiffness import SineStiffness
 
 SETTLED_S = 0.1  # constant torque: the starting transient is over
 HALFWAY_S = 0.25
@@ -53,11 +54,13 @@ def constant_torque(run: Course, *rigid: Course) -> Numbers:
             "force_decay": _calming(force, start, late),
             "others_decay": np.min([_calming(pair, start, late) for pair in _others(run)]),
             "others_decay_s": np.max([_ringing_s(time, pair) for pair in _others(run)]),
+            "others_ripple_N": np.max([ripple(pair[late]) for pair in _others(run)]),
+            "theta_1_rad": run.theta[-1, 0],
             "stroke_1": np.ptp(run.theta[:, 0]) / np.pi,
             "stroke_2": np.ptp(run.theta[:, 1]) / np.pi,
             "turns_gained": _turns_gained(time, x),
             "speeding_up": (np.diff(speed) > 0).mean(),
-            "stiffness_correlation": _stiffness_correlation(run, late),
+            "stiffness_follows": _stiffness_follows(run, late),
             "torque_gain": _torque_gain(run, late),
         }
     )
@@ -135,9 +138,18 @@ def _turns(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> in
     return sum(len(find_peaks(sign * slow, prominence=TURN_M)[0]) for sign in (1, -1))
 
 
-def _stiffness_correlation(run: Course, part: slice) -> float:
-    """Of the mesh force with the mesh stiffness, both less their straight trend."""
-    return correlation(_flat(run.F_sp[part]), _flat(np.sin(mesh_phase(run)[part])))
+def _stiffness_follows(run: Course, part: slice) -> float:
+    """Relative change of the mesh force with that of its stiffness: 1 at one deflection, 0 at one load.
+
+    The slope of both, each over its mean and less its straight trend; nan for constant stiffness.
+    """
+    law = geared_joint(run.case.arm).sun_mesh.of_planet(0).stiffness
+    if not isinstance(law, SineStiffness):
+        return np.nan
+    depth = law.amplitude_N_per_m / law.mean_N_per_m
+    stiffness = _flat(depth * np.sin(mesh_phase(run)[part]))
+    force = quotient(1.0, signals.mean(run.F_sp[part])) * _flat(run.F_sp[part])
+    return quotient(float(stiffness @ force), float(stiffness @ stiffness))
 
 
 def _torque_gain(run: Course, part: slice) -> float:
