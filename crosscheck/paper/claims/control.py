@@ -12,7 +12,7 @@ from crosscheck.paper.claims.quantities import (
     times,
     where,
 )
-from crosscheck.paper.claims.rule import Claim, Limits, above, below
+from crosscheck.paper.claims.rule import Claim, Limits, about, above, below
 from crosscheck.paper.sampling.experiments import DEFAULT_B_UM, NO_BACKLASH, NO_ERROR, PD, PRELOADED
 from crosscheck.paper.thresholds import DOUBLED, EVIDENT, HALVED, SEVERE, VISIBLE_SHARE
 
@@ -34,8 +34,8 @@ ON_SCALE = below(DOUBLED * POSITION_RAD, "twice the scale that Section 4.1 names
 # Numbers that the paper prints, for claims, figures and fits alike.
 SIDE_CHANGE = Limits(0.3, 0.4, "after 0.3 s, and before the next tenth")
 RETURN = Limits(1.4, 1.6, "printed to a tenth: half of it for rounding, as much for reading a plot")
-FIRST_TWO = Limits(5, 45, "10 to 40, printed in tens: half a ten either way")
-THIRD_SIZE = Limits(250, 350, "300, printed in hundreds: half a hundred either way")
+FIRST_TWO = Limits(7.5, 50, "10 to 40, each to a quarter: read off a plot that goes up to 300")
+THIRD_SIZE = about(300, 0.25, "a quarter: read off a plot")
 
 FIRST, SECOND, THIRD = (of(PD, name) for name in ("first", "second", "third"))
 ALL_THREE = (FIRST, SECOND, THIRD)

@@ -130,7 +130,7 @@ TOOTH_ERROR = (
         14,
         "Where the backlash does not exceed the error they converge more slowly.",
         AS_WIDE,
-        LARGER,
+        above(1.5, "half as long again: less is the moment at which a ringing passes its tenth"),
         reading="b = E = 5 µm over b = 50 µm",
     ),
     Claim(
