@@ -55,7 +55,7 @@ def course_of(run: xr.Dataset) -> Course:
     if "x_sp" not in run:
         return Course(case, run["time"].values, *joints, *[np.empty(0)] * len(MESH_SIGNALS))
     meshes = [run[name].values[:, 0, 0] for name in MESH_SIGNALS]
-    apart = max(_apart(run[name].values) for name in ("x_sp", "x_pr"))
+    apart = float(_apart(run["x_pr"].values))
     return Course(case, run["time"].values, *joints, *meshes, apart)
 
 
@@ -75,7 +75,7 @@ def _of_group(group: Group) -> list[Course | Diverged]:
         time.append(chunk.time)
         parts.append(_signals(chunk, geared))
         if geared:
-            apart = np.fmax(apart, [_apart(x) for x in np.moveaxis(chunk.x_pr, -1, 0)])
+            apart = np.fmax(apart, _apart(chunk.x_pr))
     times = np.concatenate(time)
     signals = [np.concatenate(signal) for signal in zip(*parts, strict=True)]
     found = [_of_member(m, place, group, times, signals) for place, m in enumerate(group.models)]
@@ -107,6 +107,7 @@ def _of_member(
     return Course(case, time, *own[: len(JOINT_SIGNALS)], *meshes)
 
 
-def _apart(x: np.ndarray) -> float:
-    """Largest difference between planets of a stage, x (times, joints, planets)."""
-    return float(np.ptp(x, axis=2).max())
+def _apart(x: np.ndarray) -> np.ndarray:
+    """Largest difference between planets of a stage, x (times, joints, planets, ...) -> (...)."""
+    found: np.ndarray = (x.max(axis=2) - x.min(axis=2)).max(axis=(0, 1))
+    return found
