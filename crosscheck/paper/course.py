@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
@@ -37,15 +37,22 @@ class Course:
     x_pr: np.ndarray
     F_sp: np.ndarray
     F_pr: np.ndarray
-    planets_apart_m: float = 0.0
+    planets_apart_m: float = field(default=0.0, kw_only=True)
 
     def at(self, time: np.ndarray) -> Course:
         """Its joints at other times, by straight lines between records; for smooth motion."""
-        joints = {
-            name: np.array([np.interp(time, self.time, c) for c in getattr(self, name).T]).T
-            for name in JOINT_SIGNALS
-        }
-        return replace(self, time=time, **joints)
+
+        def taken(values: np.ndarray) -> np.ndarray:
+            return np.array([np.interp(time, self.time, column) for column in values.T]).T
+
+        return replace(
+            self,
+            time=time,
+            theta=taken(self.theta),
+            theta_dot=taken(self.theta_dot),
+            theta_ddot=taken(self.theta_ddot),
+            torque=taken(self.torque),
+        )
 
 
 def course_of(run: xr.Dataset) -> Course:
@@ -56,7 +63,7 @@ def course_of(run: xr.Dataset) -> Course:
         return Course(case, run["time"].values, *joints, *[np.empty(0)] * len(MESH_SIGNALS))
     meshes = [run[name].values[:, 0, 0] for name in MESH_SIGNALS]
     apart = float(_apart(run["x_pr"].values))
-    return Course(case, run["time"].values, *joints, *meshes, apart)
+    return Course(case, run["time"].values, *joints, *meshes, planets_apart_m=apart)
 
 
 def courses(models: Sequence[AnalyticModel]) -> list[Course | Diverged]:
