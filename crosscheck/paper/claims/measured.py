@@ -9,12 +9,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from crosscheck.paper.claims.statics import (
-    BASE_MASSES,
-    BENDS,
-    CONTACT_RATIOS,
-    SIGMAS,
-)
+from crosscheck.paper.claims.statics import BENDS
+from crosscheck.paper.claims.surroundings import BASE_MASSES
+from crosscheck.paper.claims.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 from crosscheck.paper.events import SETTLING_BANDS
 from crosscheck.paper.sampling.torque import ERROR_WINDOWS_S
 from crosscheck.registry import RIGID_LEVELS
@@ -122,11 +119,23 @@ _CONSTANT = {
     "force_at_start_N": Number("mesh force at t = 0", "N", "0 s"),
     "force_overshoot": Number("largest mesh force over its late mean", "1", WHOLE),
     "force_decay": Number("swing of the mesh force before 0.1 s over that after", "1", WHOLE),
+    "others_decay": Number(
+        "swing of a mesh force before 0.1 s over that after, least of the three other pairs",
+        "1",
+        WHOLE,
+    ),
+    "others_decay_s": Number(
+        "time in which the vibration of the other pairs' mesh forces falls to a tenth", "s", WHOLE
+    ),
+    "others_ripple_N": Number("largest ripple of the other pairs' mesh forces", "N", LATE),
+    "stroke_1": Number("way of the shoulder over half a circle", "1", WHOLE),
+    "stroke_2": Number("way of the elbow over half a circle", "1", WHOLE),
+    "theta_1_rad": Number("the shoulder's angle at the end", "rad", "0.5 s"),
     "turns_gained": Number(
         "turning points of the ripple of x_sp after 0.25 s less those before", "1", WHOLE
     ),
     "speeding_up": Number("share of the time in which the shoulder speeds up", "1", WHOLE),
-    "stiffness_correlation": Number("correlation of mesh force and stiffness", "1", LATE),
+    "stiffness_follows": Number("per cent of mesh force per per cent of stiffness", "1", LATE),
     "torque_gain": Number("mesh torque on the carrier over the motor's", "1", LATE),
 }
 for _level in RIGID_LEVELS:
@@ -142,6 +151,9 @@ for _level in RIGID_LEVELS:
             f"larger deviation from {_beside} over the largest angle", "1", WHOLE
         ),
         f"stroke_share_{_level}": Number(f"larger deviation from {_beside} over pi", "1", WHOLE),
+        f"own_share_{_level}": Number(
+            f"the shoulder's deviation from {_beside} over its own way", "1", WHOLE
+        ),
     }
 
 _SWINGS = {
@@ -158,8 +170,7 @@ _STATIC = {
     "gear_rates_spread": Number(
         "spread of the three gears' meshing frequencies over the carrier's speed", "1"
     ),
-    "eq12": Number("Eq. 12 over the carrier's speed", "1"),
-    "eq13": Number("Eq. 13 over the carrier's speed", "1"),
+    "eq11_error": Number("error of Eq. 11 against Eqs. 2, 3 and 10", "1"),
     "eq12_error": Number("error of Eq. 12 against Eq. 10 and rolling without slip", "1"),
     "eq13_error": Number("error of Eq. 13 against Eq. 10 and rolling without slip", "1"),
     "free_play_over_2b": Number("width of the force-free range over 2b", "1"),
@@ -174,6 +185,25 @@ _STATIC = {
     "initial_values": Number("initial values listed, for twelve first-order states", "1"),
     "tooth_thickness_share": Number("6 mm over the tooth thickness at the pitch circle", "1"),
     "error_over_backlash": Number("E over b", "1"),
+    "contact_ratio_sp": Number("contact ratio of sun and planet, standard teeth", "1"),
+    "contact_ratio_pr": Number("contact ratio of planet and ring, standard teeth", "1"),
+    "eq5_work": Number("operations of Eq. 5 over those of Eq. 6, a tanh counted as one", "1"),
+    "force_at_one_deflection": Number(
+        "per cent of mesh force per per cent of stiffness at one deflection", "1"
+    ),
+    "gravity_share": Number("torque of gravity's gradient in a low orbit over 100 N m", "1"),
+    "virtual_work_share": Number(
+        "torque of the springs because k and e vary with theta, over the driving torque", "1"
+    ),
+    "planted_shown": Number(
+        "share of the entries of Eqs. 21, 22 whose loss moves an angle by 0.01 rad", "1"
+    ),
+}
+_STATIC |= {
+    f"conversion_{how}": Number(
+        f"error of Eqs. 2, 3 against the flanks' approach, theta_p counted {how}", "1"
+    )
+    for how in COUNTED
 }
 _STATIC |= {
     f"bent_{angle}_mm": Number(f"tip's way by 0.02 and 0.01 rad, elbow at {angle}°", "mm")
@@ -182,10 +212,7 @@ _STATIC |= {
 for _sigma in SIGMAS:
     _STATIC |= {
         f"tanh_error_{_sigma}_m": Number(
-            f"largest error of Eq. 6 against Eq. 5, sigma {_sigma} 1/m", "m"
-        ),
-        f"tanh_cost_{_sigma}": Number(
-            f"evaluations with Eq. 5 over those with Eq. 6, sigma {_sigma} 1/m", "1"
+            f"largest error of Eq. 6 against Eq. 5 at sigma {_sigma} 1/m", "m"
         ),
     }
 for _ratio in CONTACT_RATIOS:
@@ -193,15 +220,14 @@ for _ratio in CONTACT_RATIOS:
         f"series_error_{_ratio}": Number(
             f"rms error of Eq. 7 over the wave's swing, contact ratio {_ratio}", "1"
         ),
-        f"first_harmonic_share_{_ratio}": Number(
-            f"share of the wave's variance in the fundamental, contact ratio {_ratio}", "1"
-        ),
         f"eq8_error_{_ratio}": Number(
             f"rms error of Eq. 8 over that of its sine, contact ratio {_ratio}", "1"
         ),
     }
 _STATIC |= {
-    f"base_shift_{mass}_mm": Number(f"shift of a free base of {mass} times the arm's mass", "mm")
+    f"base_tip_{mass}_mm": Number(
+        f"the tip's distance from that on a fixed base, base of {mass} times the arm's mass", "mm"
+    )
     for mass in BASE_MASSES
 }
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import rankdata
 
 from crosscheck.paper.claims.measured import MEASURED
-from crosscheck.paper.sampling.experiments import Family, Source
+from crosscheck.paper.sampling.experiments import PLANTED, STATIC, Family, Source
 from crosscheck.paper.sampling.pool import Sample
 
 FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
@@ -60,7 +60,7 @@ def of(source: Source, name: str) -> Quantity:
     """A number of an experiment. Raises KeyError for a name that is not in MEASURED."""
     number = MEASURED[name]
     words = f"{number.words} {source.words}".strip()
-    static = source.kind == "static"
+    static = source in (STATIC, PLANTED)
     return Quantity(
         f"{source}: {name}",
         words,

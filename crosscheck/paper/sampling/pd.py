@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from analytic.kinematics import stage_geometry
 from crosscheck import signals
 from crosscheck.paper import events
 from crosscheck.paper.course import Course
 from crosscheck.paper.events import IMPACT_S, PEAK_S, SETTLING_BANDS, SideChange
 from crosscheck.paper.numbers import finite, quotient
 from crosscheck.paper.sampling.torque import RING_CYCLES, correlation, decay, fast
-from crosscheck.paper.stage import paper_stage
+from crosscheck.paper.stage import geared_joint
 from crosscheck.studies.variant import Numbers
 from models.scenario import PdDrive
 
@@ -232,7 +233,7 @@ def _mesh_rates(run: Course) -> dict[str, float | None]:
     time, theta, speed = (run.time, run.theta, run.theta_dot)
     x_sp, x_pr = run.x_sp, run.x_pr
     sp_rate, pr_rate = (np.gradient(x, time) for x in (x_sp, x_pr))
-    r_cp = paper_stage(run.case.arm).geometry.r_cp
+    r_cp = stage_geometry(geared_joint(run.case.arm)).r_cp
     top = np.abs(speed[:, 0]).max()
     return {
         "mesh_rate_over_speed": quotient(np.abs([sp_rate, pr_rate]).max(), top),
