@@ -68,7 +68,8 @@ def course_of(run: xr.Dataset) -> Course:
     meshes = [run[name].values[:, 0, 0] for name in MESH_SIGNALS]
     outer = np.concatenate([run[name].values[:, 1:, 0] for name in FORCES], axis=1)
     apart = float(_apart(run["x_pr"].values))
-    return Course(case, run["time"].values, *joints, *meshes, outer, planets_apart_m=apart)
+    signals = [*joints, *meshes, outer]
+    return Course(case, run["time"].values, *signals, planets_apart_m=apart)
 
 
 def courses(models: Sequence[AnalyticModel]) -> list[Course | Diverged]:
