@@ -23,6 +23,7 @@ from crosscheck.paper.sampling.experiments import (
     DEFAULT_B_UM,
     DEFAULT_E_UM,
     ERROR,
+    PLANTED,
     STATIC,
     Source,
 )
@@ -31,7 +32,7 @@ from crosscheck.paper.scale import QUICK, Scale
 from crosscheck.studies.study import Study
 
 IDS = [claim.id for claim in CLAIMS]
-DRAWS = 20000
+DRAWS = 2000
 CELL = Cell(PRINTED, FULL.shaken[0])
 BRIEF = Scale(longest_s=0.002, most_starts=2)
 
@@ -40,7 +41,7 @@ BRIEF = Scale(longest_s=0.002, most_starts=2)
 def sources() -> tuple[Source, ...]:
     """Every experiment of the full page."""
     made = dict.fromkeys(FULL.sources(CELL))
-    return (*made, BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM), STATIC)
+    return (*made, BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM), STATIC, PLANTED)
 
 
 class Drawn(Sample):
