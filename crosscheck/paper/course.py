@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
@@ -41,15 +41,22 @@ class Course:
     F_sp: np.ndarray
     F_pr: np.ndarray
     F_outer: np.ndarray
-    planets_apart_m: float = 0.0
+    planets_apart_m: float = field(default=0.0, kw_only=True)
 
     def at(self, time: np.ndarray) -> Course:
         """Its joints at other times, by straight lines between records; for smooth motion."""
-        joints = {
-            name: np.array([np.interp(time, self.time, c) for c in getattr(self, name).T]).T
-            for name in JOINT_SIGNALS
-        }
-        return replace(self, time=time, **joints)
+
+        def taken(values: np.ndarray) -> np.ndarray:
+            return np.array([np.interp(time, self.time, column) for column in values.T]).T
+
+        return replace(
+            self,
+            time=time,
+            theta=taken(self.theta),
+            theta_dot=taken(self.theta_dot),
+            theta_ddot=taken(self.theta_ddot),
+            torque=taken(self.torque),
+        )
 
 
 def course_of(run: xr.Dataset) -> Course:
@@ -60,8 +67,9 @@ def course_of(run: xr.Dataset) -> Course:
         return Course(case, run["time"].values, *joints, *_NO_MESHES)
     meshes = [run[name].values[:, 0, 0] for name in MESH_SIGNALS]
     outer = np.concatenate([run[name].values[:, 1:, 0] for name in FORCES], axis=1)
-    apart = max(_apart(run[name].values) for name in ("x_sp", "x_pr"))
-    return Course(case, run["time"].values, *joints, *meshes, outer, apart)
+    apart = float(_apart(run["x_pr"].values))
+    signals = [*joints, *meshes, outer]
+    return Course(case, run["time"].values, *signals, planets_apart_m=apart)
 
 
 def courses(models: Sequence[AnalyticModel]) -> list[Course | Diverged]:
@@ -80,7 +88,7 @@ def _of_group(group: Group) -> list[Course | Diverged]:
         time.append(chunk.time)
         parts.append(_signals(chunk, geared))
         if geared:
-            apart = np.fmax(apart, [_apart(x) for x in np.moveaxis(chunk.x_pr, -1, 0)])
+            apart = np.fmax(apart, _apart(chunk.x_pr))
     times = np.concatenate(time)
     signals = [np.concatenate(signal) for signal in zip(*parts, strict=True)]
     found = [_of_member(m, place, group, times, signals) for place, m in enumerate(group.models)]
@@ -114,6 +122,7 @@ def _of_member(
     return Course(case, time, *own[: len(JOINT_SIGNALS)], *meshes)
 
 
-def _apart(x: np.ndarray) -> float:
-    """Largest difference between planets of a stage, x (times, joints, planets)."""
-    return float(np.ptp(x, axis=2).max())
+def _apart(x: np.ndarray) -> np.ndarray:
+    """Largest difference between planets of a stage, x (times, joints, planets, ...) -> (...)."""
+    found: np.ndarray = (x.max(axis=2) - x.min(axis=2)).max(axis=(0, 1))
+    return found
