@@ -33,7 +33,11 @@ _PD = {
     "first": Number("first fluctuation", "rad/s²", FIRST),
     "first_decay_s": Number("time in which the first fluctuation falls to a tenth", "s", FIRST),
     "side_change_s": Number("first contact of the opposite flanks", "s", "from 0.25 s"),
+    "after_start": Number("largest fluctuation after the start", "rad/s²", "0.25 to 1.2 s"),
     "second": Number("second fluctuation", "rad/s²", SECOND),
+    "second_over_before": Number(
+        "second fluctuation over that of the 0.05 s before the side change", "1", SECOND
+    ),
     "second_decay_s": Number("time in which the second fluctuation falls to a tenth", "s", SECOND),
     "second_delay_s": Number("onset of the second fluctuation after the side change", "s", SECOND),
     "second_force_N": Number("mesh force of the impact at the side change", "N", SECOND),

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from crosscheck.paper.claims.quantities import each, of, over
-from crosscheck.paper.claims.rule import Claim, Limits, above, about, below
+from crosscheck.paper.claims.rule import Claim, Limits, about, above, below
 from crosscheck.paper.claims.statics import BENDS
 from crosscheck.paper.sampling.experiments import CONSTANT, CONSTANT_NO_ERROR, PLANTED, STATIC
-from crosscheck.paper.thresholds import DOUBLED, EXACT, HALVED
+from crosscheck.paper.thresholds import DOUBLED, HALVED
 from crosscheck.registry import RIGID_LEVELS
 
 PRINTED_DIGIT = "what rounds to the digit that the paper prints"

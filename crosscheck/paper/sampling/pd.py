@@ -20,6 +20,7 @@ from crosscheck.studies.variant import Numbers
 from models.scenario import PdDrive
 
 FIRST_S = (0.0, 0.25)
+AFTER_S = 1.2  # Fig. 14 ends
 FOURTH_S = 0.4
 LOWEST_HZ, LOW_HZ, LINE_HZ = 20.0, 500.0, 50.0  # "low frequency"; half the width of a line
 START_S = 1e-3  # at the very start the meshes touch without force
@@ -69,6 +70,7 @@ def _impacts(run: Course, excess: np.ndarray, side: SideChange | None) -> dict[s
     numbers: dict[str, float | None] = {
         "first": signals.amplitude(excess[start]),
         "first_decay_s": decay(time[start], excess[start]),
+        "after_start": signals.amplitude(excess[signals.window(time, FIRST_S[1], AFTER_S)]),
     }
     if side is None:
         return numbers | dict.fromkeys(_SECOND)
@@ -79,10 +81,14 @@ def _second(run: Course, excess: np.ndarray, side: SideChange) -> dict[str, floa
     """The fluctuation at a side change, and the teeth's way to the other side."""
     time, force, x = run.time, run.F_sp, run.x_sp
     change = _second_window(time, side)
+    before = signals.window(time, side.met_s - IMPACT_S / 2, side.met_s)
     onset = signals.onset(time[change], excess[change])
     numbers: dict[str, float | None] = {
         "side_change_s": side.met_s,
         "second": signals.amplitude(excess[change]),
+        "second_over_before": quotient(
+            signals.amplitude(excess[change]), signals.amplitude(excess[before])
+        ),
         "second_decay_s": decay(time[change], excess[change]),
         "second_delay_s": None if onset is None else onset - side.met_s,
         "second_force_N": signals.amplitude(force[change]),
@@ -102,6 +108,7 @@ def _second(run: Course, excess: np.ndarray, side: SideChange) -> dict[str, floa
 _SECOND = (
     "side_change_s",
     "second",
+    "second_over_before",
     "second_decay_s",
     "second_delay_s",
     "second_force_N",
