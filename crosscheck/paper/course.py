@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
@@ -41,15 +41,17 @@ class Course:
     F_sp: np.ndarray
     F_pr: np.ndarray
     F_outer: np.ndarray
-    planets_apart_m: float = 0.0
+    planets_apart_m: float = field(default=0.0, kw_only=True)
 
     def at(self, time: np.ndarray) -> Course:
         """Its joints at other times, by straight lines between records; for smooth motion."""
-        joints = {
-            name: np.array([np.interp(time, self.time, c) for c in getattr(self, name).T]).T
+        angle, speed, acceleration, torque = (
+            np.array([np.interp(time, self.time, column) for column in getattr(self, name).T]).T
             for name in JOINT_SIGNALS
-        }
-        return replace(self, time=time, **joints)
+        )
+        return replace(
+            self, time=time, theta=angle, theta_dot=speed, theta_ddot=acceleration, torque=torque
+        )
 
 
 def course_of(run: xr.Dataset) -> Course:
@@ -61,7 +63,7 @@ def course_of(run: xr.Dataset) -> Course:
     meshes = [run[name].values[:, 0, 0] for name in MESH_SIGNALS]
     outer = np.concatenate([run[name].values[:, 1:, 0] for name in FORCES], axis=1)
     apart = max(_apart(run[name].values) for name in ("x_sp", "x_pr"))
-    return Course(case, run["time"].values, *joints, *meshes, outer, apart)
+    return Course(case, run["time"].values, *joints, *meshes, outer, planets_apart_m=apart)
 
 
 def courses(models: Sequence[AnalyticModel]) -> list[Course | Diverged]:
@@ -91,10 +93,10 @@ def _of_group(group: Group) -> list[Course | Diverged]:
 
 
 def _signals(chunk: Chunk, geared: bool) -> list[np.ndarray]:
-    """Of the joints (records, joints, members), of the shoulder's first meshes (records, members), of
-    the outer ones (records, pairs, members).
+    """Of the joints (records, joints, members), of the shoulder's first meshes (records, members).
 
-    Copies: a chunk's own records do not outlive it.
+    Last those of the outer pairs (records, pairs, members). Copies: a chunk's own records do not
+    outlive it.
     """
     joints = [np.array(getattr(chunk, name)) for name in JOINT_SIGNALS]
     if not geared:

@@ -12,13 +12,13 @@ from typing import NamedTuple
 from crosscheck.paper.claims.statics import BENDS
 from crosscheck.paper.claims.surroundings import BASE_MASSES
 from crosscheck.paper.claims.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
-from crosscheck.paper.events import SETTLING_BANDS
 from crosscheck.paper.sampling.torque import ERROR_WINDOWS_S
 from crosscheck.registry import RIGID_LEVELS
 
 FIRST, SECOND, THIRD = "0 to 0.25 s", "0.1 s from the side change", "0.5 to 1.2 s"
-PEAK, WHOLE, LATE = "0.1 s around the third's peak", "whole run", "after 0.1 s"
-RETURN = "1.3 to 2.4 s"
+PEAK = "Hann window over 0.1 s around the third's peak"
+THREE, FLIGHT = "the first three fluctuations", "the side change"
+WHOLE, LATE, RETURN = "whole run", "after 0.1 s", "1.3 to 2.4 s"
 
 
 class Number(NamedTuple):
@@ -36,14 +36,17 @@ _PD = {
     "after_start": Number("largest fluctuation after the start", "rad/s²", "0.25 to 1.2 s"),
     "second": Number("second fluctuation", "rad/s²", SECOND),
     "second_over_before": Number(
-        "second fluctuation over that of the 0.05 s before the side change", "1", SECOND
+        "second fluctuation over that of the 0.05 s before the teeth part", "1", SECOND
     ),
     "second_decay_s": Number("time in which the second fluctuation falls to a tenth", "s", SECOND),
     "second_delay_s": Number("onset of the second fluctuation after the side change", "s", SECOND),
     "second_force_N": Number("mesh force of the impact at the side change", "N", SECOND),
-    "other_side_um": Number("smallest x_sp after the side change", "µm", SECOND),
-    "jump_um": Number("way of x_sp at the side change", "µm", "the side change"),
-    "flight_s": Number("time of free flight at the side change", "s", "the side change"),
+    "bouncing_s": Number("time for which the teeth bounce after the side change", "s", SECOND),
+    "opposite_share": Number(
+        "share of the contact that is on the opposite flanks", "1", "from the side change to 1.2 s"
+    ),
+    "jump_um": Number("way of x_sp at the side change", "µm", FLIGHT),
+    "flight_s": Number("time of free flight at the side change", "s", FLIGHT),
     "third": Number("third fluctuation", "rad/s²", THIRD),
     "third_elbow": Number("third fluctuation of the elbow", "rad/s²", THIRD),
     "third_growth": Number(
@@ -60,14 +63,20 @@ _PD = {
     "torque_fast_1": Number("fast part of the shoulder's torque over its largest", "1", THIRD),
     "torque_fast_2": Number("fast part of the elbow's torque over its largest", "1", THIRD),
     "torque_follows": Number("correlation of the envelopes of torque and acceleration", "1", THIRD),
+    "torque_frequency_Hz": Number(
+        "dominant frequency of the shoulder's torque's fast part", "Hz", PEAK
+    ),
     "speed_fast": Number("fast part of the shoulder's speed over its largest", "1", THIRD),
     "theta_fast_rad": Number("fast part of the shoulder's angle", "rad", THIRD),
     "side_changes": Number("changes of side in the third fluctuation", "1", THIRD),
     "apart_share": Number("share of the time in which the teeth are apart", "1", WHOLE),
     "zero_windows": Number(
-        "of the three fluctuations, those in which the acceleration passes zero", "1"
+        "of the three fluctuations, those that take the acceleration past zero", "1", THREE
     ),
-    "apart_windows": Number("of the three fluctuations, those in which the teeth part", "1"),
+    "apart_windows": Number("of the three fluctuations, those in which the teeth part", "1", THREE),
+    "apart_at_zero": Number(
+        "share of the moments of zero acceleration in which the teeth are apart", "1", THREE
+    ),
     "mesh_rate_over_speed": Number(
         "largest x_sp' or x_pr' over largest theta_c', numbers in SI units", "m", WHOLE
     ),
@@ -81,21 +90,28 @@ _PD = {
         "largest distance of omega_e t from the angle that has passed the mesh", "rad", WHOLE
     ),
     "deviation_rad": Number("deviation from the rigid arm with the gears' inertia", "rad", WHOLE),
+    "gap_end_rad": Number("distance from the rigid arm with the gears' inertia", "rad", "3 s"),
     "rigid_peak": Number("rigid arm's largest acceleration", "rad/s²", WHOLE),
     "planets_apart_m": Number("largest distance between planets of a stage", "m", WHOLE),
     "return_s": Number("return of the teeth to their first side", "s", RETURN),
     "fourth": Number("fourth fluctuation", "rad/s²", "0.4 s from the return"),
+    "fourth_over_before": Number(
+        "fluctuation after the return over that before", "1", "0.1 s on either side"
+    ),
     "speed_at_return": Number("shoulder's speed at the return over its largest", "1", RETURN),
 }
 for _joint, _name in (("", "shoulder"), ("_elbow", "elbow")):
     _PD |= {
+        f"line{_joint}": Number(f"largest line of the {_name}'s acceleration", "rad/s²", PEAK),
         f"frequency{_joint}_Hz": Number(f"dominant frequency of the {_name}", "Hz", PEAK),
-        f"overtone{_joint}": Number(
-            f"the {_name}'s line at twice the frequency over the first", "1", PEAK
+        f"overtones{_joint}": Number(
+            f"how many of 2, 3, 4 times its dominant frequency stand out of the {_name}'s spectrum",
+            "1",
+            PEAK,
         ),
-        f"low_share{_joint}": Number(f"the {_name}'s energy below 500 Hz, share", "1", PEAK),
+        f"low_share{_joint}": Number(f"share of the {_name}'s energy below 500 Hz", "1", PEAK),
         f"line_share{_joint}": Number(
-            f"the {_name}'s energy in its largest line, share", "1", PEAK
+            f"share of the {_name}'s energy within 50 Hz of its largest line", "1", PEAK
         ),
         f"static_over_line{_joint}": Number(
             f"the {_name}'s 0 Hz over its largest fast line", "1", PEAK
@@ -103,14 +119,14 @@ for _joint, _name in (("", "shoulder"), ("_elbow", "elbow")):
     }
 for _joint, _name in (("1", "shoulder"), ("2", "elbow")):
     _PD |= {
-        f"final_{_joint}_rad": Number(f"the {_name}'s distance from 30° at the end", "rad", "3 s"),
+        f"final_{_joint}_rad": Number(f"the {_name}'s distance from 30°", "rad", "3 s"),
         f"overshoot_{_joint}": Number(f"the {_name}'s overshoot over 30°", "1", WHOLE),
-    }
-    _PD |= {
-        f"settling_{_joint}_{band:g}_s": Number(
-            f"time from which on the {_name} is within {100 * band:g} % of 30°", "s", WHOLE
-        )
-        for band in SETTLING_BANDS
+        f"setback_{_joint}": Number(
+            f"the {_name}'s largest way backwards before its largest angle over 30°", "1", WHOLE
+        ),
+        f"late_distance_{_joint}": Number(
+            f"the {_name}'s largest distance from 30° over 30°", "1", "from 2.6 s on"
+        ),
     }
 
 _CONSTANT = {

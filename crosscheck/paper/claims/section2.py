@@ -271,7 +271,7 @@ STIFFNESS = (
             factor(
                 of(SQUARE, "third"),
                 of(PD, "third"),
-                "factor between the third fluctuations with the square wave and with its fundamental",
+                "factor between the third fluctuations with the square wave and with Eq. 8",
             ),
         ),
         below(DOUBLED, "the fluctuation's size is the same but for a factor of two"),

@@ -27,10 +27,12 @@ from crosscheck.paper.sampling.experiments import (
     NO_ERROR,
     PD,
     PLANTED,
+    PRELOADED,
     SQUARE,
     STATIC,
     TWO_PLANETS,
     TWO_SOFTER,
+    WIDE,
     Source,
 )
 from crosscheck.paper.sampling.pool import Sample, samples
@@ -45,10 +47,11 @@ VARIED = (PD, NO_ERROR)  # what the variants of the model are held against the s
 
 @dataclass(frozen=True)
 class Plan:
-    """zetas: of all experiments but back and forth and the square wave: ``shaken``; sizes in um.
+    """zetas: of all experiments but those of ``shaken``; sizes in um.
 
-    variants: whether planets held alike and the conservative law, other planets, other waves and
-    planted slips are asked too.
+    shaken: of back and forth, of the square wave, and of 3 s with b = 3000 um; variants: whether
+    planets held alike and the conservative law, other planets, other waves and planted slips are
+    asked too.
     """
 
     readings: tuple[str, ...] = tuple(READINGS)
@@ -78,13 +81,15 @@ class Plan:
     def sources(self, cell: Cell) -> Iterator[Source]:
         """What is simulated in a setting of the claims."""
         yield from (PD, CONSTANT, NO_BACKLASH, NO_ERROR, CONSTANT_STIFFNESS, CONSTANT_NO_ERROR)
-        yield from map(BACKLASH, self.backlashes)
-        yield from map(ERROR, self.errors)
+        yield PRELOADED
+        yield from (BACKLASH(size_um) for size_um in self.backlashes)
+        yield from (ERROR(size_um) for size_um in self.errors)
         if self.variants:
             yield from (TWO_PLANETS, TWO_SOFTER)
         if cell.zeta in self.shaken:
-            yield from map(BACK, self.back)
-            yield from map(BACK_EVEN, self.back)
+            yield from (BACK(size_um) for size_um in self.back)
+            yield from (BACK_EVEN(size_um) for size_um in self.back)
+            yield WIDE
             yield from (SQUARE, CONSTANT_SQUARE) if self.variants else ()
 
 

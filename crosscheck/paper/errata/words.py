@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+
+from pydantic import TypeAdapter
 
 from crosscheck.paper.errata.erratum import Erratum, Slip
 
@@ -25,11 +27,28 @@ def told(erratum: Erratum) -> Erratum:
     """
     if erratum.printed:
         return erratum
-    said = {name: text.format_map(erratum.numbers) for name, text in _words()[erratum.id].items()}
-    return replace(erratum, **said)
+    said, numbers = _words()[erratum.id], erratum.numbers
+    return replace(
+        erratum,
+        where=said.where,
+        printed=said.printed.format_map(numbers),
+        derived=said.derived.format_map(numbers),
+        remark=said.remark.format_map(numbers),
+    )
+
+
+@dataclass(frozen=True)
+class Words:
+    """Texts of a slip, as in ``Erratum``, with places for its numbers."""
+
+    where: str
+    printed: str
+    derived: str
+    remark: str = ""
 
 
 @cache
-def _words() -> Mapping[str, Mapping[str, str]]:
-    """Texts of a slip: where, printed, derived, remark; TeX with its braces doubled."""
-    return tomllib.loads(FILE.read_text(encoding="utf-8"))
+def _words() -> dict[str, Words]:
+    """By the slips' ids."""
+    content = tomllib.loads(FILE.read_text(encoding="utf-8"))
+    return TypeAdapter(dict[str, Words]).validate_python(content)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from crosscheck.paper.cells import Cell
+from crosscheck.paper.sampling.preload import preloaded
 from crosscheck.paper.sampling.starts import (
     RECORDED_S,
     BackAndForth,
@@ -17,8 +18,10 @@ from crosscheck.paper.sampling.starts import (
 from crosscheck.studies.variant import Variant
 
 SHORT_S = 1.2  # Fig. 14's length
+START_ONLY_S = 0.3  # the first fluctuation, which the shoulder's change of sides ends
 SLOW_RECORD_S = 1e-4  # constant torque and back and forth: nothing fast decides there
 DEFAULT_B_UM, DEFAULT_E_UM = 50.0, 5.0
+WIDE_M = 3e-3
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,8 @@ TWO_SOFTER = Source("two planets as they are", words="with two planets, each mes
 # Fig. 5's wave in place of Eq. 8, its fundamental.
 SQUARE = Source("square wave", words="with the square wave of Fig. 5")
 CONSTANT_SQUARE = Source("constant torque, square wave", words="with the square wave of Fig. 5")
+PRELOADED = Source("preloaded", words="from teeth that already carry the load")
+WIDE = Source("whole run, b = 3000 um", words="at b = 3000 µm")  # Section 4.1's 6 mm
 STATIC = Source("static")  # follows from the arm's data alone
 PLANTED = Source("planted slips")  # likewise
 BACKLASH, ERROR = Family("backlash", "b"), Family("tooth error", "E")  # Figs. 16-20
@@ -67,6 +72,11 @@ def question(source: Source, cell: Cell, seeds: tuple[int, ...]) -> Starts:
     short = replace(_recorded(cell.variant(), RECORDED_S), duration_s=SHORT_S)
     if source == PD:
         return WholePd(_recorded(cell.variant(), RECORDED_S), seeds)
+    if source == WIDE:
+        whole = _recorded(cell.variant(), RECORDED_S)
+        return WholePd(_set(whole, "backlash_m", WIDE_M), seeds)
+    if source == PRELOADED:
+        return TransientPd(preloaded(replace(short, duration_s=START_ONLY_S)), seeds)
     if source in (CONSTANT, CONSTANT_NO_ERROR, CONSTANT_SQUARE):
         variant = _recorded(cell.variant("constant-torque"), SLOW_RECORD_S)
         return ConstantTorque(_changed(variant, source), seeds)
