@@ -61,9 +61,9 @@ def course_of(run: xr.Dataset) -> Course:
     if "x_sp" not in run:
         return Course(case, run["time"].values, *joints, *_NO_MESHES)
     meshes = [run[name].values[:, 0, 0] for name in MESH_SIGNALS]
-    outer = np.concatenate([run[name].values[:, 1:, 0] for name in FORCES], axis=1)
+    meshes.append(np.concatenate([run[name].values[:, 1:, 0] for name in FORCES], axis=1))
     apart = max(_apart(run[name].values) for name in ("x_sp", "x_pr"))
-    return Course(case, run["time"].values, *joints, *meshes, outer, planets_apart_m=apart)
+    return Course(case, run["time"].values, *joints, *meshes, planets_apart_m=apart)
 
 
 def courses(models: Sequence[AnalyticModel]) -> list[Course | Diverged]:

@@ -102,7 +102,7 @@ def tooth_thickness(stage: PaperStage) -> Iterator[Erratum]:
 
 
 def torque_and_acceleration() -> Iterator[Erratum]:
-    """Eq. 23 for a vibration of the acceleration: D times the speed, a quarter period behind."""
+    """Eq. 23 for a vibration of the acceleration: D times the speed, a quarter period ahead."""
     drive = load_scenario("pd").drive
     assert isinstance(drive, PdDrive)
     rate = 2 * math.pi * transcript.FLUCTUATION_HZ
@@ -111,13 +111,13 @@ def torque_and_acceleration() -> Iterator[Erratum]:
         float(np.max(drive.derivative_N_m_s_per_rad)),
     )
     answer = -complex(gains[0], rate * gains[1]) / (1j * rate) ** 2  # torque over acceleration
-    lag = math.degrees(-np.angle(-answer)) % 360
+    lead = math.degrees(float(np.angle(answer)))
     yield Erratum(
         "torque-follows",
         "text",
         size=abs(answer) * transcript.FLUCTUATION_RAD_S2,
         unit="N m",
-        numbers={"lag": lag, "frequency": transcript.FLUCTUATION_HZ},
+        numbers={"lead": lead, "frequency": transcript.FLUCTUATION_HZ},
     )
 
 
