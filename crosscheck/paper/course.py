@@ -45,12 +45,17 @@ class Course:
 
     def at(self, time: np.ndarray) -> Course:
         """Its joints at other times, by straight lines between records; for smooth motion."""
-        angle, speed, acceleration, torque = (
-            np.array([np.interp(time, self.time, column) for column in getattr(self, name).T]).T
-            for name in JOINT_SIGNALS
-        )
+
+        def taken(values: np.ndarray) -> np.ndarray:
+            return np.array([np.interp(time, self.time, column) for column in values.T]).T
+
         return replace(
-            self, time=time, theta=angle, theta_dot=speed, theta_ddot=acceleration, torque=torque
+            self,
+            time=time,
+            theta=taken(self.theta),
+            theta_dot=taken(self.theta_dot),
+            theta_ddot=taken(self.theta_ddot),
+            torque=taken(self.torque),
         )
 
 
@@ -61,9 +66,10 @@ def course_of(run: xr.Dataset) -> Course:
     if "x_sp" not in run:
         return Course(case, run["time"].values, *joints, *_NO_MESHES)
     meshes = [run[name].values[:, 0, 0] for name in MESH_SIGNALS]
-    meshes.append(np.concatenate([run[name].values[:, 1:, 0] for name in FORCES], axis=1))
-    apart = max(_apart(run[name].values) for name in ("x_sp", "x_pr"))
-    return Course(case, run["time"].values, *joints, *meshes, planets_apart_m=apart)
+    outer = np.concatenate([run[name].values[:, 1:, 0] for name in FORCES], axis=1)
+    apart = float(_apart(run["x_pr"].values))
+    signals = [*joints, *meshes, outer]
+    return Course(case, run["time"].values, *signals, planets_apart_m=apart)
 
 
 def courses(models: Sequence[AnalyticModel]) -> list[Course | Diverged]:
@@ -82,7 +88,7 @@ def _of_group(group: Group) -> list[Course | Diverged]:
         time.append(chunk.time)
         parts.append(_signals(chunk, geared))
         if geared:
-            apart = np.fmax(apart, [_apart(x) for x in np.moveaxis(chunk.x_pr, -1, 0)])
+            apart = np.fmax(apart, _apart(chunk.x_pr))
     times = np.concatenate(time)
     signals = [np.concatenate(signal) for signal in zip(*parts, strict=True)]
     found = [_of_member(m, place, group, times, signals) for place, m in enumerate(group.models)]
@@ -93,10 +99,10 @@ def _of_group(group: Group) -> list[Course | Diverged]:
 
 
 def _signals(chunk: Chunk, geared: bool) -> list[np.ndarray]:
-    """Of the joints (records, joints, members), of the shoulder's first meshes (records, members).
+    """Of the joints (records, joints, members), of the shoulder's first meshes (records, members), of
+    the outer ones (records, pairs, members).
 
-    Last those of the outer pairs (records, pairs, members). Copies: a chunk's own records do not
-    outlive it.
+    Copies: a chunk's own records do not outlive it.
     """
     joints = [np.array(getattr(chunk, name)) for name in JOINT_SIGNALS]
     if not geared:
@@ -116,6 +122,7 @@ def _of_member(
     return Course(case, time, *own[: len(JOINT_SIGNALS)], *meshes)
 
 
-def _apart(x: np.ndarray) -> float:
-    """Largest difference between planets of a stage, x (times, joints, planets)."""
-    return float(np.ptp(x, axis=2).max())
+def _apart(x: np.ndarray) -> np.ndarray:
+    """Largest difference between planets of a stage, x (times, joints, planets, ...) -> (...)."""
+    found: np.ndarray = (x.max(axis=2) - x.min(axis=2)).max(axis=(0, 1))
+    return found
