@@ -33,6 +33,7 @@ _PD = {
     "first": Number("first fluctuation", "rad/s²", FIRST),
     "first_decay_s": Number("time in which the first fluctuation falls to a tenth", "s", FIRST),
     "side_change_s": Number("first contact of the opposite flanks", "s", "from 0.25 s"),
+    "after_start": Number("largest fluctuation after the start", "rad/s²", "0.25 to 1.2 s"),
     "second": Number("second fluctuation", "rad/s²", SECOND),
     "second_over_before": Number(
         "second fluctuation over that of the 0.05 s before the teeth part", "1", SECOND
