@@ -250,6 +250,7 @@ COURSE = (
         "The impacts' fluctuations cannot converge quickly.",
         largest(of(PD, "first_decay_s"), of(PD, "second_decay_s")),
         SLOWLY,
+        reading="at zeta 0.01 or less the controller takes most of their damping away, see H6",
     ),
     Claim(
         "3.2-25",
