@@ -15,7 +15,7 @@ from analytic.kinematics import stage_geometry
 from crosscheck import signals
 from crosscheck.paper import events
 from crosscheck.paper.course import Course
-from crosscheck.paper.events import IMPACT_S, PEAK_S, STABLE_S, THIRD_S, SideChange
+from crosscheck.paper.events import AT_ONCE_S, IMPACT_S, PEAK_S, STABLE_S, THIRD_S, SideChange
 from crosscheck.paper.numbers import finite, quotient
 from crosscheck.paper.sampling.torque import RING_CYCLES, correlation, decay, fast
 from crosscheck.paper.stage import geared_joint
@@ -122,7 +122,7 @@ def _second(looked: _Looked) -> Found:
         ),
         "second_decay_s": decay(time[change], excess[change]),
         "second_delay_s": None if onset is None else onset - side.met_s,
-        "second_force_N": signals.amplitude(force[change]),
+        "second_force_N": signals.amplitude(force[looked.within(0.0, AT_ONCE_S)]),
         "bouncing_s": events.bouncing(time, force, side.met_s),
         "opposite_share": _opposite_share(force[looked.within(0.0, THIRD_S[1] - side.met_s)]),
         **_flight(run, side),
