@@ -53,6 +53,7 @@ CONSTANT_NO_ERROR = Source("constant torque, no error", words="without tooth err
 TWO_PLANETS = Source("two planets", words="with two planets, each mesh 1.5 times as stiff")
 STATIC = Source("static")  # follows from the arm's data alone
 BACKLASH, ERROR = Family("backlash", "b"), Family("tooth error", "E")  # Figs. 16-20
+BACKLASH_NO_ERROR = Family("backlash, no error", "b")
 BACK = Family("back and forth, backlash", "b")  # Fig. 15
 
 
@@ -85,6 +86,8 @@ def _changed(variant: Variant, source: Source) -> Variant:
     """One field of all meshes."""
     if source.kind == BACKLASH.kind:
         return _set(variant, "backlash_m", _metres(source))
+    if source.kind == BACKLASH_NO_ERROR.kind:
+        return _set(_set(variant, "backlash_m", _metres(source)), "tooth_error_m", 0)
     if source.kind == ERROR.kind:
         return _set(variant, "tooth_error_m", _metres(source))
     return _set(variant, _LEFT_OUT[source], 0)
