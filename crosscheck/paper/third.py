@@ -13,15 +13,17 @@ import numpy as np
 
 from crosscheck.paper.cells import LAWS, Cell
 from crosscheck.paper.claims.quantities import of
-from crosscheck.paper.claims.rule import PARTS, Answer, Place, State, above, state
+from crosscheck.paper.claims.rule import FEW, PARTS, Answer, Limits, Place, State, above, state
 from crosscheck.paper.said import Said
 from crosscheck.paper.sampling.experiments import PD
 from crosscheck.paper.sampling.pool import Sample
 from crosscheck.paper.shares import Share
-from crosscheck.paper.thresholds import SEVERE
+from crosscheck.paper.thresholds import EVIDENT, SEVERE
 
 QUANTITY = of(PD, "third")
 LARGE = above(SEVERE, "four times the rigid arm's own largest acceleration, a third of the 300")
+VISIBLE = above(EVIDENT, "the smallest that Section 3.2 calls a fluctuation")
+APART_M = 1e-6  # planets have parted: a fifth of the tooth error
 Quantiles = tuple[float | None, ...]
 NONE: Quantiles = (None,) * len(PARTS)
 
@@ -106,16 +108,18 @@ class Third:
         return Branch(int(chosen.sum()), *medians)
 
 
-def made_by_error(with_error: Third, without: Third) -> Share | None:
-    """Of the starts that are not severe without tooth error, those that are with it.
+def made_by_error(with_error: Third, without: Third, level: Limits = LARGE) -> Share | None:
+    """Of the starts that are not above a level without tooth error, those that are with it.
 
-    Start i is held against start i. None where fewer than a tenth are defined and not severe
-    without it: there the tooth error has nothing to make.
+    Start i is held against start i. None where more than a tenth are above it without: there the
+    arm vibrates by itself, and the tooth error has nothing to make; or where too few are defined.
     """
-    quiet = without.of_branch(severe=False) & np.isfinite(with_error.size)
-    if quiet.sum() < max(1.0, PARTS[0] * quiet.size):
+    calm = np.isfinite(without.size) & np.isfinite(with_error.size)
+    loud = calm & level.yes(without.size)
+    if calm.sum() < max(1.0, FEW * calm.size) or loud.sum() > FEW * calm.sum():
         return None
-    return Share(int(LARGE.yes(with_error.size)[quiet].sum()), int(quiet.sum()))
+    quiet = calm & ~loud
+    return Share(int(level.yes(with_error.size)[quiet].sum()), int(quiet.sum()))
 
 
 def said(where: str, cell: Cell, found: Third) -> list[Said]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
+import numpy as np
+
 from crosscheck.paper.cells import PRINTED, REPAIRED_RATE, Cell
 from crosscheck.paper.material import Material
 from crosscheck.paper.numbers import quotient
@@ -15,9 +17,17 @@ from crosscheck.paper.sampling.experiments import PD, SHORT_S, question
 from crosscheck.paper.sampling.pool import Sample, samples
 from crosscheck.paper.sampling.starts import TransientPd
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.third import Branch, Third
+from crosscheck.paper.shares import Share
+from crosscheck.paper.third import APART_M, Branch, Third
 from crosscheck.paper.thresholds import SEVERE
-from crosscheck.paper.twosamples import SIGNIFICANT, TwoTests, least_p, not_told_apart, tests
+from crosscheck.paper.twosamples import (
+    SIGNIFICANT,
+    TwoTests,
+    least_p,
+    not_told_apart,
+    sizes_p,
+    tests,
+)
 from crosscheck.studies.study import Study
 
 ENGINE = "exudyn:tree"
@@ -69,6 +79,20 @@ class TwoModels:
         return None if least is None or not self.could_differ else least >= SIGNIFICANT
 
     @property
+    def parted(self) -> tuple[Share, Share]:
+        """Starts whose planets part, of both models: what the size of rounding decides."""
+        return _parted(self.analytic), _parted(self.engine)
+
+    @property
+    def parted_size_p(self) -> float | None:
+        """Mann and Whitney's test of the sizes among starts whose planets part; None if few do."""
+        one, other = (
+            model.size[(model.apart_m > APART_M) & np.isfinite(model.size)]
+            for model in (self.analytic, self.engine)
+        )
+        return sizes_p(one, other) if min(one.size, other.size) >= FEWEST else None
+
+    @property
     def would_pass(self) -> tuple[int, int] | None:
         """The fewest and the most severe starts of the engine that its share's test would pass."""
         if self.analytic.share is None or self.engine.share is None:
@@ -83,6 +107,10 @@ class TwoModels:
             one, other = (model.branch(severe) for model in (self.analytic, self.engine))
             found += _apart(severe, one, other)
         return found
+
+
+def _parted(model: Third) -> Share:
+    return Share(int((model.apart_m > APART_M).sum()), model.apart_m.size)
 
 
 def _apart(severe: bool, one: Branch, other: Branch) -> Iterable[Apart]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -23,7 +23,7 @@ from crosscheck.paper.sampling.experiments import (
 )
 from crosscheck.paper.sampling.pool import Wanted
 from crosscheck.paper.shares import Share
-from crosscheck.paper.third import Third, made_by_error
+from crosscheck.paper.third import VISIBLE, Third, made_by_error
 from crosscheck.paper.twosamples import TwoTests, tests
 
 # The integral with Eq. 13's ring rate: the one combination that no claim is judged with.
@@ -63,14 +63,14 @@ class Mapped:
         """Starts that the tooth error makes severe, of those that are not without it."""
         return made_by_error(self.third, self.without)
 
-    @property
-    def state(self) -> State:
-        """Whether the tooth error makes a severe fluctuation here."""
-        return state(self.made)
+    @cached_property
+    def made_visible(self) -> Share | None:
+        """The same of those that reach what counts as a fluctuation at all."""
+        return made_by_error(self.third, self.without, VISIBLE)
 
 
 class Presence(StrEnum):
-    """Under which phase law the tooth error makes the third fluctuation severe."""
+    """Under which phase law the tooth error makes a third fluctuation."""
 
     PRINTED = "only with omega_t"
     INTEGRATED = "only with angle"
@@ -106,18 +106,19 @@ class Maps:
         return [one for one in self.settings if one.setting.cell.law.phase in phases]
 
     @property
-    def presence(self) -> Presence:
-        """With free planets."""
-        return where_present({phase: [one.state for one in self.of(phase)] for phase in PHASES})
+    def visible(self) -> Presence:
+        """Where the tooth error makes what counts as a fluctuation at all: H1 itself."""
+        return _presence(self.settings, lambda one: one.made_visible)
 
     @property
-    def lumped_presence(self) -> Presence:
-        """With planets held alike."""
-        by_phase = {
-            phase: [one.state for one in self.lumped if one.setting.cell.law.phase == phase]
-            for phase in PHASES
-        }
-        return where_present(by_phase)
+    def severe(self) -> Presence:
+        """Where it makes a severe one."""
+        return _presence(self.settings, lambda one: one.made)
+
+    @property
+    def severe_alike(self) -> Presence:
+        """The same with planets held alike."""
+        return _presence(self.lumped, lambda one: one.made)
 
     @property
     def repairs(self) -> list[Repair]:
@@ -128,6 +129,14 @@ class Maps:
             for one in self.conservative
             if integral_of(one.setting) in plain
         ]
+
+
+def _presence(settings: Sequence[Mapped], made: Callable[[Mapped], Share | None]) -> Presence:
+    by_phase = {
+        phase: [state(made(one)) for one in settings if one.setting.cell.law.phase == phase]
+        for phase in PHASES
+    }
+    return where_present(by_phase)
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from crosscheck.paper.phase.plant import Plant, accelerations_along, integrate, 
 from crosscheck.paper.sampling.pool import Sample
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.shares import Share
-from crosscheck.paper.third import Third, made_by_error
+from crosscheck.paper.third import VISIBLE, Third, made_by_error
 from crosscheck.studies.study import Study
 from crosscheck.studies.variant import Variant
 from models.drive import CONSTANT
@@ -132,10 +132,10 @@ class Objected:
         """Starts that the tooth error makes severe, of those that are not without it."""
         return made_by_error(self.third, self.without)
 
-    @property
-    def state(self) -> State:
-        """Whether it does."""
-        return state(self.made)
+    @cached_property
+    def made_visible(self) -> Share | None:
+        """The same of those that reach what counts as a fluctuation at all."""
+        return made_by_error(self.third, self.without, VISIBLE)
 
 
 @dataclass(frozen=True)
@@ -194,11 +194,15 @@ class Objections:
 
     @property
     def supports(self) -> bool | None:
-        """With no change does the tooth error make anything severe under `angle`."""
-        states = [one.state for one in self.objected if one.cell.law.phase == "angle"]
-        if any(one in (State.YES, State.BISTABLE) for one in states):
+        """With no change does the tooth error make a fluctuation under `angle`.
+
+        Settings that vibrate without it say nothing of that.
+        """
+        under_angle = [one for one in self.objected if one.cell.law.phase == "angle"]
+        states = {state(one.made_visible) for one in under_angle}
+        if states & {State.YES, State.BISTABLE}:
             return False
-        return None if State.UNDEFINED in states else True
+        return True if State.NO in states else None
 
 
 def objections(study: Study, scale: Scale) -> Objections:
