@@ -56,13 +56,12 @@ class Ablation:
 
 
 AS_IT_STANDS = Ablation("dampers in contact alone")
-ABLATIONS = (
-    AS_IT_STANDS,
-    Ablation("dampers always at work", contact=False),
-    Ablation("no feedback: the rigid arm's torque played back", recorded=True),
-    Ablation("constant stiffness", ("arm.joints.*.mesh_stiffness_amplitude_N_per_m=0.0",)),
-    Ablation("no backlash", ("arm.joints.*.backlash_m=0.0",)),
-)
+ALWAYS = Ablation("dampers always at work", contact=False)
+PLAYED_BACK = Ablation("no feedback: the rigid arm's torque played back", recorded=True)
+STEADY = Ablation("constant stiffness", ("arm.joints.*.mesh_stiffness_amplitude_N_per_m=0.0",))
+TIGHT = Ablation("no backlash", ("arm.joints.*.backlash_m=0.0",))
+ABLATIONS = (AS_IT_STANDS, ALWAYS, PLAYED_BACK, STEADY, TIGHT)
+STILL = 0.1  # rad/s^2: a hundredth of what counts as a fluctuation
 
 
 @dataclass(frozen=True)
@@ -119,6 +118,22 @@ class Dampers:
     over_zeta: Sequence[Ablated]
     ablated: Sequence[Ablated]
     rest: Quantiles
+
+    def median(self, name: str) -> float | None:
+        """Of the size [rad/s^2] with one thing left out."""
+        return next(one for one in self.ablated if one.ablation.name == name).third.quantiles[1]
+
+    @property
+    def excited_hard(self) -> bool | None:
+        """Whether the vibration is there, and needs feedback, backlash, and something to begin it.
+
+        And does not need a varying stiffness.
+        """
+        needed = [self.median(one.name) for one in (PLAYED_BACK, TIGHT, ALWAYS)] + [self.rest[1]]
+        kept = [self.median(one.name) for one in (AS_IT_STANDS, STEADY)]
+        gone = [None if size is None else size < STILL for size in needed]
+        there = [None if size is None else size > EVIDENT for size in kept]
+        return None if None in (*gone, *there) else all((*gone, *there))
 
     @property
     def largest_zeta(self) -> float | None:

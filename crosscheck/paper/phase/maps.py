@@ -43,6 +43,11 @@ class Setting:
     backlash_um: float = DEFAULT_B_UM
 
     @property
+    def is_paper(self) -> bool:
+        """Whether tooth error and backlash are Table I's."""
+        return (self.error_um, self.backlash_um) == (DEFAULT_E_UM, DEFAULT_B_UM)
+
+    @property
     def sources(self) -> tuple[Source, Source]:
         """The experiment, and the same without tooth error."""
         if self.backlash_um != DEFAULT_B_UM:
