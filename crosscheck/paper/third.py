@@ -5,6 +5,7 @@ One definition for all chapters: the numbers of ``sampling.pd``, the claims' qua
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -62,9 +63,13 @@ class Third:
     @classmethod
     def of(cls, *samples: Sample) -> Third:
         """All starts of several samples."""
-        names = ("third", "third_onset_s", "frequency_Hz", "planets_apart_m")
-        numbers = (np.concatenate([sample[name] for sample in samples]) for name in names)
-        return cls(*numbers, sum(int(sample.diverged.sum()) for sample in samples))
+        return cls(
+            size=_joined(samples, "third"),
+            onset_s=_joined(samples, "third_onset_s"),
+            frequency_Hz=_joined(samples, "frequency_Hz"),
+            apart_m=_joined(samples, "planets_apart_m"),
+            diverged=sum(int(sample.diverged.sum()) for sample in samples),
+        )
 
     @cached_property
     def sizes(self) -> np.ndarray:
@@ -106,6 +111,10 @@ class Third:
         numbers = (self.size, self.onset_s, self.frequency_Hz)
         medians = [quantiles(values[chosen])[1] for values in numbers]
         return Branch(int(chosen.sum()), *medians)
+
+
+def _joined(samples: Sequence[Sample], name: str) -> np.ndarray:
+    return np.concatenate([sample[name] for sample in samples])
 
 
 def made_by_error(with_error: Third, without: Third, level: Limits = LARGE) -> Share | None:

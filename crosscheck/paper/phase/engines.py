@@ -102,7 +102,7 @@ class TwoModels:
     @property
     def apart(self) -> list[Apart]:
         """Branch by branch, number by number."""
-        found = []
+        found: list[Apart] = []
         for severe in (False, True):
             one, other = (model.branch(severe) for model in (self.analytic, self.engine))
             found += _apart(severe, one, other)
@@ -184,7 +184,9 @@ def _engine(study: Study, scale: Scale) -> dict[Cell, Third]:
     """A question for every start, so that tasks stay short."""
     counts = COMPARED | dict.fromkeys(map(integrated, UNDER_ANGLE), STARTS_UNDER_ANGLE)
     wanted = [
-        (cell, seed) for cell, count in counts.items() for seed in scale.seeds[: scale.starts(count)]
+        (cell, seed)
+        for cell, count in counts.items()
+        for seed in scale.seeds[: scale.starts(count)]
     ]
     found = study.answers([_asked(cell, seed, scale) for cell, seed in wanted], "phase: Exudyn")
     by_cell: dict[Cell, list[Sample]] = {cell: [] for cell in counts}

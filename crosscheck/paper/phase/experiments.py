@@ -94,9 +94,7 @@ def played_back(case: Case) -> Case:
     return case._replace(scenario=case.scenario.model_copy(update={"drive": drive}))
 
 
-def shoulder_excess(
-    variant: Variant, elapsed: np.ndarray, theta_ddot: np.ndarray
-) -> np.ndarray:
+def shoulder_excess(variant: Variant, elapsed: np.ndarray, theta_ddot: np.ndarray) -> np.ndarray:
     """Shoulder accelerations (times, members) less the rigid arm's at times since its start."""
     time, rigid = _rigid_shoulder(rigid_arm(variant))
     return theta_ddot - np.interp(elapsed, time, rigid)[:, None]

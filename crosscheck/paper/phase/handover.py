@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -39,13 +39,14 @@ SHOWN = CELLS[2]
 AFTER_S = 0.4
 # After the handover: what is handed over, what is left soon and late.
 WINDOWS_S = ((0.0, 0.01), (0.03, 0.04), (0.33, 0.38))
+Phase = Literal["omega_t", "angle"]
 DEAD = 0.1  # of the vibration handed over
 
 
 class Heir(NamedTuple):
     """A law under which the vibration goes on, with the tooth error or without."""
 
-    phase: str
+    phase: Phase
     with_error: bool = True
 
     @property
@@ -112,20 +113,15 @@ class Handover:
         models = models_of(self.variant, self.seeds)
         run = motion(models)
         excess = self._excess(run, models[0].layout.theta[0])
-        part = signals.window(run.time, THIRD_S[0], THIRD_S[1])
         sound = np.isfinite(excess).all(axis=0)
-        if part.stop <= part.start:
-            return HandedOver(int(sound.sum()), (), ((),) * len(HEIRS), ())
-        size = np.abs(np.where(sound, excess, 0.0))[part]
-        severe = np.flatnonzero(size.max(axis=0) > SEVERE)
-        peaks = [part.start + int(np.argmax(size[:, start])) for start in severe]
+        peaks = _peaks(run.time, np.where(sound, np.abs(excess), 0.0))
         runs = [
-            [self._continued(run, int(start), peak, heir) for start, peak in zip(severe, peaks, strict=True)]
+            [self._continued(run, start, peak, heir) for start, peak in peaks.items()]
             for heir in HEIRS
         ]
         return HandedOver(
             asked=int(sound.sum()),
-            at_s=tuple(float(run.time[peak]) for peak in peaks),
+            at_s=tuple(float(run.time[peak]) for peak in peaks.values()),
             left=tuple(tuple(self._left(one) for one in each) for each in runs),
             drawn=tuple(Band.of(each[0].time, each[0].a[:, -2, 0]) for each in runs if each),
         )
@@ -148,6 +144,15 @@ class Handover:
         """(times, members), against the rigid arm in the whole experiment."""
         whole = pd_run(self.cell, THIRD_S[1] + AFTER_S)
         return shoulder_excess(whole, run.time, run.a[:, shoulder])
+
+
+def _peaks(time: np.ndarray, size: np.ndarray) -> dict[int, int]:
+    """Severe starts, and at which record each is largest; size (times, starts) [rad/s^2]."""
+    part = signals.window(time, *THIRD_S)
+    if part.stop <= part.start:
+        return {}
+    severe = np.flatnonzero(size[part].max(axis=0) > SEVERE)
+    return {int(k): part.start + int(np.argmax(size[part, k])) for k in severe}
 
 
 class Fate(NamedTuple):
@@ -202,5 +207,6 @@ def handover(study: Study, scale: Scale) -> Handovers:
 
 def _fate(cell: Cell, heir: Heir, asked: int, left: Sequence[Left]) -> Fate:
     numbers = np.array(left, dtype=float).reshape(-1, len(WINDOWS_S))
+    before, soon, late = (quantiles(column) for column in numbers.T)
     dying = Share(sum(one.dies for one in left), len(left)) if left else None
-    return Fate(cell, heir, asked, *(quantiles(column) for column in numbers.T), dying)
+    return Fate(cell, heir, asked, before, soon, late, dying)

@@ -224,9 +224,7 @@ def objections(study: Study, scale: Scale) -> Objections:
     return Objections(objected, dict(zip(DECISIVE, rates, strict=True)))
 
 
-def _in_full(
-    study: Study, cells: Sequence[Cell], scale: Scale
-) -> dict[tuple[Cell, bool], Third]:
+def _in_full(study: Study, cells: Sequence[Cell], scale: Scale) -> dict[tuple[Cell, bool], Third]:
     seeds, seconds = scale.seeds[: scale.starts(FULL_STARTS)], scale.seconds(DURATION_S)
     wanted = [(cell, e) for cell in cells for e in (True, False)]
     asked = [InFull(cell, e, seconds, seeds) for cell, e in wanted]

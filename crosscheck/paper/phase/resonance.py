@@ -243,9 +243,7 @@ def fastest(scenario: str) -> float:
     return float(np.abs(rigid["theta_dot"]).max())
 
 
-def _run_up(
-    zeta: float, duration_s: float, seeds: Sequence[int]
-) -> tuple[np.ndarray, np.ndarray]:
+def _run_up(zeta: float, duration_s: float, seeds: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
     """Carrier speed [rad/s] and vibration [rad/s^2], (times, starts), in RAMP_S from rest.
 
     The torque is constant, so the rigid arm's acceleration is, which is subtracted. Stiffness is

@@ -55,10 +55,8 @@ def runaways(study: Study, scale: Scale) -> list[Runaway]:
     wanted = [(law, part) for law in LAWS for part in parts]
     asked = [_asked(law, part, scale) for law, part in wanted]
     found = study.answers(asked, "phase: runaways")
-    return [
-        _runaway(law, [Sample.of(m) for (own, _), m in zip(wanted, found, strict=True) if own == law])
-        for law in LAWS
-    ]
+    samples = [(law, Sample.of(one)) for (law, _), one in zip(wanted, found, strict=True)]
+    return [_runaway(law, [sample for own, sample in samples if own == law]) for law in LAWS]
 
 
 def _asked(law: Law, seeds: tuple[int, ...], scale: Scale) -> TopSpeed:

@@ -343,9 +343,7 @@ def of_objections(found: objections.Objections, material: Material) -> Section:
 def _made(found: Sequence[Objected], objection: str, phase: str, visible: bool = False) -> str:
     """In words: so many of so many starts, setting by setting, of all changes of an objection."""
     chosen = [
-        one
-        for one in found
-        if one.change.objection == objection and one.cell.law.phase == phase
+        one for one in found if one.change.objection == objection and one.cell.law.phase == phase
     ]
     made = [one.made_visible if visible else one.made for one in chosen]
     told = ["undefined" if one is None else f"{one.yes} of {one.of}" for one in made]
@@ -360,4 +358,3 @@ def printed_cells(zeta: float) -> dict[str, Cell]:
         "integral": Cell(INTEGRAL, zeta),
         "alike": Cell(PRINTED, zeta, planets="lumped"),
     }
-

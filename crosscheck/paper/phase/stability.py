@@ -17,7 +17,7 @@ from analytic.model import PhysicalModel
 from crosscheck import signals
 from crosscheck.paper.cells import Cell
 from crosscheck.paper.events import THIRD_S
-from crosscheck.paper.numbers import defined, quotient
+from crosscheck.paper.numbers import quotient
 from crosscheck.paper.phase.clock import Band
 from crosscheck.paper.phase.experiments import (
     DECISIVE,
@@ -193,9 +193,7 @@ def _follow(base: Base, modes: Modes, time: np.ndarray, shoulder: np.ndarray) ->
     if not np.isfinite(first).all():
         return _Followed(None, simulated, base.time[part], np.full(base.time[part].shape, np.nan))
     predicted = predicted_amplitude(base.time[part], modes.growth[part], first, floor)
-    begun = Begun(
-        _onset(base.time[part], predicted), _onset(time, simulated), float(np.min(floor))
-    )
+    begun = Begun(_onset(base.time[part], predicted), _onset(time, simulated), float(np.min(floor)))
     return _Followed(begun, simulated, base.time[part], predicted)
 
 

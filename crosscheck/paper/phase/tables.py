@@ -25,9 +25,7 @@ from crosscheck.paper.third import Quantiles, Third, quantiles
 Row = TypeVar("Row")
 
 
-def share_column(
-    name: str, title: str | None, of: Callable[[Row], Share | None]
-) -> Column[Row]:
+def share_column(name: str, title: str | None, of: Callable[[Row], Share | None]) -> Column[Row]:
     """So many of so many starts."""
 
     def counted(row: Row) -> str | None:
@@ -57,7 +55,9 @@ def cell_columns(of: Callable[[Row], Cell]) -> list[Column[Row]]:
     ]
 
 
-def third_columns(of: Callable[[Row], Third], prefix: str = "", word: str = "") -> list[Column[Row]]:
+def third_columns(
+    of: Callable[[Row], Third], prefix: str = "", word: str = ""
+) -> list[Column[Row]]:
     """Share, size and defined starts of a third fluctuation."""
     return [
         share_column(f"{prefix}severe", f"{word}severe in", lambda row: of(row).share),
@@ -187,9 +187,7 @@ LINEARISED: Columns[Found[Linearised]] = Columns(
             lambda row: row.value.largest.growth_per_s if row.value.largest else None,
             ".1f",
         ),
-        Column(
-            "at_s", "at [s]", lambda row: row.value.largest.at_s if row.value.largest else None
-        ),
+        Column("at_s", "at [s]", lambda row: row.value.largest.at_s if row.value.largest else None),
         Column(
             "mode_Hz",
             "mode [Hz]",
@@ -202,9 +200,7 @@ LINEARISED: Columns[Found[Linearised]] = Columns(
             lambda row: _onsets(row.value, 0),
             ".3f",
         ),
-        Column(
-            "simulated_s", "simulated [s]", lambda row: _onsets(row.value, 1), ".3f"
-        ),
+        Column("simulated_s", "simulated [s]", lambda row: _onsets(row.value, 1), ".3f"),
         share_column("begins", "begins in", lambda row: row.value.begins),
         share_column("as_predicted", "as predicted in", lambda row: row.value.as_predicted),
         Column("jacobian_error", None, lambda row: row.value.jacobian_error),
@@ -282,7 +278,9 @@ TONGUE: Columns[tuple[float, FloquetRates]] = Columns(
         Column("growth_per_s", "largest growth [1/s]", lambda row: row[1].largest[0], ".1f"),
         Column("at_rad_per_s", "at [rad/s]", lambda row: row[1].largest[1], ".1f"),
         Column("lowest_rad_per_s", "lowest speed [rad/s]", lambda row: row[1].lowest_open, ".1f"),
-        Column("slow_per_s", "growth at the PD run's fastest [1/s]", lambda row: row[1].slow, ".1f"),
+        Column(
+            "slow_per_s", "growth at the PD run's fastest [1/s]", lambda row: row[1].slow, ".1f"
+        ),
     ],
 )
 
@@ -349,4 +347,3 @@ RUNAWAY: Columns[Runaway] = Columns(
         Column("diverged", None, lambda row: row.diverged),
     ],
 )
-

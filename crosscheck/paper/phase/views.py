@@ -51,7 +51,7 @@ def clock(found: Clocks) -> str:
     for (above, below), law in zip(grid.T, found.laws, strict=True):
         for one, colour in zip(law.delays, COLOURS, strict=False):
             label = f"clock from {one.clock_s:g} s"
-            force = Band(one.force_N.time_s, *(KILO * np.array(x) for x in one.force_N[1:]))
+            force = _scaled(one.force_N, KILO)
             band(above, force, colour, label)
             band(below, one.shoulder, colour, label)
         above.set_title(law_name(law.law))
@@ -62,6 +62,11 @@ def clock(found: Clocks) -> str:
     for row in grid:
         _same_heights(row)
     return to_svg(drawing)
+
+
+def _scaled(one: Band, by: float) -> Band:
+    low, high = (tuple(by * value for value in values) for values in (one.low, one.high))
+    return Band(one.time_s, low, high)
 
 
 def _same_heights(row: Sequence[Axes]) -> None:
@@ -181,5 +186,3 @@ def handed_over(found: HandedOver) -> str:
             not_reached(axes)
     grid[0, 0].set_ylabel("shoulder acc. [rad/s²]")
     return to_svg(drawing)
-
-

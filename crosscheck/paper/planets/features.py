@@ -83,4 +83,5 @@ def sources(material: Material) -> list[Source]:
     """Of the claims' experiments those under PD control."""
     plan = plan_of(material.scale)
     plain = [PD, NO_BACKLASH, NO_ERROR, CONSTANT_STIFFNESS]
-    return [*plain, *map(BACKLASH, plan.backlashes), *map(ERROR, plan.errors)]
+    over_b = [BACKLASH(size) for size in plan.backlashes]
+    return [*plain, *over_b, *(ERROR(size) for size in plan.errors)]

@@ -12,13 +12,12 @@ from crosscheck.paper.events import THIRD_S
 from crosscheck.paper.numbers import defined
 from crosscheck.paper.phase.experiments import pd_run
 from crosscheck.paper.planets.parting import Course, FirstPartings, Parted, partings
-from crosscheck.paper.planets.verdict import PREDICTED, parting_is_predicted
+from crosscheck.paper.planets.verdict import parting_is_predicted
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.shares import Share
 from crosscheck.paper.third import Quantiles, quantiles
 from crosscheck.paper.undefined import extreme
 from crosscheck.studies.study import Study
-from crosscheck.studies.variant import Variant
 
 JOINTS = ("shoulder", "elbow")
 CELL = Cell(PRINTED, 0.005)  # where the start decides
@@ -27,6 +26,7 @@ STARTING_S = 0.3  # the teeth first change sides then: before, it is the startin
 STARTS = 24
 RECORD_EVERY = 10
 BINS_FOR_A_RATE = 4  # of 5 ms: over which a growth rate is taken
+
 
 @dataclass(frozen=True)
 class Predictions:
@@ -214,16 +214,14 @@ def _errors(pairs: Sequence[tuple[float | None, float | None]]) -> list[float]:
 
 def _rate(one: Parted, joint: int) -> float:
     """Largest growth rate [1/s] that the equation has along the lumped run; nan if too short."""
-    levels = _levels(one.by_lumped, joint)
-    if levels.size <= BINS_FOR_A_RATE:
+    found = levels(one.by_lumped, joint)
+    if found.size <= BINS_FOR_A_RATE:
         return float("nan")
     span = np.array(one.time_s)[BINS_FOR_A_RATE:] - np.array(one.time_s)[:-BINS_FOR_A_RATE]
-    rates = np.log(10) * (levels[BINS_FOR_A_RATE:] - levels[:-BINS_FOR_A_RATE]) / span
+    rates = np.log(10) * (found[BINS_FOR_A_RATE:] - found[:-BINS_FOR_A_RATE]) / span
     return float(np.nanmax(rates))
 
 
-def _levels(course: Course, joint: int) -> np.ndarray:
+def levels(course: Course, joint: int) -> np.ndarray:
     """log10 of the spread [m] in every bin, nan where undefined."""
     return np.array([np.nan if v is None else v for v in course.spread[joint]])
-
-

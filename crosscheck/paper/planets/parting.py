@@ -73,10 +73,14 @@ class FirstPartings:
         models = models_of(self.variant, self.seeds)
         run = motion(models)
         with np.errstate(invalid="ignore"):  # of runs that diverge
-            spread = np.max([np.ptp(run.q[:, rows], axis=1) for rows in _planets(models[0])], axis=0)
-            parted = spread >= APART_M
-        first = np.argmax(parted, axis=0)
-        return [float(run.time[k]) if any_ else None for k, any_ in zip(first, parted.any(0), strict=True)]
+            spreads = [np.ptp(run.q[:, rows], axis=1) for rows in _planets(models[0])]
+            parted = np.max(spreads, axis=0) >= APART_M
+        return [_when(run.time, each) for each in parted.T]
+
+
+def _when(time: np.ndarray, happens: np.ndarray) -> float | None:
+    """First, if ever."""
+    return float(time[np.argmax(happens)]) if happens.any() else None
 
 
 def _planets(model: PhysicalModel) -> list[list[int]]:
@@ -167,8 +171,7 @@ def _course(time: np.ndarray, found: Differences) -> Course:
 
 
 def _first(time: np.ndarray, spread: np.ndarray) -> float | None:
-    parted = spread >= np.log(APART_M)
-    return float(time[np.argmax(parted)]) if parted.any() else None
+    return _when(time, spread >= np.log(APART_M))
 
 
 def partings(one: Variant, seeds: Sequence[int]) -> list[Partings]:
