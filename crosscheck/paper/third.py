@@ -14,7 +14,7 @@ import numpy as np
 
 from crosscheck.paper.cells import LAWS, Cell
 from crosscheck.paper.claims.quantities import of
-from crosscheck.paper.claims.rule import FEW, PARTS, Answer, Limits, Place, State, above, state
+from crosscheck.paper.claims.rule import PARTS, Answer, Place, State, above, state
 from crosscheck.paper.said import Said
 from crosscheck.paper.sampling.experiments import PD
 from crosscheck.paper.sampling.pool import Sample
@@ -115,20 +115,6 @@ class Third:
 
 def _joined(samples: Sequence[Sample], name: str) -> np.ndarray:
     return np.concatenate([sample[name] for sample in samples])
-
-
-def made_by_error(with_error: Third, without: Third, level: Limits = LARGE) -> Share | None:
-    """Of the starts that are not above a level without tooth error, those that are with it.
-
-    Start i is held against start i. None where more than a tenth are above it without: there the
-    arm vibrates by itself, and the tooth error has nothing to make; or where too few are defined.
-    """
-    calm = np.isfinite(without.size) & np.isfinite(with_error.size)
-    loud = calm & level.yes(without.size)
-    if calm.sum() < max(1.0, FEW * calm.size) or loud.sum() > FEW * calm.sum():
-        return None
-    quiet = calm & ~loud
-    return Share(int(level.yes(with_error.size)[quiet].sum()), int(quiet.sum()))
 
 
 def said(where: str, cell: Cell, found: Third) -> list[Said]:

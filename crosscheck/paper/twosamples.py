@@ -1,4 +1,4 @@
-"""Two samples of starts: could one distribution be behind both?"""
+"""Two samples of starts: could one distribution be behind both? What does the tooth error make?"""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import fisher_exact, mannwhitneyu
 
+from crosscheck.paper.claims.rule import FEW, Limits, State, state
 from crosscheck.paper.shares import Share
-from crosscheck.paper.third import Third
+from crosscheck.paper.third import LARGE, Third
 
 SIGNIFICANT = 0.05
 
@@ -64,3 +65,33 @@ def not_told_apart(one: Share, of: int) -> tuple[int, int]:
 def told_apart(p: float, tests: float = 1.0) -> bool:
     """Whether a test tells two samples apart, if it is one of so many that could (Bonferroni)."""
     return p < SIGNIFICANT / tests
+
+
+class Made(NamedTuple):
+    """What the tooth error makes of starts that are not above a level without it.
+
+    share: of these, those that are above it with the tooth error; None where more than a tenth of
+    the starts are above it without: there the arm vibrates by itself, and the tooth error has
+    nothing to make; or where too few are defined. p: Fisher's exact test of all starts with and
+    without.
+    """
+
+    share: Share | None
+    p: float
+
+    @property
+    def state(self) -> State:
+        """Whether it does; if only in some starts, then only where the test tells them apart."""
+        found = state(self.share)
+        return State.NO if found == State.BISTABLE and not told_apart(self.p) else found
+
+
+def made_by_error(with_error: Third, without: Third, level: Limits = LARGE) -> Made:
+    """Start i is held against start i."""
+    calm = np.isfinite(without.size) & np.isfinite(with_error.size)
+    loud, there = (calm & level.yes(third.size) for third in (without, with_error))
+    if calm.sum() < max(1.0, FEW * calm.size) or loud.sum() > FEW * calm.sum():
+        return Made(None, 1.0)
+    quiet, of = calm & ~loud, int(calm.sum())
+    p = shares_p(Share(int(there.sum()), of), Share(int(loud.sum()), of))
+    return Made(Share(int(there[quiet].sum()), int(quiet.sum())), p)

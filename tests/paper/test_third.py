@@ -10,12 +10,13 @@ from crosscheck.paper.cells import CONSERVATIVE, PRINTED, Cell
 from crosscheck.paper.claims.rule import State
 from crosscheck.paper.sampling.pool import Sample
 from crosscheck.paper.shares import Share
-from crosscheck.paper.third import NONE, VISIBLE, Third, made_by_error, quantiles, said
+from crosscheck.paper.third import NONE, VISIBLE, Third, quantiles, said
 from crosscheck.paper.thresholds import EVIDENT, SEVERE
 from crosscheck.paper.twosamples import (
     SIGNIFICANT,
     TwoTests,
     least_p,
+    made_by_error,
     not_told_apart,
     shares_p,
     sizes_p,
@@ -63,16 +64,24 @@ def test_samples_join_and_diverged_starts_have_no_numbers() -> None:
 
 def test_the_tooth_error_makes_what_is_not_there_without_it() -> None:
     calm = third(*[QUIET] * 10)
-    assert made_by_error(third(*[LOUD] * 9, QUIET), calm) == Share(9, 10)
-    assert made_by_error(calm, calm) == Share(0, 10)
+    assert made_by_error(third(*[LOUD] * 9, QUIET), calm).share == Share(9, 10)
+    assert made_by_error(calm, calm).share == Share(0, 10)
     shaken = third(*[LOUD] * 2, *[QUIET] * 8)
-    assert made_by_error(third(*[LOUD] * 10), shaken) is None
+    assert made_by_error(third(*[LOUD] * 10), shaken).share is None
     one_loud = third(LOUD, *[QUIET] * 9)
-    assert made_by_error(third(*[LOUD] * 10), one_loud) == Share(9, 9)
-    assert made_by_error(third(*[np.nan] * 10), calm) is None
+    assert made_by_error(third(*[LOUD] * 10), one_loud).share == Share(9, 9)
+    assert made_by_error(third(*[np.nan] * 10), calm).state == State.UNDEFINED
     visible = third(*[ABOVE * EVIDENT] * 10)
-    assert made_by_error(visible, third(*[BELOW * EVIDENT] * 10), VISIBLE) == Share(10, 10)
-    assert made_by_error(visible, visible, VISIBLE) is None
+    quiet = third(*[BELOW * EVIDENT] * 10)
+    assert made_by_error(visible, quiet, VISIBLE).state == State.YES
+    assert made_by_error(visible, visible, VISIBLE).share is None
+
+
+def test_what_few_starts_do_is_made_only_if_it_is_no_chance() -> None:
+    """5 of 32 against none has p = 0.053 by Fisher's exact test, 6 of 32 p = 0.024."""
+    calm = third(*[QUIET] * 32)
+    for loud, expected in ((5, State.NO), (6, State.BISTABLE)):
+        assert made_by_error(third(*[LOUD] * loud, *[QUIET] * (32 - loud)), calm).state == expected
 
 
 def test_what_the_claims_ask_is_said_and_nothing_else() -> None:

@@ -96,6 +96,12 @@ def changed() -> Result:
     return question("phase.experiments.Changed", variant(), (1,), (1.0, 1.0), True)()
 
 
+def exudyn_starts() -> Result:
+    studies = importlib.import_module("crosscheck.studies.variant")
+    one = studies.Variant(**SHORT, model="exudyn:tree", planets="free")
+    return question("sampling.starts.TransientPd", one, (1,))()
+
+
 def clock() -> Result:
     return question("phase.clock.ClockTest", cell().law, 2e-3, 2e-3, (1,))()
 
@@ -110,6 +116,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "printed run, one planet": run("reductions.first_planets", model="analytic:printed"),
     "exudyn run": run(model="exudyn:tree"),
     "pinocchio run": run(model="pinocchio:coupled"),
+    "starts of exudyn": exudyn_starts,
     "parting": parting,
     "claims' measure": run("claims.measures.BACK_AND_FORTH", model="analytic:links"),
     "floating base": question("hypotheses.floating_base._Flights", "pd", 2.0, 1e-3),

@@ -53,7 +53,7 @@ def chapter(material: Material) -> Chapter:
             "the handover": sections.of_handover(handover(study, scale)),
             "resonance": sections.of_resonance(resonance(study, scale)),
             "the repair with the springs' own work": sections.of_repair(simulated.repairs),
-            "objections": sections.of_objections(objections(study, scale), material),
+            "objections": sections.of_objections(objections(study, scale), simulated, material),
         }
         beside = dampers(study, scale), runaways(study, scale)
         found[BESIDE] = sections.of_dampers(*beside, material)

@@ -18,7 +18,7 @@ from crosscheck.paper.sampling.pool import Sample, samples
 from crosscheck.paper.sampling.starts import TransientPd
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.shares import Share
-from crosscheck.paper.third import APART_M, Branch, Third
+from crosscheck.paper.third import APART_M, Third, quantiles
 from crosscheck.paper.thresholds import SEVERE
 from crosscheck.paper.twosamples import (
     SIGNIFICANT,
@@ -42,7 +42,8 @@ FEWEST = 3  # starts of a branch whose median means something
 class Apart(NamedTuple):
     """Medians of both models in one branch, and how far apart they are (relative).
 
-    within: the limit; met: None where a branch has too few starts in one of the models.
+    scatter: from the quantile 0.1 to 0.9 of the analytic starts alone, over their median; within:
+    the limit; met: None where a branch has too few starts in one of the models.
     """
 
     severe: bool
@@ -50,6 +51,7 @@ class Apart(NamedTuple):
     analytic: float | None
     engine: float | None
     difference: float
+    scatter: float
     within: float
     met: bool | None
 
@@ -104,8 +106,7 @@ class TwoModels:
         """Branch by branch, number by number."""
         found: list[Apart] = []
         for severe in (False, True):
-            one, other = (model.branch(severe) for model in (self.analytic, self.engine))
-            found += _apart(severe, one, other)
+            found += _apart(severe, self.analytic, self.engine)
         return found
 
 
@@ -113,17 +114,20 @@ def _parted(model: Third) -> Share:
     return Share(int((model.apart_m > APART_M).sum()), model.apart_m.size)
 
 
-def _apart(severe: bool, one: Branch, other: Branch) -> Iterable[Apart]:
+def _apart(severe: bool, analytic: Third, engine: Third) -> Iterable[Apart]:
+    one, other = analytic.branch(severe), engine.branch(severe)
     enough = min(one.starts, other.starts) >= FEWEST
-    medians = {
-        "onset": (one.onset_s, other.onset_s),
-        "frequency": (one.frequency_Hz, other.frequency_Hz),
-        "size": (one.size, other.size),
+    numbers = {
+        "onset": (one.onset_s, other.onset_s, analytic.onset_s),
+        "frequency": (one.frequency_Hz, other.frequency_Hz, analytic.frequency_Hz),
+        "size": (one.size, other.size, analytic.size),
     }
-    for number, (here, there) in medians.items():
+    for name, (here, there, values) in numbers.items():
         difference = quotient(there, here) - 1
-        met = abs(difference) <= WITHIN[number] if enough else None
-        yield Apart(severe, number, here, there, difference, WITHIN[number], met)
+        met = abs(difference) <= WITHIN[name] if enough else None
+        low, middle, high = quantiles(values[analytic.of_branch(severe)])
+        scatter = quotient(high, middle) - quotient(low, middle)
+        yield Apart(severe, name, here, there, difference, scatter, WITHIN[name], met)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from enum import StrEnum
 from functools import cached_property
 
 from crosscheck.paper.cells import CONSERVATIVE, INTEGRAL, LABELLED, LAWS, Cell, Law
-from crosscheck.paper.claims.rule import State, state
+from crosscheck.paper.claims.rule import State
 from crosscheck.paper.claims.settings import plan_of
 from crosscheck.paper.material import Material
 from crosscheck.paper.sampling.experiments import (
@@ -22,9 +22,8 @@ from crosscheck.paper.sampling.experiments import (
     Source,
 )
 from crosscheck.paper.sampling.pool import Wanted
-from crosscheck.paper.shares import Share
-from crosscheck.paper.third import VISIBLE, Third, made_by_error
-from crosscheck.paper.twosamples import TwoTests, tests
+from crosscheck.paper.third import VISIBLE, Third
+from crosscheck.paper.twosamples import Made, TwoTests, made_by_error, tests
 
 # The integral with Eq. 13's ring rate: the one combination that no claim is judged with.
 FOUR = (*LAWS, Law("angle", "eq13"))
@@ -64,12 +63,12 @@ class Mapped:
     without: Third
 
     @cached_property
-    def made(self) -> Share | None:
-        """Starts that the tooth error makes severe, of those that are not without it."""
+    def made(self) -> Made:
+        """Starts that the tooth error makes severe."""
         return made_by_error(self.third, self.without)
 
     @cached_property
-    def made_visible(self) -> Share | None:
+    def made_visible(self) -> Made:
         """The same of those that reach what counts as a fluctuation at all."""
         return made_by_error(self.third, self.without, VISIBLE)
 
@@ -136,9 +135,9 @@ class Maps:
         ]
 
 
-def _presence(settings: Sequence[Mapped], made: Callable[[Mapped], Share | None]) -> Presence:
+def _presence(settings: Sequence[Mapped], made: Callable[[Mapped], Made]) -> Presence:
     by_phase = {
-        phase: [state(made(one)) for one in settings if one.setting.cell.law.phase == phase]
+        phase: [made(one).state for one in settings if one.setting.cell.law.phase == phase]
         for phase in PHASES
     }
     return where_present(by_phase)

@@ -10,7 +10,7 @@ import numpy as np
 
 from crosscheck import signals
 from crosscheck.paper.cells import Cell
-from crosscheck.paper.claims.rule import State, state
+from crosscheck.paper.claims.rule import State
 from crosscheck.paper.events import THIRD_S
 from crosscheck.paper.phase.experiments import (
     DECISIVE,
@@ -25,8 +25,8 @@ from crosscheck.paper.phase.linear import base_motion, mesh_modes
 from crosscheck.paper.phase.plant import Plant, accelerations_along, integrate, plant_of
 from crosscheck.paper.sampling.pool import Sample
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.shares import Share
-from crosscheck.paper.third import VISIBLE, Third, made_by_error
+from crosscheck.paper.third import VISIBLE, Third
+from crosscheck.paper.twosamples import Made, made_by_error
 from crosscheck.studies.study import Study
 from crosscheck.studies.variant import Variant
 from models.drive import CONSTANT
@@ -128,12 +128,12 @@ class Objected:
     without: Third
 
     @cached_property
-    def made(self) -> Share | None:
-        """Starts that the tooth error makes severe, of those that are not without it."""
+    def made(self) -> Made:
+        """Starts that the tooth error makes severe."""
         return made_by_error(self.third, self.without)
 
     @cached_property
-    def made_visible(self) -> Share | None:
+    def made_visible(self) -> Made:
         """The same of those that reach what counts as a fluctuation at all."""
         return made_by_error(self.third, self.without, VISIBLE)
 
@@ -199,7 +199,7 @@ class Objections:
         Settings that vibrate without it say nothing of that.
         """
         under_angle = [one for one in self.objected if one.cell.law.phase == "angle"]
-        states = {state(one.made_visible) for one in under_angle}
+        states = {one.made_visible.state for one in under_angle}
         if states & {State.YES, State.BISTABLE}:
             return False
         return True if State.NO in states else None

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from crosscheck.paper.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE, Cell
-from crosscheck.paper.claims.rule import State, state
+from crosscheck.paper.claims.rule import State
 from crosscheck.paper.events import THIRD_S
 from crosscheck.paper.material import Material
 from crosscheck.paper.phase import (
@@ -26,7 +27,7 @@ from crosscheck.paper.phase import (
 )
 from crosscheck.paper.phase.engines import FEWEST, Engines
 from crosscheck.paper.phase.experiments import HIGH_PASS_HZ
-from crosscheck.paper.phase.maps import PHASES, Maps, Repair
+from crosscheck.paper.phase.maps import PHASES, Mapped, Maps, Repair
 from crosscheck.paper.phase.objections import D_UNKNOWN, FLUTTER, FULL, PLANETS, Objected
 from crosscheck.paper.phase.runaway import Runaway
 from crosscheck.paper.record import JsonObject
@@ -86,6 +87,8 @@ def of_maps(found: Maps, material: Material) -> Section:
         drawings=drawings,
         table=html(tables.MAPPED.html(plain)),
         counts=_counts(found),
+        by_law=_by_law(plain),
+        State=State,
         pooled=_pooled([one.third for one in found.of("angle")]),
         maps=found,
         lumped=found.lumped,
@@ -101,14 +104,47 @@ def _counts(found: Maps) -> Mapping[str, object]:
 
     def counted(phase: str, visible: bool) -> int:
         made = [one.made_visible if visible else one.made for one in found.of(phase)]
-        return sum(state(share) in present for share in made)
+        return sum(one.state in present for one in made)
 
     return {
         "settings": {phase: len(found.of(phase)) for phase in PHASES},
         "visible": {phase: counted(phase, True) for phase in PHASES},
         "severe": {phase: counted(phase, False) for phase in PHASES},
-        "silent": sum(one.made_visible is None for one in found.settings),
+        "silent": sum(one.made_visible.share is None for one in found.settings),
     }
+
+
+BRANCHES = (False, True)  # the small one, the severe one
+
+
+class OfLaw(NamedTuple):
+    """A law's settings at Table I's error and backlash: how many are severe; each branch's sizes.
+
+    small, severe: smallest and largest median of that branch alone [rad/s^2].
+    """
+
+    name: str
+    states: Counter[State]
+    small: tuple[float, float] | None
+    severe: tuple[float, float] | None
+
+
+def _by_law(plain: Sequence[Mapped]) -> list[OfLaw]:
+    """In the order of the laws."""
+    found = []
+    for law in dict.fromkeys(one.setting.cell.law for one in plain):
+        thirds = [one.third for one in plain if one.setting.cell.law == law]
+        states = Counter(third.state for third in thirds)
+        ranges = (
+            _range([third.branch(severe).size for third in thirds]) for severe in (False, True)
+        )
+        found.append(OfLaw(views.law_name(law), states, *ranges))
+    return found
+
+
+def _range(medians: Sequence[float | None]) -> tuple[float, float] | None:
+    known = [size for size in medians if size is not None]
+    return (min(known), max(known)) if known else None
 
 
 def _pooled(found: Sequence[Third]) -> Share:
@@ -124,7 +160,8 @@ def of_engines(found: Engines) -> Section:
     judged = [(cell, each) for cell, each in branches if each.met is not None]
     missed = [
         f"{each.number} of the {'severe' if each.severe else 'small'} branch at"
-        f" {cell.law.id}, ζ = {cell.zeta:g} ({100 * each.difference:+.1f} %)"
+        f" {cell.law.id}, ζ = {cell.zeta:g} ({100 * each.difference:+.1f} %; nine tenths of the"
+        f" analytic starts alone scatter by {each.scatter:.0%})"
         for cell, each in judged
         if not each.met
     ]
@@ -134,6 +171,7 @@ def of_engines(found: Engines) -> Section:
         samples=html(tables.OF_MODEL.html(samples)),
         compared=found.compared,
         parted_p=[shares_p(*one.parted) for one in found.compared],
+        parting_differs=any(shares_p(*one.parted) < SIGNIFICANT for one in found.compared),
         limit=SIGNIFICANT,
         branches=html(tables.APART.html(branches)),
         met=len(judged) - len(missed),
@@ -282,7 +320,7 @@ def of_repair(found: Sequence[Repair]) -> Section:
     calm = [one for one in found if one.plain.setting.cell.zeta >= CALM_ZETA]
     sizes = [_largest([pick(one) for one in calm]) for pick in (_plain, _conservative)]
     present = (State.YES, State.BISTABLE)
-    visible = sum(state(one.conservative.made_visible) in present for one in found)
+    visible = sum(one.conservative.made_visible.state in present for one in found)
     said = text(
         "phase/repair",
         table=html(tables.REPAIR.html(found)),
@@ -294,7 +332,7 @@ def of_repair(found: Sequence[Repair]) -> Section:
         settings=len(found),
         evident=EVIDENT,
     )
-    silent = all(one.conservative.made_visible is None for one in found)
+    silent = all(one.conservative.made_visible.share is None for one in found)
     return Section(said, tables.REPAIR.json(found), None if silent else not visible)
 
 
@@ -311,7 +349,7 @@ def _largest(found: Sequence[Third]) -> float | None:
     return max((size for size in medians if size is not None), default=None)
 
 
-def of_objections(found: objections.Objections, material: Material) -> Section:
+def of_objections(found: objections.Objections, simulated: Maps, material: Material) -> Section:
     """What remains to be answered."""
     rates = [tables.Found(cell, one) for cell, one in found.rates.items()]
     joint = paper_stage(load_arm(LABELLED)).joint
@@ -335,6 +373,7 @@ def of_objections(found: objections.Objections, material: Material) -> Section:
         eq11_visible=_made(found.objected, FULL, "omega_t", visible=True),
         eq11_angle=_made(found.objected, FULL, "angle", visible=True),
         evident=EVIDENT,
+        counts=_counts(simulated),
     )
     records = [*tables.OBJECTED.json(found.objected), *tables.RATES.json(rates)]
     return Section(said, records, found.supports)
@@ -345,7 +384,7 @@ def _made(found: Sequence[Objected], objection: str, phase: str, visible: bool =
     chosen = [
         one for one in found if one.change.objection == objection and one.cell.law.phase == phase
     ]
-    made = [one.made_visible if visible else one.made for one in chosen]
+    made = [(one.made_visible if visible else one.made).share for one in chosen]
     told = ["undefined" if one is None else f"{one.yes} of {one.of}" for one in made]
     return ", ".join(told) + " starts"
 

@@ -21,8 +21,10 @@ from crosscheck.paper.phase.runaway import Runaway
 from crosscheck.paper.phase.stability import Linearised
 from crosscheck.paper.shares import Share
 from crosscheck.paper.third import Quantiles, Third, quantiles
+from crosscheck.paper.thresholds import EVIDENT
 
 Row = TypeVar("Row")
+VISIBLE_TITLE = f"raised above {EVIDENT:g} rad/s² by E"
 
 
 def share_column(name: str, title: str | None, of: Callable[[Row], Share | None]) -> Column[Row]:
@@ -116,8 +118,10 @@ MAPPED: Columns[Mapped] = Columns(
             lambda row: row.without.quantiles,
             ".2g",
         ),
-        share_column("made_severe", "made severe by E", lambda row: row.made),
-        share_column("made_visible", "raised above 10 rad/s² by E", lambda row: row.made_visible),
+        share_column("made_severe", "made severe by E", lambda row: row.made.share),
+        share_column(
+            "made_visible", "raised above 10 rad/s² by E", lambda row: row.made_visible.share
+        ),
     ],
 )
 
@@ -129,8 +133,8 @@ REPAIR: Columns[Repair] = Columns(
         *third_columns(lambda row: row.conservative.third, "work_", "with that work: "),
         share_column(
             "made_visible",
-            "raised above 10 rad/s² by E",
-            lambda row: row.conservative.made_visible,
+            VISIBLE_TITLE,
+            lambda row: row.conservative.made_visible.share,
         ),
     ],
 )
@@ -297,8 +301,10 @@ OBJECTED: Columns[Objected] = Columns(
             lambda row: row.without.quantiles,
             ".2g",
         ),
-        share_column("made_severe", "made severe by E", lambda row: row.made),
-        share_column("made_visible", "raised above 10 rad/s² by E", lambda row: row.made_visible),
+        share_column("made_severe", "made severe by E", lambda row: row.made.share),
+        share_column(
+            "made_visible", "raised above 10 rad/s² by E", lambda row: row.made_visible.share
+        ),
     ],
 )
 
