@@ -32,7 +32,7 @@ class TwoTests(NamedTuple):
         return min(self.by_share, self.by_size)
 
 
-def tests(one: Third, other: Third) -> TwoTests:
+def two_tests(one: Third, other: Third) -> TwoTests:
     """Of two samples' third fluctuations."""
     if one.share is None or other.share is None:
         return TwoTests(None, None)

@@ -20,8 +20,8 @@ from crosscheck.paper.twosamples import (
     not_told_apart,
     shares_p,
     sizes_p,
-    tests,
     told_apart,
+    two_tests,
 )
 
 ABOVE, BELOW = 1.01, 0.99
@@ -97,9 +97,9 @@ def test_two_samples_are_told_apart_or_not() -> None:
     assert shares_p(Share(5, 5), Share(5, 5)) == pytest.approx(1.0)
     assert sizes_p([1, 2, 3, 4, 5], [6, 7, 8, 9, 10]) == pytest.approx(2 / 252)
     assert sizes_p([1, 3, 5, 7], [2, 4, 6, 8]) > 0.5
-    both = tests(third(*range(1, 6)), third(*range(6, 11)))
+    both = two_tests(third(*range(1, 6)), third(*range(6, 11)))
     assert both.least == both.by_size == pytest.approx(2 / 252)
-    assert tests(third(np.nan), third(1.0)).least is None
+    assert two_tests(third(np.nan), third(1.0)).least is None
     assert TwoTests(None, 0.5).least is None
 
 

@@ -114,9 +114,8 @@ class ClockTest:
 
     def _shaken(self, clock_s: float) -> tuple[np.ndarray, np.ndarray]:
         """Elapsed time (times,) and shoulder acceleration (times, starts)."""
-        models = models_of(self.run, self.seeds)
-        run = motion(models, clock_s)
-        return run.time - run.time[0], run.a[:, models[0].layout.theta[0]]
+        run = motion(models_of(self.run, self.seeds), clock_s)
+        return run.time - run.time[0], run.shoulder
 
     def _sizes(self, elapsed: np.ndarray, acceleration: np.ndarray) -> tuple[float | None, ...]:
         part = signals.window(elapsed, *RUN_WINDOW_S)

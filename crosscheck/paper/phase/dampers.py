@@ -105,7 +105,7 @@ class LaidToRest:
         after = replace(whole, settings=(CONTACT,), duration_s=self.duration_s).case()
         states = zip(before.q[-1].T.copy(), before.v[-1].T.copy(), strict=True)
         run = motion([Continued(after, q, v) for q, v in states], QUIET_S)
-        excess = shoulder_excess(whole, run.time, run.a[:, -2])
+        excess = shoulder_excess(whole, run.time, run.shoulder)
         part = signals.window(run.time - run.time[0], *LATE_S)
         return [defined(signals.amplitude(column)) for column in excess[part].T]
 

@@ -26,7 +26,7 @@ from crosscheck.paper.twosamples import (
     least_p,
     not_told_apart,
     sizes_p,
-    tests,
+    two_tests,
 )
 from crosscheck.studies.study import Study
 
@@ -67,7 +67,7 @@ class TwoModels:
     @cached_property
     def tests(self) -> TwoTests:
         """Whether the models differ."""
-        return tests(self.analytic, self.engine)
+        return two_tests(self.analytic, self.engine)
 
     @property
     def could_differ(self) -> bool:

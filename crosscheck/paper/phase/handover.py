@@ -110,9 +110,8 @@ class Handover:
         return 0.5 * len(self.seeds)
 
     def answer(self) -> HandedOver:
-        models = models_of(self.variant, self.seeds)
-        run = motion(models)
-        excess = self._excess(run, models[0].layout.theta[0])
+        run = motion(models_of(self.variant, self.seeds))
+        excess = self._excess(run)
         sound = np.isfinite(excess).all(axis=0)
         peaks = _peaks(run.time, np.where(sound, np.abs(excess), 0.0))
         runs = [
@@ -123,7 +122,7 @@ class Handover:
             asked=int(sound.sum()),
             at_s=tuple(float(run.time[peak]) for peak in peaks.values()),
             left=tuple(tuple(self._left(one) for one in each) for each in runs),
-            drawn=tuple(Band.of(each[0].time, each[0].a[:, -2, 0]) for each in runs if each),
+            drawn=tuple(Band.of(each[0].time, each[0].shoulder[:, 0]) for each in runs if each),
         )
 
     def _continued(self, run: Motion, start: int, record: int, heir: Heir) -> Motion:
@@ -136,14 +135,14 @@ class Handover:
         return motion([Continued(case, *state)], float(run.time[record]))
 
     def _left(self, run: Motion) -> Left:
-        excess, elapsed = self._excess(run, -2), run.time - run.time[0]
+        excess, elapsed = self._excess(run), run.time - run.time[0]
         sizes = (signals.amplitude(excess[signals.window(elapsed, *w)]) for w in WINDOWS_S)
         return Left(*sizes)
 
-    def _excess(self, run: Motion, shoulder: int) -> np.ndarray:
+    def _excess(self, run: Motion) -> np.ndarray:
         """(times, members), against the rigid arm in the whole experiment."""
         whole = pd_run(self.cell, THIRD_S[1] + AFTER_S)
-        return shoulder_excess(whole, run.time, run.a[:, shoulder])
+        return shoulder_excess(whole, run.time, run.shoulder)
 
 
 def _peaks(time: np.ndarray, size: np.ndarray) -> dict[int, int]:

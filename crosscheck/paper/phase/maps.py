@@ -23,7 +23,7 @@ from crosscheck.paper.sampling.experiments import (
 )
 from crosscheck.paper.sampling.pool import Wanted
 from crosscheck.paper.third import VISIBLE, Third
-from crosscheck.paper.twosamples import Made, TwoTests, made_by_error, tests
+from crosscheck.paper.twosamples import Made, TwoTests, made_by_error, two_tests
 
 # The integral with Eq. 13's ring rate: the one combination that no claim is judged with.
 FOUR = (*LAWS, Law("angle", "eq13"))
@@ -153,7 +153,7 @@ class Repair:
     @property
     def tests(self) -> TwoTests:
         """Whether the third fluctuation differs."""
-        return tests(self.plain.third, self.conservative.third)
+        return two_tests(self.plain.third, self.conservative.third)
 
 
 def integral_of(setting: Setting) -> Setting:

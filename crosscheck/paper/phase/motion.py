@@ -15,12 +15,21 @@ CHUNK = 2000  # records at a time, which stay in a processor's cache
 
 
 class Motion(NamedTuple):
-    """Records of runs: time (times,) [s] by the law's own clock; q, v, a (times, n, members)."""
+    """Records of runs: time (times,) [s] by the law's own clock; q, v, a (times, n, members).
+
+    theta (joints,): which coordinates the joints' angles are.
+    """
 
     time: np.ndarray
     q: np.ndarray
     v: np.ndarray
     a: np.ndarray
+    theta: np.ndarray
+
+    @property
+    def shoulder(self) -> np.ndarray:
+        """Its acceleration [rad/s^2], (times, members)."""
+        return self.a[:, self.theta[0]]
 
 
 class Continued(PhysicalModel):
@@ -45,7 +54,7 @@ def motion(models: Sequence[PhysicalModel], clock_s: float = 0.0) -> Motion:
         parts = list(_parts(models, begun))
     steps = begun + scenario.stride * np.arange(scenario.steps // scenario.stride + 1)
     q, v, a = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    return Motion(scenario.step_s * steps, q, v, a)
+    return Motion(scenario.step_s * steps, q, v, a, np.array(models[0].layout.theta))
 
 
 def _parts(models: Sequence[PhysicalModel], begun: int) -> Iterator[Records]:

@@ -258,7 +258,7 @@ def _run_up(zeta: float, duration_s: float, seeds: Sequence[int]) -> tuple[np.nd
     switches = lumped.switches.model_copy(update={"planets": "free"})
     case = Case(arm, lumped.scenario, switches)
     run = motion([PhysicalModel(*perturbed(case, seed)) for seed in seeds])
-    return run.v[:, -1], run.a[:, -1] - steady
+    return run.v[:, run.theta[0]], run.shoulder - steady
 
 
 def tongues(zeta: float, speeds: np.ndarray) -> np.ndarray:

@@ -157,10 +157,8 @@ class Linearisation:
         plant = plant_of(PhysicalModel(*case))
         base = base_motion(case, plant, self.every)
         modes = mesh_modes(plant, base)
-        models = models_of(self.variant, self.seeds)
-        run = motion(models)
-        shoulder = run.a[:, models[0].layout.theta[0]]
-        followed = [_follow(base, modes, run.time, one) for one in shoulder.T]
+        run = motion(models_of(self.variant, self.seeds))
+        followed = [_follow(base, modes, run.time, one) for one in run.shoulder.T]
         begun = tuple(one.begun for one in followed if one.begun is not None)
         first = followed[0]
         return Linearised(
@@ -173,7 +171,7 @@ class Linearisation:
             unstable=tuple(_thinned(column > 0) for column in modes.growth.T),
             simulated=_highest(run.time, first.simulated),
             predicted=_highest(first.time, first.predicted),
-            shoulder=Band.of(run.time, shoulder[:, 0]),
+            shoulder=Band.of(run.time, run.shoulder[:, 0]),
         )
 
 

@@ -13,7 +13,7 @@ from crosscheck.paper.material import Material
 from crosscheck.paper.planets.verdict import Effect, effect
 from crosscheck.paper.sampling.experiments import PD
 from crosscheck.paper.third import Third
-from crosscheck.paper.twosamples import TwoTests, tests
+from crosscheck.paper.twosamples import TwoTests, two_tests
 
 TESTS = 2  # of every setting: of the shares and of the sizes
 
@@ -30,7 +30,7 @@ class Freed:
     @cached_property
     def tests(self) -> TwoTests:
         """Whether the samples differ."""
-        return tests(self.lumped, self.free)
+        return two_tests(self.lumped, self.free)
 
     @cached_property
     def effect(self) -> Effect:
