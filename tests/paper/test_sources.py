@@ -131,10 +131,10 @@ def test_whatever_way_a_model_is_named_it_counts(tmp_path, monkeypatch, text):
 
 def test_another_meaning_of_a_name_is_another_key(tmp_path, monkeypatch):
     hashes = set()
-    for meant in ("planet_spread", "fluctuation_and_spread"):
+    for meant in ("side_change", "teeth_return"):
         file = tmp_path / meant / "user.py"
         file.parent.mkdir()
-        text = f"from crosscheck.paper.phase.planets import {meant} as f\n"
+        text = f"from crosscheck.paper.events import {meant} as f\n"
         file.write_text(text, encoding="utf-8")
         user = type(sys)("user")
         user.__file__ = str(file)

@@ -10,7 +10,6 @@ from crosscheck.paper.phase.clock import clocks
 from crosscheck.paper.phase.dampers import dampers
 from crosscheck.paper.phase.engines import engines
 from crosscheck.paper.phase.handover import handover
-from crosscheck.paper.phase.headline import ZETA
 from crosscheck.paper.phase.maps import Maps, Presence, maps
 from crosscheck.paper.phase.objections import objections
 from crosscheck.paper.phase.resonance import resonance
@@ -25,6 +24,7 @@ from crosscheck.paper.third import said
 from crosscheck.paper.thresholds import EVIDENT, SEVERE
 from crosscheck.report.chapter import Chapter
 
+ZETA = 0.005  # of Figs. 11-14 and 16-20: where the start decides
 ID, TITLE = "phase", "The phase of the teeth (H1)"
 
 

@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from crosscheck.paper.cells import LABELLED, Law
 from crosscheck.paper.phase.clock import Band, Clocks
 from crosscheck.paper.phase.handover import HEIRS, HandedOver
-from crosscheck.paper.phase.headline import Strip
 from crosscheck.paper.phase.maps import (
     BACKLASH_ZETAS,
     BACKLASHES_UM,
@@ -20,7 +19,6 @@ from crosscheck.paper.phase.maps import (
 )
 from crosscheck.paper.sampling.experiments import DEFAULT_B_UM, DEFAULT_E_UM
 from crosscheck.paper.shares import Share
-from crosscheck.paper.thresholds import SEVERE
 from crosscheck.report.figures import KILO, legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
 
@@ -30,7 +28,6 @@ NAMES = {
     "angle/corrected": "angle (integral)",
     "angle/eq13": "angle, ring rate of Eq. 13",
 }
-FAINTEST, LARGEST = 1e-5, 2e3  # rad/s^2: of the strips
 
 
 def band(axes: Axes, one: Band, colour: str, label: str | None = None) -> None:
@@ -74,39 +71,6 @@ def _same_heights(row: Sequence[Axes]) -> None:
     high = max(axes.get_ylim()[1] for axes in row)
     for axes in row:
         axes.set_ylim(low, high)
-
-
-def strips(found: Sequence[Strip]) -> str:
-    """A dot for every start: the laws side by side, planets free and alike."""
-    planets = list(dict.fromkeys(one.cell.planets for one in found))
-    drawing, grid = new_figure(1, len(planets), 2.8)
-    for axes, kind in zip(grid[0], planets, strict=True):
-        chosen = [one for one in found if one.cell.planets == kind]
-        for place, one in enumerate(chosen):
-            _dots(axes, place, one, COLOURS[place])
-        axes.set_title("planets free" if kind == "free" else "planets held alike")
-        axes.set_xticks(range(len(chosen)), [_short(one.cell.law) for one in chosen])
-        _sizes_axis(axes)
-    grid[0, 0].set_ylabel("third fluctuation [rad/s²]")
-    return to_svg(drawing)
-
-
-def _short(law: Law) -> str:
-    return {"omega_t/eq13": "ω t\n(paper)", "omega_t/corrected": "ω t,\nring rate corrected"}.get(
-        law.id, "angle\n(integral)"
-    )
-
-
-def _dots(axes: Axes, place: float, one: Strip, colour: str) -> None:
-    sizes = np.clip(one.third.sizes, FAINTEST, LARGEST)
-    across = place + np.linspace(-0.25, 0.25, sizes.size)
-    axes.plot(across, sizes, ".", color=colour, markersize=5)
-
-
-def _sizes_axis(axes: Axes) -> None:
-    axes.axhline(SEVERE, color="black", lw=0.8, ls="--")
-    axes.set_ylim(0.5 * FAINTEST, 2 * LARGEST)
-    axes.set_yscale("log")
 
 
 def error_map(found: Maps) -> str:
