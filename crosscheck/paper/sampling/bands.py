@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from crosscheck.envelope import envelope
-from crosscheck.paper.course import Course
-from crosscheck.paper.sampling.starts import runs
+from analytic.model import PhysicalModel
+from crosscheck.paper.course import Course, courses
+from crosscheck.paper.sampling.starts import AT_ONCE
 from crosscheck.registry import entry_of
+from crosscheck.studies.starts import perturbed
 from crosscheck.studies.variant import Variant
 from models.errors import Diverged
 
@@ -38,7 +40,7 @@ class Between(NamedTuple):
 
 @dataclass(frozen=True)
 class Bands:
-    """A Question: the variant's runs from these starts, so many bins over all of each."""
+    """A Question: runs of `analytic:physical` from these starts, so many bins over all of each."""
 
     variant: Variant
     seeds: tuple[int, ...]
@@ -56,12 +58,17 @@ class Bands:
         return len(self.seeds) * steps * entry.call_s / entry.abreast
 
     def answer(self) -> Between:
-        every = runs(self.variant, self.seeds)
-        found = [self._of(run) for run in every if not isinstance(run, Diverged)]
+        found = [self._of(run) for run in self._runs() if not isinstance(run, Diverged)]
         if not found:
             return Between([], {name: Band([], []) for name in SHOULDER}, 0)
         bands = {name: _around([one[name] for one in found]) for name in SHOULDER}
         return Between(found[0]["time"][0].tolist(), bands, len(found))
+
+    def _runs(self) -> Iterator[Course | Diverged]:
+        case = self.variant.case()
+        models = [PhysicalModel(*perturbed(case, seed)) for seed in self.seeds]
+        for first in range(0, len(models), AT_ONCE):
+            yield from courses(models[first : first + AT_ONCE])
 
     def _of(self, run: Course) -> dict[str, np.ndarray]:
         """By quantity (2, bins): lowest and highest values of a run; of the time the middles."""

@@ -60,7 +60,7 @@ class Starts(ABC):
         beside: tuple[Course, ...] | None = None
         found: list[Numbers] = []
         diverged: list[float | None] = []
-        for run in runs(self.variant, self.seeds):
+        for run in self._runs():
             if isinstance(run, Diverged):
                 found.append({})
                 diverged.append(run.time_s)
@@ -71,6 +71,12 @@ class Starts(ABC):
             diverged.append(None)
         names = dict.fromkeys(name for numbers in found for name in numbers)
         return Measured({name: [n.get(name) for n in found] for name in names}, diverged)
+
+    def _runs(self) -> Iterator[Course | Diverged]:
+        case = self.variant.case()
+        models = [build(self.variant.model, *perturbed(case, seed)) for seed in self.seeds]
+        for first in range(0, len(models), AT_ONCE):
+            yield from _side_by_side(models[first : first + AT_ONCE])
 
     @abstractmethod
     def beside(self) -> tuple[Variant, ...]:
@@ -125,14 +131,6 @@ class BackAndForth(Starts):
 
     def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
         return back_and_forth(run, *rigid)
-
-
-def runs(variant: Variant, seeds: Sequence[int]) -> Iterator[Course | Diverged]:
-    """The variant from every start, or why there is no run."""
-    case = variant.case()
-    models = [build(variant.model, *perturbed(case, seed)) for seed in seeds]
-    for first in range(0, len(models), AT_ONCE):
-        yield from _side_by_side(models[first : first + AT_ONCE])
 
 
 @lru_cache(maxsize=16)
