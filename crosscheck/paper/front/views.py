@@ -26,17 +26,22 @@ SUN, PLANET, RING, CARRIER = COLOURS[0], COLOURS[1], COLOURS[5], COLOURS[2]
 
 
 def clock_svg(found: Clocks) -> str:
-    """F_sp1 along one motion, one curve for every time at which the clock is started."""
-    figure, grid = new_figure(1, len(found.laws), 2.6)
-    for axes, one in zip(grid[0], found.laws, strict=True):
-        for delayed, colour in zip(one.delays, COLOURS, strict=False):
-            band = delayed.force_N
-            low, high = (KILO * np.array(part) for part in (band.low, band.high))
-            label = f"clock starts at {delayed.clock_s:g} s"
-            axes.fill_between(band.time_s, low, high, color=colour, label=label, lw=0.8, alpha=0.7)
-        axes.set(title=LAW_NAMES[one.law], xlabel="time since the start [s]")
-    grid[0, 0].set_ylabel("F_sp1, same motion [kN]")
-    _one_scale(grid[0])
+    """Runs from rest: one start's acceleration for every clock, and what every start reaches."""
+    figure, grid = new_figure(2, len(found.laws), 2.2)
+    for (above, below), one in zip(grid.T, found.laws, strict=True):
+        for place, (delayed, colour) in enumerate(zip(one.delays, COLOURS, strict=False)):
+            band, label = delayed.shoulder, f"clock starts at {delayed.clock_s:g} s"
+            above.fill_between(band.time_s, band.low, band.high, color=colour, label=label, lw=0.6)
+            above.collections[-1].set_zorder(3 - place / 10)  # the wildest behind
+            sizes = [size for size in delayed.vibration_rad_per_s2 if size is not None]
+            below.plot(np.full(len(sizes), place), sizes, "o", ms=4, color=colour, mfc="none")
+        above.set(title=LAW_NAMES[one.law], xlabel="time since the start [s]")
+        below.set_xticks(range(len(one.delays)), [f"{one.clock_s:g}" for one in one.delays])
+        below.set(xlabel="clock at the start [s]", yscale="log", xlim=(-0.5, len(one.delays) - 0.5))
+    grid[0, 0].set_ylabel("acceleration [rad/s²]")
+    grid[1, 0].set_ylabel("vibration [rad/s²]")
+    for row in grid:
+        _one_scale(row)
     legend(figure, grid[0, 0])
     return to_svg(figure)
 
@@ -58,6 +63,9 @@ def third_svg(found: Third) -> str:
         colour = LAW_COLOURS[strip.cell.law]
         fill = colour if strip.cell.planets == "free" else "white"
         axes.plot(np.maximum(sizes, FAINTEST), apart, "o", ms=4.5, mec=colour, mfc=fill)
+        if strip.share is not None:
+            said = f" {strip.share.yes} of {strip.share.of} severe"
+            axes.text(1.0, row, said, va="center", transform=axes.get_yaxis_transform())
         names.append(f"{LAW_NAMES[strip.cell.law]}, {PLANET_NAMES[strip.cell.planets]}")
     axes.axvline(SEVERE, color="k", lw=0.7, ls="--", label=f"counted as severe ({SEVERE:g})")
     axes.axvline(PAPER_THIRD, color="k", lw=0.7, ls=":", label=f"the paper's ({PAPER_THIRD:g})")
@@ -78,7 +86,7 @@ def ladder_svg(found: Ladder) -> str:
         axes.axvline(stated, color="k", lw=0.9, ls=":", label="the paper's deviation")
         axes.set(xscale="log", xlabel=f"largest |Δθ_{joint + 1}| [rad]")
         axes.set_ylim(len(rows) - 0.4, -0.6)
-        axes.set_yticks(rows, [step.level for step in found.steps] if joint == 0 else [])
+        axes.set_yticks(*((rows, [step.level for step in found.steps]) if joint == 0 else ([],)))
     legend(figure, grid[0, 0])
     return to_svg(figure)
 
@@ -86,7 +94,7 @@ def ladder_svg(found: Ladder) -> str:
 def stage_svg(joint: Planetary) -> str:
     """A stage seen along its axis: sun, three planets on their carrier, ring; its meshes marked."""
     inner, outer = mesh_geometry(joint, "sun"), mesh_geometry(joint, "ring")
-    figure, grid = new_figure(1, 1, 5.0)
+    figure, grid = new_figure(1, 1, 4.2)
     axes = grid[0, 0]
     _gear(axes, inner, inner.wheel, SUN, 1.0)
     _gear(axes, outer, outer.wheel, RING, 1.0)
@@ -123,10 +131,10 @@ def _words(axes: Axes, inner: MeshGeometry, outer: MeshGeometry) -> None:
     planet = MILLI * inner.planet.centre
     reach = MILLI * outer.wheel.radii[1]
     for x, y, text, colour in (
-        (0, 0, "sun\n(motor)", SUN),
-        (planet.real, 14, "planet", PLANET),
-        (0.55 * planet.real, -9, "carrier (link)", CARRIER),
-        (0, reach + 6, "ring (previous body)", RING),
+        (-14, 0, "sun", SUN),
+        (planet.real, 16, "planet", PLANET),
+        (-0.95 * planet.real, 0, "carrier\n(next link)", CARRIER),
+        (0, reach + 8, "ring (previous body)", RING),
     ):
         axes.text(x, y, text, color=colour, ha="center", va="center", fontweight="bold")
     for mesh, name in ((inner, "sun mesh:\nx_sp, F_sp"), (outer, "ring mesh:\nx_pr, F_pr")):
@@ -135,7 +143,7 @@ def _words(axes: Axes, inner: MeshGeometry, outer: MeshGeometry) -> None:
             name, (at.real, at.imag), (reach + 22, 60 if mesh is inner else -60),
             arrowprops={"arrowstyle": "->"}, ha="center",
         )  # fmt: skip
-    axes.set(xlim=(-reach - 12, reach + 60), ylim=(-reach - 12, reach + 14))
+    axes.set(xlim=(-reach - 12, reach + 60), ylim=(-reach - 12, reach + 18))
 
 
 def teeth_passed_svg(found: TeethPassed) -> str:
