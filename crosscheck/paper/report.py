@@ -109,8 +109,7 @@ def write_figures(
 ) -> list[Chapter]:
     """Write paper.html with these figures alone."""
     figures = importlib.import_module("crosscheck.paper.figures.chapter")
-    material = Material(study, scale)
-    html = "\n".join(figures.figure(material, number) for number in sorted(set(numbers)))
+    html = figures.alone(Material(study, scale), sorted(set(numbers)))
     made = [Chapter(figures.ID, "Figures", html)]
     write_text(out / PAGE, page(made, study))
     return made

@@ -1,4 +1,4 @@
-"""What readers see for a phase law, a verdict and a measured number, wherever the page says them."""
+"""What readers see for a phase law, a verdict and a measured number."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ def verdict_words(verdict: Verdict) -> str:
     return words
 
 
-def number(value: float | None, form: str = ".3g") -> str:
-    """A number in a format; said in words where it is undefined, or nothing but rounding."""
+def number(value: float | None) -> str:
+    """Three digits; said in words where it is undefined, or nothing but rounding."""
     known = defined(value)
     if known is None:
         return "undefined"
-    return "0 to rounding" if 0 < abs(known) < ROUNDING else format(known, form)
+    return "0 to rounding" if 0 < abs(known) < ROUNDING else f"{float(f'{known:.3g}'):g}"
 
 
 def spread(quantiles: tuple[float, ...] | None) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -72,10 +72,10 @@ def chapter(material: Material) -> Chapter:
     )
 
 
-def figure(material: Material, number: int) -> str:
-    """One figure as html, without verdicts. Raises KeyError for a number not in NUMBERS."""
+def alone(material: Material, numbers: Iterable[int]) -> str:
+    """Some figures as html, without verdicts. Raises KeyError for a number not in NUMBERS."""
     shelf = Shelf(material, whole=False)
-    return _made(shelf, number).html(_rows(shelf, number))
+    return "\n".join(_made(shelf, number).html(_rows(shelf, number)) for number in numbers)
 
 
 def _made(shelf: Shelf, number: int) -> Plate:

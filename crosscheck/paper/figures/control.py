@@ -31,7 +31,7 @@ from crosscheck.paper.rigid import COUPLED, rigid_arm
 from crosscheck.paper.sampling.experiments import PD, SHORT_S
 from crosscheck.paper.thresholds import SEVERE
 from crosscheck.paper.words import LAW_NAMES
-from crosscheck.report.figures import legend, new_figure, to_svg
+from crosscheck.report.figures import new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 
 TARGET_RAD = np.pi / 6
@@ -52,10 +52,10 @@ class Gain(NamedTuple):
 
 
 GAIN_COLUMNS = Columns[Gain](
-    lambda row: f"P {row.proportional} D {row.derivative} joint {row.joint}",
+    lambda row: f"P {row.proportional:g} D {row.derivative:g} joint {row.joint}",
     (
-        Column("proportional", "P [N m/rad]", lambda row: row.proportional),
-        Column("derivative", "D [N m s/rad]", lambda row: row.derivative),
+        Column("proportional", "P [N m/rad]", lambda row: row.proportional, "g"),
+        Column("derivative", "D [N m s/rad]", lambda row: row.derivative, "g"),
         Column("joint", "joint", lambda row: row.joint),
         Column("overshoot_percent", "overshoot [%]", lambda row: 100 * row.overshoot, ".1f"),
         Column("within_2_s", "within 2 % from [s]", lambda row: row.within_s[0], ".2f"),
@@ -77,7 +77,7 @@ def figure_10(shelf: Shelf) -> Plate:
         [Drawing(_gains_svg(by_gain), caption)],
         ZETA,
         shelf.seed,
-        {"gains": GAIN_COLUMNS.json(rows)},
+        {"gains": list(GAIN_COLUMNS.json(rows))},
         {"gains": GAIN_COLUMNS.html(rows)},
     )
 
@@ -105,9 +105,9 @@ def _gains_svg(runs: Mapping[tuple[float, float], Course]) -> str:
         for joint, axes in enumerate(row):
             for (gain, run), colour in zip(chosen.items(), COLOURS, strict=False):
                 degrees = np.degrees(run.theta[:, joint])
-                axes.plot(run.time, degrees, color=colour, label=f"{'PD'[varied]} = {gain}")
+                axes.plot(run.time, degrees, color=colour, label=f"{'PD'[varied]} = {gain:g}")
             axes.axhline(np.degrees(TARGET_RAD), color="k", linewidth=0.6, linestyle=":")
-            title = f"({next(panels)}) {('shoulder', 'elbow')[joint]}, {'DP'[varied]} = {fixed}"
+            title = f"({next(panels)}) {('shoulder', 'elbow')[joint]}, {'DP'[varied]} = {fixed:g}"
             axes.set(xlabel="time [s]", ylabel="angle [deg]", title=title)
         row[0].legend(frameon=False, loc="lower right")
     return to_svg(figure)
@@ -153,7 +153,9 @@ def figure_14(shelf: Shelf) -> Plate:
         for level, arm in rigid.items():
             part = signals.window(arm.time, *window)
             values = arm.theta_ddot[part, 0]
-            axes.plot(arm.time[part], values, RIGID_STYLES[level], color="k", label=f"rigid, {level}")
+            axes.plot(
+                arm.time[part], values, RIGID_STYLES[level], color="k", label=f"rigid, {level}"
+            )
 
     shoulder = {law: _shoulder(run) for law, run in runs.items()}
     strips = [

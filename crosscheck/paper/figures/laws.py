@@ -61,7 +61,7 @@ SHARPNESS = Columns[Sharpness](
     (
         Column("sigma", "sigma [1/m]", lambda row: row.sigma),
         Column("gap_um", "largest deviation [µm]", lambda row: MICRO * row.gap_m),
-        Column("gap_sigma", "deviation × sigma", lambda row: row.gap_m * row.sigma),
+        Column("gap_sigma", "deviation times sigma", lambda row: row.gap_m * row.sigma),
         Column("pull_um", "pull outside contact [µm]", lambda row: MICRO * row.pull_m),
     ),
 )

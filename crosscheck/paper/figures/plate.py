@@ -12,7 +12,14 @@ from crosscheck.paper.cells import LAWS
 from crosscheck.paper.figures.beside import Row
 from crosscheck.paper.record import JsonObject
 from crosscheck.paper.text import html, text
-from crosscheck.paper.words import COLOURS, LAW_NAMES, VERDICT_COLOURS, spread, starts, verdict_words
+from crosscheck.paper.words import (
+    COLOURS,
+    LAW_NAMES,
+    VERDICT_COLOURS,
+    spread,
+    starts,
+    verdict_words,
+)
 
 WORDS = {"spread": spread, "starts": starts, "verdict_words": verdict_words}
 

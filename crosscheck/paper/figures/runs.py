@@ -19,17 +19,15 @@ from crosscheck.studies.study import Variant
 
 # The paper gives no damping. At the smaller value its third fluctuation shows under its own law.
 ZETA, LOW_ZETA = 0.02, 0.005
-PROPORTIONAL = (500, 1000, 2000)  # Fig. 10, with D = 400; only 1000 is the paper's
-DERIVATIVE = (200, 400, 800)  # with P = 1000; only 400 is the paper's
-GAINS = (1000, 400)  # Section 3.2
+PROPORTIONAL = (500.0, 1000.0, 2000.0)  # Fig. 10, with D = 400; only 1000 is the paper's
+DERIVATIVE = (200.0, 400.0, 800.0)  # with P = 1000; only 400 is the paper's
+GAINS = (1000.0, 400.0)  # Section 3.2
 GAIN_STEP_S = 5e-5  # enough for angles that are drawn
 SMOOTH_RECORD = 20  # 0.2 ms: for angles and speeds, which have nothing at mesh frequencies
 FULL_RECORD = 2  # 20 µs: eleven records of a period of the fastest mesh mode
 
 
-def drawn(
-    source: Source, cell: Cell, seed: int | None, record_every: int = FULL_RECORD
-) -> Variant:
+def drawn(source: Source, cell: Cell, seed: int | None, record_every: int = FULL_RECORD) -> Variant:
     """An experiment in a setting as the claims' samples have it, from one of their starts."""
     same = PD if source in (BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM)) else source
     variant = question(same, cell, ()).variant

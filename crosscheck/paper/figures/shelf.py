@@ -105,7 +105,9 @@ def excess(run: Course, rigid: Course) -> np.ndarray:
     return np.asarray(run.theta_ddot - rigid.at(run.time).theta_ddot)
 
 
-def by_size(known: Mapping[Law, Known], family: Family, name: str) -> dict[Law, dict[float, np.ndarray]]:
+def by_size(
+    known: Mapping[Law, Known], family: Family, name: str
+) -> dict[Law, dict[float, np.ndarray]]:
     """A number of a family's members from all starts, by law and size [um]."""
     return {
         law: {member.size_um or 0.0: one[member][name] for member in one.members(family)}

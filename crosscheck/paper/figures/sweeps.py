@@ -70,7 +70,8 @@ def figure_16(shelf: Shelf) -> Plate:
 def figure_17(shelf: Shelf) -> Plate:
     """F_sp1 over b in the third fluctuation."""
     plate = _plate(shelf, 17, BACKLASH, THIRD_S, THIRD_AXES)
-    return replace(plate, tables={"energy": ENERGY.html(_energies(shelf))})
+    fed = [one for one in _energies(shelf) if one.peak_J > one.work_J]
+    return replace(plate, tables={"energy": ENERGY.html(fed)} if fed else {})
 
 
 def figure_19(shelf: Shelf) -> Plate:
@@ -84,9 +85,7 @@ def _plate(
     sweep = shelf.sweep(number, family, LOW_ZETA)
     own = sweep[INTEGRAL][DEFAULTS[family]]
     more = f"{family.symbol} as at the panels."
-    one = Drawing(
-        small_multiples(sweep, family.symbol, window), conditions(own, shelf.seed, more)
-    )
+    one = Drawing(small_multiples(sweep, family.symbol, window), conditions(own, shelf.seed, more))
     return Plate(number, [over_sizes(shelf, family, axes), one], LOW_ZETA, shelf.seed)
 
 
@@ -141,7 +140,7 @@ ENERGY = Columns[Energy](
     lambda row: f"{row.law.id}/{row.size_um:g}",
     (
         Column("law", "phase law", lambda row: LAW_NAMES[row.law]),
-        Column("b_um", "b [µm]", lambda row: row.size_um),
+        Column("b_um", "b [µm]", lambda row: row.size_um, "g"),
         Column("peak_J", "largest kinetic energy [J]", lambda row: row.peak_J, ".4g"),
         Column("work_J", "work of the drive until then [J]", lambda row: row.work_J, ".4g"),
     ),

@@ -55,9 +55,7 @@ def _deviations(shelf: Shelf, number: int, quantity: str, symbol: str, unit: str
     return Plate(number, [drawing], ZETA, shelf.seed, {"largest": largest})
 
 
-def _deviation_svg(
-    time: np.ndarray, gaps: Mapping[str, np.ndarray], symbol: str, unit: str
-) -> str:
+def _deviation_svg(time: np.ndarray, gaps: Mapping[str, np.ndarray], symbol: str, unit: str) -> str:
     """On a plain scale against every level that lacks inertia; all on a logarithmic one."""
     figure, grid = new_figure(1, 2, 3.0)
     left, right = grid[0]

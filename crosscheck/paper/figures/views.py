@@ -104,9 +104,7 @@ def same_scale(grid: np.ndarray) -> None:
             axes.set_ylim(limits[:, 0].min(), limits[:, 1].max())
 
 
-def dots(
-    axes: Axes, found: Mapping[Law, Mapping[float, np.ndarray]], scale: float = 1.0
-) -> None:
+def dots(axes: Axes, found: Mapping[Law, Mapping[float, np.ndarray]], scale: float = 1.0) -> None:
     """Every start's number against a size, the laws beside each other; the size's axis by rank."""
     sizes = list(next(iter(found.values())))
     for place, (law, by_size) in enumerate(found.items()):
@@ -115,7 +113,7 @@ def dots(
             values = scale * np.sort(by_size[size][np.isfinite(by_size[size])])
             x = at + 0.27 * (place - 1) + np.linspace(-0.1, 0.1, values.size)
             axes.plot(x, values, ".", ms=3.5, color=colour, label=None if at else name)
-    axes.set_xticks(range(len(sizes)), [f"{size:g}" for size in sizes])
+    axes.set_xticks(range(len(sizes)), [f"{size:g}" for size in sizes], fontsize=7)
 
 
 def conditions(run: Course, seed: int, more: str = "") -> str:

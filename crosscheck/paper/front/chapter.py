@@ -42,15 +42,11 @@ def chapter(material: Material) -> Chapter:
         count=kinds.total(),
     )
     outcome = text("front/outcome", supports=clock.supports)
-    return Chapter(
-        ID, TITLE, page, rendered([*third.strips, *ladder.steps]), outcome, third.said()
-    )
+    return Chapter(ID, TITLE, page, rendered([*third.strips, *ladder.steps]), outcome, third.said())
 
 
 def needs_clock(third: Third) -> bool:
     """Whether no start of the integral is severe, and with the clock some are."""
-    states = {
-        (strip.cell.law.phase, strip.answer.state) for strip in third.strips if strip.share
-    }
+    states = {(strip.cell.law.phase, strip.answer.state) for strip in third.strips if strip.share}
     severe = {phase for phase, state in states if state in (State.YES, State.BISTABLE)}
     return severe == {"omega_t"}

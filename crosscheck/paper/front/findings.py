@@ -7,15 +7,16 @@ from itertools import product
 
 import numpy as np
 
-from crosscheck.paper.cells import INTEGRAL, LABELLED, LAWS, PRINTED, READINGS, Cell, Law
+from crosscheck.paper.cells import INTEGRAL, LAWS, Cell, Law
 from crosscheck.paper.claims.quantities import of
-from crosscheck.paper.claims.rule import Answer, Limits, Place, State, above
+from crosscheck.paper.claims.rule import Answer, Place, above
 from crosscheck.paper.figures.runs import LOW_ZETA, ZETA
 from crosscheck.paper.material import Material
 from crosscheck.paper.numbers import quotient
 from crosscheck.paper.record import JsonObject
 from crosscheck.paper.said import Said
 from crosscheck.paper.sampling.experiments import CONSTANT, PD
+from crosscheck.paper.sampling.pool import Sample
 from crosscheck.paper.shares import Share
 from crosscheck.paper.thresholds import SEVERE
 from crosscheck.registry import RIGID_LEVELS
@@ -118,10 +119,11 @@ def ladder_finding(material: Material) -> Ladder:
     cell = Cell(INTEGRAL, ZETA)
     sample = material.samples([(cell, CONSTANT)], "the rigid ladder")[cell, CONSTANT]
     steps = [
-        Step(
-            level,
-            tuple(float(np.nanmedian(sample[f"deviation_{j}_{level}_rad"])) for j in (1, 2)),
-        )
+        Step(level, (_median(sample, 1, level), _median(sample, 2, level)))
         for level in RIGID_LEVELS
     ]
     return Ladder(ZETA, tuple(steps))
+
+
+def _median(sample: Sample, joint: int, level: str) -> float:
+    return float(np.nanmedian(sample[f"deviation_{joint}_{level}_rad"]))

@@ -8,7 +8,7 @@ from matplotlib.patches import Circle, Polygon
 
 from crosscheck.mesh_geometry import MeshGeometry, Wheel, mesh_geometry, teeth
 from crosscheck.paper.cells import LAWS
-from crosscheck.paper.figures.views import KILO, LAW_COLOURS
+from crosscheck.paper.figures.views import LAW_COLOURS
 from crosscheck.paper.front.findings import STATED_RAD, Ladder, Third
 from crosscheck.paper.front.terms import TeethPassed
 from crosscheck.paper.phase.clock import Clocks

@@ -29,4 +29,5 @@ def chapter(material: Material) -> Chapter:
         names=[LAW_NAMES[law] for law in LAWS],
         **most,
     )
-    return Chapter(ID, TITLE, page, [{"id": "terms/teeth-passed", **most}], text("front/terms-outcome"))
+    records = [{"id": "terms/teeth-passed", **most}]
+    return Chapter(ID, TITLE, page, records, text("front/terms-outcome"))

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.envelope import envelope
 from analytic.model import PhysicalModel
+from crosscheck.envelope import envelope
 from crosscheck.paper.course import Course, courses
 from crosscheck.paper.sampling.starts import AT_ONCE
 from crosscheck.registry import entry_of
