@@ -25,7 +25,7 @@ def _within(group: list[Said]) -> Iterator[str]:
     for one, other in permutations(group, 2):
         if _same(one.limits, other.limits):
             if one.state != other.state:
-                yield _told(*sorted((one, other), key=lambda said: said.where))
+                yield _told(*sorted((one, other), key=lambda said: (said.where, said.state)))
         elif _inside(one.limits, other.limits) and not _possible(one.state, other.state):
             yield _told(one, other)
 

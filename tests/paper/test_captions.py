@@ -75,9 +75,10 @@ def test_an_edit_of_every_text_and_drawing_changes_no_key(
     for package in (*sources.OWN, "tests"):
         without = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / package, tmp_path / package, ignore=without)
-    (tmp_path / "names.json").write_text(json.dumps(names), encoding="utf-8")
+    listed = tmp_path / "names.json"
+    listed.write_text(json.dumps(names), encoding="utf-8")
     env = {"PYTHONPATH": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
-    script = (str(Path(edited_views.__file__)), "names.json")
-    answer = command_line(tmp_path, python=script, env=env, timeout=300)
+    script = str(Path(edited_views.__file__))
+    answer = command_line(listed, python=(script,), env=env, timeout=300)
     assert answer.returncode == 0, answer.stderr
     assert json.loads(answer.stdout) == []
