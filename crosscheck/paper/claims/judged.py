@@ -96,8 +96,9 @@ class Judged:
 
         def first(candidates: Sequence[float], towards: float) -> float | None:
             for at in candidates:
-                moved = replace(limits, **{end: math.nextafter(at, towards)})
-                if self._kind_at(moved) != before:
+                beyond_it = math.nextafter(at, towards)
+                low, high = (beyond_it, limits.high) if end == "low" else (limits.low, beyond_it)
+                if self._kind_at(replace(limits, low=low, high=high)) != before:
                     return at
             return None
 
