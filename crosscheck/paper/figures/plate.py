@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -9,19 +10,15 @@ from typing import NamedTuple
 from pydantic import JsonValue
 
 from crosscheck.paper.cells import LAWS
+from crosscheck.paper.claims.rule import State
+from crosscheck.paper.claims.words import COLOURS as VERDICT_COLOURS
+from crosscheck.paper.claims.words import share_words, value_words, verdict_words
 from crosscheck.paper.figures.beside import Row
 from crosscheck.paper.record import JsonObject
 from crosscheck.paper.text import html, text
-from crosscheck.paper.words import (
-    COLOURS,
-    LAW_NAMES,
-    VERDICT_COLOURS,
-    spread,
-    starts,
-    verdict_words,
-)
+from crosscheck.paper.words import LAW_NAMES
 
-WORDS = {"spread": spread, "starts": starts, "verdict_words": verdict_words}
+COLOURS = {State.YES: "agree", State.NO: "differ", State.BISTABLE: "bistable"}
 
 
 class Drawing(NamedTuple):
@@ -55,9 +52,12 @@ class Plate:
             tables={name: html(table) for name, table in self.tables.items()},
             rows=found,
             laws=[LAW_NAMES[law] for law in LAWS],
+            kinds=Counter(str(row.verdict.kind) for row in found if row.verdict),
             colours=COLOURS,
             verdict_colours=VERDICT_COLOURS,
-            **WORDS,
+            value=value_words,
+            share=share_words,
+            verdict=verdict_words,
         )
 
     def to_dict(self, found: Sequence[Row]) -> JsonObject:
