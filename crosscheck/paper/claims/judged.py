@@ -66,6 +66,8 @@ class Judged:
     @property
     def hangs_on_a_start(self) -> bool:
         """Whether one more start of one setting, whatever it does, could turn the verdict."""
+        if self.claim.static:
+            return False
         stated = [(answer.place, answer.state) for answer in self.answers]
         for at, answer in enumerate(self.answers):
             for said in _one_more(answer) - {answer.state}:
