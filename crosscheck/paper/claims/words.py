@@ -31,7 +31,6 @@ COLOURS = {
     Kind.DEPENDS: "unresolved",
     Kind.BISTABLE: "bistable",
 }
-LAW_WORDS = dict(zip(LAWS, ("omega_t, Eq. 13", "omega_t, ring 99", "angle"), strict=True))
 
 
 def page(found: Sequence[Row], plan: Plan, scale: Scale) -> str:
