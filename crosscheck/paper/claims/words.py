@@ -76,7 +76,8 @@ def verdict_words(found: Verdict) -> str:
     if found.laws:
         words += f" {' and '.join(law_words(law) for law in found.laws)}"
     if found.depends_on:
-        words += f"; depends on {', '.join(found.depends_on)}"
+        said = " on" if found.kind == Kind.DEPENDS else "; depends on"
+        words += f"{said} {', '.join(found.depends_on)}"
     if found.silent:
         words += f"; undefined with {' and '.join(law_words(law) for law in found.silent)}"
     return words

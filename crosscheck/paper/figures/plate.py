@@ -66,6 +66,7 @@ class Plate:
             "id": f"figure-{self.number}",
             "zeta": self.zeta,
             "start": self.start,
+            "drawn": not self.reason,
             "claims": [row.claim.id for row in found],
             "numbers": dict(self.numbers),
         }

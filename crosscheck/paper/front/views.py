@@ -140,10 +140,10 @@ def _words(axes: Axes, inner: MeshGeometry, outer: MeshGeometry) -> None:
     for mesh, name in ((inner, "sun mesh:\nx_sp, F_sp"), (outer, "ring mesh:\nx_pr, F_pr")):
         at = MILLI * mesh.pitch_point
         axes.annotate(
-            name, (at.real, at.imag), (reach + 22, 60 if mesh is inner else -60),
+            name, (at.real, at.imag), (reach + 34, 60 if mesh is inner else -60),
             arrowprops={"arrowstyle": "->"}, ha="center",
         )  # fmt: skip
-    axes.set(xlim=(-reach - 12, reach + 60), ylim=(-reach - 12, reach + 18))
+    axes.set(xlim=(-reach - 12, reach + 66), ylim=(-reach - 12, reach + 18))
 
 
 def teeth_passed_svg(found: TeethPassed) -> str:
