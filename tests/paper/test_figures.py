@@ -96,12 +96,19 @@ def _at(place, zeta: float, choice: str) -> bool:
     return (place.arm, place.choice) == (LABELLED, choice) and place.zeta in (None, zeta)
 
 
-def test_a_figure_alone_asks_for_no_other_damping(tmp_path: Path) -> None:
+def test_a_figure_alone_asks_for_no_more_than_its_claims(tmp_path: Path) -> None:
+    """Fig. 4: what needs no run, and the PD run, which Eq. 5 could make diverge, by three laws."""
     study = Study(tmp_path)
-    shelf = Shelf(Material(study, BRIEF), whole=False)
-    (row, *_) = rows(shelf, 14, LOW_ZETA)
-    assert row.verdict is None
-    assert study.made <= 2 + sum(len(known) for known in shelf.known(LOW_ZETA).values())
+    found = rows(Shelf(Material(study, BRIEF), whole=False), 4, figures.ZETA)
+    assert {row.verdict for row in found} == {None}
+    assert study.made == 1 + len(LAWS)
+
+
+def test_what_a_figure_alone_is_told_is_what_the_page_is_told(tmp_path: Path) -> None:
+    material = Material(Study(tmp_path), BRIEF)
+    page, alone = (Shelf(material, whole=whole) for whole in (True, False))
+    for own, same in zip(rows(page, 16, LOW_ZETA), rows(alone, 16, LOW_ZETA), strict=True):
+        assert own.found == same.found
 
 
 def test_drive_work_of_a_rigid_turn() -> None:

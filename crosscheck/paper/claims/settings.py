@@ -113,16 +113,11 @@ def plan_of(scale: Scale) -> Plan:
 
 def settings(study: Study, scale: Scale) -> Settings:
     """Every setting of the claims with its experiments."""
-    return settings_of(study, scale, plan_of(scale).settings())
-
-
-def settings_of(study: Study, scale: Scale, cells: Sequence[Cell]) -> Settings:
-    """These settings, each with the experiments that the plan has for it."""
     plan = plan_of(scale)
-    wanted = [(cell, source) for cell in cells for source in plan.sources(cell)]
+    wanted = [(cell, source) for cell in plan.settings() for source in plan.sources(cell)]
     found = samples(study, scale, wanted, "claims")
-    static = _static(study, plan)
-    made = {cell: Known(static[cell.arm]) for cell in cells}
+    static = statics_of(study, plan)
+    made = {cell: Known(static[cell.arm]) for cell in plan.settings()}
     for (cell, source), sample in found.items():
         made[cell][source] = sample
     for known in made.values():  # the default run is a member of both sweeps
@@ -141,7 +136,7 @@ def variations(study: Study, scale: Scale) -> dict[str, Settings]:
     }
 
 
-def _static(study: Study, plan: Plan) -> dict[str, dict[Source, Sample]]:
+def statics_of(study: Study, plan: Plan) -> dict[str, dict[Source, Sample]]:
     """What needs no setting, by reading."""
     asked: Sequence[Statics] = [Statics(arm) for arm in plan.readings]
     answers = study.answers(asked, "claims: statics")

@@ -8,10 +8,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import xarray as xr
 
-from crosscheck.paper.cells import LAWS, Cell, Law
+from crosscheck.paper.cells import LABELLED, LAWS, Cell, Law
 from crosscheck.paper.claims.quantities import Known
-from crosscheck.paper.claims.settings import Plan, plan_of, settings_of
+from crosscheck.paper.claims.settings import Plan, plan_of
 from crosscheck.paper.course import Course, course_of
+from crosscheck.paper.figures.alone import on_demand
 from crosscheck.paper.figures.runs import FULL_RECORD, drawn
 from crosscheck.paper.material import Material
 from crosscheck.paper.reductions import first_planets
@@ -86,10 +87,18 @@ class Shelf:
     def known(self, zeta: float) -> dict[Law, Known]:
         """Every experiment at a damping from all starts, labelled reading, by law."""
         if zeta not in self.asked:
-            cells = [Cell(law, zeta) for law in LAWS]
-            found = settings_of(self.material.study, self.material.scale, cells)
-            self.asked[zeta] = {cell.law: known for cell, known in found}
+            self.asked[zeta] = (self._of_the_page if self.whole else self._alone)(zeta)
         return self.asked[zeta]
+
+    def _of_the_page(self, zeta: float) -> dict[Law, Known]:
+        return {
+            cell.law: known
+            for cell, known in self.material.settings
+            if (cell.zeta, cell.arm) == (zeta, LABELLED)
+        }
+
+    def _alone(self, zeta: float) -> dict[Law, Known]:
+        return on_demand(self.material, zeta)
 
     def bands(self, zeta: float, number: int) -> dict[Law, Between]:
         """Between which values the whole PD run's starts lie, under every law."""
