@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from crosscheck.paper.said import Said
 
 
 @dataclass(frozen=True)
@@ -14,6 +17,7 @@ class Chapter:
     ``records``: numbers and verdicts as they go into the JSON file, deterministic, each with an
     ``id``.
     ``outcome``: what came out, in one sentence for the top of the page.
+    ``said``: every answer that it gives to a question that another chapter may answer, too.
     """
 
     id: str
@@ -21,6 +25,7 @@ class Chapter:
     html: str
     records: Sequence[Mapping[str, object]] = ()
     outcome: str = ""
+    said: Sequence[Said] = ()
 
 
 class Record(Protocol):
