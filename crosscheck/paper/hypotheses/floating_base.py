@@ -64,7 +64,7 @@ def _needed(needs: Sequence[Need], scenario: str) -> str:
     if len(enough) < len(ratios):
         return f"more than {RATIOS[-1]:g}"
     ends = dict.fromkeys(f"{ratio:.3g}" for ratio in (min(enough), max(enough)))
-    return ' to '.join(ends) + (" or fewer" if max(enough) == RATIOS[0] else "")
+    return " to ".join(ends) + (" or fewer" if max(enough) == RATIOS[0] else "")
 
 
 def _verdict(needs: Sequence[Need], enough: bool) -> JsonObject:
