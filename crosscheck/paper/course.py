@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
@@ -15,7 +15,9 @@ from models.errors import Diverged
 from models.loading import Case
 
 JOINT_SIGNALS = ("theta", "theta_dot", "theta_ddot", "torque")
-MESH_SIGNALS = ("x_sp", "x_pr", "F_sp", "F_pr")
+FORCES = ("F_sp", "F_pr")
+MESH_SIGNALS = ("x_sp", "x_pr", *FORCES)
+_NO_MESHES = [np.empty(0)] * (len(MESH_SIGNALS) + 1)
 
 
 @dataclass(frozen=True)
@@ -23,8 +25,9 @@ class Course:
     """Of one run, in SI units.
 
     time (times,); theta, theta_dot, theta_ddot, torque (times, joints); x_sp, x_pr, F_sp, F_pr
-    (times,): of the shoulder's first planet, empty without gears; planets_apart_m: the largest
-    difference between planets of a stage in a mesh displacement.
+    (times,): of the shoulder's first planet, F_outer (times, 2 (joints - 1)): F_sp, F_pr of the
+    outer joints' first planets, all empty without gears; planets_apart_m: the largest difference
+    between planets of a stage in a mesh displacement.
     """
 
     case: Case
@@ -37,15 +40,23 @@ class Course:
     x_pr: np.ndarray
     F_sp: np.ndarray
     F_pr: np.ndarray
-    planets_apart_m: float = 0.0
+    F_outer: np.ndarray
+    planets_apart_m: float = field(default=0.0, kw_only=True)
 
     def at(self, time: np.ndarray) -> Course:
         """Its joints at other times, by straight lines between records; for smooth motion."""
-        joints = {
-            name: np.array([np.interp(time, self.time, c) for c in getattr(self, name).T]).T
-            for name in JOINT_SIGNALS
-        }
-        return replace(self, time=time, **joints)
+
+        def taken(values: np.ndarray) -> np.ndarray:
+            return np.array([np.interp(time, self.time, column) for column in values.T]).T
+
+        return replace(
+            self,
+            time=time,
+            theta=taken(self.theta),
+            theta_dot=taken(self.theta_dot),
+            theta_ddot=taken(self.theta_ddot),
+            torque=taken(self.torque),
+        )
 
 
 def course_of(run: xr.Dataset) -> Course:
@@ -53,10 +64,12 @@ def course_of(run: xr.Dataset) -> Course:
     case = Case(arm_of(run), scenario_of(run), switches_of(run))
     joints = [run[name].values for name in JOINT_SIGNALS]
     if "x_sp" not in run:
-        return Course(case, run["time"].values, *joints, *[np.empty(0)] * len(MESH_SIGNALS))
+        return Course(case, run["time"].values, *joints, *_NO_MESHES)
     meshes = [run[name].values[:, 0, 0] for name in MESH_SIGNALS]
-    apart = max(_apart(run[name].values) for name in ("x_sp", "x_pr"))
-    return Course(case, run["time"].values, *joints, *meshes, apart)
+    outer = np.concatenate([run[name].values[:, 1:, 0] for name in FORCES], axis=1)
+    apart = float(_apart(run["x_pr"].values))
+    signals = [*joints, *meshes, outer]
+    return Course(case, run["time"].values, *signals, planets_apart_m=apart)
 
 
 def courses(models: Sequence[AnalyticModel]) -> list[Course | Diverged]:
@@ -75,7 +88,7 @@ def _of_group(group: Group) -> list[Course | Diverged]:
         time.append(chunk.time)
         parts.append(_signals(chunk, geared))
         if geared:
-            apart = np.fmax(apart, [_apart(x) for x in np.moveaxis(chunk.x_pr, -1, 0)])
+            apart = np.fmax(apart, _apart(chunk.x_pr))
     times = np.concatenate(time)
     signals = [np.concatenate(signal) for signal in zip(*parts, strict=True)]
     found = [_of_member(m, place, group, times, signals) for place, m in enumerate(group.models)]
@@ -86,14 +99,16 @@ def _of_group(group: Group) -> list[Course | Diverged]:
 
 
 def _signals(chunk: Chunk, geared: bool) -> list[np.ndarray]:
-    """Of the joints (records, joints, members), of the shoulder's first meshes (records, members).
+    """Of the joints (records, joints, members), of the shoulder's first meshes (records, members), of
+    the outer ones (records, pairs, members).
 
     Copies: a chunk's own records do not outlive it.
     """
     joints = [np.array(getattr(chunk, name)) for name in JOINT_SIGNALS]
     if not geared:
         return joints
-    return [*joints, *(np.array(getattr(chunk, name)[:, 0, 0]) for name in MESH_SIGNALS)]
+    outer = np.concatenate([getattr(chunk, name)[:, 1:, 0] for name in FORCES], axis=1)
+    return [*joints, *(np.array(getattr(chunk, name)[:, 0, 0]) for name in MESH_SIGNALS), outer]
 
 
 def _of_member(
@@ -102,11 +117,12 @@ def _of_member(
     if not np.isnan(group.diverged_s[place]):
         return Diverged(model.name, float(group.diverged_s[place]))
     own = [np.ascontiguousarray(signal[..., place]) for signal in signals]
-    meshes = own[len(JOINT_SIGNALS) :] or [np.empty(0)] * len(MESH_SIGNALS)
+    meshes = own[len(JOINT_SIGNALS) :] or _NO_MESHES
     case = Case(model.arm, model.scenario, model.switches)
     return Course(case, time, *own[: len(JOINT_SIGNALS)], *meshes)
 
 
-def _apart(x: np.ndarray) -> float:
-    """Largest difference between planets of a stage, x (times, joints, planets)."""
-    return float(np.ptp(x, axis=2).max())
+def _apart(x: np.ndarray) -> np.ndarray:
+    """Largest difference between planets of a stage, x (times, joints, planets, ...) -> (...)."""
+    found: np.ndarray = (x.max(axis=2) - x.min(axis=2)).max(axis=(0, 1))
+    return found

@@ -41,6 +41,7 @@ def without_gears(variant: Variant, level: str = COUPLED) -> Variant:
         meshes=fields.meshes,
         planets=fields.planets,
         mesh_work=fields.mesh_work,
+        harmonics=fields.harmonics,
     )
 
 

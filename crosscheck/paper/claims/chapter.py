@@ -60,7 +60,8 @@ def _of_variants(claim: Claim, material: Material) -> dict[str, Judged]:
 def said(every: Iterable[Judged]) -> list[Said]:
     """What the claims say of their quantities."""
     return [
-        Said(f"claim {one.claim.id}", one.claim.choices[a.place.choice].id, a.limits, a.place, a.state)
+        Said(f"claim {one.claim.id}", choices[a.place.choice].id, a.limits, a.place, a.state)
         for one in every
+        for choices in (one.claim.choices,)
         for a in one.answers
     ]

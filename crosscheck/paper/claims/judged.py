@@ -66,6 +66,8 @@ class Judged:
     @property
     def hangs_on_a_start(self) -> bool:
         """Whether one more start of one setting, whatever it does, could turn the verdict."""
+        if self.claim.static:
+            return False
         stated = [(answer.place, answer.state) for answer in self.answers]
         for at, answer in enumerate(self.answers):
             for said in _one_more(answer) - {answer.state}:
@@ -96,8 +98,9 @@ class Judged:
 
         def first(candidates: Sequence[float], towards: float) -> float | None:
             for at in candidates:
-                moved = replace(limits, **{end: math.nextafter(at, towards)})
-                if self._kind_at(moved) != before:
+                beyond_it = math.nextafter(at, towards)
+                low, high = (beyond_it, limits.high) if end == "low" else (limits.low, beyond_it)
+                if self._kind_at(replace(limits, low=low, high=high)) != before:
                     return at
             return None
 

@@ -9,19 +9,16 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from crosscheck.paper.claims.statics import (
-    BASE_MASSES,
-    BENDS,
-    CONTACT_RATIOS,
-    SIGMAS,
-)
-from crosscheck.paper.events import SETTLING_BANDS
+from crosscheck.paper.claims.statics import BENDS
+from crosscheck.paper.claims.surroundings import BASE_MASSES
+from crosscheck.paper.claims.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 from crosscheck.paper.sampling.torque import ERROR_WINDOWS_S
 from crosscheck.registry import RIGID_LEVELS
 
 FIRST, SECOND, THIRD = "0 to 0.25 s", "0.1 s from the side change", "0.5 to 1.2 s"
-PEAK, WHOLE, LATE = "0.1 s around the third's peak", "whole run", "after 0.1 s"
-RETURN = "1.3 to 2.4 s"
+PEAK = "Hann window over 0.1 s around the third's peak"
+THREE, FLIGHT = "the first three fluctuations", "the side change"
+WHOLE, LATE, RETURN = "whole run", "after 0.1 s", "1.3 to 2.4 s"
 
 
 class Number(NamedTuple):
@@ -37,12 +34,18 @@ _PD = {
     "first_decay_s": Number("time in which the first fluctuation falls to a tenth", "s", FIRST),
     "side_change_s": Number("first contact of the opposite flanks", "s", "from 0.25 s"),
     "second": Number("second fluctuation", "rad/s²", SECOND),
+    "second_over_before": Number(
+        "second fluctuation over that of the 0.05 s before the teeth part", "1", SECOND
+    ),
     "second_decay_s": Number("time in which the second fluctuation falls to a tenth", "s", SECOND),
     "second_delay_s": Number("onset of the second fluctuation after the side change", "s", SECOND),
     "second_force_N": Number("mesh force of the impact at the side change", "N", SECOND),
-    "other_side_um": Number("smallest x_sp after the side change", "µm", SECOND),
-    "jump_um": Number("way of x_sp at the side change", "µm", "the side change"),
-    "flight_s": Number("time of free flight at the side change", "s", "the side change"),
+    "bouncing_s": Number("time for which the teeth bounce after the side change", "s", SECOND),
+    "opposite_share": Number(
+        "share of the contact that is on the opposite flanks", "1", "from the side change to 1.2 s"
+    ),
+    "jump_um": Number("way of x_sp at the side change", "µm", FLIGHT),
+    "flight_s": Number("time of free flight at the side change", "s", FLIGHT),
     "third": Number("third fluctuation", "rad/s²", THIRD),
     "third_elbow": Number("third fluctuation of the elbow", "rad/s²", THIRD),
     "third_growth": Number(
@@ -59,14 +62,20 @@ _PD = {
     "torque_fast_1": Number("fast part of the shoulder's torque over its largest", "1", THIRD),
     "torque_fast_2": Number("fast part of the elbow's torque over its largest", "1", THIRD),
     "torque_follows": Number("correlation of the envelopes of torque and acceleration", "1", THIRD),
+    "torque_frequency_Hz": Number(
+        "dominant frequency of the shoulder's torque's fast part", "Hz", PEAK
+    ),
     "speed_fast": Number("fast part of the shoulder's speed over its largest", "1", THIRD),
     "theta_fast_rad": Number("fast part of the shoulder's angle", "rad", THIRD),
     "side_changes": Number("changes of side in the third fluctuation", "1", THIRD),
     "apart_share": Number("share of the time in which the teeth are apart", "1", WHOLE),
     "zero_windows": Number(
-        "of the three fluctuations, those in which the acceleration passes zero", "1"
+        "of the three fluctuations, those that take the acceleration past zero", "1", THREE
     ),
-    "apart_windows": Number("of the three fluctuations, those in which the teeth part", "1"),
+    "apart_windows": Number("of the three fluctuations, those in which the teeth part", "1", THREE),
+    "apart_at_zero": Number(
+        "share of the moments of zero acceleration in which the teeth are apart", "1", THREE
+    ),
     "mesh_rate_over_speed": Number(
         "largest x_sp' or x_pr' over largest theta_c', numbers in SI units", "m", WHOLE
     ),
@@ -80,21 +89,28 @@ _PD = {
         "largest distance of omega_e t from the angle that has passed the mesh", "rad", WHOLE
     ),
     "deviation_rad": Number("deviation from the rigid arm with the gears' inertia", "rad", WHOLE),
+    "gap_end_rad": Number("distance from the rigid arm with the gears' inertia", "rad", "3 s"),
     "rigid_peak": Number("rigid arm's largest acceleration", "rad/s²", WHOLE),
     "planets_apart_m": Number("largest distance between planets of a stage", "m", WHOLE),
     "return_s": Number("return of the teeth to their first side", "s", RETURN),
     "fourth": Number("fourth fluctuation", "rad/s²", "0.4 s from the return"),
+    "fourth_over_before": Number(
+        "fluctuation after the return over that before", "1", "0.1 s on either side"
+    ),
     "speed_at_return": Number("shoulder's speed at the return over its largest", "1", RETURN),
 }
 for _joint, _name in (("", "shoulder"), ("_elbow", "elbow")):
     _PD |= {
+        f"line{_joint}": Number(f"largest line of the {_name}'s acceleration", "rad/s²", PEAK),
         f"frequency{_joint}_Hz": Number(f"dominant frequency of the {_name}", "Hz", PEAK),
-        f"overtone{_joint}": Number(
-            f"the {_name}'s line at twice the frequency over the first", "1", PEAK
+        f"overtones{_joint}": Number(
+            f"how many of 2, 3, 4 times its dominant frequency stand out of the {_name}'s spectrum",
+            "1",
+            PEAK,
         ),
-        f"low_share{_joint}": Number(f"the {_name}'s energy below 500 Hz, share", "1", PEAK),
+        f"low_share{_joint}": Number(f"share of the {_name}'s energy below 500 Hz", "1", PEAK),
         f"line_share{_joint}": Number(
-            f"the {_name}'s energy in its largest line, share", "1", PEAK
+            f"share of the {_name}'s energy within 50 Hz of its largest line", "1", PEAK
         ),
         f"static_over_line{_joint}": Number(
             f"the {_name}'s 0 Hz over its largest fast line", "1", PEAK
@@ -102,14 +118,14 @@ for _joint, _name in (("", "shoulder"), ("_elbow", "elbow")):
     }
 for _joint, _name in (("1", "shoulder"), ("2", "elbow")):
     _PD |= {
-        f"final_{_joint}_rad": Number(f"the {_name}'s distance from 30° at the end", "rad", "3 s"),
+        f"final_{_joint}_rad": Number(f"the {_name}'s distance from 30°", "rad", "3 s"),
         f"overshoot_{_joint}": Number(f"the {_name}'s overshoot over 30°", "1", WHOLE),
-    }
-    _PD |= {
-        f"settling_{_joint}_{band:g}_s": Number(
-            f"time from which on the {_name} is within {100 * band:g} % of 30°", "s", WHOLE
-        )
-        for band in SETTLING_BANDS
+        f"setback_{_joint}": Number(
+            f"the {_name}'s largest way backwards before its largest angle over 30°", "1", WHOLE
+        ),
+        f"late_distance_{_joint}": Number(
+            f"the {_name}'s largest distance from 30° over 30°", "1", "from 2.6 s on"
+        ),
     }
 
 _CONSTANT = {
@@ -122,11 +138,23 @@ _CONSTANT = {
     "force_at_start_N": Number("mesh force at t = 0", "N", "0 s"),
     "force_overshoot": Number("largest mesh force over its late mean", "1", WHOLE),
     "force_decay": Number("swing of the mesh force before 0.1 s over that after", "1", WHOLE),
+    "others_decay": Number(
+        "swing of a mesh force before 0.1 s over that after, least of the three other pairs",
+        "1",
+        WHOLE,
+    ),
+    "others_decay_s": Number(
+        "time in which the vibration of the other pairs' mesh forces falls to a tenth", "s", WHOLE
+    ),
+    "others_ripple_N": Number("largest ripple of the other pairs' mesh forces", "N", LATE),
+    "stroke_1": Number("way of the shoulder over half a circle", "1", WHOLE),
+    "stroke_2": Number("way of the elbow over half a circle", "1", WHOLE),
+    "theta_1_rad": Number("the shoulder's angle at the end", "rad", "0.5 s"),
     "turns_gained": Number(
         "turning points of the ripple of x_sp after 0.25 s less those before", "1", WHOLE
     ),
     "speeding_up": Number("share of the time in which the shoulder speeds up", "1", WHOLE),
-    "stiffness_correlation": Number("correlation of mesh force and stiffness", "1", LATE),
+    "stiffness_follows": Number("per cent of mesh force per per cent of stiffness", "1", LATE),
     "torque_gain": Number("mesh torque on the carrier over the motor's", "1", LATE),
 }
 for _level in RIGID_LEVELS:
@@ -142,6 +170,9 @@ for _level in RIGID_LEVELS:
             f"larger deviation from {_beside} over the largest angle", "1", WHOLE
         ),
         f"stroke_share_{_level}": Number(f"larger deviation from {_beside} over pi", "1", WHOLE),
+        f"own_share_{_level}": Number(
+            f"the shoulder's deviation from {_beside} over its own way", "1", WHOLE
+        ),
     }
 
 _SWINGS = {
@@ -158,8 +189,7 @@ _STATIC = {
     "gear_rates_spread": Number(
         "spread of the three gears' meshing frequencies over the carrier's speed", "1"
     ),
-    "eq12": Number("Eq. 12 over the carrier's speed", "1"),
-    "eq13": Number("Eq. 13 over the carrier's speed", "1"),
+    "eq11_error": Number("error of Eq. 11 against Eqs. 2, 3 and 10", "1"),
     "eq12_error": Number("error of Eq. 12 against Eq. 10 and rolling without slip", "1"),
     "eq13_error": Number("error of Eq. 13 against Eq. 10 and rolling without slip", "1"),
     "free_play_over_2b": Number("width of the force-free range over 2b", "1"),
@@ -174,6 +204,25 @@ _STATIC = {
     "initial_values": Number("initial values listed, for twelve first-order states", "1"),
     "tooth_thickness_share": Number("6 mm over the tooth thickness at the pitch circle", "1"),
     "error_over_backlash": Number("E over b", "1"),
+    "contact_ratio_sp": Number("contact ratio of sun and planet, standard teeth", "1"),
+    "contact_ratio_pr": Number("contact ratio of planet and ring, standard teeth", "1"),
+    "eq5_work": Number("operations of Eq. 5 over those of Eq. 6, a tanh counted as one", "1"),
+    "force_at_one_deflection": Number(
+        "per cent of mesh force per per cent of stiffness at one deflection", "1"
+    ),
+    "gravity_share": Number("torque of gravity's gradient in a low orbit over 100 N m", "1"),
+    "virtual_work_share": Number(
+        "torque of the springs because k and e vary with theta, over the driving torque", "1"
+    ),
+    "planted_shown": Number(
+        "share of the entries of Eqs. 21, 22 whose loss moves an angle by 0.01 rad", "1"
+    ),
+}
+_STATIC |= {
+    f"conversion_{how}": Number(
+        f"error of Eqs. 2, 3 against the flanks' approach, theta_p counted {how}", "1"
+    )
+    for how in COUNTED
 }
 _STATIC |= {
     f"bent_{angle}_mm": Number(f"tip's way by 0.02 and 0.01 rad, elbow at {angle}°", "mm")
@@ -182,10 +231,7 @@ _STATIC |= {
 for _sigma in SIGMAS:
     _STATIC |= {
         f"tanh_error_{_sigma}_m": Number(
-            f"largest error of Eq. 6 against Eq. 5, sigma {_sigma} 1/m", "m"
-        ),
-        f"tanh_cost_{_sigma}": Number(
-            f"evaluations with Eq. 5 over those with Eq. 6, sigma {_sigma} 1/m", "1"
+            f"largest error of Eq. 6 against Eq. 5 at sigma {_sigma} 1/m", "m"
         ),
     }
 for _ratio in CONTACT_RATIOS:
@@ -193,15 +239,14 @@ for _ratio in CONTACT_RATIOS:
         f"series_error_{_ratio}": Number(
             f"rms error of Eq. 7 over the wave's swing, contact ratio {_ratio}", "1"
         ),
-        f"first_harmonic_share_{_ratio}": Number(
-            f"share of the wave's variance in the fundamental, contact ratio {_ratio}", "1"
-        ),
         f"eq8_error_{_ratio}": Number(
             f"rms error of Eq. 8 over that of its sine, contact ratio {_ratio}", "1"
         ),
     }
 _STATIC |= {
-    f"base_shift_{mass}_mm": Number(f"shift of a free base of {mass} times the arm's mass", "mm")
+    f"base_tip_{mass}_mm": Number(
+        f"the tip's distance from that on a fixed base, base of {mass} times the arm's mass", "mm"
+    )
     for mass in BASE_MASSES
 }
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import rankdata
 
 from crosscheck.paper.claims.measured import MEASURED
-from crosscheck.paper.sampling.experiments import Family, Source
+from crosscheck.paper.sampling.experiments import PLANTED, STATIC, Family, Source
 from crosscheck.paper.sampling.pool import Sample
 
 FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
@@ -60,7 +60,7 @@ def of(source: Source, name: str) -> Quantity:
     """A number of an experiment. Raises KeyError for a name that is not in MEASURED."""
     number = MEASURED[name]
     words = f"{number.words} {source.words}".strip()
-    static = source.kind == "static"
+    static = source in (STATIC, PLANTED)
     return Quantity(
         f"{source}: {name}",
         words,
@@ -199,6 +199,38 @@ def rank(family: Family, name: str) -> Quantity:
         lambda known: rank_correlation(*along(family, name, known)),
         number.window,
     )
+
+
+def rank_among(family: Family, name: str, condition: str, above: float) -> Quantity:
+    """The same among those members, at least FEWEST_MEMBERS, whose other number is large enough.
+
+    Undefined with fewer. A member that lacks the number is none of them.
+    """
+    number, limit = MEASURED[name], MEASURED[condition]
+
+    def formula(known: Known) -> np.ndarray:
+        sizes, values = along(family, name, known)
+        chosen = np.isfinite(values) & (along(family, condition, known)[1] > above)
+        found = [
+            _rank_of(sizes[own], one[own]) for own, one in zip(chosen.T, values.T, strict=True)
+        ]
+        return np.array(found)
+
+    return Quantity(
+        f"rank where above {above:g}({family.kind}: {condition}, {name})",
+        f"rank correlation with {family.symbol} of {number.words}, among {family.symbol} where"
+        f" {limit.words} exceeds {above:g} {limit.unit}",
+        "1",
+        formula,
+        number.window,
+    )
+
+
+def _rank_of(sizes: np.ndarray, values: np.ndarray) -> float:
+    """Of one start: both (members,)."""
+    if sizes.size < FEWEST_MEMBERS:
+        return np.nan
+    return float(rank_correlation(sizes, values[:, None])[0])
 
 
 def rank_correlation(sizes: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -38,7 +38,7 @@ ANSWERS = Columns[Answer](
 )
 
 
-def record(judged: Judged, variants: Sequence[Varied]) -> JsonObject:
+def record(judged: Judged, variants: Sequence[Varied]) -> dict[str, object]:
     """A claim with its verdict, and all settings."""
     claim = judged.claim
     return {

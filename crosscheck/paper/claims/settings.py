@@ -11,11 +11,14 @@ import numpy as np
 from crosscheck.paper.cells import CONSERVATIVE, LABELLED, LAWS, READINGS, Cell
 from crosscheck.paper.claims.quantities import Known
 from crosscheck.paper.claims.statics import Statics
+from crosscheck.paper.errata.planted import Planted, shown
 from crosscheck.paper.sampling.experiments import (
     BACK,
+    BACK_EVEN,
     BACKLASH,
     CONSTANT,
     CONSTANT_NO_ERROR,
+    CONSTANT_SQUARE,
     CONSTANT_STIFFNESS,
     DEFAULT_B_UM,
     DEFAULT_E_UM,
@@ -23,13 +26,19 @@ from crosscheck.paper.sampling.experiments import (
     NO_BACKLASH,
     NO_ERROR,
     PD,
+    PLANTED,
+    PRELOADED,
+    SQUARE,
     STATIC,
     TWO_PLANETS,
+    TWO_SOFTER,
+    WIDE,
     Source,
 )
 from crosscheck.paper.sampling.pool import Sample, samples
 from crosscheck.paper.scale import Scale
 from crosscheck.studies.study import Study
+from crosscheck.studies.variant import Numbers
 
 # From where the controller flutters by itself to twice the default.
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
@@ -38,9 +47,11 @@ VARIED = (PD, NO_ERROR)  # what the variants of the model are held against the s
 
 @dataclass(frozen=True)
 class Plan:
-    """zetas: of all experiments but ``shaken``, the back and forth of Fig. 15; sizes in um.
+    """zetas: of all experiments but those of ``shaken``: back and forth, the square wave and 3 s with
+    b = 3000 um; sizes in um.
 
-    variants: whether planets held alike and the conservative law are asked too.
+    variants: whether planets held alike and the conservative law, other planets, other waves and
+    planted slips are asked too.
     """
 
     readings: tuple[str, ...] = tuple(READINGS)
@@ -70,12 +81,16 @@ class Plan:
     def sources(self, cell: Cell) -> Iterator[Source]:
         """What is simulated in a setting of the claims."""
         yield from (PD, CONSTANT, NO_BACKLASH, NO_ERROR, CONSTANT_STIFFNESS, CONSTANT_NO_ERROR)
-        yield from map(BACKLASH, self.backlashes)
-        yield from map(ERROR, self.errors)
+        yield PRELOADED
+        yield from (BACKLASH(size_um) for size_um in self.backlashes)
+        yield from (ERROR(size_um) for size_um in self.errors)
         if self.variants:
-            yield TWO_PLANETS
+            yield from (TWO_PLANETS, TWO_SOFTER)
         if cell.zeta in self.shaken:
-            yield from map(BACK, self.back)
+            yield from (BACK(size_um) for size_um in self.back)
+            yield from (BACK_EVEN(size_um) for size_um in self.back)
+            yield WIDE
+            yield from (SQUARE, CONSTANT_SQUARE) if self.variants else ()
 
 
 FULL = Plan()
@@ -102,7 +117,7 @@ def settings(study: Study, scale: Scale) -> Settings:
     wanted = [(cell, source) for cell in plan.settings() for source in plan.sources(cell)]
     found = samples(study, scale, wanted, "claims")
     static = _static(study, plan)
-    made = {cell: Known({STATIC: static[cell.arm]}) for cell in plan.settings()}
+    made = {cell: Known(static[cell.arm]) for cell in plan.settings()}
     for (cell, source), sample in found.items():
         made[cell][source] = sample
     for known in made.values():  # the default run is a member of both sweeps
@@ -121,14 +136,21 @@ def variations(study: Study, scale: Scale) -> dict[str, Settings]:
     }
 
 
-def _static(study: Study, plan: Plan) -> dict[str, Sample]:
-    """By reading."""
+def _static(study: Study, plan: Plan) -> dict[str, dict[Source, Sample]]:
+    """What needs no setting, by reading."""
     asked: Sequence[Statics] = [Statics(arm) for arm in plan.readings]
     answers = study.answers(asked, "claims: statics")
-    return {
-        arm: Sample({name: np.array([value], float) for name, value in numbers.items()}, _NO_RUN)
-        for arm, numbers in zip(plan.readings, answers, strict=True)
-    }
+    found = {arm: {STATIC: _of(n)} for arm, n in zip(plan.readings, answers, strict=True)}
+    if plan.variants:
+        planted = study.answers([Planted(arm) for arm in plan.readings], "claims: planted slips")
+        for arm, plants in zip(plan.readings, planted, strict=True):
+            found[arm][PLANTED] = _of({"planted_shown": shown(plants)})
+    return found
+
+
+def _of(numbers: Numbers) -> Sample:
+    """One value each."""
+    return Sample({name: np.array([value], float) for name, value in numbers.items()}, _NO_RUN)
 
 
 _NO_RUN = np.zeros(1, dtype=bool)

@@ -30,10 +30,7 @@ COLOURS = {
     Kind.DEPENDS: "unresolved",
     Kind.BISTABLE: "bistable",
 }
-LAW_WORDS = {
-    law: words
-    for law, words in zip(LAWS, ("omega_t, Eq. 13", "omega_t, ring 99", "angle"), strict=True)
-}
+LAW_WORDS = dict(zip(LAWS, ("omega_t, Eq. 13", "omega_t, ring 99", "angle"), strict=True))
 
 
 def page(found: Sequence[Row], plan: Plan, scale: Scale) -> str:
@@ -53,9 +50,7 @@ def page(found: Sequence[Row], plan: Plan, scale: Scale) -> str:
         parts=PARTS,
         on_a_start=[r.judged.claim.id for r in found if r.judged.hangs_on_a_start],
         moved=[r.judged.claim.id for r in found if r.judged.moved_by_a_coarser_grid],
-        differing=[
-            (r.judged.claim.id, one) for r in found for one in r.variants if one.differs
-        ],
+        differing=[(r.judged.claim.id, one) for r in found for one in r.variants if one.differs],
         colours=COLOURS,
         law_words=LAW_WORDS,
         laws=LAWS,

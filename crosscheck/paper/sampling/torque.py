@@ -13,13 +13,15 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import find_peaks
 
+from analytic.kinematics import stage_geometry
 from crosscheck import signals
 from crosscheck.paper.course import Course
 from crosscheck.paper.numbers import finite, quotient
-from crosscheck.paper.stage import paper_stage
+from crosscheck.paper.stage import geared_joint
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.studies.variant import Numbers
 from models.arm import Arm
+from models.stiffness import SineStiffness
 
 SETTLED_S = 0.1  # constant torque: the starting transient is over
 HALFWAY_S = 0.25
@@ -39,23 +41,44 @@ def constant_torque(run: Course, *rigid: Course) -> Numbers:
     late = signals.window(time, SETTLED_S, np.inf)
     start = slice(0, late.start)
     speed = np.abs(run.theta_dot[:, 0])
-    error = paper_stage(run.case.arm).tooth_error_m
+    error = geared_joint(run.case.arm).sun_mesh.of_planet(0).tooth_error_m
     return finite(
         {
             **_deviations(run, dict(zip(RIGID_LEVELS, rigid, strict=True))),
             "x_middle_um": 1e6 * signals.middle(x[late]),
             "x_ripple_um": 1e6 * signals.peak_to_peak(x[late]),
-            "vibration_decay_s": decay(time, fast(time, force, RINGING_S)),
+            "vibration_decay_s": _ringing_s(time, force),
             "x_ripple_over_2E": quotient(signals.peak_to_peak(x[late]), 2 * error),
             "force_at_start_N": abs(force[0]),
             "force_overshoot": quotient(force.max(), signals.mean(force[late])),
-            "force_decay": quotient(ripple(force[start]), ripple(force[late])),
+            "force_decay": _calming(force, start, late),
+            "others_decay": np.min([_calming(pair, start, late) for pair in _others(run)]),
+            "others_decay_s": np.max([_ringing_s(time, pair) for pair in _others(run)]),
+            "others_ripple_N": np.max([ripple(pair[late]) for pair in _others(run)]),
+            "theta_1_rad": run.theta[-1, 0],
+            "stroke_1": np.ptp(run.theta[:, 0]) / np.pi,
+            "stroke_2": np.ptp(run.theta[:, 1]) / np.pi,
             "turns_gained": _turns_gained(time, x),
             "speeding_up": (np.diff(speed) > 0).mean(),
-            "stiffness_correlation": _stiffness_correlation(run, late),
+            "stiffness_follows": _stiffness_follows(run, late),
             "torque_gain": _torque_gain(run, late),
         }
     )
+
+
+def _others(run: Course) -> tuple[np.ndarray, ...]:
+    """Mesh forces [N] of the pairs that the paper does not show, of the first planets."""
+    return run.F_pr, *run.F_outer.T
+
+
+def _ringing_s(time: np.ndarray, force: np.ndarray) -> float:
+    """Time [s] in which a mesh force's own vibration falls to a tenth."""
+    return decay(time, fast(time, force, RINGING_S))
+
+
+def _calming(force: np.ndarray, start: slice, late: slice) -> float:
+    """Swing of a mesh force at the start over that later."""
+    return quotient(ripple(force[start]), ripple(force[late]))
 
 
 def back_and_forth(run: Course, rigid: Course, shifted: Course) -> Numbers:
@@ -91,6 +114,7 @@ def _deviations(run: Course, levels: Mapping[str, Course]) -> dict[str, float]:
             f"tip_{level}_mm": 1e3 * distance.max(),
             f"relative_{level}": quotient(gap.max(), np.abs(run.theta).max()),
             f"stroke_share_{level}": gap.max() / np.pi,
+            f"own_share_{level}": quotient(gap[:, 0].max(), np.ptp(run.theta[:, 0])),
         }
     return numbers
 
@@ -114,17 +138,27 @@ def _turns(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> in
     return sum(len(find_peaks(sign * slow, prominence=TURN_M)[0]) for sign in (1, -1))
 
 
-def _stiffness_correlation(run: Course, part: slice) -> float:
-    """Of the mesh force with the mesh stiffness, both less their straight trend."""
-    return correlation(_flat(run.F_sp[part]), _flat(np.sin(mesh_phase(run)[part])))
+def _stiffness_follows(run: Course, part: slice) -> float:
+    """Relative change of the mesh force with that of its stiffness: 1 at one deflection, 0 at one load.
+
+    The slope of both, each over its mean and less its straight trend; nan for constant stiffness.
+    """
+    law = geared_joint(run.case.arm).sun_mesh.of_planet(0).stiffness
+    if not isinstance(law, SineStiffness):
+        return np.nan
+    depth = law.amplitude_N_per_m / law.mean_N_per_m
+    stiffness = _flat(depth * np.sin(mesh_phase(run)[part]))
+    force = quotient(1.0, signals.mean(run.F_sp[part])) * _flat(run.F_sp[part])
+    return quotient(float(stiffness @ force), float(stiffness @ stiffness))
 
 
 def _torque_gain(run: Course, part: slice) -> float:
     """Torque of the meshes on the shoulder's carrier over the motor's, T / n."""
-    stage = paper_stage(run.case.arm)
+    joint = geared_joint(run.case.arm)
+    geometry = stage_geometry(joint)
     forces = run.F_sp[part] + run.F_pr[part]
-    motor = run.torque[part, 0] / stage.geometry.n
-    on_carrier = stage.joint.planet_count * stage.geometry.r_cp * signals.mean(forces)
+    motor = run.torque[part, 0] / geometry.n
+    on_carrier = joint.planet_count * geometry.r_cp * signals.mean(forces)
     return quotient(on_carrier, signals.mean(motor))
 
 
