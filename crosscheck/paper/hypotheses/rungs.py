@@ -1,4 +1,4 @@
-"""The ladder from the paper's rigid baseline to its detailed arm: one model change per rung.
+"""The ladder from a rigid arm to the paper's detailed one: one change of the model per rung.
 
 A model is a set of features. Joint masses are taken away by setting them to zero in the arm's
 data, so every order of rungs uses the project's own models; three features can stand on others
@@ -9,7 +9,7 @@ variation, tooth error, the paper's clock and its slips on the compliance.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -19,29 +19,18 @@ from crosscheck.paper.numbers import quotient
 from crosscheck.paper.reductions import angles
 from crosscheck.paper.rigid import rigid_model
 from crosscheck.paper.scale import Scale
+from crosscheck.registry import RIGID_LEVELS
 from crosscheck.studies.study import Study, Variant
 from models.arm import Arm
 
 MASSES, DIAGONAL, COUPLING, COMPLIANCE = "masses", "diagonal", "coupling", "compliance"
 BACKLASH, STIFFNESS, ERROR, SLIPS, CLOCK = "backlash", "stiffness", "error", "slips", "clock"
-BASELINE = "baseline"
-LABELS = {
-    BASELINE: "links and payload",
-    MASSES: "joint masses and carriers",
-    DIAGONAL: "reflected inertia, diagonal",
-    COUPLING: "rotor spin coupled with base rotation",
-    COMPLIANCE: "mesh compliance and damping",
-    BACKLASH: "backlash",
-    STIFFNESS: "stiffness variation",
-    ERROR: "tooth error",
-    SLIPS: "slips of the printed matrices",
-    CLOCK: "the paper's phase law (omega t, Eq. 13)",
-}
+CARRIED, INERTIA, MESHES, SLIPPED = "masses", "inertia", "meshes", "slips"
 GROUPS = {
-    "joint masses and carriers": (MASSES,),
-    "reflected inertia": (DIAGONAL, COUPLING),
-    "meshes": (COMPLIANCE, BACKLASH, STIFFNESS, ERROR, CLOCK),
-    "slips": (SLIPS,),
+    CARRIED: (MASSES,),
+    INERTIA: (DIAGONAL, COUPLING),
+    MESHES: (COMPLIANCE, BACKLASH, STIFFNESS, ERROR, CLOCK),
+    SLIPPED: (SLIPS,),
 }
 ORDERS = {
     "A": (MASSES, DIAGONAL, COUPLING, COMPLIANCE, BACKLASH, STIFFNESS, ERROR, SLIPS, CLOCK),
@@ -50,6 +39,7 @@ ORDERS = {
 QUANTITIES = {"theta_1": "rad", "theta_2": "rad", "tip": "m"}
 PRINTED, PHYSICAL = "analytic:printed", "analytic:physical"
 FINE, COARSE = (1e-5, 100), (2e-5, 50)  # step [s], steps between records: 1 ms either way
+ZETA = 0.05  # the arm's own
 
 _DEAD_WEIGHT = (
     "sun_mass_kg",
@@ -78,6 +68,7 @@ def variant(
         scenario,
         arm,
         phase="omega_t" if CLOCK in features else "angle",
+        zeta=ZETA,
         model=_model(features),
         settings=(*settings, f"scenario.step_s={step!r}"),
         record_every=stride,
@@ -93,45 +84,54 @@ def _model(features: frozenset[str]) -> str:
 
 
 def rungs(order: tuple[str, ...]) -> Iterator[frozenset[str]]:
-    """The baseline's features, then one more at each rung."""
+    """The lowest model's features, then one more at each rung."""
     for count in range(len(order) + 1):
         yield frozenset(order[:count])
 
 
 @dataclass(frozen=True)
 class Ladder:
-    """Contributions of every rung to detailed minus rigid.
+    """What every rung adds to detailed minus rigid.
 
+    order: its name in ORDERS; level: the rigid one that it begins at; names: of its rungs, upwards;
     time (times,) [s]; fine, coarse (rungs, times, quantities) [rad, rad, m] at two steps.
     """
 
     scenario: str
     arm: str
-    order: tuple[str, ...]
+    order: str
+    level: str
+    names: tuple[str, ...]
     time: np.ndarray
     fine: np.ndarray
     coarse: np.ndarray
-
-    @property
-    def total(self) -> np.ndarray:
-        """The whole deviation (times, quantities); the tip's is its magnitude [m]."""
-        return self.fine.sum(axis=0)
 
     @property
     def uncertainty(self) -> np.ndarray:
         """Numerical uncertainty of every contribution (rungs, times, quantities)."""
         return SAFETY * np.abs(self.fine - self.coarse)
 
+    @property
+    def total(self) -> np.ndarray:
+        """The whole deviation (times, quantities); the tip's is its magnitude [m]."""
+        return self.fine.sum(axis=0)
+
     def largest(self, quantity: int) -> int:
         """Index of the time at which this deviation is largest."""
         return int(np.argmax(np.abs(self.total[:, quantity])))
 
+    def above(self, level: str) -> Ladder:
+        """What a baseline of this level leaves; in order A the levels are the lowest rungs."""
+        first = RIGID_LEVELS.index(level)
+        upper = {name: getattr(self, name)[first:] for name in ("names", "fine", "coarse")}
+        return replace(self, level=level, **upper)
+
     def shares(self, index: int, quantity: int) -> dict[str, float]:
-        """Each group's signed part of the total at a time; they sum to 1, or are nan if it is 0."""
-        at = dict(zip(self.order, self.fine[:, index, quantity], strict=True))
-        total = sum(at.values())
+        """Each group's signed part of the whole at a time; they sum to 1, or are nan if it is 0."""
+        at = dict(zip(self.names, map(float, self.fine[:, index, quantity]), strict=True))
+        whole = sum(at.values())
         return {
-            group: float(quotient(sum(at[feature] for feature in members), total))
+            group: quotient(sum(at.get(name, 0.0) for name in members), whole)
             for group, members in GROUPS.items()
         }
 
@@ -148,7 +148,8 @@ def climb(study: Study, scenario: str, arm: str, order: str, scale: Scale) -> La
     fine, coarse = ([runs[v] for v in row] for row in variants.values())
     geometry = variants[FINE][0].case().arm
     parts = [contributions([_places(run, geometry) for run in row]) for row in (fine, coarse)]
-    return Ladder(scenario, arm, ORDERS[order], fine[0]["time"].values, *parts)
+    time = fine[0]["time"].values
+    return Ladder(scenario, arm, order, RIGID_LEVELS[0], ORDERS[order], time, *parts)
 
 
 def _places(run: xr.Dataset, arm: Arm) -> np.ndarray:
