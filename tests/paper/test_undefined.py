@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from contextlib import suppress
-from functools import cache
-from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import Phase, given, settings
+from crosscheck.paper.hypotheses.controller_records import Flutter, growth_agrees
+from crosscheck.paper.hypotheses.ladder_rungs import GROUPS
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crosscheck.paper.figures import verdicts as figures
@@ -23,14 +22,9 @@ from crosscheck.paper.hypotheses import (
     floating_base,
     ladder_records,
 )
-from crosscheck.paper.hypotheses.controller_records import Flutter, growth_agrees
-from crosscheck.paper.hypotheses.ladder_rungs import GROUPS
 from crosscheck.paper.phase import verdict as phase
 from crosscheck.paper.planets import verdict as planets
-from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED, all_of, any_of, recorded, shown
-from crosscheck.studies.study import Numbers
-from tests.paper.measuring import numbers_of
 
 UNHURRIED = settings(deadline=None)
 
