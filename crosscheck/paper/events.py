@@ -77,6 +77,16 @@ def side_change(time: np.ndarray, force: np.ndarray) -> SideChange | None:
     return SideChange(float(time[held[-1]]) if held.size else None, met)
 
 
+def third_after(time: np.ndarray, *forces: np.ndarray) -> slice:
+    """The third fluctuation's samples once none of these sun meshes' side changes plays a part.
+
+    With a wide clearance the teeth's way takes long, the elbow's longer than the shoulder's.
+    """
+    changes = [side_change(time, force) for force in forces]
+    met = [side.met_s for side in changes if side is not None]
+    return third_window(time, max(met, default=None))
+
+
 def bouncing(time: np.ndarray, force: np.ndarray, met_s: float) -> float:
     """How long [s] after flanks met they last part again, or touch the others, within IMPACT_S."""
     part = signals.window(time, met_s, met_s + IMPACT_S)

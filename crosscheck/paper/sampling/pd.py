@@ -55,10 +55,7 @@ class _Looked:
 
     @cached_property
     def third(self) -> slice:
-        """Without the impact of a late side change of either joint: a wide clearance takes long."""
-        elbow = events.side_change(self.run.time, self.run.F_outer[:, 0])
-        met = [side.met_s for side in (self.side, elbow) if side is not None]
-        return events.third_window(self.run.time, max(met, default=None))
+        return events.third_after(self.run.time, self.run.F_sp, self.run.F_outer[:, 0])
 
     def within(self, begin_s: float, end_s: float) -> slice:
         """Counted from the contact after the side change; nothing without one."""
