@@ -294,6 +294,9 @@ def of_dampers(found: dampers.Dampers, ran: Sequence[Runaway], material: Materia
         starts=material.scale.most_starts,
         zeta=dampers.QUIET_ZETA,
         ablated=html(tables.ABLATED.html(found.ablated)),
+        fluttering=html(tables.ABLATED.html(found.fluttering)),
+        flutter=[one.third.quantiles[1] for one in found.fluttering],
+        flutter_zeta=dampers.FLUTTER_ZETA,
         over_zeta=html(tables.ABLATED.html(found.over_zeta)),
         own=own.third.quantiles,
         played=found.median(dampers.PLAYED_BACK.name),
@@ -306,7 +309,8 @@ def of_dampers(found: dampers.Dampers, ran: Sequence[Runaway], material: Materia
         largest=found.largest_zeta,
         runaways=html(tables.RUNAWAY.html(ran)),
     )
-    rows = {one.ablation.name + str(one.zeta): one for one in (*found.over_zeta, *found.ablated)}
+    every = (*found.over_zeta, *found.ablated, *found.fluttering)
+    rows = {(one.ablation.name, one.zeta): one for one in every}
     records = [*tables.ABLATED.json(rows.values()), *tables.RUNAWAY.json(ran)]
     return Section(said, records, None)
 
