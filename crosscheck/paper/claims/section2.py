@@ -15,8 +15,6 @@ from crosscheck.paper.claims.quantities import (
     where,
 )
 from crosscheck.paper.claims.rule import Claim, about, above, below
-from crosscheck.paper.claims.surroundings import BASE_MASSES
-from crosscheck.paper.claims.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 from crosscheck.paper.sampling.experiments import (
     CONSTANT,
     CONSTANT_NO_ERROR,
@@ -30,6 +28,8 @@ from crosscheck.paper.sampling.experiments import (
     TWO_PLANETS,
     TWO_SOFTER,
 )
+from crosscheck.paper.statics.surroundings import BASE_MASSES
+from crosscheck.paper.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 from crosscheck.paper.thresholds import (
     DOUBLED,
     EVIDENT,

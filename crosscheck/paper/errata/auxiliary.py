@@ -15,18 +15,18 @@ import sympy as sp
 from analytic.backlash import dead_zone_tanh
 from analytic.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from analytic.mesh_phasing import ring_behind_sun, sun_lag
-from crosscheck.paper.claims.surroundings import virtual_work
-from crosscheck.paper.claims.teeth import (
+from crosscheck.paper.errata.erratum import Erratum, Trial
+from crosscheck.paper.errata.sides import PhysicalSide
+from crosscheck.paper.errata.typeset import tex
+from crosscheck.paper.stage import PaperStage, paper_stage, without_backlash
+from crosscheck.paper.statics.surroundings import virtual_work
+from crosscheck.paper.statics.teeth import (
     COUNTED,
     conversion_error,
     ring_contact_ratio,
     stiffness_wave,
     sun_contact_ratio,
 )
-from crosscheck.paper.errata.erratum import Erratum, Trial
-from crosscheck.paper.errata.sides import PhysicalSide
-from crosscheck.paper.errata.typeset import tex
-from crosscheck.paper.stage import PaperStage, paper_stage, without_backlash
 from models.arm import Arm, Planetary
 from models.loading import load_scenario
 from models.scenario import SinusoidDrive
