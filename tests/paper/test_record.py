@@ -9,12 +9,11 @@ import pytest
 
 from crosscheck.paper.errata.erratum import Effect, Erratum, Trial, tried
 from crosscheck.paper.errata.tables import SLIPS, ArmSlip
-from crosscheck.paper.phase.experiments import Setting
-from crosscheck.paper.phase.objections import GrowthRates, Rates
+from crosscheck.paper.phase.objections import Rates
 from crosscheck.paper.phase.resonance import Peak, Resonances
 from crosscheck.paper.record import read
 
-RAMP = Resonances((Peak(1.0, 2.0), Peak(None, None)), None, (1.0, 2.0), (3.0, 4.0))
+RAMP = Resonances(((Peak(1.0, 2.0), Peak(None, None)),), (None,), (1.0, 2.0), (3.0, 4.0))
 RATES = Rates(1.0, None, 2.0, 3.0, 4.0)
 ERRATUM = Erratum("eq1", "entry", "Eq. 1", "a", "b", float("inf"), "N", trial=Trial(abs, abs))
 SLIP = tried(ERRATUM, {"pd": Effect(1e-3, 5.0)})
@@ -38,10 +37,3 @@ def test_a_slip_has_no_trial_left_and_no_infinite_size() -> None:
     (record,) = SLIPS.json([ArmSlip("paper-labelled", SLIP)])
     assert record["id"] == "erratum/paper-labelled/eq1"
     assert (record["size"], record["pd_force_N"]) == (None, 5.0)
-
-
-def test_a_records_fields_are_its_names_in_json() -> None:
-    found = GrowthRates(Setting(0.005, "eq13"), RATES).to_dict()
-    assert found["id"] == "objection/growth/0.005"
-    assert (found["zeta"], found["ring_rate"]) == (0.005, "eq13")
-    assert found["without_feedback_per_s"] is None

@@ -91,7 +91,6 @@ _PD = {
     ),
     "deviation_rad": Number("deviation from the rigid arm with the gears' inertia", "rad", WHOLE),
     "gap_end_rad": Number("distance from the rigid arm with the gears' inertia", "rad", "3 s"),
-    "rigid_peak": Number("rigid arm's largest acceleration", "rad/s²", WHOLE),
     "planets_apart_m": Number("largest distance between planets of a stage", "m", WHOLE),
     "return_s": Number("return of the teeth to their first side", "s", RETURN),
     "fourth": Number("fourth fluctuation", "rad/s²", "0.4 s from the return"),

@@ -81,7 +81,6 @@ def transient(run: Course, rigid: Course) -> Numbers:
             **_contacts(looked, rigid),
             **_mesh_rates(run),
             "deviation_rad": signals.amplitude(gap),
-            "rigid_peak": signals.amplitude(rigid.theta_ddot[:, 0]),
             "theta_fast_rad": signals.amplitude(fast(run.time, gap[:, 0])[looked.third]),
             "planets_apart_m": run.planets_apart_m,
         }
