@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from crosscheck.paper.claims.statics import BENDS
+from crosscheck.paper.events import AT_ONCE_S
 from crosscheck.paper.sampling.torque import ERROR_WINDOWS_S
 from crosscheck.paper.statics.surroundings import BASE_MASSES
 from crosscheck.paper.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
@@ -18,6 +19,7 @@ from crosscheck.registry import RIGID_LEVELS
 FIRST, SECOND, THIRD = "0 to 0.25 s", "0.1 s from the side change", "0.5 to 1.2 s"
 PEAK = "Hann window over 0.1 s around the third's peak"
 THREE, FLIGHT = "the first three fluctuations", "the side change"
+AT_ONCE = f"{AT_ONCE_S:g} s from the side change"
 WHOLE, LATE, RETURN = "whole run", "after 0.1 s", "1.3 to 2.4 s"
 
 
@@ -40,7 +42,7 @@ _PD = {
     ),
     "second_decay_s": Number("time in which the second fluctuation falls to a tenth", "s", SECOND),
     "second_delay_s": Number("onset of the second fluctuation after the side change", "s", SECOND),
-    "second_force_N": Number("mesh force of the impact at the side change", "N", SECOND),
+    "second_force_N": Number("mesh force of the impact at the side change", "N", AT_ONCE),
     "bouncing_s": Number("time for which the teeth bounce after the side change", "s", SECOND),
     "opposite_share": Number(
         "share of the contact that is on the opposite flanks", "1", "from the side change to 1.2 s"
