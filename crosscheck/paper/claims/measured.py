@@ -10,10 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from crosscheck.paper.claims.statics import BENDS
-from crosscheck.paper.claims.surroundings import BASE_MASSES
-from crosscheck.paper.claims.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 from crosscheck.paper.events import AT_ONCE_S
 from crosscheck.paper.sampling.torque import ERROR_WINDOWS_S
+from crosscheck.paper.statics.surroundings import BASE_MASSES
+from crosscheck.paper.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 from crosscheck.registry import RIGID_LEVELS
 
 FIRST, SECOND, THIRD = "0 to 0.25 s", "0.1 s from the side change", "0.5 to 1.2 s"
