@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -67,12 +67,14 @@ def chapter(material: Material) -> Chapter:
         reversals=html(REVERSALS.html(rigid)),
         **given,
     )
-    records = [
-        {"id": "damping", **_span_record(whole), "without": [_span_record(s) for s in left_out],
-         "true_in_all": silent[State.YES], "false_in_all": silent[State.NO]},
-        *REVERSALS.json(rigid),
-        *table.json(found),
-    ]  # fmt: skip
+    verdict: dict[str, object] = {
+        "id": "damping",
+        **_span_record(whole),
+        "without": [_span_record(one) for one in left_out],
+        "true_in_all": silent[State.YES],
+        "false_in_all": silent[State.NO],
+    }
+    records: list[Mapping[str, object]] = [verdict, *REVERSALS.json(rigid), *table.json(found)]
     outcome = text("hypotheses/damping_fit_outcome", **given)
     return Chapter(ID, TITLE, page, records, outcome, said=said(found, claims))
 
