@@ -71,10 +71,11 @@ def fits(material: Material, claims: Sequence[Claim]) -> list[Fit]:
     ]
     wanted = [(cell, source) for cell in cells for source in (PD, CONSTANT)]
     found = material.samples(wanted, "damping fit")
-    return [_fit(c, Known({s: found[c, s] for s in (PD, CONSTANT)}), claims) for c in cells]
+    return [fit_of(c, Known({s: found[c, s] for s in (PD, CONSTANT)}), claims) for c in cells]
 
 
-def _fit(cell: Cell, known: Known, claims: Sequence[Claim]) -> Fit:
+def fit_of(cell: Cell, known: Known, claims: Sequence[Claim]) -> Fit:
+    """From the setting's experiments, each claim about one quantity."""
     explained, given = {}, {}
     for claim in claims:
         (quantity,) = claim.choices.values()

@@ -141,11 +141,12 @@ def flutters(
     ]
     found = study.answers(asked, "H6, vibration against damping")
     return [
-        _flutter(one, Sample.of(measured)) for one, measured in zip(settings, found, strict=True)
+        flutter_of(one, Sample.of(measured)) for one, measured in zip(settings, found, strict=True)
     ]
 
 
-def _flutter(setting: Setting, sample: Sample) -> Flutter:
+def flutter_of(setting: Setting, sample: Sample) -> Flutter:
+    """From what its starts measured; one that ends before says nothing."""
     sizes = np.where(sample.diverged, np.inf, sample["vibration"])
     vibrating = sample["frequency_Hz"][np.isfinite(sizes) & (sizes > VIBRATES)]
     known = np.sort(sizes[~np.isnan(sizes)])
