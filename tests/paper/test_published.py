@@ -13,9 +13,12 @@ import numpy as np
 import pytest
 
 from crosscheck.paper import report
-from crosscheck.paper.claims.chapter import CLAIMS
+from crosscheck.paper.claims.catalogue import CLAIMS
+from crosscheck.paper.claims.quantities import of
 from crosscheck.paper.figures.chapter import NUMBERS
 from crosscheck.paper.figures.store import stored_runs
+from crosscheck.paper.material import Material
+from crosscheck.paper.sampling.experiments import PD
 from crosscheck.paper.scale import FULL, Scale
 from crosscheck.paper.undefined import UNDEFINED
 from crosscheck.report.chapter import Chapter
@@ -123,20 +126,21 @@ def test_what_needs_a_longer_run_is_undefined(
 
 
 def test_claims_about_later_events_are_undefined_and_say_so(published: Published) -> None:
-    claims = published.chapters["claims"]
-    (third,) = (r for r in claims.records if r["statement"] == "The third reaches 300 rad/s².")
-    assert (third["verdict"], third["undefined"]) == (UNDEFINED, 48)
-    assert "undefined (48 of 48 undefined)" in claims.html
-    assert {group["undefined"] for group in third["values"].values()} == {12}
-    (start,) = (r for r in claims.records if r["statement"].startswith("At the start the teeth"))
-    assert (start["verdict"], start["undefined"]) == ("holds", 0)
+    records = {record["id"]: record for record in published.chapters["claims"].records}
+    later = of(PD, "third").id
+    asked = [c.id for c in CLAIMS if {q.id for q in c.choices.values()} == {later}]
+    assert asked
+    for record in (records[name] for name in asked):
+        assert record["verdict"] == UNDEFINED
+        assert {(one["state"], one["yes"]) for one in record["settings"]} == {(UNDEFINED, None)}
+        assert all(one["undefined"] == one["starts"] == 2 for one in record["settings"])
+    static = [records[claim.id] for claim in CLAIMS if claim.static]
+    assert {one["undefined"] for record in static for one in record["settings"]} == {0}
 
 
 def test_the_quick_chapters_are_well_formed(published: Published) -> None:
-    made = [
-        report._chapter(published.study, name, replace(BRIEF, quick=True))
-        for name in report.QUICK_CHAPTERS
-    ]
+    material = Material(published.study, replace(BRIEF, quick=True))
+    made = [report._chapter(material, name) for name in report.QUICK_CHAPTERS]
     html = report.page(made, published.study)
     assert page_problems(html) == []
     strict_json(report.records_json(made, published.study))

@@ -33,6 +33,7 @@ _PD = {
     "first": Number("first fluctuation", "rad/s²", FIRST),
     "first_decay_s": Number("time in which the first fluctuation falls to a tenth", "s", FIRST),
     "side_change_s": Number("first contact of the opposite flanks", "s", "from 0.25 s"),
+    "after_start": Number("largest fluctuation after the start", "rad/s²", "0.25 to 1.2 s"),
     "second": Number("second fluctuation", "rad/s²", SECOND),
     "second_over_before": Number(
         "second fluctuation over that of the 0.05 s before the teeth part", "1", SECOND
@@ -90,7 +91,6 @@ _PD = {
     ),
     "deviation_rad": Number("deviation from the rigid arm with the gears' inertia", "rad", WHOLE),
     "gap_end_rad": Number("distance from the rigid arm with the gears' inertia", "rad", "3 s"),
-    "rigid_peak": Number("rigid arm's largest acceleration", "rad/s²", WHOLE),
     "planets_apart_m": Number("largest distance between planets of a stage", "m", WHOLE),
     "return_s": Number("return of the teeth to their first side", "s", RETURN),
     "fourth": Number("fourth fluctuation", "rad/s²", "0.4 s from the return"),

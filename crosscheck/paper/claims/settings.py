@@ -47,11 +47,11 @@ VARIED = (PD, NO_ERROR)  # what the variants of the model are held against the s
 
 @dataclass(frozen=True)
 class Plan:
-    """zetas: of all experiments but those of ``shaken``: back and forth, the square wave and 3 s with
-    b = 3000 um; sizes in um.
+    """zetas: of all experiments but those of ``shaken``; sizes in um.
 
-    variants: whether planets held alike and the conservative law, other planets, other waves and
-    planted slips are asked too.
+    shaken: of back and forth, of the square wave, and of 3 s with b = 3000 um; variants: whether
+    planets held alike and the conservative law, other planets, other waves and planted slips are
+    asked too.
     """
 
     readings: tuple[str, ...] = tuple(READINGS)
@@ -116,7 +116,7 @@ def settings(study: Study, scale: Scale) -> Settings:
     plan = plan_of(scale)
     wanted = [(cell, source) for cell in plan.settings() for source in plan.sources(cell)]
     found = samples(study, scale, wanted, "claims")
-    static = _static(study, plan)
+    static = statics_of(study, plan)
     made = {cell: Known(static[cell.arm]) for cell in plan.settings()}
     for (cell, source), sample in found.items():
         made[cell][source] = sample
@@ -136,7 +136,7 @@ def variations(study: Study, scale: Scale) -> dict[str, Settings]:
     }
 
 
-def _static(study: Study, plan: Plan) -> dict[str, dict[Source, Sample]]:
+def statics_of(study: Study, plan: Plan) -> dict[str, dict[Source, Sample]]:
     """What needs no setting, by reading."""
     asked: Sequence[Statics] = [Statics(arm) for arm in plan.readings]
     answers = study.answers(asked, "claims: statics")

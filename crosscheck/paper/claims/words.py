@@ -14,6 +14,7 @@ from crosscheck.paper.claims.summary import laws_of, strips
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.text import text
 from crosscheck.paper.undefined import shown
+from crosscheck.paper.words import LAW_NAMES, number
 
 if TYPE_CHECKING:
     from crosscheck.paper.claims.chapter import Row
@@ -30,7 +31,6 @@ COLOURS = {
     Kind.DEPENDS: "unresolved",
     Kind.BISTABLE: "bistable",
 }
-LAW_WORDS = dict(zip(LAWS, ("omega_t, Eq. 13", "omega_t, ring 99", "angle"), strict=True))
 
 
 def page(found: Sequence[Row], plan: Plan, scale: Scale) -> str:
@@ -52,7 +52,7 @@ def page(found: Sequence[Row], plan: Plan, scale: Scale) -> str:
         moved=[r.judged.claim.id for r in found if r.judged.moved_by_a_coarser_grid],
         differing=[(r.judged.claim.id, one) for r in found for one in r.variants if one.differs],
         colours=COLOURS,
-        law_words=LAW_WORDS,
+        law_words=LAW_NAMES,
         laws=LAWS,
         laws_of=laws_of,
         strips=strips,
@@ -76,7 +76,8 @@ def verdict_words(found: Verdict) -> str:
     if found.laws:
         words += f" {' and '.join(law_words(law) for law in found.laws)}"
     if found.depends_on:
-        words += f"; depends on {', '.join(found.depends_on)}"
+        said = " on" if found.kind == Kind.DEPENDS else "; depends on"
+        words += f"{said} {', '.join(found.depends_on)}"
     if found.silent:
         words += f"; undefined with {' and '.join(law_words(law) for law in found.silent)}"
     return words
@@ -84,7 +85,7 @@ def verdict_words(found: Verdict) -> str:
 
 def law_words(law: Law) -> str:
     """Of one of LAWS; both with omega_t are told apart by their ring rate."""
-    return LAW_WORDS[law]
+    return LAW_NAMES[law]
 
 
 def value_words(answer: Answer) -> str:
@@ -92,7 +93,7 @@ def value_words(answer: Answer) -> str:
     found = answer.quantiles
     if found is None:
         return "undefined"
-    low, middle, high = (shown(value) for value in found)
+    low, middle, high = map(number, found)
     return middle if low == high else f"{middle} ({low} … {high})"
 
 

@@ -81,7 +81,6 @@ def transient(run: Course, rigid: Course) -> Numbers:
             **_contacts(looked, rigid),
             **_mesh_rates(run),
             "deviation_rad": signals.amplitude(gap),
-            "rigid_peak": signals.amplitude(rigid.theta_ddot[:, 0]),
             "theta_fast_rad": signals.amplitude(fast(run.time, gap[:, 0])[looked.third]),
             "planets_apart_m": run.planets_apart_m,
         }
@@ -97,7 +96,12 @@ def whole(run: Course, rigid: Course) -> Numbers:
 
 def _first(looked: _Looked) -> Found:
     time, excess = looked.run.time[looked.start], looked.excess[looked.start, 0]
-    return {"first": signals.amplitude(excess), "first_decay_s": decay(time, excess)}
+    later = looked.excess[signals.window(looked.run.time, FIRST_S[1], THIRD_S[1]), 0]
+    return {
+        "first": signals.amplitude(excess),
+        "first_decay_s": decay(time, excess),
+        "after_start": signals.amplitude(later),
+    }
 
 
 def _second(looked: _Looked) -> Found:

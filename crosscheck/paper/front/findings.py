@@ -1,0 +1,129 @@
+"""The three findings that the page begins with, as numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from crosscheck.paper.cells import INTEGRAL, LAWS, Cell, Law
+from crosscheck.paper.claims.quantities import of
+from crosscheck.paper.claims.rule import Answer, Place, above
+from crosscheck.paper.figures.runs import LOW_ZETA, ZETA
+from crosscheck.paper.material import Material
+from crosscheck.paper.numbers import quotient
+from crosscheck.paper.record import JsonObject
+from crosscheck.paper.said import Said
+from crosscheck.paper.sampling.experiments import CONSTANT, PD
+from crosscheck.paper.sampling.pool import Sample
+from crosscheck.paper.shares import Share
+from crosscheck.paper.thresholds import SEVERE
+from crosscheck.registry import RIGID_LEVELS
+from crosscheck.studies.variant import Planets
+
+PLANETS: tuple[Planets, ...] = ("free", "lumped")
+THIRD = of(PD, "third")
+LARGE = above(SEVERE, "four times the rigid arm's own acceleration")
+STATED_RAD = (0.02, 0.01)  # Section 3.1: deviation of both joints from the rigid arm
+
+
+@dataclass(frozen=True)
+class Strip:
+    """The third fluctuation [rad/s^2] in one setting, (starts,), nan where undefined."""
+
+    cell: Cell
+    sizes: np.ndarray
+
+    @property
+    def answer(self) -> Answer:
+        """As the claims count it."""
+        defined = tuple(map(float, np.sort(self.sizes[np.isfinite(self.sizes)])))
+        place = Place(self.cell.law, self.cell.arm, self.cell.zeta, "")
+        return Answer(place, defined, self.sizes.size, LARGE)
+
+    @property
+    def share(self) -> Share | None:
+        """Of starts that are severe."""
+        return self.answer.share
+
+    def to_dict(self) -> JsonObject:
+        """For JSON."""
+        share, answer = self.share, self.answer
+        return {
+            "id": f"finding/third/{self.cell.id}",
+            "starts": answer.starts,
+            "undefined": answer.undefined,
+            "severe": None if share is None else share.yes,
+            "quantiles": None if answer.quantiles is None else list(answer.quantiles),
+        }
+
+
+@dataclass(frozen=True)
+class Third:
+    """The third fluctuation under every law, planets free and held alike, at one damping."""
+
+    zeta: float
+    strips: tuple[Strip, ...]
+
+    def share(self, law: Law, planets: Planets) -> Share | None:
+        """Of severe starts."""
+        return next(s for s in self.strips if (s.cell.law, s.cell.planets) == (law, planets)).share
+
+    def said(self) -> list[Said]:
+        """What the claims ask, too: with free planets."""
+        free = [strip.answer for strip in self.strips if strip.cell.planets == "free"]
+        return [Said("findings", THIRD.id, LARGE, one.place, one.state) for one in free]
+
+
+def third_finding(material: Material, zeta: float = LOW_ZETA) -> Third:
+    """From all starts."""
+    cells = [Cell(law, zeta, planets=planets) for law, planets in product(LAWS, PLANETS)]
+    found = material.samples([(cell, PD) for cell in cells], "the third fluctuation")
+    return Third(zeta, tuple(Strip(cell, found[cell, PD]["third"]) for cell in cells))
+
+
+@dataclass(frozen=True)
+class Step:
+    """A rigid arm, and how far the detailed one leaves it: median of the starts, both joints."""
+
+    level: str
+    deviation_rad: tuple[float, float]
+
+    def to_dict(self) -> JsonObject:
+        """For JSON."""
+        return {"id": f"finding/ladder/{self.level}", "deviation_rad": list(self.deviation_rad)}
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """The rigid arms in the order of what they have of the gears."""
+
+    zeta: float
+    steps: tuple[Step, ...]
+
+    @property
+    def papers(self) -> Step:
+        """The one whose deviation of theta_2 is nearest to the paper's, by its factor."""
+        return min(self.steps, key=lambda step: abs(np.log(step.deviation_rad[1] / STATED_RAD[1])))
+
+    @property
+    def left_to_meshes(self) -> tuple[float, float]:
+        """Shares of that one's deviations that are left once all inertia is there."""
+        last, own = self.steps[-1].deviation_rad, self.papers.deviation_rad
+        return quotient(last[0], own[0]), quotient(last[1], own[1])
+
+
+def ladder_finding(material: Material) -> Ladder:
+    """Under constant torque and the law without a clock."""
+    cell = Cell(INTEGRAL, ZETA)
+    sample = material.samples([(cell, CONSTANT)], "the rigid ladder")[cell, CONSTANT]
+    steps = [
+        Step(level, (_median(sample, 1, level), _median(sample, 2, level)))
+        for level in RIGID_LEVELS
+    ]
+    return Ladder(ZETA, tuple(steps))
+
+
+def _median(sample: Sample, joint: int, level: str) -> float:
+    return float(np.nanmedian(sample[f"deviation_{joint}_{level}_rad"]))
