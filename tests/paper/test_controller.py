@@ -12,7 +12,7 @@ from crosscheck.paper.hypotheses import controller, feedback, flutter, handed, l
 from crosscheck.paper.hypotheses.controller import Vibrating
 from crosscheck.paper.hypotheses.feedback import SUN, Point
 from crosscheck.paper.hypotheses.flutter import VIBRATES, Flutter, Setting
-from crosscheck.paper.hypotheses.handed import Handed, Handover
+from crosscheck.paper.hypotheses.handed import Handed, Handover, Loop
 from crosscheck.paper.hypotheses.linear_limits import Threshold, growth_agrees
 from crosscheck.paper.sampling.pool import Sample
 from crosscheck.registry import build
@@ -109,10 +109,9 @@ def test_the_feedback_of_the_plain_kernel_is_the_drives_own():
     link = np.eye(len(q))[:, model.layout.theta]
     gains = model.drive.gains
     still = DriveData(CONSTANT, np.zeros_like(gains), np.zeros(1), np.zeros((2, 1)))
-    both = [
-        handed.accelerations(model.terms, model.gears, *way, q, v, 1e-5, 500)
-        for way in ((still, link, gains), (model.drive, link, np.zeros_like(gains)))
-    ]
+    ways = ((still, link, gains), (model.drive, link, np.zeros_like(gains)))
+    loops = [Loop(model.terms, model.gears, *way) for way in ways]
+    both = [handed.accelerations(loop, q, v, 1e-5, 500) for loop in loops]
     # The same sums in another order: rounding, which the teeth's stiffness carries along.
     np.testing.assert_allclose(*both, rtol=1e-8, atol=1e-8 * np.abs(both[1]).max())
 
