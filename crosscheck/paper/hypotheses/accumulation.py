@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 from crosscheck.paper.claims.rule import State, state
@@ -79,7 +79,7 @@ def verdict(found: Sequence[Shaken]) -> Verdict:
     )
 
 
-def _common(shares: Sequence[Share | None]) -> State | None:
+def _common(shares: Iterable[Share | None]) -> State | None:
     states = {state(share) for share in shares}
     return states.pop() if len(states) == 1 else None
 
