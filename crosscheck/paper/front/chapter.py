@@ -13,7 +13,7 @@ from crosscheck.paper.phase.clock import clocks
 from crosscheck.paper.text import html, text
 from crosscheck.paper.thresholds import SEVERE
 from crosscheck.paper.undefined import known
-from crosscheck.paper.words import LAW_NAMES
+from crosscheck.paper.words import LAW_MEANINGS, LAW_NAMES
 from crosscheck.report.chapter import Chapter, rendered
 
 ID, TITLE = "findings", "What came out"
@@ -36,6 +36,7 @@ def chapter(material: Material) -> Chapter:
         third_svg=html(third_svg(third)),
         ladder_svg=html(ladder_svg(ladder)),
         names=LAW_NAMES,
+        meanings=LAW_MEANINGS,
         laws=LAWS,
         severe=SEVERE,
         kinds=kinds,
