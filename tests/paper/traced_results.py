@@ -90,6 +90,11 @@ def third_amplitude() -> Result:
     return question("phase.experiments.ThirdAmplitude", experiment)()
 
 
+def bands() -> Result:
+    variant = importlib.import_module("crosscheck.studies.variant").Variant(**SHORT, planets="free")
+    return question("sampling.bands.Bands", variant, (1, 2), 20)()
+
+
 RESULTS: dict[str, Callable[[], Result]] = {
     "analytic run": run(),
     "rigid run": run(model="analytic:coupled"),
@@ -98,6 +103,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "pinocchio run": run(model="pinocchio:coupled"),
     "measure of exudyn": run("phase.planets.FLUCTUATION_AND_SPREAD", model="exudyn:tree"),
     "parting": parting,
+    "bands of all starts": bands,
     "figures' numbers": run("planets.plates.SEEN", planets="free"),
     "claims' measure": run("claims.measures.BACK_AND_FORTH", model="analytic:links"),
     "floating base": question("hypotheses.floating_base._Flights", "pd", 2.0, 1e-3),
