@@ -37,7 +37,9 @@ def told(sets: Sequence[Mapping[str, Finding]]) -> str:
         if len({(one.kind, one.laws) for one in found}) == 1:
             continue
         moved += 1
-        through = "" if any(one.kind == Kind.BISTABLE for one in found) else "  NOT by way of bistable"
+        through = (
+            "" if any(one.kind == Kind.BISTABLE for one in found) else "  NOT by way of bistable"
+        )
         lines.append(f"{name}: {' | '.join(map(_words, found))}{through}")
     share = moved / len(sets[0])
     return "\n".join([*lines, f"{moved} of {len(sets[0])} claims ({100 * share:.1f} %)"])

@@ -37,6 +37,14 @@ class Column(Generic[Row]):
         """The value as it is read."""
         return _text(self.of(row), self.form)
 
+    def html(self, row: Row) -> str:
+        """A cell of a table: text, or Markup that is html already."""
+        return self.text(row)
+
+    def markdown(self, row: Row) -> str:
+        """A cell of a table in Markdown."""
+        return self.text(row).replace("|", r"\|")
+
 
 @dataclass(frozen=True)
 class Columns(Generic[Row]):
@@ -54,12 +62,14 @@ class Columns(Generic[Row]):
 
     def html(self, rows: Iterable[Row], caption: str = "") -> str:
         """A table of the page."""
-        return fragments.table(self._head(), self._body(rows), caption)
+        body = [[column.html(row) for column in self._shown()] for row in rows]
+        return fragments.table(self._head(), body, caption)
 
     def markdown(self, rows: Iterable[Row]) -> str:
         """The same as text."""
         head = self._head()
-        lines = [head, ["---"] * len(head), *self._body(rows)]
+        body = [[column.markdown(row) for column in self._shown()] for row in rows]
+        lines = [head, ["---"] * len(head), *body]
         return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
 
     def _shown(self) -> list[Column[Row]]:
@@ -67,9 +77,6 @@ class Columns(Generic[Row]):
 
     def _head(self) -> list[str]:
         return [column.title or "" for column in self._shown()]
-
-    def _body(self, rows: Iterable[Row]) -> list[list[str]]:
-        return [[column.text(row) for column in self._shown()] for row in rows]
 
 
 def _plain(value: Value) -> JsonValue:

@@ -13,6 +13,8 @@ from rich.table import Table
 from crosscheck.output import require_file, write_text
 from crosscheck.paper.errata.erratum import Slip
 from crosscheck.paper.errata.finder import SCHEMA_VERSION, errata_records
+from crosscheck.paper.errata.tables import SLIPS, ArmSlip
+from crosscheck.paper.errata.words import in_words
 from crosscheck.paper.report import PAGE, paper_files, write_figures, write_paper
 from crosscheck.paper.scale import FULL
 from crosscheck.progress import progress_bar
@@ -30,13 +32,13 @@ def errata_command(arm_name: str, json_file: Path | None) -> None:
     if json_file is not None:
         require_file(json_file, "--json")
     with Console(stderr=True).status("errata") as status:
-        slips = errata_records(arm, lambda where: status.update(f"effect of {where}"))
+        slips = in_words(errata_records(arm, lambda slip: status.update(f"effect of {slip}")))
     Console().print(_table(slips))
     print(f"{len(slips)} errata, arm {arm.name}")
     if json_file is not None:
         document = {
             "schema_version": SCHEMA_VERSION,
-            "errata": [slip.to_dict() for slip in slips],
+            "errata": SLIPS.json(ArmSlip(arm.name, slip) for slip in slips),
             "provenance": provenance(arm, 0, False).model_dump(mode="json"),
         }
         write_text(json_file, json.dumps(document, indent=1, allow_nan=False) + "\n")

@@ -36,7 +36,7 @@ class PaperStage:
 
 
 def geared_joint(arm: Arm, place: int = 0) -> Planetary:
-    """The joint at a place from the base, counted from 0. Raises InputError for one without gears."""
+    """The joint at a place from the base, counted from 0; InputError for one without gears."""
     joint = arm.joints[place]
     if isinstance(joint, Planetary):
         return joint

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from crosscheck.paper.command import paper_command
+from crosscheck.paper.errata.notes import notes
 from crosscheck.paper.errata.sheet import chapter, markdown
 from crosscheck.paper.material import Material
 from crosscheck.paper.report import page, paper_files, records_json
@@ -76,9 +77,10 @@ def test_records_are_identical_but_for_the_provenance(tmp_path: Path):
 def test_errata_sheet_says_the_same_as_a_page_and_as_markdown(tmp_path: Path):
     sheet = chapter(Material(Study(tmp_path), QUICK))
     errata, text = [slip.erratum for slip in sheet.slips], markdown(sheet.slips)
-    assert [f"erratum/paper-labelled/{erratum.where}" for erratum in errata] == [
-        record["id"] for record in sheet.records
-    ]
+    ids = [f"erratum/paper-labelled/{erratum.id}" for erratum in errata]
+    assert [record["id"] for record in sheet.records][: len(ids)] == ids
+    for note in (*notes().contradictions, *notes().gaps):
+        assert any(str(record["id"]).endswith(f"/{note.id}") for record in sheet.records)
     for erratum in errata:
         assert erratum.where.replace("|", r"\|") in text
     assert sheet.html.count("<svg") == sum(

@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
-from crosscheck.paper.claims.quantities import difference, each, largest, of, over, where
+from crosscheck.paper.claims.quantities import (
+    Quantity,
+    difference,
+    each,
+    largest,
+    of,
+    over,
+    smallest,
+    where,
+)
 from crosscheck.paper.claims.rule import Claim, above, below
-from crosscheck.paper.sampling.experiments import BACK, BACK_EVEN, NO_ERROR, PD
+from crosscheck.paper.sampling.experiments import BACK, BACK_EVEN, NO_ERROR, PD, Family
 from crosscheck.paper.thresholds import DOUBLED, EVIDENT, HALVED, SEVERE, VISIBLE_SHARE
 
 # What Section 4.1 leaves open of the run back and forth: its drive's argument and its length.
@@ -16,18 +25,22 @@ SHAKEN = {
 }
 SHAKEN_BY = "drive and duration"
 
+
+def accumulated(drive: Family, late: str) -> Quantity:
+    """The smaller of the error's growth and of its share that is due to backlash."""
+    end = of(drive(50), late)
+    return smallest(over(end, of(drive(50), "error_early")), over(end, of(drive(0), late)))
+
+
 CLAIMS = (
     Claim(
         "Abstract-01",
         15,
         "Backlash makes positioning errors accumulate when the joints rotate back and forth.",
-        each(
-            list(SHAKEN),
-            lambda how: over(*(of(SHAKEN[how][0](b), SHAKEN[how][1]) for b in (50, 0))),
-        ),
-        above(DOUBLED, "twice the error that teeth without backlash leave"),
+        each(list(SHAKEN), lambda how: accumulated(*SHAKEN[how])),
+        above(DOUBLED, "both at least doubled"),
         SHAKEN_BY,
-        "accumulates: at the end there is clearly more of it than without backlash",
+        "accumulates by backlash: at the end there is more than early, and more than without it",
     ),
     Claim(
         "Abstract-02",

@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
-from crosscheck.paper.claims.quantities import Quantity, largest, of, over, smallest, times, where
-from crosscheck.paper.claims.rule import Claim, Limits, above, below
-from crosscheck.paper.sampling.experiments import DEFAULT_B_UM, NO_BACKLASH, PD, PRELOADED
+from crosscheck.paper.claims.quantities import (
+    Quantity,
+    difference,
+    largest,
+    of,
+    over,
+    smallest,
+    times,
+    where,
+)
+from crosscheck.paper.claims.rule import Claim, Limits, about, above, below
+from crosscheck.paper.events import AT_ONCE_S
+from crosscheck.paper.sampling.experiments import DEFAULT_B_UM, NO_BACKLASH, NO_ERROR, PD, PRELOADED
 from crosscheck.paper.thresholds import DOUBLED, EVIDENT, HALVED, SEVERE, VISIBLE_SHARE
 
 POSITION_RAD = 1e-3  # Section 4.1's scale
@@ -25,16 +35,18 @@ ON_SCALE = below(DOUBLED * POSITION_RAD, "twice the scale that Section 4.1 names
 # Numbers that the paper prints, for claims, figures and fits alike.
 SIDE_CHANGE = Limits(0.3, 0.4, "after 0.3 s, and before the next tenth")
 RETURN = Limits(1.4, 1.6, "printed to a tenth: half of it for rounding, as much for reading a plot")
-FIRST_TWO = Limits(5, 45, "10 to 40, printed in tens: half a ten either way")
-THIRD_SIZE = Limits(250, 350, "300, printed in hundreds: half a hundred either way")
+FIRST_TWO = Limits(7.5, 50, "10 to 40, each to a quarter: read off a plot that goes up to 300")
+THIRD_SIZE = about(300, 0.25, "a quarter: read off a plot")
 
 FIRST, SECOND, THIRD = (of(PD, name) for name in ("first", "second", "third"))
 ALL_THREE = (FIRST, SECOND, THIRD)
+WITHOUT_ERROR = of(NO_ERROR, "third")
+OWED = difference(THIRD, WITHOUT_ERROR)  # to the tooth error
 
 
 def in_third(quantity: Quantity) -> Quantity:
-    """Where there is a third fluctuation."""
-    return where(THIRD, EVIDENT, quantity)
+    """Where the tooth error makes a third fluctuation: the controller's own vibration is none."""
+    return where(OWED, EVIDENT, quantity)
 
 
 _OVERSHOOT = below(0.05, "a well damped step (damping ratio 0.7) overshoots by 4.6 %")
@@ -179,7 +191,7 @@ COURSE = (
         14,
         "The second fluctuation occurs when they change sign.",
         where(of(PD, "second_over_before"), 1.0, of(PD, "second_delay_s")),
-        below(0.02, "four times the longest flight across 100 µm: nothing else happens so soon"),
+        below(AT_ONCE_S, "four flights across 100 µm: nothing else happens so soon"),
         reading="asked where it exceeds what is left of the first fluctuation",
     ),
     Claim(
@@ -239,6 +251,7 @@ COURSE = (
         "The impacts' fluctuations cannot converge quickly.",
         largest(of(PD, "first_decay_s"), of(PD, "second_decay_s")),
         SLOWLY,
+        reading="at zeta 0.01 or less the controller takes most of their damping away, see H6",
     ),
     Claim(
         "3.2-25",
@@ -278,9 +291,9 @@ SIZES = (
         "3.2-31",
         14,
         "Clearance and tooth error cause a considerable fluctuation of acceleration.",
-        largest(SECOND, THIRD),
+        largest(SECOND, OWED),
         EXISTS,
-        reading="that there is one; what causes it, the ablations tell",
+        reading="the second, at the change of sides, or what of the third is owed to the error",
     ),
     Claim(
         "3.2-32",

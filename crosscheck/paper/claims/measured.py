@@ -12,12 +12,14 @@ from typing import NamedTuple
 from crosscheck.paper.claims.statics import BENDS
 from crosscheck.paper.claims.surroundings import BASE_MASSES
 from crosscheck.paper.claims.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
+from crosscheck.paper.events import AT_ONCE_S
 from crosscheck.paper.sampling.torque import ERROR_WINDOWS_S
 from crosscheck.registry import RIGID_LEVELS
 
 FIRST, SECOND, THIRD = "0 to 0.25 s", "0.1 s from the side change", "0.5 to 1.2 s"
 PEAK = "Hann window over 0.1 s around the third's peak"
 THREE, FLIGHT = "the first three fluctuations", "the side change"
+AT_ONCE = f"{AT_ONCE_S:g} s from the side change"
 WHOLE, LATE, RETURN = "whole run", "after 0.1 s", "1.3 to 2.4 s"
 
 
@@ -33,13 +35,14 @@ _PD = {
     "first": Number("first fluctuation", "rad/s²", FIRST),
     "first_decay_s": Number("time in which the first fluctuation falls to a tenth", "s", FIRST),
     "side_change_s": Number("first contact of the opposite flanks", "s", "from 0.25 s"),
+    "after_start": Number("largest fluctuation after the start", "rad/s²", "0.25 to 1.2 s"),
     "second": Number("second fluctuation", "rad/s²", SECOND),
     "second_over_before": Number(
         "second fluctuation over that of the 0.05 s before the teeth part", "1", SECOND
     ),
     "second_decay_s": Number("time in which the second fluctuation falls to a tenth", "s", SECOND),
     "second_delay_s": Number("onset of the second fluctuation after the side change", "s", SECOND),
-    "second_force_N": Number("mesh force of the impact at the side change", "N", SECOND),
+    "second_force_N": Number("mesh force of the impact at the side change", "N", AT_ONCE),
     "bouncing_s": Number("time for which the teeth bounce after the side change", "s", SECOND),
     "opposite_share": Number(
         "share of the contact that is on the opposite flanks", "1", "from the side change to 1.2 s"
@@ -90,7 +93,6 @@ _PD = {
     ),
     "deviation_rad": Number("deviation from the rigid arm with the gears' inertia", "rad", WHOLE),
     "gap_end_rad": Number("distance from the rigid arm with the gears' inertia", "rad", "3 s"),
-    "rigid_peak": Number("rigid arm's largest acceleration", "rad/s²", WHOLE),
     "planets_apart_m": Number("largest distance between planets of a stage", "m", WHOLE),
     "return_s": Number("return of the teeth to their first side", "s", RETURN),
     "fourth": Number("fourth fluctuation", "rad/s²", "0.4 s from the return"),

@@ -95,8 +95,8 @@ BACKLASH = (
         "2.1-02",
         14,
         "Backlash excites fluctuation.",
-        difference(of(PD, "second"), of(NO_BACKLASH, "second")),
-        above(MINOR, "the least that a plot of the fluctuations shows"),
+        of(PD, "second_over_before"),
+        above(DOUBLED, "the change of sides at least doubles what there was before it"),
     ),
     Claim(
         "2.1-03",
@@ -125,9 +125,9 @@ BACKLASH = (
         14,
         "Backlash cannot be left out of a planetary gear train's model.",
         factor(
-            largest(of(PD, "second"), of(PD, "third")),
-            largest(of(NO_BACKLASH, "second"), of(NO_BACKLASH, "third")),
-            "factor between the larger of second and third fluctuation with and without backlash",
+            of(PD, "after_start"),
+            of(NO_BACKLASH, "after_start"),
+            "factor between the largest fluctuations after the start with and without backlash",
         ),
         above(DOUBLED, "leaving it out changes the result by a factor of two, up or down"),
     ),
@@ -271,7 +271,7 @@ STIFFNESS = (
             factor(
                 of(SQUARE, "third"),
                 of(PD, "third"),
-                "factor between the third fluctuations with the square wave and with its fundamental",
+                "factor between the third fluctuations with the square wave and with Eq. 8",
             ),
         ),
         below(DOUBLED, "the fluctuation's size is the same but for a factor of two"),

@@ -118,8 +118,8 @@ DEVIATIONS = (
         "That detailed and rigid model agree validates the detailed model's equations.",
         of(PLANTED, "planted_shown"),
         above(0.9, "a validation shows nine of ten gross slips"),
-        reading="gross: an entry of M, C q' or F is left out; shown: an angle moves by 0.01 rad, the"
-        " least deviation that is called slight, or nothing can be run",
+        reading="gross: an entry of M, C q' or F is left out; shown: an angle moves by 0.01 rad,"
+        " the least deviation that is called slight, or nothing can be run",
     ),
     Claim(
         "3.1-19",

@@ -83,6 +83,12 @@ def _worst(known: Known) -> np.ndarray:
     return larger_of(BACKLASH, "second_force_N", "third_force_N", known)
 
 
+def _at_large(name: str) -> Quantity:
+    """A number at b = 1000 um, where there is a fluctuation."""
+    source = BACKLASH(LARGE)
+    return in_third(where(of(source, "third"), EVIDENT, of(source, name)))
+
+
 _WORST = "largest mesh force of impact and third fluctuation"
 EDGES = Quantity(
     "least of the edges over least(backlash: second_force_N, third_force_N)",
@@ -220,49 +226,45 @@ FLUCTUATION = (
         "4.1-12",
         17,
         "Backlash has a strong effect on the size of the fluctuation.",
-        where(MOST, EVIDENT, spread(BACKLASH, "third")),
+        in_third(spread(BACKLASH, "third")),
         above(DOUBLED, "a change that no scatter explains"),
     ),
     Claim(
         "4.1-13",
         17,
         "With small clearances it is similar to that without.",
-        where(AT_SMALL, EVIDENT, over(AT_SMALL, NONE)),
+        in_third(over(AT_SMALL, NONE)),
         Limits(0.5, 2.0, "alike to a factor of two"),
     ),
     Claim(
         "4.1-14",
         17,
         "Internal excitation recedes as the clearance grows.",
-        where(MOST, EVIDENT, rank(BACKLASH, "third")),
+        in_third(rank(BACKLASH, "third")),
         FALLS,
     ),
     Claim(
         "4.1-15",
         17,
         "Its mesh force recedes as the clearance grows.",
-        where(MOST, EVIDENT, rank(BACKLASH, "third_force_fast_N")),
+        in_third(rank(BACKLASH, "third_force_fast_N")),
         FALLS,
     ),
     Claim(
         "4.1-16",
         17,
         "With a small clearance the contact keeps changing sides.",
-        of(BACKLASH(SMALL), "side_changes"),
+        in_third(of(BACKLASH(SMALL), "side_changes")),
         above(70, "every 10 ms: one in fifteen periods of 1500 Hz"),
     ),
     Claim(
-        "4.1-17",
-        17,
-        "A smaller clearance is not better.",
-        where(AT_SMALL, EVIDENT, over(AT_SMALL, THIRD)),
-        LARGER,
+        "4.1-17", 17, "A smaller clearance is not better.", in_third(over(AT_SMALL, THIRD)), LARGER
     ),
     Claim(
         "4.1-18",
         17,
         "A suitable clearance suppresses severe fluctuation.",
-        where(MOST, SEVERE, over(LEAST, MOST)),
+        in_third(where(MOST, SEVERE, over(LEAST, MOST))),
         GONE,
     ),
 )
@@ -301,14 +303,14 @@ SPECTRA = (
         "4.1-23",
         18,
         "The frequency drifts down as the clearance grows.",
-        rank_among(BACKLASH, "frequency_Hz", "third", EVIDENT),
+        in_third(rank_among(BACKLASH, "frequency_Hz", "third", EVIDENT)),
         FALLS,
     ),
     Claim(
         "4.1-24",
         18,
         "Above 500 µm the fluctuation is chaotic, its spectrum continuous.",
-        where(of(BACKLASH(LARGE), "third"), EVIDENT, of(BACKLASH(LARGE), "line_share")),
+        _at_large("line_share"),
         below(0.2, "no line holds a fifth of the energy"),
         reading="at b = 1000 µm; whether a smaller clearance gives lines, 4.1-29 asks",
     ),
@@ -324,7 +326,7 @@ SPECTRA = (
         "4.1-25",
         18,
         "Above 500 µm the spectrum lies at low frequencies.",
-        where(of(BACKLASH(LARGE), "third"), EVIDENT, of(BACKLASH(LARGE), "low_share")),
+        _at_large("low_share"),
         MOSTLY,
         reading="below 500 Hz, a third of 1500",
     ),

@@ -47,11 +47,11 @@ VARIED = (PD, NO_ERROR)  # what the variants of the model are held against the s
 
 @dataclass(frozen=True)
 class Plan:
-    """zetas: of all experiments but those of ``shaken``: back and forth, the square wave and 3 s with
-    b = 3000 um; sizes in um.
+    """zetas: of all experiments but those of ``shaken``; sizes in um.
 
-    variants: whether planets held alike and the conservative law, other planets, other waves and
-    planted slips are asked too.
+    shaken: of back and forth, of the square wave, and of 3 s with b = 3000 um; variants: whether
+    planets held alike and the conservative law, other planets, other waves and planted slips are
+    asked too.
     """
 
     readings: tuple[str, ...] = tuple(READINGS)

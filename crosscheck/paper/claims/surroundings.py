@@ -8,7 +8,7 @@ import numpy as np
 
 from analytic.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from crosscheck.checks.weights import joint_mass, link_mass
-from crosscheck.paper.hypotheses.floating_base import arm_mass, tip_error
+from crosscheck.paper.hypotheses.flights import arm_mass, tip_error
 from crosscheck.paper.stage import PaperStage
 from crosscheck.registry import build
 from crosscheck.studies.variant import Numbers

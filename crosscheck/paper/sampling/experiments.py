@@ -63,6 +63,7 @@ WIDE = Source("whole run, b = 3000 um", words="at b = 3000 µm")  # Section 4.1'
 STATIC = Source("static")  # follows from the arm's data alone
 PLANTED = Source("planted slips")  # likewise
 BACKLASH, ERROR = Family("backlash", "b"), Family("tooth error", "E")  # Figs. 16-20
+BACKLASH_NO_ERROR = Family("backlash, no error", "b")
 BACK = Family("back and forth, backlash", "b")  # Fig. 15, by sin(20 pi sqrt(t)) as printed
 BACK_EVEN = Family("back and forth evenly, backlash", "b")  # by sin(20 pi t)
 
@@ -115,6 +116,8 @@ def _mesh_changed(variant: Variant, source: Source) -> Variant:
     """One field of all meshes."""
     if source.kind in (BACKLASH.kind, BACK.kind, BACK_EVEN.kind):
         return _set(variant, "backlash_m", _metres(source))
+    if source.kind == BACKLASH_NO_ERROR.kind:
+        return _set(_set(variant, "backlash_m", _metres(source)), "tooth_error_m", 0)
     if source.kind == ERROR.kind:
         return _set(variant, "tooth_error_m", _metres(source))
     return _set(variant, _LEFT_OUT[source], 0)

@@ -22,6 +22,7 @@ from crosscheck.studies.starts import perturbed
 from crosscheck.studies.variant import Numbers, Variant
 from models.errors import Diverged
 from models.interface import Model
+from models.loading import Case
 
 AT_ONCE = 16  # runs in memory: about 100 MB
 OWN_SHIFT_RAD = 1e-6  # small enough to stay in proportion for 2 s
@@ -72,8 +73,12 @@ class Starts(ABC):
         names = dict.fromkeys(name for numbers in found for name in numbers)
         return Measured({name: [n.get(name) for n in found] for name in names}, diverged)
 
+    def case(self) -> Case:
+        """What is run, before it is perturbed."""
+        return self.variant.case()
+
     def _runs(self) -> Iterator[Course | Diverged]:
-        case = self.variant.case()
+        case = self.case()
         models = [build(self.variant.model, *perturbed(case, seed)) for seed in self.seeds]
         for first in range(0, len(models), AT_ONCE):
             yield from _side_by_side(models[first : first + AT_ONCE])

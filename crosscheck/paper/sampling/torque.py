@@ -139,9 +139,10 @@ def _turns(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> in
 
 
 def _stiffness_follows(run: Course, part: slice) -> float:
-    """Relative change of the mesh force with that of its stiffness: 1 at one deflection, 0 at one load.
+    """Relative change of the mesh force over that of its stiffness, nan where it is not Eq. 8's.
 
-    The slope of both, each over its mean and less its straight trend; nan for constant stiffness.
+    1 where the deflection decides, 0 where the load does: the slope of both, each over its mean
+    and less its straight trend.
     """
     law = geared_joint(run.case.arm).sun_mesh.of_planet(0).stiffness
     if not isinstance(law, SineStiffness):
