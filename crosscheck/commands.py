@@ -55,11 +55,11 @@ def _is_about_the_paper(chosen: Wanted) -> bool:
 
 
 def _papers_chapters(jobs: int) -> list[Chapter]:
-    from crosscheck.paper.report import chapters  # a second of imports
+    from crosscheck.paper.report import quick_chapters  # a second of imports
     from crosscheck.studies.study import Study, cache_folder
 
     with progress_bar() as bar:
-        return chapters(Study(cache_folder(), jobs, bar), quick=True)
+        return quick_chapters(Study(cache_folder(), jobs, bar))
 
 
 def checked_aloud(chosen: Wanted, jobs: int) -> CrossCheck:

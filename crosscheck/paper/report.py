@@ -55,9 +55,9 @@ QUICK_CHAPTERS = (
 )
 
 
-def chapters(study: Study, quick: bool) -> list[Chapter]:
-    """Every chapter, or the quick report's selection of them."""
-    return _chapters(Material(study, QUICK if quick else FULL))
+def quick_chapters(study: Study) -> list[Chapter]:
+    """The quick report's selection of chapters."""
+    return _chapters(Material(study, QUICK))
 
 
 def paper_files(out: Path, scale: Scale = FULL) -> list[Path]:
