@@ -17,7 +17,7 @@ from crosscheck.paper.material import Material
 from crosscheck.paper.scale import FULL, QUICK, Scale
 from crosscheck.paper.undefined import UNDEFINED
 from crosscheck.provenance import provenance
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.chapter import Chapter
 from crosscheck.report.figures import sound_links
 from crosscheck.report.fragments import paragraph
 from crosscheck.studies.study import Study

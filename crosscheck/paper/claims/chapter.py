@@ -14,7 +14,7 @@ from crosscheck.paper.claims.summary import Varied, varied
 from crosscheck.paper.claims.words import page
 from crosscheck.paper.material import Material
 from crosscheck.paper.said import Said
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.chapter import Chapter
 
 ID, TITLE = "claims", "The paper's statements, one by one"
 

@@ -243,7 +243,7 @@ STIFFNESS = (
         "x_sp' and x_pr' can be left out of Eq. 11.",
         of(PD, "neglected_in_eq11"),
         SMALL,
-        reading="at their largest, in impacts; their integral, the phase, takes 4 b z_s / r_s at most",
+        reading="at their largest, in impacts; their integral, the phase, is 4 b z_s / r_s at most",
     ),
     Claim(
         "2.2-09", None, "Eq. 12 gives the sun mesh's frequency.", of(STATIC, "eq12_error"), ROUNDING

@@ -13,7 +13,7 @@ from crosscheck.paper.errata.tables import CONTRADICTIONS, GAPS, SLIPS, ArmSlip
 from crosscheck.paper.errata.words import in_words
 from crosscheck.paper.material import Material
 from crosscheck.paper.text import html, text
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.chapter import Chapter
 
 ID, TITLE = "errata", "Errata sheet"
 QUICK_S = 0.05

@@ -28,7 +28,7 @@ from crosscheck.paper.shares import Share
 from crosscheck.paper.text import html, text
 from crosscheck.paper.third import Third
 from crosscheck.paper.thresholds import SEVERE
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.chapter import Chapter
 from models.errors import Diverged
 
 PLATES: dict[int, Callable[[Shelf], Plate]] = {

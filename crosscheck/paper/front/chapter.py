@@ -13,7 +13,7 @@ from crosscheck.paper.text import html, text
 from crosscheck.paper.thresholds import SEVERE
 from crosscheck.paper.undefined import known
 from crosscheck.paper.words import LAW_MEANINGS, LAW_NAMES
-from crosscheck.report.chapter import Chapter, rendered
+from crosscheck.paper.chapter import Chapter, rendered
 
 ID, TITLE = "findings", "What came out"
 LITTLE = 0.1  # of a deviation: less is not what it is "caused by"

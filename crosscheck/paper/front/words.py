@@ -9,7 +9,7 @@ from crosscheck.paper.material import Material
 from crosscheck.paper.stage import paper_stage
 from crosscheck.paper.text import html, text
 from crosscheck.paper.words import LAW_MEANINGS, LAW_NAMES
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.chapter import Chapter
 from models.loading import load_arm
 
 ID, TITLE = "terms", "The arm, and the words of this page"

@@ -24,7 +24,7 @@ from crosscheck.paper.record import JsonObject
 from crosscheck.paper.shares import Share
 from crosscheck.paper.text import html, text
 from crosscheck.paper.undefined import UNDEFINED
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.chapter import Chapter
 
 ID, TITLE = "accumulation", "Errors that accumulate back and forth (H3)"
 DURATION_S = 2.0  # the paper's Fig. 15 does not say

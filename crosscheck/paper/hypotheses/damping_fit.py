@@ -26,7 +26,7 @@ from crosscheck.paper.hypotheses.fit import (
 from crosscheck.paper.hypotheses.reversals import Reversals, reversals
 from crosscheck.paper.material import Material
 from crosscheck.paper.text import html, text
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.chapter import Chapter
 
 ID, TITLE = "damping_fit", "The unknown damping"
 LAW_WORDS = dict(

@@ -21,7 +21,7 @@ from crosscheck.paper.hypotheses.words import SCENARIOS as TITLES
 from crosscheck.paper.material import Material
 from crosscheck.paper.record import JsonObject
 from crosscheck.paper.text import html, text
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.chapter import Chapter
 from models.loading import load_scenario
 
 ID, TITLE = "floating_base", "A base that is free to fly (H5)"

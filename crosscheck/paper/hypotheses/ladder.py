@@ -38,7 +38,7 @@ from crosscheck.paper.material import Material
 from crosscheck.paper.record import JsonObject
 from crosscheck.paper.text import html, text
 from crosscheck.paper.undefined import recorded, word
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.chapter import Chapter
 
 ID, TITLE = "ladder", "What separates the rigid arm from the detailed one (H2)"
 # (scenario, reading, order): both scenarios in both orders, the other reading where the paper

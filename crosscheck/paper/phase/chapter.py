@@ -22,7 +22,7 @@ from crosscheck.paper.shares import Share
 from crosscheck.paper.text import text
 from crosscheck.paper.third import said
 from crosscheck.paper.thresholds import EVIDENT, SEVERE
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.chapter import Chapter
 
 ZETA = 0.005  # of Figs. 11-14 and 16-20: where the start decides
 ID, TITLE = "phase", "The phase of the teeth (H1)"

@@ -17,7 +17,7 @@ from crosscheck.paper.text import html, text
 from crosscheck.paper.third import APART_M, said
 from crosscheck.paper.thresholds import SEVERE
 from crosscheck.paper.twosamples import SIGNIFICANT
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.chapter import Chapter
 
 ID, TITLE = "planets", "Three planets counted as one (H7)"
 
