@@ -202,7 +202,7 @@ STIFFNESS = (
         5,
         "Eq. 7 is the Fourier series of the square wave of Fig. 5.",
         each(CONTACT_RATIOS, lambda ratio: of(STATIC, f"series_error_{ratio}")),
-        below(0.03, "400 harmonics leave 1 / (π √400) of two steps' size; less than twice that"),
+        below(0.03, "400 harmonics leave 1 / (π √400) of it; less than twice that"),
         "contact ratio",
     ),
     Claim(
@@ -243,7 +243,7 @@ STIFFNESS = (
         "x_sp' and x_pr' can be left out of Eq. 11.",
         of(PD, "neglected_in_eq11"),
         SMALL,
-        reading="at their largest, in impacts; their integral, the phase, is 4 b z_s / r_s at most",
+        reading="at their largest, in impacts; the phase takes 4 b z_s / r_s of them at most",
     ),
     Claim(
         "2.2-09", None, "Eq. 12 gives the sun mesh's frequency.", of(STATIC, "eq12_error"), ROUNDING
