@@ -18,6 +18,7 @@ THIRD_S = (0.5, 1.2)  # the "third fluctuation", well after the side change at 0
 PEAK_S = 0.1  # around its largest value: what its frequency is read off
 SIDE_AFTER_S = 0.25  # the starting vibration no longer turns the mesh force
 ANY_CONTACT_AFTER_S = 0.2  # Fig. 16: vibration across a small clearance counts as well
+AT_ONCE_S = 0.02  # so soon after an event there is nothing but the event itself
 IMPACT_S = 0.1  # what follows a side change within this time belongs to it
 RETURN_S = (1.3, 2.4)  # between the third fluctuation's side changes and the end's
 STABLE_S = 2.6  # "stable after": Section 3.2
@@ -74,6 +75,16 @@ def side_change(time: np.ndarray, force: np.ndarray) -> SideChange | None:
         return None
     held = np.flatnonzero(force[: int(np.searchsorted(time, met))] > 0)
     return SideChange(float(time[held[-1]]) if held.size else None, met)
+
+
+def third_after(time: np.ndarray, *forces: np.ndarray) -> slice:
+    """The third fluctuation's samples once none of these sun meshes' side changes plays a part.
+
+    With a wide clearance the teeth's way takes long, the elbow's longer than the shoulder's.
+    """
+    changes = [side_change(time, force) for force in forces]
+    met = [side.met_s for side in changes if side is not None]
+    return third_window(time, max(met, default=None))
 
 
 def bouncing(time: np.ndarray, force: np.ndarray, met_s: float) -> float:

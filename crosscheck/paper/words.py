@@ -12,6 +12,11 @@ LAW_NAMES = {
     INTEGRAL: "angle (integral)",
     CONSERVATIVE: "angle, springs push θ",
 }
+LAW_MEANINGS = {
+    PRINTED: "the paper's own law: present frequency times time",
+    REPAIRED_RATE: "the same, the ring mesh's frequency put right",
+    INTEGRAL: "the teeth that have passed",
+}
 ROUNDING = 1e-12  # below it a number that should be 0 says nothing but how its sum was ordered
 
 

@@ -4,58 +4,25 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 
-from crosscheck.paper import report
-from crosscheck.paper.material import Material
-from crosscheck.paper.scale import Scale
 from crosscheck.studies import sources
-from crosscheck.studies.study import Asked, Comparison, Study
 from models.loading import HERE
 from tests.paper import edited_views
+from tests.paper.published import Name, Published
 from tests.paper.views import is_view
 from tests.processes import command_line
 
 pytestmark = pytest.mark.slow
 ROOT = HERE.parent
-Name = tuple[str, str]
 
 
-@dataclass
-class Noting(Study):
-    """A study that notes whose code its keys hang on: kinds of questions, measures, reductions."""
-
-    names: set[Name] = field(default_factory=set)
-
-    def note(self, makers: Iterable[Callable[..., object]]) -> None:
-        self.names |= {(one.__module__, one.__qualname__.partition(".")[0]) for one in makers}
-
-    def answers(self, questions, what):
-        self.note(type(question) for question in questions)
-        return super().answers(questions, what)
-
-    def numbers(self, asked: Sequence[Asked], what: str):
-        measures = {one.measure for one in asked}
-        self.note(m.numbers if isinstance(m, Comparison) else m for m in measures)
-        return super().numbers(asked, what)
-
-    def runs(self, variants, what="runs", keep=None):
-        self.note([] if keep is None else [keep])
-        return super().runs(variants, what, keep)
-
-
-@pytest.fixture(scope="module")
-def names(tmp_path_factory: pytest.TempPathFactory) -> list[Name]:
-    """Of all that a page is made from, but for the trajectories themselves."""
-    study = Noting(tmp_path_factory.mktemp("kept"))
-    material = Material(study, Scale(longest_s=0.002, most_starts=2))
-    for name in report.CHAPTERS:
-        report._chapter(material, name)
-    return sorted(study.names)
+@pytest.fixture
+def names(published: Published) -> list[Name]:
+    """Of all that a page is made from."""
+    return sorted(published.study.names)
 
 
 def test_no_result_hangs_on_a_view(names: list[Name]) -> None:

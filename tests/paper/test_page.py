@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.command import paper_command
 from crosscheck.paper.errata.notes import notes
 from crosscheck.paper.errata.sheet import chapter, markdown
 from crosscheck.paper.material import Material
 from crosscheck.paper.report import page, paper_files, records_json
 from crosscheck.paper.scale import QUICK, Scale
-from crosscheck.report.chapter import Chapter
 from crosscheck.studies.study import Study
 from models.errors import InputError
 from tests.processes import command_line
@@ -51,14 +51,11 @@ def test_another_first_seed_names_the_same_files(tmp_path: Path):
 
 def test_one_figure_alone_makes_a_self_contained_page(cache: Path):
     """Its script and its style are in it; nothing is asked of any other place."""
-    paper_command([4], cache / "out", 1)
+    paper_command([4], cache / "out", 1, 5)
     html = (cache / "out" / "paper.html").read_text(encoding="utf-8")
     assert 'id="figure-4"' in html
     assert "<svg" in html
-    assert (
-        re.search(r"\bsrc=|<link\b|@import|fetch\(|https?://(?!www\.w3\.org|purl\.org)", html)
-        is None
-    )
+    assert re.search(r"\bsrc=|<link\b|@import|url\(http|\bfetch\(", html) is None
 
 
 def test_the_contents_name_every_chapter_in_order(tmp_path: Path):

@@ -6,8 +6,6 @@ Nothing that the paper speaks of happens in them: what is left is to say so, eve
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -19,40 +17,13 @@ from crosscheck.paper.figures.chapter import NUMBERS
 from crosscheck.paper.figures.store import stored_runs
 from crosscheck.paper.material import Material
 from crosscheck.paper.sampling.experiments import PD
-from crosscheck.paper.scale import FULL, Scale
+from crosscheck.paper.scale import FULL
 from crosscheck.paper.undefined import UNDEFINED
-from crosscheck.report.chapter import Chapter
-from crosscheck.studies.study import Study
 from models.trajectory import read_netcdf
 from tests.paper.markup import SVG, axis_problems, page_problems, strict_json, uneven_tables
+from tests.paper.published import BRIEF, Published
 
 pytestmark = pytest.mark.slow
-BRIEF = Scale(longest_s=0.002, most_starts=2)
-
-
-class Published(NamedTuple):
-    """What `crosscheck paper` leaves behind."""
-
-    study: Study
-    out: Path
-    chapters: dict[str, Chapter]
-
-    @property
-    def html(self) -> str:
-        return (self.out / "paper.html").read_text(encoding="utf-8")
-
-    @property
-    def json(self) -> dict[str, Any]:
-        return strict_json((self.out / "claims.json").read_text(encoding="utf-8"))
-
-
-@pytest.fixture(scope="module")
-def published(tmp_path_factory: pytest.TempPathFactory) -> Published:
-    folder = tmp_path_factory.mktemp("published")
-    study, out = Study(folder / "kept"), folder / "out"
-    out.mkdir()
-    made = report.write_paper(study, out, BRIEF)
-    return Published(study, out, {chapter.id: chapter for chapter in made})
 
 
 def test_every_chapter_says_something(published: Published) -> None:

@@ -120,6 +120,10 @@ def handed_over() -> Result:
     return question("hypotheses.handed.Handover", variant(), (1,))()
 
 
+def bands() -> Result:
+    return question("sampling.bands.Bands", variant(), (1, 2), 20)()
+
+
 RESULTS: dict[str, Callable[[], Result]] = {
     "analytic run": run(),
     "rigid run": run(model="analytic:coupled"),
@@ -128,9 +132,11 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "pinocchio run": run(model="pinocchio:coupled"),
     "starts of exudyn": exudyn_starts,
     "parting": parting,
+    "bands of all starts": bands,
     "claims' measure": run("claims.measures.BACK_AND_FORTH", model="analytic:links"),
     "floating base": question("hypotheses.flights.Flights", "pd", 2.0, 1e-3),
-    "errata": question("errata.sheet.Errata", "paper-labelled", 1e-4),
+    "errata": question("errata.finder.Errata", "paper-labelled", 1e-4),
+    "statics": question("claims.statics.Statics", "paper-labelled"),
     "planet spin": question("hypotheses.spin.SpinCost", "paper-labelled", "pd", 1e-3),
     "back and forth": question("hypotheses.shaking.Shaking", "time", 0.05, (1,), 1e-3),
     "vibrations": vibrations,

@@ -13,6 +13,7 @@ from crosscheck.paper.claims.quantities import (
     where,
 )
 from crosscheck.paper.claims.rule import Claim, Limits, about, above, below
+from crosscheck.paper.events import AT_ONCE_S
 from crosscheck.paper.sampling.experiments import DEFAULT_B_UM, NO_BACKLASH, NO_ERROR, PD, PRELOADED
 from crosscheck.paper.thresholds import DOUBLED, EVIDENT, HALVED, SEVERE, VISIBLE_SHARE
 
@@ -190,7 +191,7 @@ COURSE = (
         14,
         "The second fluctuation occurs when they change sign.",
         where(of(PD, "second_over_before"), 1.0, of(PD, "second_delay_s")),
-        below(0.02, "four times the longest flight across 100 µm: nothing else happens so soon"),
+        below(AT_ONCE_S, "four flights across 100 µm: nothing else happens so soon"),
         reading="asked where it exceeds what is left of the first fluctuation",
     ),
     Claim(

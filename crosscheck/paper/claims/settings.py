@@ -116,7 +116,7 @@ def settings(study: Study, scale: Scale) -> Settings:
     plan = plan_of(scale)
     wanted = [(cell, source) for cell in plan.settings() for source in plan.sources(cell)]
     found = samples(study, scale, wanted, "claims")
-    static = statics_of(study, plan)
+    static = _without_setting(study, plan)
     made = {cell: Known(static[cell.arm]) for cell in plan.settings()}
     for (cell, source), sample in found.items():
         made[cell][source] = sample
@@ -136,16 +136,25 @@ def variations(study: Study, scale: Scale) -> dict[str, Settings]:
     }
 
 
-def statics_of(study: Study, plan: Plan) -> dict[str, dict[Source, Sample]]:
-    """What needs no setting, by reading."""
-    asked: Sequence[Statics] = [Statics(arm) for arm in plan.readings]
-    answers = study.answers(asked, "claims: statics")
-    found = {arm: {STATIC: _of(n)} for arm, n in zip(plan.readings, answers, strict=True)}
-    if plan.variants:
-        planted = study.answers([Planted(arm) for arm in plan.readings], "claims: planted slips")
-        for arm, plants in zip(plan.readings, planted, strict=True):
-            found[arm][PLANTED] = _of({"planted_shown": shown(plants)})
-    return found
+def _without_setting(study: Study, plan: Plan) -> dict[str, dict[Source, Sample]]:
+    """By reading."""
+    asked = {STATIC: statics_of, PLANTED: planted_of} if plan.variants else {STATIC: statics_of}
+    found = {source: ask(study, plan.readings) for source, ask in asked.items()}
+    return {
+        arm: {source: by_arm[place] for source, by_arm in found.items()}
+        for place, arm in enumerate(plan.readings)
+    }
+
+
+def statics_of(study: Study, arms: Sequence[str]) -> list[Sample]:
+    """What follows from the data of each arm alone."""
+    return [_of(n) for n in study.answers([Statics(arm) for arm in arms], "claims: statics")]
+
+
+def planted_of(study: Study, arms: Sequence[str]) -> list[Sample]:
+    """What an agreement of each arm shows of slips that were planted."""
+    found = study.answers([Planted(arm) for arm in arms], "claims: planted slips")
+    return [_of({"planted_shown": shown(plants)}) for plants in found]
 
 
 def _of(numbers: Numbers) -> Sample:

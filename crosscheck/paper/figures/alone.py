@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 from crosscheck.paper.cells import LABELLED, LAWS, Cell, Law
 from crosscheck.paper.claims.quantities import Known, NotSimulatedError
-from crosscheck.paper.claims.settings import Plan, plan_of, statics_of
+from crosscheck.paper.claims.settings import Plan, plan_of, planted_of, statics_of
 from crosscheck.paper.material import Material
 from crosscheck.paper.sampling.experiments import (
     BACKLASH,
@@ -21,6 +21,7 @@ from crosscheck.paper.sampling.experiments import (
 from crosscheck.paper.sampling.pool import Sample
 
 DEFAULTS = (BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM))  # other names of the default run
+WITHOUT_SETTING = {STATIC: statics_of, PLANTED: planted_of}
 Fetch = Callable[[Source], None]
 
 
@@ -48,9 +49,10 @@ def on_demand(material: Material, zeta: float) -> dict[Law, Known]:
     known: dict[Law, Known] = {}
 
     def fetch(source: Source) -> None:
-        if source in (STATIC, PLANTED):
+        if source in WITHOUT_SETTING:
+            (sample,) = WITHOUT_SETTING[source](material.study, [LABELLED])
             for one in known.values():
-                one.update(statics_of(material.study, plan)[LABELLED])
+                one[source] = sample
             return
         same = PD if source in DEFAULTS else source
         found = material.samples([(Cell(law, zeta), same) for law in LAWS], str(source))

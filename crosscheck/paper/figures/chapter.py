@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-import numpy as np
-
 from crosscheck.paper.cells import LABELLED, LAWS, Law
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.figures.back import figure_15
 from crosscheck.paper.figures.beside import Row, rows, said
 from crosscheck.paper.figures.control import (
@@ -28,8 +27,8 @@ from crosscheck.paper.material import Material
 from crosscheck.paper.sampling.experiments import PD
 from crosscheck.paper.shares import Share
 from crosscheck.paper.text import html, text
+from crosscheck.paper.third import Third
 from crosscheck.paper.thresholds import SEVERE
-from crosscheck.report.chapter import Chapter
 from models.errors import Diverged
 
 PLATES: dict[int, Callable[[Shelf], Plate]] = {
@@ -113,12 +112,9 @@ def _introduction(material: Material) -> str:
 
 
 def severe_shares(material: Material, law: Law) -> dict[float, Share | None]:
-    """By zeta: how many starts have a third fluctuation above SEVERE; None where none has one."""
-    found = {}
-    for cell, known in material.settings:
-        if (cell.law, cell.arm) == (law, LABELLED):
-            sizes = known[PD]["third"]
-            defined = sizes[np.isfinite(sizes)]
-            share = Share(int((defined > SEVERE).sum()), defined.size) if defined.size else None
-            found[cell.zeta] = share
-    return found
+    """By zeta: how many starts have a severe third fluctuation; None where too few have any."""
+    return {
+        cell.zeta: Third.of(known[PD]).share
+        for cell, known in material.settings
+        if (cell.law, cell.arm) == (law, LABELLED)
+    }

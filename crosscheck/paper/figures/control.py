@@ -29,6 +29,7 @@ from crosscheck.paper.figures.shelf import Shelf
 from crosscheck.paper.figures.views import MICRO, Strip, conditions, law_figure
 from crosscheck.paper.rigid import COUPLED, rigid_arm
 from crosscheck.paper.sampling.experiments import PD, SHORT_S
+from crosscheck.paper.third import Third
 from crosscheck.paper.thresholds import SEVERE
 from crosscheck.paper.words import LAW_NAMES
 from crosscheck.report.figures import new_figure, to_svg
@@ -169,10 +170,10 @@ def figure_14(shelf: Shelf) -> Plate:
 
 def _severe(shelf: Shelf) -> dict[str, JsonValue]:
     """In how many starts the third fluctuation is severe, of those that have one."""
-    sizes = {law: known[PD]["third"] for law, known in shelf.known(LOW_ZETA).items()}
+    thirds = {law: Third.of(known[PD]) for law, known in shelf.known(LOW_ZETA).items()}
     found: dict[str, JsonValue] = {
-        LAW_NAMES[law]: [int((values > SEVERE).sum()), int(np.isfinite(values).sum())]
-        for law, values in sizes.items()
+        LAW_NAMES[law]: [int(one.of_branch(severe=True).sum()), one.sizes.size]
+        for law, one in thirds.items()
     }
     return {"limit": SEVERE, "severe": found}
 

@@ -60,8 +60,7 @@ def _plate(shelf: Shelf, number: int, family: Family, axes: tuple[Axis, ...]) ->
 
 def spectra(run: Course, rigid: Course) -> list[Spectrum]:
     """Of both joints, in the part of the run that the claims' numbers look at."""
-    side = events.side_change(run.time, run.F_sp)
-    third = events.third_window(run.time, side.met_s if side else None)
+    third = events.third_after(run.time, run.F_sp, run.F_outer[:, 0])
     if not run.time[third].size:
         return [(np.empty(0), np.empty(0))] * 2
     own = excess(run, rigid)

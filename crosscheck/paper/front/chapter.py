@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections import Counter
 
 from crosscheck.paper.cells import LAWS
-from crosscheck.paper.claims.rule import State
-from crosscheck.paper.front.findings import Third, ladder_finding, third_finding
+from crosscheck.paper.chapter import Chapter, rendered
+from crosscheck.paper.front.findings import ladder_finding, third_finding
 from crosscheck.paper.front.views import clock_svg, ladder_svg, third_svg
 from crosscheck.paper.material import Material
 from crosscheck.paper.phase.clock import clocks
 from crosscheck.paper.text import html, text
 from crosscheck.paper.thresholds import SEVERE
 from crosscheck.paper.undefined import known
-from crosscheck.paper.words import LAW_NAMES
-from crosscheck.report.chapter import Chapter, rendered
+from crosscheck.paper.words import LAW_MEANINGS, LAW_NAMES
 
 ID, TITLE = "findings", "What came out"
 LITTLE = 0.1  # of a deviation: less is not what it is "caused by"
@@ -30,12 +29,13 @@ def chapter(material: Material) -> Chapter:
         clocks=clock,
         third=third,
         ladder=ladder,
-        needs_clock=needs_clock(third),
+        needs_clock=third.needs_clock,
         little=known(*ladder.left_to_meshes) and max(ladder.left_to_meshes) < LITTLE,
         clock_svg=html(clock_svg(clock)),
         third_svg=html(third_svg(third)),
         ladder_svg=html(ladder_svg(ladder)),
         names=LAW_NAMES,
+        meanings=LAW_MEANINGS,
         laws=LAWS,
         severe=SEVERE,
         kinds=kinds,
@@ -43,10 +43,3 @@ def chapter(material: Material) -> Chapter:
     )
     outcome = text("front/outcome", supports=clock.supports)
     return Chapter(ID, TITLE, page, rendered([*third.strips, *ladder.steps]), outcome, third.said())
-
-
-def needs_clock(third: Third) -> bool:
-    """Whether no start of the integral is severe, and with the clock some are."""
-    states = {(strip.cell.law.phase, strip.answer.state) for strip in third.strips if strip.share}
-    severe = {phase for phase, state in states if state in (State.YES, State.BISTABLE)}
-    return severe == {"omega_t"}

@@ -8,8 +8,7 @@ from itertools import product
 import numpy as np
 
 from crosscheck.paper.cells import INTEGRAL, LAWS, Cell, Law
-from crosscheck.paper.claims.quantities import of
-from crosscheck.paper.claims.rule import Answer, Place, above
+from crosscheck.paper.claims.rule import State
 from crosscheck.paper.figures.runs import LOW_ZETA, ZETA
 from crosscheck.paper.material import Material
 from crosscheck.paper.numbers import quotient
@@ -18,69 +17,60 @@ from crosscheck.paper.said import Said
 from crosscheck.paper.sampling.experiments import CONSTANT, PD
 from crosscheck.paper.sampling.pool import Sample
 from crosscheck.paper.shares import Share
-from crosscheck.paper.thresholds import SEVERE
+from crosscheck.paper.third import Third, said
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.studies.variant import Planets
 
 PLANETS: tuple[Planets, ...] = ("free", "lumped")
-THIRD = of(PD, "third")
-LARGE = above(SEVERE, "four times the rigid arm's own acceleration")
 STATED_RAD = (0.02, 0.01)  # Section 3.1: deviation of both joints from the rigid arm
 
 
 @dataclass(frozen=True)
 class Strip:
-    """The third fluctuation [rad/s^2] in one setting, (starts,), nan where undefined."""
+    """The third fluctuation of every start in one setting."""
 
     cell: Cell
-    sizes: np.ndarray
-
-    @property
-    def answer(self) -> Answer:
-        """As the claims count it."""
-        defined = tuple(map(float, np.sort(self.sizes[np.isfinite(self.sizes)])))
-        place = Place(self.cell.law, self.cell.arm, self.cell.zeta, "")
-        return Answer(place, defined, self.sizes.size, LARGE)
-
-    @property
-    def share(self) -> Share | None:
-        """Of starts that are severe."""
-        return self.answer.share
+    third: Third
 
     def to_dict(self) -> JsonObject:
         """For JSON."""
-        share, answer = self.share, self.answer
         return {
             "id": f"finding/third/{self.cell.id}",
-            "starts": answer.starts,
-            "undefined": answer.undefined,
-            "severe": None if share is None else share.yes,
-            "quantiles": None if answer.quantiles is None else list(answer.quantiles),
+            "starts": self.third.size.size,
+            "undefined": self.third.size.size - self.third.sizes.size,
+            "severe": int(self.third.of_branch(severe=True).sum()),
+            "quantiles": list(self.third.quantiles),
         }
 
 
 @dataclass(frozen=True)
-class Third:
-    """The third fluctuation under every law, planets free and held alike, at one damping."""
+class Thirds:
+    """Under every law, planets free and held alike, at one damping."""
 
     zeta: float
     strips: tuple[Strip, ...]
 
     def share(self, law: Law, planets: Planets) -> Share | None:
         """Of severe starts."""
-        return next(s for s in self.strips if (s.cell.law, s.cell.planets) == (law, planets)).share
+        strips = {(strip.cell.law, strip.cell.planets): strip for strip in self.strips}
+        return strips[law, planets].third.share
+
+    @property
+    def needs_clock(self) -> bool:
+        """Whether some starts are severe with the clock, and in no setting without it."""
+        severe = (State.YES, State.BISTABLE)
+        return {s.cell.law.phase for s in self.strips if s.third.state in severe} == {"omega_t"}
 
     def said(self) -> list[Said]:
-        """What the claims ask, too: with free planets."""
-        free = [strip.answer for strip in self.strips if strip.cell.planets == "free"]
-        return [Said("findings", THIRD.id, LARGE, one.place, one.state) for one in free]
+        """What the claims ask, too."""
+        return [one for strip in self.strips for one in said("findings", strip.cell, strip.third)]
 
 
-def third_finding(material: Material, zeta: float = LOW_ZETA) -> Third:
+def third_finding(material: Material, zeta: float = LOW_ZETA) -> Thirds:
     """From all starts."""
     cells = [Cell(law, zeta, planets=planets) for law, planets in product(LAWS, PLANETS)]
     found = material.samples([(cell, PD) for cell in cells], "the third fluctuation")
-    return Third(zeta, tuple(Strip(cell, found[cell, PD]["third"]) for cell in cells))
+    return Thirds(zeta, tuple(Strip(cell, Third.of(found[cell, PD])) for cell in cells))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from matplotlib.patches import Circle, Polygon
 from crosscheck.mesh_geometry import MeshGeometry, Wheel, mesh_geometry, teeth
 from crosscheck.paper.cells import LAWS
 from crosscheck.paper.figures.views import LAW_COLOURS
-from crosscheck.paper.front.findings import STATED_RAD, Ladder, Third
+from crosscheck.paper.front.findings import STATED_RAD, Ladder, Thirds
 from crosscheck.paper.front.terms import TeethPassed
 from crosscheck.paper.phase.clock import Clocks
 from crosscheck.paper.thresholds import SEVERE
@@ -52,19 +52,19 @@ def _one_scale(row: np.ndarray) -> None:
         axes.set_ylim(low, high)
 
 
-def third_svg(found: Third) -> str:
+def third_svg(found: Thirds) -> str:
     """A dot for every start, a row for every law and way of the planets."""
     figure, grid = new_figure(1, 1, 3.2)
     axes = grid[0, 0]
     names = []
     for row, strip in enumerate(found.strips):
-        sizes = np.sort(strip.sizes[np.isfinite(strip.sizes)])
+        sizes, share = np.sort(strip.third.sizes), strip.third.share
         apart = row + 0.28 * np.sin(2.4 * np.arange(sizes.size))  # so that dots show one by one
         colour = LAW_COLOURS[strip.cell.law]
         fill = colour if strip.cell.planets == "free" else "white"
         axes.plot(np.maximum(sizes, FAINTEST), apart, "o", ms=4.5, mec=colour, mfc=fill)
-        if strip.share is not None:
-            said = f" {strip.share.yes} of {strip.share.of} severe"
+        if share is not None:
+            said = f" {share.yes} of {share.of} severe"
             axes.text(1.0, row, said, va="center", transform=axes.get_yaxis_transform())
         names.append(f"{LAW_NAMES[strip.cell.law]}, {PLANET_NAMES[strip.cell.planets]}")
     axes.axvline(SEVERE, color="k", lw=0.7, ls="--", label=f"counted as severe ({SEVERE:g})")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from crosscheck.paper.cells import READINGS
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.claims.rule import State
 from crosscheck.paper.columns import Column, Columns
 from crosscheck.paper.hypotheses.controller_views import drawing
@@ -32,7 +33,6 @@ from crosscheck.paper.material import Material
 from crosscheck.paper.record import JsonObject
 from crosscheck.paper.text import html, text
 from crosscheck.paper.undefined import recorded, word
-from crosscheck.report.chapter import Chapter
 
 ID, TITLE = "controller", "The controller's own flutter (H6)"
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.008, 0.01, 0.015, 0.02)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from crosscheck.paper.cells import LAWS, Law
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.claims.catalogue import BY_ID
 from crosscheck.paper.claims.rule import Claim, State
 from crosscheck.paper.columns import Column, Columns
@@ -26,7 +27,6 @@ from crosscheck.paper.hypotheses.fit import (
 from crosscheck.paper.hypotheses.reversals import Reversals, reversals
 from crosscheck.paper.material import Material
 from crosscheck.paper.text import html, text
-from crosscheck.report.chapter import Chapter
 
 ID, TITLE = "damping_fit", "The unknown damping"
 LAW_WORDS = dict(

@@ -15,7 +15,7 @@ from analytic.kinematics import stage_geometry
 from crosscheck import signals
 from crosscheck.paper import events
 from crosscheck.paper.course import Course
-from crosscheck.paper.events import IMPACT_S, PEAK_S, STABLE_S, THIRD_S, SideChange
+from crosscheck.paper.events import AT_ONCE_S, IMPACT_S, PEAK_S, STABLE_S, THIRD_S, SideChange
 from crosscheck.paper.numbers import finite, quotient
 from crosscheck.paper.sampling.torque import RING_CYCLES, correlation, decay, fast
 from crosscheck.paper.stage import geared_joint
@@ -55,10 +55,7 @@ class _Looked:
 
     @cached_property
     def third(self) -> slice:
-        """Without the impact of a late side change of either joint: a wide clearance takes long."""
-        elbow = events.side_change(self.run.time, self.run.F_outer[:, 0])
-        met = [side.met_s for side in (self.side, elbow) if side is not None]
-        return events.third_window(self.run.time, max(met, default=None))
+        return events.third_after(self.run.time, self.run.F_sp, self.run.F_outer[:, 0])
 
     def within(self, begin_s: float, end_s: float) -> slice:
         """Counted from the contact after the side change; nothing without one."""
@@ -122,7 +119,7 @@ def _second(looked: _Looked) -> Found:
         ),
         "second_decay_s": decay(time[change], excess[change]),
         "second_delay_s": None if onset is None else onset - side.met_s,
-        "second_force_N": signals.amplitude(force[change]),
+        "second_force_N": signals.amplitude(force[looked.within(0.0, AT_ONCE_S)]),
         "bouncing_s": events.bouncing(time, force, side.met_s),
         "opposite_share": _opposite_share(force[looked.within(0.0, THIRD_S[1] - side.met_s)]),
         **_flight(run, side),
