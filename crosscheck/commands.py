@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -54,7 +55,7 @@ def _is_about_the_paper(chosen: Wanted) -> bool:
     return usual and not chosen.quick and is_the_papers(chosen.arm)
 
 
-def _papers_chapters(jobs: int) -> list[Chapter]:
+def _papers_chapters(jobs: int) -> Sequence[Chapter]:
     from crosscheck.paper.report import quick_chapters  # a second of imports
     from crosscheck.studies.study import Study, cache_folder
 

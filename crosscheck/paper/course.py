@@ -99,10 +99,10 @@ def _of_group(group: Group) -> list[Course | Diverged]:
 
 
 def _signals(chunk: Chunk, geared: bool) -> list[np.ndarray]:
-    """Of the joints (records, joints, members), of the shoulder's first meshes (records, members), of
-    the outer ones (records, pairs, members).
+    """Of the joints (records, joints, members), of the shoulder's first meshes (records, members).
 
-    Copies: a chunk's own records do not outlive it.
+    Last those of the outer pairs (records, pairs, members). Copies: a chunk's own records do not
+    outlive it.
     """
     joints = [np.array(getattr(chunk, name)) for name in JOINT_SIGNALS]
     if not geared:

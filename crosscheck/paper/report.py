@@ -11,13 +11,13 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.output import write_files, write_text
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.errata.sheet import ErrataSheet, markdown
 from crosscheck.paper.figures.store import stored_runs, trajectories
 from crosscheck.paper.material import Material
 from crosscheck.paper.scale import FULL, QUICK, Scale
 from crosscheck.paper.undefined import UNDEFINED
 from crosscheck.provenance import provenance
-from crosscheck.report.chapter import Chapter
 from crosscheck.report.figures import sound_links
 from crosscheck.report.fragments import paragraph
 from crosscheck.studies.study import Study

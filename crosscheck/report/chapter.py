@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
-
-if TYPE_CHECKING:
-    from crosscheck.paper.said import Said
+from typing import Protocol
 
 
 @dataclass(frozen=True)
@@ -17,7 +14,6 @@ class Chapter:
     ``records``: numbers and verdicts as they go into the JSON file, deterministic, each with an
     ``id``.
     ``outcome``: what came out, in one sentence for the top of the page.
-    ``said``: every answer that it gives to a question that another chapter may answer, too.
     """
 
     id: str
@@ -25,7 +21,6 @@ class Chapter:
     html: str
     records: Sequence[Mapping[str, object]] = ()
     outcome: str = ""
-    said: Sequence[Said] = ()
 
 
 class Record(Protocol):

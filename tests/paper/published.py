@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.scale import Scale
-from crosscheck.report.chapter import Chapter
 from crosscheck.studies.study import Asked, Comparison, Study
 from tests.paper.markup import strict_json
 

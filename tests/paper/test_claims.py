@@ -140,7 +140,11 @@ def test_figures_are_the_papers():
 
 def test_a_static_claim_is_asked_once_per_reading_and_choice():
     claim = next(claim for claim in CLAIMS if claim.static)
-    known = Known({STATIC: Sample({n: np.array([1.0]) for n in MEASURED}, np.zeros(1, bool))})
+    known = Known(
+        dict.fromkeys(
+            (STATIC, PLANTED), Sample({n: np.array([1.0]) for n in MEASURED}, np.zeros(1, bool))
+        )
+    )
     cells = [Cell(PRINTED, zeta) for zeta in (0.005, 0.05)]
     found = answers(claim, [(cell, known) for cell in cells])
     assert len(found) == len(claim.choices)

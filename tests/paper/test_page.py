@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.command import paper_command
 from crosscheck.paper.errata.notes import notes
 from crosscheck.paper.errata.sheet import chapter, markdown
 from crosscheck.paper.material import Material
 from crosscheck.paper.report import page, paper_files, records_json
 from crosscheck.paper.scale import QUICK, Scale
-from crosscheck.report.chapter import Chapter
 from crosscheck.studies.study import Study
 from models.errors import InputError
 from tests.processes import command_line

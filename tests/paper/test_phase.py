@@ -252,7 +252,7 @@ def test_far_from_a_resonance() -> None:
 
 def _dampers(sizes: dict[str, float], rest: float) -> Dampers:
     ablated = [Ablated(one, 0.01, third(*[sizes[one.name]] * 10)) for one in ABLATIONS]
-    return Dampers(ablated[:1], ablated, (rest, rest, rest))
+    return Dampers(ablated[:1], ablated, (rest, rest, rest), [])
 
 
 def test_a_hard_excited_flutter_needs_all_of_its_causes() -> None:

@@ -10,8 +10,8 @@ from crosscheck.paper.claims.measures import BACK_AND_FORTH, CONSTANT_TORQUE
 from crosscheck.paper.claims.pd import WHOLE
 
 from crosscheck import signals
-from crosscheck.paper.hypotheses.controller import SUSTAINED, growth_rate
-from crosscheck.paper.hypotheses.damping_fit import rigid_numbers
+from crosscheck.paper.hypotheses.linear_limits import growth_rate
+from crosscheck.paper.hypotheses.reversals import torque_reversals
 from crosscheck.paper.phase.experiments import vibration
 from crosscheck.paper.phase.handover import CELLS, HEIRS, handover
 from crosscheck.paper.phase.stability import stability
@@ -59,8 +59,7 @@ def test_a_still_signal_has_no_frequency_and_an_unknown_target_is_not_reached() 
     [
         (WHOLE, "pd"),
         (growth_rate, "pd"),
-        (SUSTAINED, "pd"),
-        (rigid_numbers, "pd"),
+        (torque_reversals, "pd"),
         (CONSTANT_TORQUE, "constant-torque"),
         (BACK_AND_FORTH, "back-and-forth"),
     ],

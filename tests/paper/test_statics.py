@@ -9,15 +9,15 @@ import pytest
 
 from crosscheck.paper.claims.measured import MEASURED
 from crosscheck.paper.claims.statics import Statics, statics
-from crosscheck.paper.claims.surroundings import BASE_MASSES, free_base, gravity_gradient
-from crosscheck.paper.claims.teeth import (
+from crosscheck.paper.stage import paper_stage
+from crosscheck.paper.statics.surroundings import BASE_MASSES, free_base, gravity_gradient
+from crosscheck.paper.statics.teeth import (
     COUNTED,
     approach,
     conversion_error,
     ring_contact_ratio,
     sun_contact_ratio,
 )
-from crosscheck.paper.stage import paper_stage
 from models.arm import Arm
 from models.loading import load_arm
 from models.meshes import squared

@@ -9,19 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from crosscheck.paper.hypotheses.controller_records import Flutter, growth_agrees
-from crosscheck.paper.hypotheses.ladder_rungs import GROUPS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crosscheck.paper.figures import verdicts as figures
-from crosscheck.paper.hypotheses import (
-    accumulation,
-    controller,
-    damping_fit,
-    floating_base,
-    ladder_records,
-)
+from crosscheck.paper.hypotheses import controller, flights, shaking
+from crosscheck.paper.hypotheses.attribution import LadderVerdict
+from crosscheck.paper.hypotheses.linear_limits import growth_agrees
+from crosscheck.paper.hypotheses.rungs import GROUPS, INERTIA
 from crosscheck.paper.phase import verdict as phase
 from crosscheck.paper.planets import verdict as planets
 from crosscheck.paper.undefined import UNDEFINED, all_of, any_of, recorded, shown
@@ -53,8 +48,8 @@ SCALARS: list[tuple[Callable[..., Any], int]] = [
     (planets.is_large, 1),
     (planets.told_apart, 1),
     (planets.one_distribution, 2),
-    (accumulation.is_linear, 1),
-    (accumulation.is_ordered, 1),
+    (shaking.is_linear, 1),
+    (shaking.is_ordered, 1),
     (growth_agrees, 2),
 ]
 
@@ -129,14 +124,13 @@ def test_where_the_error_shows_is_told_from_what_is_known(
 def test_nothing_else_falls_over_what_is_missing(data: st.DataObject) -> None:
     number = data.draw(NUMBER)
     values = [math.nan if value is None else value for value in data.draw(NUMBERS)]
-    assert accumulation.is_own_sensitivity(*values[:3]) in (True, False, None)
-    assert math.isfinite(damping_fit.STATEMENTS[0].misfit(number))
-    assert Flutter("always", 0.01, 0.0, number).flutters in (True, False, None)
-    assert Flutter("always", 0.01, 0.0, diverged_s=0.1).flutters is True
-    shares = dict(zip(GROUPS, values, strict=True))
-    assert (ladder_records.dominant(shares) == UNDEFINED) == (not np.isfinite(values).all())
+    assert shaking.is_own(*values[:3]) in (True, False, None)
+    spans = {group: (value, value) for group, value in zip(GROUPS, values, strict=True)}
+    verdict = LadderVerdict((), spans, spans, ())
+    assert (verdict.holds is None) == (not np.isfinite(spans[INERTIA]).all())
+    assert verdict.papers in (True, False, None)
     errors = np.abs(values) + 1e-9
-    needed = floating_base.needed_ratio(np.array(SIZES), errors, 0.03)
+    needed = flights.needed_ratio(np.array(SIZES), errors, 0.03)
     assert needed is None or np.isfinite(errors).any()
     yes = [data.draw(YES)]
     assert phase.second_engine_supports(yes, yes, [number]) in (True, False, None)

@@ -27,7 +27,9 @@ PAPER = "crosscheck.paper"
 # What cuts a measure or a question to milliseconds: constants of modules, (module, name) -> value.
 CUTS: dict[tuple[str, str], Any] = {
     (f"{PAPER}.events", "THIRD_S"): (0.0, 2e-3),
-    (f"{PAPER}.hypotheses.floating_base", "RATIOS"): (10.0,),
+    (f"{PAPER}.hypotheses.flights", "RATIOS"): (10.0,),
+    (f"{PAPER}.hypotheses.handed", "HANDED_S"): 1e-3,
+    (f"{PAPER}.hypotheses.handed", "AFTER_S"): 1e-3,
     (f"{PAPER}.phase.resonance", "RAMP_S"): 0.01,
     (f"{PAPER}.phase.linear", "BASE_STEP_S"): 0.01,
     (f"{PAPER}.phase.objections", "THIRD_EVERY"): 10,
@@ -110,6 +112,14 @@ def growth() -> Result:
     return question("phase.objections.Growth", cell(), 1.3)()
 
 
+def vibrations() -> Result:
+    return question("hypotheses.flutter.Vibrations", variant(), (1,), True)()
+
+
+def handed_over() -> Result:
+    return question("hypotheses.handed.Handover", variant(), (1,))()
+
+
 def bands() -> Result:
     return question("sampling.bands.Bands", variant(), (1, 2), 20)()
 
@@ -124,9 +134,13 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "parting": parting,
     "bands of all starts": bands,
     "claims' measure": run("claims.measures.BACK_AND_FORTH", model="analytic:links"),
-    "floating base": question("hypotheses.floating_base._Flights", "pd", 2.0, 1e-3),
-    "errata": question("errata.sheet.Errata", "paper-labelled", 1e-4),
-    "planet spin": question("hypotheses.planet_spin.SpinCost", "paper-labelled", "pd", 1e-3),
+    "floating base": question("hypotheses.flights.Flights", "pd", 2.0, 1e-3),
+    "errata": question("errata.finder.Errata", "paper-labelled", 1e-4),
+    "statics": question("claims.statics.Statics", "paper-labelled"),
+    "planet spin": question("hypotheses.spin.SpinCost", "paper-labelled", "pd", 1e-3),
+    "back and forth": question("hypotheses.shaking.Shaking", "time", 0.05, (1,), 1e-3),
+    "vibrations": vibrations,
+    "handed over": handed_over,
     "run-up": question("phase.resonance.RunUp", 0.02, 0.01, (1,)),
     "growth": growth,
     "changed run": changed,

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.claims.judged import Judged
 from crosscheck.paper.claims.records import record
 from crosscheck.paper.claims.rule import Claim, answers
@@ -14,7 +15,6 @@ from crosscheck.paper.claims.summary import Varied, varied
 from crosscheck.paper.claims.words import page
 from crosscheck.paper.material import Material
 from crosscheck.paper.said import Said
-from crosscheck.report.chapter import Chapter
 
 ID, TITLE = "claims", "The paper's statements, one by one"
 

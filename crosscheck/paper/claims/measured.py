@@ -10,10 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from crosscheck.paper.claims.statics import BENDS
-from crosscheck.paper.claims.surroundings import BASE_MASSES
-from crosscheck.paper.claims.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 from crosscheck.paper.events import AT_ONCE_S
 from crosscheck.paper.sampling.torque import ERROR_WINDOWS_S
+from crosscheck.paper.statics.surroundings import BASE_MASSES
+from crosscheck.paper.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 from crosscheck.registry import RIGID_LEVELS
 
 FIRST, SECOND, THIRD = "0 to 0.25 s", "0.1 s from the side change", "0.5 to 1.2 s"
@@ -101,34 +101,39 @@ _PD = {
     ),
     "speed_at_return": Number("shoulder's speed at the return over its largest", "1", RETURN),
 }
-for _joint, _name in (("", "shoulder"), ("_elbow", "elbow")):
-    _PD |= {
-        f"line{_joint}": Number(f"largest line of the {_name}'s acceleration", "rad/s²", PEAK),
-        f"frequency{_joint}_Hz": Number(f"dominant frequency of the {_name}", "Hz", PEAK),
-        f"overtones{_joint}": Number(
-            f"how many of 2, 3, 4 times its dominant frequency stand out of the {_name}'s spectrum",
+
+
+def _spectral(joint: str, name: str) -> dict[str, Number]:
+    return {
+        f"line{joint}": Number(f"largest line of the {name}'s acceleration", "rad/s²", PEAK),
+        f"frequency{joint}_Hz": Number(f"dominant frequency of the {name}", "Hz", PEAK),
+        f"overtones{joint}": Number(
+            f"how many of 2, 3, 4 times its dominant frequency stand out of the {name}'s spectrum",
             "1",
             PEAK,
         ),
-        f"low_share{_joint}": Number(f"share of the {_name}'s energy below 500 Hz", "1", PEAK),
-        f"line_share{_joint}": Number(
-            f"share of the {_name}'s energy within 50 Hz of its largest line", "1", PEAK
+        f"low_share{joint}": Number(f"share of the {name}'s energy below 500 Hz", "1", PEAK),
+        f"line_share{joint}": Number(
+            f"share of the {name}'s energy within 50 Hz of its largest line", "1", PEAK
         ),
-        f"static_over_line{_joint}": Number(
-            f"the {_name}'s 0 Hz over its largest fast line", "1", PEAK
-        ),
-    }
-for _joint, _name in (("1", "shoulder"), ("2", "elbow")):
-    _PD |= {
-        f"final_{_joint}_rad": Number(f"the {_name}'s distance from 30°", "rad", "3 s"),
-        f"overshoot_{_joint}": Number(f"the {_name}'s overshoot over 30°", "1", WHOLE),
-        f"setback_{_joint}": Number(
-            f"the {_name}'s largest way backwards before its largest angle over 30°", "1", WHOLE
-        ),
-        f"late_distance_{_joint}": Number(
-            f"the {_name}'s largest distance from 30° over 30°", "1", "from 2.6 s on"
+        f"static_over_line{joint}": Number(
+            f"the {name}'s 0 Hz over its largest fast line", "1", PEAK
         ),
     }
+
+
+def _positions(joint: str, name: str) -> dict[str, Number]:
+    return {
+        f"final_{joint}_rad": Number(f"the {name}'s distance from 30°", "rad", "3 s"),
+        f"overshoot_{joint}": Number(f"the {name}'s overshoot over 30°", "1", WHOLE),
+        f"setback_{joint}": Number(
+            f"the {name}'s largest way backwards before its largest angle over 30°", "1", WHOLE
+        ),
+        f"late_distance_{joint}": Number(
+            f"the {name}'s largest distance from 30° over 30°", "1", "from 2.6 s on"
+        ),
+    }
+
 
 _CONSTANT = {
     "x_middle_um": Number("middle of the range of x_sp", "µm", LATE),
@@ -159,23 +164,26 @@ _CONSTANT = {
     "stiffness_follows": Number("per cent of mesh force per per cent of stiffness", "1", LATE),
     "torque_gain": Number("mesh torque on the carrier over the motor's", "1", LATE),
 }
-for _level in RIGID_LEVELS:
-    _beside = f"the rigid arm `{_level}`"
-    _CONSTANT |= {
-        f"deviation_1_{_level}_rad": Number(f"deviation of theta_1 from {_beside}", "rad", WHOLE),
-        f"deviation_2_{_level}_rad": Number(f"deviation of theta_2 from {_beside}", "rad", WHOLE),
-        f"tip_{_level}_mm": Number(f"distance of the tip from that of {_beside}", "mm", WHOLE),
-        f"growth_{_level}": Number(
-            f"the tip's distance from {_beside}, second half over first", "1", WHOLE
+
+
+def _of_level(level: str) -> dict[str, Number]:
+    beside = f"the rigid arm `{level}`"
+    return {
+        f"deviation_1_{level}_rad": Number(f"deviation of theta_1 from {beside}", "rad", WHOLE),
+        f"deviation_2_{level}_rad": Number(f"deviation of theta_2 from {beside}", "rad", WHOLE),
+        f"tip_{level}_mm": Number(f"distance of the tip from that of {beside}", "mm", WHOLE),
+        f"growth_{level}": Number(
+            f"the tip's distance from {beside}, second half over first", "1", WHOLE
         ),
-        f"relative_{_level}": Number(
-            f"larger deviation from {_beside} over the largest angle", "1", WHOLE
+        f"relative_{level}": Number(
+            f"larger deviation from {beside} over the largest angle", "1", WHOLE
         ),
-        f"stroke_share_{_level}": Number(f"larger deviation from {_beside} over pi", "1", WHOLE),
-        f"own_share_{_level}": Number(
-            f"the shoulder's deviation from {_beside} over its own way", "1", WHOLE
+        f"stroke_share_{level}": Number(f"larger deviation from {beside} over pi", "1", WHOLE),
+        f"own_share_{level}": Number(
+            f"the shoulder's deviation from {beside} over its own way", "1", WHOLE
         ),
     }
+
 
 _SWINGS = {
     f"{kind}_{name}": Number(words, "rad", f"{begin:g} to {end:g} s")
@@ -220,36 +228,50 @@ _STATIC = {
         "share of the entries of Eqs. 21, 22 whose loss moves an angle by 0.01 rad", "1"
     ),
 }
-_STATIC |= {
+_CONVERSIONS = {
     f"conversion_{how}": Number(
         f"error of Eqs. 2, 3 against the flanks' approach, theta_p counted {how}", "1"
     )
     for how in COUNTED
 }
-_STATIC |= {
+_BENDS = {
     f"bent_{angle}_mm": Number(f"tip's way by 0.02 and 0.01 rad, elbow at {angle}°", "mm")
     for angle in BENDS
 }
-for _sigma in SIGMAS:
-    _STATIC |= {
-        f"tanh_error_{_sigma}_m": Number(
-            f"largest error of Eq. 6 against Eq. 5 at sigma {_sigma} 1/m", "m"
+
+
+def _approximated(sigma: str) -> dict[str, Number]:
+    return {
+        f"tanh_error_{sigma}_m": Number(
+            f"largest error of Eq. 6 against Eq. 5 at sigma {sigma} 1/m", "m"
         ),
     }
-for _ratio in CONTACT_RATIOS:
-    _STATIC |= {
-        f"series_error_{_ratio}": Number(
-            f"rms error of Eq. 7 over the wave's swing, contact ratio {_ratio}", "1"
+
+
+def _series(ratio: str) -> dict[str, Number]:
+    return {
+        f"series_error_{ratio}": Number(
+            f"rms error of Eq. 7 over the wave's swing, contact ratio {ratio}", "1"
         ),
-        f"eq8_error_{_ratio}": Number(
-            f"rms error of Eq. 8 over that of its sine, contact ratio {_ratio}", "1"
+        f"eq8_error_{ratio}": Number(
+            f"rms error of Eq. 8 over that of its sine, contact ratio {ratio}", "1"
         ),
     }
-_STATIC |= {
+
+
+_BASES = {
     f"base_tip_{mass}_mm": Number(
         f"the tip's distance from that on a fixed base, base of {mass} times the arm's mass", "mm"
     )
     for mass in BASE_MASSES
 }
 
-MEASURED: dict[str, Number] = {**_PD, **_CONSTANT, **_SWINGS, **_STATIC}
+_PARTS = (
+    *(_PD, _CONSTANT, _SWINGS, _STATIC, _CONVERSIONS, _BENDS, _BASES),
+    *(_spectral(*joint) for joint in (("", "shoulder"), ("_elbow", "elbow"))),
+    *(_positions(*joint) for joint in (("1", "shoulder"), ("2", "elbow"))),
+    *map(_of_level, RIGID_LEVELS),
+    *map(_approximated, SIGMAS),
+    *map(_series, CONTACT_RATIOS),
+)
+MEASURED: dict[str, Number] = {name: number for part in _PARTS for name, number in part.items()}

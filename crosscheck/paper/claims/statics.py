@@ -9,10 +9,10 @@ import numpy as np
 
 from analytic.model import PhysicalModel
 from analytic.paper_model import EnergiesModel, PrintedModel
-from crosscheck.paper.claims.surroundings import free_base, neglected_torques
-from crosscheck.paper.claims.teeth import clearance, gearing, stiffness_wave
 from crosscheck.paper.errata import transcript
 from crosscheck.paper.stage import PaperStage, paper_stage
+from crosscheck.paper.statics.surroundings import free_base, neglected_torques
+from crosscheck.paper.statics.teeth import clearance, gearing, stiffness_wave
 from crosscheck.studies.variant import Numbers
 from models.arm import Arm
 from models.interface import Model

@@ -15,18 +15,18 @@ import sympy as sp
 from analytic.backlash import dead_zone_tanh
 from analytic.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from analytic.mesh_phasing import ring_behind_sun, sun_lag
-from crosscheck.paper.claims.surroundings import virtual_work
-from crosscheck.paper.claims.teeth import (
+from crosscheck.paper.errata.erratum import Erratum, Trial
+from crosscheck.paper.errata.formulas import tex
+from crosscheck.paper.errata.sides import PhysicalSide
+from crosscheck.paper.stage import PaperStage, paper_stage, without_backlash
+from crosscheck.paper.statics.surroundings import virtual_work
+from crosscheck.paper.statics.teeth import (
     COUNTED,
     conversion_error,
     ring_contact_ratio,
     stiffness_wave,
     sun_contact_ratio,
 )
-from crosscheck.paper.errata.erratum import Erratum, Trial
-from crosscheck.paper.errata.sides import PhysicalSide
-from crosscheck.paper.errata.typeset import tex
-from crosscheck.paper.stage import PaperStage, paper_stage, without_backlash
 from models.arm import Arm, Planetary
 from models.loading import load_scenario
 from models.scenario import SinusoidDrive
@@ -70,7 +70,7 @@ def clearance_attracts(stage: PaperStage) -> Iterator[Erratum]:
             "equation",
             size=pull * stage.mesh_stiffness_N_per_m,
             unit="N",
-            numbers={"pull": pull * sigma},
+            quoted={"pull": pull * sigma},
         )
 
 
@@ -84,7 +84,7 @@ def fundamental_without_phase(stage: PaperStage) -> Iterator[Erratum]:
             "equation",
             size=error,
             unit="of the fundamental, rms",
-            numbers={"sun": sun_contact_ratio(joint), "ring": ring_contact_ratio(joint)},
+            quoted={"sun": sun_contact_ratio(joint), "ring": ring_contact_ratio(joint)},
         )
 
 
@@ -147,7 +147,7 @@ def one_phase_for_all(arm: Arm) -> Iterator[Erratum]:
             "equation",
             size=behind,
             unit="cycles between sun and ring mesh",
-            numbers={"between_planets": between_planets},
+            quoted={"between_planets": between_planets},
             trial=Trial(
                 PhysicalSide(arm, switches()), PhysicalSide(_ring_behind(arm, behind), switches())
             ),
@@ -224,5 +224,5 @@ def slope_of_the_root() -> Iterator[Erratum]:
             "equation",
             size=missed,
             unit="of the first step's impulse",
-            numbers={"torque": first, "step_us": 1e6 * scenario.step_s},
+            quoted={"torque": first, "step_us": 1e6 * scenario.step_s},
         )

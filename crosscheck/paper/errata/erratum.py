@@ -42,7 +42,7 @@ class Erratum:
 
     id: names it for good; size [unit]: for this arm, derived minus printed where both are numbers;
     relative: over the size of the quantity; trial: what to simulate to see the effect, None where
-    there is nothing to run; numbers: what its words quote; printed, derived: formulas, or words,
+    there is nothing to run; quoted: what its words name; printed, derived: formulas, or words,
     which ``words.told`` gives to those that are found without; remark: what these do not say;
     printed_tex, derived_tex: the formulas as TeX, if any.
     """
@@ -56,7 +56,7 @@ class Erratum:
     unit: str = ""
     relative: float | None = None
     trial: Trial | None = None
-    numbers: Mapping[str, float] = field(default_factory=dict)
+    quoted: Mapping[str, float | str] = field(default_factory=dict)
     remark: str = ""
     printed_tex: str = ""
     derived_tex: str = ""

@@ -25,9 +25,9 @@ from crosscheck.paper.errata.erratum import (
     simulated,
     tried,
 )
+from crosscheck.paper.errata.formulas import tex
 from crosscheck.paper.errata.sides import FormSide
 from crosscheck.paper.errata.statements import statement_errata
-from crosscheck.paper.errata.typeset import tex
 from models.arm import Arm
 from models.layout import layout_of
 from models.loading import load_arm, load_scenario

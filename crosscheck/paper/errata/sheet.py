@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from crosscheck.paper.cells import LABELLED, READINGS
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.errata.erratum import Slip
 from crosscheck.paper.errata.finder import EFFECT_S, Errata
 from crosscheck.paper.errata.notes import notes
@@ -13,7 +14,6 @@ from crosscheck.paper.errata.tables import CONTRADICTIONS, GAPS, SLIPS, ArmSlip
 from crosscheck.paper.errata.words import in_words
 from crosscheck.paper.material import Material
 from crosscheck.paper.text import html, text
-from crosscheck.report.chapter import Chapter
 
 ID, TITLE = "errata", "Errata sheet"
 QUICK_S = 0.05

@@ -51,7 +51,7 @@ def initial_values() -> Iterator[Erratum]:
             "count",
             size=float(derived - printed),
             unit="values",
-            numbers={"printed": printed, "derived": derived},
+            quoted={"printed": printed, "derived": derived},
         )
 
 
@@ -73,7 +73,7 @@ def masses_and_inertias(stage: PaperStage) -> Iterator[Erratum]:
         if gyration > pitch:
             numbers = {"M": equivalent, "m": mass, "gyration": 1e3 * gyration, "pitch": 1e3 * pitch}
             size = float(gyration - pitch)
-            yield Erratum(f"table-{name}", "table", size=size, unit="m", numbers=numbers)
+            yield Erratum(f"table-{name}", "table", size=size, unit="m", quoted=numbers)
 
 
 def ring_mass() -> Iterator[Erratum]:
@@ -88,7 +88,7 @@ def rod_or_bar(arm: Arm) -> Iterator[Erratum]:
     if link.cross_section_m2:
         share = link.cross_section_m2 / link.length_m**2
         numbers = {"percent": 100 * share}
-        yield Erratum("rod-or-bar", "text", size=share, unit="of I_1", numbers=numbers)
+        yield Erratum("rod-or-bar", "text", size=share, unit="of I_1", quoted=numbers)
 
 
 def tooth_thickness(stage: PaperStage) -> Iterator[Erratum]:
@@ -97,7 +97,7 @@ def tooth_thickness(stage: PaperStage) -> Iterator[Erratum]:
     if not math.isclose(share, transcript.THICKNESS_SHARE, rel_tol=0.1):
         size = share - transcript.THICKNESS_SHARE
         yield Erratum(
-            "six-millimetres", "text", size=size, unit="tooth thicknesses", numbers={"share": share}
+            "six-millimetres", "text", size=size, unit="tooth thicknesses", quoted={"share": share}
         )
 
 
@@ -117,7 +117,7 @@ def torque_and_acceleration() -> Iterator[Erratum]:
         "text",
         size=abs(answer) * transcript.FLUCTUATION_RAD_S2,
         unit="N m",
-        numbers={"lead": lead, "frequency": transcript.FLUCTUATION_HZ},
+        quoted={"lead": lead, "frequency": transcript.FLUCTUATION_HZ},
     )
 
 
@@ -126,7 +126,7 @@ def damping_and_convergence(stage: PaperStage) -> Iterator[Erratum]:
     slow, quick = (decay_s(stage, zeta) for zeta in (0.005, 0.05))
     if slow > quick:
         numbers = {"slow": 1e3 * slow, "quick": 1e3 * quick}
-        yield Erratum("damping-converges", "text", size=slow - quick, unit="s", numbers=numbers)
+        yield Erratum("damping-converges", "text", size=slow - quick, unit="s", quoted=numbers)
 
 
 def decay_s(stage: PaperStage, zeta: float) -> float:
@@ -154,7 +154,7 @@ def where_nothing_was_run() -> Iterator[Erratum]:
     least = min(transcript.TOOTH_ERRORS_UM)
     if least > transcript.QUIET_UM:
         size = least - transcript.QUIET_UM
-        yield Erratum("below-1-um", "text", size=size, unit="um", numbers={"least": least})
+        yield Erratum("below-1-um", "text", size=size, unit="um", quoted={"least": least})
 
 
 def unused_abbreviations() -> Iterator[Erratum]:
@@ -170,11 +170,9 @@ def unused_abbreviations() -> Iterator[Erratum]:
         yield Erratum(
             f"unused-{name}",
             "symbol",
-            where="below Eq. 21",
-            printed=f"{name} is defined",
-            derived="nothing: no entry of M, C or F and no other abbreviation uses it",
             size=1.0,
             unit="symbols",
+            quoted={"name": name},
         )
 
 
@@ -192,11 +190,9 @@ def symbols_used_twice() -> Iterator[Erratum]:
             yield Erratum(
                 f"symbol-{symbol}",
                 "symbol",
-                where="; ".join(d.where for d in definitions),
-                printed=f"{symbol}: {'; '.join(quantities)}",
-                derived="a symbol of its own for each",
                 size=float(len(quantities)),
                 unit="quantities",
+                quoted=_named(definitions, symbol, "; ".join(quantities)),
             )
 
 
@@ -208,12 +204,16 @@ def quantities_with_two_symbols() -> Iterator[Erratum]:
             yield Erratum(
                 f"symbols-{'-'.join(symbols)}",
                 "symbol",
-                where="; ".join(d.where for d in definitions),
-                printed=f"{quantity}: {', '.join(symbols)}",
-                derived="one symbol",
                 size=float(len(symbols)),
                 unit="symbols",
+                quoted=_named(definitions, quantity, ", ".join(symbols)),
             )
+
+
+def _named(
+    definitions: Iterable[transcript.Definition], name: str, others: str
+) -> dict[str, float | str]:
+    return {"where": "; ".join(d.where for d in definitions), "name": name, "others": others}
 
 
 def _grouped(

@@ -21,19 +21,20 @@ def in_words(slips: Sequence[Slip]) -> tuple[Slip, ...]:
 
 
 def told(erratum: Erratum) -> Erratum:
-    """The slip in words, its numbers put in; one that has words already as it is.
+    """The slip in words, with what they quote; one that has words already as it is.
 
     Raises KeyError for one that the file does not know.
     """
     if erratum.printed:
         return erratum
-    said, numbers = _words()[erratum.id], erratum.numbers
+    kind, _, _ = erratum.id.partition("-")
+    said = _words().get(erratum.id) or _words()[kind]
     return replace(
         erratum,
-        where=said.where,
-        printed=said.printed.format_map(numbers),
-        derived=said.derived.format_map(numbers),
-        remark=said.remark.format_map(numbers),
+        where=said.where.format_map(erratum.quoted),
+        printed=said.printed.format_map(erratum.quoted),
+        derived=said.derived.format_map(erratum.quoted),
+        remark=said.remark.format_map(erratum.quoted),
     )
 
 
@@ -49,6 +50,6 @@ class Words:
 
 @cache
 def _words() -> dict[str, Words]:
-    """By the slips' ids."""
+    """By the slips' ids, or by what these begin with."""
     content = tomllib.loads(FILE.read_text(encoding="utf-8"))
     return TypeAdapter(dict[str, Words]).validate_python(content)

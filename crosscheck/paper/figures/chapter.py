@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from crosscheck.paper.cells import LABELLED, LAWS, Law
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.figures.back import figure_15
 from crosscheck.paper.figures.beside import Row, rows, said
 from crosscheck.paper.figures.control import (
@@ -28,7 +29,6 @@ from crosscheck.paper.shares import Share
 from crosscheck.paper.text import html, text
 from crosscheck.paper.third import Third
 from crosscheck.paper.thresholds import SEVERE
-from crosscheck.report.chapter import Chapter
 from models.errors import Diverged
 
 PLATES: dict[int, Callable[[Shelf], Plate]] = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from crosscheck.paper.cells import LAWS
+from crosscheck.paper.chapter import Chapter, rendered
 from crosscheck.paper.front.findings import ladder_finding, third_finding
 from crosscheck.paper.front.views import clock_svg, ladder_svg, third_svg
 from crosscheck.paper.material import Material
@@ -13,7 +14,6 @@ from crosscheck.paper.text import html, text
 from crosscheck.paper.thresholds import SEVERE
 from crosscheck.paper.undefined import known
 from crosscheck.paper.words import LAW_MEANINGS, LAW_NAMES
-from crosscheck.report.chapter import Chapter, rendered
 
 ID, TITLE = "findings", "What came out"
 LITTLE = 0.1  # of a deviation: less is not what it is "caused by"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from crosscheck.paper.cells import LABELLED
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.front.terms import teeth_passed
 from crosscheck.paper.front.views import stage_svg, teeth_passed_svg
 from crosscheck.paper.material import Material
 from crosscheck.paper.stage import paper_stage
 from crosscheck.paper.text import html, text
 from crosscheck.paper.words import LAW_MEANINGS, LAW_NAMES
-from crosscheck.report.chapter import Chapter
 from models.loading import load_arm
 
 ID, TITLE = "terms", "The arm, and the words of this page"

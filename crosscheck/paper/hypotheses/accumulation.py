@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.claims.rule import State, state
 from crosscheck.paper.columns import Column, Columns
 from crosscheck.paper.hypotheses.accumulation_views import drawing
@@ -24,7 +25,6 @@ from crosscheck.paper.record import JsonObject
 from crosscheck.paper.shares import Share
 from crosscheck.paper.text import html, text
 from crosscheck.paper.undefined import UNDEFINED
-from crosscheck.report.chapter import Chapter
 
 ID, TITLE = "accumulation", "Errors that accumulate back and forth (H3)"
 DURATION_S = 2.0  # the paper's Fig. 15 does not say
@@ -79,7 +79,7 @@ def verdict(found: Sequence[Shaken]) -> Verdict:
     )
 
 
-def _common(shares: Sequence[Share | None]) -> State | None:
+def _common(shares: Iterable[Share | None]) -> State | None:
     states = {state(share) for share in shares}
     return states.pop() if len(states) == 1 else None
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from crosscheck.paper.cells import READINGS
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.claims.rule import State
 from crosscheck.paper.columns import Column, Columns
 from crosscheck.paper.hypotheses.controller_views import drawing
@@ -32,7 +33,6 @@ from crosscheck.paper.material import Material
 from crosscheck.paper.record import JsonObject
 from crosscheck.paper.text import html, text
 from crosscheck.paper.undefined import recorded, word
-from crosscheck.report.chapter import Chapter
 
 ID, TITLE = "controller", "The controller's own flutter (H6)"
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.008, 0.01, 0.015, 0.02)
@@ -70,7 +70,7 @@ def chapter(material: Material) -> Chapter:
     )
     records = [
         verdict.record(),
-        recorded({"id": "controller/growth", **vars(check), "agrees": check.agrees}),
+        _growth_record(check),
         *LIMITS.json(limits),
         *CELLS.json(found.cells),
         *HANDOVERS.json(found.handed),
@@ -83,6 +83,11 @@ def _growth(material: Material) -> GrowthCheck:
     variant = material.scale.cut(smooth_variant())
     (measured,) = material.study.measures([variant], growth_rate, "H6, growth without play")
     return growth_check(measured)
+
+
+def _growth_record(check: GrowthCheck) -> JsonObject:
+    verdict = word(check.agrees, "agree", "differ")
+    return recorded({"id": "controller/growth", **vars(check), "verdict": verdict})
 
 
 @dataclass(frozen=True)
@@ -105,6 +110,8 @@ def vibrating(material: Material) -> Vibrating:
     """All runs."""
     scale = material.scale
     cells = flutters(material.study, settings(), scale.seeds, scale)
+    if scale.longest_s < HANDED_S + AFTER_S:
+        return Vibrating(tuple(cells))
     seeds = scale.seeds[: scale.starts(HANDED_STARTS)]
     asked = [Handover(one.variant(), seeds) for one in HANDED]
     handed = material.study.answers(asked, "H6, vibration handed over")
@@ -142,7 +149,7 @@ def lives_on_feedback(found: Vibrating) -> bool | None:
         return None
     left = [size for _, one in found.handed for size in (*one.torque, *one.sun)]
     goes_on = [size for _, one in found.handed for size in one.link]
-    if max(goes_on) <= VIBRATES:
+    if max(goes_on, default=0.0) <= VIBRATES:
         return None  # there was nothing to hand over
     return all(one.share and not one.share.yes for one in bare) and max(left) <= VIBRATES
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from crosscheck.paper.cells import LAWS
+from crosscheck.paper.cells import LAWS, Law
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.claims.catalogue import BY_ID
 from crosscheck.paper.claims.rule import Claim, State
 from crosscheck.paper.columns import Column, Columns
@@ -26,7 +27,6 @@ from crosscheck.paper.hypotheses.fit import (
 from crosscheck.paper.hypotheses.reversals import Reversals, reversals
 from crosscheck.paper.material import Material
 from crosscheck.paper.text import html, text
-from crosscheck.report.chapter import Chapter
 
 ID, TITLE = "damping_fit", "The unknown damping"
 LAW_WORDS = dict(
@@ -51,7 +51,7 @@ def chapter(material: Material) -> Chapter:
         "claims": claims,
         "chosen": whole,
         "laws": [LAW_WORDS[law] for law in whole.laws],
-        "most": max(fit.mean for fit in found if fit.cell.law == LAWS[0]),
+        "most": {LAW_WORDS[law.id]: _most(found, law) for law in LAWS},
     }
     page = text(
         "hypotheses/damping_fit",
@@ -67,18 +67,25 @@ def chapter(material: Material) -> Chapter:
         reversals=html(REVERSALS.html(rigid)),
         **given,
     )
-    records = [
-        {"id": "damping", **_span_record(whole), "without": [_span_record(s) for s in left_out],
-         "true_in_all": silent[State.YES], "false_in_all": silent[State.NO]},
-        *REVERSALS.json(rigid),
-        *table.json(found),
-    ]  # fmt: skip
+    verdict: dict[str, object] = {
+        "id": "damping",
+        **_span_record(whole),
+        "without": [_span_record(one) for one in left_out],
+        "true_in_all": silent[State.YES],
+        "false_in_all": silent[State.NO],
+    }
+    records: list[Mapping[str, object]] = [verdict, *REVERSALS.json(rigid), *table.json(found)]
     outcome = text("hypotheses/damping_fit_outcome", **given)
     return Chapter(ID, TITLE, page, records, outcome, said=said(found, claims))
 
 
 def _span_record(one: Span) -> dict[str, object]:
     return {name: list(v) if isinstance(v, tuple) else v for name, v in vars(one).items()}
+
+
+def _most(found: Sequence[Fit], law: Law) -> float:
+    """Numbers that a law's best setting explains."""
+    return max(fit.mean for fit in found if fit.cell.law == law)
 
 
 def _share(claim: Claim) -> Callable[[Fit], float]:

@@ -20,7 +20,7 @@ from crosscheck.paper.claims.rule import Answer, Claim, State, answers
 from crosscheck.paper.claims.settings import plan_of
 from crosscheck.paper.material import Material
 from crosscheck.paper.said import Said
-from crosscheck.paper.sampling.experiments import CONSTANT, PD
+from crosscheck.paper.sampling.experiments import CONSTANT, NO_ERROR, PD
 from crosscheck.studies.variant import Planets
 
 # The numbers that Section 3 prints of meshes and fluctuations, and Section 4.1's frequency.
@@ -34,6 +34,7 @@ NUMBERS = (
     "3.2-29",
     "4.1-19",
 )
+SOURCES = (PD, NO_ERROR, CONSTANT)  # the experiments that they are about
 PLANETS: tuple[Planets, ...] = ("free", "lumped")
 ALPHA = 0.05  # that one setting or more is left out although it explains as much as the best
 
@@ -69,12 +70,13 @@ def fits(material: Material, claims: Sequence[Claim]) -> list[Fit]:
         Cell(law, zeta, arm, planets)
         for planets, law, arm, zeta in product(PLANETS, LAWS, plan.readings, plan.zetas)
     ]
-    wanted = [(cell, source) for cell in cells for source in (PD, CONSTANT)]
+    wanted = [(cell, source) for cell in cells for source in SOURCES]
     found = material.samples(wanted, "damping fit")
-    return [_fit(c, Known({s: found[c, s] for s in (PD, CONSTANT)}), claims) for c in cells]
+    return [fit_of(c, Known({s: found[c, s] for s in SOURCES}), claims) for c in cells]
 
 
-def _fit(cell: Cell, known: Known, claims: Sequence[Claim]) -> Fit:
+def fit_of(cell: Cell, known: Known, claims: Sequence[Claim]) -> Fit:
+    """From the setting's experiments, each claim about one quantity."""
     explained, given = {}, {}
     for claim in claims:
         (quantity,) = claim.choices.values()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.columns import Column, Columns
 from crosscheck.paper.hypotheses.flights import (
     LIMIT_M,
@@ -21,7 +22,6 @@ from crosscheck.paper.hypotheses.words import SCENARIOS as TITLES
 from crosscheck.paper.material import Material
 from crosscheck.paper.record import JsonObject
 from crosscheck.paper.text import html, text
-from crosscheck.report.chapter import Chapter
 from models.loading import load_scenario
 
 ID, TITLE = "floating_base", "A base that is free to fly (H5)"

@@ -11,6 +11,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from analytic.model import RigidCoupled
 from crosscheck import signals
 from crosscheck.paper.cells import INTEGRAL, Cell
 from crosscheck.paper.claims.rule import PARTS, State, state
@@ -21,7 +22,6 @@ from crosscheck.paper.sampling.pool import Sample
 from crosscheck.paper.sampling.starts import RECORDED_S, Starts
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.shares import Share
-from crosscheck.registry import build
 from crosscheck.studies.study import Study
 from crosscheck.studies.variant import Numbers, Planets, Variant
 from models.errors import Diverged
@@ -141,11 +141,12 @@ def flutters(
     ]
     found = study.answers(asked, "H6, vibration against damping")
     return [
-        _flutter(one, Sample.of(measured)) for one, measured in zip(settings, found, strict=True)
+        flutter_of(one, Sample.of(measured)) for one, measured in zip(settings, found, strict=True)
     ]
 
 
-def _flutter(setting: Setting, sample: Sample) -> Flutter:
+def flutter_of(setting: Setting, sample: Sample) -> Flutter:
+    """From what its starts measured; one that ends before says nothing."""
     sizes = np.where(sample.diverged, np.inf, sample["vibration"])
     vibrating = sample["frequency_Hz"][np.isfinite(sizes) & (sizes > VIBRATES)]
     known = np.sort(sizes[~np.isnan(sizes)])
@@ -155,8 +156,7 @@ def _flutter(setting: Setting, sample: Sample) -> Flutter:
 
 def played_back(case: Case, variant: Variant) -> Case:
     """The case with its drive replaced by the torque that the rigid arm needs in it."""
-    beside = rigid_arm(variant, COUPLED)
-    (rigid,) = courses([build(beside.model, *beside.case())])
+    (rigid,) = courses([RigidCoupled(*rigid_arm(variant, COUPLED).case())])
     if isinstance(rigid, Diverged):
         raise rigid
     count = round(case.scenario.duration_s / TABLE_S) + 1

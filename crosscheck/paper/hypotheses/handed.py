@@ -81,22 +81,14 @@ def after(
     link = np.eye(len(model.layout))[:, model.layout.theta]
     still = DriveData(CONSTANT, np.zeros_like(gains), np.zeros(1), np.zeros((len(gains), 1)))
     ways = ((still, link, gains), (table, link, np.zeros_like(gains)), (still, sun, gains))
-    return tuple(_left(model, q, v, *way) for way in ways)  # type: ignore[return-value]
+    loops = [Loop(model.terms, model.gears, *way) for way in ways]
+    return tuple(_left(model, loop, q, v) for loop in loops)  # type: ignore[return-value]
 
 
-def _left(
-    model: PhysicalModel,
-    q: np.ndarray,
-    v: np.ndarray,
-    drive: DriveData,
-    sensor: np.ndarray,
-    gains: np.ndarray,
-) -> float:
+def _left(model: PhysicalModel, loop: Loop, q: np.ndarray, v: np.ndarray) -> float:
     """Largest fast part [rad/s^2] of the shoulder's acceleration at the end; inf if it diverges."""
     step = model.scenario.step_s
-    made = accelerations(
-        model.terms, model.gears, drive, sensor, gains, q, v, step, round(AFTER_S / step)
-    )
+    made = accelerations(loop, q, v, step, round(AFTER_S / step))
     time = STRIDE * step * np.arange(len(made))
     shoulder = made[:, model.layout.theta[0]]
     if not np.isfinite(shoulder).all():
@@ -104,25 +96,24 @@ def _left(
     return signals.amplitude(fast(time, shoulder, SMOOTHED_S)[time >= AFTER_S - LAST_S])
 
 
+class Loop(NamedTuple):
+    """An arm whose drive's torque is added to by gains (joints, 3) on sensor (n, joints)."""
+
+    terms: Terms
+    gears: Gears
+    drive: DriveData
+    sensor: np.ndarray
+    gains: np.ndarray
+
+
 @njit(cache=True)
 def accelerations(
-    terms: Terms,
-    gears: Gears,
-    drive: DriveData,
-    sensor: np.ndarray,
-    gains: np.ndarray,
-    q0: np.ndarray,
-    v0: np.ndarray,
-    step: float,
-    steps: int,
+    loop: Loop, q0: np.ndarray, v0: np.ndarray, step: float, steps: int
 ) -> np.ndarray:
-    """q'' at every STRIDE-th of the steps [s] from a state, (steps // STRIDE, n), by RK4.
-
-    To the drive's torque comes that of gains (joints, 3) on sensor (n, joints).
-    """
+    """q'' at every STRIDE-th of the steps [s] from a state, (steps // STRIDE, n), by RK4."""
     q, v = q0.copy(), v0.copy()
     made = np.empty((steps // STRIDE, q.size))
-    room, s = kernel.scratch(terms), kernel.stages(q.size)
+    room, s = kernel.scratch(loop.terms), kernel.stages(q.size)
     for k in range(steps):
         for stage in range(4):
             part = 0.0 if stage == 0 else step if stage == 3 else step / 2
@@ -130,18 +121,7 @@ def accelerations(
             for i in range(q.size):
                 s.q[i] = q[i] + part * s.v[before, i] if stage else q[i]
                 s.v[stage, i] = v[i] + part * s.a[before, i] if stage else v[i]
-            acceleration(
-                terms,
-                gears,
-                drive,
-                sensor,
-                gains,
-                k * step + part,
-                s.q,
-                s.v[stage],
-                room,
-                s.a[stage],
-            )
+            _acceleration(loop, k * step + part, s.q, s.v[stage], room, s.a[stage])
         if k % STRIDE == 0:
             made[k // STRIDE] = s.a[0]
         for i in range(q.size):
@@ -151,22 +131,14 @@ def accelerations(
 
 
 @njit(cache=True, inline="always")
-def acceleration(
-    terms: Terms,
-    gears: Gears,
-    drive: DriveData,
-    sensor: np.ndarray,
-    gains: np.ndarray,
-    t: float,
-    q: np.ndarray,
-    v: np.ndarray,
-    room: kernel.Scratch,
-    out: np.ndarray,
+def _acceleration(
+    loop: Loop, t: float, q: np.ndarray, v: np.ndarray, room: kernel.Scratch, out: np.ndarray
 ) -> None:
     """``kernel.acceleration_by`` with the feedback's torque added."""
+    terms, sensor, gains = loop.terms, loop.sensor, loop.gains
     kernel.mass_matrix_by(terms, q, room.cosines, room.matrix)
     kernel.bias_by(terms, q, v, room.sines, room.gyroscopic)
-    kernel.generalized_force(terms, gears, drive, t, q, v, out)
+    kernel.generalized_force(terms, loop.gears, loop.drive, t, q, v, out)
     for j in range(gains.shape[0]):
         sensed, rate = 0.0, 0.0
         for i in range(q.size):

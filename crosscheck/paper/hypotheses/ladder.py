@@ -9,6 +9,7 @@ from typing import NamedTuple
 from markupsafe import Markup
 
 from crosscheck.paper.cells import READINGS
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.claims.catalogue import BY_ID
 from crosscheck.paper.claims.rule import Claim
 from crosscheck.paper.columns import Column, Columns
@@ -38,7 +39,6 @@ from crosscheck.paper.material import Material
 from crosscheck.paper.record import JsonObject
 from crosscheck.paper.text import html, text
 from crosscheck.paper.undefined import recorded, word
-from crosscheck.report.chapter import Chapter
 
 ID, TITLE = "ladder", "What separates the rigid arm from the detailed one (H2)"
 # (scenario, reading, order): both scenarios in both orders, the other reading where the paper

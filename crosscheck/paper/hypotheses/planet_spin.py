@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from crosscheck.paper.cells import READINGS
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.columns import Column, Columns
 from crosscheck.paper.hypotheses.spin import CONSIDERABLE_M, Difference, SpinCost, matters
 from crosscheck.paper.material import Material
 from crosscheck.paper.text import html, text
-from crosscheck.report.chapter import Chapter
 
 ID, TITLE = "planet_spin", "The elbow planets' spin (H4)"
 DURATIONS_S = {"constant-torque": 0.5, "pd": 3.0}

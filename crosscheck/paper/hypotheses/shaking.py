@@ -14,6 +14,7 @@ from functools import partial
 
 import numpy as np
 
+from analytic.model import PhysicalModel, RigidCoupled
 from crosscheck import signals
 from crosscheck.paper.cells import INTEGRAL, Cell
 from crosscheck.paper.course import Course, courses
@@ -21,7 +22,6 @@ from crosscheck.paper.numbers import defined, quotient
 from crosscheck.paper.rigid import COUPLED, without_gears
 from crosscheck.paper.shares import Share
 from crosscheck.paper.undefined import all_of, where_known
-from crosscheck.registry import build
 from crosscheck.studies.starts import perturbed
 from crosscheck.studies.variant import Variant
 from models.errors import Diverged
@@ -172,7 +172,7 @@ class Shaking:
         meshes = (f"arm.joints.*.backlash_m={backlash_m!r}",)
         variant = replace(self.variant, meshes=meshes)
         case = variant.case()
-        made = courses([build("analytic:physical", *perturbed(case, seed)) for seed in self.seeds])
+        made = courses([PhysicalModel(*perturbed(case, seed)) for seed in self.seeds])
         return {i: run.theta for i, run in enumerate(made) if isinstance(run, Course)}
 
     def _rigid(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -182,7 +182,7 @@ class Shaking:
             plain,
             *(replace(plain, settings=(*plain.settings, _nudge(k))) for k in range(4)),
         ]
-        runs = courses([build("analytic:coupled", *variant.case()) for variant in variants])
+        runs = courses([RigidCoupled(*variant.case()) for variant in variants])
         first, *nudged = (run for run in runs if isinstance(run, Course))
         moved = [(run.theta - first.theta) / NUDGE for run in nudged]
         return first.time, first.theta, np.stack(moved, axis=2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.material import Material
 from crosscheck.paper.phase import sections
 from crosscheck.paper.phase.clock import clocks
@@ -22,7 +23,6 @@ from crosscheck.paper.shares import Share
 from crosscheck.paper.text import text
 from crosscheck.paper.third import said
 from crosscheck.paper.thresholds import EVIDENT, SEVERE
-from crosscheck.report.chapter import Chapter
 
 ZETA = 0.005  # of Figs. 11-14 and 16-20: where the start decides
 ID, TITLE = "phase", "The phase of the teeth (H1)"

@@ -61,6 +61,15 @@ PLAYED_BACK = Ablation("no feedback: the rigid arm's torque played back", record
 STEADY = Ablation("constant stiffness", ("arm.joints.*.mesh_stiffness_amplitude_N_per_m=0.0",))
 TIGHT = Ablation("no backlash", ("arm.joints.*.backlash_m=0.0",))
 ABLATIONS = (AS_IT_STANDS, ALWAYS, PLAYED_BACK, STEADY, TIGHT)
+FLUTTERING = tuple(
+    replace(
+        one,
+        name=f"{ALWAYS.name}; {one.name}" if one != AS_IT_STANDS else ALWAYS.name,
+        contact=False,
+    )
+    for one in (AS_IT_STANDS, PLAYED_BACK, STEADY, TIGHT)
+)
+FLUTTER_ZETA = 0.003  # below the controller's own threshold
 STILL = 0.1  # rad/s^2: a hundredth of what counts as a fluctuation
 
 
@@ -113,11 +122,12 @@ class LaidToRest:
 @dataclass(frozen=True)
 class Dampers:
     """over_zeta: dampers in contact alone; ablated: at QUIET_ZETA; rest: begun without vibration
-    there [rad/s^2]."""
+    there [rad/s^2]; fluttering: dampers always at work, at FLUTTER_ZETA."""
 
     over_zeta: Sequence[Ablated]
     ablated: Sequence[Ablated]
     rest: Quantiles
+    fluttering: Sequence[Ablated]
 
     def median(self, name: str) -> float | None:
         """Of the size [rad/s^2] with one thing left out."""
@@ -146,6 +156,7 @@ def dampers(study: Study, scale: Scale) -> Dampers:
     """Without tooth error, the phase an integral, planets free."""
     wanted = [(AS_IT_STANDS, zeta) for zeta in ZETAS]
     wanted += [(one, QUIET_ZETA) for one in ABLATIONS if one != AS_IT_STANDS]
+    wanted += [(one, FLUTTER_ZETA) for one in FLUTTERING]
     asked = [ablation.question(zeta, scale) for ablation, zeta in wanted]
     found = [
         Ablated(*pair, Third.of(Sample.of(one)))
@@ -156,4 +167,5 @@ def dampers(study: Study, scale: Scale) -> Dampers:
     seconds = scale.seconds(THIRD_S[1] - QUIET_S)
     (rest,) = study.answers([LaidToRest(QUIET_ZETA, seconds, scale.seeds)], "phase: laid to rest")
     sizes = np.array([np.nan if size is None else size for size in rest])
-    return Dampers(own, at_quiet, quantiles(sizes))
+    fluttering = [one for one in found if one.ablation in FLUTTERING and one.zeta == FLUTTER_ZETA]
+    return Dampers(own, at_quiet, quantiles(sizes), fluttering)

@@ -158,7 +158,9 @@ class Engines:
             None if not one.engine.sizes.size else bool(one.engine.sizes.max() <= SEVERE)
             for one in self.under_angle
         ]
-        shown = any(one.engine.branch(severe=True).starts for one in self.compared)
+        severe = [one.engine.branch(severe=True).starts for one in self.compared]
+        known = any(one.engine.sizes.size for one in self.compared)
+        shown = any(severe) if known else None
         return _every([self.same, shown, *quiet])
 
 

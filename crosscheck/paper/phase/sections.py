@@ -57,15 +57,14 @@ class Section(NamedTuple):
 def of_clock(found: clock.Clocks, material: Material) -> Section:
     """1."""
     by_law = {one.law: one for one in found.laws}
-    rows = [(tables.delayed(one.law), one.delays) for one in found.laws]
-    records = [record for columns, delays in rows for record in columns.json(delays)]
+    rows = [tables.OfClock(one.law, delay) for one in found.laws for delay in one.delays]
     said = text(
         "phase/clock",
         motion_s=clock.MOTION_S,
         run_s=clock.RUN_S,
         zeta=clock.RUN_ZETA,
         starts=material.scale.most_starts,
-        table=html("".join(columns.html(delays) for columns, delays in rows)),
+        table=html(tables.CLOCK.html(rows)),
         drawing=views.clock(found),
         caption=CLOCK_CAPTION,
         printed=by_law[PRINTED],
@@ -73,7 +72,7 @@ def of_clock(found: clock.Clocks, material: Material) -> Section:
         integral_same=all(one.same for one in by_law[INTEGRAL].delays),
         vibrations=[[tables.vibrations(one) for one in law.delays] for law in found.laws],
     )
-    return Section(said, records, found.supports)
+    return Section(said, tables.CLOCK.json(rows), found.supports)
 
 
 def of_maps(found: Maps, material: Material) -> Section:
@@ -160,8 +159,8 @@ def of_engines(found: Engines) -> Section:
     judged = [(cell, each) for cell, each in branches if each.met is not None]
     missed = [
         f"{each.number} of the {'severe' if each.severe else 'small'} branch at"
-        f" {cell.law.id}, ζ = {cell.zeta:g} ({100 * each.difference:+.1f} %; nine tenths of the"
-        f" analytic starts alone scatter by {each.scatter:.0%})"
+        f" {cell.law.id}, ζ = {cell.zeta:g} ({100 * each.difference:+.1f} %; the"
+        f" analytic starts alone scatter by {each.scatter:.0%} from quantile 0.1 to 0.9)"
         for cell, each in judged
         if not each.met
     ]
@@ -295,6 +294,9 @@ def of_dampers(found: dampers.Dampers, ran: Sequence[Runaway], material: Materia
         starts=material.scale.most_starts,
         zeta=dampers.QUIET_ZETA,
         ablated=html(tables.ABLATED.html(found.ablated)),
+        fluttering=html(tables.ABLATED.html(found.fluttering)),
+        flutter=[one.third.quantiles[1] for one in found.fluttering],
+        flutter_zeta=dampers.FLUTTER_ZETA,
         over_zeta=html(tables.ABLATED.html(found.over_zeta)),
         own=own.third.quantiles,
         played=found.median(dampers.PLAYED_BACK.name),
@@ -307,7 +309,8 @@ def of_dampers(found: dampers.Dampers, ran: Sequence[Runaway], material: Materia
         largest=found.largest_zeta,
         runaways=html(tables.RUNAWAY.html(ran)),
     )
-    rows = {one.ablation.name + str(one.zeta): one for one in (*found.over_zeta, *found.ablated)}
+    every = (*found.over_zeta, *found.ablated, *found.fluttering)
+    rows = {(one.ablation.name, one.zeta): one for one in every}
     records = [*tables.ABLATED.json(rows.values()), *tables.RUNAWAY.json(ran)]
     return Section(said, records, None)
 
@@ -326,7 +329,7 @@ def of_repair(found: Sequence[Repair]) -> Section:
         table=html(tables.REPAIR.html(found)),
         calm=sizes,
         calm_zeta=CALM_ZETA,
-        factor=None if not sizes[1] else SEVERE / sizes[1],
+        factor=None if not sizes[1] else float(f"{SEVERE / sizes[1]:.1g}"),
         severe_settings=sum(bool((one.conservative.third.sizes > SEVERE).any()) for one in found),
         visible_settings=visible,
         settings=len(found),

@@ -73,29 +73,34 @@ def third_columns(
     ]
 
 
-def delayed(law: Law) -> Columns[Delayed]:
-    """Of the clock test."""
-    return Columns(
-        lambda row: f"clock/{law.id}/{row.clock_s:g}",
-        [
-            Column("law", "law, ring rate", lambda row: law.id),
-            Column("clock_s", "clock at start [s]", lambda row: row.clock_s, "g"),
-            Column(
-                "largest_change_N",
-                "largest change of a mesh force, same motion [N]",
-                lambda row: row.largest_change_N,
-                ".4g",
-            ),
-            Column("largest_force_N", None, lambda row: row.largest_force_N),
-            Column(
-                "vibration_rad_per_s2",
-                "vibration in runs from rest [rad/s²], 0.1, 0.5, 0.9 of the starts",
-                vibrations,
-                ".2g",
-            ),
-            Column("same_as_clock_0", "bit for bit the runs at 0", lambda row: row.same),
-        ],
-    )
+class OfClock(NamedTuple):
+    """What a law makes of one delay."""
+
+    law: Law
+    delay: Delayed
+
+
+CLOCK: Columns[OfClock] = Columns(
+    lambda row: f"clock/{row.law.id}/{row.delay.clock_s:g}",
+    [
+        Column("law", "law, ring rate", lambda row: row.law.id),
+        Column("clock_s", "clock at start [s]", lambda row: row.delay.clock_s, "g"),
+        Column(
+            "largest_change_N",
+            "largest change of a mesh force, same motion [N]",
+            lambda row: row.delay.largest_change_N,
+            ".4g",
+        ),
+        Column("largest_force_N", None, lambda row: row.delay.largest_force_N),
+        Column(
+            "vibration_rad_per_s2",
+            "vibration in runs from rest [rad/s²], 0.1, 0.5, 0.9 of the starts",
+            lambda row: vibrations(row.delay),
+            ".2g",
+        ),
+        Column("same_as_clock_0", "bit for bit the runs at 0", lambda row: row.delay.same),
+    ],
+)
 
 
 def vibrations(one: Delayed) -> Quantiles:
@@ -212,9 +217,9 @@ LINEARISED: Columns[Found[Linearised]] = Columns(
 )
 
 
-def _onsets(one: Linearised, which: int) -> Quantiles:
-    times = [begun[which] for begun in one.begun]
-    return quantiles(np.array([np.nan if time is None else time for time in times]))
+def _onsets(one: Linearised, which: int) -> Quantiles | None:
+    times = [begun[which] for begun in one.begun if begun[which] is not None]
+    return quantiles(np.array(times, dtype=float)) if times else None
 
 
 INTERVAL: Columns[Found[Interval]] = Columns(
@@ -235,7 +240,7 @@ FATE: Columns[Fate] = Columns(
         Column("heir", "continued under", lambda row: row.heir.name),
         Column("starts", None, lambda row: row.asked),
         Column("before_rad_per_s2", "handed over [rad/s²]", lambda row: row.before),
-        Column("soon_rad_per_s2", "after 0.03 s", lambda row: row.soon, ".2g"),
+        Column("soon_rad_per_s2", "after 0.03 s", lambda row: row.soon),
         Column("late_rad_per_s2", "after 0.33 s", lambda row: row.late, ".2g"),
         share_column("dies", "dies in", lambda row: row.dying),
     ],

@@ -46,7 +46,7 @@ def clock(found: Clocks) -> str:
     """Forces along one motion above, runs from rest below; a column for every law."""
     drawing, grid = new_figure(2, len(found.laws), 2.3)
     for (above, below), law in zip(grid.T, found.laws, strict=True):
-        for one, colour in zip(law.delays, COLOURS, strict=False):
+        for one, colour in reversed(list(zip(law.delays, COLOURS, strict=False))):
             label = f"clock from {one.clock_s:g} s"
             force = _scaled(one.force_N, KILO)
             band(above, force, colour, label)

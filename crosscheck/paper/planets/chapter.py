@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.material import Material
 from crosscheck.paper.phase.engines import Engines, engines
 from crosscheck.paper.planets import tables, views
@@ -17,7 +18,6 @@ from crosscheck.paper.text import html, text
 from crosscheck.paper.third import APART_M, said
 from crosscheck.paper.thresholds import SEVERE
 from crosscheck.paper.twosamples import SIGNIFICANT
-from crosscheck.report.chapter import Chapter
 
 ID, TITLE = "planets", "Three planets counted as one (H7)"
 

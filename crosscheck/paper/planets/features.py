@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from crosscheck.paper.cells import LAWS, Cell
+from crosscheck.paper.claims.catalogue import CLAIMS
 from crosscheck.paper.claims.quantities import Known
 from crosscheck.paper.claims.rule import Answer, Claim, Place, answers
-from crosscheck.paper.claims.settings import plan_of
+from crosscheck.paper.claims.settings import Settings, plan_of
 from crosscheck.paper.material import Material
 from crosscheck.paper.planets.verdict import Survival, is_changed, survival
 from crosscheck.paper.sampling.experiments import (
@@ -50,21 +51,21 @@ class Feature:
 
 def features(material: Material) -> list[Feature]:
     """Every statement about these figures, at a small and at a larger damping under all laws."""
-    claims = [one.claim for one in material.judged.values() if one.claim.figure in FIGURES]
-    pairs = [pair for claim in claims for pair in _both(claim, material)]
+    known = [_known(material, planets) for planets in ("lumped", "free")]
+    pairs = [pair for claim in CLAIMS if claim.figure in FIGURES for pair in _both(claim, *known)]
     return [Feature(*pair, len(pairs)) for pair in pairs]
 
 
-def _both(claim: Claim, material: Material) -> Iterator[tuple[Claim, Place, Answer, Answer]]:
-    if claim.static:
-        return
-    lumped = {one.place: one for one in answers(claim, _known(material, "lumped"))}
-    for free in answers(claim, _known(material, "free")):
-        if free.place in lumped:
-            yield claim, free.place, lumped[free.place], free
+def _both(
+    claim: Claim, lumped: Settings, free: Settings
+) -> Iterator[tuple[Claim, Place, Answer, Answer]]:
+    """A claim's answers, place by place; none where it is about other experiments."""
+    alike = {one.place: one for one in answers(claim, lumped)}
+    for one in answers(claim, free):
+        yield claim, one.place, alike[one.place], one
 
 
-def _known(material: Material, planets: str) -> Sequence[tuple[Cell, Known]]:
+def _known(material: Material, planets: str) -> Settings:
     """The experiments that the figures rest on, in the few settings."""
     cells = [Cell(law, zeta) for law in LAWS for zeta in ZETAS]
     own = {cell: cell if planets == "free" else replace(cell, planets="lumped") for cell in cells}

@@ -7,6 +7,7 @@ from crosscheck.paper.phase.tables import cell_columns, share_column, third_colu
 from crosscheck.paper.planets.features import Feature
 from crosscheck.paper.planets.freed import Freed
 from crosscheck.paper.planets.growth import Breaking, Foretold, Predictions
+from crosscheck.paper.third import Quantiles
 
 FREED: Columns[Freed] = Columns(
     lambda row: f"planets/{row.cell.id}",
@@ -26,13 +27,18 @@ FREED: Columns[Freed] = Columns(
     ],
 )
 
+
+def _times(row: Breaking) -> Quantiles | None:
+    return row.time_s if row.parted.yes else None
+
+
 BREAKING: Columns[Breaking] = Columns(
     lambda row: f"planets/breaking/{row.cell.id}",
     [
         *cell_columns(lambda row: row.cell),
         share_column("parted", "planets 1 µm apart in", lambda row: row.parted),
         share_column("early", "before 0.3 s in", lambda row: row.early),
-        Column("time_s", "when [s], 0.1, 0.5, 0.9 of those", lambda row: row.time_s, ".3f"),
+        Column("time_s", "when [s], 0.1, 0.5, 0.9 of those", _times, ".3f"),
     ],
 )
 

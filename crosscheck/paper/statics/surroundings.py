@@ -8,7 +8,13 @@ import numpy as np
 
 from analytic.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from crosscheck.checks.weights import joint_mass, link_mass
-from crosscheck.paper.hypotheses.flights import arm_mass, tip_error
+from crosscheck.paper.hypotheses.flights import (
+    EVERY,
+    FIXED_BASE,
+    FIXED_TOLERANCE,
+    arm_mass,
+    tip_error,
+)
 from crosscheck.paper.stage import PaperStage
 from crosscheck.registry import build
 from crosscheck.studies.variant import Numbers
@@ -18,9 +24,6 @@ from models.pinocchio_floating import Base, PinocchioFloating
 from models.scenario import ConstantDrive
 
 BASE_MASSES = ("5", "50", "500", "5000")  # over the arm's mass
-FIXED_BASE = "pinocchio:coupled"
-FIXED_TOLERANCE = 1e-10  # relative, of the fixed arm's run
-EVERY = "scenario.record_every=1000"  # 10 ms
 CONSTANT = "constant-torque"
 # The Earth's gravity parameter [m^3/s^2], and a low orbit's radius [m], 400 km up.
 EARTH, ORBIT_M = 3.986e14, 6.771e6
