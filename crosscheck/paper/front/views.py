@@ -14,7 +14,7 @@ from crosscheck.paper.front.terms import TeethPassed
 from crosscheck.paper.phase.clock import Clocks
 from crosscheck.paper.thresholds import SEVERE
 from crosscheck.paper.words import LAW_NAMES
-from crosscheck.report.figures import legend, new_figure, to_svg
+from crosscheck.report.figures import legend, log_y, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 from models.arm import Planetary
 
@@ -37,7 +37,8 @@ def clock_svg(found: Clocks) -> str:
             below.plot(np.full(len(sizes), place), sizes, "o", ms=4, color=colour, mfc="none")
         above.set(title=LAW_NAMES[one.law], xlabel="time since the start [s]")
         below.set_xticks(range(len(one.delays)), [f"{one.clock_s:g}" for one in one.delays])
-        below.set(xlabel="clock at the start [s]", yscale="log", xlim=(-0.5, len(one.delays) - 0.5))
+        below.set(xlabel="clock at the start [s]", xlim=(-0.5, len(one.delays) - 0.5))
+        log_y(below)
     grid[0, 0].set_ylabel("acceleration [rad/s²]")
     grid[1, 0].set_ylabel("vibration [rad/s²]")
     for row in grid:
@@ -47,6 +48,9 @@ def clock_svg(found: Clocks) -> str:
 
 
 def _one_scale(row: np.ndarray) -> None:
+    """For axes that are all of one kind: without numbers there is no logarithmic one."""
+    if len({axes.get_yscale() for axes in row}) > 1:
+        return
     low, high = (pick([axes.get_ylim()[end] for axes in row]) for end, pick in ((0, min), (1, max)))
     for axes in row:
         axes.set_ylim(low, high)
