@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from crosscheck.paper.claims.measures import BACK_AND_FORTH, CONSTANT_TORQUE
-from crosscheck.paper.claims.pd import WHOLE
 
 from crosscheck import signals
+from crosscheck.paper.cells import INTEGRAL, Cell
 from crosscheck.paper.hypotheses.linear_limits import growth_rate
 from crosscheck.paper.hypotheses.reversals import torque_reversals
 from crosscheck.paper.phase.experiments import vibration
 from crosscheck.paper.phase.handover import CELLS, HEIRS, handover
 from crosscheck.paper.phase.stability import stability
+from crosscheck.paper.sampling.experiments import (
+    BACK,
+    CONSTANT,
+    NO_ERROR,
+    PD,
+    Source,
+    question,
+)
 from crosscheck.paper.scale import FULL, Scale
 from crosscheck.studies.study import Comparison, Measure, Study, Variant
 from tests.paper.measuring import numbers_of
@@ -57,11 +65,8 @@ def test_a_still_signal_has_no_frequency_and_an_unknown_target_is_not_reached() 
 @pytest.mark.parametrize(
     ("measure", "scenario"),
     [
-        (WHOLE, "pd"),
         (growth_rate, "pd"),
         (torque_reversals, "pd"),
-        (CONSTANT_TORQUE, "constant-torque"),
-        (BACK_AND_FORTH, "back-and-forth"),
     ],
 )
 def test_a_measure_has_the_same_numbers_for_a_run_of_any_length(
@@ -72,6 +77,16 @@ def test_a_measure_has_the_same_numbers_for_a_run_of_any_length(
     assert set(found[0]) == set(found[1]) == set(found[2])
     for numbers in found:
         assert all(value is None or math.isfinite(value) for value in numbers.values())
+
+
+@pytest.mark.parametrize("source", [PD, NO_ERROR, CONSTANT, BACK(50)], ids=str)
+def test_an_experiment_measures_the_same_numbers_whatever_its_length(source: Source) -> None:
+    asked = question(source, Cell(INTEGRAL, 0.05), (1,))
+    names = [
+        set(replace(asked, variant=replace(asked.variant, duration_s=d)).answer().numbers)
+        for d in (0.002, 0.02, 0.3)
+    ]
+    assert names[0] == names[1] == names[2]
 
 
 @pytest.mark.slow
