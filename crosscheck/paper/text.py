@@ -30,7 +30,7 @@ def text(template: str, **given: object) -> str:
 
     Raises jinja2.UndefinedError for what a template asks and is not given.
     """
-    return _environment().get_template(f"{template}.html.j2").render(**given)
+    return _environment().get_template(f"{template}.html.j2").render(**given).strip()
 
 
 def html(fragment: str) -> Markup:

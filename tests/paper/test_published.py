@@ -72,11 +72,12 @@ def test_every_file_is_there_and_whole(published: Published) -> None:
         assert all(np.isfinite(values).all() for values in run.data_vars.values())
 
 
-def test_the_errata_sheet_is_a_table(published: Published) -> None:
-    lines = (published.out / "errata.md").read_text(encoding="utf-8").splitlines()
-    rows = [line for line in lines if line.startswith("| ")]
-    assert len(rows) > 20
-    assert {line.replace(r"\|", "").count("|") for line in rows} == {6}
+def test_the_errata_sheet_is_made_of_even_tables(published: Published) -> None:
+    text = (published.out / "errata.md").read_text(encoding="utf-8").replace(r"\|", "")
+    tables = [part for part in text.split("\n\n") if part.startswith("| ")]
+    assert sum(table.count("\n") for table in tables) > 40
+    for table in tables:
+        assert len({line.count("|") for line in table.strip().splitlines()}) == 1, table
 
 
 @pytest.mark.parametrize(

@@ -35,7 +35,7 @@ def _thresholds(
     for arm, colour in zip(dict.fromkeys(r.point.arm for r in found), COLOURS, strict=False):
         points = sorted((abscissa(r), r.zeta) for r in found if r.point.arm == arm)
         axes.plot(*np.array(points).T, "o-", color=colour, label=READINGS[arm], ms=3)
-    axes.set(xlabel=label, ylabel="unstable below ζ", ylim=(0, None))
+    axes.set(xlabel=label, ylabel="unstable below ζ [1]", ylim=(0, None))
 
 
 def _shares(axes: Axes, cells: Sequence[Flutter]) -> None:
@@ -46,7 +46,7 @@ def _shares(axes: Axes, cells: Sequence[Flutter]) -> None:
         mine = [one for one in plain if _kind(one.setting) == kind]
         values = [one.share.value if one.share else np.nan for one in mine]
         axes.plot([r.setting.zeta for r in mine], values, "o-", color=colour, label=kind, ms=3)
-    axes.set(xscale="log", xlabel="ζ", ylabel="share that vibrates", ylim=(-0.05, 1.05))
+    axes.set(xscale="log", xlabel="ζ", ylabel="share that vibrates [1]", ylim=(-0.05, 1.05))
     axes.xaxis.set_minor_formatter(NullFormatter())
 
 

@@ -29,7 +29,7 @@ def drawing(found: Sequence[Fit], chosen: Sequence[Fit], names: dict[str, str]) 
     for axes in grid[-1]:
         axes.set_xlabel("ζ")
     for axes in grid[:, 0]:
-        axes.set_ylabel("numbers explained")
+        axes.set_ylabel("numbers explained [1]")
     legend(picture, grid[0, 0])
     return to_svg(picture)
 

@@ -30,7 +30,7 @@ def baselines(found: Sequence[Left], limits: Mapping[str, Limits]) -> str:
             sizes = [factor * abs(one.found[name].total) for one in mine]
             rows = [RIGID_LEVELS.index(one.level) for one in mine]
             axes.plot(sizes, rows, marker, color=colour, ms=5, label=READINGS[arm])
-        axes.set(xscale="log", xlabel=f"left of {SYMBOLS[name]}", yticks=[])
+        axes.set(xscale="log", xlabel=f"left of {SYMBOLS[name]} [1]", yticks=[])
         axes.set_ylim(len(RIGID_LEVELS) - 0.5, -0.5)
     grid[0, 0].set_yticks(range(len(RIGID_LEVELS)), [LEVELS[level] for level in RIGID_LEVELS])
     legend(figure, grid[0, 0])
