@@ -13,6 +13,7 @@ from analytic.model import AnalyticModel
 from crosscheck.paper.reading import arm_of, scenario_of, switches_of
 from models.errors import Diverged
 from models.loading import Case
+from models.trajectory import recorded_times
 
 JOINT_SIGNALS = ("theta", "theta_dot", "theta_ddot", "torque")
 FORCES = ("F_sp", "F_pr")
@@ -81,45 +82,54 @@ def courses(models: Sequence[AnalyticModel]) -> list[Course | Diverged]:
 
 
 def _of_group(group: Group) -> list[Course | Diverged]:
+    time = recorded_times(group.models[0].scenario)
     geared = bool(group.models[0].layout.meshing)
     apart = np.zeros(len(group.models))
-    time, parts = [], []
+    signals: list[np.ndarray] = []
+    first = 0
     for chunk in group.chunks():
-        time.append(chunk.time)
-        parts.append(_signals(chunk, geared))
+        parts = _signals(chunk, geared)
+        signals = signals or [_room(part, time.size) for part in parts]
+        for whole, part in zip(signals, parts, strict=True):
+            whole[:, first : first + len(part)] = np.moveaxis(part, -1, 0)
+        first += len(chunk.time)
         if geared:
             apart = np.fmax(apart, _apart(chunk.x_pr))
-    times = np.concatenate(time)
-    signals = [np.concatenate(signal) for signal in zip(*parts, strict=True)]
-    found = [_of_member(m, place, group, times, signals) for place, m in enumerate(group.models)]
     return [
-        replace(one, planets_apart_m=float(most)) if isinstance(one, Course) else one
-        for one, most in zip(found, apart, strict=True)
+        _of_member(model, time, [signal[place] for signal in signals], apart[place], at)
+        for place, (model, at) in enumerate(zip(group.models, group.diverged_s, strict=True))
     ]
 
 
-def _signals(chunk: Chunk, geared: bool) -> list[np.ndarray]:
-    """Of the joints (records, joints, members), of the shoulder's first meshes (records, members).
+def _room(part: np.ndarray, times: int) -> np.ndarray:
+    """For a signal (records, ..., members) of a chunk, of the whole run: (members, times, ...)."""
+    return np.empty((part.shape[-1], times, *part.shape[1:-1]))
 
-    Last those of the outer pairs (records, pairs, members). Copies: a chunk's own records do not
-    outlive it.
+
+def _signals(chunk: Chunk, geared: bool) -> list[np.ndarray]:
+    """Of the joints (records, joints, members) but for torques, of the shoulder's first meshes
+    (records, members), of the outer ones (records, pairs, members).
     """
-    joints = [np.array(getattr(chunk, name)) for name in JOINT_SIGNALS]
+    joints = [chunk.theta, chunk.theta_dot, chunk.theta_ddot]
     if not geared:
         return joints
     outer = np.concatenate([getattr(chunk, name)[:, 1:, 0] for name in FORCES], axis=1)
-    return [*joints, *(np.array(getattr(chunk, name)[:, 0, 0]) for name in MESH_SIGNALS), outer]
+    return [*joints, *(getattr(chunk, name)[:, 0, 0] for name in MESH_SIGNALS), outer]
 
 
 def _of_member(
-    model: AnalyticModel, place: int, group: Group, time: np.ndarray, signals: Sequence[np.ndarray]
+    model: AnalyticModel,
+    time: np.ndarray,
+    signals: Sequence[np.ndarray],
+    apart_m: float,
+    diverged_s: float,
 ) -> Course | Diverged:
-    if not np.isnan(group.diverged_s[place]):
-        return Diverged(model.name, float(group.diverged_s[place]))
-    own = [np.ascontiguousarray(signal[..., place]) for signal in signals]
-    meshes = own[len(JOINT_SIGNALS) :] or _NO_MESHES
+    if not np.isnan(diverged_s):
+        return Diverged(model.name, float(diverged_s))
+    theta, theta_dot, theta_ddot, *meshes = signals
+    joints = [theta, theta_dot, theta_ddot, model.torques(time, theta, theta_dot)]
     case = Case(model.arm, model.scenario, model.switches)
-    return Course(case, time, *own[: len(JOINT_SIGNALS)], *meshes)
+    return Course(case, time, *joints, *(meshes or _NO_MESHES), planets_apart_m=float(apart_m))
 
 
 def _apart(x: np.ndarray) -> np.ndarray:
