@@ -159,10 +159,14 @@ def _answer(values, low=10.0, law=PRINTED, zeta=0.005):
 
 
 def test_undefined_starts_have_no_say():
-    answer = _answer([20.0] * 9 + [1.0] + [math.nan] * 22)
-    assert (answer.undefined, answer.share) == (22, Share(9, 10))
+    answer = _answer([20.0] * 18 + [1.0] * 2 + [math.nan] * 12)
+    assert (answer.undefined, answer.share) == (12, Share(18, 20))
     assert answer.state == YES
-    assert _answer([20.0] + [math.nan] * 31).state == NONE
+
+
+def test_an_event_of_few_starts_says_nothing():
+    assert _answer([20.0] * 16 + [math.nan] * 16).state == YES
+    assert _answer([20.0] * 15 + [math.nan] * 17).state == NONE
     assert _answer([math.nan] * 32).quantiles is None
 
 

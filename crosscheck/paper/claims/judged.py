@@ -55,7 +55,7 @@ class Judged:
         kept = [answer for answer in self.answers if answer.place.zeta not in out]
         return verdict(kept, self.claim.free)
 
-    @property
+    @cached_property
     def moved_by_a_coarser_grid(self) -> bool:
         """Whether the verdict's kind or laws are others on either half of the damping ratios."""
         if self.claim.static:
@@ -63,7 +63,7 @@ class Judged:
         kind, laws = self.verdict.kind, self.verdict.laws
         return any((v.kind, v.laws) != (kind, laws) for v in map(self.coarser, (0, 1)))
 
-    @property
+    @cached_property
     def hangs_on_a_start(self) -> bool:
         """Whether one more start of one setting, whatever it does, could turn the verdict."""
         if self.claim.static:

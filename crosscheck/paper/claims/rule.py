@@ -1,7 +1,8 @@
 """When a setting supports a claim, and the verdict over all settings.
 
 In a setting a claim is true in a share of the starts. From MOST of them on it is true there, up to
-FEW it is not, in between the start decides: the setting is bistable. Undefined starts have no say.
+FEW it is not, in between the start decides: the setting is bistable. Undefined starts have no say;
+where they are most, the setting has none: what happens in few starts may be chance.
 Over all settings, a verdict that depends on how bistable settings are counted is `bistable`.
 """
 
@@ -21,7 +22,7 @@ from crosscheck.paper.claims.quantities import Choices, Known, NotSimulatedError
 from crosscheck.paper.shares import Share
 
 MOST, FEW = 0.9, 0.1
-DEFINED = FEW  # of the starts: with fewer a setting says nothing
+DEFINED = 0.5  # of the starts: where the event is rarer, a setting says nothing of it
 PARTS = (0.1, 0.5, 0.9)
 LAW, READING, DAMPING = "phase law", "reading of Table I", "damping"
 
