@@ -57,10 +57,8 @@ def page(found: Sequence[Row], plan: Plan, scale: Scale) -> str:
         laws_of=laws_of,
         strips=strips,
         verdict=verdict_words,
-        value=value_words,
-        span=span_words,
         turning=turning_words,
-        share=share_words,
+        seen=seen_words,
         State=State,
     )
 
@@ -100,16 +98,19 @@ def value_words(answer: Answer) -> str:
 def share_words(answer: Answer) -> str:
     """How many of the starts, and how many have no say."""
     share = answer.share
+    if share is None:
+        return f"undefined in {answer.undefined} of {answer.starts}"
     left = f", {answer.undefined} undefined" if answer.undefined else ""
-    return f"undefined in all{left}" if share is None else f"{share.yes} of {share.of}{left}"
+    return f"{share.yes} of {share.of}{left}"
 
 
-def span_words(zetas: Sequence[float]) -> str:
-    """Neighbouring damping ratios."""
-    if not zetas:
-        return ""
-    first, last = f"{zetas[0]:g}", f"{zetas[-1]:g}"
-    return first if first == last else f"{first} to {last}"
+def seen_words(answer: Answer) -> str:
+    """What the starts gave, and how many support the claim; those without its event apart."""
+    if answer.starts == 1:
+        return value_words(answer)
+    if answer.undefined == answer.starts:
+        return "in no start"
+    return f"{value_words(answer)}, {share_words(answer)}"
 
 
 def turning_words(judged: Judged) -> str:
