@@ -28,8 +28,13 @@ def test_that_a_run_diverges_is_itself_an_answer(tmp_path: Path) -> None:
 
 
 def _undefined(record: dict[str, Any]) -> bool:
-    """Of a verdict, of a figure that is not drawn, of a sample in which no start has a number."""
+    """Of a verdict, of a figure that is not drawn, of a sample in which no start has a number.
+
+    Or a fit that explains nothing.
+    """
     if record.get("verdict") == UNDEFINED or record.get("drawn") is False:
+        return True
+    if record.get("mean") == 0.0:
         return True
     return "starts" in record and record["starts"] == record.get("undefined")
 

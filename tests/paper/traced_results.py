@@ -104,6 +104,10 @@ def exudyn_starts() -> Result:
     return question("sampling.starts.TransientPd", one, (1,))()
 
 
+def back_and_forth() -> Result:
+    return question("sampling.starts.BackAndForth", variant(), (1, 2))()
+
+
 def clock() -> Result:
     return question("phase.clock.ClockTest", cell().law, 2e-3, 2e-3, (1,))()
 
@@ -133,7 +137,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "starts of exudyn": exudyn_starts,
     "parting": parting,
     "bands of all starts": bands,
-    "claims' measure": run("claims.measures.BACK_AND_FORTH", model="analytic:links"),
+    "back and forth beside rigid arms": back_and_forth,
     "floating base": question("hypotheses.flights.Flights", "pd", 2.0, 1e-3),
     "errata": question("errata.finder.Errata", "paper-labelled", 1e-4),
     "statics": question("claims.statics.Statics", "paper-labelled"),

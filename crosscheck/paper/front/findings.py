@@ -11,7 +11,7 @@ from crosscheck.paper.cells import INTEGRAL, LAWS, Cell, Law
 from crosscheck.paper.claims.rule import State
 from crosscheck.paper.figures.runs import LOW_ZETA, ZETA
 from crosscheck.paper.material import Material
-from crosscheck.paper.numbers import quotient
+from crosscheck.paper.numbers import defined, quotient
 from crosscheck.paper.record import JsonObject
 from crosscheck.paper.said import Said
 from crosscheck.paper.sampling.experiments import CONSTANT, PD
@@ -39,7 +39,7 @@ class Strip:
             "starts": self.third.size.size,
             "undefined": self.third.size.size - self.third.sizes.size,
             "severe": int(self.third.of_branch(severe=True).sum()),
-            "quantiles": list(self.third.quantiles),
+            "quantiles": list(map(defined, self.third.quantiles)),
         }
 
 
@@ -82,7 +82,10 @@ class Step:
 
     def to_dict(self) -> JsonObject:
         """For JSON."""
-        return {"id": f"finding/ladder/{self.level}", "deviation_rad": list(self.deviation_rad)}
+        return {
+            "id": f"finding/ladder/{self.level}",
+            "deviation_rad": list(map(defined, self.deviation_rad)),
+        }
 
 
 @dataclass(frozen=True)
@@ -116,4 +119,6 @@ def ladder_finding(material: Material) -> Ladder:
 
 
 def _median(sample: Sample, joint: int, level: str) -> float:
-    return float(np.nanmedian(sample[f"deviation_{joint}_{level}_rad"]))
+    values = sample[f"deviation_{joint}_{level}_rad"]
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size else np.nan
