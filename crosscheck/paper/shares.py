@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 from scipy.stats import binomtest
@@ -23,5 +24,10 @@ class Share(NamedTuple):
     @property
     def interval(self) -> tuple[float, float]:
         """Clopper and Pearson's 95 % interval of the probability."""
-        found = binomtest(self.yes, self.of).proportion_ci(CONFIDENCE, "exact")
-        return float(found.low), float(found.high)
+        return _interval(self.yes, self.of)
+
+
+@cache
+def _interval(yes: int, of: int) -> tuple[float, float]:
+    found = binomtest(yes, of).proportion_ci(CONFIDENCE, "exact")
+    return float(found.low), float(found.high)

@@ -11,14 +11,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from crosscheck.paper.claims.rule import (
-    FEW,
-    MOST,
     Answer,
     Claim,
     Finding,
     Limits,
     State,
     Verdict,
+    ends,
     kind_of,
     state,
     verdict,
@@ -114,7 +113,10 @@ def _turning_places(answer: Answer, limits: Limits, end: Literal["low", "high"])
     """Ends of the limits at which a setting's state changes: one of its starts' values each."""
     values = np.array(answer.values)
     inside = values[values < limits.high][::-1] if end == "low" else values[values > limits.low]
-    for count in (math.ceil(MOST * values.size), math.floor(FEW * values.size) + 1):
+    if not values.size:
+        return
+    most_no, least_yes = ends(values.size)
+    for count in (most_no + 1, least_yes):
         if 1 <= count <= inside.size:
             yield float(inside[count - 1])
 

@@ -1,7 +1,8 @@
 """When a setting supports a claim, and the verdict over all settings.
 
-In a setting a claim is true in a share of the starts. From MOST of them on it is true there, up to
-FEW it is not, in between the start decides: the setting is bistable. Undefined starts have no say;
+In a setting a claim is true in a share of the starts. It is true there unless they show, with 95 %
+confidence, that in fewer than MOST it would be; false unless they show that in more than FEW; where
+they show both, the start decides: the setting is bistable. Undefined starts have no say;
 where they are most, the setting has none: what happens in few starts may be chance.
 Over all settings, a verdict that depends on how bistable settings are counted is `bistable`.
 """
@@ -12,6 +13,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cache
 from itertools import combinations
 from typing import NamedTuple
 
@@ -151,12 +153,23 @@ class Answer:
 
 
 def state(share: Share | None) -> State:
-    """From a share of starts."""
+    """From a share of starts; of so few that they show nothing, unless they agree, bistable."""
     if share is None:
         return State.UNDEFINED
-    if share.value >= MOST:
-        return State.YES
-    return State.NO if share.value <= FEW else State.BISTABLE
+    if share.yes in (0, share.of):
+        return State.YES if share.yes else State.NO
+    low, high = share.interval
+    yes, no = high >= MOST, low <= FEW
+    if yes == no:
+        return State.BISTABLE
+    return State.YES if yes else State.NO
+
+
+@cache
+def ends(starts: int) -> tuple[int, int]:
+    """Up to how many of so many starts a setting says no, and from how many on yes."""
+    said = [state(Share(yes, starts)) for yes in range(starts + 1)]
+    return starts - said[::-1].index(State.NO), said.index(State.YES)
 
 
 def answers(claim: Claim, settings: Iterable[tuple[Cell, Known]]) -> list[Answer]:
