@@ -259,10 +259,9 @@ def edited() -> dict[str, list[str]]:
 
 
 def other(path: Path, text: str) -> str:
-    """Code with a comment more, data with another title."""
-    if path.suffix != ".toml":
+    """Code, and data without a title, with a comment more; data with another title."""
+    if 'title = "' not in text or path.suffix != ".toml":
         return f"{text}\n# edited\n"
-    assert 'title = "' in text
     return text.replace('title = "', 'title = "edited ', 1)
 
 
