@@ -81,7 +81,8 @@ def test_arms_and_experiments_count_where_they_are_read_and_nowhere_else(files):
         name: {file for file in looked["edited"] if file.endswith(".toml")}
         for name, looked in files.items()
     }
-    assert data["errata"] == {labelled, pd, torque}  # which it reads by itself
+    swings = "models/scenarios/back-and-forth.toml"
+    assert data["errata"] == {labelled, pd, torque, swings}  # which it reads by itself
     assert data["exudyn run"] == {labelled, torque}
     assert data["floating base"] == {labelled, pd}
 

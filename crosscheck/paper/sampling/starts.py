@@ -52,6 +52,11 @@ class Starts(ABC):
         return "\n".join([self.variant.model, *records, repr(self.seeds)])
 
     @property
+    def run_by(self) -> tuple[str, ...]:
+        """That of the runs, and the rigid arms beside them."""
+        return (self.variant.model, *(rigid.model for rigid in self.beside()))
+
+    @property
     def cost(self) -> float:
         """Rough seconds, measures included."""
         steps, entry = self.variant.case().scenario.steps, entry_of(self.variant.model)

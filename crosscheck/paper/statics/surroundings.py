@@ -10,13 +10,11 @@ from analytic.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from crosscheck.checks.weights import joint_mass, link_mass
 from crosscheck.paper.hypotheses.flights import (
     EVERY,
-    FIXED_BASE,
-    FIXED_TOLERANCE,
     arm_mass,
+    on_fixed_base,
     tip_error,
 )
 from crosscheck.paper.stage import PaperStage
-from crosscheck.registry import build
 from crosscheck.studies.variant import Numbers
 from models.arm import Arm
 from models.loading import Case, load_case, load_scenario
@@ -43,7 +41,7 @@ def free_base(arm: str) -> Numbers:
 
 def _tip_errors_m(case: Case) -> list[float]:
     """For every mass of the base."""
-    fixed = build(FIXED_BASE, *case).reference(FIXED_TOLERANCE)
+    fixed = on_fixed_base(case)
     carried = arm_mass(case)
     bases = [Base(carried * float(ratio)) for ratio in BASE_MASSES]
     flights = (PinocchioFloating(case.arm, case.scenario, base).simulate() for base in bases)
