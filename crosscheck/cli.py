@@ -304,12 +304,15 @@ def paper(
         list[int] | None, typer.Option(help="A figure of the paper, 4 to 20; all chapters.")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("paper-report"),
+    first_seed: Annotated[
+        int, typer.Option(help="Seed of the first start of every sample; others follow.")
+    ] = 1,
     jobs: Jobs = None,
 ) -> None:
     """Reproduce the paper's figures and judge its claims; write paper.html and claims.json."""
     from crosscheck.paper.command import paper_command
 
-    paper_command(figure or [], out, jobs or os.cpu_count() or 1)
+    paper_command(figure or [], out, jobs or os.cpu_count() or 1, first_seed)
 
 
 @cache.command()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -54,12 +55,12 @@ def _is_about_the_paper(chosen: Wanted) -> bool:
     return usual and not chosen.quick and is_the_papers(chosen.arm)
 
 
-def _papers_chapters(jobs: int) -> list[Chapter]:
-    from crosscheck.paper.report import chapters  # a second of imports
+def _papers_chapters(jobs: int) -> Sequence[Chapter]:
+    from crosscheck.paper.report import quick_chapters  # a second of imports
     from crosscheck.studies.study import Study, cache_folder
 
     with progress_bar() as bar:
-        return chapters(Study(cache_folder(), jobs, bar), quick=True)
+        return quick_chapters(Study(cache_folder(), jobs, bar))
 
 
 def checked_aloud(chosen: Wanted, jobs: int) -> CrossCheck:

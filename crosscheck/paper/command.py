@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -12,7 +13,10 @@ from rich.table import Table
 from crosscheck.output import require_file, write_text
 from crosscheck.paper.errata.erratum import Slip
 from crosscheck.paper.errata.finder import SCHEMA_VERSION, errata_records
+from crosscheck.paper.errata.tables import SLIPS, ArmSlip
+from crosscheck.paper.errata.words import in_words
 from crosscheck.paper.report import PAGE, paper_files, write_figures, write_paper
+from crosscheck.paper.scale import FULL
 from crosscheck.progress import progress_bar
 from crosscheck.provenance import provenance
 from crosscheck.studies.study import Study, cache_folder
@@ -28,28 +32,34 @@ def errata_command(arm_name: str, json_file: Path | None) -> None:
     if json_file is not None:
         require_file(json_file, "--json")
     with Console(stderr=True).status("errata") as status:
-        slips = errata_records(arm, lambda where: status.update(f"effect of {where}"))
+        slips = in_words(errata_records(arm, lambda slip: status.update(f"effect of {slip}")))
     Console().print(_table(slips))
     print(f"{len(slips)} errata, arm {arm.name}")
     if json_file is not None:
         document = {
             "schema_version": SCHEMA_VERSION,
-            "errata": [slip.to_dict() for slip in slips],
+            "errata": SLIPS.json(ArmSlip(arm.name, slip) for slip in slips),
             "provenance": provenance(arm, 0, False).model_dump(mode="json"),
         }
         write_text(json_file, json.dumps(document, indent=1, allow_nan=False) + "\n")
 
 
-def paper_command(figures: list[int], out: Path, jobs: int) -> None:
+def paper_command(figures: list[int], out: Path, jobs: int, first_seed: int = 1) -> None:
     """Write the paper's page, or some of its figures alone. Raises InputError."""
+    if first_seed < 0:
+        raise InputError("--first-seed", "", first_seed, "must be 0 or more")
     unknown = [number for number in figures if number not in FIGURES]
     if unknown:
         raise InputError("--figure", "", unknown[0], f"must be {FIGURES[0]} to {FIGURES[-1]}")
-    for file in [out / PAGE] if figures else paper_files(out):
+    scale = replace(FULL, first_seed=first_seed)
+    for file in [out / PAGE] if figures else paper_files(out, scale):
         require_file(file)
     with progress_bar() as told:
         study = Study(cache_folder(), jobs, told)
-        made = write_figures(study, figures, out) if figures else write_paper(study, out)
+        if figures:
+            made = write_figures(study, figures, out, scale)
+        else:
+            made = write_paper(study, out, scale)
     for chapter in made:
         print(f"{chapter.title}: {len(chapter.records)} records")
     print(f"wrote {out / PAGE}; {study.made} simulations made, {study.found} from the cache")

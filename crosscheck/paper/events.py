@@ -18,10 +18,11 @@ THIRD_S = (0.5, 1.2)  # the "third fluctuation", well after the side change at 0
 PEAK_S = 0.1  # around its largest value: what its frequency is read off
 SIDE_AFTER_S = 0.25  # the starting vibration no longer turns the mesh force
 ANY_CONTACT_AFTER_S = 0.2  # Fig. 16: vibration across a small clearance counts as well
+AT_ONCE_S = 0.02  # so soon after an event there is nothing but the event itself
 IMPACT_S = 0.1  # what follows a side change within this time belongs to it
 RETURN_S = (1.3, 2.4)  # between the third fluctuation's side changes and the end's
+STABLE_S = 2.6  # "stable after": Section 3.2
 SIDE = 0.9  # of b: the teeth are at one side of their clearance
-SETTLING_BANDS = (0.02, 0.003, 0.005, 0.01, 0.05)  # over the step; the paper names none
 
 
 class SideChange(NamedTuple):
@@ -32,7 +33,7 @@ class SideChange(NamedTuple):
 
 
 def third_window(time: np.ndarray, side_s: float | None = None) -> slice:
-    """The samples of the third fluctuation, without the impact of a late side change if given."""
+    """The samples of the third fluctuation, without a late side change's impact [s]."""
     begin, end = THIRD_S
     if side_s is not None and side_s + IMPACT_S < end - PEAK_S:
         begin = max(begin, side_s + IMPACT_S)
@@ -60,18 +61,47 @@ def opposite_contact(time: np.ndarray, force: np.ndarray, after_s: float) -> flo
 
 
 def side_change(time: np.ndarray, force: np.ndarray) -> SideChange | None:
-    """The teeth change sides: the first contact of the opposite flanks once the start is over."""
+    """The teeth change sides: the first contact of the opposite flanks once the start is over.
+
+    None where teeth vibrate across their clearance before the load has changed its sign: they then
+    touch both flanks all the time.
+    """
     met = opposite_contact(time, force, SIDE_AFTER_S)
     if met is None:
+        return None
+    parts = (met - IMPACT_S, met), (met, met + IMPACT_S)
+    before, after = (force[signals.window(time, *part)] for part in parts)
+    if (before < 0).any() or after.mean() > 0:
         return None
     held = np.flatnonzero(force[: int(np.searchsorted(time, met))] > 0)
     return SideChange(float(time[held[-1]]) if held.size else None, met)
 
 
+def third_after(time: np.ndarray, *forces: np.ndarray) -> slice:
+    """The third fluctuation's samples once none of these sun meshes' side changes plays a part.
+
+    With a wide clearance the teeth's way takes long, the elbow's longer than the shoulder's.
+    """
+    changes = [side_change(time, force) for force in forces]
+    met = [side.met_s for side in changes if side is not None]
+    return third_window(time, max(met, default=None))
+
+
+def bouncing(time: np.ndarray, force: np.ndarray, met_s: float) -> float:
+    """How long [s] after flanks met they last part again, or touch the others, within IMPACT_S."""
+    part = signals.window(time, met_s, met_s + IMPACT_S)
+    apart = np.flatnonzero(force[part] >= 0)
+    return float(time[part][apart[-1]] - met_s) if apart.size else 0.0
+
+
+def passages(values: np.ndarray) -> np.ndarray:
+    """Which samples (samples - 1,) are the last before values pass zero."""
+    return np.flatnonzero(np.diff(np.signbit(values)))
+
+
 def count_side_changes(force: np.ndarray) -> int:
     """How often a mesh force, where it is not zero, changes its sign."""
-    loaded = force[force != 0]
-    return int(np.count_nonzero(np.diff(np.signbit(loaded))))
+    return passages(force[force != 0]).size
 
 
 def arrivals(time: np.ndarray, x: np.ndarray, backlash_m: float) -> np.ndarray:
@@ -100,3 +130,18 @@ def settling(time: np.ndarray, angle: np.ndarray, target: float, band: float) ->
 def overshoot(angle: np.ndarray, target: float) -> float:
     """How far an angle [rad] goes beyond its step 0 to ``target``, over the step."""
     return float(angle.max()) / target - 1
+
+
+def setback(angle: np.ndarray, target: float) -> float:
+    """How far an angle [rad] falls back on its way from 0 to its largest value, over the step."""
+    way = angle[: int(np.argmax(angle)) + 1]
+    return float((np.maximum.accumulate(way) - way).max()) / target
+
+
+def distance_from(time: np.ndarray, angle: np.ndarray, target: float, begin_s: float) -> float:
+    """Largest distance of an angle [rad] from its target from a time on, over the step 0 to it.
+
+    nan for a run that ends before.
+    """
+    late = angle[int(np.searchsorted(time, begin_s)) :]
+    return signals.amplitude(late - target) / target

@@ -11,11 +11,13 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.output import write_files, write_text
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.errata.sheet import ErrataSheet, markdown
+from crosscheck.paper.figures.store import stored_runs, trajectories
+from crosscheck.paper.material import Material
 from crosscheck.paper.scale import FULL, QUICK, Scale
 from crosscheck.paper.undefined import UNDEFINED
 from crosscheck.provenance import provenance
-from crosscheck.report.chapter import Chapter
 from crosscheck.report.figures import sound_links
 from crosscheck.report.fragments import paragraph
 from crosscheck.studies.study import Study
@@ -23,53 +25,60 @@ from models.errors import Diverged
 from models.loading import load_arm
 from models.trajectory import netcdf
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
-# In reading order; each module has a function chapter(study, scale) -> Chapter.
+# In reading order; each module has a function chapter(material) -> Chapter.
 CHAPTERS = (
-    "claims.chapter",
+    "front.chapter",
+    "front.words",
     "phase.chapter",
-    "planets.chapter",
     "hypotheses.ladder",
-    "figures.chapter",
     "hypotheses.accumulation",
     "hypotheses.planet_spin",
     "hypotheses.floating_base",
     "hypotheses.controller",
+    "planets.chapter",
     "hypotheses.damping_fit",
+    "figures.chapter",
+    "claims.chapter",
     "errata.sheet",
 )
 QUICK_CHAPTERS = (
-    "claims.chapter",
+    "front.chapter",
+    "front.words",
     "phase.chapter",
     "hypotheses.ladder",
-    "figures.chapter",
     "hypotheses.controller",
+    "figures.chapter",
+    "claims.chapter",
     "errata.sheet",
 )
 
 
-def chapters(study: Study, quick: bool) -> list[Chapter]:
-    """Every chapter, or the quick report's selection of them."""
-    return _chapters(study, QUICK if quick else FULL)
+def quick_chapters(study: Study) -> list[Chapter]:
+    """The quick report's selection of chapters."""
+    return _chapters(Material(study, QUICK))
 
 
 def paper_files(out: Path, scale: Scale = FULL) -> list[Path]:
     """All that ``write_paper`` writes."""
-    figures = importlib.import_module("crosscheck.paper.figures.store")
-    runs = [f"{name}.nc" for name in figures.stored_runs(scale)]
-    return [out / name for name in (PAGE, CLAIMS, ERRATA, *runs)]
+    return [out / name for name in (PAGE, CLAIMS, ERRATA, *map(_file, stored_runs(scale)))]
 
 
-def _chapters(study: Study, scale: Scale) -> list[Chapter]:
-    return [_chapter(study, name, scale) for name in (QUICK_CHAPTERS if scale.quick else CHAPTERS)]
+def _file(run: str) -> str:
+    return f"{run}.nc"
 
 
-def _chapter(study: Study, name: str, scale: Scale) -> Chapter:
+def _chapters(material: Material) -> list[Chapter]:
+    names = QUICK_CHAPTERS if material.scale.quick else CHAPTERS
+    return [_chapter(material, name) for name in names]
+
+
+def _chapter(material: Material, name: str) -> Chapter:
     """One of them; if a run that it cannot do without diverges, a chapter that says so."""
     module = importlib.import_module(f"crosscheck.paper.{name}")
     try:
-        made: Chapter = module.chapter(study, scale)
+        made: Chapter = module.chapter(material)
     except Diverged as error:
         return _without(module.ID, module.TITLE, str(error))
     return made
@@ -83,11 +92,10 @@ def _without(chapter_id: str, title: str, reason: str) -> Chapter:
 
 def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[Chapter]:
     """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
-    made = _chapters(study, scale)
-    figures = importlib.import_module("crosscheck.paper.figures.chapter")
+    made = _chapters(Material(study, scale))
     slips = [s for chapter in made if isinstance(chapter, ErrataSheet) for s in chapter.slips]
     contents: dict[Path, str | bytes] = {
-        out / f"{name}.nc": netcdf(run) for name, run in figures.trajectories(study, scale).items()
+        out / _file(name): netcdf(run) for name, run in trajectories(study, scale).items()
     }
     contents[out / PAGE] = page(made, study)
     contents[out / CLAIMS] = records_json(made, study)
@@ -96,10 +104,12 @@ def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[Chapter]:
     return made
 
 
-def write_figures(study: Study, numbers: Sequence[int], out: Path) -> list[Chapter]:
+def write_figures(
+    study: Study, numbers: Sequence[int], out: Path, scale: Scale = FULL
+) -> list[Chapter]:
     """Write paper.html with these figures alone."""
     figures = importlib.import_module("crosscheck.paper.figures.chapter")
-    html = "\n".join(figures.figure(study, number) for number in sorted(set(numbers)))
+    html = figures.alone(Material(study, scale), sorted(set(numbers)))
     made = [Chapter(figures.ID, "Figures", html)]
     write_text(out / PAGE, page(made, study))
     return made

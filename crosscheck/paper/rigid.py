@@ -40,6 +40,8 @@ def without_gears(variant: Variant, level: str = COUPLED) -> Variant:
         seed=fields.seed,
         meshes=fields.meshes,
         planets=fields.planets,
+        mesh_work=fields.mesh_work,
+        harmonics=fields.harmonics,
     )
 
 

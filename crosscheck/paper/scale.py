@@ -5,19 +5,28 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from crosscheck.studies.study import Variant
+from crosscheck.studies.variant import Variant
+
+STARTS, QUICK_STARTS = 32, 8
 
 
 @dataclass(frozen=True)
 class Scale:
     """quick: only what the quick report needs; longest_s: no simulation of the meshes is longer.
 
-    What a run is then too short for is undefined, in words and records. most_starts: of a sample.
+    What a run is then too short for is undefined, in words and records. most_starts: of a sample;
+    first_seed: of every sample's starts, whose seeds follow one another.
     """
 
     quick: bool = False
     longest_s: float = math.inf
-    most_starts: int = 1000
+    most_starts: int = STARTS
+    first_seed: int = 1
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """Of a sample's starts."""
+        return tuple(range(self.first_seed, self.first_seed + self.most_starts))
 
     def seconds(self, wanted_s: float) -> float:
         """A duration, cut."""
@@ -35,4 +44,4 @@ class Scale:
         return replace(variant, duration_s=self.seconds(own_s))
 
 
-FULL, QUICK = Scale(), Scale(quick=True)
+FULL, QUICK = Scale(), Scale(quick=True, most_starts=QUICK_STARTS)

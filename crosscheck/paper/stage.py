@@ -35,16 +35,21 @@ class PaperStage:
     damping_ratio: float | None
 
 
+def geared_joint(arm: Arm, place: int = 0) -> Planetary:
+    """The joint at a place from the base, counted from 0; InputError for one without gears."""
+    joint = arm.joints[place]
+    if isinstance(joint, Planetary):
+        return joint
+    where = f"joints[{place}].kind"
+    raise InputError(arm.name, where, joint.kind, "must be planetary, as in the paper")
+
+
 def paper_stage(arm: Arm, place: int = 0) -> PaperStage:
     """The stage at a place from the base, counted from 0: the shoulder's.
 
     Raises InputError for a joint that is not as the paper's.
     """
-    joint, where = arm.joints[place], f"joints[{place}]"
-    if not isinstance(joint, Planetary):
-        raise InputError(
-            arm.name, f"{where}.kind", joint.kind, "must be planetary, as in the paper"
-        )
+    joint, where = geared_joint(arm, place), f"joints[{place}]"
     mesh, law = joint.sun_mesh.of_planet(0), joint.sun_mesh.of_planet(0).stiffness
     if not isinstance(law, SineStiffness):
         field = f"{where}.sun_mesh.stiffness"

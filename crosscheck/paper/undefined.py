@@ -14,8 +14,8 @@ from typing import overload
 import numpy as np
 from pydantic import JsonValue
 
+from crosscheck.paper.numbers import defined
 from crosscheck.paper.record import JsonObject
-from crosscheck.studies.study import Numbers
 
 UNDEFINED = "undefined"
 Quantity = float | np.floating | np.ndarray | Sequence[float | None] | None
@@ -67,27 +67,10 @@ def percent(share: float | None, form: str = ".1f") -> str:
     return f"{100 * share:{form}} %" if share is not None and math.isfinite(share) else UNDEFINED
 
 
-def quotient(one: float | None, other: float | None) -> float:
-    """One number over another; nan if either is undefined or the other is 0."""
-    if one is None or other is None or other == 0:
-        return math.nan
-    return one / other
-
-
 def extreme(values: Iterable[float | None], choose: Callable[[list[float]], float]) -> float:
     """The largest or smallest (``max``, ``min``) of those that are defined; nan if none is."""
     found = [value for value in values if value is not None and math.isfinite(value)]
     return choose(found) if found else math.nan
-
-
-def defined(value: float | np.floating | None) -> float | None:
-    """A plain float, or None for what is undefined."""
-    return float(value) if value is not None and math.isfinite(value) else None
-
-
-def finite(numbers: Mapping[str, float | None]) -> Numbers:
-    """Plain floats, None for what is undefined."""
-    return {name: defined(value) for name, value in numbers.items()}
 
 
 @overload

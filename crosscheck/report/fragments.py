@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
+import markupsafe
+
 COLOURS = ("#1f5fa8", "#d1702c", "#2f8f5b", "#8a4fb0", "#b03050", "#5a6b7a", "#a08a20")
 
 
@@ -19,7 +21,7 @@ def paragraph(text: str) -> str:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
-    """A table of plain texts that scrolls by itself where it is too wide."""
+    """A table of plain texts, or of Markup, that scrolls by itself where it is too wide."""
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
     lines = "".join(_row(row, "td") for row in rows)
     return f'<div class="wide"><table>{title}{_row(head, "th")}{lines}</table></div>'
@@ -31,4 +33,5 @@ def figure(svg: str, caption: str) -> str:
 
 
 def _row(cells: Sequence[str], tag: str) -> str:
-    return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+    shown = (f"<{tag}>{markupsafe.escape(cell)}</{tag}>" for cell in cells)  # Markup as it is
+    return "<tr>" + "".join(shown) + "</tr>"

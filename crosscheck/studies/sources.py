@@ -25,7 +25,10 @@ ROOT = Path(__file__).parent.parent.parent
 OWN = ("models", "analytic", "crosscheck")
 DATA = ("models/arms", "models/scenarios")
 # These name what others choose, and a key has what was chosen.
-CHOSEN_BY_OTHERS = ("crosscheck.registry", "crosscheck.studies.variant")
+CHOSEN_BY_OTHERS = (
+    *("crosscheck.registry", "crosscheck.studies.variant"),
+    *(f"crosscheck.paper.{name}" for name in ("rigid", "sampling.starts", "sampling.preload")),
+)
 BUILDERS = {("crosscheck.registry", "build"), ("crosscheck.registry", "model_class")}
 Name = tuple[str, str | None]  # module and what is defined there; None: all of it
 

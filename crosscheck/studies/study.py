@@ -224,9 +224,10 @@ def _inputs(variant: Variant) -> list[str]:
 def question_key(question: Question[object]) -> str:
     """Of its answer."""
     kind = type(question)
-    name = (kind.__module__, kind.__qualname__.partition(".")[0])
+    names = [(kind.__module__, kind.__qualname__.partition(".")[0])]
+    names += map(home, getattr(question, "run_by", ()))
     anything = [entry.versioned for entry in MODELS.values()]
-    return _key([kind.__qualname__, question.inputs], [name], anything)
+    return _key([kind.__qualname__, question.inputs], names, anything)
 
 
 def _key(

@@ -17,7 +17,7 @@ from crosscheck.registry import build, entry_of
 from crosscheck.studies.starts import perturbed
 from models.errors import Diverged
 from models.loading import HERE, Case, load_case
-from models.meshes import damped
+from models.meshes import damped, squared
 from models.scenario import MOST_RECORDS, Scenario
 from models.switches import Switches
 
@@ -35,7 +35,8 @@ class Variant:
     None follows the phase law; settings: ``path=value`` as on the command line; meshes: those
     settings that concern the meshes alone, so that a rigid arm has none; seed: perturb every mesh
     displacement of the start by up to 1e-12 m, and if planets are free every planet by itself as
-    much; record_every as in the scenario.
+    much; record_every as in the scenario; harmonics: of the square wave that is the meshes'
+    stiffness, 0 for the arm's own.
     """
 
     scenario: str = "pd"
@@ -50,6 +51,8 @@ class Variant:
     record_every: int = 2
     meshes: tuple[str, ...] = ()
     planets: Planets = "lumped"
+    mesh_work: str = "paper"
+    harmonics: int = 0
 
     def case(self) -> Case:
         """Arm, scenario and switches, read again if a file has changed. Raises InputError."""
@@ -73,12 +76,16 @@ def _case(of: Variant, *files: tuple[int, ...] | None) -> Case:
         switches["ring_rate"] = of.ring_rate
     if of.planets == "free":
         switches["planets"] = of.planets
+    if of.mesh_work != "paper":
+        switches["mesh_work"] = of.mesh_work
     settings = [*of.settings, *of.meshes, f"scenario.record_every={of.record_every}"]
     if of.duration_s is not None:
         settings.append(f"scenario.duration_s={of.duration_s!r}")
     case = load_case(of.arm, of.scenario, switches, settings)
     if of.zeta is not None:
         case = case._replace(arm=damped(case.arm, of.zeta))
+    if of.harmonics:
+        case = case._replace(arm=squared(case.arm, of.harmonics))
     return case if of.seed is None else perturbed(case, of.seed)
 
 

@@ -37,7 +37,8 @@ MOST_AT_ONCE = 300_000  # records of runs in one task: about 200 MB
 class Question(Protocol[Answer]):
     """Work that is not one variant's run: a frozen dataclass of a module.
 
-    inputs: all that its answer depends on besides code; cost: rough seconds. The answer, of the
+    inputs: all that its answer depends on besides code; cost: rough seconds; it may have run_by:
+    names of the models that it runs, where its code does not say which. The answer, of the
     type that ``answer`` is annotated with (records, numbers, lists of them), is kept as JSON.
     """
 

@@ -8,10 +8,16 @@ import xarray as xr
 
 from analytic.model import PhysicalModel
 from analytic.stability import contact_eigenvalues
-from crosscheck.paper.hypotheses import controller, feedback
-from crosscheck.paper.hypotheses.controller_records import Flutter, Threshold, growth_agrees
+from crosscheck.paper.hypotheses import controller, feedback, flutter, handed, linear_limits
+from crosscheck.paper.hypotheses.controller import Vibrating
 from crosscheck.paper.hypotheses.feedback import SUN, Point
+from crosscheck.paper.hypotheses.flutter import VIBRATES, Flutter, Setting
+from crosscheck.paper.hypotheses.handed import Handed, Handover, Loop
+from crosscheck.paper.hypotheses.linear_limits import Threshold, growth_agrees
+from crosscheck.paper.sampling.pool import Sample
+from crosscheck.registry import build
 from crosscheck.studies.study import Variant
+from models.drive import CONSTANT, DriveData, drive_data
 
 
 @pytest.mark.parametrize("zeta", [0.003, 0.05])
@@ -48,25 +54,80 @@ def test_feedback_at_the_sun_only_stores_and_dissipates(elbow):
     assert feedback.threshold(Point(elbow_rad=elbow, sensed=SUN)) == 0
 
 
-def _cells(with_error: bool, without: bool) -> list[Flutter]:
-    return [
-        Flutter("always", 0.003, E, 2.0 if flutters else 0.5)
-        for E, flutters in ((5e-6, with_error), (0.0, without))
-    ]
+def _cell(setting: Setting, vibrating: int, of: int = 32) -> Flutter:
+    sizes = [0.5 * VIBRATES] * (of - vibrating) + [2 * VIBRATES] * vibrating
+    return Flutter(setting, tuple(sizes), None)
 
 
 @pytest.mark.parametrize(
     ("with_error", "without", "independent"),
-    [(True, True, True), (True, False, False), (False, False, False)],
+    [(32, 31, True), (32, 0, False), (0, 0, False), (16, 32, False)],
 )
 def test_independent_of_error(with_error, without, independent):
-    assert controller.independent_of_error(_cells(with_error, without)) is independent
+    counts = {5.0: with_error, 0.0: without}
+    cells = [_cell(Setting("always", 0.003, error), n) for error, n in counts.items()]
+    assert controller.independent_of_error(Vibrating(tuple(cells))) is independent
 
 
-@pytest.mark.parametrize(("size", "goes_on"), [(1.1, True), (0.9, False), (None, True)])
-def test_flutters_on_both_sides(size, goes_on):
-    diverged = 1.0 if size is None else None
-    assert Flutter("always", 0.003, 0.0, size, diverged_s=diverged).flutters is goes_on
+@pytest.mark.parametrize(
+    ("bare", "link", "sun", "feeds"),
+    [(0, 20.0, 0.1, True), (1, 20.0, 0.1, False), (0, 20.0, 1.1, False), (0, 0.9, 0.1, None)],
+)
+def test_what_lives_on_the_feedback(bare, link, sun, feeds):
+    """None: where nothing vibrated, nothing was handed over."""
+    cell = _cell(Setting("contact", 0.006, played_back=True), bare)
+    handed = ((Setting("contact", 0.006), Handed([link, 0.0], [0.1, 0.0], [sun, 0.0])),)
+    assert controller.lives_on_feedback(Vibrating((cell,), handed)) is feeds
+
+
+def test_a_diverged_start_vibrates_and_one_that_ends_early_says_nothing():
+    sample = Sample(
+        {"vibration": np.array([0.1, np.nan, np.nan]), "frequency_Hz": np.array([9.0, 0.0, 0.0])},
+        np.array([False, True, False]),
+    )
+    found = flutter.flutter_of(Setting("always", 0.003), sample)
+    assert found.sizes == (0.1, np.inf)
+    assert found.share is not None
+    assert found.share.yes == 1
+
+
+SEEDS = (1, 2)
+
+
+@pytest.mark.slow
+def test_the_vibration_of_undamped_play_dies_without_feedback():
+    """H6's switch in small: a run of the fast kernel, handed over to the plain one."""
+    found = Handover(Setting("contact", 0.006).variant(), SEEDS).answer()
+    assert max(found.torque) < VIBRATES < max(found.link)
+    assert max(found.sun) < VIBRATES
+
+
+def test_the_feedback_of_the_plain_kernel_is_the_drives_own():
+    """The controller as a sensor on the link gives the accelerations that the PD drive gives."""
+    model = PhysicalModel(*Variant(zeta=0.05, planets="free").case())
+    q, v = model.start()
+    link = np.eye(len(q))[:, model.layout.theta]
+    gains = model.drive.gains
+    still = DriveData(CONSTANT, np.zeros_like(gains), np.zeros(1), np.zeros((2, 1)))
+    ways = ((still, link, gains), (model.drive, link, np.zeros_like(gains)))
+    loops = [Loop(model.terms, model.gears, *way) for way in ways]
+    both = [handed.accelerations(loop, q, v, 1e-5, 500) for loop in loops]
+    # The same sums in another order: rounding, which the teeth's stiffness carries along.
+    np.testing.assert_allclose(*both, rtol=1e-8, atol=1e-8 * np.abs(both[1]).max())
+
+
+def test_a_torque_that_is_played_back_is_the_rigid_arms():
+    variant = Setting("contact", 0.01).variant()
+    case = flutter.played_back(variant.case(), variant)
+    rigid = build("analytic:coupled", case.arm, variant.case().scenario).simulate()
+    drive = drive_data(case.scenario, 2)
+    time, torque = rigid["time"].values, rigid["torque"].values
+    table = np.array([np.interp(time, drive.table_time, row) for row in drive.table_torque]).T
+    # A straight line over h misses T by T'' h^2 / 8; T'' by differences of the records, a tenth
+    # more for their own error.
+    curvature = np.abs(np.diff(torque, 2, axis=0)).max() / (time[1] - time[0]) ** 2
+    np.testing.assert_allclose(table, torque, atol=1.1 * curvature * flutter.TABLE_S**2 / 8)
+    assert np.abs(torque).max() > 100
 
 
 @pytest.mark.parametrize(("measured", "agrees"), [(10.9, True), (11.1, False), (8.9, False)])
@@ -80,7 +141,7 @@ def test_cured_at_the_sun(sun, cured):
         Threshold(Point(), 0.005, 1500.0, 1.0, 0.0),
         Threshold(Point(sensed=SUN), sun, 1500.0, 1.0, 0.0),
     ]
-    assert controller.cured_at_the_sun(survey) is cured
+    assert linear_limits.cured_at_the_sun(survey) is cured
 
 
 def test_growth_rate_of_a_known_vibration():
@@ -93,6 +154,6 @@ def test_growth_rate_of_a_known_vibration():
         },
         {"time": time},
     )
-    measured = controller.growth_rate(run)
+    measured = linear_limits.growth_rate(run)
     assert measured["growth_per_s"] == pytest.approx(20, rel=0.02)
     assert measured["elbow_rad"] == pytest.approx(0.3)

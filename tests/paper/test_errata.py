@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
+import tomllib
 from dataclasses import replace
 from itertools import product
 
+import numpy as np
 import pytest
 import sympy as sp
 
@@ -13,12 +16,14 @@ from analytic.energies import energies_form, kinetic_energies
 from analytic.forms import Form
 from analytic.physical import physical_form
 from analytic.printed import printed_form
-from crosscheck.paper.errata import auxiliary, compare, energy, transcript
+from crosscheck.paper.errata import auxiliary, compare, energy, planted, statements, transcript
 from crosscheck.paper.errata import finder as errata
 from crosscheck.paper.errata.erratum import effect_of
+from crosscheck.paper.errata.words import FILE, told
 from crosscheck.paper.stage import paper_stage, without_backlash
 from models.errors import InputError
 from models.loading import load_arm
+from models.meshes import with_meshes
 from tests.arms import arm_of
 
 ENTRIES = [
@@ -89,25 +94,109 @@ def test_an_energy_of_no_body_is_reported(monkeypatch):
     assert ("Eq. 16", "no body") in {(d.where, d.body) for d in energy.differences()}
 
 
-def test_auxiliary_errata_vanish_when_the_paper_is_put_right(labelled, monkeypatch):
+def test_statement_errata_vanish_when_the_paper_is_put_right(monkeypatch):
     twelve = ("b", "b", "0", "b", "b", "0", *["0"] * 6)
     monkeypatch.setattr(transcript, "INITIAL_VALUES", twelve)
-    assert list(auxiliary.initial_values()) == []
+    assert list(statements.initial_values()) == []
     unique = tuple(
         transcript.Definition(f"s{number}", f"quantity {number}", "here") for number in range(5)
     )
     monkeypatch.setattr(transcript, "DEFINITIONS", unique)
-    assert list(auxiliary.symbols_used_twice()) == []
-    assert list(auxiliary.quantities_with_two_symbols()) == []
+    assert list(statements.symbols_used_twice()) == []
+    assert list(statements.quantities_with_two_symbols()) == []
+    monkeypatch.setattr(transcript, "BACKLASHES_UM", (50.0, 100.0, 200.0, 300.0, 500.0))
+    monkeypatch.setattr(transcript, "TOOTH_ERRORS_UM", (0.8, 1.6, 3.2))
+    assert list(statements.where_nothing_was_run()) == []
+    monkeypatch.setattr(transcript, "ENTRIES", tuple(transcript.MADE_OF))
+    assert list(statements.unused_abbreviations()) == []
+
+
+def test_equation_errata_vanish_when_the_teeth_are_put_right(labelled):
     assert list(auxiliary.force_without_clearance(without_backlash(labelled))) == []
+    exact = with_meshes(
+        labelled,
+        lambda mesh: mesh.model_copy(
+            update={
+                "tooth_error_m": 0.0,
+                "stiffness": mesh.of_planet(0).stiffness.model_copy(
+                    update={"amplitude_N_per_m": 0.0}
+                ),
+            }
+        ),
+    )
+    assert list(auxiliary.work_of_the_springs(exact)) == []
+    assert list(auxiliary.force_of_time(paper_stage(exact))) == []
+
+
+def test_abbreviations_without_use_are_found_through_others():
+    found = {erratum.id for erratum in statements.unused_abbreviations()}
+    assert found == {"unused-M_ci", "unused-a_5"}
+
+
+def test_every_slip_has_an_id_of_its_own_and_words(labelled):
+    found = errata.find_errata(labelled)
+    assert len({erratum.id for erratum in found}) == len(found)
+    for erratum in map(told, found):
+        assert erratum.where
+        assert erratum.printed
+        assert erratum.derived
+        assert "{" not in f"{erratum.printed}{erratum.derived}{erratum.remark}"
+
+
+def test_every_slip_in_words_is_one_that_can_be_found(labelled):
+    words = set(tomllib.loads(FILE.read_text(encoding="utf-8")))
+    ids = {erratum.id for erratum in errata.find_errata(labelled)}
+    found = ids | {name.partition("-")[0] for name in ids}
+    assert words - found == {"table-planet"}  # only where a planet's M is above its m
+
+
+def test_the_torques_answer_is_that_of_eq_23_to_a_vibration():
+    """T = -P theta - D theta', theta'' = a sin(w t): amplitude a sqrt(P^2 + (w D)^2) / w^2."""
+    (erratum,) = statements.torque_and_acceleration()
+    w = 2 * math.pi * 1500
+    assert erratum.size == pytest.approx(300 * math.hypot(1000, 400 * w) / w**2, rel=1e-12)
+    time = np.linspace(0, 2 / 1500, 200_001)
+    theta, speed = -300 / w**2 * np.sin(w * time), -300 / w * np.cos(w * time)
+    torque = -1000 * theta - 400 * speed
+    lead = 360 * 1500 * (0.25 / 1500 - time[torque[:50_000].argmax()])
+    # 0.01 degrees: half a sample of 0.0036 degrees, and the flat top of a sine.
+    assert erratum.quoted["lead"] == pytest.approx(lead, abs=0.01)
+
+
+def test_decay_is_that_of_the_damped_vibration(labelled):
+    """With light damping half the loss of each mode is its share of the dampers' work."""
+    stage = paper_stage(labelled)
+    slow, quick = (statements.decay_s(stage, zeta) for zeta in (1e-4, 1e-3))
+    # The first order in zeta; the next is of the order of zeta^2.
+    assert slow / quick == pytest.approx(10, rel=1e-5)
+    # physics.md: the lower mode, 1709.9 Hz, has the ratio 0.0425 at zeta 0.05.
+    assert 1e-3 * quick == pytest.approx(
+        1e-3 * math.log(10) / (0.0425 / 0.05 * 1e-3 * 2 * math.pi * 1709.9), rel=2e-3
+    )
+
+
+def test_a_planted_loss_is_seen_where_it_is_gross_and_not_in_the_meshes():
+    """M_33 left out stops the arm's own inertia; M_12 couples two meshes alone."""
+    clean = energies_form()
+    gone = planted.without(clean, "mass_matrix", (2, 5)).mass_matrix
+    assert gone[2, 5] == gone[5, 2] == 0
+    kept = list(planted.entries(clean))
+    assert ("mass_matrix", (0, 1)) in kept
+    assert ("mass_matrix", (1, 0)) not in kept
+    plants = [
+        planted.Plant("mass_matrix", (0, 1), 1e-8),
+        planted.Plant("mass_matrix", (2, 5), 0.7),
+        planted.Plant("mass_matrix", (0, 0), None),
+    ]
+    assert planted.shown(plants) == pytest.approx(2 / 3)
 
 
 def test_only_the_labelled_reading_has_a_sun_heavier_outside_than_its_rim():
     found = {
-        name: [e.where for e in auxiliary.masses_and_inertias(load_arm(f"paper-{name}"))]
+        name: [e.id for e in statements.masses_and_inertias(paper_stage(load_arm(f"paper-{name}")))]
         for name in ("labelled", "swapped")
     }
-    assert found == {"labelled": ["Table I, sun"], "swapped": []}
+    assert found == {"labelled": ["table-sun"], "swapped": []}
 
 
 def test_other_arms_than_the_papers_are_refused():
@@ -138,5 +227,5 @@ def test_every_simulated_effect_is_resolved(labelled):
         if erratum.trial is not None:
             effect = effect_of(erratum.trial, short)
             # 1e-9 N: hundredfold the rounding of forces of 1e4 N.
-            assert effect.mesh_force_N > 1e-9, erratum.where
+            assert effect.mesh_force_N > 1e-9, erratum.id
     assert torque.duration_s == errata.EFFECT_S

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crosscheck.paper.hypotheses import floating_base
+from crosscheck.paper.hypotheses import flights
 from crosscheck.registry import build
 from models.loading import Case, load_case
 from models.pinocchio_floating import Base, PinocchioFloating
 
 
 def _case(scenario: str, duration_s: float = 0.5) -> Case:
-    settings = [floating_base.EVERY, f"scenario.duration_s={duration_s}"]
+    settings = [flights.EVERY, f"scenario.duration_s={duration_s}"]
     return load_case("paper-labelled", scenario, None, settings)
 
 
@@ -45,7 +45,7 @@ def test_a_base_without_end_stands_still(scenario):
     free = _model(case, 1e13).simulate()
     # 1e-8: rtol 1e-9 of the free run; the mass ratio of 1e11 leaves 1e-11.
     np.testing.assert_allclose(free["theta"], fixed["theta"], atol=1e-8)
-    assert floating_base.tip_error(free, fixed, case).max() < 1e-8
+    assert flights.tip_error(free, fixed, case).max() < 1e-8
 
 
 def test_mass_matrix_of_the_joints_is_the_fixed_arms():
@@ -61,7 +61,7 @@ def test_all_that_the_base_carries(labelled):
         j.sun_mass_kg + 3 * j.planet_mass_kg + j.carrier_mass_kg + j.ring_mass_kg
         for j in labelled.joints
     )
-    assert floating_base.arm_mass(_case("pd")) == pytest.approx(27 + 18.9 + 10 + joints)
+    assert flights.arm_mass(_case("pd")) == pytest.approx(27 + 18.9 + 10 + joints)
 
 
 def test_tip_error_of_a_turned_base():
@@ -70,7 +70,7 @@ def test_tip_error_of_a_turned_base():
     times = fixed["time"].size
     turned = fixed.assign(base=(("time", "coordinate"), np.tile([0.0, 0.0, 0.1], (times, 1))))
     chord = 2 * 1.7 * np.sin(0.05)
-    assert floating_base.tip_error(turned, fixed, case)[0] == pytest.approx(chord)
+    assert flights.tip_error(turned, fixed, case)[0] == pytest.approx(chord)
 
 
 RATIOS = np.array([10.0, 100.0, 1000.0])
@@ -82,7 +82,7 @@ RATIOS = np.array([10.0, 100.0, 1000.0])
      ([0.6, 0.06, 0.006], 200.0)],
 )  # fmt: skip
 def test_needed_ratio(errors, needed):
-    found = floating_base.needed_ratio(RATIOS, np.array(errors), 0.03)
+    found = flights.needed_ratio(RATIOS, np.array(errors), 0.03)
     assert found == (needed if needed is None else pytest.approx(needed))
 
 
@@ -90,4 +90,4 @@ def test_needed_ratio(errors, needed):
     ("needs", "enough"), [([5.0, 5.0], True), ([5.0, 7.0], False), ([5.0, None], False)]
 )
 def test_larger_is_enough(needs, enough):
-    assert floating_base.larger_is_enough(needs) is enough
+    assert flights.larger_is_enough(needs) is enough

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.command import paper_command
+from crosscheck.paper.errata.notes import notes
 from crosscheck.paper.errata.sheet import chapter, markdown
-from crosscheck.paper.report import page, records_json
-from crosscheck.paper.scale import QUICK
-from crosscheck.report.chapter import Chapter
+from crosscheck.paper.material import Material
+from crosscheck.paper.report import page, paper_files, records_json
+from crosscheck.paper.scale import QUICK, Scale
 from crosscheck.studies.study import Study
 from models.errors import InputError
+from tests.processes import command_line
 
 
 @pytest.fixture
@@ -30,13 +34,37 @@ def test_unknown_figures_are_refused_before_anything_is_written(number: int, cac
     assert not (cache / "out").exists()
 
 
+def test_a_seed_that_cannot_be_one_is_refused_before_anything_is_written(cache: Path):
+    with pytest.raises(InputError, match="--first-seed"):
+        paper_command([4], cache / "out", 1, -1)
+    assert not (cache / "out").exists()
+    answer = command_line("paper", "--first-seed", "-1", "--out", cache / "out")
+    assert (answer.returncode, answer.stderr.count("\n")) == (2, 1)
+    assert "must be 0 or more" in answer.stderr
+    assert not (cache / "out").exists()
+
+
+def test_another_first_seed_names_the_same_files(tmp_path: Path):
+    assert paper_files(tmp_path, Scale(first_seed=99)) == paper_files(tmp_path)
+    assert set(Scale(first_seed=99).seeds).isdisjoint(Scale().seeds)
+
+
 def test_one_figure_alone_makes_a_self_contained_page(cache: Path):
-    paper_command([4], cache / "out", 1)
+    """Its script and its style are in it; nothing is asked of any other place."""
+    paper_command([4], cache / "out", 1, 5)
     html = (cache / "out" / "paper.html").read_text(encoding="utf-8")
     assert 'id="figure-4"' in html
     assert "<svg" in html
-    assert "<script" not in html
-    assert "src=" not in html
+    assert re.search(r"\bsrc=|<link\b|@import|url\(http|\bfetch\(", html) is None
+
+
+def test_the_contents_name_every_chapter_in_order(tmp_path: Path):
+    made = [Chapter(name, name.upper(), f"<p>{name}</p>", outcome="So.") for name in "abc"]
+    html = page(made, Study(tmp_path))
+    contents, _, rest = html.partition("</nav>")
+    assert re.findall(r'href="#(\w+)"', contents) == ["a", "b", "c", "provenance"]
+    assert re.findall(r'<h2 id="(\w+)"', rest) == ["a", "b", "c", "provenance"]
+    assert rest.count('<p class="outcome">So.</p>') == 3
 
 
 def test_records_are_identical_but_for_the_provenance(tmp_path: Path):
@@ -47,11 +75,12 @@ def test_records_are_identical_but_for_the_provenance(tmp_path: Path):
 
 
 def test_errata_sheet_says_the_same_as_a_page_and_as_markdown(tmp_path: Path):
-    sheet = chapter(Study(tmp_path), QUICK)
+    sheet = chapter(Material(Study(tmp_path), QUICK))
     errata, text = [slip.erratum for slip in sheet.slips], markdown(sheet.slips)
-    assert [f"erratum/paper-labelled/{erratum.where}" for erratum in errata] == [
-        record["id"] for record in sheet.records
-    ]
+    ids = [f"erratum/paper-labelled/{erratum.id}" for erratum in errata]
+    assert [record["id"] for record in sheet.records][: len(ids)] == ids
+    for note in (*notes().contradictions, *notes().gaps):
+        assert any(str(record["id"]).endswith(f"/{note.id}") for record in sheet.records)
     for erratum in errata:
         assert erratum.where.replace("|", r"\|") in text
     assert sheet.html.count("<svg") == sum(

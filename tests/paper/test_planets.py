@@ -2,39 +2,30 @@
 
 from __future__ import annotations
 
-import json
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from analytic.model import PhysicalModel
-from crosscheck.paper.phase.engines import answer
-from crosscheck.paper.phase.experiments import SETTINGS, Setting
-from crosscheck.paper.phase.fluctuations import Fluctuation
-from crosscheck.paper.planets import features, hill
+from crosscheck.paper.cells import LAWS, PRINTED, Cell
+from crosscheck.paper.claims.quantities import of
+from crosscheck.paper.claims.rule import Answer, Claim, Place, State, above
+from crosscheck.paper.phase.experiments import pd_run
 from crosscheck.paper.planets import growth as growths
-from crosscheck.paper.planets.distributions import cells
-from crosscheck.paper.planets.features import FEATURES, Feature, Start
-from crosscheck.paper.planets.pairs import Freed, TwoModels, TwoTests
-from crosscheck.paper.planets.parting import APART_M, Course, Parted, Partings, alike
-from crosscheck.paper.planets.plates import Seen, seen
-from crosscheck.paper.planets.samples import Cell, Quantiles, Sample
-from crosscheck.paper.planets.verdict import (
-    FIRST_WORTH,
-    PREDICTED,
-    Effect,
-    Share,
-)
-from crosscheck.paper.scale import Scale
+from crosscheck.paper.planets import hill
+from crosscheck.paper.planets.features import Feature
+from crosscheck.paper.planets.freed import Freed, effects_by_law
+from crosscheck.paper.planets.parting import Course, FirstPartings, Parted, Partings, alike
+from crosscheck.paper.planets.verdict import PREDICTED, Effect, Survival
+from crosscheck.paper.sampling.experiments import PD
+from crosscheck.paper.third import APART_M, Third
 from crosscheck.studies.study import Variant
-from crosscheck.studies.variant import simulate
 from models.loading import Case
 
 ABOVE, BELOW = 1.01, 0.99
-SHORT = replace(Cell("omega_t", SETTINGS[0]).starts("free", [1])[0], duration_s=0.02)
-BRIEF = Scale(longest_s=0.002)
+CELL = Cell(PRINTED, 0.005)
+SHORT = replace(pd_run(CELL, 0.02), seed=1, record_every=10)
 
 
 def _model(planets: str, variant: Variant = SHORT) -> PhysicalModel:
@@ -162,55 +153,26 @@ def test_seeds_of_lumped_planets_are_those_of_free_ones_and_more() -> None:
     assert len(set(offsets.ravel())) == 6
 
 
-def test_a_share_of_fewer_than_half_of_the_starts_is_undefined() -> None:
-    shows, open_ = (Start(Seen(third_rad_per_s2=size), {}, {}) for size in (300.0, None))
-
-    def decide(start: Start) -> bool | None:
-        return start.control.third_rad_per_s2 and start.control.third_rad_per_s2 > 1
-
-    assert features._share(decide, [shows, open_]) == Share.counted(1, 1)
-    assert features._share(decide, [shows, open_, open_]) is None
-    assert features._share(decide, []) is None
-
-
-def _sample(*amplitudes: float | None) -> Sample:
-    return Sample(tuple(Fluctuation(0.9, 1350.0, a, 1e-4) for a in amplitudes))
-
-
-def test_a_sample_counts_what_diverges_and_is_undefined_where_a_run_ends_before() -> None:
-    found = Sample((*_sample(20.0, 150.0).runs, Fluctuation(diverged_s=0.3)))
-    assert found.share is not None
-    assert (found.share.yes, found.share.of, found.of_two_minds) == (2, 3, True)
-    assert found.amplitude == Quantiles(20.0, 150.0, None)
-    assert found.spread == Quantiles()
-    ended = _sample(20.0, None)
-    assert (ended.share, ended.of_two_minds, ended.amplitude) == (None, False, Quantiles())
-    json.dumps([found.to_dict(), ended.to_dict()], allow_nan=False)
-
-
 def test_pairs_of_samples_say_what_they_are() -> None:
-    large, small = _sample(*[400.0] * 8), _sample(*[20.0] * 8)
-    freed = Freed(Cell("omega_t", Setting(0.005, "eq13")), large, small, 1)
-    assert freed.effect == Effect.WEAKER
-    assert freed.to_dict()["effect"] == "weaker"
-    models = TwoModels(Setting(0.005, "eq13"), large, small, small)
-    assert (models.same, models.shown) == (True, False)
-    assert TwoModels(Setting(0.005, "eq13"), large, large, small).same is False
-    two = _sample(400.0, 400.0)
-    assert TwoModels(Setting(0.005, "eq13"), two, two, two).same is None
-    assert "so few" in answer(TwoModels(Setting(0.005, "eq13"), two, two, two))
-    assert "no proof" in answer(models)
-    larger = Freed(freed.cell, _sample(*[200.0] * 8), _sample(*[230.0] * 8), 1)
-    assert (larger.effect, larger.effect_at(FIRST_WORTH)) == (Effect.STRONGER, Effect.NONE)
-    undefined = TwoModels(Setting(0.005, "eq13"), large, small, _sample(None))
-    assert (undefined.same, undefined.shown) == (None, None)
-    assert TwoTests.of(large, _sample(None)).to_dict() == {"p_of_shares": None, "p_of_sizes": None}
-    json.dumps([freed.to_dict(), models.to_dict(), undefined.to_dict()], allow_nan=False)
+    def third(size: float) -> Third:
+        found = np.full(8, size)
+        return Third(found, found, found, found, 0)
+
+    weaker = Freed(CELL, third(400.0), third(20.0), 2)
+    assert weaker.effect == Effect.WEAKER
+    assert effects_by_law([weaker])[PRINTED] == {Effect.WEAKER: 1}
+    assert set(effects_by_law([])) == set(LAWS)
 
 
-def test_every_setting_is_asked_once() -> None:
-    assert len(set(cells())) == len(cells()) == 2 * 2 * 2 * 6
-    assert {Cell("omega_t", setting) for setting in SETTINGS} <= set(cells())
+def test_a_statement_about_a_figure_may_rest_on_planets_held_alike() -> None:
+    limits = above(100.0, "")
+    claim = Claim("3.2-99", 14, "", of(PD, "third"), limits)
+    place = Place(PRINTED, CELL.arm, 0.005, "")
+    true, false = (Answer(place, (size,) * 16, 16, limits) for size in (200.0, 20.0))
+    lost = Feature(claim, place, true, false, 1)
+    assert (lost.survives, lost.changed) == (Survival.LOST, True)
+    assert Feature(claim, place, true, true, 1).changed is False
+    assert lost.free.state == State.NO
 
 
 def _parted(measured: float | None, lumped: float | None, strayed: float | None = None) -> Parted:
@@ -254,23 +216,6 @@ def test_the_first_parting_is_foretold_start_by_start() -> None:
     assert (shoulder.parted, shoulder.median_s) == (0, None)
 
 
-def test_what_the_text_says_of_the_cause_has_two_sides() -> None:
-    told = _foretold([_parted(0.1, 0.1)])
-    elbow = growths._predictions([_parted(0.1, 0.1)], 1)
-    quiet, wild = (
-        growths._statement(told, told, [replace(elbow, pressed_largest_m=by * APART_M)])
-        for by in (BELOW, ABOVE)
-    )
-    assert "not that one does" in quiet
-    assert "loss of contact does." in quiet
-    assert "could part the planets" in wild
-    assert "10 to 10 ms" in quiet
-    unknown = [elbow, replace(elbow, pressed_largest_m=None)]
-    other = growths._statement(replace(told, courses_part=0), told, unknown)
-    assert "hangs on the start too" in other
-    assert "is undefined" in other
-
-
 def test_parting_is_measured_where_planets_pass_a_micrometre() -> None:
     variant = replace(SHORT, settings=(), duration_s=0.002)
     (parted,) = Partings((variant,)).answer()
@@ -280,26 +225,11 @@ def test_parting_is_measured_where_planets_pass_a_micrometre() -> None:
     assert APART_M == 1e-6
 
 
-def test_what_a_figure_needs_is_seen_in_a_run() -> None:
-    run = simulate(SHORT)
-    rigid = simulate(replace(SHORT, model="analytic:coupled", planets="lumped", seed=None))
-    found = Seen.of(seen(run, (rigid,)))
-    assert found.first_rad_per_s2 is not None
-    assert found.side_s is None
-    assert math.isnan(found.lines[0].frequency_Hz)
-    with pytest.raises(TypeError):
-        Seen.of({"third": 1.0})
-
-
-def test_features_are_decided_as_in_the_figures() -> None:
-    strong = Seen(third_rad_per_s2=300.0, first_rad_per_s2=20.0, peak_N=1.0, contact_s=0.3)
-    start = Start(strong, {50.0: strong}, {5.0: strong})
-    decided = {(number, text): decide(start) for number, text, decide in FEATURES}
-    assert decided[14, "third fluctuation"] is True
-    assert decided[14, "first fluctuation 10 to 40 rad/s²"] is True
-    assert decided[13, "the force changes its sign near 0.3 s"] is True
-    assert decided[11, "both torques ripple in 0.5 to 1.2 s"] is None
-    shares = Share.counted(4, 4), Share.counted(0, 4)
-    record = Feature(14, "third fluctuation", "omega_t", *shares, 4, 1).to_dict()
-    assert (record["survives"], record["changed"]) == ("no", True)
-    json.dumps(record, allow_nan=False)
+def test_first_partings_are_those_of_the_run_itself() -> None:
+    """At the smallest damping planets part within the first tenth of a second."""
+    variant = pd_run(Cell(PRINTED, 0.003), 0.08)
+    times = FirstPartings(variant, (1, 2)).answer()
+    run = PhysicalModel(*replace(variant, seed=2).case()).simulate()
+    spread = np.ptp(run["x_pr"].values, axis=2).max(axis=1)
+    assert times[1] == run["time"].values[np.argmax(spread >= APART_M)]
+    assert FirstPartings(pd_run(CELL, 0.002), (1,)).answer() == [None]

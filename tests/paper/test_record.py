@@ -8,15 +8,14 @@ from dataclasses import asdict
 import pytest
 
 from crosscheck.paper.errata.erratum import Effect, Erratum, Trial, tried
-from crosscheck.paper.errata.sheet import ArmSlip
-from crosscheck.paper.phase.experiments import Setting
-from crosscheck.paper.phase.objections import GrowthRates, Rates
+from crosscheck.paper.errata.tables import SLIPS, ArmSlip
+from crosscheck.paper.phase.objections import Rates
 from crosscheck.paper.phase.resonance import Peak, Resonances
 from crosscheck.paper.record import read
 
-RAMP = Resonances((Peak(1.0, 2.0), Peak(None, None)), None, (1.0, 2.0), (3.0, 4.0))
+RAMP = Resonances(((Peak(1.0, 2.0), Peak(None, None)),), (None,), (1.0, 2.0), (3.0, 4.0))
 RATES = Rates(1.0, None, 2.0, 3.0, 4.0)
-ERRATUM = Erratum("Eq. 1", "entry", "a", "b", float("inf"), "N", trial=Trial(abs, abs))
+ERRATUM = Erratum("eq1", "entry", "Eq. 1", "a", "b", float("inf"), "N", trial=Trial(abs, abs))
 SLIP = tried(ERRATUM, {"pd": Effect(1e-3, 5.0)})
 
 
@@ -35,11 +34,6 @@ def test_what_is_no_record_is_refused(answer: object) -> None:
 def test_a_slip_has_no_trial_left_and_no_infinite_size() -> None:
     assert SLIP.erratum.trial is None
     assert SLIP.erratum.size is None
-    assert ArmSlip("paper-labelled", SLIP).to_dict()["id"] == "erratum/paper-labelled/Eq. 1"
-
-
-def test_a_records_fields_are_its_names_in_json() -> None:
-    found = GrowthRates(Setting(0.005, "eq13"), RATES).to_dict()
-    assert found["id"] == "objection/growth/0.005"
-    assert (found["zeta"], found["ring_rate"]) == (0.005, "eq13")
-    assert found["without_feedback_per_s"] is None
+    (record,) = SLIPS.json([ArmSlip("paper-labelled", SLIP)])
+    assert record["id"] == "erratum/paper-labelled/eq1"
+    assert (record["size"], record["pd_force_N"]) == (None, 5.0)

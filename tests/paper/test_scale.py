@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from crosscheck import signals
-from crosscheck.paper.claims.measures import BACK_AND_FORTH, CONSTANT_TORQUE
-from crosscheck.paper.claims.pd import WHOLE
-from crosscheck.paper.fluctuation import THIRD_FLUCTUATION
-from crosscheck.paper.hypotheses.controller import SUSTAINED, growth_rate
-from crosscheck.paper.hypotheses.damping_fit import rigid_numbers
+from crosscheck.paper.cells import INTEGRAL, Cell
+from crosscheck.paper.hypotheses.linear_limits import growth_rate
+from crosscheck.paper.hypotheses.reversals import torque_reversals
 from crosscheck.paper.phase.experiments import vibration
-from crosscheck.paper.phase.handover import handover
+from crosscheck.paper.phase.handover import CELLS, HEIRS, handover
 from crosscheck.paper.phase.stability import stability
+from crosscheck.paper.sampling.experiments import (
+    BACK,
+    CONSTANT,
+    NO_ERROR,
+    PD,
+    Source,
+    question,
+)
 from crosscheck.paper.scale import FULL, Scale
 from crosscheck.studies.study import Comparison, Measure, Study, Variant
 from tests.paper.measuring import numbers_of
@@ -58,13 +65,8 @@ def test_a_still_signal_has_no_frequency_and_an_unknown_target_is_not_reached() 
 @pytest.mark.parametrize(
     ("measure", "scenario"),
     [
-        (WHOLE, "pd"),
-        (THIRD_FLUCTUATION, "pd"),
         (growth_rate, "pd"),
-        (SUSTAINED, "pd"),
-        (rigid_numbers, "pd"),
-        (CONSTANT_TORQUE, "constant-torque"),
-        (BACK_AND_FORTH, "back-and-forth"),
+        (torque_reversals, "pd"),
     ],
 )
 def test_a_measure_has_the_same_numbers_for_a_run_of_any_length(
@@ -77,15 +79,25 @@ def test_a_measure_has_the_same_numbers_for_a_run_of_any_length(
         assert all(value is None or math.isfinite(value) for value in numbers.values())
 
 
+@pytest.mark.parametrize("source", [PD, NO_ERROR, CONSTANT, BACK(50)], ids=str)
+def test_an_experiment_measures_the_same_numbers_whatever_its_length(source: Source) -> None:
+    asked = question(source, Cell(INTEGRAL, 0.05), (1,))
+    names = [
+        set(replace(asked, variant=replace(asked.variant, duration_s=d)).answer().numbers)
+        for d in (0.002, 0.02, 0.3)
+    ]
+    assert names[0] == names[1] == names[2]
+
+
 @pytest.mark.slow
 def test_a_vibration_that_is_reached_is_followed_and_handed_over(tmp_path_factory) -> None:
     """Just past half a second there is something to linearise and to hand over, if not much."""
     study = Study(tmp_path_factory.mktemp("kept"))
-    scale = Scale(longest_s=0.55)
+    scale = Scale(longest_s=0.55, most_starts=2)
     followed, handed = stability(study, scale), handover(study, scale)
-    assert {onset.as_predicted for onset in followed.records} <= {True, False}
-    assert all(onset.growth.largest_growth_per_s is not None for onset in followed.records)
-    assert len(handed.records) == 12
-    assert all(handed_over.before_rad_per_s2 > 0 for handed_over in handed.records)
-    assert all(0.5 <= handed_over.at_s <= 0.55 for handed_over in handed.records)
-    assert followed.html.count("<svg") == handed.html.count("<svg") == 1
+    assert all(one.largest is not None for one in followed.cells.values())
+    assert all(one.begun and one.begins is not None for one in followed.cells.values())
+    assert len(handed.fates) == len(HEIRS) * len(CELLS)
+    assert all(fate.asked == 2 for fate in handed.fates)
+    before = [fate.before[1] for fate in handed.fates if fate.dying is not None]
+    assert all(size is not None and size > 0 for size in before)

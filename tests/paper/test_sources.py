@@ -66,10 +66,10 @@ def test_every_engine_stands_for_itself(files):
     analytic = {name for name, looked in files.items() if "analytic/kernel.py" in looked["edited"]}
     exudyn = {name for name, looked in files.items() if looked["edited"] >= EXUDYN}
     some_exudyn = {name for name, looked in files.items() if looked["edited"] & EXUDYN}
-    assert exudyn == some_exudyn == {"exudyn run", "measure of exudyn"}
+    assert exudyn == some_exudyn == {"exudyn run", "starts of exudyn"}
     assert analytic == set(files) - {"exudyn run", "pinocchio run", "floating base"}
     # The measure runs the rigid arm, which nothing but a string names.
-    assert "analytic/rigid.py" in files["measure of exudyn"]["edited"]
+    assert "analytic/rigid.py" in files["starts of exudyn"]["edited"]
     assert "analytic/printed.py" in files["printed run, one planet"]["edited"]
     assert "analytic/printed.py" not in files["analytic run"]["edited"]
 
@@ -81,21 +81,22 @@ def test_arms_and_experiments_count_where_they_are_read_and_nowhere_else(files):
         name: {file for file in looked["edited"] if file.endswith(".toml")}
         for name, looked in files.items()
     }
-    assert data["errata"] == {labelled, pd, torque}  # which it reads by itself
+    swings = "models/scenarios/back-and-forth.toml"
+    assert data["errata"] == {labelled, pd, torque, swings}  # which it reads by itself
     assert data["exudyn run"] == {labelled, torque}
     assert data["floating base"] == {labelled, pd}
 
 
 def own_measure() -> str:
     """Of this file, as a user's would be."""
-    from crosscheck.paper.phase import planets
+    from crosscheck.paper import events
 
-    return planets.planet_spread.__name__
+    return events.side_change.__name__
 
 
 def test_a_measure_from_outside_counts_with_all_that_it_imports():
     found = {path.relative_to(ROOT).as_posix() for path in walked((__name__, "own_measure")).files}
-    assert {"tests/paper/test_sources.py", "crosscheck/paper/phase/planets.py"} <= found
+    assert {"tests/paper/test_sources.py", "crosscheck/paper/events.py"} <= found
     assert "models/exudyn_tree.py" not in found
 
 
@@ -131,10 +132,10 @@ def test_whatever_way_a_model_is_named_it_counts(tmp_path, monkeypatch, text):
 
 def test_another_meaning_of_a_name_is_another_key(tmp_path, monkeypatch):
     hashes = set()
-    for meant in ("planet_spread", "fluctuation_and_spread"):
+    for meant in ("side_change", "teeth_return"):
         file = tmp_path / meant / "user.py"
         file.parent.mkdir()
-        text = f"from crosscheck.paper.phase.planets import {meant} as f\n"
+        text = f"from crosscheck.paper.events import {meant} as f\n"
         file.write_text(text, encoding="utf-8")
         user = type(sys)("user")
         user.__file__ = str(file)

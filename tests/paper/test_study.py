@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.paper.phase import experiments
 from crosscheck.registry import MODELS
 from crosscheck.studies import study as study_module
 from crosscheck.studies import work
@@ -305,9 +304,6 @@ def test_a_worker_that_died_is_one_clear_error(study: Study, monkeypatch: pytest
     monkeypatch.setattr(study_module, "perform_all", died)
     with pytest.raises(Unfinished, match=r"^runs: analytic:physical: Died: ended by SIGKILL$"):
         study.runs([SHORT])
-    monkeypatch.setattr(experiments, "perform_all", died)
-    with pytest.raises(Unfinished, match=r"^clock: Died: ended by SIGKILL$"):
-        experiments.responses(study, [experiments.Experiment(SHORT)], "clock")
 
 
 @pytest.mark.parametrize("error", [InputError("file", "field", 1, "allowed"), Diverged("m", 1.0)])

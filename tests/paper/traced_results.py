@@ -27,9 +27,9 @@ PAPER = "crosscheck.paper"
 # What cuts a measure or a question to milliseconds: constants of modules, (module, name) -> value.
 CUTS: dict[tuple[str, str], Any] = {
     (f"{PAPER}.events", "THIRD_S"): (0.0, 2e-3),
-    (f"{PAPER}.phase.experiments", "THIRD_S"): (0.0, 1.0),
-    (f"{PAPER}.phase.experiments", "FILTER_EDGE_S"): 0.0,
-    (f"{PAPER}.hypotheses.floating_base", "RATIOS"): (10.0,),
+    (f"{PAPER}.hypotheses.flights", "RATIOS"): (10.0,),
+    (f"{PAPER}.hypotheses.handed", "HANDED_S"): 1e-3,
+    (f"{PAPER}.hypotheses.handed", "AFTER_S"): 1e-3,
     (f"{PAPER}.phase.resonance", "RAMP_S"): 0.01,
     (f"{PAPER}.phase.linear", "BASE_STEP_S"): 0.01,
     (f"{PAPER}.phase.objections", "THIRD_EVERY"): 10,
@@ -83,11 +83,49 @@ def parting() -> Result:
     return question("planets.parting.Partings", (variant,))()
 
 
-def third_amplitude() -> Result:
-    experiments = importlib.import_module(f"{PAPER}.phase.experiments")
-    variant = importlib.import_module("crosscheck.studies.variant").Variant(**SHORT)
-    experiment = experiments.Experiment(variant, recorded=True)
-    return question("phase.experiments.ThirdAmplitude", experiment)()
+def variant() -> Any:
+    """The shortest."""
+    return importlib.import_module("crosscheck.studies.variant").Variant(**SHORT)
+
+
+def cell() -> Any:
+    """The paper's law at a small damping, planets free."""
+    cells = importlib.import_module(f"{PAPER}.cells")
+    return cells.Cell(cells.PRINTED, 0.005)
+
+
+def changed() -> Result:
+    return question("phase.experiments.Changed", variant(), (1,), (1.0, 1.0), True)()
+
+
+def exudyn_starts() -> Result:
+    studies = importlib.import_module("crosscheck.studies.variant")
+    one = studies.Variant(**SHORT, model="exudyn:tree", planets="free")
+    return question("sampling.starts.TransientPd", one, (1,))()
+
+
+def back_and_forth() -> Result:
+    return question("sampling.starts.BackAndForth", variant(), (1, 2))()
+
+
+def clock() -> Result:
+    return question("phase.clock.ClockTest", cell().law, 2e-3, 2e-3, (1,))()
+
+
+def growth() -> Result:
+    return question("phase.objections.Growth", cell(), 1.3)()
+
+
+def vibrations() -> Result:
+    return question("hypotheses.flutter.Vibrations", variant(), (1,), True)()
+
+
+def handed_over() -> Result:
+    return question("hypotheses.handed.Handover", variant(), (1,))()
+
+
+def bands() -> Result:
+    return question("sampling.bands.Bands", variant(), (1, 2), 20)()
 
 
 RESULTS: dict[str, Callable[[], Result]] = {
@@ -96,16 +134,21 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "printed run, one planet": run("reductions.first_planets", model="analytic:printed"),
     "exudyn run": run(model="exudyn:tree"),
     "pinocchio run": run(model="pinocchio:coupled"),
-    "measure of exudyn": run("phase.planets.FLUCTUATION_AND_SPREAD", model="exudyn:tree"),
+    "starts of exudyn": exudyn_starts,
     "parting": parting,
-    "figures' numbers": run("planets.plates.SEEN", planets="free"),
-    "claims' measure": run("claims.measures.BACK_AND_FORTH", model="analytic:links"),
-    "floating base": question("hypotheses.floating_base._Flights", "pd", 2.0, 1e-3),
-    "errata": question("errata.sheet.Errata", "paper-labelled", 1e-4),
-    "planet spin": question("hypotheses.planet_spin.SpinCost", "paper-labelled", "pd", 1e-3),
-    "run-up": question("phase.resonance.RunUp", 0.02, 0.01),
-    "growth": question("phase.objections.Growth", 0.02, "eq13", 1.3),
-    "third amplitude": third_amplitude,
+    "bands of all starts": bands,
+    "back and forth beside rigid arms": back_and_forth,
+    "floating base": question("hypotheses.flights.Flights", "pd", 2.0, 1e-3),
+    "errata": question("errata.finder.Errata", "paper-labelled", 1e-4),
+    "statics": question("claims.statics.Statics", "paper-labelled"),
+    "planet spin": question("hypotheses.spin.SpinCost", "paper-labelled", "pd", 1e-3),
+    "back and forth": question("hypotheses.shaking.Shaking", "time", 0.05, (1,), 1e-3),
+    "vibrations": vibrations,
+    "handed over": handed_over,
+    "run-up": question("phase.resonance.RunUp", 0.02, 0.01, (1,)),
+    "growth": growth,
+    "changed run": changed,
+    "clock test": clock,
 }
 
 
@@ -216,10 +259,9 @@ def edited() -> dict[str, list[str]]:
 
 
 def other(path: Path, text: str) -> str:
-    """Code with a comment more, data with another title."""
-    if path.suffix != ".toml":
+    """Code, and data without a title, with a comment more; data with another title."""
+    if 'title = "' not in text or path.suffix != ".toml":
         return f"{text}\n# edited\n"
-    assert 'title = "' in text
     return text.replace('title = "', 'title = "edited ', 1)
 
 

@@ -1,107 +1,129 @@
-"""A claim with its values by group of cells and its verdict."""
+"""A claim with its answers, its verdict, and how far that is from turning."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal, NamedTuple
 
-from crosscheck.paper.claims.rule import DEFAULT_ZETA, Answer, Claim, Verdict, verdict
+import numpy as np
+
+from crosscheck.paper.claims.rule import (
+    Answer,
+    Claim,
+    Finding,
+    Limits,
+    State,
+    Verdict,
+    ends,
+    kind_of,
+    state,
+    verdict,
+)
+from crosscheck.paper.shares import Share
 
 
-class Place(NamedTuple):
-    """The cells of one phase law and one reading of Table I."""
+class Turning(NamedTuple):
+    """The limits nearest to a claim's own, downwards and upwards, at which its verdict turns.
 
-    phase: str
-    reading: str
-
-    def __str__(self) -> str:
-        return f"{self.phase}, {self.reading}"
-
-
-@dataclass(frozen=True)
-class Group:
-    """A claim's values in the cells of a place, over damping and free parameter.
-
-    default: at DEFAULT_ZETA and the first choice; None for what is not known. yes, undefined: in
-    how many of the cells.
+    None where no other limit turns it. Of two-sided limits each is moved by itself.
     """
 
-    place: Place
-    default: float | None
-    least: float | None
-    greatest: float | None
-    zetas: tuple[float, ...]
-    yes: int
-    undefined: int
-    cells: int
-
-    def to_dict(self) -> dict[str, object]:
-        """For JSON, without the place."""
-        return {
-            "default": self.default,
-            "min": self.least,
-            "max": self.greatest,
-            "zetas": list(self.zetas),
-            "yes": self.yes,
-            "undefined": self.undefined,
-            "cells": self.cells,
-        }
+    low: tuple[float | None, float | None]
+    high: tuple[float | None, float | None]
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A claim by its number in the paper's order, what was found, and its verdict."""
+    """A claim and its answers in all settings."""
 
-    name: str
     claim: Claim
-    groups: tuple[Group, ...]
-    verdict: Verdict
+    answers: tuple[Answer, ...]
 
-    @property
-    def cells(self) -> int:
-        """In how many cells it was asked."""
-        return sum(group.cells for group in self.groups)
+    @cached_property
+    def verdict(self) -> Verdict:
+        """Over all settings."""
+        return verdict(self.answers, self.claim.free)
 
-    def to_dict(self) -> dict[str, object]:
-        """For JSON."""
-        return {
-            "id": self.name,
-            "section": self.claim.section,
-            "figure": self.claim.figure,
-            "statement": self.claim.statement,
-            "quantity": self.claim.quantity,
-            "unit": self.claim.unit,
-            "threshold": str(self.claim.decide),
-            "free_parameter": self.claim.free or None,
-            "values": {str(group.place): group.to_dict() for group in self.groups},
-            "verdict": self.verdict.verdict,
-            "depends_on": list(self.verdict.depends_on),
-            "undefined": self.verdict.undefined,
-        }
+    def coarser(self, left_out: int) -> Verdict:
+        """With every second damping ratio left out, beginning with the first (0) or second (1)."""
+        zetas = sorted({a.place.zeta for a in self.answers if a.place.zeta is not None})
+        out = set(zetas[left_out::2])
+        kept = [answer for answer in self.answers if answer.place.zeta not in out]
+        return verdict(kept, self.claim.free)
+
+    @cached_property
+    def moved_by_a_coarser_grid(self) -> bool:
+        """Whether the verdict's kind or laws are others on either half of the damping ratios."""
+        if self.claim.static:
+            return False
+        kind, laws = self.verdict.kind, self.verdict.laws
+        return any((v.kind, v.laws) != (kind, laws) for v in map(self.coarser, (0, 1)))
+
+    @cached_property
+    def hangs_on_a_start(self) -> bool:
+        """Whether one more start of one setting, whatever it does, could turn the verdict."""
+        if self.claim.static:
+            return False
+        stated = [(answer.place, answer.state) for answer in self.answers]
+        for at, answer in enumerate(self.answers):
+            for said in _one_more(answer) - {answer.state}:
+                others = [*stated[:at], (answer.place, said), *stated[at + 1 :]]
+                if kind_of(others) != kind_of(stated):
+                    return True
+        return False
+
+    @cached_property
+    def turning(self) -> Turning:
+        """Where the verdict would turn."""
+        limits = self.claim.limits
+        return Turning(
+            low=self._turns(limits, "low", limits.low),
+            high=self._turns(limits, "high", limits.high),
+        )
+
+    def _turns(
+        self, limits: Limits, end: Literal["low", "high"], own: float
+    ) -> tuple[float | None, float | None]:
+        """The nearest places below and above one end of the limits where the verdict turns."""
+        if math.isinf(own):
+            return None, None
+        places = sorted({at for a in self.answers for at in _turning_places(a, limits, end)})
+        below = [at for at in reversed(places) if at < own]
+        beyond = [at for at in places if at > own]
+        before = kind_of([(a.place, a.state) for a in self.answers])
+
+        def first(candidates: Sequence[float], towards: float) -> float | None:
+            for at in candidates:
+                beyond_it = math.nextafter(at, towards)
+                low, high = (beyond_it, limits.high) if end == "low" else (limits.low, beyond_it)
+                if self._kind_at(replace(limits, low=low, high=high)) != before:
+                    return at
+            return None
+
+        return first(below, -math.inf), first(beyond, math.inf)
+
+    def _kind_at(self, limits: Limits) -> Finding:
+        return kind_of([(a.place, state(a.share_at(limits))) for a in self.answers])
 
 
-def judged(name: str, claim: Claim, given: Sequence[Answer]) -> Judged:
-    """The claim with its answers grouped and the verdict over all of them."""
-    places: dict[Place, list[Answer]] = {}
-    for answer in given:
-        places.setdefault(Place(answer.phase, answer.reading), []).append(answer)
-    first = next(iter(claim.formulas))
-    groups = tuple(_group(place, answers, first) for place, answers in places.items())
-    return Judged(name, claim, groups, verdict(given, claim.free))
+def _turning_places(answer: Answer, limits: Limits, end: Literal["low", "high"]) -> Iterator[float]:
+    """Ends of the limits at which a setting's state changes: one of its starts' values each."""
+    values = np.array(answer.values)
+    inside = values[values < limits.high][::-1] if end == "low" else values[values > limits.low]
+    if not values.size:
+        return
+    most_no, least_yes = ends(values.size)
+    for count in (most_no + 1, least_yes):
+        if 1 <= count <= inside.size:
+            yield float(inside[count - 1])
 
 
-def _group(place: Place, given: Sequence[Answer], first_choice: str) -> Group:
-    finite = [answer.value for answer in given if math.isfinite(answer.value)]
-    default = [a.value for a in given if a.zeta == DEFAULT_ZETA and a.choice == first_choice]
-    return Group(
-        place,
-        default[0] if default and math.isfinite(default[0]) else None,
-        min(finite, default=None),
-        max(finite, default=None),
-        tuple(sorted({answer.zeta for answer in given})),
-        sum(answer.yes is True for answer in given),
-        sum(answer.yes is None for answer in given),
-        len(given),
-    )
+def _one_more(answer: Answer) -> set[State]:
+    """What the setting could say after one more start."""
+    share = answer.share
+    if share is None:
+        return set()
+    return {state(Share(share.yes + yes, share.of + 1)) for yes in (0, 1)}

@@ -1,54 +1,45 @@
-"""What a claim is, when a cell of the experiment supports it, and the verdict over all cells."""
+"""When a setting supports a claim, and the verdict over all settings.
+
+In a setting a claim is true in a share of the starts. It is true there unless they show, with 95 %
+confidence, that in fewer than MOST it would be; false unless they show that in more than FEW; where
+they show both, the start decides: the setting is bistable. Undefined starts have no say;
+where they are most, the setting has none: what happens in few starts may be chance.
+Over all settings, a verdict that depends on how bistable settings are counted is `bistable`.
+"""
 
 from __future__ import annotations
 
 import math
-import operator
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cache
 from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import spearmanr
 
-from crosscheck.paper.claims.quantities import (
-    Family,
-    Known,
-    NotSimulatedError,
-    Quantity,
-    Source,
-)
-from crosscheck.paper.undefined import UNDEFINED
+from crosscheck.paper.cells import LAWS, Cell, Law
+from crosscheck.paper.claims.quantities import Choices, Known, NotSimulatedError, Quantity
+from crosscheck.paper.shares import Share
 
-LAWS = ("omega_t", "angle")
-DEFAULT_ZETA = 0.05
-READING, DAMPING = "reading of Table I", "damping"
-CLEAR_RANK = 0.75  # of a rank correlation: with seven values chance alone rarely reaches it
-
-
-Formula = Callable[[Known], float]
-
-
-@dataclass(frozen=True)
-class Cell:
-    """One choice of phase law, reading of Table I and damping ratio, with its numbers."""
-
-    phase: str
-    reading: str
-    zeta: float
-    numbers: Known = field(default_factory=Known)
+MOST, FEW = 0.9, 0.1
+DEFINED = 0.5  # of the starts: where the event is rarer, a setting says nothing of it
+PARTS = (0.1, 0.5, 0.9)
+LAW, READING, DAMPING = "phase law", "reading of Table I", "damping"
 
 
 @dataclass(frozen=True)
 class Limits:
-    """The threshold of a claim: yes if low < value < high, None if the value is undefined."""
+    """Yes if low < value < high; because: why these."""
 
     low: float = -math.inf
     high: float = math.inf
+    because: str = ""
 
-    def __call__(self, value: float) -> bool | None:
-        return bool(self.low < value < self.high) if math.isfinite(value) else None
+    def yes(self, values: np.ndarray) -> np.ndarray:
+        """Of every value; False where it is undefined."""
+        return (self.low < values) & (values < self.high)
 
     def __str__(self) -> str:
         if math.isinf(self.low):
@@ -56,232 +47,263 @@ class Limits:
         return f"> {self.low:g}" if math.isinf(self.high) else f"{self.low:g} to {self.high:g}"
 
 
-def above(low: float) -> Limits:
+def above(low: float, because: str) -> Limits:
     """Yes if the value is larger."""
-    return Limits(low=low)
+    return Limits(low=low, because=because)
 
 
-def below(high: float) -> Limits:
+def below(high: float, because: str) -> Limits:
     """Yes if the value is smaller."""
-    return Limits(high=high)
+    return Limits(high=high, because=because)
 
 
-def about(value: float, share: float) -> Limits:
+def about(value: float, share: float, because: str) -> Limits:
     """Yes within this share of a printed value."""
-    return Limits(value * (1 - share), value * (1 + share))
+    return Limits(value * (1 - share), value * (1 + share), because)
 
 
 @dataclass(frozen=True)
 class Claim:
     """A statement of the paper, and the number that decides it.
 
-    value: the formula over a cell's numbers, or one formula for each ``choice`` of ``free``, a
-    parameter that the paper does not give (the first choice is the default). decide: when the value
-    supports the statement. A value that is not finite neither does nor does not.
+    id: section and a number that no other statement ever gets; statement: paraphrased; quantity:
+    one, or one for each choice of ``free``, a parameter that the paper does not give (the first is
+    the default); reading: how the statement is understood, where it could be otherwise.
     """
 
-    section: str
+    id: str
     figure: int | None
     statement: str
-    quantity: str
-    unit: str
-    value: Formula | Mapping[str, Formula]
-    decide: Limits
+    quantity: Quantity | Choices
+    limits: Limits
     free: str = ""
+    reading: str = ""
 
     @property
-    def formulas(self) -> dict[str, Formula]:
-        """Every choice of the free parameter, with its formula."""
-        return {"": self.value} if callable(self.value) else dict(self.value)
+    def section(self) -> str:
+        """Of the paper."""
+        return self.id.rpartition("-")[0]
+
+    @property
+    def choices(self) -> dict[str, Quantity]:
+        """Every choice of the free parameter, with its quantity."""
+        return {"": self.quantity} if isinstance(self.quantity, Quantity) else dict(self.quantity)
+
+    @property
+    def static(self) -> bool:
+        """Whether it follows from the arm's data alone: then there are no starts, laws, damping."""
+        return all(quantity.static for quantity in self.choices.values())
 
 
-class Answer(NamedTuple):
-    """A claim in one cell under one choice of its free parameter; ``yes`` None: undefined."""
+class State(StrEnum):
+    """What a setting says of a claim."""
 
-    phase: str
-    reading: str
-    zeta: float
+    YES = "yes"
+    NO = "no"
+    BISTABLE = "bistable"
+    UNDEFINED = "undefined"
+
+
+class Place(NamedTuple):
+    """Where an answer was found. Static ones have no law and no zeta."""
+
+    law: Law | None
+    arm: str
+    zeta: float | None
     choice: str
-    value: float
-    yes: bool | None
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A claim in one setting under one choice: its values of all starts, ascending, defined."""
+
+    place: Place
+    values: tuple[float, ...]
+    starts: int
+    limits: Limits
+
+    @property
+    def undefined(self) -> int:
+        """Starts whose run lacks what the claim is about."""
+        return self.starts - len(self.values)
+
+    @property
+    def share(self) -> Share | None:
+        """Of the defined starts that support the claim, None if so few are defined."""
+        return self.share_at(self.limits)
+
+    def share_at(self, limits: Limits) -> Share | None:
+        """The same with other limits."""
+        if len(self.values) < max(1.0, DEFINED * self.starts):
+            return None
+        return Share(int(limits.yes(np.array(self.values)).sum()), len(self.values))
+
+    @property
+    def state(self) -> State:
+        """What the setting says."""
+        return state(self.share)
+
+    @property
+    def quantiles(self) -> tuple[float, ...] | None:
+        """PARTS, each the value of a start."""
+        if not self.values:
+            return None
+        found = np.quantile(self.values, PARTS, method="inverted_cdf")
+        return tuple(float(value) for value in found)
+
+
+def state(share: Share | None) -> State:
+    """From a share of starts; of so few that they show nothing, unless they agree, bistable."""
+    if share is None:
+        return State.UNDEFINED
+    if share.yes in (0, share.of):
+        return State.YES if share.yes else State.NO
+    low, high = share.interval
+    yes, no = high >= MOST, low <= FEW
+    if yes == no:
+        return State.BISTABLE
+    return State.YES if yes else State.NO
+
+
+@cache
+def ends(starts: int) -> tuple[int, int]:
+    """Up to how many of so many starts a setting says no, and from how many on yes."""
+    said = [state(Share(yes, starts)) for yes in range(starts + 1)]
+    return starts - said[::-1].index(State.NO), said.index(State.YES)
+
+
+def answers(claim: Claim, settings: Iterable[tuple[Cell, Known]]) -> list[Answer]:
+    """The claim in every setting that has the experiments it needs; once where it is static."""
+    found: dict[Place, Answer] = {}
+    for cell, known in settings:
+        for choice, quantity in claim.choices.items():
+            place = _place(claim, cell, choice)
+            if place in found:
+                continue
+            try:
+                values = np.atleast_1d(quantity(known))
+            except NotSimulatedError:
+                continue
+            defined = np.sort(values[np.isfinite(values)])
+            found[place] = Answer(place, tuple(map(float, defined)), values.size, claim.limits)
+    return list(found.values())
+
+
+def _place(claim: Claim, cell: Cell, choice: str) -> Place:
+    if claim.static:
+        return Place(None, cell.arm, None, choice)
+    return Place(cell.law, cell.arm, cell.zeta, choice)
+
+
+class Kind(StrEnum):
+    """A verdict's first word."""
+
+    HOLDS = "holds"
+    ONLY = "only with"
+    DEPENDS = "depends"
+    BISTABLE = "bistable"
+    FAILS = "does not hold"
+    UNDEFINED = "undefined"
+    NOT_SIMULATED = "not simulated"
 
 
 class Verdict(NamedTuple):
-    """holds, only with omega_t, does not hold, depends, undefined or not simulated.
+    """laws: with which it can be true at all, where it is ``only with`` these.
 
-    depends_on: the parameters that decide; undefined: how many answers are.
+    depends_on: the parameters that decide, where not all settings of these laws agree; silent: laws
+    with which nothing in any setting is what the claim is about.
     """
 
-    verdict: str
+    kind: Kind
+    laws: tuple[Law, ...] = ()
     depends_on: tuple[str, ...] = ()
-    undefined: int = 0
+    silent: tuple[Law, ...] = ()
 
 
-def answers(claim: Claim, cells: Sequence[Cell]) -> list[Answer]:
-    """The claim in every cell that has the experiments it needs."""
-    found = []
-    for cell in cells:
-        for choice, formula in claim.formulas.items():
-            try:
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    value = float(formula(cell.numbers))
-            except NotSimulatedError:
-                continue
-            where = (cell.phase, cell.reading, cell.zeta, choice)
-            found.append(Answer(*where, value, claim.decide(value)))
-    return found
+Stated = tuple[Place, State]
 
 
 def verdict(given: Sequence[Answer], free: str = "") -> Verdict:
-    """The rule over all cells: what holds must hold in every cell of the law `angle`.
-
-    Undefined cells are counted and have no say; if no cell of `angle` is defined, neither is the
-    verdict.
-    """
-    defined = [answer for answer in given if answer.yes is not None]
-    undefined = len(given) - len(defined)
-    if not any(answer.phase == "angle" for answer in given):
-        return Verdict("not simulated", (), undefined)
-    angle = [answer for answer in defined if answer.phase == "angle"]
-    if not angle:
-        return Verdict(UNDEFINED, (), undefined)
-    if all(answer.yes for answer in angle):
-        return Verdict("holds", (), undefined)
-    if any(answer.yes for answer in angle):
-        return Verdict("depends", _deciding(angle, free), undefined)
-    only = any(answer.yes for answer in defined)
-    return Verdict("only with omega_t" if only else "does not hold", (), undefined)
+    """The rule over all settings of LAWS (or of none, where the claim is static)."""
+    return verdict_of([(answer.place, answer.state) for answer in given], free)
 
 
-def _deciding(given: Sequence[Answer], free: str) -> tuple[str, ...]:
+def verdict_of(given: Sequence[Stated], free: str = "") -> Verdict:
+    """Of settings that have said what they say."""
+    kind, laws, silent = kind_of(given)
+    clear = [one for one in given if one[1] != State.UNDEFINED and (not laws or one[0].law in laws)]
+    decided = kind in (Kind.ONLY, Kind.DEPENDS, Kind.BISTABLE)
+    return Verdict(kind, laws, _deciding(clear, free) if decided else (), silent)
+
+
+class Finding(NamedTuple):
+    """A verdict without what it depends on."""
+
+    kind: Kind
+    laws: tuple[Law, ...] = ()
+    silent: tuple[Law, ...] = ()
+
+
+def kind_of(given: Sequence[Stated]) -> Finding:
+    """Bistable settings counted as yes, and as no: `bistable` if that is not the same verdict."""
+    if not given:
+        return Finding(Kind.NOT_SIMULATED)
+    clear = [(place, said) for place, said in given if said != State.UNDEFINED]
+    quiet = _laws(given) - _laws(clear)
+    silent = tuple(law for law in LAWS if law in quiet)
+    if not clear:
+        return Finding(Kind.UNDEFINED, silent=silent)
+    found = {_kind(_counted(clear, counted), silent) for counted in (State.YES, State.NO)}
+    return Finding(*found.pop(), silent) if len(found) == 1 else Finding(Kind.BISTABLE, (), silent)
+
+
+def _laws(given: Sequence[Stated]) -> set[Law | None]:
+    return {place.law for place, _ in given}
+
+
+def _counted(given: Sequence[Stated], bistable: State) -> list[Stated]:
+    return [(p, bistable if said == State.BISTABLE else said) for p, said in given]
+
+
+def _kind(given: Sequence[Stated], silent: Sequence[Law]) -> tuple[Kind, tuple[Law, ...]]:
+    """From settings that all say yes or no; silent: laws without any."""
+    by_law: dict[Law | None, set[State]] = {}
+    for place, said in given:
+        by_law.setdefault(place.law, set()).add(said)
+    laws = [law for law in LAWS if law in by_law]
+    true_in = tuple(law for law in laws if State.YES in by_law[law])
+    if all(said == {State.NO} for said in by_law.values()):
+        return Kind.FAILS, ()
+    if true_in and (silent or len(true_in) < len(laws)):
+        return Kind.ONLY, true_in
+    if all(said == {State.YES} for said in by_law.values()):
+        return Kind.HOLDS, ()
+    return Kind.DEPENDS, ()
+
+
+def _deciding(given: Sequence[Stated], free: str) -> tuple[str, ...]:
     """Parameters whose change alone changes the answer; all that vary if none does so alone."""
-    axes: dict[str, Callable[[Answer], str | float]] = {
-        READING: operator.attrgetter("reading"),
-        DAMPING: operator.attrgetter("zeta"),
-        free: operator.attrgetter("choice"),
+    axes: dict[str, Callable[[Place], object]] = {
+        LAW: lambda place: place.law,
+        READING: lambda place: place.arm,
+        DAMPING: lambda place: place.zeta,
+        free: lambda place: place.choice,
     }
-    axes = {name: get for name, get in axes.items() if len(set(map(get, given))) > 1}
+    axes = {name: get for name, get in axes.items() if len({get(p) for p, _ in given}) > 1}
+    if len({said for _, said in given}) == 1:
+        return ()
     alone = {
         name
-        for one, other in combinations(given, 2)
-        if one.yes != other.yes
+        for (one, said), (other, against) in combinations(given, 2)
+        if {said, against} == {State.YES, State.NO}
         for name in _only_difference(axes, one, other)
     }
     return tuple(name for name in axes if name in (alone or axes))
 
 
 def _only_difference(
-    axes: Mapping[str, Callable[[Answer], str | float]], one: Answer, other: Answer
+    axes: dict[str, Callable[[Place], object]], one: Place, other: Place
 ) -> list[str]:
     """The axis along which two answers differ, if it is one."""
-    differing = [name for name, coordinate in axes.items() if coordinate(one) != coordinate(other)]
+    differing = [name for name, get in axes.items() if get(one) != get(other)]
     return differing if len(differing) == 1 else []
-
-
-def of(quantity: Quantity) -> Formula:
-    """The number itself."""
-    return lambda n: n[quantity]
-
-
-def difference(one: Quantity, other: Quantity) -> Formula:
-    """One number less another."""
-    return lambda n: n[one] - n[other]
-
-
-def size(formula: Formula) -> Formula:
-    """Its magnitude."""
-    return lambda n: abs(formula(n))
-
-
-def over(one: Formula, other: Formula) -> Formula:
-    """One formula over another."""
-    return lambda n: one(n) / other(n)
-
-
-def ratio(one: Quantity, other: Quantity) -> Formula:
-    """One number over another."""
-    return over(of(one), of(other))
-
-
-def smallest(*quantities: Quantity) -> Formula:
-    """The smallest of several numbers; not a number if one is not."""
-    return lambda n: np.min([n[quantity] for quantity in quantities])
-
-
-def largest(*quantities: Quantity) -> Formula:
-    """The largest of several numbers; not a number if one is not."""
-    return lambda n: np.max([n[quantity] for quantity in quantities])
-
-
-def diverges(source: Source) -> Formula:
-    """1 if the experiment's run diverged, 0 if it did not."""
-
-    def formula(n: Known) -> float:
-        if not n.simulated(source):
-            raise NotSimulatedError(source)
-        return float(n.diverged(source))
-
-    return formula
-
-
-def where(condition: Quantity, limits: Limits, formula: Formula) -> Formula:
-    """The formula; not a number where a condition on another number fails or is undefined."""
-
-    def gated(n: Known) -> float:
-        value = formula(n)
-        return value if limits(n[condition]) else math.nan
-
-    return gated
-
-
-def each(choices: Sequence[str], formula: Callable[[str], Formula]) -> dict[str, Formula]:
-    """One formula for every choice of a parameter that the paper does not give."""
-    return {choice: formula(choice) for choice in choices}
-
-
-def along(family: Family, name: str, n: Known) -> tuple[np.ndarray, np.ndarray]:
-    """(size [um], quantity) of the experiments of a family, ascending.
-
-    One that diverged is there, with nan. Raises NotSimulatedError with fewer than three of them.
-    """
-    members = n.members(family)
-    if len(members) < 3:
-        raise NotSimulatedError(family)
-    return (
-        np.array([source.size_um for source in members]),
-        np.array([n[source(name)] for source in members]),
-    )
-
-
-def rank(family: Family, name: str) -> Formula:
-    """Rank correlation of a quantity with the parameter of a family of experiments.
-
-    Not a number if one of them has no such number, or all have the same.
-    """
-
-    def formula(n: Known) -> float:
-        return rank_correlation(*along(family, name, n))
-
-    return formula
-
-
-def rank_correlation(parameter: np.ndarray, values: np.ndarray) -> float:
-    """Spearman's; not a number if a value is not, or all are the same."""
-    if not np.isfinite(values).all() or np.ptp(values) == 0:
-        return math.nan
-    return float(spearmanr(parameter, values).statistic)
-
-
-def least(family: Family, name: str) -> Formula:
-    """Smallest value in a family of experiments; not a number if one is not."""
-    return lambda n: along(family, name, n)[1].min()
-
-
-def greatest(family: Family, name: str) -> Formula:
-    """Largest value in a family of experiments; not a number if one is not."""
-    return lambda n: along(family, name, n)[1].max()
-
-
-def spread(family: Family, name: str) -> Formula:
-    """Largest over smallest value in a family of experiments."""
-    return over(greatest(family, name), least(family, name))

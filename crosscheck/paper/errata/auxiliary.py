@@ -1,56 +1,90 @@
-"""The auxiliary equations, the symbols and the counts of the paper against first principles.
+"""The auxiliary equations of the paper against first principles.
 
-Each function writes down what is printed, derives what should stand there, and returns an Erratum
-only if the two differ.
+Each function derives what should stand where something else is printed, and returns an Erratum only
+if the two differ; slips.toml has the words.
 """
 
 from __future__ import annotations
 
-from collections import defaultdict
+import math
 from collections.abc import Iterator
 
 import numpy as np
 import sympy as sp
 
 from analytic.backlash import dead_zone_tanh
-from analytic.energies import JOINTS
 from analytic.mesh_frequency import ring_mesh_rate, sun_mesh_rate
-from analytic.symbols import geared_variables
-from crosscheck.paper.errata import transcript
+from analytic.mesh_phasing import ring_behind_sun, sun_lag
 from crosscheck.paper.errata.erratum import Erratum, Trial
+from crosscheck.paper.errata.formulas import tex
 from crosscheck.paper.errata.sides import PhysicalSide
-from crosscheck.paper.errata.typeset import tex
-from crosscheck.paper.stage import paper_stage, without_backlash
-from models.arm import Arm
+from crosscheck.paper.stage import PaperStage, paper_stage, without_backlash
+from crosscheck.paper.statics.surroundings import virtual_work
+from crosscheck.paper.statics.teeth import (
+    COUNTED,
+    conversion_error,
+    ring_contact_ratio,
+    stiffness_wave,
+    sun_contact_ratio,
+)
+from models.arm import Arm, Planetary
+from models.loading import load_scenario
+from models.scenario import SinusoidDrive
 from models.switches import switches
 
+TORQUE_N_M = 100.0  # Section 3.1's
 
-def auxiliary_errata(arm: Arm) -> Iterator[Erratum]:
-    """Errata outside the entries of Eqs. 16-22, for this arm."""
-    yield from clearance_attracts(arm)
+
+def equation_errata(arm: Arm) -> Iterator[Erratum]:
+    """Errata of Eqs. 2 to 15, 22 and of the drives, for this arm."""
+    stage = paper_stage(arm)
+    yield from sense_of_the_planets(stage)
+    yield from clearance_attracts(stage)
+    yield from fundamental_without_phase(stage)
     yield from ring_mesh_frequency(arm)
     yield from phase_of_a_varying_frequency(arm)
+    yield from one_phase_for_all(arm)
     yield from force_without_clearance(arm)
-    yield from initial_values()
-    yield from masses_and_inertias(arm)
-    yield from symbols_used_twice()
-    yield from quantities_with_two_symbols()
+    yield from work_of_the_springs(arm)
+    yield from force_of_time(stage)
+    yield from slope_of_the_root()
 
 
-def clearance_attracts(arm: Arm) -> Iterator[Erratum]:
+def sense_of_the_planets(stage: PaperStage) -> Iterator[Erratum]:
+    """Eqs. 2, 3 hold for one way to count theta_p, which the paper does not name."""
+    errors = [conversion_error(stage.joint, stage.geometry, how) for how in COUNTED]
+    if max(errors) > min(errors):
+        yield Erratum(
+            "eq2-sense", "equation", size=max(errors), unit="sun radii per radian of a planet"
+        )
+
+
+def clearance_attracts(stage: PaperStage) -> Iterator[Erratum]:
     """Eq. 6 against Eq. 5, which never pulls: the deepest pull outside contact."""
-    stage = paper_stage(arm)
     b, sigma = stage.backlash_m, stage.tanh_sharpness_per_m
     outside = b - np.linspace(0, 10 / sigma, 100001)
     pull = -float(dead_zone_tanh(outside, b, sigma).min())
     if pull > 0:
         yield Erratum(
-            where="Eq. 6",
-            kind="auxiliary",
-            printed="f_k smooth and close to Eq. 5",
-            derived=f"f_k < 0 just below x = b: attraction of up to {pull * sigma:.4f} k / sigma",
+            "eq6-attracts",
+            "equation",
             size=pull * stage.mesh_stiffness_N_per_m,
             unit="N",
+            quoted={"pull": pull * sigma},
+        )
+
+
+def fundamental_without_phase(stage: PaperStage) -> Iterator[Erratum]:
+    """Eq. 8 against the fundamental of Eq. 7 at the contact ratio of the ring mesh."""
+    error = stiffness_wave(stage)["eq8_error_of the ring mesh"]
+    if error:
+        joint = stage.joint
+        yield Erratum(
+            "eq8-no-phase",
+            "equation",
+            size=error,
+            unit="of the fundamental, rms",
+            quoted={"sun": sun_contact_ratio(joint), "ring": ring_contact_ratio(joint)},
         )
 
 
@@ -70,11 +104,8 @@ def ring_mesh_frequency(arm: Arm) -> Iterator[Erratum]:
     stated, true = (float(e.subs(numbers)) for e in (printed, derived))
     if not np.isclose(stated, sun) and np.isclose(true, sun):
         yield Erratum(
-            where="Eq. 13",
-            kind="auxiliary",
-            printed=str(printed),
-            derived=str(derived),
-            remark="equal to Eq. 12: both meshes of a stage have one frequency",
+            "eq13-rate",
+            "equation",
             printed_tex=tex(printed),
             derived_tex=tex(derived),
             size=rates["corrected"] - rates["eq13"],
@@ -93,14 +124,10 @@ def phase_of_a_varying_frequency(arm: Arm) -> Iterator[Erratum]:
     excess = sp.simplify(sp.diff(omega * t, t) - omega)
     if excess != 0:
         yield Erratum(
-            where="Eqs. 8, 14",
-            kind="auxiliary",
-            printed="sin(omega_e t)",
-            derived="sin(integral of omega_e dt)",
-            remark=f"omega_e t advances too fast, by {excess}",
+            "eq8-eq14-phase",
+            "equation",
             printed_tex=r"\sin(\omega_e t)",
             derived_tex=r"\sin\left(\int_0^t \omega_e \, dt\right)",
-            size=None,
             unit="rad/s",
             trial=Trial(
                 PhysicalSide(arm, switches(phase="omega_t", ring_rate="corrected")),
@@ -109,17 +136,45 @@ def phase_of_a_varying_frequency(arm: Arm) -> Iterator[Erratum]:
         )
 
 
+def one_phase_for_all(arm: Arm) -> Iterator[Erratum]:
+    """Eqs. 8, 14 have no phase, Fig. 5 a gamma: what the numbers of teeth say of it."""
+    joint = paper_stage(arm).joint
+    between_planets = max(sun_lag(joint, planet) % 1.0 for planet in range(joint.planet_count))
+    behind = ring_behind_sun(joint)
+    if between_planets or behind:
+        yield Erratum(
+            "eq8-eq14-one-phase",
+            "equation",
+            size=behind,
+            unit="cycles between sun and ring mesh",
+            quoted={"between_planets": between_planets},
+            trial=Trial(
+                PhysicalSide(arm, switches()), PhysicalSide(_ring_behind(arm, behind), switches())
+            ),
+        )
+
+
+def _ring_behind(arm: Arm, cycles: float) -> Arm:
+    """The arm whose ring meshes lag by so much."""
+    joints = [
+        _lagging(joint, cycles) if isinstance(joint, Planetary) else joint for joint in arm.joints
+    ]
+    return arm.model_copy(update={"joints": tuple(joints)})
+
+
+def _lagging(joint: Planetary, cycles: float) -> Planetary:
+    mesh = joint.ring_mesh.model_copy(update={"phase_rad": 2 * math.pi * cycles})
+    return joint.model_copy(update={"ring_mesh": mesh})
+
+
 def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
     """Eq. 15 against Eq. 4: inside the clearance there is no contact, hence no force."""
     stage = paper_stage(arm)
     force_at_edge = stage.mesh_stiffness_N_per_m * stage.backlash_m
     if force_at_edge > 0:
         yield Erratum(
-            where="Eq. 15",
-            kind="auxiliary",
-            printed="F = k (x - e)",
-            derived="F = k f_k(x - e, b)",
-            remark="as Eq. 4: teeth that are apart do not push",
+            "eq15-clearance",
+            "equation",
             printed_tex=r"F = k \, (x - e)",
             derived_tex=r"F = k \, f_k(x - e, b)",
             size=force_at_edge,
@@ -130,81 +185,44 @@ def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
         )
 
 
-def initial_values() -> Iterator[Erratum]:
-    """As many initial values as first-order states."""
-    printed = len(transcript.INITIAL_VALUES)
-    derived = 2 * len(geared_variables(JOINTS).q)
-    if printed != derived:
+def work_of_the_springs(arm: Arm) -> Iterator[Erratum]:
+    """Springs whose k and e vary with theta push theta as well: rows 3 and 6 of Eq. 22 lack it."""
+    torque = virtual_work(paper_stage(arm), TORQUE_N_M)
+    if torque > 0:
         yield Erratum(
-            where="Section 3, initial values",
-            kind="count",
-            printed=f"{printed} values",
-            derived=f"{derived}: six coordinates (Eq. 20) and their rates",
-            size=float(derived - printed),
-            unit="values",
+            "eq22-virtual-work",
+            "equation",
+            size=torque,
+            unit="N m under 100 N m",
+            relative=torque / TORQUE_N_M,
+            trial=Trial(
+                PhysicalSide(arm, switches()), PhysicalSide(arm, switches(mesh_work="conservative"))
+            ),
         )
 
 
-def masses_and_inertias(arm: Arm) -> Iterator[Erratum]:
-    """Table I: no gear's mass can lie, on average, beyond its pitch circle."""
-    stage = paper_stage(arm)
-    joint, geometry = stage.joint, stage.geometry
-    gears = {
-        "sun": (stage.sun_equivalent_mass_kg, joint.sun_mass_kg, geometry.r_s, joint.sun_teeth),
-        "planet": (
-            stage.planet_equivalent_mass_kg,
-            joint.planet_mass_kg,
-            geometry.r_p,
-            joint.planet_teeth,
-        ),
-    }
-    for name, (equivalent, mass, base, teeth) in gears.items():
-        pitch = joint.module_m * teeth / 2
-        gyration = base * np.sqrt(equivalent / mass) if mass > 0 else np.inf
-        if gyration > pitch:
-            yield Erratum(
-                where=f"Table I, {name}",
-                kind="table",
-                printed=f"M = {equivalent:g} kg, m = {mass:g} kg",
-                derived=(
-                    f"radius of gyration {1e3 * gyration:.1f} mm beyond the pitch radius"
-                    f" {1e3 * pitch:.1f} mm: the labels M and m look swapped"
-                ),
-                size=float(gyration - pitch),
-                unit="m",
-            )
+def force_of_time(stage: PaperStage) -> Iterator[Erratum]:
+    """Eq. 21's F(q, q') at one q and q': how far its mesh force swings with time, by e alone."""
+    swing = 2 * stage.mesh_stiffness_N_per_m * stage.tooth_error_m
+    if swing > 0:
+        yield Erratum("eq21-time", "equation", size=swing, unit="N at one q and q'")
 
 
-def symbols_used_twice() -> Iterator[Erratum]:
-    """One symbol, several quantities."""
-    uses: dict[str, list[transcript.Definition]] = defaultdict(list)
-    for definition in transcript.DEFINITIONS:
-        uses[definition.symbol].append(definition)
-    for symbol, definitions in uses.items():
-        if len({d.quantity for d in definitions}) > 1:
-            yield Erratum(
-                where="; ".join(d.where for d in definitions),
-                kind="symbol",
-                printed=f"{symbol}: " + "; ".join(d.quantity for d in definitions),
-                derived="a symbol of its own for each",
-                size=float(len({d.quantity for d in definitions})),
-                unit="quantities",
-            )
-
-
-def quantities_with_two_symbols() -> Iterator[Erratum]:
-    """One quantity, several symbols."""
-    names: dict[str, list[transcript.Definition]] = defaultdict(list)
-    for definition in transcript.DEFINITIONS:
-        names[definition.quantity].append(definition)
-    for quantity, definitions in names.items():
-        symbols = list(dict.fromkeys(d.symbol for d in definitions))
-        if len(symbols) > 1:
-            yield Erratum(
-                where="; ".join(d.where for d in definitions),
-                kind="symbol",
-                printed=f"{quantity}: {', '.join(symbols)}",
-                derived="one symbol",
-                size=float(len(symbols)),
-                unit="symbols",
-            )
+def slope_of_the_root() -> Iterator[Erratum]:
+    """sin(20 pi sqrt(t)) at 0: what RK4's quadrature, Simpson's, misses of its first step."""
+    scenario = load_scenario("back-and-forth")
+    drive = scenario.drive
+    assert isinstance(drive, SinusoidDrive)
+    t, rate = sp.symbols("t rate", positive=True)
+    if sp.limit(sp.diff(sp.sin(rate * sp.sqrt(t)), t), t, 0, "+") == sp.oo:
+        at_half, at_end = math.sqrt(0.5), 1.0
+        missed = 1 - (4 * at_half + at_end) / 6 / (2 / 3)
+        turn = float(np.max(drive.rate_rad_per_s)) * math.sqrt(scenario.step_s)
+        first = float(np.max(drive.amplitude_N_m)) * math.sin(turn)
+        yield Erratum(
+            "drive-root",
+            "equation",
+            size=missed,
+            unit="of the first step's impulse",
+            quoted={"torque": first, "step_us": 1e6 * scenario.step_s},
+        )

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 import xarray as xr
 
 from crosscheck.checks.trajectories import largest_difference
-from crosscheck.paper.record import JsonObject
-from crosscheck.paper.undefined import defined
+from crosscheck.paper.numbers import defined
 from models.interface import Model
 from models.scenario import Scenario
 
@@ -34,23 +33,30 @@ class Effect:
     mesh_force_N: float
 
 
+Kind = Literal["entry", "energy", "equation", "table", "count", "symbol", "text", "figure"]
+
+
 @dataclass(frozen=True)
 class Erratum:
-    """What the paper prints, what follows from first principles, and the size of the difference.
+    """A slip of the paper: where, and how far what is printed is from what should stand there.
 
-    size [unit]: for this arm, derived minus printed; relative: over the size of the quantity;
-    remark: what the formulas do not say; printed_tex, derived_tex: the formulas as TeX, if any;
-    trial: what to simulate to see the effect, None where the slip is in the text alone.
+    id: names it for good; size [unit]: for this arm, derived minus printed where both are numbers;
+    relative: over the size of the quantity; trial: what to simulate to see the effect, None where
+    there is nothing to run; quoted: what its words name; printed, derived: formulas, or words,
+    which ``words.told`` gives to those that are found without; remark: what these do not say;
+    printed_tex, derived_tex: the formulas as TeX, if any.
     """
 
-    where: str
-    kind: Literal["entry", "energy", "auxiliary", "table", "count", "symbol"]
-    printed: str
-    derived: str
-    size: float | None
-    unit: str
+    id: str
+    kind: Kind
+    where: str = ""
+    printed: str = ""
+    derived: str = ""
+    size: float | None = None
+    unit: str = ""
     relative: float | None = None
     trial: Trial | None = None
+    quoted: Mapping[str, float | str] = field(default_factory=dict)
     remark: str = ""
     printed_tex: str = ""
     derived_tex: str = ""
@@ -79,23 +85,6 @@ class Slip:
 
     erratum: Erratum
     effects: dict[str, Effect]
-
-    def to_dict(self) -> JsonObject:
-        """For JSON."""
-        erratum = self.erratum
-        return {
-            "where": erratum.where,
-            "kind": erratum.kind,
-            "printed": erratum.printed,
-            "derived": erratum.derived,
-            "remark": erratum.remark,
-            "printed_tex": erratum.printed_tex,
-            "derived_tex": erratum.derived_tex,
-            "size": erratum.size,
-            "unit": erratum.unit,
-            "relative": erratum.relative,
-            "effects": {name: asdict(effect) for name, effect in self.effects.items()},
-        }
 
 
 def tried(erratum: Erratum, effects: Mapping[str, Effect]) -> Slip:

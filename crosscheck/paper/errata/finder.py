@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
 
@@ -15,7 +16,7 @@ from analytic.paper_model import PrintedModel
 from analytic.printed import printed_form
 from analytic.symbols import geared_variables, parameter_values, stage_symbols
 from crosscheck.paper.errata import compare, energy
-from crosscheck.paper.errata.auxiliary import auxiliary_errata
+from crosscheck.paper.errata.auxiliary import equation_errata
 from crosscheck.paper.errata.erratum import (
     Erratum,
     Slip,
@@ -24,17 +25,37 @@ from crosscheck.paper.errata.erratum import (
     simulated,
     tried,
 )
+from crosscheck.paper.errata.formulas import tex
 from crosscheck.paper.errata.sides import FormSide
-from crosscheck.paper.errata.typeset import tex
+from crosscheck.paper.errata.statements import statement_errata
 from models.arm import Arm
 from models.layout import layout_of
-from models.loading import load_scenario
+from models.loading import load_arm, load_scenario
 from models.scenario import Scenario
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 Values = dict[sp.Symbol, Fraction]  # of a form's parameters
 LAYOUT = layout_of([True] * JOINTS)  # of Eq. 20
 EFFECT_S = 0.5
+
+
+@dataclass(frozen=True)
+class Errata:
+    """Question: the errata of a built-in arm, their effects simulated for so long."""
+
+    arm: str
+    duration_s: float
+
+    @property
+    def inputs(self) -> str:
+        return "\n".join([repr(self), load_arm(self.arm).model_dump_json()])
+
+    @property
+    def cost(self) -> float:
+        return 10 + 10 * self.duration_s
+
+    def answer(self) -> list[Slip]:
+        return errata_records(load_arm(self.arm), lambda where: None, self.duration_s)
 
 
 def find_errata(
@@ -48,7 +69,7 @@ def find_errata(
     PrintedModel(arm, load_scenario("pd"))  # refuses arms other than the paper's kind
     given = printed or printed_form()
     entries = entry_errata(arm, given, derived or energies_form())
-    return [*entries, *energy_errata(arm), *auxiliary_errata(arm)]
+    return [*entries, *energy_errata(arm), *equation_errata(arm), *statement_errata(arm)]
 
 
 def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
@@ -58,6 +79,7 @@ def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
         size, relative = _size(difference, derived, values)
         right = compare.corrected(printed, derived, difference)
         yield Erratum(
+            id=_slug(difference.where),
             where=difference.where,
             kind="entry",
             printed=f"... {difference.printed}",
@@ -69,6 +91,11 @@ def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
             relative=relative,
             trial=Trial(FormSide(arm, printed), FormSide(arm, right)),
         )
+
+
+def _slug(where: str) -> str:
+    """A name of letters, digits and hyphens: Eq. 21, M_34 = M_43 as eq21-m-34-m-43."""
+    return "-".join(re.findall(r"[a-z]+|[0-9]+", where.lower())).replace("eq-", "eq", 1)
 
 
 def _size(
@@ -101,8 +128,10 @@ def energy_errata(arm: Arm) -> Iterator[Erratum]:
     for difference in energy.differences():
         stated = _thin_ring_if_unknown(values, difference.missing)
         size, relative = _energy_size(difference.missing, stated)
+        where = f"{difference.where}, {difference.body}"
         yield Erratum(
-            where=f"{difference.where}, {difference.body}",
+            id=_slug(where),
+            where=where,
             kind="energy",
             printed=str(sp.factor(difference.printed)),
             derived=str(sp.factor(difference.derived)),
@@ -153,7 +182,7 @@ def errata_records(
     """All errata with their simulated effects; ``told`` hears of each trial."""
     slips, run = [], cache(simulated)
     for erratum in find_errata(arm):
-        told(erratum.where)
+        told(erratum.id)
         effects = {
             scenario.name: effect_of(erratum.trial, scenario, run)
             for scenario in effect_scenarios(duration_s)

@@ -62,3 +62,25 @@ DEFINITIONS = (
 INITIAL_VALUES = ("b", "b", "0", "b", "b", "0", "0", "0", "0", "0", "0")
 # Section 2.4 calls D diagonal and positive definite; Table I and the text give no entry of it.
 DAMPING_VALUES_GIVEN: tuple[str, ...] = ()
+# Below Eq. 21: what the abbreviations are made of.
+MADE_OF = {
+    "I_cip": ("I_ci", "m_pi", "r_ci", "I_i"),
+    "r_cip": ("r_c",),
+    "M_si": ("I_si", "r_si"),
+    "M_pi": ("I_pi", "r_pi"),
+    "M_ci": ("I_ci", "r_cip"),
+    "m_j": ("m_s2", "m_p", "m_c2", "m_r2"),
+    "a_1i": ("M_si", "M_pi", "r_cip"),
+    "a_2": ("I'_c1", "m_1", "d_1", "m_2", "m_j", "m_p", "L_1"),
+    "a_3": ("I'_c2", "m_2", "d_2", "m_p", "L_2"),
+    "a_4": ("L_1", "a_6"),
+    "a_5": ("m_1", "d_1", "m_2", "m_j", "m_p", "L_1"),
+    "a_6": ("m_2", "d_2", "m_p", "L_2"),
+}
+# What the entries of M, C and F that are listed there name.
+ENTRIES = ("M_si", "M_pi", "a_1i", "a_2", "a_3", "a_4", "r_cip", "r_si", "theta_2", "T_i", "F_i")
+BACKLASHES_UM = (5.0, 10.0, 25.0, 50.0, 500.0, 1000.0, 3000.0)  # Section 4.1
+TOOTH_ERRORS_UM = (1.6, 3.2, 5.0, 6.3)  # Section 4.2
+QUIET_UM, SEPARATE_UM = 1.0, 500.0  # what Sections 4.2 and 4.1 say of 1 and 500 um
+THICKNESS_SHARE = 1 / 3  # of the tooth that 6 mm are said to be nearly
+FLUCTUATION_HZ, FLUCTUATION_RAD_S2 = 1500.0, 300.0  # Figs. 18, 14

@@ -1,25 +1,35 @@
-"""Figures 4 to 20 of the paper from this project's models, each with what the paper says of it."""
+"""Figures 4 to 20 of the paper from this project's models, each beside the claims about it."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
-from crosscheck.paper.figures.control import figure_10, figure_11, figure_12, figure_13
-from crosscheck.paper.figures.forces import figure_16, figure_17, figure_19
+from crosscheck.paper.cells import LABELLED, LAWS, Law
+from crosscheck.paper.chapter import Chapter
+from crosscheck.paper.figures.back import figure_15
+from crosscheck.paper.figures.beside import Row, rows, said
+from crosscheck.paper.figures.control import (
+    figure_10,
+    figure_11,
+    figure_12,
+    figure_13,
+    figure_14,
+)
 from crosscheck.paper.figures.laws import figure_4, figure_5
-from crosscheck.paper.figures.motion import figure_14, figure_15
-from crosscheck.paper.figures.plate import Plate, Shelf, undrawn
-from crosscheck.paper.figures.runs import LAWS, LOW_ZETA, ZETA
+from crosscheck.paper.figures.plate import Plate
+from crosscheck.paper.figures.runs import LOW_ZETA, ZETA
+from crosscheck.paper.figures.shelf import Shelf
 from crosscheck.paper.figures.spectra import figure_18, figure_20
-from crosscheck.paper.figures.store import trajectories
+from crosscheck.paper.figures.sweeps import figure_16, figure_17, figure_19
 from crosscheck.paper.figures.torque import figure_6, figure_7, figure_8, figure_9
-from crosscheck.paper.scale import FULL, Scale
-from crosscheck.report.chapter import Chapter, rendered
-from crosscheck.studies.study import Study
+from crosscheck.paper.figures.views import severe_over_zeta
+from crosscheck.paper.material import Material
+from crosscheck.paper.sampling.experiments import PD
+from crosscheck.paper.shares import Share
+from crosscheck.paper.text import html, text
+from crosscheck.paper.third import Third
+from crosscheck.paper.thresholds import SEVERE
 from models.errors import Diverged
-
-__all__ = ["NUMBERS", "chapter", "figure", "trajectories"]
 
 PLATES: dict[int, Callable[[Shelf], Plate]] = {
     4: figure_4,
@@ -45,46 +55,66 @@ ID, TITLE = "figures", "Figures 4 to 20"
 QUICK_NUMBERS = (4, 5, 6, 8, 14, 17)
 
 
-def chapter(study: Study, scale: Scale) -> Chapter:
+def chapter(material: Material) -> Chapter:
     """All figures, or six of them."""
-    shelf = Shelf(study, scale)
-    plates = [_made(shelf, number) for number in (QUICK_NUMBERS if scale.quick else NUMBERS)]
-    html = "\n".join([_introduction(), *(plate.html() for plate in plates)])
-    return Chapter(ID, TITLE, html, rendered(plates), _outcome(plates))
+    shelf = Shelf(material)
+    numbers = QUICK_NUMBERS if material.scale.quick else NUMBERS
+    made = [(_made(shelf, number), _rows(shelf, number)) for number in numbers]
+    drawn = [plate.html(found) for plate, found in made]
+    return Chapter(
+        ID,
+        TITLE,
+        "\n".join([_introduction(material), *drawn]),
+        [plate.to_dict(found) for plate, found in made],
+        text("figures/outcome", count=len(made), claims=sum(len(found) for _, found in made)),
+        [one for plate, found in made for one in said(plate.number, found)],
+    )
 
 
-def _outcome(plates: list[Plate]) -> str:
-    counts = Counter(verdict for plate in plates for verdict in plate.verdicts.values())
-    found = "; ".join(f"{verdict}: {count}" for verdict, count in counts.most_common())
-    return f"of what they show: {found}."
-
-
-def figure(study: Study, number: int, scale: Scale = FULL) -> str:
-    """One figure as html. Raises KeyError for a number that is not in NUMBERS."""
-    return _made(Shelf(study, scale), number).html()
+def alone(material: Material, numbers: Iterable[int]) -> str:
+    """Some figures as html, without verdicts. Raises KeyError for a number not in NUMBERS."""
+    shelf = Shelf(material, whole=False)
+    return "\n".join(_made(shelf, number).html(_rows(shelf, number)) for number in numbers)
 
 
 def _made(shelf: Shelf, number: int) -> Plate:
     """The plate; one without a drawing if a run behind it diverges."""
-    shelf.study.told(f"figure {number}", 0, 1)
+    told = shelf.material.study.told
+    told(f"figure {number}", 0, 1)
     try:
         plate = PLATES[number](shelf)
     except Diverged as error:
-        plate = undrawn(number, str(error))
-    shelf.study.told(f"figure {number}", 1, 1)
+        plate = Plate(number, [], reason=str(error))
+    told(f"figure {number}", 1, 1)
     return plate
 
 
-def _introduction() -> str:
-    left, right = LAWS.values()
-    return (
-        "<p>Each figure of the paper redrawn from this project's models, with what the paper says"
-        f" of it. Where the mesh phase matters, the paper's law ({left}) stands on the left and its"
-        f" integral ({right}) on the right, at zeta {LOW_ZETA:g}, where the paper's third"
-        f" fluctuation can show; elsewhere zeta is {ZETA:g}. The paper gives no damping. Signals"
-        " too fast for the page are drawn as bands from minima to maxima; shaded parts are enlarged"
-        " below. A verdict here is about the figure at its parameters: <i>holds</i> (under angle),"
-        " <i>only with omega_t</i>, <i>only with angle</i>, <i>does not hold</i> or"
-        " <i>undefined</i>, where a run does not show what it is about; the claims table has the"
-        " wider ranges.</p>"
+def _rows(shelf: Shelf, number: int) -> list[Row]:
+    return rows(shelf, number, ZETAS.get(number, ZETA))
+
+
+ZETAS = dict.fromkeys((8, 9, 11, 12, 13, 14, 16, 17, 18, 19, 20), LOW_ZETA)
+
+
+def _introduction(material: Material) -> str:
+    """How to read the figures, and what other damping does to the third fluctuation."""
+    shares = {law: severe_shares(material, law) for law in LAWS}
+    starts = material.scale.most_starts
+    return text(
+        "figures/introduction",
+        svg=html(severe_over_zeta(shares)),
+        zeta=ZETA,
+        low_zeta=LOW_ZETA,
+        severe=SEVERE,
+        starts=starts,
+        seed=material.scale.first_seed,
     )
+
+
+def severe_shares(material: Material, law: Law) -> dict[float, Share | None]:
+    """By zeta: how many starts have a severe third fluctuation; None where too few have any."""
+    return {
+        cell.zeta: Third.of(known[PD]).share
+        for cell, known in material.settings
+        if (cell.law, cell.arm) == (law, LABELLED)
+    }

@@ -1,119 +1,102 @@
-"""Figures 10 to 13: PD control to 30 degrees."""
+"""Figures 10 to 14: PD control to 30 degrees."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
+from matplotlib.axes import Axes
+from pydantic import JsonValue
 
 from crosscheck import signals
 from crosscheck.paper import events
-from crosscheck.paper.events import THIRD_S
-from crosscheck.paper.figures.measures import impact, swing
-from crosscheck.paper.figures.plate import (
-    MICRO,
-    Plate,
-    Shelf,
-    Strip,
-    conditions,
-    law_figure,
-    table,
-)
+from crosscheck.paper.cells import INTEGRAL, Cell
+from crosscheck.paper.columns import Column, Columns
+from crosscheck.paper.course import Course
+from crosscheck.paper.figures.plate import Drawing, Plate
 from crosscheck.paper.figures.runs import (
     DERIVATIVE,
     GAINS,
+    LOW_ZETA,
     PROPORTIONAL,
-    control_run,
+    ZETA,
+    drawn,
     gain_run,
 )
-from crosscheck.paper.figures.verdicts import OVERSHOOT, by_law, near, restrained, verdict, visible
-from crosscheck.paper.reading import arm_of, first_mesh
-from crosscheck.paper.stage import paper_stage
-from crosscheck.paper.undefined import all_of, extreme
+from crosscheck.paper.figures.shelf import Shelf
+from crosscheck.paper.figures.views import MICRO, Strip, conditions, law_figure
+from crosscheck.paper.rigid import COUPLED, rigid_arm
+from crosscheck.paper.sampling.experiments import PD, SHORT_S
+from crosscheck.paper.third import Third
+from crosscheck.paper.thresholds import SEVERE
+from crosscheck.paper.words import LAW_NAMES
 from crosscheck.report.figures import new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 
 TARGET_RAD = np.pi / 6
 BANDS = (0.02, 0.01)
-SETTLED_S = 2.6  # Section 3.2
-SIDE_S, BACK_S = 0.3, 1.5  # Section 3.2: the teeth change sides, and return
-SIDE_TOLERANCE = 0.25  # the paper says "after 0.3 s"
-BACK_TOLERANCE = 0.1
-AFTER_THIRD_S = 1.4
-ZOOM_S = {"side change": (0.345, 0.385), "third fluctuation": (1.10, 1.11)}
+WHOLE_S, START_S = (0.0, 3.0), (0.0, 0.02)
+SIDE_S, THIRD_S = (0.345, 0.385), (1.10, 1.11)  # a few periods of what happens there
+RIGID_STYLES = {COUPLED: "--", "links": ":"}
+
+
+class Gain(NamedTuple):
+    """A joint's step with gains: overshoot over the step, when within each of BANDS for good."""
+
+    proportional: float
+    derivative: float
+    joint: int
+    overshoot: float
+    within_s: tuple[float | None, ...]
+
+
+GAIN_COLUMNS = Columns[Gain](
+    lambda row: f"P {row.proportional:g} D {row.derivative:g} joint {row.joint}",
+    (
+        Column("proportional", "P [N m/rad]", lambda row: row.proportional, "g"),
+        Column("derivative", "D [N m s/rad]", lambda row: row.derivative, "g"),
+        Column("joint", "joint", lambda row: row.joint),
+        Column("overshoot_percent", "overshoot [%]", lambda row: 100 * row.overshoot, ".1f"),
+        Column("within_2_s", "within 2 % from [s]", lambda row: row.within_s[0], ".2f"),
+        Column("within_1_s", "within 1 % from [s]", lambda row: row.within_s[1], ".2f"),
+    ),
+)
 
 
 def figure_10(shelf: Shelf) -> Plate:
     """Joint angles for several gains."""
     gains = [*((p, GAINS[1]) for p in PROPORTIONAL), *((GAINS[0], d) for d in DERIVATIVE)]
-    variants = {gain: gain_run(*gain) for gain in gains}
-    runs = shelf.runs(variants.values(), 10)
-    measured = {gain: _responses(runs[variant]) for gain, variant in variants.items()}
-    rows = [
-        (*gain, *(value for joint in m for value in (joint.overshoot_percent, *joint.within_s)))
-        for gain, m in measured.items()
-    ]
-    own = measured[GAINS]
-    per_joint = ("overshoot [%]", "within 2 % from [s]", "within 1 % from [s]")
-    head = ("P", "D", *(f"θ_{joint}: {name}" for joint in (1, 2) for name in per_joint))
-    overshoot = extreme((joint.overshoot_percent for joint in own), max)
+    variants = {gain: gain_run(*gain, shelf.seed) for gain in gains}
+    runs = shelf.courses(variants.values(), 10)
+    by_gain = {gain: runs[variant] for gain, variant in variants.items()}
+    rows = [row for gain, run in by_gain.items() for row in _steps(run, *gain)]
+    caption = conditions(by_gain[GAINS], shelf.seed, "Other gains as in the legend.")
     return Plate(
         10,
-        "joint angles with different gains",
-        _gains_svg({gain: runs[v] for gain, v in variants.items()}),
-        "P = 1000 and D = 400 bring both joints to 30 degrees without considerable overshoot, and"
-        " they stay there after 2.6 s. The other gains of the figure are not given in the text.",
-        "Gains other than 1000 and 400 are this project's choice (P in N m/rad, D in N m s/rad)."
-        f" At the paper's gains the largest overshoot is {overshoot:.1f} %.",
-        conditions(runs[variants[GAINS]], "Other gains as in the legend."),
-        {
-            f"no overshoot above {100 * OVERSHOOT:g} % at the paper's gains": verdict(
-                restrained(overshoot / 100)
-            ),
-            "both joints stay within 2 % after 2.6 s": verdict(
-                _settled(runs[variants[GAINS]], [joint.within_s[0] for joint in own])
-            ),
-        },
-        {"gains": {f"P {p} D {d}": [r.to_dict() for r in m] for (p, d), m in measured.items()}},
-        table(head, rows),
+        [Drawing(_gains_svg(by_gain), caption)],
+        ZETA,
+        shelf.seed,
+        {"gains": list(GAIN_COLUMNS.json(rows))},
+        {"gains": GAIN_COLUMNS.html(rows)},
     )
 
 
-class Response(NamedTuple):
-    """A joint's response to its step: overshoot, and when it stays within each of BANDS."""
-
-    overshoot_percent: float
-    within_s: tuple[float | None, ...]
-
-    def to_dict(self) -> dict[str, float | None]:
-        """For JSON."""
-        names = (f"within_{100 * band:g}_percent_s" for band in BANDS)
-        within = dict(zip(names, self.within_s, strict=True))
-        return {"overshoot_percent": self.overshoot_percent, **within}
-
-
-def _settled(run: xr.Dataset, times: Sequence[float | None]) -> bool | None:
-    """Whether all joints have settled by SETTLED_S; None if the run ends before."""
-    if run["time"].values[-1] < SETTLED_S:
-        return None
-    return all(time is not None and time <= SETTLED_S for time in times)
-
-
-def _responses(run: xr.Dataset) -> list[Response]:
-    """Of every joint."""
-    time = run["time"].values
+def _steps(run: Course, proportional: float, derivative: float) -> list[Gain]:
     return [
-        Response(
-            100 * max(0.0, events.overshoot(angle, TARGET_RAD)),
-            tuple(events.settling(time, angle, TARGET_RAD, band) for band in BANDS),
+        Gain(
+            proportional,
+            derivative,
+            joint,
+            max(0.0, events.overshoot(angle, TARGET_RAD)),
+            tuple(events.settling(run.time, angle, TARGET_RAD, band) for band in BANDS),
         )
-        for angle in run["theta"].values.T
+        for joint, angle in enumerate(run.theta.T, start=1)
     ]
 
 
-def _gains_svg(runs: dict[tuple[float, float], xr.Dataset]) -> str:
+def _gains_svg(runs: Mapping[tuple[float, float], Course]) -> str:
     """(a), (b): P varies, shoulder and elbow; (c), (d): D varies."""
     figure, grid = new_figure(2, 2, 2.3)
     panels = iter("abcd")
@@ -122,10 +105,10 @@ def _gains_svg(runs: dict[tuple[float, float], xr.Dataset]) -> str:
         chosen = {gain[varied]: run for gain, run in runs.items() if gain[1 - varied] == fixed}
         for joint, axes in enumerate(row):
             for (gain, run), colour in zip(chosen.items(), COLOURS, strict=False):
-                degrees = np.degrees(run["theta"].values[:, joint])
-                axes.plot(run["time"], degrees, color=colour, label=f"{'PD'[varied]} = {gain}")
+                degrees = np.degrees(run.theta[:, joint])
+                axes.plot(run.time, degrees, color=colour, label=f"{'PD'[varied]} = {gain:g}")
             axes.axhline(np.degrees(TARGET_RAD), color="k", linewidth=0.6, linestyle=":")
-            title = f"({next(panels)}) {('shoulder', 'elbow')[joint]}, {'DP'[varied]} = {fixed}"
+            title = f"({next(panels)}) {('shoulder', 'elbow')[joint]}, {'DP'[varied]} = {fixed:g}"
             axes.set(xlabel="time [s]", ylabel="angle [deg]", title=title)
         row[0].legend(frameon=False, loc="lower right")
     return to_svg(figure)
@@ -133,157 +116,68 @@ def _gains_svg(runs: dict[tuple[float, float], xr.Dataset]) -> str:
 
 def figure_11(shelf: Shelf) -> Plate:
     """Driving torques."""
-    runs = shelf.laws(11, control_run)
-    measured = {law: torques(run) for law, run in runs.items()}
-    rows = [(law, *m.ripple_N_m, *m.largest_N_m) for law, m in measured.items()]
-    names = ("ripple of T_{} [N m]", "largest |T_{}| [N m]")
-    head = ("phase law", *(name.format(joint) for name in names for joint in (1, 2)))
-    strips = _control_strips("T [N m]", lambda run: run["torque"].values)
-    return Plate(
-        11,
-        "driving torques under PD control",
-        law_figure(runs, strips),
-        "While the angles are smooth, the torques of both joints fluctuate at high frequency.",
-        "The ripple is half of the largest peak-to-peak value within 5 ms, in 0.5 to 1.2 s; it is D"
-        " times the rate's, output side.",
-        conditions(runs["angle"]),
-        {
-            "both torques ripple in 0.5 to 1.2 s": by_law(
-                {
-                    law: all_of(map(visible, m.ripple_N_m, m.largest_N_m))
-                    for law, m in measured.items()
-                }
-            )
-        },
-        {"laws": {law: m._asdict() for law, m in measured.items()}},
-        table(head, rows),
-    )
-
-
-class Torques(NamedTuple):
-    """Of both joints: ripple in the third fluctuation, largest value [N m]."""
-
-    ripple_N_m: list[float]
-    largest_N_m: list[float]
-
-
-def torques(run: xr.Dataset) -> Torques:
-    """Of a run."""
-    time, columns = run["time"].values, run["torque"].values.T
-    return Torques(
-        [swing(time, column, *THIRD_S) for column in columns],
-        [signals.amplitude(column) for column in columns],
-    )
-
-
-def _control_strips(label: str, values: Callable[[xr.Dataset], np.ndarray]) -> list[Strip]:
-    return [Strip(label, values, (0.0, 3.0)), *(Strip(label, values, w) for w in ZOOM_S.values())]
+    return _whole(shelf, 11, "torque", "T [N m]")
 
 
 def figure_12(shelf: Shelf) -> Plate:
     """x_sp1 under PD control."""
-    runs = shelf.laws(12, control_run)
-    measured = {law: sides(run) for law, run in runs.items()}
-    rows = [(law, *m) for law, m in measured.items()]
-    torque = runs["angle"]["torque"].values[:, 0]
-    brakes = signals.first_below(runs["angle"]["time"].values, torque, 0.0)
-    head = ("phase law", "sides change at [s]", "and back at [s]", "changes in 0.5 to 1.4 s")
-    return Plate(
-        12,
-        "sun-planet displacement of the shoulder under PD control",
-        law_figure(runs, _control_strips("x_sp1 [µm]", lambda r: MICRO * first_mesh(r, "x_sp"))),
-        "After 0.3 s the displacement changes sign: the teeth mesh on the opposite side. In 1.5 s"
-        " they return.",
-        f"{_braking(brakes)} Later changes are a vibration's.",
-        conditions(runs["angle"]),
-        {
-            "the side changes near 0.3 s": by_law(
-                {law: near(m.first_s, SIDE_S, SIDE_TOLERANCE) for law, m in measured.items()}
-            ),
-            "the teeth return near 1.5 s": by_law(
-                {law: near(m.back_s, BACK_S, BACK_TOLERANCE) for law, m in measured.items()}
-            ),
-        },
-        {"laws": {law: m._asdict() for law, m in measured.items()}},
-        table(head, rows),
-    )
-
-
-def _braking(at_s: float | None) -> str:
-    if at_s is None:
-        return "The shoulder's torque does not turn negative in this run."
-    return (
-        f"The shoulder's torque turns negative at {at_s:.3f} s: the arm begins to brake, and the"
-        " teeth change sides under either law."
-    )
-
-
-class Sides(NamedTuple):
-    """When the teeth arrive at the other side and, after AFTER_THIRD_S, back; how often between.
-
-    By the displacement; ``between`` counts from the third fluctuation's begin.
-    """
-
-    first_s: float | None
-    back_s: float | None
-    between: int
-
-
-def sides(run: xr.Dataset) -> Sides:
-    """Of the shoulder's first planet."""
-    time, backlash = run["time"].values, paper_stage(arm_of(run)).backlash_m
-    changes = events.arrivals(time, first_mesh(run, "x_sp"), backlash)
-    later = changes[changes > AFTER_THIRD_S]
-    between = (changes >= THIRD_S[0]) & (changes <= AFTER_THIRD_S)
-    return Sides(
-        float(changes[0]) if changes.size else None,
-        float(later[0]) if later.size else None,
-        int(between.sum()),
-    )
+    return _whole(shelf, 12, "x_sp", "x_sp1 [µm]", MICRO)
 
 
 def figure_13(shelf: Shelf) -> Plate:
     """F_sp1 under PD control."""
-    runs = shelf.laws(13, control_run)
-    measured = {law: _forces(run) for law, run in runs.items()}
-    rows = [(law, *m) for law, m in measured.items()]
-    head = (
-        "phase law",
-        "start peak [N]",
-        "contact at the other side [s]",
-        "its peak [N]",
-        "bouncing [s]",
-        "third fluctuation, ± [N]",
-    )
-    return Plate(
-        13,
-        "sun-planet force of the shoulder under PD control",
-        law_figure(runs, _control_strips("F_sp1 [N]", lambda run: first_mesh(run, "F_sp"))),
-        "The force changes its sign with the displacement, which excites the second fluctuation;"
-        " the third one follows no sudden excitation.",
-        "Elastic force per planet; ± is half of the largest peak-to-peak value in 5 ms.",
-        conditions(runs["angle"]),
-        {
-            "the force changes its sign near 0.3 s": by_law(
-                {law: near(m.contact_s, SIDE_S, SIDE_TOLERANCE) for law, m in measured.items()}
+    return _whole(shelf, 13, "F_sp", "F_sp1 [N]")
+
+
+def _whole(shelf: Shelf, number: int, quantity: str, label: str, scale: float = 1.0) -> Plate:
+    """A quantity over all of the PD run, and near the side change and the third fluctuation."""
+    runs, bands = shelf.laws(number, PD, LOW_ZETA), shelf.bands(LOW_ZETA, number)
+    strips = [
+        Strip(label, quantity, WHOLE_S, scale, band=True),
+        *(Strip(label, quantity, window, scale) for window in (SIDE_S, THIRD_S)),
+    ]
+    caption = conditions(runs[INTEGRAL], shelf.seed, "Grey: between all starts (shoulder).")
+    brakes = signals.first_below(runs[INTEGRAL].time, runs[INTEGRAL].torque[:, 0], 0.0)
+    drawing = Drawing(law_figure(runs, strips, bands), caption)
+    return Plate(number, [drawing], LOW_ZETA, shelf.seed, {"brakes_s": brakes})
+
+
+def figure_14(shelf: Shelf) -> Plate:
+    """Shoulder acceleration in the first 1.2 s."""
+    runs, bands = shelf.laws(14, PD, LOW_ZETA), shelf.bands(LOW_ZETA, 14)
+    own = drawn(PD, Cell(INTEGRAL, LOW_ZETA), shelf.seed)
+    levels = {level: rigid_arm(own, level) for level in RIGID_STYLES}
+    found = shelf.courses(levels.values(), 14)
+    rigid = {level: found[variant] for level, variant in levels.items()}
+
+    def overlay(axes: Axes, window: tuple[float, float]) -> None:
+        for level, arm in rigid.items():
+            part = signals.window(arm.time, *window)
+            values = arm.theta_ddot[part, 0]
+            axes.plot(
+                arm.time[part], values, RIGID_STYLES[level], color="k", label=f"rigid, {level}"
             )
-        },
-        {"laws": {law: m._asdict() for law, m in measured.items()}},
-        table(head, rows),
-    )
+
+    shoulder = {law: _shoulder(run) for law, run in runs.items()}
+    strips = [
+        Strip("θ_1'' [rad/s²]", "theta_ddot", window, band=window == (0.0, SHORT_S))
+        for window in ((0.0, SHORT_S), START_S, SIDE_S, THIRD_S)
+    ]
+    caption = conditions(runs[INTEGRAL], shelf.seed, "Grey: between all starts.")
+    drawing = Drawing(law_figure(shoulder, strips, bands, overlay), caption)
+    return Plate(14, [drawing], LOW_ZETA, shelf.seed, _severe(shelf))
 
 
-class Forces(NamedTuple):
-    """F_sp1 at the start, at first contact of the opposite flanks, in the third fluctuation."""
+def _severe(shelf: Shelf) -> dict[str, JsonValue]:
+    """In how many starts the third fluctuation is severe, of those that have one."""
+    thirds = {law: Third.of(known[PD]) for law, known in shelf.known(LOW_ZETA).items()}
+    found: dict[str, JsonValue] = {
+        LAW_NAMES[law]: [int(one.of_branch(severe=True).sum()), one.sizes.size]
+        for law, one in thirds.items()
+    }
+    return {"limit": SEVERE, "severe": found}
 
-    start_peak_N: float
-    contact_s: float | None
-    peak_N: float | None
-    bouncing_s: float | None
-    third_N: float
 
-
-def _forces(run: xr.Dataset) -> Forces:
-    time, force = run["time"].values, first_mesh(run, "F_sp")
-    start = float(force[signals.window(time, 0, 0.1)].max())
-    return Forces(start, *impact(time, force), swing(time, force, *THIRD_S))
+def _shoulder(run: Course) -> Course:
+    """Its acceleration alone."""
+    return replace(run, theta_ddot=run.theta_ddot[:, :1])

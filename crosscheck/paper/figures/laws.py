@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from analytic.backlash import dead_zone, dead_zone_tanh
 from analytic.stiffness import fundamental, square_wave, square_wave_series
-from crosscheck.paper.figures.plate import MICRO, Plate, Shelf, table
-from crosscheck.paper.figures.verdicts import accurate, same, verdict
+from crosscheck.paper.columns import Column, Columns
+from crosscheck.paper.figures.plate import Drawing, Plate
+from crosscheck.paper.figures.shelf import Shelf
+from crosscheck.paper.figures.views import MICRO
 from crosscheck.paper.stage import paper_stage
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
@@ -19,6 +23,7 @@ HARMONICS = (1, 3, 9, 31)
 MANY = 501  # for the limit of Eq. 7
 CONTACT_RATIO = 1.5
 OTHER_RATIOS = (1.2, 1.4, CONTACT_RATIO, 1.6, 1.8)
+SAME = 1e-12  # two printed expressions of one harmonic: rounding alone may differ
 AWAY = 0.02  # of a period: this far from its jumps a truncated series can be asked to converge
 
 
@@ -26,29 +31,40 @@ def figure_4(shelf: Shelf) -> Plate:
     """Eq. 6 for several sigma against Eq. 5."""
     b = paper_stage(load_arm(ARM)).backlash_m
     x = np.linspace(-3 * b, 3 * b, 3001)
-    exact = dead_zone(x, b)
-    rows = []
-    for sigma in SHARPNESS_PER_M:
-        smooth = dead_zone_tanh(x, b, sigma)
-        gap = float(np.abs(smooth - exact).max())
-        pull = float(-smooth[x > 0].min())
-        rows.append((sigma, sigma * b, MICRO * gap, gap * sigma, MICRO * pull))
-    sharpest = rows[-1][2] / MICRO
-    head = ("sigma [1/m]", "sigma b", "largest deviation [µm]", "deviation x sigma", "pull [µm]")
+    rows = [sharpness(x, b, sigma) for sigma in SHARPNESS_PER_M]
+    caption = f"b {MICRO * b:g} µm; sigma as in the legend, the paper gives none."
     return Plate(
         4,
-        "clearance function",
-        _clearance_svg(x, b),
-        "Eq. 6, made of hyperbolic tangents, stands in for the piecewise Eq. 5; with sigma large"
-        " enough it is called sufficiently accurate. No value of sigma is given.",
-        "The deviation falls as 1 / sigma. Eq. 6 is not monotone: just below contact it pulls the"
-        " teeth together, which no clearance does (the dip at the right). All runs of this report"
-        " use Eq. 5.",
-        f"b {MICRO * b:g} µm; sigma as in the legend.",
-        {f"accurate at sigma = {SHARPNESS_PER_M[-1]:g} 1/m": verdict(accurate(sharpest, b))},
-        {"deviation_um": {f"{row[0]:g}": row[2] for row in rows}},
-        table(head, rows),
+        [Drawing(_clearance_svg(x, b), caption)],
+        tables={"sharpness": SHARPNESS.html(rows)},
+        numbers={"deviation_um": {f"{row.sigma:g}": MICRO * row.gap_m for row in rows}},
     )
+
+
+class Sharpness(NamedTuple):
+    """Of Eq. 6 at a sigma [1/m]: largest deviation from Eq. 5, largest pull outside contact [m]."""
+
+    sigma: float
+    gap_m: float
+    pull_m: float
+
+
+def sharpness(x: np.ndarray, b: float, sigma: float) -> Sharpness:
+    """Over displacements x [m]."""
+    smooth = dead_zone_tanh(x, b, sigma)
+    gap = np.abs(smooth - dead_zone(x, b)).max()
+    return Sharpness(sigma, float(gap), float(-smooth[x > 0].min()))
+
+
+SHARPNESS = Columns[Sharpness](
+    lambda row: f"{row.sigma:g}",
+    (
+        Column("sigma", "sigma [1/m]", lambda row: row.sigma),
+        Column("gap_um", "largest deviation [µm]", lambda row: MICRO * row.gap_m),
+        Column("gap_sigma", "deviation times sigma", lambda row: row.gap_m * row.sigma),
+        Column("pull_um", "pull outside contact [µm]", lambda row: MICRO * row.pull_m),
+    ),
+)
 
 
 def _clearance_svg(x: np.ndarray, b: float) -> str:
@@ -75,35 +91,19 @@ def figure_5(shelf: Shelf) -> Plate:
     series = {n: square_wave_series(cycle, low, high, CONTACT_RATIO, n) for n in (*HARMONICS, MANY)}
     eq8 = fundamental(np.sin(2 * np.pi * cycle), k_m, k_a)
     wave = square_wave(cycle, low, high, CONTACT_RATIO)
-    gap = float(np.abs(series[1] - eq8).max())
     smooth = np.abs(np.mod(2 * cycle + 0.5, 1) - 0.5) > 2 * AWAY
-    limit = float(np.abs(series[MANY] - wave)[smooth].max() / (high - low))
-    kept = float(np.var(eq8[:-1]) / np.var(wave[:-1]))
-    rows = [ratio_row(ratio, k_m, k_a) for ratio in OTHER_RATIOS]
-    head = ("contact ratio", "phase of the fundamental [deg]", "k_max - k_min [N/m]", "mean [N/m]")
-    seen = (
-        f"Only contact ratio {CONTACT_RATIO:g} gives the fundamental zero phase. Eq. 7 as printed"
-        " then makes its amplitude 2 (k_max - k_min) / pi, so that k_max - k_min = pi k_a / 2 ="
-        f" {high - low:.4g} N/m, k_max = {high:.4g}, k_min = {low:.4g} N/m. Eq. 7 with one harmonic"
-        f" differs from Eq. 8 by {gap:.2g} N/m, with {MANY} harmonics from the square wave by"
-        f" {100 * limit:.2g} % away from its jumps. Eq. 8 keeps {100 * kept:.1f} % of the wave's"
-        " variance."
-    )
+    caption = f"k_m {k_m:g} N/m, k_a {k_a:g} N/m; all pairs in phase (gamma = 0)."
     return Plate(
         5,
-        "time-variant stiffness",
-        _stiffness_svg(cycle, wave, series, eq8),
-        "The stiffness is a square wave between k_min (one pair of teeth) and k_max (two pairs);"
-        " of its Fourier series, Eq. 7, the fundamental, Eq. 8, is deemed sufficient. Contact"
-        " ratio, k_max and k_min are not given.",
-        seen,
-        f"k_m {k_m:g} N/m, k_a {k_a:g} N/m; the phase difference gamma of other pairs is zero.",
-        {
-            "Eq. 8 is the fundamental of Eq. 7": verdict(same(gap, k_m)),
-            "Eq. 7 is the series of the square wave": verdict(limit < AWAY),
+        [Drawing(_stiffness_svg(cycle, wave, series, eq8), caption)],
+        tables={"ratios": RATIOS.html([ratio_row(ratio, k_m, k_a) for ratio in OTHER_RATIOS])},
+        numbers={
+            "k_max_N_per_m": high,
+            "k_min_N_per_m": low,
+            "eq8_is_the_fundamental": bool(np.abs(series[1] - eq8).max() <= SAME * k_m),
+            "series_error": float(np.abs(series[MANY] - wave)[smooth].max() / (high - low)),
+            "variance_kept": float(np.var(eq8[:-1]) / np.var(wave[:-1])),
         },
-        {"k_max_N_per_m": high, "k_min_N_per_m": low, "variance_kept": kept},
-        table(head, rows),
     )
 
 
@@ -117,14 +117,34 @@ def limits(k_m: float, k_a: float, contact_ratio: float) -> tuple[float, float]:
     return float(low), float(low + swing)
 
 
-def ratio_row(contact_ratio: float, k_m: float, k_a: float) -> tuple[float, float, float, float]:
-    """(contact ratio, phase of Eq. 7's fundamental [deg], k_max - k_min, mean [N/m])."""
+class Ratio(NamedTuple):
+    """Eq. 7 at a contact ratio: its fundamental's phase, k_max - k_min, mean."""
+
+    contact_ratio: float
+    phase_deg: float
+    swing_N_per_m: float
+    mean_N_per_m: float
+
+
+RATIOS = Columns[Ratio](
+    lambda row: f"{row.contact_ratio:g}",
+    (
+        Column("contact_ratio", "contact ratio", lambda row: row.contact_ratio),
+        Column("phase_deg", "phase of the fundamental [deg]", lambda row: row.phase_deg),
+        Column("swing", "k_max - k_min [N/m]", lambda row: row.swing_N_per_m, ".4g"),
+        Column("mean", "mean [N/m]", lambda row: row.mean_N_per_m, ".4g"),
+    ),
+)
+
+
+def ratio_row(contact_ratio: float, k_m: float, k_a: float) -> Ratio:
+    """Eq. 7 with mean k_m and a fundamental of amplitude k_a [N/m]."""
     low, high = limits(k_m, k_a, contact_ratio)
     cycle = np.arange(360) / 360
     wave = square_wave_series(cycle, low, high, contact_ratio, 1)
     sine = np.fft.rfft(wave)[1] * 1j  # of amplitude x sin(u + phase)
     phase = float(np.round(np.degrees(np.angle(sine)), 9)) + 0.0
-    return contact_ratio, phase, high - low, float(wave.mean())
+    return Ratio(contact_ratio, phase, high - low, float(wave.mean()))
 
 
 def _stiffness_svg(

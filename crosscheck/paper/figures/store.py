@@ -1,4 +1,4 @@
-"""The simulations behind the figures, reduced for storage without losing an extremum."""
+"""The runs behind the figures, reduced for storage without losing an extremum."""
 
 from __future__ import annotations
 
@@ -10,23 +10,12 @@ import numpy as np
 import xarray as xr
 
 from crosscheck import signals
-from crosscheck.paper.figures.runs import (
-    BACKLASHES_UM,
-    DRIVEN_UM,
-    ERRORS_UM,
-    LAWS,
-    LOW_ZETA,
-    QUICK_BACKLASHES_UM,
-    backlash_run,
-    control_run,
-    driven_run,
-    error_run,
-    rigid_run,
-    smooth_torque_run,
-    torque_run,
-)
+from crosscheck.paper.cells import INTEGRAL, LAWS, Cell, Law
+from crosscheck.paper.claims.settings import plan_of
+from crosscheck.paper.figures.runs import LOW_ZETA, SMOOTH_RECORD, ZETA, drawn, rigid_run
 from crosscheck.paper.reductions import first_planets
 from crosscheck.paper.rigid import COUPLED
+from crosscheck.paper.sampling.experiments import BACK, BACKLASH, CONSTANT, ERROR, PD
 from crosscheck.paper.scale import Scale
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.studies.study import Study, Variant
@@ -43,23 +32,31 @@ WINDOWS_S: dict[str, Windows] = {
 
 
 def stored_runs(scale: Scale) -> dict[str, Variant]:
-    """File name (without suffix) -> variant."""
-    sizes = QUICK_BACKLASHES_UM if scale.quick else BACKLASHES_UM
-    named = {"constant-torque-angles": smooth_torque_run()}
+    """File name (without suffix) -> variant, from the scale's first start."""
+    named: dict[str, Variant] = {}
     for law in LAWS:
-        named[f"constant-torque-{law}"] = torque_run(law, LOW_ZETA)
-        named |= {f"pd-{law}-b-{b:g}um": backlash_run(law, b) for b in sizes}
+        named |= _of_law(law, scale)
     if scale.quick:
         return named
-    for law in LAWS:
-        named[f"pd-{law}"] = control_run(law)
-        named |= {f"pd-{law}-E-{e:g}um": error_run(law, e) for e in ERRORS_UM if e != 5}
+    seed, own = scale.first_seed, Cell(INTEGRAL, ZETA)
     named |= {
         f"constant-torque-{level}": rigid_run("constant-torque", level) for level in RIGID_LEVELS
     }
-    named |= {f"back-and-forth-b-{b:g}um": driven_run(b) for b in DRIVEN_UM}
+    named |= {
+        f"back-and-forth-b-{b:g}um": drawn(BACK(b), own, seed, SMOOTH_RECORD)
+        for b in plan_of(scale).back
+    }
     named["back-and-forth-coupled"] = rigid_run("back-and-forth", COUPLED)
     return named
+
+
+def _of_law(law: Law, scale: Scale) -> dict[str, Variant]:
+    plan, cell, name = plan_of(scale), Cell(law, LOW_ZETA), law.id.replace("/", "-")
+    named = {f"constant-torque-{name}": CONSTANT, f"pd-{name}": PD}
+    named |= {f"pd-{name}-b-{b:g}um": BACKLASH(b) for b in plan.backlashes}
+    if not scale.quick:
+        named |= {f"pd-{name}-E-{e:g}um": ERROR(e) for e in plan.errors}
+    return {name: drawn(source, cell, scale.first_seed) for name, source in named.items()}
 
 
 def trajectories(study: Study, scale: Scale) -> dict[str, xr.Dataset]:
@@ -88,7 +85,7 @@ def reduced(run: xr.Dataset, windows: Windows, bin_s: float = BIN_S) -> xr.Datas
         "windows_s": json.dumps({name: list(window) for name, window in windows.items()}),
         "bin_s": bin_s,
         "samples_of_the_run": run.sizes["time"],
-        "planets": "those of a joint move alike: one is kept",
+        "planets": "the first of every joint is kept",
     }
     return run.isel(time=np.flatnonzero(kept)).assign_attrs(attributes)
 

@@ -4,197 +4,202 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 
-import numpy as np
-import xarray as xr
-
-from crosscheck import signals
-from crosscheck.paper.hypotheses.controller_records import Flutter, GrowthCheck, Threshold
-from crosscheck.paper.hypotheses.controller_views import (
-    drawing,
-    growth_text,
-    survey_tables,
-    sweep_table,
+from crosscheck.paper.cells import READINGS
+from crosscheck.paper.chapter import Chapter
+from crosscheck.paper.claims.rule import State
+from crosscheck.paper.columns import Column, Columns
+from crosscheck.paper.hypotheses.controller_views import drawing
+from crosscheck.paper.hypotheses.flutter import (
+    SETTLED_S,
+    VIBRATES,
+    Damping,
+    Flutter,
+    Setting,
+    flutters,
 )
-from crosscheck.paper.hypotheses.feedback import (
-    LINK,
-    PAPER_GAINS,
-    SUN,
-    Point,
-    growth,
-    threshold,
+from crosscheck.paper.hypotheses.handed import AFTER_S, HANDED_S, Handed, Handover
+from crosscheck.paper.hypotheses.linear_limits import (
+    GrowthCheck,
+    Threshold,
+    cured_at_the_sun,
+    growth_check,
+    growth_rate,
+    smooth_variant,
+    survey,
 )
-from crosscheck.paper.reading import excess_acceleration, first_mesh
-from crosscheck.paper.rigid import beside_coupled
-from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import finite, word
-from crosscheck.report.chapter import Chapter, rendered
-from crosscheck.report.fragments import figure, heading, paragraph
-from crosscheck.studies.study import Comparison, Numbers, Study, Variant
+from crosscheck.paper.material import Material
+from crosscheck.paper.record import JsonObject
+from crosscheck.paper.text import html, text
+from crosscheck.paper.undefined import recorded, word
 
 ID, TITLE = "controller", "The controller's own flutter (H6)"
-READINGS = ("paper-labelled", "paper-swapped")
-ELBOWS_DEG = (0, 30, 60, 90, 120, 150, 180)
-GAINS = ((1000.0, 0.0), (500.0, 400.0), (4000.0, 400.0), (1000.0, 100.0), (1000.0, 200.0),
-         (1000.0, 400.0), (1000.0, 800.0), (1000.0, 1600.0))  # fmt: skip
-STIFFNESSES = (0.8, 1.0, 1.2)  # (k_m - k_a, k_m, k_m + k_a) / k_m
-ZETAS = (0.003, 0.004, 0.005, 0.006, 0.01, 0.02)
-SETTLED_S = (0.9, 1.2)  # well after the impacts of the side change
-GROWTH_S, GROWTH_ZETA = (0.1, 0.4), 0.003
+ZETAS = (0.003, 0.004, 0.005, 0.006, 0.008, 0.01, 0.015, 0.02)
+ERRORS_UM = (0.0, 5.0)
+DAMPINGS: tuple[Damping, ...] = ("always", "contact")
+# Above the linear limit, dampers in contact alone; with planets held alike it vibrates further up.
+HANDED = (Setting("contact", 0.006), Setting("contact", 0.01, planets="lumped"))
+HANDED_STARTS = 16
+RESOLVED = 1e-3  # rad/s^2: ten times what is left of a torque that is played back from 1 ms rows
+ROUNDING_PER_S = 1e-6
 
 
-def chapter(study: Study, scale: Scale) -> Chapter:
-    """Thresholds from eigenvalues and the growth check; full: also the sweep over zeta and E."""
-    survey = _survey(scale.quick)
-    check = _growth_check(study, scale)
-    sweep = [] if scale.quick else _sweep(study, scale)
-    verdict = _verdict(survey, check, sweep)
-    html = [_introduction(verdict), *survey_tables(survey), growth_text(check)]
-    if sweep:
-        html += [figure(drawing(survey, sweep), _CAPTION), sweep_table(sweep)]
-    outcome = (
-        f"H6 {verdict.verdict}; in contact the loop is unstable below"
-        f" zeta = {verdict.lowest_zeta:.4f} to"
-        f" {verdict.highest_zeta:.4f}, depending on pose and reading."
+def chapter(material: Material) -> Chapter:
+    """Thresholds and the growth check; full: also runs over zeta and what they live on."""
+    limits = survey(material.scale.quick)
+    check = _growth(material)
+    found = Vibrating() if material.scale.quick else vibrating(material)
+    verdict = FlutterVerdict.of(limits, check, found)
+    page = text(
+        "hypotheses/controller",
+        verdict=verdict,
+        check=check,
+        found=found,
+        vibrates=VIBRATES,
+        resolved=RESOLVED,
+        settled_s=SETTLED_S,
+        handed_s=HANDED_S,
+        after_s=AFTER_S,
+        starts=len(material.scale.seeds),
+        drawing=html(drawing(limits, found.cells)) if found.cells else None,
+        poses=html(LIMITS.html(one for one in limits if one.by_pose)),
+        others=html(LIMITS.html(one for one in limits if not one.by_pose)),
+        cells=html(CELLS.html(found.cells)),
+        handed=html(HANDOVERS.html(found.handed)),
     )
-    records = rendered((verdict, check, *survey, *sweep))
-    return Chapter(ID, TITLE, "\n".join(html), records, outcome)
+    records = [
+        verdict.record(),
+        _growth_record(check),
+        *LIMITS.json(limits),
+        *CELLS.json(found.cells),
+        *HANDOVERS.json(found.handed),
+    ]
+    outcome = text("hypotheses/controller_outcome", verdict=verdict)
+    return Chapter(ID, TITLE, page, records, outcome)
 
 
-_CAPTION = (
-    "Left: damping ratio at which a mesh mode turns unstable in contact, P = 1000, D = 400;"
-    " middle: the same against D with the arm stretched; right: simulated shoulder vibration"
-    f" (detailed minus rigid) in {SETTLED_S[0]:g} to {SETTLED_S[1]:g} s of the PD run, angle law."
-)
+def _growth(material: Material) -> GrowthCheck:
+    variant = material.scale.cut(smooth_variant())
+    (measured,) = material.study.measures([variant], growth_rate, "H6, growth without play")
+    return growth_check(measured)
 
 
-def _survey(quick: bool) -> list[Threshold]:
-    """Thresholds over poses, gains, stiffness and where the controller looks."""
-    arms, elbows = (READINGS[:1], ELBOWS_DEG[:2]) if quick else (READINGS, ELBOWS_DEG)
-    points = [Point(a, elbow_rad=np.radians(e), sensed=s) for a in arms for e in elbows
-              for s in (LINK, SUN)]  # fmt: skip
-    points += [Point(arm, gains) for arm in arms for gains in GAINS]
-    points += [Point(arm, stiffness=stiffness) for arm in arms for stiffness in STIFFNESSES]
-    return [_threshold(point) for point in dict.fromkeys(points)]
+def _growth_record(check: GrowthCheck) -> JsonObject:
+    verdict = word(check.agrees, "agree", "differ")
+    return recorded({"id": "controller/growth", **vars(check), "verdict": verdict})
 
 
-def _threshold(point: Point) -> Threshold:
-    edge = threshold(point)
-    rate, frequency = growth(point, edge)
-    return Threshold(point, edge, frequency, growth(point, 0.0)[0], rate)
+@dataclass(frozen=True)
+class Vibrating:
+    """What is simulated; nothing in the quick report. handed: what becomes of each of HANDED."""
 
+    cells: tuple[Flutter, ...] = ()
+    handed: tuple[tuple[Setting, Handed], ...] = ()
 
-def growth_rate(run: xr.Dataset) -> Numbers:
-    """Exponential growth [1/s] of the shoulder's mesh vibration within GROWTH_S, and its mean pose.
-
-    From the peaks of x_sp1 less its running mean over 5 ms. None in a run that ends before.
-    """
-    time, x = run["time"].values, first_mesh(run, "x_sp")
-    width = round(5e-3 / (time[1] - time[0]))
-    part = signals.window(time, *GROWTH_S)
-    blocks = time[part].size // width
-    if blocks < 2:
-        return {"growth_per_s": None, "elbow_rad": None}
-    vibration = np.abs(x - np.convolve(x, np.ones(width) / width, mode="same"))
-    peaks = vibration[part][: blocks * width].reshape(blocks, width).max(axis=1)
-    middles = time[part][: blocks * width].reshape(blocks, width).mean(axis=1)
-    return {
-        "growth_per_s": float(np.polyfit(middles, np.log(peaks), 1)[0]),
-        "elbow_rad": float(run["theta"].values[part, 1].mean()),
-    }
-
-
-def _growth_check(study: Study, scale: Scale) -> GrowthCheck:
-    """The same feedback simulated without play, tooth error and stiffness variation."""
-    smooth = ("backlash_m", "tooth_error_m", "mesh_stiffness_amplitude_N_per_m")
-    variant = Variant(
-        zeta=GROWTH_ZETA,
-        duration_s=GROWTH_S[1] + 0.05,
-        settings=tuple(f"arm.joints.*.{name}=0.0" for name in smooth),
-    )
-    (measured,) = study.measures([scale.cut(variant)], growth_rate, "H6, growth without play")
-    elbow, rate = (measured.get(name) for name in ("elbow_rad", "growth_per_s"))
-    if elbow is None:
-        return GrowthCheck(GROWTH_ZETA, None, rate, None, None)
-    predicted, frequency = growth(Point(elbow_rad=elbow), GROWTH_ZETA)
-    return GrowthCheck(GROWTH_ZETA, elbow, rate, predicted, frequency)
-
-
-def sustained(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
-    """Shoulder vibration [rad/s^2], less the rigid arm, and its frequency [Hz] in SETTLED_S."""
-    (rigid,) = others
-    time = run["time"].values
-    part = signals.window(time, *SETTLED_S)
-    excess = excess_acceleration(run, rigid)[part, 0]
-    return finite(
-        {
-            "amplitude_rad_per_s2": signals.amplitude(excess),
-            "frequency_Hz": signals.dominant_frequency(time[part], excess),
+    def of(self, **fields: object) -> dict[tuple[Damping, float], Flutter]:
+        """By damping and zeta, the cells whose settings have these fields."""
+        return {
+            (one.setting.damping, one.setting.zeta): one
+            for one in self.cells
+            if all(getattr(one.setting, name) == value for name, value in fields.items())
         }
-    )
 
 
-SUSTAINED = Comparison(sustained, beside_coupled)
+def vibrating(material: Material) -> Vibrating:
+    """All runs."""
+    scale = material.scale
+    cells = flutters(material.study, settings(), scale.seeds, scale)
+    if scale.longest_s < HANDED_S + AFTER_S:
+        return Vibrating(tuple(cells))
+    seeds = scale.seeds[: scale.starts(HANDED_STARTS)]
+    asked = [Handover(one.variant(), seeds) for one in HANDED]
+    handed = material.study.answers(asked, "H6, vibration handed over")
+    return Vibrating(tuple(cells), tuple(zip(HANDED, handed, strict=True)))
 
 
-def _sweep(study: Study, scale: Scale) -> list[Flutter]:
-    """Simulated vibration over zeta for both damping switches, with and without tooth error."""
-    cells = [(zeta, damping, E) for damping in ("always", "contact") for zeta in ZETAS
-             for E in (0.0, 5e-6)]  # fmt: skip
-    variants = [
-        scale.cut(
-            Variant(
-                zeta=zeta,
-                duration_s=SETTLED_S[1],
-                meshes=(f"arm.joints.*.tooth_error_m={E!r}", f"switches.damping={damping}"),
-            )
-        )
-        for zeta, damping, E in cells
-    ]
-    found = study.measures(variants, SUSTAINED, "H6, flutter against damping")
-    names = ("amplitude_rad_per_s2", "frequency_Hz", "diverged_s")
-    return [
-        Flutter(damping, zeta, E, *(numbers.get(name) for name in names))
-        for (zeta, damping, E), numbers in zip(cells, found, strict=True)
-    ]
+def settings() -> list[Setting]:
+    """With and without error and dampers in the play; then what contact-only damping lives on."""
+    every = [Setting(d, zeta, error) for d, zeta, error in product(DAMPINGS, ZETAS, ERRORS_UM)]
+    for zeta in ZETAS:
+        every += [
+            Setting("contact", zeta, played_back=True),
+            Setting("contact", zeta, varying=False),
+            Setting("contact", zeta, planets="lumped"),
+        ]
+    return every
 
 
-def independent_of_error(sweep: Sequence[Flutter]) -> bool | None:
-    """The signature: the same settings flutter with and without tooth error, and some do."""
-    if any(run.flutters is None for run in sweep):
+PLAIN = {"varying": True, "played_back": False, "planets": "free"}
+
+
+def independent_of_error(found: Vibrating) -> bool | None:
+    """The signature: the same settings vibrate with and without tooth error, and some do."""
+    without, with_error = (found.of(tooth_error_um=error, **PLAIN) for error in ERRORS_UM)
+    states = [(without[place].state, with_error[place].state) for place in without]
+    if not states or any(State.UNDEFINED in pair for pair in states):
         return None
-    places = [
-        {
-            (run.damping, run.zeta)
-            for run in sweep
-            if run.flutters and (run.tooth_error_m > 0) == with_error
-        }
-        for with_error in (False, True)
-    ]
-    return bool(places[0]) and places[0] == places[1]
+    return any(one == State.YES for one, _ in states) and all(a == b for a, b in states)
 
 
-def cured_at_the_sun(survey: Sequence[Threshold]) -> bool:
-    """No threshold at all once the controller looks at the sun, where there is one otherwise."""
-    sun = [found.zeta for found in survey if found.point.sensed == SUN]
-    link = [f.zeta for f in survey if f.point.sensed != SUN and f.point.gains[1] > 0]
-    return max(sun) == 0.0 and min(link) > 0.0
+def lives_on_feedback(found: Vibrating) -> bool | None:
+    """No start vibrates without feedback, from the beginning or from a vibration handed over."""
+    bare = [one for one in found.cells if one.setting.played_back]
+    if not bare or any(one.share is None for one in bare):
+        return None
+    left = [size for _, one in found.handed for size in (*one.torque, *one.sun)]
+    goes_on = [size for _, one in found.handed for size in one.link]
+    if max(goes_on, default=0.0) <= VIBRATES:
+        return None  # there was nothing to hand over
+    return all(one.share and not one.share.yes for one in bare) and max(left) <= VIBRATES
+
+
+def highest_vibrating(found: Vibrating, **fields: object) -> float | None:
+    """The largest zeta at which starts vibrate without tooth error, more than few."""
+    cells = found.of(tooth_error_um=0.0, **{**PLAIN, **fields}).values()
+    some = (State.YES, State.BISTABLE)
+    return max((one.setting.zeta for one in cells if one.state in some), default=None)
 
 
 @dataclass(frozen=True)
 class FlutterVerdict:
-    """H6: what it rests on, and the range of thresholds [1] with the paper's gains."""
+    """H6: what it rests on; thresholds [1] with the paper's gains, lowest and highest of all poses.
+
+    vibrates_to: up to which zeta anything vibrates in simulations without tooth error.
+    """
 
     parts: Mapping[str, bool | None]
     lowest_zeta: float
     highest_zeta: float
+    vibrates_to: Mapping[str, float | None]
+
+    @classmethod
+    def of(
+        cls, limits: Sequence[Threshold], check: GrowthCheck, found: Vibrating
+    ) -> FlutterVerdict:
+        """From all that was done."""
+        parts = {
+            "sensing at the sun removes it": cured_at_the_sun(limits),
+            "growth as predicted": check.agrees,
+        }
+        if found.cells:
+            parts["independent of E"] = independent_of_error(found)
+            parts["gone without feedback"] = lives_on_feedback(found)
+        paper = [one.zeta for one in limits if one.is_papers]
+        vibrates_to = {
+            "always": highest_vibrating(found, damping="always"),
+            "contact": highest_vibrating(found, damping="contact"),
+            "contact_lumped": highest_vibrating(found, damping="contact", planets="lumped"),
+            "contact_steady": highest_vibrating(found, damping="contact", varying=False),
+        }
+        return cls(parts, min(paper), max(paper), vibrates_to)
 
     @property
     def verdict(self) -> str:
         """In words."""
         return _in_words(self.parts.values())
 
-    def to_dict(self) -> dict[str, object]:
+    def record(self) -> JsonObject:
         """For JSON."""
         return {
             "id": "H6",
@@ -202,20 +207,8 @@ class FlutterVerdict:
             "parts": dict(self.parts),
             "lowest_threshold_zeta": self.lowest_zeta,
             "highest_threshold_zeta": self.highest_zeta,
+            "vibrates_up_to_zeta": dict(self.vibrates_to),
         }
-
-
-def _verdict(
-    survey: Sequence[Threshold], check: GrowthCheck, sweep: Sequence[Flutter]
-) -> FlutterVerdict:
-    parts: dict[str, bool | None] = {
-        "sensing at the sun removes it": cured_at_the_sun(survey),
-        "growth as predicted": check.agrees,
-    }
-    if sweep:
-        parts["independent of E"] = independent_of_error(sweep)
-    paper = [f.zeta for f in survey if f.point.sensed != SUN and f.point.gains == PAPER_GAINS]
-    return FlutterVerdict(parts, min(paper), max(paper))
 
 
 def _in_words(parts: Collection[bool | None]) -> str:
@@ -225,22 +218,69 @@ def _in_words(parts: Collection[bool | None]) -> str:
     return word(None if None in parts else all(parts), "holds", "does not hold")
 
 
-def _introduction(verdict: FlutterVerdict) -> str:
-    parts = "; ".join(f"{name}: {word(holds)}" for name, holds in verdict.parts.items())
-    return (
-        heading("Question and experiment")
-        + paragraph(
-            "The torque acts on the sun while Eq. 23 looks at the link, with the teeth's springs"
-            " between: feedback of that kind can feed a mesh mode. The arm is linearised with all"
-            " teeth in contact, and the damping ratio found at which its least stable mesh mode"
-            " stops growing; then the controller is made to look at the sun (angle and rate over"
-            " the reduction ratio), which in the linear model replaces the sensed θ by the torque's"
-            " own lever, so that feedback becomes symmetric and can only dissipate. With damping in"
-            " contact alone the linear threshold is the same, since it is found in contact."
-        )
-        + paragraph(
-            f"H6 {verdict.verdict} ({parts}). With the paper's gains the flutter needs ζ below"
-            f" {verdict.lowest_zeta:.4f} to {verdict.highest_zeta:.4f},"
-            " depending on pose and reading."
-        )
-    )
+def _resolved(found: Flutter) -> tuple[float | None, ...]:
+    """Its quantiles; None for what cannot be told from nothing."""
+    return tuple(size if size > RESOLVED else None for size in found.quantiles)
+
+
+def _parts(sizes: Sequence[float]) -> tuple[float | None, ...]:
+    """Least, median and largest; None for what cannot be told from nothing."""
+    ordered = sorted(sizes)
+    chosen = (ordered[0], ordered[len(ordered) // 2], ordered[-1])
+    return tuple(size if size > RESOLVED else None for size in chosen)
+
+
+def _growing(limit: Threshold) -> float | None:
+    """Growth without damping; None for rounding."""
+    rate = limit.undamped_growth_per_s
+    return rate if abs(rate) > ROUNDING_PER_S else None
+
+
+LIMITS: Columns[Threshold] = Columns(
+    lambda one: (
+        f"controller/threshold/{one.point.arm}/elbow {one.elbow_deg:g}"
+        f"/P {one.point.gains[0]:g} D {one.point.gains[1]:g}"
+        f"/k {one.point.stiffness:g}/{one.point.sensed}"
+    ),
+    [
+        Column("arm", "reading", lambda one: READINGS[one.point.arm]),
+        Column("elbow_deg", "elbow [°]", lambda one: one.elbow_deg, ".0f"),
+        Column("P_N_m_per_rad", "P [N m/rad]", lambda one: one.point.gains[0], "g"),
+        Column("D_N_m_s_per_rad", "D [N m s/rad]", lambda one: one.point.gains[1], "g"),
+        Column("stiffness_over_k_m", "k / k_m", lambda one: one.point.stiffness, "g"),
+        Column("sensed", "looks at the", lambda one: one.point.sensed),
+        Column("zeta", "unstable below ζ (0: nowhere)", lambda one: one.zeta, ".5f"),
+        Column("frequency_Hz", "mode there [Hz]", lambda one: one.frequency_Hz, ".0f"),
+        Column("undamped_growth_per_s", "growth at ζ = 0 [1/s]", _growing),
+        Column("growth_at_threshold_per_s", None, lambda one: one.growth_per_s),
+    ],
+)
+CELLS: Columns[Flutter] = Columns(
+    lambda one: f"controller/flutter/{one.setting.id}",
+    [
+        Column("damping", "dampers act", lambda one: one.setting.damping),
+        Column("zeta", "ζ", lambda one: one.setting.zeta, "g"),
+        Column("tooth_error_um", "E [µm]", lambda one: one.setting.tooth_error_um, "g"),
+        Column("varying", "stiffness varies", lambda one: one.setting.varying),
+        Column("feedback", "feedback", lambda one: not one.setting.played_back),
+        Column("planets", "planets", lambda one: one.setting.planets),
+        Column(
+            "vibrating", "starts that vibrate", lambda one: one.share.yes if one.share else None
+        ),
+        Column("starts", "of", lambda one: len(one.sizes)),
+        Column("quantiles_rad_per_s2", "vibration [rad/s²]", _resolved),
+        Column("frequency_Hz", "[Hz]", lambda one: one.frequency_Hz, ".0f"),
+        Column("state", None, lambda one: str(one.state)),
+    ],
+)
+HANDOVERS: Columns[tuple[Setting, Handed]] = Columns(
+    lambda pair: f"controller/handed/{pair[0].id}",
+    [
+        Column("zeta", "ζ", lambda pair: pair[0].zeta, "g"),
+        Column("planets", "planets", lambda pair: pair[0].planets),
+        Column("starts", "starts", lambda pair: len(pair[1].link)),
+        Column("link_rad_per_s2", "goes on as it was [rad/s²]", lambda pair: _parts(pair[1].link)),
+        Column("torque_rad_per_s2", "torque alone", lambda pair: _parts(pair[1].torque), ".1g"),
+        Column("sun_rad_per_s2", "looking at the sun", lambda pair: _parts(pair[1].sun), ".1g"),
+    ],
+)

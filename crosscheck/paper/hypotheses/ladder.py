@@ -2,198 +2,244 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple
 
-from crosscheck.paper.hypotheses.ladder_figures import SYMBOLS, waterfall
-from crosscheck.paper.hypotheses.ladder_records import (
-    MESHES,
-    NEARLY_ALL,
-    PAPER,
-    SAME_SIZE,
-    Attribution,
-    Baseline,
+from markupsafe import Markup
+
+from crosscheck.paper.cells import READINGS
+from crosscheck.paper.chapter import Chapter
+from crosscheck.paper.claims.catalogue import BY_ID
+from crosscheck.paper.claims.rule import Claim
+from crosscheck.paper.columns import Column, Columns
+from crosscheck.paper.hypotheses.attribution import (
+    CLAIMS,
+    TORQUE,
+    Deviation,
     LadderVerdict,
-    attributions,
-    baselines,
+    Left,
+    by_level,
+    deviations,
     ladder_verdict,
-    order_name,
+    left,
+    said,
 )
-from crosscheck.paper.hypotheses.ladder_rungs import (
-    GROUPS,
-    LABELS,
-    ORDERS,
+from crosscheck.paper.hypotheses.ladder_views import baselines, waterfall
+from crosscheck.paper.hypotheses.rungs import (
+    INERTIA,
+    MESHES,
     QUANTITIES,
+    SLIPPED,
     Ladder,
     climb,
 )
-from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import percent, shown
-from crosscheck.report.chapter import Chapter, rendered
-from crosscheck.report.fragments import figure, heading, paragraph, table
-from crosscheck.studies.study import Study
+from crosscheck.paper.hypotheses.words import GROUPS, LEVELS, RUNGS, SCENARIOS, SYMBOLS
+from crosscheck.paper.material import Material
+from crosscheck.paper.record import JsonObject
+from crosscheck.paper.text import html, text
+from crosscheck.paper.undefined import recorded, word
 
 ID, TITLE = "ladder", "What separates the rigid arm from the detailed one (H2)"
-READINGS = ("paper-labelled", "paper-swapped")
-SCENARIOS = {"constant-torque": "100 N m on both joints, 0.5 s", "pd": "PD 1000/400 to 30°, 3 s"}
-# (scenario, reading, order)
+# (scenario, reading, order): both scenarios in both orders, the other reading where the paper
+# prints numbers.
 CLIMBS = (
-    *((scenario, READINGS[0], order) for scenario in SCENARIOS for order in ORDERS),
-    ("constant-torque", READINGS[1], "A"),
+    *((scenario, arm, "A") for arm in READINGS for scenario in (TORQUE,)),
+    ("pd", next(iter(READINGS)), "A"),
+    *((scenario, next(iter(READINGS)), "B") for scenario in SCENARIOS),
 )
 QUICK_CLIMBS = CLIMBS[:1]
 
 
-def chapter(study: Study, scale: Scale) -> Chapter:
-    """The ladder; quick: constant torque in one order, labelled reading."""
-    climbs = QUICK_CLIMBS if scale.quick else CLIMBS
-    ladders = [climb(study, *which, scale) for which in climbs]
-    found = [one for ladder in ladders for one in attributions(ladder)]
-    drawn = [ladder for ladder in ladders if ladder.arm == READINGS[0]]
-    ends = [row for ladder in _of(ladders, "constant-torque") for row in baselines(ladder)]
-    verdict = ladder_verdict(found)
-    html = [_introduction(ladders), _verdict_text(verdict)]
-    for name in SCENARIOS:
-        html += [_scenario(name, chosen) for chosen in [_of(drawn, name)] if chosen]
-    html += [_share_table(found), _baseline_section(ends)]
-    records = [*verdict.to_dicts(), *rendered((*found, *ends))]
-    return Chapter(ID, TITLE, "\n".join(html), records, _outcome(verdict))
+class Climbed(NamedTuple):
+    """levels: what every baseline leaves; whole: all of every ladder; verdict: of both."""
+
+    ladders: list[Ladder]
+    levels: list[Deviation]
+    whole: list[Deviation]
+    left: list[Left]
+    verdict: LadderVerdict
 
 
-def _outcome(verdict: LadderVerdict) -> str:
-    return (
-        f"H2 {verdict.as_worded} as worded; nearly all of the largest deviations: {verdict.cause};"
-        f" all mesh effects at most {percent(verdict.largest_mesh_share, '.1g')}."
+def claims() -> dict[str, Claim]:
+    """The paper's three numbers, by quantity."""
+    return {quantity: BY_ID[name] for quantity, name in CLAIMS.items()}
+
+
+def climbed(material: Material) -> Climbed:
+    """All ladders; quick: constant torque in one order, labelled reading."""
+    climbs = QUICK_CLIMBS if material.scale.quick else CLIMBS
+    ladders = [climb(material.study, *which, material.scale) for which in climbs]
+    levels = by_level(ladder for ladder in ladders if ladder.order == "A")
+    whole = [one for ladder in ladders for one in deviations(ladder)]
+    stated = claims()
+    verdict = ladder_verdict(levels, whole, stated["theta_2"].limits)
+    return Climbed(ladders, levels, whole, left(levels, stated), verdict)
+
+
+def picture(found: Climbed) -> str:
+    """What every baseline leaves, beside what the paper says, as svg."""
+    return baselines(found.left, {name: claim.limits for name, claim in claims().items()})
+
+
+def chapter(material: Material) -> Chapter:
+    """The ladder."""
+    found = climbed(material)
+    page = text(
+        "hypotheses/ladder",
+        verdict=found.verdict,
+        levels=[LEVELS[level] for level in found.verdict.fitting],
+        limits={name: str(claim.limits) for name, claim in claims().items()},
+        all_three=[LEVELS[one.level] for one in found.left if all(one.fits.values())],
+        links_factor=_most(found.left, "links") / claims()["theta_2"].limits.high,
+        coupled_rad=_most(found.left, "coupled"),
+        causes=[GROUPS.get(cause, cause) for cause in found.verdict.causes],
+        groups={"inertia": INERTIA, "meshes": MESHES, "slips": SLIPPED},
+        rungs=len(found.ladders[0].names),
+        picture=html(picture(found)),
+        left=html(LEFT.html(found.left)),
+        scenarios=[_scenario(found.ladders, name) for name in SCENARIOS],
+        shares=html(SHARES.html([one for one in found.whole if one.instant == "largest"])),
     )
-
-
-def _of(ladders: list[Ladder], scenario: str) -> list[Ladder]:
-    return [ladder for ladder in ladders if ladder.scenario == scenario]
-
-
-def _introduction(ladders: list[Ladder]) -> str:
-    return heading("Question and experiment") + paragraph(
-        "Figs. 6 and 7 show the detailed arm leaving the rigid baseline, and Section 3.1 credits"
-        " the gear train's meshing. H2 says instead: under constant torque it is the gears'"
-        " reflected inertia, which the baseline lacks. The deviation (detailed minus rigid) is"
-        " taken apart one model change at a time, from links and payload alone up to the printed"
-        f" equations with the paper's own phase law ({len(ladders[0].order)} rungs, ζ = 0.05)."
-        " Signed contributions add up to the whole deviation by construction; those of the tip are"
-        " projected on the direction of its whole deviation. Every model runs at 10 and 20 µs;"
-        " three times the change of a contribution is its numerical uncertainty. Joint masses and"
-        " carriers come first in order A and last in order B, the teeth's effects are reversed."
-    )
-
-
-def _verdict_text(verdict: LadderVerdict) -> str:
-    spans = "; ".join(_span(verdict, group) for group in GROUPS if group != MESHES)
-    low, high = verdict.rest_span
-    return paragraph(
-        f"H2 {verdict.as_worded} as worded. Nearly all (at least {100 * NEARLY_ALL:.0f} %) of every"
-        f" largest deviation is explained by: {verdict.cause}. Ranges over both instants, all"
-        f" quantities, scenarios, readings and orders run here: {spans}. The paper's attribution to"
-        f" the meshes {verdict.papers}: all mesh effects together never exceed"
-        f" {percent(verdict.largest_mesh_share, '.1g')}. For a baseline that has the joint masses"
-        f" and carriers already, H2 {verdict.from_carriers}: reflected inertia is then"
-        f" {percent(low, '.0f')} to {percent(high, '.0f')} of"
-        " what is left under constant torque (above 100 % where the printed slips pull the other"
-        " way)."
-    )
-
-
-def _span(verdict: LadderVerdict, group: str) -> str:
-    low, high = verdict.lowest[group], verdict.highest[group]
-    return f"{group} {percent(low, '.2f')} to {percent(high, '.2f')}"
-
-
-def _scenario(name: str, ladders: list[Ladder]) -> str:
-    parts = [heading(SCENARIOS[name])]
-    parts.append(
-        figure(
-            waterfall(ladders),
-            f"{SCENARIOS[name]}, {READINGS[0]}, ζ = 0.05. Above: contributions stacked; below:"
-            " their sizes in each order, grey crosses their numerical uncertainty (from 1e-13 up).",
-        )
-    )
-    parts += [_rung_table(ladders, instant) for instant in ("end", "largest")]
-    return "\n".join(parts)
-
-
-def _rung_table(ladders: list[Ladder], instant: str) -> str:
-    columns = [(ladder, number) for number in range(len(QUANTITIES)) for ladder in ladders]
-    at = [-1 if instant == "end" else ladder.largest(number) for ladder, number in columns]
-    names = [SYMBOLS[name] for name in QUANTITIES]
-    units = list(QUANTITIES.values())
-    head = [
-        f"{names[n]} [{units[n]}] at {x.time[i]:.3f} s, order {order_name(x)}"
-        for (x, n), i in zip(columns, at, strict=True)
+    records = [
+        _verdict_record(found.verdict),
+        *LEFT.json(found.left),
+        *SHARES.json(_unlike([*found.whole, *found.levels])),
+        *(record for ladder in found.ladders for record in _rungs(ladder)),
     ]
-    rows = [
-        [LABELS[rung], *(_cell(x, rung, i, n) for (x, n), i in zip(columns, at, strict=True))]
-        for rung in ladders[0].order
+    outcome = text("hypotheses/ladder_outcome", verdict=found.verdict, inertia=INERTIA)
+    return Chapter(ID, TITLE, page, records, outcome, said=said(found.left, claims()))
+
+
+def _most(found: Sequence[Left], level: str) -> float:
+    """Largest deviation of theta_2 [rad] that a level leaves."""
+    return max(abs(one.found["theta_2"].total) for one in found if one.level == level)
+
+
+def _unlike(found: Sequence[Deviation]) -> list[Deviation]:
+    """A whole ladder is also what its lowest level leaves."""
+    return list({(one.where, one.quantity): one for one in found}.values())
+
+
+class Scenario(NamedTuple):
+    """For the page: a scenario with its drawing and tables."""
+
+    title: str
+    drawing: Markup
+    tables: list[Markup]
+
+
+def _scenario(ladders: Sequence[Ladder], name: str) -> Scenario | None:
+    """None where it was not climbed."""
+    mine = [x for x in ladders if x.scenario == name and x.arm == next(iter(READINGS))]
+    if not mine:
+        return None
+    tables = [html(_rung_columns(x).html(_lines(x, "largest"), f"Order {x.order}")) for x in mine]
+    return Scenario(SCENARIOS[name], html(waterfall(mine)), tables)
+
+
+Line = tuple[str, dict[str, Deviation]]  # a rung, and the deviations that it is a part of
+
+
+def _lines(ladder: Ladder, instant: str) -> list[Line]:
+    at = {one.quantity: one for one in deviations(ladder) if one.instant == instant}
+    return [(name, at) for name in ladder.names]
+
+
+def _rungs(ladder: Ladder) -> list[JsonObject]:
+    return [
+        record
+        for instant in ("end", "largest")
+        for record in _rung_columns(ladder, f"/{instant}").json(_lines(ladder, instant))
     ]
-    totals = [f"{x.total[i, n]:.6g}" for (x, n), i in zip(columns, at, strict=True)]
-    when = "at the end" if instant == "end" else "at the largest deviation of each quantity"
-    return table(
-        ["model change", *head], [*rows, ["whole deviation", *totals]], f"Contributions {when}"
-    )
 
 
-def _cell(ladder: Ladder, rung: str, index: int, quantity: int) -> str:
-    row = ladder.order.index(rung)
-    value, doubt = (x[row, index, quantity] for x in (ladder.fine, ladder.uncertainty))
-    return f"{value:.4g} ± {doubt:.0e}"
-
-
-def _share_table(found: Sequence[Attribution]) -> str:
-    rows = [
-        [
-            one.arm,
-            one.scenario,
-            one.order,
-            SYMBOLS[one.quantity],
-            f"{one.time_s:.3f}",
-            *(shown(100 * one.shares[group]) for group in GROUPS),
-            one.dominant,
+def _rung_columns(ladder: Ladder, instant: str = "") -> Columns[Line]:
+    place = f"ladder/{ladder.arm}/{ladder.scenario}/{ladder.order}{instant}"
+    columns: list[Column[Line]] = [Column("rung", "model change", lambda line: RUNGS[line[0]])]
+    for name, unit in QUANTITIES.items():
+        columns += [
+            Column(f"{name}_{unit}", f"{SYMBOLS[name]} [{unit}]", partial(_resolved, name)),
+            Column(f"{name}_with_uncertainty", None, partial(_both, name)),
         ]
-        for one in found
-        if one.instant == "largest"
-    ]
-    head = ["arm", "scenario", "order", "quantity", "t [s]", *(f"{g} [%]" for g in GROUPS)]
-    return table([*head, "nearly all of it"], rows, "Shares of the largest deviation")
+    return Columns(lambda line: f"{place}/{line[0]}", columns)
 
 
-def _baseline_section(rows: Sequence[Baseline]) -> str:
-    cells = [
-        [
-            row.arm,
-            row.level,
-            *(
-                f"{abs(row.deviation[name]):.3g}{' ✓' if row.reproduces[name] else ''}"
-                for name in QUANTITIES
-            ),
-            f"{row.factor:.3g}",
-        ]
-        for row in rows
-    ]
-    closest = min(rows, key=lambda row: row.factor)
-    fitting = [row.id for row in rows if row.is_the_papers]
-    stated = ["paper", "", *(f"{PAPER[name]:g}" for name in QUANTITIES), ""]
-    head = [
-        "arm",
-        "rigid level",
-        "Δθ₁ [rad]",
-        "Δθ₂ [rad]",
-        "Δtip along the whole [m]",
-        "worst factor",
-    ]
-    return (
-        heading("Which baseline gives the paper's 0.02 rad, 0.01 rad and 30 mm?")
-        + paragraph(
-            "Deviation of the paper's own model (printed, ω t) from each rigid level after 0.5 s;"
-            f" a tick marks the paper's value within a factor of {SAME_SIZE:g}. Levels that give"
-            f" all three: {', '.join(fitting) or 'none'}. Closest:"
-            f" {closest.name}, off by a factor of {closest.factor:.2g} at"
-            " worst."
-        )
-        + table(head, [stated, *cells])
-    )
+def _both(quantity: str, line: Line) -> tuple[float, float]:
+    """A rung's contribution and its uncertainty."""
+    (rung,) = (rung for rung in line[1][quantity].rungs if rung.name == line[0])
+    return rung.contribution, rung.uncertainty
+
+
+def _resolved(quantity: str, line: Line) -> float | None:
+    """The contribution, None if it is below its uncertainty."""
+    value, doubt = _both(quantity, line)
+    return value if abs(value) > doubt else None
+
+
+def _share(group: str) -> Callable[[Deviation], float]:
+    return lambda one: 100 * one.shares[group]
+
+
+SHARES: Columns[Deviation] = Columns(
+    lambda one: f"ladder/{one.where}/{one.quantity}",
+    [
+        Column("reading", "reading", lambda one: READINGS[one.arm]),
+        Column("scenario", "experiment", lambda one: one.scenario),
+        Column("order", "order", lambda one: one.order),
+        Column("level", None, lambda one: one.level),
+        Column("quantity", "of", lambda one: SYMBOLS[one.quantity]),
+        Column("instant", None, lambda one: one.instant),
+        Column("time_s", "at [s]", lambda one: one.time_s),
+        Column("total", "deviation [rad, m]", lambda one: one.total),
+        *(Column(f"{group}_percent", f"{GROUPS[group]} [%]", _share(group)) for group in GROUPS),
+        Column("dominant", "nearly all of it", lambda one: GROUPS.get(one.dominant, one.dominant)),
+    ],
+)
+
+
+def _size(quantity: str) -> Callable[[Left], float]:
+    return lambda one: abs(one.found[quantity].total)
+
+
+def _fits(quantity: str) -> Callable[[Left], bool]:
+    return lambda one: one.fits[quantity]
+
+
+def _span(group: str) -> Callable[[Left], tuple[float, float]]:
+    def percent(one: Left) -> tuple[float, float]:
+        low, high = one.span(group)
+        return 100 * low, 100 * high
+
+    return percent
+
+
+LEFT: Columns[Left] = Columns(
+    lambda one: one.id,
+    [
+        Column("reading", "reading", lambda one: READINGS[one.arm]),
+        Column("level", "the baseline has", lambda one: LEVELS[one.level]),
+        *(
+            column
+            for name, unit in QUANTITIES.items()
+            for column in (
+                Column(f"{name}_{unit}", f"left of {SYMBOLS[name]} [{unit}]", _size(name)),
+                Column(f"{name}_fits", "as in the paper", _fits(name)),
+            )
+        ),
+        *(Column(f"{g}_percent", f"{GROUPS[g]} [%]", _span(g)) for g in (INERTIA, MESHES, SLIPPED)),
+    ],
+)
+
+
+def _verdict_record(verdict: LadderVerdict) -> JsonObject:
+    return {
+        "id": "H2",
+        "verdict": word(verdict.holds, "holds", "does not hold"),
+        "fitting_levels": list(verdict.fitting),
+        "shares_of_what_these_leave": recorded(verdict.rest),
+        "from_links": word(verdict.holds_from_links, "holds", "does not hold"),
+        "shares_of_the_whole": recorded(verdict.whole),
+        "nearly_all_of_the_whole": list(verdict.causes),
+        "paper": word(verdict.papers, "holds", "does not hold"),
+    }

@@ -2,85 +2,115 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
-from crosscheck.paper.phase.clock import clock_test
-from crosscheck.paper.phase.engines import engines, freed_planets
+from crosscheck.paper.chapter import Chapter
+from crosscheck.paper.material import Material
+from crosscheck.paper.phase import sections
+from crosscheck.paper.phase.clock import clocks
+from crosscheck.paper.phase.dampers import dampers
+from crosscheck.paper.phase.engines import engines
 from crosscheck.paper.phase.handover import handover
-from crosscheck.paper.phase.maps import maps
+from crosscheck.paper.phase.maps import Maps, Presence, maps
 from crosscheck.paper.phase.objections import objections
-from crosscheck.paper.phase.resonance_view import resonance
+from crosscheck.paper.phase.resonance import resonance
+from crosscheck.paper.phase.runaway import runaways
+from crosscheck.paper.phase.sections import Section
 from crosscheck.paper.phase.stability import stability
-from crosscheck.paper.phase.verdict import Presence, h1_verdict
-from crosscheck.paper.record import Record
-from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import word
-from crosscheck.report.chapter import Chapter
-from crosscheck.report.fragments import heading, paragraph
-from crosscheck.studies.study import Study
+from crosscheck.paper.phase.verdict import h1_verdict
+from crosscheck.paper.record import JsonObject
+from crosscheck.paper.shares import Share
+from crosscheck.paper.text import text
+from crosscheck.paper.third import said
+from crosscheck.paper.thresholds import EVIDENT, SEVERE
 
+ZETA = 0.005  # of Figs. 11-14 and 16-20: where the start decides
 ID, TITLE = "phase", "The phase of the teeth (H1)"
-WRONG = (
-    "Eqs. 8 and 14 take the mesh phase as the present meshing frequency times the time since the"
-    " start, so that every change of speed, however small, shifts the teeth by an amount that grows"
-    " with the clock, and the tooth error becomes an ever stronger feedback of the speed that"
-    " excites the vibration by itself."
-)
-REPAIR = (
-    "Replace ω_e t by its integral, which is the number of teeth passed: sin(z_r θ_c) in both"
-    " meshes, θ_c being the joint's own angle; the vibration of Figs. 14 and 17 to 20 that"
-    " depends on the tooth error then does not occur at this arm's speeds."
-)
 
 
 @dataclass(frozen=True)
-class H1(Record):
+class H1:
     """The verdict; evidence: whether each kind of it that was run speaks for H1."""
 
     verdict: str
-    tooth_error_part_present: Presence
+    visible: Presence
+    severe: Presence
     evidence: dict[str, bool | None]
 
-    @property
-    def id(self) -> str:
-        return "H1"
 
-
-def chapter(study: Study, scale: Scale) -> Chapter:
-    """Six kinds of evidence and a referee's objections; quick: the clock, four runs, the modes."""
-    simulated, freed = maps(study, scale), ""
-    present = simulated.present
-    found = {"the clock test": clock_test(study, scale), "simulation": simulated.evidence}
+def chapter(material: Material) -> Chapter:
+    """Kinds of evidence and a referee's objections; quick: the clock, few settings, the modes."""
+    study, scale = material.study, material.scale
+    simulated = maps(material)
+    found = {
+        "the clock test": sections.of_clock(clocks(study, scale), material),
+        "simulation": sections.of_maps(simulated, material),
+        "stability": sections.of_stability(stability(study, scale), material),
+    }
     if not scale.quick:
-        engine = engines(study, scale)
-        found["a second engine"] = engine.evidence
-        freed = freed_planets(engine.compared)
-    found["stability"] = stability(study, scale)
-    if not scale.quick:
-        found["the handover"] = handover(study, scale)
-        found["resonance"] = resonance(study, scale)
-        found["objections"] = objections(study, simulated.parts["angle"], freed, scale)
-    supports = {name: evidence.supports for name, evidence in found.items()}
-    verdict = H1(h1_verdict(present, supports), present, supports)
-    html = [_introduction(verdict, freed), *(evidence.html for evidence in found.values())]
-    records = [verdict, *(r for evidence in found.values() for r in evidence.records)]
-    outcome = f"H1 {verdict.verdict}; the tooth error's part of the third fluctuation: {present}."
-    return Chapter(ID, TITLE, "\n".join(html), [r.to_dict() for r in records], outcome)
+        found |= {
+            "a second engine": sections.of_engines(engines(material)),
+            "the handover": sections.of_handover(handover(study, scale)),
+            "resonance": sections.of_resonance(resonance(study, scale)),
+            "the repair with the springs' own work": sections.of_repair(simulated.repairs),
+            "objections": sections.of_objections(objections(study, scale), simulated, material),
+        }
+        beside = dampers(study, scale), runaways(study, scale)
+        found[BESIDE] = sections.of_dampers(*beside, material)
+    return _made(simulated, found, material)
 
 
-def _introduction(h1: H1, freed: str) -> str:
-    said = ", ".join(
-        f"{name} {word(supports, 'for it', 'against it')}" for name, supports in h1.evidence.items()
+BESIDE = "what vibrates without tooth error"  # told, and no evidence
+ORDER = (
+    "the clock test",
+    "simulation",
+    "a second engine",
+    "stability",
+    "the handover",
+    "resonance",
+    BESIDE,
+    "the repair with the springs' own work",
+    "objections",
+)
+
+
+def _made(simulated: Maps, found: dict[str, Section], material: Material) -> Chapter:
+    supports = {name: one.supports for name, one in found.items() if name != BESIDE}
+    verdict = H1(
+        h1_verdict(simulated.visible, supports), simulated.visible, simulated.severe, supports
     )
-    return "\n".join(
+    ordered = [found[name] for name in ORDER if name in found]
+    own: JsonObject = {"id": "H1", **asdict(verdict)}
+    shares = _shares(simulated)
+    introduction = text(
+        "phase/introduction",
+        verdict=verdict,
+        maps=simulated,
+        settings=len(simulated.settings),
+        starts=material.scale.most_starts,
+        evident=EVIDENT,
+        severe=SEVERE,
+        **shares,
+    )
+    return Chapter(
+        ID,
+        TITLE,
+        "\n".join([introduction, *(section.html for section in ordered)]),
+        [own, *(record for section in ordered for record in section.records)],
+        text("phase/outcome", verdict=verdict, evident=EVIDENT, severe=SEVERE, **shares),
         [
-            heading("What is wrong, and how to repair it"),
-            paragraph(f"{WRONG} {REPAIR}"),
-            paragraph(
-                "H1: the part of the third fluctuation that depends on the tooth error exists only"
-                " under omega_t (phase = meshing frequency times time, as printed) and not under"
-                " angle (phase = its integral)."
-                f" Verdict: H1 {h1.verdict}. Evidence: {said}. {freed}"
-            ),
-        ]
+            each
+            for one in simulated.settings
+            if one.setting.is_paper
+            for each in said(f"{ID}, simulation", one.setting.cell, one.third)
+        ],
     )
+
+
+def _shares(simulated: Maps) -> dict[str, Share | None]:
+    """Of severe starts under the three laws, and with planets held alike."""
+    plain = {one.setting.cell: one.third for one in simulated.settings if one.setting.is_paper}
+    alike = {one.setting.cell: one.third for one in simulated.lumped}
+    found = plain | alike
+    cells = sections.printed_cells(ZETA)
+    return {name: found[c].share if c in found else None for name, c in cells.items()}

@@ -3,198 +3,164 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from analytic.model import PhysicalModel
 from crosscheck import signals
-from crosscheck.paper.phase.experiments import Experiment, Response, responses, vibration
+from crosscheck.envelope import envelope
+from crosscheck.paper.cells import LAWS, Cell, Law
+from crosscheck.paper.numbers import defined
+from crosscheck.paper.phase.experiments import models_of, pd_run, shoulder_excess
 from crosscheck.paper.phase.linear import Base, base_motion
+from crosscheck.paper.phase.motion import motion
 from crosscheck.paper.phase.plant import forces_along, plant_of
-from crosscheck.paper.phase.verdict import Evidence, knows_the_clock
-from crosscheck.paper.record import Record
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import defined, shown
-from crosscheck.report.figures import KILO, draw, legend, new_figure, to_svg
-from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
-from crosscheck.studies.study import Study, Variant
+from crosscheck.studies.study import Study
+from crosscheck.studies.variant import Variant
 
 CLOCKS_S = (0.0, 1.0, 5.0, 20.0)
-LAWS = ("omega_t", "angle")
 MOTION_S, RUN_S = 1.2, 0.3
 RUN_ZETA = 0.02
 RUN_WINDOW_S = (0.1, 0.28)  # past the starting impact, before the side change
+EVERY = 10  # steps of 0.1 ms of the motion that is taken as given
+BINS = 400  # of what is kept for a drawing
+CLOCK_N = 1e-9  # rounding of mesh forces of some 1e3 N, with room
+
+
+class Band(NamedTuple):
+    """A fast signal for a drawing: smallest and largest value of bins at times [s]."""
+
+    time_s: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+    @classmethod
+    def of(cls, time: np.ndarray, values: np.ndarray) -> Band:
+        """Of values (times,)."""
+        return cls(*(tuple(map(float, part)) for part in envelope(time, values, BINS)))
 
 
 @dataclass(frozen=True)
-class ClockForce(Record):
-    """Mesh forces along one motion, against those with the clock started at 0."""
+class Delayed:
+    """One motion, and runs from one set of starts, with the clock started at another time.
 
-    phase: str
+    largest_change_N: of any mesh force along the motion, against the clock from 0; largest_force_N:
+    along it with the clock from 0; vibration_rad_per_s2: of every start's run, None where it
+    diverged or is too short; same: whether the runs are bit for bit those with the clock from 0;
+    force_N, shoulder: F_sp1 along the motion, the first start's acceleration [rad/s^2].
+    """
+
     clock_s: float
     largest_change_N: float
     largest_force_N: float
-
-    @property
-    def id(self) -> str:
-        return f"clock-force/{self.phase}/{self.clock_s:g}"
+    vibration_rad_per_s2: tuple[float | None, ...]
+    same: bool
+    force_N: Band
+    shoulder: Band
 
 
 @dataclass(frozen=True)
-class ClockRun(Record):
-    """A run from rest, its clock started at another time."""
+class ClockTest:
+    """A Question: what a law makes of a delay. It needs no knowledge of D."""
 
-    phase: str
-    clock_s: float
-    vibration_rad_per_s2: float | None
-    identical_to_clock_0: bool
+    law: Law
+    motion_s: float
+    run_s: float
+    seeds: tuple[int, ...]
 
     @property
-    def id(self) -> str:
-        return f"clock-run/{self.phase}/{self.clock_s:g}"
+    def run(self) -> Variant:
+        """From rest, planets free."""
+        return pd_run(Cell(self.law, RUN_ZETA), self.run_s)
+
+    @property
+    def inputs(self) -> str:
+        records = (record.model_dump_json() for record in self.run.case())
+        return "\n".join([repr(self), *records])
+
+    @property
+    def cost(self) -> float:
+        return 0.2 * len(self.seeds)
+
+    def answer(self) -> list[Delayed]:
+        time, forces = self._forces()
+        runs = [self._shaken(clock) for clock in CLOCKS_S]
+        return [
+            Delayed(
+                clock,
+                float(np.abs(force - forces[0]).max()),
+                float(np.abs(forces[0]).max()),
+                self._sizes(elapsed, acceleration),
+                bool(np.array_equal(acceleration, runs[0][1])),
+                Band.of(time, force[:, 0]),
+                Band.of(elapsed, acceleration[:, 0]),
+            )
+            for clock, force, (elapsed, acceleration) in zip(CLOCKS_S, forces, runs, strict=True)
+        ]
+
+    def _forces(self) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Time of the motion; elastic force per planet [N], (times, meshes), by clock.
+
+        Teeth are pressed in as the motion needs, all planets of a stage alike, which they are in
+        it. No damper has a say.
+        """
+        along = _given_motion(self.motion_s)
+        plant = plant_of(PhysicalModel(*_held_alike(self.law, self.motion_s).case()))
+        found = [forces_along(plant, along.time + clock, along.q, along.v) for clock in CLOCKS_S]
+        return along.time, found
+
+    def _shaken(self, clock_s: float) -> tuple[np.ndarray, np.ndarray]:
+        """Elapsed time (times,) and shoulder acceleration (times, starts)."""
+        run = motion(models_of(self.run, self.seeds), clock_s)
+        return run.time - run.time[0], run.shoulder
+
+    def _sizes(self, elapsed: np.ndarray, acceleration: np.ndarray) -> tuple[float | None, ...]:
+        part = signals.window(elapsed, *RUN_WINDOW_S)
+        excess = shoulder_excess(self.run, elapsed, acceleration)[part]
+        return tuple(defined(signals.amplitude(column)) for column in excess.T)
 
 
-def clock_test(study: Study, scale: Scale) -> Evidence:
-    """Forces along one motion and runs from one start, the clock set to 0, 1, 5 and 20 s."""
-    motion = _motion(scale)
-    forces = {law: _forces(law, motion) for law in LAWS}
-    runs = _runs(study, scale)
-    told, ran = _force_records(forces), _run_records(runs)
-    blind = {
-        law: not any(knows_the_clock(r.largest_change_N) for r in told if r.phase == law)
-        for law in LAWS
-    }
-    text = [
-        heading("1. The clock test"),
-        paragraph(_statement(told, blind)),
-        table(
-            (
-                "phase law",
-                "clock at start [s]",
-                "largest change of a mesh force, same motion [N]",
-                "largest vibration in a run from rest [rad/s²]",
-            ),
-            [_row(force, run) for force, run in zip(told, ran, strict=True)],
-        ),
-        figure(_figure(motion.time, forces, runs), _caption()),
-    ]
-    return Evidence("\n".join(text), [*told, *ran], blind["angle"] and not blind["omega_t"])
+def _held_alike(law: Law, duration_s: float) -> Variant:
+    return Variant(phase=law.phase, ring_rate=law.ring_rate, duration_s=duration_s)
 
 
-def _motion(scale: Scale) -> Base:
-    """The controlled arm's own motion, meshes pressed in as it needs; no damper has a say in it."""
-    case = scale.cut(Variant(phase="angle", duration_s=MOTION_S)).case()
-    return base_motion(case, plant_of(PhysicalModel(*case)), 10)
+def _given_motion(duration_s: float) -> Base:
+    """The controlled arm's own, taken under the law that has no clock."""
+    case = _held_alike(LAWS[-1], duration_s).case()
+    return base_motion(case, plant_of(PhysicalModel(*case)), EVERY)
 
 
-def _forces(law: str, motion: Base) -> dict[float, np.ndarray]:
-    """Elastic force per planet [N], (times, meshes), by clock."""
-    case = Variant(phase=law, ring_rate="corrected").case()
-    plant = plant_of(PhysicalModel(*case))
-    return {
-        clock: forces_along(plant, motion.time + clock, motion.q, motion.v) for clock in CLOCKS_S
-    }
+@dataclass(frozen=True)
+class LawsClock:
+    """What one law makes of every delay."""
+
+    law: Law
+    delays: Sequence[Delayed]
+
+    @property
+    def blind(self) -> bool:
+        """Whether no mesh force knows the time."""
+        return all(one.largest_change_N <= CLOCK_N for one in self.delays)
 
 
-def _runs(study: Study, scale: Scale) -> dict[tuple[str, float], Response]:
-    one = scale.cut(Variant(ring_rate="corrected", zeta=RUN_ZETA, duration_s=RUN_S))
-    wanted = {
-        (law, clock): Experiment(replace(one, phase=law), clock)
-        for law in LAWS
-        for clock in CLOCKS_S
-    }
-    found = responses(study, list(wanted.values()), "phase: clock test")
-    return {name: found[experiment] for name, experiment in wanted.items()}
+@dataclass(frozen=True)
+class Clocks:
+    """The clock test of all three laws."""
+
+    laws: Sequence[LawsClock]
+
+    @property
+    def supports(self) -> bool:
+        """Both of the paper's laws know the time, the integral does not."""
+        return all(one.blind == (one.law.phase == "angle") for one in self.laws)
 
 
-def _force_records(forces: dict[str, dict[float, np.ndarray]]) -> list[ClockForce]:
-    return [
-        ClockForce(
-            phase=law,
-            clock_s=clock,
-            largest_change_N=float(np.abs(values - by_clock[0.0]).max()),
-            largest_force_N=float(np.abs(by_clock[0.0]).max()),
-        )
-        for law, by_clock in forces.items()
-        for clock, values in by_clock.items()
-    ]
-
-
-def _run_records(runs: dict[tuple[str, float], Response]) -> list[ClockRun]:
-    return [
-        ClockRun(
-            phase=law,
-            clock_s=clock,
-            vibration_rad_per_s2=defined(_largest(run)),
-            identical_to_clock_0=bool(np.array_equal(run.theta_ddot, runs[law, 0.0].theta_ddot)),
-        )
-        for (law, clock), run in runs.items()
-    ]
-
-
-def _largest(run: Response) -> float:
-    part = signals.window(run.time - run.time[0], *RUN_WINDOW_S)
-    return signals.amplitude(vibration(run.time, run.theta_ddot[:, 0])[part])
-
-
-def _row(force: ClockForce, run: ClockRun) -> tuple[str, ...]:
-    same = ", bit for bit the run at 0" if run.identical_to_clock_0 and run.clock_s else ""
-    return (
-        force.phase,
-        f"{force.clock_s:g}",
-        f"{force.largest_change_N:.4g}",
-        f"{shown(run.vibration_rad_per_s2)}{same}",
-    )
-
-
-def _statement(forces: Sequence[ClockForce], blind: dict[str, bool]) -> str:
-    delay_s = CLOCKS_S[1]
-    force = next(f for f in forces if (f.phase, f.clock_s) == ("omega_t", delay_s))
-    says = {True: "does not depend on the clock", False: "depends on the clock"}
-    return (
-        "Question: does a mesh force depend on when a motion happens? The controlled arm's motion"
-        f" over {MOTION_S:g} s (PD 1000/400, labelled reading, E = 5 µm) is taken as given, and"
-        " the elastic mesh forces in it are worked out with the clock started at 0, 1, 5 and"
-        " 20 s. No damper enters, so the unknown D has no say. Under omega_t a delay of"
-        f" {delay_s:g} s changes a force by up to {force.largest_change_N:.0f} N, where"
-        f" the largest force of all is {force.largest_force_N:.0f} N. Runs from rest"
-        f" (zeta = {RUN_ZETA:g}) do the same. Verdict: under omega_t the force"
-        f" {says[blind['omega_t']]}, under angle it {says[blind['angle']]}."
-        " No law of a mechanism may do so: it is not the teeth that vibrate, it is the formula."
-    )
-
-
-def _figure(
-    time: np.ndarray,
-    forces: dict[str, dict[float, np.ndarray]],
-    runs: dict[tuple[str, float], Response],
-) -> str:
-    drawing, grid = new_figure(2, 2, 2.3)
-    for column, law in enumerate(LAWS):
-        for clock, colour in zip(CLOCKS_S, COLOURS, strict=False):
-            label = f"clock from {clock:g} s"
-            above, below = grid[0, column], grid[1, column]
-            draw(above, time, KILO * forces[law][clock][:, 0], label, colour)
-            run = runs[law, clock]
-            elapsed = run.time - run.time[0]
-            draw(below, elapsed, run.theta_ddot[:, 0], label, colour)
-        grid[0, column].set(title=law, xlabel="time since the start [s]")
-        grid[1, column].set(xlabel="time since the start [s]")
-    grid[0, 0].set_ylabel("F_sp1, same motion [kN]")
-    grid[1, 0].set_ylabel("shoulder acceleration [rad/s²]")
-    legend(drawing, grid[0, 1])
-    for row in grid:
-        low = min(axes.get_ylim()[0] for axes in row)
-        high = max(axes.get_ylim()[1] for axes in row)
-        for axes in row:
-            axes.set_ylim(low, high)
-    return to_svg(drawing)
-
-
-def _caption() -> str:
-    return (
-        "Same motion (above) and same start (below), only the clock differs. Labelled reading,"
-        f" b = 50 µm, E = 5 µm, ring rate corrected; below zeta = {RUN_ZETA:g}, first"
-        f" {RUN_S:g} s, min-max bands. Under angle the four curves are one."
-    )
+def clocks(study: Study, scale: Scale) -> Clocks:
+    """Forces along one motion and runs from rest, the clock set to 0, 1, 5 and 20 s."""
+    lasting = scale.seconds(MOTION_S), scale.seconds(RUN_S)
+    asked = [ClockTest(law, *lasting, scale.seeds) for law in LAWS]
+    found = study.answers(asked, "phase: clock test")
+    return Clocks([LawsClock(law, one) for law, one in zip(LAWS, found, strict=True)])

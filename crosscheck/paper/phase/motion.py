@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,12 +15,21 @@ CHUNK = 2000  # records at a time, which stay in a processor's cache
 
 
 class Motion(NamedTuple):
-    """Records of a run: time (times,) [s] by the law's own clock; q, v, a (times, n)."""
+    """Records of runs: time (times,) [s] by the law's own clock; q, v, a (times, n, members).
+
+    theta (joints,): which coordinates the joints' angles are.
+    """
 
     time: np.ndarray
     q: np.ndarray
     v: np.ndarray
     a: np.ndarray
+    theta: np.ndarray
+
+    @property
+    def shoulder(self) -> np.ndarray:
+        """Its acceleration [rad/s^2], (times, members)."""
+        return self.a[:, self.theta[0]]
 
 
 class Continued(PhysicalModel):
@@ -34,20 +43,21 @@ class Continued(PhysicalModel):
         return self.state
 
 
-def motion(model: PhysicalModel, clock_s: float = 0.0) -> Motion:
-    """The model's run, the clock at ``clock_s``, a whole number of steps, at the start.
+def motion(models: Sequence[PhysicalModel], clock_s: float = 0.0) -> Motion:
+    """The runs of models of one structure, the clock at ``clock_s``, whole steps, at the start.
 
     States after one that is not finite are not either.
     """
-    scenario, begun = model.scenario, round(clock_s / model.scenario.step_s)
-    with np.errstate(invalid="ignore", over="ignore"):  # of a run that diverges
-        parts = list(_parts(model, begun))
+    scenario = models[0].scenario
+    begun = round(clock_s / scenario.step_s)
+    with np.errstate(invalid="ignore", over="ignore"):  # of runs that diverge
+        parts = list(_parts(models, begun))
     steps = begun + scenario.stride * np.arange(scenario.steps // scenario.stride + 1)
-    q, v, a = (np.concatenate([part[k][:, :, 0] for part in parts]) for k in range(3))
-    return Motion(scenario.step_s * steps, q, v, a)
+    q, v, a = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    return Motion(scenario.step_s * steps, q, v, a, np.array(models[0].layout.theta))
 
 
-def _parts(model: PhysicalModel, begun: int) -> Iterator[Records]:
-    batch, scenario = Batch([model]), model.scenario
+def _parts(models: Sequence[PhysicalModel], begun: int) -> Iterator[Records]:
+    batch, scenario = Batch(models), models[0].scenario
     batch.done = begun
     yield from batch.run(scenario.steps // scenario.stride, scenario.stride, CHUNK)

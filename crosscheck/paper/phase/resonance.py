@@ -1,9 +1,9 @@
-"""One stage under `angle`: run up through its mesh modes, and Floquet theory of its stiffness."""
+"""Evidence 6: one stage under `angle`, run up through its mesh modes; Floquet theory of k_a."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -12,13 +12,15 @@ from analytic import kernel
 from analytic.model import PhysicalModel
 from crosscheck import signals
 from crosscheck.envelope import envelope
-from crosscheck.paper.phase.experiments import FILTER_EDGE_S, RIGID_STEP_S, STRIDE, vibration
+from crosscheck.paper.numbers import defined
+from crosscheck.paper.phase.experiments import RIGID_STEP_S
 from crosscheck.paper.phase.motion import motion
 from crosscheck.paper.phase.plant import Plant, plant_of
 from crosscheck.paper.phase.rigid import rigid_motion
-from crosscheck.paper.record import JsonObject, Record
+from crosscheck.paper.scale import Scale
 from crosscheck.paper.stage import with_steady_stiffness
-from crosscheck.paper.undefined import defined
+from crosscheck.studies.starts import perturbed
+from crosscheck.studies.study import Study
 from models.arm import Arm
 from models.loading import Case, load_case
 from models.scenario import ConstantDrive
@@ -29,26 +31,20 @@ RAMP_ZETAS = (0.005, 0.02)
 ZETAS = (0.003, 0.005, 0.007, 0.02, 0.05)  # of the tongues
 SPEEDS = np.linspace(15.0, 600.0, 400)  # rad/s
 STEP_S = 5e-6  # RK4's own damping of the highest mode stays below 0.1 1/s
+EVERY = 5  # steps of the run-up
+STARTS = 8  # a block of the kernel
 BINS = 900  # of what is kept of a run-up, for its drawing
-
-
-class Ramp(NamedTuple):
-    """Carrier speed [rad/s] and vibration [rad/s^2] of the one-stage arm run up, (times,)."""
-
-    speed: np.ndarray
-    fast: np.ndarray
+BELOW_RAD_PER_S = (20.0, 60.0)  # slower than any resonance
+FAR = 5.0  # times the fastest speed
+TONGUE_PER_S = 1.0  # growth that counts
 
 
 @dataclass(frozen=True)
-class StageModes(Record):
+class StageModes:
     """Mesh modes [Hz] of one stage, its carrier locked; teeth: mesh cycles per turn of it."""
 
     modes_Hz: tuple[float, ...]
     teeth: float
-
-    @property
-    def id(self) -> str:
-        return "resonance/modes"
 
     @property
     def speeds(self) -> tuple[float, ...]:
@@ -65,23 +61,28 @@ class Peak(NamedTuple):
 
 @dataclass(frozen=True)
 class Resonances:
-    """What a run-up shows: a peak per mode, the vibration [rad/s^2] below them, and its drawing.
+    """What run-ups of several starts show: of each a peak per mode, and the vibration below them.
 
-    drawn_speed [rad/s], drawn_size [rad/s^2]: largest vibration of every bin.
+    below: [rad/s^2] of every start; drawn_speed [rad/s], drawn_size [rad/s^2]: the first start's
+    largest vibration of every bin.
     """
 
-    peaks: tuple[Peak, ...]
-    away_rad_per_s2: float | None
+    peaks: tuple[tuple[Peak, ...], ...]
+    below: tuple[float | None, ...]
     drawn_speed: tuple[float, ...]
     drawn_size: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class RunUp:
-    """The stage run up through both modes at a damping ratio, or as far as the duration lets it."""
+    """A Question: the stage run up through its modes, or as far as the duration lets it.
+
+    Planets free.
+    """
 
     zeta: float
     duration_s: float
+    seeds: tuple[int, ...]
 
     @property
     def inputs(self) -> str:
@@ -91,17 +92,16 @@ class RunUp:
     def cost(self) -> float:
         return self.duration_s
 
-    def answer(self) -> JsonObject:
-        ramp = _run_up(self.zeta, self.duration_s)
-        away = ramp.fast[signals.window(ramp.speed, 20.0, 60.0)]
-        speed, size = _drawn(ramp)
-        found = Resonances(
-            peaks=tuple(_peak(ramp, met) for met in stage_modes().speeds),
-            away_rad_per_s2=defined(signals.amplitude(away)),
-            drawn_speed=tuple(speed.tolist()),
-            drawn_size=tuple(size.tolist()),
+    def answer(self) -> Resonances:
+        speed, fast = _run_up(self.zeta, self.duration_s, self.seeds)
+        pairs = list(zip(speed.T, fast.T, strict=True))
+        drawn = _drawn(*pairs[0])
+        return Resonances(
+            peaks=tuple(tuple(_peak(*pair, met) for met in stage_modes().speeds) for pair in pairs),
+            below=tuple(defined(_below(*pair)) for pair in pairs),
+            drawn_speed=tuple(drawn[0].tolist()),
+            drawn_size=tuple(drawn[1].tolist()),
         )
-        return asdict(found)
 
 
 @dataclass(frozen=True)
@@ -111,10 +111,22 @@ class FloquetRates:
     growth: tuple[float, ...]
     slow: float
 
+    @property
+    def largest(self) -> tuple[float, float]:
+        """The largest growth [1/s], and at which speed [rad/s]."""
+        at = int(np.argmax(self.growth))
+        return self.growth[at], float(SPEEDS[at])
+
+    @property
+    def lowest_open(self) -> float | None:
+        """The lowest speed [rad/s] with growth that counts; None: nowhere."""
+        open_at = SPEEDS[np.array(self.growth) > TONGUE_PER_S]
+        return float(open_at[0]) if open_at.size else None
+
 
 @dataclass(frozen=True)
 class Tongue:
-    """The ``FloquetRates`` at a damping ratio and one slow speed [rad/s]."""
+    """A Question: the ``FloquetRates`` at a damping ratio and one slow speed [rad/s]."""
 
     zeta: float
     slow: float
@@ -127,9 +139,50 @@ class Tongue:
     def cost(self) -> float:
         return 1.0
 
-    def answer(self) -> JsonObject:
+    def answer(self) -> FloquetRates:
         (slow,) = tongues(self.zeta, np.array([self.slow]))
-        return asdict(FloquetRates(tuple(tongues(self.zeta, SPEEDS).tolist()), float(slow)))
+        return FloquetRates(tuple(tongues(self.zeta, SPEEDS).tolist()), float(slow))
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """The rigid arm's fastest joint speed [rad/s] in the paper's scenarios."""
+
+    pd: float
+    constant_torque: float
+    back_and_forth: float
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """Run-ups and growth rates by damping ratio, the modes and the paper's own speeds."""
+
+    modes: StageModes
+    speeds: Speeds
+    run_ups: dict[float, Resonances]
+    tongues: dict[float, FloquetRates]
+
+    @property
+    def supports(self) -> bool:
+        """The slowest resonance lies far above the fastest speed of the PD run."""
+        return bool(self.modes.speeds[0] > FAR * self.speeds.pd)
+
+    @property
+    def lowest_open(self) -> float | None:
+        """The lowest speed [rad/s] at which stiffness alone makes a vibration grow."""
+        found = [one.lowest_open for one in self.tongues.values()]
+        return min((speed for speed in found if speed is not None), default=None)
+
+
+def resonance(study: Study, scale: Scale) -> Resonance:
+    """A run-up of one stage, Floquet theory of the stiffness, and the paper's own speeds."""
+    speeds = Speeds(fastest("pd"), fastest("constant-torque"), fastest("back-and-forth"))
+    seeds = scale.seeds[: scale.starts(STARTS)]
+    ramps = [RunUp(zeta, scale.seconds(RAMP_S), seeds) for zeta in RAMP_ZETAS]
+    growth = [Tongue(zeta, speeds.pd) for zeta in ZETAS]
+    run_up = dict(zip(RAMP_ZETAS, study.answers(ramps, "phase: run-up"), strict=True))
+    rates = dict(zip(ZETAS, study.answers(growth, "phase: tongues"), strict=True))
+    return Resonance(stage_modes(), speeds, run_up, rates)
 
 
 def _files() -> str:
@@ -152,7 +205,7 @@ def _one_stage(zeta: float) -> Arm:
 def _model(arm: Arm, torque: float, duration_s: float) -> PhysicalModel:
     scenario = load_case("paper-labelled", "constant-torque").scenario
     drive = ConstantDrive(kind="constant", torque_N_m=torque)
-    update = {"drive": drive, "duration_s": duration_s, "record_every": STRIDE}
+    update = {"drive": drive, "duration_s": duration_s, "record_every": EVERY}
     case = Case(arm, scenario.model_copy(update=update), _angle())
     return PhysicalModel(*case)
 
@@ -190,18 +243,22 @@ def fastest(scenario: str) -> float:
     return float(np.abs(rigid["theta_dot"]).max())
 
 
-def _run_up(zeta: float, duration_s: float) -> Ramp:
-    """A constant torque that takes RAMP_S from rest through both modes; stiffness constant.
+def _run_up(zeta: float, duration_s: float, seeds: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Carrier speed [rad/s] and vibration [rad/s^2], (times, starts), in RAMP_S from rest.
 
-    So that tooth error is all that excites: k_a has tongues of its own.
+    The torque is constant, so the rigid arm's acceleration is, which is subtracted. Stiffness is
+    constant so that tooth error is all that excites: k_a has tongues of its own.
     """
     arm = with_steady_stiffness(_one_stage(zeta))
     still = _model(arm, 0.0, 1.0)
     (theta,) = still.layout.theta
     inertia = float(still.mass_matrix(np.zeros(len(still.layout)))[theta, theta])
-    model = _model(arm, inertia * FASTEST_RAD_PER_S / RAMP_S, duration_s)
-    run = motion(model)
-    return Ramp(run.v[:, theta], vibration(run.time, run.a[:, theta]))
+    steady = FASTEST_RAD_PER_S / RAMP_S
+    lumped = _model(arm, inertia * steady, duration_s)
+    switches = lumped.switches.model_copy(update={"planets": "free"})
+    case = Case(arm, lumped.scenario, switches)
+    run = motion([PhysicalModel(*perturbed(case, seed)) for seed in seeds])
+    return run.v[:, run.theta[0]], run.shoulder - steady
 
 
 def tongues(zeta: float, speeds: np.ndarray) -> np.ndarray:
@@ -242,20 +299,23 @@ def _monodromy(system: Callable[[float], np.ndarray], period: np.ndarray) -> np.
     return flow
 
 
-def _peak(ramp: Ramp, speed: float) -> Peak:
+def _peak(speeds: np.ndarray, vibration: np.ndarray, speed: float) -> Peak:
     """Within 10 % of a speed [rad/s]."""
-    part = slice(*np.searchsorted(ramp.speed, (0.9 * speed, 1.1 * speed)))
+    part = slice(*np.searchsorted(speeds, (0.9 * speed, 1.1 * speed)))
     if part.stop <= part.start:
         return Peak(None, None)
-    fast = np.abs(ramp.fast[part])
-    return Peak(float(ramp.speed[part][np.argmax(fast)]), float(fast.max()))
+    size = np.abs(vibration[part])
+    return Peak(float(speeds[part][np.argmax(size)]), float(size.max()))
 
 
-def _drawn(ramp: Ramp) -> tuple[np.ndarray, np.ndarray]:
+def _below(speeds: np.ndarray, vibration: np.ndarray) -> float:
+    return signals.amplitude(vibration[signals.window(speeds, *BELOW_RAD_PER_S)])
+
+
+def _drawn(speeds: np.ndarray, vibration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Speed [rad/s] and largest vibration [rad/s^2] of every bin."""
-    edge = signals.window(ramp.speed, 1.0, FASTEST_RAD_PER_S * (1 - FILTER_EDGE_S))
-    if edge.stop <= edge.start:
+    if speeds.size < BINS:
         return np.empty(0), np.empty(0)
-    _, low, high = envelope(ramp.speed[edge], ramp.fast[edge], BINS)
-    speed = np.linspace(ramp.speed[edge][0], ramp.speed[edge][-1], low.size)
+    _, low, high = envelope(speeds, vibration, BINS)
+    speed = np.linspace(speeds[0], speeds[-1], low.size)
     return speed, np.maximum(np.abs(low), np.abs(high))

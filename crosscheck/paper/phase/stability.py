@@ -1,25 +1,31 @@
-"""Evidence 4: the mesh modes linearised along the motion, and the onset that they predict."""
+"""Evidence 4: the mesh modes linearised along the motion, and the onset that they predict.
+
+While every tooth is in contact, differences between planets obey an equation of their own (Hill's,
+see ``planets.hill``), so the motion that the planets share is linearised as if they were one.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from scipy.ndimage import maximum_filter1d
 
+from analytic.model import PhysicalModel
 from crosscheck import signals
-from crosscheck.paper.fluctuation import THIRD_S
+from crosscheck.paper.cells import Cell
+from crosscheck.paper.events import THIRD_S
+from crosscheck.paper.numbers import quotient
+from crosscheck.paper.phase.clock import Band
 from crosscheck.paper.phase.experiments import (
+    DECISIVE,
     FILTER_EDGE_S,
     HIGH_PASS_HZ,
-    SETTINGS,
-    Experiment,
-    Response,
-    Setting,
-    responses,
+    integrated,
+    models_of,
+    pd_run,
     vibration,
 )
 from crosscheck.paper.phase.linear import (
@@ -32,138 +38,178 @@ from crosscheck.paper.phase.linear import (
     predicted_amplitude,
     unstable_intervals,
 )
-from crosscheck.paper.phase.verdict import ONSET_RAD_PER_S2, Evidence, onset_is_predicted
-from crosscheck.paper.record import JsonObject, Record
+from crosscheck.paper.phase.motion import motion
+from crosscheck.paper.phase.plant import plant_of
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import UNDEFINED, all_of, extreme, known, shown, word
-from crosscheck.report.figures import draw, legend, new_figure, to_svg
-from crosscheck.report.fragments import COLOURS, figure, heading, paragraph, table
-from crosscheck.studies.study import Study, Variant
+from crosscheck.paper.shares import Share
+from crosscheck.studies.study import Study
+from crosscheck.studies.variant import Variant
 
-LAWS = ("omega_t", "angle")
-DURATION_S = 1.2
+CELLS = tuple(cell for one in DECISIVE for cell in (one, integrated(one)))
+DURATION_S = THIRD_S[1]
 BEGIN_S = 0.45  # after the teeth have changed sides; from here on contact is assumed
 BETWEEN_MODES_HZ = 3000.0  # each joint has a mesh mode below and one above
 ENVELOPE_S = 4e-3  # window of the running maximum
 WORTH_TELLING = 2.0  # e-folds
 SAMPLES = 12  # of the Jacobian's comparison with differences
+STARTS = 8  # a block of the kernel
+EVERY, QUICK_EVERY = 5, 20  # of the base motion's steps
+RUNS_EVERY = 2  # 50 kHz: what grows from 1e-13 rad/s^2 must not be another frequency's alias
+ONSET_RAD_PER_S2 = 3.0  # a hundredth of the paper's 300: where a growing vibration counts as begun
+ONSET_WITHIN = 0.05  # relative error of the predicted onset
+DRAWN = 300  # instants of a drawing
 
 
-class Case(NamedTuple):
-    """One setting under one law: linearised and simulated.
+class LargestGrowth(NamedTuple):
+    """The least stable moment of 0.5 to 1.2 s."""
 
-    envelope, predicted (times,): vibration of the shoulder [rad/s^2], simulated on the run's grid
-    and predicted on the base motion's from BEGIN_S on; floor (modes,): below which none falls.
+    growth_per_s: float
+    at_s: float
+    frequency_Hz: float
+
+
+class Begun(NamedTuple):
+    """One start: when its vibration begins, predicted and simulated [s], None: never.
+
+    floor_rad_per_s2: below which none falls.
     """
 
-    setting: Setting
-    law: str
-    base: Base
-    modes: Modes
-    run: Response
-    envelope: np.ndarray
-    predicted: np.ndarray
-    floor: np.ndarray
-    error: float
-
-
-@dataclass(frozen=True)
-class LargestGrowth:
-    """The least stable moment of 0.5 to 1.2 s, and the e-folds of its longest growth.
-
-    None in a run that diverged or ends before.
-    """
-
-    largest_growth_per_s: float | None = None
-    at_s: float | None = None
-    frequency_Hz: float | None = None
-    largest_folds: float | None = None
-
-
-@dataclass(frozen=True)
-class Onset(Record):
-    """When a vibration begins, as predicted and simulated; None: never."""
-
-    phase: str
-    ring_rate: str
-    zeta: float
-    growth: LargestGrowth
-    noise_floor_rad_per_s2: tuple[float, ...]
-    predicted_onset_s: float | None
-    simulated_onset_s: float | None
-    as_predicted: bool | None
-    jacobian_error: float
+    predicted_s: float | None
+    simulated_s: float | None
+    floor_rad_per_s2: float
 
     @property
-    def id(self) -> str:
-        return f"stability/{self.phase}/{self.ring_rate}/{self.zeta:g}"
-
-    def to_dict(self) -> JsonObject:
-        record = super().to_dict()
-        del record["growth"]
-        return {**record, **asdict(self.growth)}
+    def as_predicted(self) -> bool:
+        """Both never, or both at nearly the same time."""
+        if self.predicted_s is None or self.simulated_s is None:
+            return self.predicted_s is self.simulated_s
+        return abs(quotient(self.predicted_s, self.simulated_s) - 1) <= ONSET_WITHIN
 
 
-def stability(study: Study, scale: Scale) -> Evidence:
-    """LargestGrowth rates against time under both laws; predicted and simulated onset."""
-    every = 20 if scale.quick else 5
-    experiments = {
-        (setting, law): Experiment(scale.cut(_variant(setting, law)))
-        for setting in SETTINGS
-        for law in LAWS
-    }
-    runs = responses(study, list(experiments.values()), "phase: runs to linearise")
-    cases = [
-        _case(*name, runs[experiment], experiment, every)
-        for name, experiment in experiments.items()
-    ]
-    records = [_record(case) for case in cases]
-    text = [
-        heading("4. Stability of the mesh modes along the motion"),
-        paragraph(_method(cases)),
-        table(_HEAD, [_row(record) for record in records]),
-        table(
-            _INTERVAL_HEAD,
-            [row for case in cases for row in _interval_rows(case)],
-            "Unstable intervals",
-        ),
-        figure(_figure(cases), _caption()),
-        paragraph(_statement(records)),
-    ]
-    supports = all_of([*(record.as_predicted for record in records), _only_omega_t(records)])
-    return Evidence("\n".join(text), records, supports)
+class Curve(NamedTuple):
+    """Values (instants,) at times [s]."""
+
+    time_s: tuple[float, ...]
+    values: tuple[float, ...]
 
 
-def _variant(setting: Setting, law: str) -> Variant:
-    zeta, ring = setting
-    return Variant(phase=law, ring_rate=ring, zeta=zeta, duration_s=DURATION_S)
+@dataclass(frozen=True)
+class Linearised:
+    """What linear theory says of a setting, and what its starts do.
+
+    largest: None for a run that ends before; begun: of every start that does not diverge and lasts
+    long enough. Drawn: growth of the least stable mode [1/s], frequencies [Hz] and where they grow,
+    the first start's vibration, simulated and predicted [rad/s^2], and its acceleration.
+    """
+
+    largest: LargestGrowth | None
+    intervals: tuple[Interval, ...]
+    begun: tuple[Begun, ...]
+    jacobian_error: float
+    growth: Curve
+    frequencies: tuple[Curve, ...]
+    unstable: tuple[tuple[bool, ...], ...]
+    simulated: Curve
+    predicted: Curve
+    shoulder: Band
+
+    @property
+    def as_predicted(self) -> Share | None:
+        """Starts whose onset is foretold."""
+        return _share([one.as_predicted for one in self.begun])
+
+    @property
+    def begins(self) -> Share | None:
+        """Starts in which a vibration begins."""
+        return _share([one.simulated_s is not None for one in self.begun])
 
 
-def _case(setting: Setting, law: str, run: Response, experiment: Experiment, every: int) -> Case:
-    plant = experiment.plant()
-    base = base_motion(experiment.variant.case(), plant, every)
-    modes = mesh_modes(plant, base)
-    first, floor = _first_and_floor(run, modes)
+def _share(answers: Sequence[bool]) -> Share | None:
+    return Share(sum(answers), len(answers)) if answers else None
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """A Question: the modes along a setting's motion, and its runs."""
+
+    cell: Cell
+    duration_s: float
+    every: int
+    seeds: tuple[int, ...]
+
+    @property
+    def variant(self) -> Variant:
+        """Planets free, at 50 kHz."""
+        one = pd_run(self.cell, self.duration_s)
+        return replace(one, record_every=RUNS_EVERY)
+
+    @property
+    def inputs(self) -> str:
+        records = (record.model_dump_json() for record in self.variant.case())
+        return "\n".join([repr(self), *records])
+
+    @property
+    def cost(self) -> float:
+        return 4.0
+
+    def answer(self) -> Linearised:
+        case = replace(self.variant, planets="lumped").case()
+        plant = plant_of(PhysicalModel(*case))
+        base = base_motion(case, plant, self.every)
+        modes = mesh_modes(plant, base)
+        run = motion(models_of(self.variant, self.seeds))
+        followed = [_follow(base, modes, run.time, one) for one in run.shoulder.T]
+        begun = tuple(one.begun for one in followed if one.begun is not None)
+        first = followed[0]
+        return Linearised(
+            largest=_largest(base, modes),
+            intervals=tuple(_intervals(base, modes)),
+            begun=begun,
+            jacobian_error=jacobian_error(plant, base, SAMPLES),
+            growth=_drawn(base.time, modes.largest),
+            frequencies=tuple(_drawn(base.time, column) for column in modes.frequency.T),
+            unstable=tuple(_thinned(column > 0) for column in modes.growth.T),
+            simulated=_highest(run.time, first.simulated),
+            predicted=_highest(first.time, first.predicted),
+            shoulder=Band.of(run.time, run.shoulder[:, 0]),
+        )
+
+
+class _Followed(NamedTuple):
+    """One start: simulated (times,), predicted on the base motion's time from BEGIN_S on."""
+
+    begun: Begun | None
+    simulated: np.ndarray
+    time: np.ndarray
+    predicted: np.ndarray
+
+
+def _follow(base: Base, modes: Modes, time: np.ndarray, shoulder: np.ndarray) -> _Followed:
     part = signals.window(base.time, BEGIN_S, DURATION_S)
+    simulated = vibration_envelope(time, shoulder)
+    first, floor = _first_and_floor(time, shoulder, modes)
+    if not np.isfinite(first).all():
+        return _Followed(None, simulated, base.time[part], np.full(base.time[part].shape, np.nan))
     predicted = predicted_amplitude(base.time[part], modes.growth[part], first, floor)
-    envelope = vibration_envelope(run.time, run.theta_ddot[:, 0])
-    error = jacobian_error(plant, base, SAMPLES)
-    return Case(setting, law, base, modes, run, envelope, predicted, floor, error)
+    begun = Begun(_onset(base.time[part], predicted), _onset(time, simulated), float(np.min(floor)))
+    return _Followed(begun, simulated, base.time[part], predicted)
 
 
-def _first_and_floor(run: Response, modes: Modes) -> tuple[np.ndarray, np.ndarray]:
+def _first_and_floor(
+    time: np.ndarray, shoulder: np.ndarray, modes: Modes
+) -> tuple[np.ndarray, np.ndarray]:
     """What every mode, (modes,) [rad/s^2], starts from and never falls below.
 
     The simulated vibration at BEGIN_S and its smallest value after; that above 3 kHz for the modes
     above 3 kHz, which decay faster. nan if the run diverged or ends before.
     """
-    part = signals.window(run.time, BEGIN_S, DURATION_S - FILTER_EDGE_S)
+    part = signals.window(time, BEGIN_S, DURATION_S - FILTER_EDGE_S)
     if part.stop <= part.start:
         nothing = np.full(modes.growth.shape[1], np.nan)
         return nothing, nothing
     fast = modes.frequency.mean(axis=0) > BETWEEN_MODES_HZ
     bands = [
-        vibration_envelope(run.time, run.theta_ddot[:, 0], above)[part]
+        vibration_envelope(time, shoulder, above)[part]
         for above in (HIGH_PASS_HZ, BETWEEN_MODES_HZ)
     ]
     first, floor = ([take(band) for band in bands] for take in (lambda b: b[0], np.min))
@@ -178,202 +224,72 @@ def vibration_envelope(
     return maximum_filter1d(np.abs(vibration(time, values, above_hz)), size)
 
 
-def _after(time: np.ndarray, values: np.ndarray) -> float | None:
+def _onset(time: np.ndarray, values: np.ndarray) -> float | None:
     """First time [s] from 0.5 s on at which a vibration counts as begun."""
     part = signals.window(time, THIRD_S[0], DURATION_S - FILTER_EDGE_S)
     return signals.first_above(time[part], values[part], ONSET_RAD_PER_S2)
 
 
-def _record(case: Case) -> Onset:
-    third = signals.window(case.base.time, *THIRD_S)
-    reached = third.stop > third.start and known(case.run.theta_ddot)
-    part = signals.window(case.base.time, BEGIN_S, DURATION_S)
-    predicted = _after(case.base.time[part], case.predicted)
-    simulated = _after(case.run.time, case.envelope)
-    return Onset(
-        phase=case.law,
-        ring_rate=case.setting.ring_rate,
-        zeta=case.setting.zeta,
-        growth=_largest_growth(case, third) if reached else LargestGrowth(),
-        noise_floor_rad_per_s2=tuple(float(f) for f in np.unique(case.floor) if known(f)),
-        predicted_onset_s=predicted,
-        simulated_onset_s=simulated,
-        as_predicted=onset_is_predicted(predicted, simulated) if reached else None,
-        jacobian_error=case.error,
-    )
-
-
-def _largest_growth(case: Case, part: slice) -> LargestGrowth:
-    growth = case.modes.largest[part]
-    peak = int(np.argmax(growth))
-    mode = int(np.argmax(case.modes.growth[part][peak]))
+def _largest(base: Base, modes: Modes) -> LargestGrowth | None:
+    part = signals.window(base.time, *THIRD_S)
+    if part.stop <= part.start:
+        return None
+    peak = int(np.argmax(modes.largest[part]))
+    mode = int(np.argmax(modes.growth[part][peak]))
     return LargestGrowth(
-        largest_growth_per_s=float(growth[peak]),
-        at_s=float(case.base.time[part][peak]),
-        frequency_Hz=float(case.modes.frequency[part][peak, mode]),
-        largest_folds=max((interval.folds for interval in _intervals(case)), default=0.0),
+        float(modes.largest[part][peak]),
+        float(base.time[part][peak]),
+        float(modes.frequency[part][peak, mode]),
     )
 
 
-def _intervals(case: Case) -> list[Interval]:
-    found = unstable_intervals(case.base.time, case.modes, WORTH_TELLING)
+def _intervals(base: Base, modes: Modes) -> list[Interval]:
+    found = unstable_intervals(base.time, modes, WORTH_TELLING)
     return [interval for interval in found if interval.end > THIRD_S[0]]
 
 
-def _only_omega_t(records: Sequence[Onset]) -> bool | None:
-    """Whether a vibration begins in every case of `omega_t` and in none of `angle`."""
-    if any(record.as_predicted is None for record in records):
-        return None
-    begun = {
-        law: [r.predicted_onset_s is not None for r in records if r.phase == law] for law in LAWS
-    }
-    return all(begun["omega_t"]) and not any(begun["angle"])
+def _thinned(values: np.ndarray) -> tuple[bool, ...]:
+    return tuple(map(bool, values[:: max(1, values.size // DRAWN)]))
 
 
-_HEAD = (
-    "law",
-    "ring rate",
-    "zeta",
-    "largest growth rate, 0.5-1.2 s [1/s]",
-    "at [s]",
-    "mode [Hz]",
-    "noise floor [rad/s²]",
-    "onset predicted [s]",
-    "onset simulated [s]",
-    "agree",
-)
-_INTERVAL_HEAD = (
-    "law",
-    "ring rate",
-    "zeta",
-    "from [s]",
-    "to [s]",
-    "mean frequency [Hz]",
-    "∫ growth dt [e-folds]",
-    "amplification",
-)
+def _drawn(time: np.ndarray, values: np.ndarray) -> Curve:
+    step = max(1, time.size // DRAWN)
+    return Curve(tuple(map(float, time[::step])), tuple(map(float, values[::step])))
 
 
-def _row(record: Onset) -> tuple[str, ...]:
-    never = UNDEFINED if record.as_predicted is None else "never"
-    growth = record.growth
-    return (
-        record.phase,
-        record.ring_rate,
-        f"{record.zeta:g}",
-        shown(growth.largest_growth_per_s, ".1f"),
-        shown(growth.at_s, ".3f"),
-        shown(growth.frequency_Hz, ".0f"),
-        ", ".join(f"{floor:.1e}" for floor in record.noise_floor_rad_per_s2),
-        shown(record.predicted_onset_s, ".3f", never),
-        shown(record.simulated_onset_s, ".3f", never),
-        word(record.as_predicted),
-    )
+def _highest(time: np.ndarray, values: np.ndarray) -> Curve:
+    """The largest of every bin; nothing where the signal is undefined."""
+    if not time.size or not np.isfinite(values).all():
+        return Curve((), ())
+    band = Band.of(time, values)
+    return Curve(band.time_s, band.high)
 
 
-def _interval_rows(case: Case) -> list[tuple[str, ...]]:
-    return [
-        (
-            case.law,
-            case.setting.ring_rate,
-            f"{case.setting.zeta:g}",
-            f"{i.begin:.3f}",
-            f"{i.end:.3f}",
-            f"{i.frequency:.0f}",
-            f"{i.folds:.1f}",
-            f"10^{i.folds / np.log(10):.0f}",
-        )
-        for i in _intervals(case)
-    ]
+@dataclass(frozen=True)
+class Stability:
+    """Every setting, linearised and simulated."""
+
+    cells: dict[Cell, Linearised]
+
+    def largest_growth(self, phase: str) -> float | None:
+        """Over all settings of a phase law [1/s]; None if undefined in all."""
+        found = [one.largest for cell, one in self.cells.items() if cell.law.phase == phase]
+        return max((one.growth_per_s for one in found if one is not None), default=None)
+
+    @property
+    def supports(self) -> bool | None:
+        """Foretold start by start; begun in every start of `omega_t` and in none of `angle`."""
+        answers: list[bool] = []
+        for cell, one in self.cells.items():
+            if one.as_predicted is None or one.begins is None:
+                return None
+            begun = one.begins.yes == (one.begins.of if cell.law.phase == "omega_t" else 0)
+            answers += [one.as_predicted.yes == one.as_predicted.of, begun]
+        return all(answers)
 
 
-def _method(cases: list[Case]) -> str:
-    gain = 99 * DURATION_S
-    return (
-        "Question: where does the vibration come from, and does linear theory foretell it? The"
-        " equations of motion are linearised about the vibration-free motion of the controlled arm"
-        " with every tooth in contact. Under omega_t the phase contains the current speed: its"
-        " derivative with respect to theta_c' is c t, which reaches"
-        f" {gain:.0f} rad per rad/s at {DURATION_S:g} s for c = 99. A tooth error so becomes a"
-        " velocity feedback, k E c t cos(phi), whose gain grows with the clock and whose sign"
-        " changes with the phase; no damper can keep up with a gain without bound. Under angle"
-        " this term does not exist. The Jacobian agrees with fourth-order central differences"
-        f" of the equations within {max(case.error for case in cases):.1e} of its columns' size."
-        f" Vibration at {BEGIN_S:g} s is taken from the simulation; from there every mode follows"
-        " the integral of its growth rate, never falling below the noise floor, which is the"
-        " smallest vibration of the same simulation (for the modes above 3 kHz, that above 3 kHz)."
-        f" Onset: {ONSET_RAD_PER_S2:g} rad/s² after"
-        f" {THIRD_S[0]:g} s. Labelled reading, E = 5 µm, b = 50 µm."
-    )
-
-
-def _statement(records: Sequence[Onset]) -> str:
-    largest = {
-        law: extreme((r.growth.largest_growth_per_s for r in records if r.phase == law), max)
-        for law in LAWS
-    }
-    return (
-        f"Between 0.5 and 1.2 s the largest growth rate is {shown(largest['omega_t'], '.0f')}"
-        f" 1/s under omega_t and {shown(largest['angle'], '.1f')} 1/s under angle. Frozen"
-        " eigenvalues alone would call many short intervals unstable; what counts is the integral"
-        " against the noise floor."
-        " The onset is that of the first burst; the largest vibration may follow in a later"
-        " interval, and its size, set by the loss of contact, is beyond linear theory."
-        " Verdict: the vibration is foretold under omega_t and ruled out under angle in every"
-        f" case: {word(all_of(r.as_predicted for r in records))}."
-    )
-
-
-def _figure(cases: list[Case]) -> str:
-    drawing, grid = new_figure(4, len(SETTINGS), 2.2)
-    for column, setting in enumerate(SETTINGS):
-        axes = grid[:, column]
-        axes[0].set_title(f"zeta = {setting.zeta:g}, ring rate {setting.ring_rate}")
-        chosen = [case for case in cases if case.setting == setting]
-        for case, colour in zip(chosen, COLOURS, strict=False):
-            axes[0].plot(case.base.time, case.modes.largest, color=colour, label=case.law)
-            unstable = np.where(case.modes.growth > 0, case.modes.frequency, np.nan)
-            axes[1].plot(case.base.time, case.modes.frequency, color=colour, lw=0.5, alpha=0.6)
-            axes[1].plot(case.base.time, unstable, color=colour, lw=2.2)
-            _draw_envelope(axes[2], case, colour)
-            draw(axes[3], case.run.time, case.run.theta_ddot[:, 0], case.law, colour)
-            _mark_onset(axes[2:], case)
-        axes[0].axhline(0.0, color="black", lw=0.6)
-        axes[0].set_ylim(-500, None)
-        axes[2].set(yscale="log", ylim=(1e-13, 1e5))
-        axes[3].set_xlabel("time [s]")
-    labels = (
-        "largest growth rate [1/s]",
-        "mode frequency [Hz]",
-        "vibration [rad/s²]",
-        "shoulder acc. [rad/s²]",
-    )
-    for axes, label in zip(grid[:, 0], labels, strict=True):
-        axes.set_ylabel(label)
-    legend(drawing, grid[0, 0])
-    return to_svg(drawing)
-
-
-def _draw_envelope(axes: Axes, case: Case, colour: str) -> None:
-    part = signals.window(case.base.time, BEGIN_S, DURATION_S)
-    step = round(ENVELOPE_S / 2 / (case.run.time[1] - case.run.time[0]))  # a running maximum
-    axes.plot(case.run.time[::step], case.envelope[::step], color=colour, label=case.law)
-    axes.plot(case.base.time[part], case.predicted, color=colour, ls=":", lw=1.4)
-
-
-def _mark_onset(axes: np.ndarray, case: Case) -> None:
-    part = signals.window(case.base.time, BEGIN_S, DURATION_S)
-    onset = _after(case.base.time[part], case.predicted)
-    if onset is not None:
-        for one in axes:
-            one.axvline(onset, color="black", ls="--", lw=0.9)
-
-
-def _caption() -> str:
-    return (
-        "From above: growth rate of the least stable mesh mode (blue omega_t, orange angle);"
-        " frequencies of the four mesh modes, thick where unstable; vibration of the shoulder"
-        " above 600 Hz, simulated (solid) and predicted from the growth rates (dotted, without any"
-        " limit by loss of contact); simulated acceleration as a min-max band. Dashed: predicted"
-        " onset."
-    )
+def stability(study: Study, scale: Scale) -> Stability:
+    """Growth rates against time under both laws; predicted and simulated onset."""
+    every, seeds = (QUICK_EVERY if scale.quick else EVERY), scale.seeds[: scale.starts(STARTS)]
+    asked = [Linearisation(cell, scale.seconds(DURATION_S), every, seeds) for cell in CELLS]
+    return Stability(dict(zip(CELLS, study.answers(asked, "phase: stability"), strict=True)))

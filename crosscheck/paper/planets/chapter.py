@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
-from crosscheck.paper.phase.engines import SAMPLE_HEAD, answer, sample_rows
-from crosscheck.paper.planets.distributions import distributions
-from crosscheck.paper.planets.features import features
-from crosscheck.paper.planets.growth import Foretold, growth
-from crosscheck.paper.planets.pairs import Freed, TwoModels, two_models
-from crosscheck.paper.planets.verdict import Effect, h7_verdict
-from crosscheck.paper.record import Record
-from crosscheck.paper.scale import Scale
-from crosscheck.paper.undefined import all_of, word
-from crosscheck.report.chapter import Chapter
-from crosscheck.report.fragments import heading, paragraph, table
-from crosscheck.studies.study import Study
+from crosscheck.paper.chapter import Chapter
+from crosscheck.paper.material import Material
+from crosscheck.paper.phase.engines import Engines, engines
+from crosscheck.paper.planets import tables, views
+from crosscheck.paper.planets.features import Feature, features
+from crosscheck.paper.planets.freed import Freed, effects_by_law, freed
+from crosscheck.paper.planets.growth import CELL, STARTING_S, STARTS, Growth, growth
+from crosscheck.paper.planets.verdict import PREDICTED, Effect, Survival, h7_verdict
+from crosscheck.paper.text import html, text
+from crosscheck.paper.third import APART_M, said
+from crosscheck.paper.thresholds import SEVERE
+from crosscheck.paper.twosamples import SIGNIFICANT
 
 ID, TITLE = "planets", "Three planets counted as one (H7)"
-CLAIM = (
-    "The paper multiplies one planet's mesh forces by three. Its equations so hold the planets of a"
-    " stage alike, which three planets with the same teeth and the same phase could well be. H7:"
-    " counting three planets as one changes the third fluctuation."
-)
 
 
 @dataclass(frozen=True)
-class H7(Record):
+class H7:
     """The verdict; settings by effect; whether the parting is foretold, and Exudyn agrees."""
 
     verdict: str
@@ -36,71 +32,89 @@ class H7(Record):
     stronger: int
     foretold: bool | None
     engines_agree: bool | None
-    features_changed: int
-
-    @property
-    def id(self) -> str:
-        return "H7"
+    claims_changed: int
 
 
-def chapter(study: Study, scale: Scale) -> Chapter:
-    """Samples, the growth of differences, another engine, the figures."""
-    sampled, grown = distributions(study, scale), growth(study, scale)
-    compared, seen = two_models(study, scale), features(study, scale)
-    changed = sum(record.changed is True for record in seen.records)
-    verdict = _verdict(sampled.records, grown.free, compared, changed)
-    html = [
-        heading("Are three planets one?"),
-        paragraph(f"{CLAIM} {_summary(verdict)}"),
-        sampled.html,
-        grown.html,
-        *_engines(compared),
-        seen.html,
+def chapter(material: Material) -> Chapter:
+    """Samples, the growth of differences, another engine, the figures' statements."""
+    sampled, grown = freed(material), growth(material.study, material.scale)
+    compared, seen = engines(material), features(material)
+    verdict = _verdict(sampled, grown, compared, seen)
+    shown = [
+        text("planets/introduction", verdict=verdict),
+        _sizes(sampled, material),
+        _parting(grown, material),
+        text("planets/engines", compared=compared.compared, same=compared.same),
+        _features(seen),
     ]
-    records = [verdict, *sampled.records, *grown.records, *compared, *seen.records]
-    outcome = f"H7 {verdict.verdict}. {_effects(verdict)}"
-    return Chapter(ID, TITLE, "\n".join(html), [r.to_dict() for r in records], outcome)
+    records = [
+        {"id": "H7", **asdict(verdict)},
+        *tables.FREED.json(sampled),
+        *tables.BREAKING.json(grown.breaking),
+        *tables.FORETOLD.json([grown.lumped, grown.free]),
+        *tables.PREDICTIONS.json(grown.joints),
+        *tables.FEATURE.json(seen),
+    ]
+    stated = [each for one in sampled for each in said(f"{ID}, free", one.cell, one.free)]
+    outcome = text("planets/outcome", verdict=verdict)
+    return Chapter(ID, TITLE, "\n".join(shown), records, outcome, stated)
 
 
 def _verdict(
-    settings: Sequence[Freed], foretold: Foretold, compared: Sequence[TwoModels], changed: int
+    sampled: Sequence[Freed], grown: Growth, compared: Engines, seen: Sequence[Feature]
 ) -> H7:
-    effects = [one.effect for one in settings]
+    effects = [one.effect for one in sampled]
     return H7(
         verdict=h7_verdict(effects),
         settings=len(effects),
         weaker=effects.count(Effect.WEAKER),
         stronger=effects.count(Effect.STRONGER),
-        foretold=foretold.all_right,
-        engines_agree=all_of(one.same for one in compared),
-        features_changed=changed,
+        foretold=grown.free.all_right,
+        engines_agree=compared.same,
+        claims_changed=sum(one.changed is True for one in seen),
     )
 
 
-def _summary(verdict: H7) -> str:
-    return (
-        f"Verdict: H7 {verdict.verdict}. {_effects(verdict)} Linear theory foretells the parting of"
-        " the planets along the free run's own mean motion, not ahead of it:"
-        f" {word(verdict.foretold)}. No test tells"
-        f" Exudyn's free planets from the analytic model's: {word(verdict.engines_agree)}."
+def _sizes(sampled: Sequence[Freed], material: Material) -> str:
+    return text(
+        "planets/sizes",
+        starts=material.scale.most_starts,
+        severe=SEVERE,
+        significant=SIGNIFICANT,
+        drawing=views.sizes(sampled),
+        table=html(tables.FREED.html(sampled)),
+        effects={law.id: counts for law, counts in effects_by_law(sampled).items()},
+        Effect=Effect,
     )
 
 
-def _effects(verdict: H7) -> str:
-    return (
-        f"Freeing the planets makes the third fluctuation weaker in {verdict.weaker} and stronger"
-        f" in {verdict.stronger} of {verdict.settings} settings;"
-        f" {verdict.features_changed} features of the figures are told apart."
+def _parting(grown: Growth, material: Material) -> str:
+    pressed = [one.pressed_largest_m for one in grown.joints]
+    largest = max((size for size in pressed if size is not None), default=None)
+    return text(
+        "planets/parting",
+        cell=CELL,
+        starts=material.scale.starts(STARTS),
+        apart_um=1e6 * APART_M,
+        starting_s=STARTING_S,
+        within=PREDICTED,
+        breaking=html(tables.BREAKING.html(grown.breaking)),
+        drawing=views.parting(grown.starts),
+        table=html(tables.PREDICTIONS.html(grown.joints)),
+        grown=grown,
+        pressed=largest,
+        by_contact=None if largest is None else largest < APART_M,
     )
 
 
-def _engines(compared: Sequence[TwoModels]) -> list[str]:
-    return [
-        heading("3. The same in Exudyn"),
-        paragraph(
-            "The samples of both models with free planets under omega_t, as in the chapter on the"
-            " phase; medians with the quantiles 0.1 and 0.9."
-        ),
-        table(SAMPLE_HEAD, [row for one in compared for row in sample_rows(one)]),
-        *(paragraph(answer(one)) for one in compared),
-    ]
+def _features(seen: Sequence[Feature]) -> str:
+    changed = [one for one in seen if one.changed]
+    return text(
+        "planets/features",
+        table=html(tables.FEATURE.html(seen)),
+        turned=html(tables.FEATURE.html(changed)),
+        changed=len(changed),
+        asked=len(seen),
+        counts=Counter(one.survives for one in seen),
+        Survival=Survival,
+    )

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from analytic.model import PhysicalModel
+from crosscheck.paper.numbers import defined
+from crosscheck.paper.phase.experiments import models_of
+from crosscheck.paper.phase.motion import motion
 from crosscheck.paper.planets.hill import Differences, Followed, followed
-from crosscheck.paper.undefined import defined
+from crosscheck.paper.third import APART_M
 from crosscheck.studies.variant import Variant
 from models.loading import Case
 
-APART_M = 1e-6  # planets have parted: a fifth of the tooth error
 BIN_S = 0.005
-TOGETHER = 12  # starts that are followed at a time
+TOGETHER = 8  # starts that are followed at a time
 FAINTEST_M = 1e-30  # for the logarithm of planets that are exactly alike
 
 Series = tuple[tuple[float | None, ...], ...]  # (stages, bins)
@@ -45,6 +48,49 @@ class Parted:
     by_free: Course
     pressed: Course
     strayed_s: Times
+
+
+@dataclass(frozen=True)
+class FirstPartings:
+    """A Question: when planets of a stage are first 1 um apart [s], of every start.
+
+    None where they never are, or the run diverges before.
+    """
+
+    variant: Variant
+    seeds: tuple[int, ...]
+
+    @property
+    def inputs(self) -> str:
+        records = (record.model_dump_json() for record in self.variant.case())
+        return "\n".join([*records, repr(self.seeds)])
+
+    @property
+    def cost(self) -> float:
+        return 0.05 * len(self.seeds) * (self.variant.duration_s or 3.0)
+
+    def answer(self) -> list[float | None]:
+        models = models_of(self.variant, self.seeds)
+        run = motion(models)
+        with np.errstate(invalid="ignore"):  # of runs that diverge
+            spreads = [np.ptp(run.q[:, rows], axis=1) for rows in _planets(models[0])]
+            parted = np.max(spreads, axis=0) >= APART_M
+        return [_when(run.time, each) for each in parted.T]
+
+
+def _when(time: np.ndarray, happens: np.ndarray) -> float | None:
+    """First, if ever."""
+    return float(time[np.argmax(happens)]) if happens.any() else None
+
+
+def _planets(model: PhysicalModel) -> list[list[int]]:
+    """The coordinates x_pr of every stage's planets."""
+    layout = model.layout
+    counts = [model.arm.joints[joint].planet_count for joint in layout.meshing]
+    return [
+        [layout.at("x_pr", joint, planet) for planet in range(count)]
+        for joint, count in zip(layout.meshing, counts, strict=True)
+    ]
 
 
 @dataclass(frozen=True)
@@ -125,14 +171,13 @@ def _course(time: np.ndarray, found: Differences) -> Course:
 
 
 def _first(time: np.ndarray, spread: np.ndarray) -> float | None:
-    parted = spread >= np.log(APART_M)
-    return float(time[np.argmax(parted)]) if parted.any() else None
+    return _when(time, spread >= np.log(APART_M))
 
 
-def partings(one: Variant, starts: int) -> list[Partings]:
-    """Of so many starts, some at a time."""
-    seeds = range(1, starts + 1)
+def partings(one: Variant, seeds: Sequence[int]) -> list[Partings]:
+    """Of these starts, some at a time."""
     variants = [replace(one, seed=seed) for seed in seeds]
     return [
-        Partings(tuple(variants[begin : begin + TOGETHER])) for begin in range(0, starts, TOGETHER)
+        Partings(tuple(variants[begin : begin + TOGETHER]))
+        for begin in range(0, len(variants), TOGETHER)
     ]

@@ -1,0 +1,69 @@
+"""Do other starts turn verdicts? Every claim from several sets of seeded starts.
+
+    python benchmarks/bench_seeds.py [--sets 3] [--quick] [--jobs 2]
+
+Prints the claims whose verdict differs between sets, what each set says, and the share of all. The
+runs are kept as those of `crosscheck paper` are, so the first set is its own.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from crosscheck.paper.claims.rule import Finding, Kind, kind_of
+from crosscheck.paper.material import Material
+from crosscheck.paper.scale import FULL, QUICK
+from crosscheck.progress import progress_bar
+from crosscheck.studies.study import Study, cache_folder
+
+APART = 1000  # between the first seeds of two sets
+
+
+def verdicts(material: Material) -> dict[str, Finding]:
+    """By claim id."""
+    return {
+        name: kind_of([(answer.place, answer.state) for answer in judged.answers])
+        for name, judged in material.judged.items()
+    }
+
+
+def told(sets: Sequence[Mapping[str, Finding]]) -> str:
+    """What differs."""
+    lines, moved = [], 0
+    for name in sets[0]:
+        found = [verdicts[name] for verdicts in sets]
+        if len({(one.kind, one.laws) for one in found}) == 1:
+            continue
+        moved += 1
+        through = (
+            "" if any(one.kind == Kind.BISTABLE for one in found) else "  NOT by way of bistable"
+        )
+        lines.append(f"{name}: {' | '.join(map(_words, found))}{through}")
+    share = moved / len(sets[0])
+    return "\n".join([*lines, f"{moved} of {len(sets[0])} claims ({100 * share:.1f} %)"])
+
+
+def _words(one: Finding) -> str:
+    return " ".join([one.kind, *(law.id for law in one.laws)])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sets", type=int, default=3)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--quick", action="store_true")
+    given = parser.parse_args()
+    scale = QUICK if given.quick else FULL
+    with progress_bar() as progress:
+        study = Study(cache_folder(), given.jobs, progress)
+        sets = [
+            verdicts(Material(study, replace(scale, first_seed=1 + APART * number)))
+            for number in range(given.sets)
+        ]
+    print(told(sets))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""What follows from the arm's data alone, for claims and errata."""
