@@ -22,7 +22,6 @@ AT_ONCE_S = 0.02  # so soon after an event there is nothing but the event itself
 IMPACT_S = 0.1  # what follows a side change within this time belongs to it
 RETURN_S = (1.3, 2.4)  # between the third fluctuation's side changes and the end's
 STABLE_S = 2.6  # "stable after": Section 3.2
-SIDE = 0.9  # of b: the teeth are at one side of their clearance
 
 
 class SideChange(NamedTuple):
@@ -102,14 +101,6 @@ def passages(values: np.ndarray) -> np.ndarray:
 def count_side_changes(force: np.ndarray) -> int:
     """How often a mesh force, where it is not zero, changes its sign."""
     return passages(force[force != 0]).size
-
-
-def arrivals(time: np.ndarray, x: np.ndarray, backlash_m: float) -> np.ndarray:
-    """Times at which a mesh displacement x [m] arrives at the other side of its clearance."""
-    side = np.where(np.abs(x) > SIDE * backlash_m, np.sign(x), 0)
-    at_a_side = np.flatnonzero(side)
-    changed = at_a_side[1:][np.diff(side[at_a_side]) != 0]
-    return time[changed]
 
 
 def teeth_return(time: np.ndarray, force: np.ndarray) -> float | None:

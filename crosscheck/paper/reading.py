@@ -30,14 +30,3 @@ def switches_of(run: xr.Dataset) -> Switches:
 def first_mesh(run: xr.Dataset, quantity: str) -> np.ndarray:
     """A mesh variable of the shoulder's first planet, (times,)."""
     return run[quantity].values[:, 0, 0]
-
-
-def resampled(run: xr.Dataset, quantity: str, time: np.ndarray) -> np.ndarray:
-    """A smooth variable of the joints at other times, (times, joints)."""
-    own = run["time"].values
-    return np.array([np.interp(time, own, column) for column in run[quantity].values.T]).T
-
-
-def excess_acceleration(run: xr.Dataset, rigid: xr.Dataset) -> np.ndarray:
-    """Joint accelerations [rad/s^2] less those of the rigid arm, (times, joints)."""
-    return run["theta_ddot"].values - resampled(rigid, "theta_ddot", run["time"].values)

@@ -45,11 +45,6 @@ def without_gears(variant: Variant, level: str = COUPLED) -> Variant:
     )
 
 
-def beside_coupled(variant: Variant) -> tuple[Variant, ...]:
-    """The rigid arm with all of the gears' inertia."""
-    return (rigid_arm(variant),)
-
-
 def beside_every_level(variant: Variant) -> tuple[Variant, ...]:
     """The rigid arm at every level, in the order of RIGID_LEVELS."""
     return tuple(rigid_arm(variant, level) for level in RIGID_LEVELS)

@@ -14,7 +14,7 @@ import numpy as np
 
 from crosscheck.paper.cells import LAWS, Cell
 from crosscheck.paper.claims.quantities import of
-from crosscheck.paper.claims.rule import PARTS, Answer, Place, State, above, state
+from crosscheck.paper.claims.rule import PARTS, Answer, Place, State, above, quantiles_of, state
 from crosscheck.paper.said import Said
 from crosscheck.paper.sampling.experiments import PD
 from crosscheck.paper.sampling.pool import Sample
@@ -31,10 +31,7 @@ NONE: Quantiles = (None,) * len(PARTS)
 
 def quantiles(values: np.ndarray) -> Quantiles:
     """PARTS of what is defined, each the value of a start; None without any."""
-    found = values[np.isfinite(values)]
-    if not found.size:
-        return NONE
-    return tuple(map(float, np.quantile(found, PARTS, method="inverted_cdf")))
+    return quantiles_of(values[np.isfinite(values)]) or NONE
 
 
 class Branch(NamedTuple):

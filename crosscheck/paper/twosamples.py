@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +12,7 @@ from scipy.stats import fisher_exact, mannwhitneyu
 
 from crosscheck.paper.claims.rule import FEW, Limits, State, state
 from crosscheck.paper.shares import Share
-from crosscheck.paper.third import LARGE, Third
+from crosscheck.paper.third import LARGE, VISIBLE, Third
 
 SIGNIFICANT = 0.05
 
@@ -95,3 +97,21 @@ def made_by_error(with_error: Third, without: Third, level: Limits = LARGE) -> M
     quiet, of = calm & ~loud, int(calm.sum())
     p = shares_p(Share(int(there.sum()), of), Share(int(loud.sum()), of))
     return Made(Share(int(there[quiet].sum()), int(quiet.sum())), p)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WithAndWithout:
+    """The third fluctuation with tooth error and without, from the same starts."""
+
+    third: Third
+    without: Third
+
+    @cached_property
+    def made(self) -> Made:
+        """Starts that the tooth error makes severe."""
+        return made_by_error(self.third, self.without)
+
+    @cached_property
+    def made_visible(self) -> Made:
+        """The same of those that reach what counts as a fluctuation at all."""
+        return made_by_error(self.third, self.without, VISIBLE)

@@ -18,7 +18,14 @@ from crosscheck.provenance import version
 from crosscheck.registry import MODELS, home
 from crosscheck.studies.sources import code_hash
 from crosscheck.studies.store import Store
-from crosscheck.studies.variant import Comparison, Measure, Numbers, Variant, simulate
+from crosscheck.studies.variant import (
+    Comparison,
+    Measure,
+    Numbers,
+    Variant,
+    simulate,
+    spelled_out,
+)
 from crosscheck.studies.work import (
     Made,
     Piece,
@@ -210,15 +217,11 @@ def run_key(variant: Variant, made_of_it: Measure | Comparison | Reduction | Non
     function = made_of_it.numbers if isinstance(made_of_it, Comparison) else made_of_it
     names = [(simulate.__module__, name) for name in ("Variant", "simulate_all")]
     names += [home(one.model) for one in needed]
-    inputs = [part for one in needed for part in _inputs(one)]
+    inputs = [spelled_out(one.case(), one.model) for one in needed]
     if function is not None:
         inputs.append(function.__qualname__)
         names.append((function.__module__, function.__qualname__.partition(".")[0]))
     return _key(inputs, names, [MODELS[one.model].versioned for one in needed])
-
-
-def _inputs(variant: Variant) -> list[str]:
-    return [variant.model, *(record.model_dump_json() for record in variant.case())]
 
 
 def question_key(question: Question[object]) -> str:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import xarray as xr
+from pydantic import BaseModel
 
 from crosscheck.registry import build, entry_of
 from crosscheck.studies.starts import perturbed
@@ -108,6 +109,11 @@ def simulate(variant: Variant) -> xr.Dataset:
     return run
 
 
+def spelled_out(records: Iterable[BaseModel], *more: str) -> str:
+    """What a result depends on, a line each: records with all their fields, and more."""
+    return "\n".join([*more, *(record.model_dump_json() for record in records)])
+
+
 def integration(variant: Variant) -> str:
     """What the variants of one integration have in common: all inputs but how often they record.
 
@@ -116,8 +122,7 @@ def integration(variant: Variant) -> str:
     arm, scenario, switches = variant.case()
     if entry_of(variant.model).any_stride:
         scenario = scenario.model_copy(update={"record_every": 1})
-    records = (record.model_dump_json() for record in (arm, scenario, switches))
-    return "\n".join([variant.model, *records])
+    return spelled_out((arm, scenario, switches), variant.model)
 
 
 class Company(NamedTuple):

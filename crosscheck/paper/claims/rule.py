@@ -146,10 +146,14 @@ class Answer:
     @property
     def quantiles(self) -> tuple[float, ...] | None:
         """PARTS, each the value of a start."""
-        if not self.values:
-            return None
-        found = np.quantile(self.values, PARTS, method="inverted_cdf")
-        return tuple(float(value) for value in found)
+        return quantiles_of(self.values)
+
+
+def quantiles_of(values: Sequence[float] | np.ndarray) -> tuple[float, ...] | None:
+    """PARTS of defined values, each the value of a start; None without any."""
+    if not len(values):
+        return None
+    return tuple(map(float, np.quantile(values, PARTS, method="inverted_cdf")))
 
 
 def state(share: Share | None) -> State:

@@ -13,7 +13,7 @@ from crosscheck.paper.errata import transcript
 from crosscheck.paper.stage import PaperStage, paper_stage
 from crosscheck.paper.statics.surroundings import free_base, neglected_torques
 from crosscheck.paper.statics.teeth import clearance, gearing, stiffness_wave
-from crosscheck.studies.variant import Numbers
+from crosscheck.studies.variant import Numbers, spelled_out
 from models.arm import Arm
 from models.interface import Model
 from models.loading import load_arm, load_scenario
@@ -34,7 +34,7 @@ class Statics:
     @property
     def inputs(self) -> str:
         records = (load_arm(self.arm), load_scenario(SCENARIO), load_scenario("pd"))
-        return "\n".join([self.arm, *(record.model_dump_json() for record in records)])
+        return spelled_out(records, self.arm)
 
     @property
     def cost(self) -> float:

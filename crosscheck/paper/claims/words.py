@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from crosscheck.paper.cells import LAWS, Law
 from crosscheck.paper.claims.judged import Judged
-from crosscheck.paper.claims.rule import FEW, MOST, PARTS, Answer, Kind, State, Verdict, ends
+from crosscheck.paper.claims.rule import FEW, MOST, Answer, Kind, Verdict, ends
 from crosscheck.paper.claims.settings import Plan
 from crosscheck.paper.claims.summary import laws_of, strips
 from crosscheck.paper.scale import Scale
@@ -49,7 +49,6 @@ def page(found: Sequence[Row], plan: Plan, scale: Scale) -> str:
         most=MOST,
         most_no=ends(scale.most_starts)[0],
         least_yes=ends(scale.most_starts)[1],
-        parts=PARTS,
         on_a_start=[r.judged.claim.id for r in found if r.judged.hangs_on_a_start],
         moved=[r.judged.claim.id for r in found if r.judged.moved_by_a_coarser_grid],
         differing=[(r.judged.claim.id, one) for r in found for one in r.variants if one.differs],
@@ -61,7 +60,6 @@ def page(found: Sequence[Row], plan: Plan, scale: Scale) -> str:
         verdict=verdict_words,
         turning=turning_words,
         seen=seen_words,
-        State=State,
     )
 
 

@@ -15,6 +15,7 @@ from crosscheck.checks.trajectories import largest_difference
 from crosscheck.paper.errata.compare import Matrix
 from crosscheck.paper.errata.erratum import simulated
 from crosscheck.paper.errata.sides import FormSide
+from crosscheck.studies.variant import spelled_out
 from models.errors import Diverged
 from models.loading import load_arm, load_scenario
 
@@ -44,7 +45,7 @@ class Planted:
     @property
     def inputs(self) -> str:
         records = (load_arm(self.arm), load_scenario(SCENARIO))
-        return "\n".join([repr(self), *(record.model_dump_json() for record in records)])
+        return spelled_out(records, repr(self))
 
     @property
     def cost(self) -> float:

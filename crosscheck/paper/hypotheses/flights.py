@@ -11,6 +11,7 @@ import xarray as xr
 from crosscheck.checks.trajectories import tip_position
 from crosscheck.paper.undefined import known
 from crosscheck.registry import build
+from crosscheck.studies.variant import spelled_out
 from models.loading import Case, load_case
 from models.pinocchio_floating import Base, PinocchioFloating
 
@@ -73,7 +74,7 @@ class Flights:
 
     @property
     def inputs(self) -> str:
-        return "\n".join([repr(self), *(record.model_dump_json() for record in self.case)])
+        return spelled_out(self.case, repr(self))
 
     @property
     def cost(self) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from analytic.model import RigidCoupled
 from crosscheck import signals
 from crosscheck.paper.cells import INTEGRAL, Cell
-from crosscheck.paper.claims.rule import PARTS, State, state
+from crosscheck.paper.claims.rule import State, quantiles_of, state
 from crosscheck.paper.course import Course, courses
 from crosscheck.paper.numbers import finite
 from crosscheck.paper.rigid import COUPLED, rigid_arm
@@ -127,9 +127,7 @@ class Flutter:
     @property
     def quantiles(self) -> tuple[float, ...]:
         """PARTS of the sizes; inf where these diverged."""
-        if not self.sizes:
-            return ()
-        return tuple(map(float, np.quantile(self.sizes, PARTS, method="inverted_cdf")))
+        return quantiles_of(self.sizes) or ()
 
 
 def flutters(

@@ -23,7 +23,7 @@ from crosscheck import signals
 from crosscheck.paper.hypotheses.flutter import played_back
 from crosscheck.paper.sampling.torque import fast
 from crosscheck.studies.starts import perturbed
-from crosscheck.studies.variant import Variant
+from crosscheck.studies.variant import Variant, spelled_out
 from models.drive import CONSTANT, DriveData, drive_data
 
 HANDED_S, AFTER_S = 0.9, 0.2  # when it is handed over, and how long it is watched
@@ -48,8 +48,7 @@ class Handover:
 
     @property
     def inputs(self) -> str:
-        records = (record.model_dump_json() for record in self.variant.case())
-        return "\n".join([*records, repr(self.seeds)])
+        return spelled_out(self.variant.case(), repr(self.seeds))
 
     @property
     def cost(self) -> float:

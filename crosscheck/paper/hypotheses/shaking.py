@@ -23,7 +23,7 @@ from crosscheck.paper.rigid import COUPLED, without_gears
 from crosscheck.paper.shares import Share
 from crosscheck.paper.undefined import all_of, where_known
 from crosscheck.studies.starts import perturbed
-from crosscheck.studies.variant import Variant
+from crosscheck.studies.variant import Variant, spelled_out
 from models.errors import Diverged
 
 DRIVES = ("sqrt_time", "time")  # 2000 sin(20 pi sqrt(t)) as printed, 2000 sin(20 pi t)
@@ -136,8 +136,7 @@ class Shaking:
 
     @property
     def inputs(self) -> str:
-        records = (record.model_dump_json() for record in self.variant.case())
-        return "\n".join([repr(self), *records])
+        return spelled_out(self.variant.case(), repr(self))
 
     @property
     def cost(self) -> float:

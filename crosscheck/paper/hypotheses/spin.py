@@ -8,6 +8,7 @@ import numpy as np
 
 from crosscheck.checks.trajectories import largest_difference, tip_position
 from crosscheck.paper.errata.finder import energy_errata
+from crosscheck.studies.variant import spelled_out
 from models.loading import load_arm, load_scenario
 
 WHERE = "Eq. 18, planets 2"
@@ -43,7 +44,7 @@ class SpinCost:
     @property
     def inputs(self) -> str:
         records = (load_arm(self.arm), load_scenario(self.scenario))
-        return "\n".join([repr(self), *(record.model_dump_json() for record in records)])
+        return spelled_out(records, repr(self))
 
     @property
     def cost(self) -> float:

@@ -19,7 +19,7 @@ from crosscheck.paper.phase.motion import motion
 from crosscheck.paper.phase.plant import forces_along, plant_of
 from crosscheck.paper.scale import Scale
 from crosscheck.studies.study import Study
-from crosscheck.studies.variant import Variant
+from crosscheck.studies.variant import Variant, spelled_out
 
 CLOCKS_S = (0.0, 1.0, 5.0, 20.0)
 MOTION_S, RUN_S = 1.2, 0.3
@@ -78,8 +78,7 @@ class ClockTest:
 
     @property
     def inputs(self) -> str:
-        records = (record.model_dump_json() for record in self.run.case())
-        return "\n".join([repr(self), *records])
+        return spelled_out(self.run.case(), repr(self))
 
     @property
     def cost(self) -> float:

@@ -30,7 +30,7 @@ from crosscheck.paper.scale import Scale
 from crosscheck.paper.third import Quantiles, Third, quantiles
 from crosscheck.paper.thresholds import EVIDENT
 from crosscheck.studies.study import Study
-from crosscheck.studies.variant import Variant
+from crosscheck.studies.variant import Variant, spelled_out
 
 CONTACT = "switches.damping=contact"
 QUIET_S = 0.45  # with dampers always at work all vibration but rounding is gone by then
@@ -101,8 +101,7 @@ class LaidToRest:
 
     @property
     def inputs(self) -> str:
-        records = (record.model_dump_json() for record in self.variant.case())
-        return "\n".join([repr(self), *records])
+        return spelled_out(self.variant.case(), repr(self))
 
     @property
     def cost(self) -> float:

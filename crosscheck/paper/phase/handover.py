@@ -24,7 +24,7 @@ from crosscheck.paper.shares import Share
 from crosscheck.paper.third import Quantiles, quantiles
 from crosscheck.paper.thresholds import SEVERE
 from crosscheck.studies.study import Study
-from crosscheck.studies.variant import Variant
+from crosscheck.studies.variant import Variant, spelled_out
 
 # At the smallest damping the controller itself flutters; with the paper's ring rate few starts are
 # severe, with the other all.
@@ -102,8 +102,7 @@ class Handover:
 
     @property
     def inputs(self) -> str:
-        records = (record.model_dump_json() for record in self.variant.case())
-        return "\n".join([repr(self), *records])
+        return spelled_out(self.variant.case(), repr(self))
 
     @property
     def cost(self) -> float:

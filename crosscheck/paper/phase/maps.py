@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
 
 from crosscheck.paper.cells import CONSERVATIVE, INTEGRAL, LABELLED, LAWS, Cell, Law
 from crosscheck.paper.claims.rule import State
@@ -22,8 +21,8 @@ from crosscheck.paper.sampling.experiments import (
     Source,
 )
 from crosscheck.paper.sampling.pool import Wanted
-from crosscheck.paper.third import VISIBLE, Third
-from crosscheck.paper.twosamples import Made, TwoTests, made_by_error, two_tests
+from crosscheck.paper.third import Third
+from crosscheck.paper.twosamples import Made, TwoTests, WithAndWithout, two_tests
 
 # The integral with Eq. 13's ring rate: the one combination that no claim is judged with.
 FOUR = (*LAWS, Law("angle", "eq13"))
@@ -55,22 +54,10 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Mapped:
-    """The third fluctuation of a setting with tooth error and without, from the same starts."""
+class Mapped(WithAndWithout):
+    """Of a setting of the maps."""
 
     setting: Setting
-    third: Third
-    without: Third
-
-    @cached_property
-    def made(self) -> Made:
-        """Starts that the tooth error makes severe."""
-        return made_by_error(self.third, self.without)
-
-    @cached_property
-    def made_visible(self) -> Made:
-        """The same of those that reach what counts as a fluctuation at all."""
-        return made_by_error(self.third, self.without, VISIBLE)
 
 
 class Presence(StrEnum):
@@ -212,7 +199,8 @@ def mapped(material: Material, settings: Sequence[Setting]) -> list[Mapped]:
     """Simulated, those that the claims have asked already read."""
     wanted: list[Wanted] = [(one.cell, source) for one in settings for source in one.sources]
     found = material.samples(wanted, "phase: maps")
+    pairs = [[Third.of(found[one.cell, source]) for source in one.sources] for one in settings]
     return [
-        Mapped(one, *(Third.of(found[one.cell, source]) for source in one.sources))
-        for one in settings
+        Mapped(one, third=third, without=without)
+        for one, (third, without) in zip(settings, pairs, strict=True)
     ]

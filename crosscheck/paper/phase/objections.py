@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -25,10 +24,10 @@ from crosscheck.paper.phase.linear import base_motion, mesh_modes
 from crosscheck.paper.phase.plant import Plant, accelerations_along, integrate, plant_of
 from crosscheck.paper.sampling.pool import Sample
 from crosscheck.paper.scale import Scale
-from crosscheck.paper.third import VISIBLE, Third
-from crosscheck.paper.twosamples import Made, made_by_error
+from crosscheck.paper.third import Third
+from crosscheck.paper.twosamples import WithAndWithout
 from crosscheck.studies.study import Study
-from crosscheck.studies.variant import Variant
+from crosscheck.studies.variant import Variant, spelled_out
 from models.drive import CONSTANT
 
 DURATION_S = THIRD_S[1]
@@ -96,8 +95,7 @@ class InFull:
 
     @property
     def inputs(self) -> str:
-        records = (record.model_dump_json() for record in self.variant.case())
-        return "\n".join([repr(self), *records])
+        return spelled_out(self.variant.case(), repr(self))
 
     @property
     def cost(self) -> float:
@@ -119,23 +117,11 @@ class InFull:
 
 
 @dataclass(frozen=True)
-class Objected:
-    """The third fluctuation with a change, with tooth error and without."""
+class Objected(WithAndWithout):
+    """With something changed."""
 
     change: Change
     cell: Cell
-    third: Third
-    without: Third
-
-    @cached_property
-    def made(self) -> Made:
-        """Starts that the tooth error makes severe."""
-        return made_by_error(self.third, self.without)
-
-    @cached_property
-    def made_visible(self) -> Made:
-        """The same of those that reach what counts as a fluctuation at all."""
-        return made_by_error(self.third, self.without, VISIBLE)
 
 
 @dataclass(frozen=True)
@@ -214,11 +200,18 @@ def objections(study: Study, scale: Scale) -> Objections:
     third = {k: Third.of(Sample.of(one)) for k, one in zip(wanted, answers, strict=True)}
     full = _in_full(study, cells, scale)
     objected = [
-        Objected(change, cell, third[change, cell, True], third[change, cell, False])
+        Objected(
+            change,
+            cell,
+            third=third[change, cell, True],
+            without=third[change, cell, False],
+        )
         for change in CHANGES
         for cell in cells
     ]
-    objected += [Objected(IN_FULL, cell, full[cell, True], full[cell, False]) for cell in cells]
+    objected += [
+        Objected(IN_FULL, cell, third=full[cell, True], without=full[cell, False]) for cell in cells
+    ]
     growth = [Growth(cell, scale.seconds(DURATION_S)) for cell in DECISIVE]
     rates = study.answers(growth, "phase: growth rates")
     return Objections(objected, dict(zip(DECISIVE, rates, strict=True)))

@@ -113,9 +113,6 @@ def _counts(found: Maps) -> Mapping[str, object]:
     }
 
 
-BRANCHES = (False, True)  # the small one, the severe one
-
-
 class OfLaw(NamedTuple):
     """A law's settings at Table I's error and backlash: how many are severe; each branch's sizes.
 

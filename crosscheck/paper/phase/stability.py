@@ -43,7 +43,7 @@ from crosscheck.paper.phase.plant import plant_of
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.shares import Share
 from crosscheck.studies.study import Study
-from crosscheck.studies.variant import Variant
+from crosscheck.studies.variant import Variant, spelled_out
 
 CELLS = tuple(cell for one in DECISIVE for cell in (one, integrated(one)))
 DURATION_S = THIRD_S[1]
@@ -145,8 +145,7 @@ class Linearisation:
 
     @property
     def inputs(self) -> str:
-        records = (record.model_dump_json() for record in self.variant.case())
-        return "\n".join([repr(self), *records])
+        return spelled_out(self.variant.case(), repr(self))
 
     @property
     def cost(self) -> float:

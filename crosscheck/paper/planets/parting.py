@@ -13,7 +13,7 @@ from crosscheck.paper.phase.experiments import models_of
 from crosscheck.paper.phase.motion import motion
 from crosscheck.paper.planets.hill import Differences, Followed, followed
 from crosscheck.paper.third import APART_M
-from crosscheck.studies.variant import Variant
+from crosscheck.studies.variant import Variant, spelled_out
 from models.loading import Case
 
 BIN_S = 0.005
@@ -62,8 +62,7 @@ class FirstPartings:
 
     @property
     def inputs(self) -> str:
-        records = (record.model_dump_json() for record in self.variant.case())
-        return "\n".join([*records, repr(self.seeds)])
+        return spelled_out(self.variant.case(), repr(self.seeds))
 
     @property
     def cost(self) -> float:
@@ -105,7 +104,7 @@ class Partings:
     @property
     def inputs(self) -> str:
         cases = [variant.case() for variant in self.variants]
-        return "\n".join(record.model_dump_json() for case in cases for record in case)
+        return spelled_out(record for case in cases for record in case)
 
     @property
     def cost(self) -> float:

@@ -14,7 +14,7 @@ from crosscheck.paper.course import Course, courses
 from crosscheck.paper.sampling.starts import AT_ONCE
 from crosscheck.registry import entry_of
 from crosscheck.studies.starts import perturbed
-from crosscheck.studies.variant import Variant
+from crosscheck.studies.variant import Variant, spelled_out
 from models.errors import Diverged
 
 SHOULDER = ("theta_ddot", "torque", "x_sp", "F_sp")
@@ -48,8 +48,7 @@ class Bands:
 
     @property
     def inputs(self) -> str:
-        records = (record.model_dump_json() for record in self.variant.case())
-        return "\n".join([self.variant.model, *records, repr((self.seeds, self.bins))])
+        return spelled_out(self.variant.case(), self.variant.model, repr((self.seeds, self.bins)))
 
     @property
     def cost(self) -> float:

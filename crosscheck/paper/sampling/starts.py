@@ -19,7 +19,7 @@ from crosscheck.paper.sampling.pd import transient, whole
 from crosscheck.paper.sampling.torque import back_and_forth, constant_torque
 from crosscheck.registry import RIGID_LEVELS, build, entry_of
 from crosscheck.studies.starts import perturbed
-from crosscheck.studies.variant import Numbers, Variant
+from crosscheck.studies.variant import Numbers, Variant, spelled_out
 from models.errors import Diverged
 from models.interface import Model
 from models.loading import Case
@@ -48,8 +48,7 @@ class Starts(ABC):
 
     @property
     def inputs(self) -> str:
-        records = (record.model_dump_json() for record in self.variant.case())
-        return "\n".join([self.variant.model, *records, repr(self.seeds)])
+        return spelled_out(self.variant.case(), self.variant.model, repr(self.seeds))
 
     @property
     def run_by(self) -> tuple[str, ...]:
