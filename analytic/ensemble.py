@@ -1,4 +1,4 @@
-"""Many models run side by side: on the specialised kernels where they fit, else on the plain one.
+"""Many models run side by side, in the lanes of one kernel.
 
 Models of one structure (joints, planets, laws, switches), step, duration and recording stand in
 one group; what one does is bit for bit the same whichever others stand beside it.
@@ -10,12 +10,12 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
-from analytic.fast.batch import WIDE, Batch, Records
+from analytic.kernel.batch import WIDE, Batch, Records
 from models.errors import Diverged
 from models.layout import Meaning
 from models.trajectory import recorded_times
@@ -126,13 +126,12 @@ class Chunk:
 class Group:
     """Members that run side by side.
 
-    members: their places in what was asked; kernel: which one runs them; diverged_s (members,):
-    after the last chunk, the time [s] of the first record that is not finite, NaN if there is none.
+    members: their places in what was asked; diverged_s (members,): after the last chunk, the time
+    [s] of the first record that is not finite, NaN if there is none.
     """
 
     members: tuple[int, ...]
     models: Sequence[AnalyticModel]
-    kernel: Literal["fast", "plain"]
     lanes: int = WIDE
     diverged_s: np.ndarray = field(init=False)
 
@@ -142,15 +141,14 @@ class Group:
     def chunks(self) -> Iterator[Chunk]:
         """In the order of time, each once; every record of the run is in one of them."""
         time = recorded_times(self.models[0].scenario)
-        made = self._fast() if self.kernel == "fast" else self._plain(time)
         first = 0
-        for records in made:
+        for records in self._records():
             chunk = Chunk(time[first : first + len(records.q)], self.models, records)
             first += len(records.q)
             self._mark(chunk)
             yield chunk
 
-    def _fast(self) -> Iterator[Records]:
+    def _records(self) -> Iterator[Records]:
         scenario, batch = self.models[0].scenario, Batch(self.models, self.lanes)
         most = max(1, CHUNK // (4 * len(self.models[0].layout) * len(self.models)))
         left = scenario.steps // scenario.stride + 1
@@ -166,11 +164,6 @@ class Group:
         n, meshes = len(self.models[0].layout), self.models[0].gears.where.size
         shapes = [(records, rows, len(self.models)) for rows in (n, n, n, meshes)]
         return Records(*(np.full(shape, np.nan) for shape in shapes))
-
-    def _plain(self, time: np.ndarray) -> Iterator[Records]:
-        (model,) = self.models
-        records = model.along(time, *model.integrated())
-        yield Records(*(each[:, :, None] for each in records))
 
     def _mark(self, chunk: Chunk) -> None:
         """Note who has diverged, and leave nothing of it from there on."""
@@ -191,37 +184,33 @@ def groups(models: Sequence[AnalyticModel]) -> list[Group]:
     """Of any models, in as few groups as they fit in."""
     alike: dict[object, list[int]] = {}
     for place, model in enumerate(models):
-        alike.setdefault(_alike(model, place), []).append(place)
+        alike.setdefault(_alike(model), []).append(place)
     found = []
     for places in alike.values():
-        kernel: Literal["fast", "plain"] = "fast" if models[places[0]].structure else "plain"
         for first in range(0, len(places), ABREAST):
             members = tuple(places[first : first + ABREAST])
-            found.append(Group(members, [models[place] for place in members], kernel))
+            found.append(Group(members, [models[place] for place in members]))
     return found
 
 
-def _alike(model: AnalyticModel, place: int) -> object:
-    """Equal of models that can run side by side; on the plain kernel each runs alone."""
-    if model.structure is None:
-        return place
+def _alike(model: AnalyticModel) -> object:
+    """Equal of models that can run side by side."""
     scenario = model.scenario
     grid = scenario.step_s, scenario.steps, scenario.stride
     table = model.drive.table_time.tobytes(), model.drive.table_torque.tobytes()
-    return model.layout, model.structure, grid, table
+    return model.layout, model.equations.structure, grid, table
 
 
 def alone(model: AnalyticModel) -> xr.Dataset:
     """The run of one model by itself. Raises Diverged."""
-    kernel: Literal["fast", "plain"] = "fast" if model.structure else "plain"
-    (run,) = _runs(Group((0,), [model], kernel, lanes=1))
+    (run,) = _runs(Group((0,), [model], lanes=1))
     if isinstance(run, Diverged):
         raise run
     return run
 
 
 def trajectories(models: Sequence[AnalyticModel], threads: int = 1) -> list[xr.Dataset | Diverged]:
-    """Whole runs as ``simulate`` returns them, to rounding, or when they diverged.
+    """Whole runs as ``simulate`` returns them, or when they diverged.
 
     threads: how many groups run at a time; no number hangs on it.
     """

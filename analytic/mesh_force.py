@@ -2,34 +2,40 @@
 
 from __future__ import annotations
 
-from numba import njit
+import numpy as np
 
 from analytic.backlash import dead_zone, dead_zone_tanh
 
 EXACT, TANH = 0, 1
 
 
-@njit(cache=True)
-def mesh_force(law: int, gap: float, stiffness: float, b: float, sigma: float) -> float:
+def mesh_force(
+    law: int,
+    gap: np.ndarray | float,
+    stiffness: np.ndarray | float,
+    b: np.ndarray | float,
+    sigma: np.ndarray | float,
+) -> np.ndarray:
     """F = k f_k(gap, b) [N] of one mesh, gap = x - e [m]; stiffness: k at its phase.
 
     Eq. 15 prints k (x - e); the clearance function of Eq. 4 has to stay in it.
     """
-    if law == TANH:
-        return stiffness * dead_zone_tanh(gap, b, sigma)
-    return stiffness * dead_zone(gap, b)
+    travel = dead_zone_tanh(gap, b, sigma) if law == TANH else dead_zone(gap, b)
+    return stiffness * travel
 
 
-@njit(cache=True)
-def in_contact(gap: float, b: float) -> bool:
+def in_contact(gap: np.ndarray | float, b: np.ndarray | float) -> np.ndarray:
     """Whether the teeth touch, by the exact clearance of Eq. 5."""
-    return abs(gap) > b
+    return np.abs(gap) > b
 
 
-@njit(cache=True)
 def phase_force(
-    gap: float, stiffness: float, stiffness_slope: float, error_slope: float, b: float
-) -> float:
+    gap: np.ndarray | float,
+    stiffness: np.ndarray | float,
+    stiffness_slope: np.ndarray | float,
+    error_slope: np.ndarray | float,
+    b: np.ndarray | float,
+) -> np.ndarray:
     """-dV/dphi [N m/rad] of V = k(phi) f_k(x - e(phi), b)^2 / 2; slopes: dk/dphi, de/dphi.
 
     What the potential of Eq. 15's force does to the angle that k and e depend on (not in the

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
+import numpy as np
 
 from analytic.kinematics import StageGeometry
 from models.arm import Planetary
@@ -38,14 +38,17 @@ def ring_mesh_rate(joint: Planetary, geometry: StageGeometry, ring_rate: str) ->
     return joint.planet_teeth * (geometry.r_cp / geometry.r_p + sign)
 
 
-@njit(cache=True)
 def mesh_phase(
-    law: int, rate: float, offset: float, t: float, theta: float, theta_dot: float
-) -> float:
+    law: int,
+    rate: np.ndarray | float,
+    offset: np.ndarray | float,
+    t: np.ndarray | float,
+    theta: np.ndarray | float,
+    theta_dot: np.ndarray | float,
+) -> np.ndarray:
     """phi [rad]: the argument of the sines of Eqs. 8 and 14.
 
     OMEGA_T as the paper has it, current frequency times time; ANGLE its integral.
     """
-    if law == OMEGA_T:
-        return rate * theta_dot * t + offset
-    return rate * theta + offset
+    angle = np.multiply(theta_dot, t) if law == OMEGA_T else theta
+    return np.multiply(rate, angle) + offset

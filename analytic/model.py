@@ -9,17 +9,15 @@ from typing import ClassVar, Self
 import numpy as np
 import xarray as xr
 
-from analytic import kernel
 from analytic.bodies import all_bodies
 from analytic.chain import exact_chain
 from analytic.ensemble import alone, trajectories
-from analytic.fast.batch import Records, energy_of
-from analytic.fast.links import Links, links_of
-from analytic.fast.precise import followed
-from analytic.fast.program import compilable
-from analytic.fast.structure import Structure, structure_of
 from analytic.gears import Gears, gears
-from analytic.recording import along, kinetic_energy
+from analytic.kernel.batch import Records
+from analytic.kernel.equations import Equations, LinkEquations, TermEquations
+from analytic.kernel.links import Links, links_of
+from analytic.kernel.precise import followed
+from analytic.kernel.states import States
 from analytic.reference import solve
 from analytic.rigid import rigid_bodies
 from analytic.stability import contact_eigenvalues, runge_kutta_limit
@@ -27,7 +25,7 @@ from analytic.stiffness import peak_stiffness
 from analytic.terms import Terms, chain_terms
 from models.arm import Arm
 from models.drive import drive_data, torques_along
-from models.errors import CannotDo, Diverged
+from models.errors import Diverged
 from models.interface import STATE_ABILITIES, Model, require_finite
 from models.layout import MESHES, Layout, Meaning, geared_layout, rigid_layout
 from models.planets import usual_switches
@@ -51,10 +49,9 @@ def _rigid_terms(arm: Arm, level: str) -> Terms:
 
 
 class AnalyticModel(Model):
-    """Equations of motion from a symbolic form, evaluated by the plain kernel.
+    """Equations of motion from terms, evaluated and run by machine code made for their structure.
 
-    Runs of an arm's own bodies are made by a kernel that is specialised to the arm's structure;
-    whatever has no structure runs on the plain one.
+    Runs of an arm's own bodies are made over its links, which needs far fewer operations.
     """
 
     abilities = frozenset((*STATE_ABILITIES, "simulate", "reference"))
@@ -71,36 +68,37 @@ class AnalyticModel(Model):
         self.gears = gears(arm, layout, self.switches)
 
     @cached_property
-    def structure(self) -> Structure | None:
-        """What a specialised kernel is made for; None if only the plain kernel runs this."""
+    def term_equations(self) -> TermEquations:
+        """In the layout's coordinates."""
+        return TermEquations(self.arm, self.layout, self.gears, self.drive, self.terms)
+
+    @cached_property
+    def equations(self) -> Equations:
+        """That runs are made by."""
         if self.links is None:
-            return None
-        found = structure_of(self.arm, self.layout, self.gears, self.drive, self.links.spread)
-        return found if found is not None and compilable(found) else None
+            return self.term_equations
+        return LinkEquations(self.arm, self.layout, self.gears, self.drive, self.links)
+
+    @cached_property
+    def states(self) -> States:
+        """What the equations say of single states."""
+        return States(self.term_equations)
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q) of Eq. 21."""
-        out = np.empty((q.size, q.size))
-        kernel.mass_matrix(self.terms, q, out)
-        return out
+        return self.states.at(0.0, q, np.zeros_like(q)).mass_matrix
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """C(q, v) v of Eq. 21."""
-        out = np.empty_like(q)
-        kernel.bias(self.terms, q, v, out)
-        return out
+        return self.states.at(0.0, q, v).bias
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """F - D v of Eqs. 21-22."""
-        out = np.empty_like(q)
-        kernel.generalized_force(self.terms, self.gears, self.drive, t, q, v, out)
-        return out
+        return self.states.at(t, q, v).force
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """q'' of Eq. 21."""
-        out = np.empty_like(q)
-        kernel.acceleration(self.terms, self.gears, self.drive, t, q, v, out)
-        return out
+        return self.states.at(t, q, v).acceleration
 
     def largest_stable_step(self) -> float:
         """RK4's limit [s] at peak stiffness, over four poses of every joint after the first."""
@@ -163,35 +161,11 @@ class AnalyticModel(Model):
         return trajectories(models)
 
     def precise(self, rtol: float) -> xr.Dataset:
-        """By an eighth-order method at a relative tolerance, its steps ended at contact changes.
-
-        A table of stiffnesses is not covered.
-        """
-        if self.structure is None:
-            raise CannotDo(f"{self.name} has no precise run: of this arm only the plain kernel has")
+        """By an eighth-order method at a relative tolerance, its steps ended at contact changes."""
         time = recorded_times(self.scenario)
         records = followed(self, rtol).records
         require_finite(self.name, time, *records)
         return self.recorded(time, records)
-
-    def integrated(self) -> tuple[np.ndarray, np.ndarray]:
-        """States q, v (times, n) of that run by the plain kernel; NaN after they diverge."""
-        q, v = self.start()
-        return kernel.integrate(
-            self.terms,
-            self.gears,
-            self.drive,
-            q,
-            v,
-            self.scenario.step_s,
-            self.scenario.steps,
-            self.scenario.stride,
-        )
-
-    def along(self, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> Records:
-        """What the plain kernel says of states qs, vs (times, n) of one run."""
-        more = along(self.terms, self.gears, self.drive, time, qs, vs)
-        return Records(qs, vs, *more)
 
     def torques(self, time: np.ndarray, theta: np.ndarray, rate: np.ndarray) -> np.ndarray:
         """Of the drive, output side [N m], at angles and rates (times, joints)."""
@@ -201,10 +175,14 @@ class AnalyticModel(Model):
         """SciPy's DOP853 on the recording grid, with the work done along the way."""
         scenario = self.scenario
         grid = recorded_times(scenario)
-        qs, vs, work = solve(self.terms, self.gears, self.drive, self.start(), grid, rtol)
+        qs, vs, work = solve(self.states, self.gears, self.start(), grid, rtol)
         require_finite(self.name, grid, qs, vs)
-        made = self.along(grid, qs, vs)
-        return self.recorded(grid, made, work=work[:, 0], work_turned_over=work[:, 1])
+        made = [self.states.at(*state) for state in zip(grid, qs, vs, strict=True)]
+        a, forces = (
+            np.array([getattr(one, of) for one in made]) for of in ("acceleration", "mesh_forces")
+        )
+        records = Records(qs, vs, a, forces)
+        return self.recorded(grid, records, work=work[:, 0], work_turned_over=work[:, 1])
 
     def recorded(self, time: np.ndarray, records: Records, **more: np.ndarray) -> xr.Dataset:
         """The trajectory of one run's records, arrays (times, ...), at `time` (times,) [s]."""
@@ -215,7 +193,7 @@ class AnalyticModel(Model):
             "theta_dot": v[:, theta],
             "theta_ddot": a[:, theta],
             "torque": self.torques(time, q[:, theta], v[:, theta]),
-            "kinetic_energy": self._kinetic_energy(q, v),
+            "kinetic_energy": self.equations.kinetic_energy(q, v),
             **more,
         }
         x, x_dot = self._displacements(q), self._displacements(v)
@@ -230,11 +208,6 @@ class AnalyticModel(Model):
         found, of_two = x[:, self.gears.where], self.gears.less >= 0
         found[:, of_two] -= x[:, self.gears.less[of_two]]
         return found
-
-    def _kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        if self.structure is None:
-            return kinetic_energy(self.terms, q, v)
-        return energy_of(self, q, v)
 
     def _per_planet(self, values: np.ndarray) -> np.ndarray:
         """Values of geared joints' meshes by planet; NaN beyond a joint's own planets.

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from analytic import kernel
 from analytic.gears import Gears
-from analytic.terms import Terms
-from models.drive import DriveData
+from analytic.kernel.states import States
 
 # Sizes below which an error does not matter at relative tolerance 1: displacements of the order of
 # the play and their rates at the mesh modes, against angles of the order of a radian.
@@ -15,9 +13,8 @@ MESH_SIZE_M, MESH_RATE_M_PER_S = 1e-4, 1e-1
 
 
 def solve(
-    terms: Terms,
+    states: States,
     gears: Gears,
-    drive: DriveData,
     start: tuple[np.ndarray, np.ndarray],
     time: np.ndarray,
     rtol: float,
@@ -30,16 +27,12 @@ def solve(
     from scipy.integrate import solve_ivp  # a third of a second, for references alone
 
     n = start[0].size
-    rate, force = np.empty(2 * n + 2), np.empty(n)
 
     def right_side(t: float, state: np.ndarray) -> np.ndarray:
-        q, v = state[:n], state[n : 2 * n]
-        rate[:n] = v
-        kernel.acceleration(terms, gears, drive, t, q, v, rate[n : 2 * n])
-        kernel.generalized_force(terms, gears, drive, t, q, v, force)
-        rate[2 * n] = force @ v
-        rate[2 * n + 1] = np.abs(force) @ np.abs(v)
-        return rate.copy()
+        v = state[n : 2 * n]
+        found = states.at(t, state[:n], v)
+        power = found.force @ v, np.abs(found.force) @ np.abs(v)
+        return np.concatenate((v, found.acceleration, power))
 
     size = np.ones(2 * n + 2)
     meshes = np.union1d(gears.where, gears.less[gears.less >= 0])
@@ -54,7 +47,7 @@ def solve(
         rtol=rtol,
         atol=rtol * size,
     )
-    states = np.full((time.size, 2 * n + 2), np.nan)
-    states[: solution.y.shape[1]] = solution.y.T
-    q, v, work = np.split(states, (n, 2 * n), axis=1)
+    reached = np.full((time.size, 2 * n + 2), np.nan)
+    reached[: solution.y.shape[1]] = solution.y.T
+    q, v, work = np.split(reached, (n, 2 * n), axis=1)
     return np.ascontiguousarray(q), np.ascontiguousarray(v), work

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from analytic import kernel
 from analytic.gears import Gears
-from analytic.terms import Terms
+from analytic.terms import Terms, mass_matrices
 from models.drive import PD, DriveData
 
 # RK4's stability function leaves the unit disc at 2.83 on the imaginary axis and 2.79 on the real.
@@ -21,8 +20,7 @@ def contact_eigenvalues(
     stiffness [N/m], per mesh and planet; the controller's gains, friction and weight are included.
     """
     n = q.size
-    mass = np.empty((n, n))
-    kernel.mass_matrix(terms, q, mass)
+    mass = mass_matrices(terms, q)
     position, rate = np.zeros((n, n)), np.zeros((n, n))
     meshes = displacement_rows(gears, n)
     position += terms.mesh_map @ (stiffness[:, None] * meshes)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, vectorize
 
 from models.stiffness import (
     FourierStiffness,
@@ -36,7 +35,7 @@ class StiffnessData(NamedTuple):
 
 
 def stiffness_data(laws: Sequence[StiffnessLaw]) -> StiffnessData:
-    """The laws as the kernel reads them."""
+    """The laws as flat arrays."""
     rows = [_rows(law) for law in laws]
     return StiffnessData(
         np.array([_code(law) for law in laws], dtype=np.int64),
@@ -116,62 +115,51 @@ def square_wave(cycle: np.ndarray, k_min: float, k_max: float, contact_ratio: fl
     return np.where(np.mod(cycle, 1.0) < contact_ratio - 1, k_max, k_min)
 
 
-@vectorize(cache=True)
-def fundamental(sine: float, k_m: float, k_a: float) -> float:
-    """k of Eq. 8 [N/m]; sine: that of the mesh phase."""
-    return k_m + k_a * sine
+def fundamental(
+    phase: np.ndarray | float, k_m: np.ndarray | float, k_a: np.ndarray | float
+) -> np.ndarray:
+    """k of Eq. 8 [N/m] at a mesh phase [rad]."""
+    return k_m + np.multiply(k_a, np.sin(phase))
 
 
-@njit(cache=True, inline="always")
-def piece_at(law: StiffnessData, i: int, phase: float) -> tuple[int, float]:
-    """Row of the table's piece at a phase [rad], and how far into it [cycles]."""
-    cycle = phase / TURN
-    cycle -= np.floor(cycle)
-    row = law.first[i + 1] - 1
-    while law.rows[row, 0] > cycle:
-        row -= 1
-    return row, cycle - law.rows[row, 0]
-
-
-@njit(cache=True, inline="always")
 def stiffness(
-    law: StiffnessData, i: int, phase: float, sine: float, k_m: float, k_a: float
-) -> float:
-    """k [N/m] of mesh i at its phase [rad]; sine: that of the phase."""
+    law: StiffnessData, i: int, phase: np.ndarray | float, k_m: float, k_a: float
+) -> np.ndarray:
+    """k [N/m] of mesh i at its phase (...,) [rad]."""
     if law.code[i] == SINE:
-        return fundamental(sine, k_m, k_a)
+        return fundamental(phase, k_m, k_a)
+    rows = law.rows[law.first[i] : law.first[i + 1]]
     if law.code[i] == WAVES:
-        value = k_m
-        for row in range(law.first[i], law.first[i + 1]):
-            turn = law.rows[row, 0] * phase
-            value += law.rows[row, 1] * np.cos(turn) + law.rows[row, 2] * np.sin(turn)
-        return value
-    row, s = piece_at(law, i, phase)
-    return law.rows[row, 4] + s * (law.rows[row, 3] + s * (law.rows[row, 2] + s * law.rows[row, 1]))
+        turns = np.multiply.outer(phase, rows[:, 0])
+        return k_m + np.cos(turns) @ rows[:, 1] + np.sin(turns) @ rows[:, 2]
+    c3, c2, c1, c0, s = _piece_at(rows, phase)
+    return c0 + s * (c1 + s * (c2 + s * c3))
 
 
-@njit(cache=True)
-def stiffness_slope(law: StiffnessData, i: int, phase: float, k_a: float) -> float:
-    """dk/dphi [N/m per rad] of mesh i at its phase [rad]."""
+def stiffness_slope(
+    law: StiffnessData, i: int, phase: np.ndarray | float, k_a: float
+) -> np.ndarray:
+    """dk/dphi [N/m per rad] of mesh i at its phase (...,) [rad]."""
     if law.code[i] == SINE:
-        return k_a * np.cos(phase)
+        return np.multiply(k_a, np.cos(phase))
+    rows = law.rows[law.first[i] : law.first[i + 1]]
     if law.code[i] == WAVES:
-        value = 0.0
-        for row in range(law.first[i], law.first[i + 1]):
-            order = law.rows[row, 0]
-            turn = order * phase
-            value += order * (law.rows[row, 2] * np.cos(turn) - law.rows[row, 1] * np.sin(turn))
-        return value
-    row, s = piece_at(law, i, phase)
-    return (law.rows[row, 3] + s * (2 * law.rows[row, 2] + s * 3 * law.rows[row, 1])) / TURN
+        turns, orders = np.multiply.outer(phase, rows[:, 0]), rows[:, 0]
+        return np.cos(turns) @ (orders * rows[:, 2]) - np.sin(turns) @ (orders * rows[:, 1])
+    c3, c2, c1, _, s = _piece_at(rows, phase)
+    return (c1 + s * (2 * c2 + s * 3 * c3)) / TURN
 
 
-@njit(cache=True)
+def _piece_at(rows: np.ndarray, phase: np.ndarray | float) -> tuple[np.ndarray, ...]:
+    """Coefficients of the table's piece at a phase [rad], and how far into it [cycles]."""
+    cycle = np.mod(np.divide(phase, TURN), 1.0)
+    row = np.searchsorted(rows[:, 0], cycle, side="right") - 1
+    return (*rows[row, 1:].T, cycle - rows[row, 0])
+
+
 def peak_stiffness(law: StiffnessData, k_m: np.ndarray, k_a: np.ndarray) -> np.ndarray:
     """Largest k [N/m] of every mesh, shape (meshes,); of laws other than Eq. 8 by samples."""
-    peaks = k_m + k_a
-    for i in range(k_m.size):
-        for sample in range(SAMPLES if law.code[i] != SINE else 0):
-            phase = TURN * sample / SAMPLES
-            peaks[i] = max(peaks[i], stiffness(law, i, phase, np.sin(phase), k_m[i], k_a[i]))
+    peaks, phases = k_m + k_a, TURN * np.arange(SAMPLES) / SAMPLES
+    for i in map(int, np.flatnonzero(law.code != SINE)):
+        peaks[i] = max(peaks[i], stiffness(law, i, phases, k_m[i], k_a[i]).max())
     return peaks

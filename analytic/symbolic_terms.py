@@ -11,7 +11,7 @@ import sympy as sp
 
 from analytic.forms import Form
 from analytic.symbols import geared_variables, parameter_values
-from analytic.terms import Terms, Waves, indices, rows_of
+from analytic.terms import Terms, Waves, indices
 from models.arm import Arm
 from models.layout import lumped_layout
 
@@ -37,9 +37,7 @@ def form_terms(form: Form, arm: Arm) -> Terms:
         indices({}, 2),
         np.zeros((0, 2)),
         mesh_map,
-        rows_of(mesh_map),
         drive_map,
-        rows_of(drive_map),
         lumped_layout(arm).theta,
         np.zeros(len(arm.joints)),
     )

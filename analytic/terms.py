@@ -1,8 +1,8 @@
-"""Equations of motion with an arm's numbers put in, as flat arrays for the compiled kernel.
+"""Equations of motion with an arm's numbers put in, as flat arrays.
 
 Every planar chain's mass matrix is a sum of cosines of sums of joint angles, its bias a sum of
-sines times products of two rates, its weight a sum of both. They become lists of terms, so one
-kernel runs every form.
+sines times products of two rates, its weight a sum of both. They become lists of terms,
+the same for every form.
 """
 
 from __future__ import annotations
@@ -20,28 +20,14 @@ from analytic.stage import exact
 from models.arm import Arm
 
 
-class Rows(NamedTuple):
-    """Rows that are not 0 of a map's columns: column i has rows[first[i] : first[i + 1]]."""
-
-    first: np.ndarray
-    rows: np.ndarray
-
-
-def rows_of(matrix: np.ndarray) -> Rows:
-    """Of a map (n, columns)."""
-    rows = [np.flatnonzero(column) for column in matrix.T]
-    return Rows(np.cumsum([0, *map(len, rows)]), np.concatenate([*rows, np.zeros(0, np.int64)]))
-
-
 class Terms(NamedTuple):
     """M[row, col] += coeff cos(waves[wave] . q); bias[row] += coeff sin(waves[wave] . q) v_a v_b.
 
     waves (K, n); mass (terms, 3), bias (terms, 4) and weight (terms, 2) hold the integer indices
     row, col, wave; row, wave, a, b; and row, wave; the coefficients are in SI units, of a weight
     (terms, 2) those of cosine and sine. mesh_map (n, meshes) and drive_map (n, joints) turn mesh
-    forces per planet [N] and output torques [N m] into generalized force; mesh_rows and drive_rows
-    are the places of what is not 0 in them. theta (joints,): places of the joint angles; friction
-    (joints,) [N m s/rad].
+    forces per planet [N] and output torques [N m] into generalized force. theta (joints,): places
+    of the joint angles; friction (joints,) [N m s/rad].
     """
 
     waves: np.ndarray
@@ -52,11 +38,21 @@ class Terms(NamedTuple):
     weight: np.ndarray
     weight_coeff: np.ndarray
     mesh_map: np.ndarray
-    mesh_rows: Rows
     drive_map: np.ndarray
-    drive_rows: Rows
     theta: np.ndarray
     friction: np.ndarray
+
+
+def mass_matrices(terms: Terms, q: np.ndarray) -> np.ndarray:
+    """M(q) (..., n, n) at coordinates q (..., n)."""
+    n = q.shape[-1]
+    values = terms.mass_coeff * np.cos(q @ terms.waves.T)[..., terms.mass[:, 2]]
+    matrices = np.zeros((*q.shape[:-1], n * n))
+    for place, value in zip(
+        terms.mass[:, 0] * n + terms.mass[:, 1], np.moveaxis(values, -1, 0), strict=True
+    ):
+        matrices[..., place] += value
+    return matrices.reshape(*q.shape[:-1], n, n)
 
 
 class Waves:
@@ -95,9 +91,7 @@ def chain_terms(chain: Chain, bodies: Sequence[Body], arm: Arm) -> Terms:
         indices(weight, 2),
         np.array([*weight.values()], dtype=float).reshape(-1, 2),
         mesh_map,
-        rows_of(mesh_map),
         drive_map,
-        rows_of(drive_map),
         chain.layout.theta,
         np.array([joint.friction_N_m_s_per_rad for joint in arm.joints]),
     )

@@ -1,11 +1,10 @@
-"""The drive law as numbers: the same experiment for every model, compiled where they need it."""
+"""The drive law as numbers: the same experiment for every model."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from models.scenario import ConstantDrive, PdDrive, Scenario, SinusoidDrive, per_joint
 
@@ -51,7 +50,6 @@ def drive_data(scenario: Scenario, joints: int) -> DriveData:
     return DriveData(code, gains, table_time, table_torque)
 
 
-@njit(cache=True, inline="always")
 def joint_torque(
     code: int,
     gains: np.ndarray,
@@ -63,7 +61,7 @@ def joint_torque(
 ) -> float:
     """Output-side torque [N m] of one joint at time t [s], angle [rad] and rate [rad/s].
 
-    gains (3,) and table_torque (rows,) are the joint's rows of DriveData.
+    gains (3,) and table_torque (rows,) are the joint's rows of DriveData. An engine may compile it.
     """
     if code == CONSTANT:
         return gains[0]
@@ -76,30 +74,23 @@ def joint_torque(
     return np.interp(t, table_time, table_torque)
 
 
-@njit(cache=True)
 def torques_along(
     drive: DriveData, time: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray
 ) -> np.ndarray:
     """Output-side torques [N m] at time (times,) [s] by angles and rates, all (times, joints)."""
-    out = np.empty(theta.shape)
-    for k in range(time.size):
-        for j in range(theta.shape[1]):
-            out[k, j] = joint_torque(
-                drive.code,
-                drive.gains[j],
-                drive.table_time,
-                drive.table_torque[j],
-                time[k],
-                theta[k, j],
-                theta_dot[k, j],
-            )
-    return out
+    gains, clock = drive.gains.T, time[:, None]
+    if drive.code == CONSTANT:
+        return np.broadcast_to(gains[0], theta.shape).copy()
+    if drive.code == PD:
+        return gains[1] * (gains[0] - theta) - gains[2] * theta_dot
+    if drive.code == SINE_OF_TIME:
+        return gains[0] * np.sin(gains[1] * clock)
+    if drive.code == SINE_OF_SQRT_TIME:
+        return gains[0] * np.sin(gains[1] * np.sqrt(clock))
+    return table_torques(drive, time)
 
 
-@njit(cache=True)
-def table_torques(
-    table_time: np.ndarray, table_torque: np.ndarray, t: float, out: np.ndarray
-) -> None:
-    """Output-side torque [N m] of every joint at time t [s] by a table, into out (joints,)."""
-    for j in range(out.size):
-        out[j] = np.interp(t, table_time, table_torque[j])
+def table_torques(drive: DriveData, time: np.ndarray | float) -> np.ndarray:
+    """Output-side torques [N m] of a table at time (...,) [s], shape (..., joints)."""
+    columns = [np.interp(time, drive.table_time, torque) for torque in drive.table_torque]
+    return np.stack(columns, axis=-1)

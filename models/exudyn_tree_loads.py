@@ -14,11 +14,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit, typeof
 
+from models import drive as drives
 from models.arm import Arm, Joint, Planetary
-from models.drive import DriveData, joint_torque
+from models.drive import DriveData
 from models.exudyn_engine import UserFunction
 from models.exudyn_mesh import Gearing, Stage, add_meshes, add_turning_torques
 
+joint_torque: Any = njit(cache=True, inline="always")(drives.joint_torque)
 SIZES = 7  # entries of Packed.places before its tables
 
 

@@ -1,8 +1,8 @@
-"""How far rounding moves what the plain kernel says: its tolerance against another way to it.
+"""How far rounding moves what the equations say: the tolerance of one way to them against another.
 
 Another way to the same equations rounds every number of them a few times, each time otherwise. So
-the plain kernel is asked again with all its numbers, and the state, moved by a rounding at random;
-what that moves is the equations' own conditioning, cancellations and all.
+they are evaluated again with all numbers, and the state, moved by a rounding at random; what that
+moves is the equations' own conditioning, cancellations and all.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from analytic import kernel
 from analytic.model import AnalyticModel
 from models.scenario import Scenario
+from tests.equations import Parts, runge_kutta
 
 EPS = float(np.finfo(float).eps)
 DRAWS = 12  # of roundings, of which the largest effect counts
@@ -32,25 +32,19 @@ def rounded(value: Any, draw: np.random.Generator) -> Any:
     return value
 
 
-def moved(model: AnalyticModel, seed: int) -> tuple[Any, Any, Any]:
-    """Terms, gears and drive of a model, all moved."""
-    draw = np.random.default_rng(seed)
-    return rounded((model.terms, model.gears, model.drive), draw)
+def parts_of(model: AnalyticModel) -> Parts:
+    """Of a model."""
+    return Parts(model.terms, model.gears, model.drive)
 
 
-def accelerations_and_forces(
-    parts: tuple[Any, Any, Any], t: float, q: np.ndarray, v: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Of the plain kernel."""
-    terms, gears, drive = parts
-    acceleration, forces = np.empty_like(q), np.empty(gears.where.size)
-    kernel.acceleration(terms, gears, drive, t, q, v, acceleration)
-    kernel.elastic_forces(gears, t, q, v, forces)
-    return acceleration, forces
+def moved(model: AnalyticModel, seed: int) -> Parts:
+    """Of a model, all numbers moved."""
+    moved_parts: Parts = rounded(parts_of(model), np.random.default_rng(seed))
+    return moved_parts
 
 
 def run(
-    parts: tuple[Any, Any, Any], scenario: Scenario, start: tuple[np.ndarray, np.ndarray]
+    parts: Parts, scenario: Scenario, start: tuple[np.ndarray, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Of the plain kernel: states q, v (records, n)."""
-    return kernel.integrate(*parts, *start, scenario.step_s, scenario.steps, scenario.stride)
+    """States q, v (records, n)."""
+    return runge_kutta(parts, start, scenario.step_s, scenario.steps, scenario.stride)

@@ -22,8 +22,7 @@ from crosscheck.sweeps.schedule import Task
 from crosscheck.sweeps.version import digest_of
 from models.loading import Case
 
-# Rough costs [s] of a step for each mesh: side by side, and alone on the plain kernel.
-FAST_S, PLAIN_S = 1e-8, 7e-7
+STEP_S = 1e-8  # roughly, of a step for each mesh of a member among others
 BATCH_S = 3.0  # of work
 FEWEST = 16  # batches, where each still fills the lanes: what several workers share
 LANES = 32
@@ -38,9 +37,9 @@ class Batch(NamedTuple):
     end: int
 
 
-def batches(study: Study, version: str, plain: bool) -> Iterator[Batch]:
-    """All of a study, in order. plain: whether its members run one by one."""
-    size = batch_size(study, plain)
+def batches(study: Study, version: str) -> Iterator[Batch]:
+    """All of a study, in order."""
+    size = batch_size(study)
     for begin in range(0, study.count, size):
         end = min(begin + size, study.count)
         yield Batch(digest_of(study.digest, version, begin, end), begin, end)
@@ -61,15 +60,13 @@ def checks(study: Study, version: str) -> list[Task]:
     ]
 
 
-def batch_size(study: Study, plain: bool) -> int:
+def batch_size(study: Study) -> int:
     """Members of a batch: some seconds of work, full lanes, bounded memory."""
     case = study.base
     meshes = sum(_meshes(case)) or 1
-    alone = case.scenario.steps * meshes * (PLAIN_S if plain else FAST_S)
-    lanes = 1 if plain else LANES
-    for_time = min(BATCH_S / alone, study.count / FEWEST)
+    for_time = min(BATCH_S / (case.scenario.steps * meshes * STEP_S), study.count / FEWEST)
     by_memory = MOST_BYTES / max(1.0, _kept_bytes(study))
-    size = max(lanes * math.ceil(for_time / lanes), lanes)
+    size = max(LANES * math.ceil(for_time / LANES), LANES)
     return max(1, min(size, int(by_memory), study.count))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from crosscheck.interruption import advice, finished_first
 from crosscheck.output import draft, remove_abandoned, require_file
 from crosscheck.registry import second
-from crosscheck.sweeps.batch import Numbers, models_of
+from crosscheck.sweeps.batch import Numbers
 from crosscheck.sweeps.batches import Batch, batches, checks, task_of
 from crosscheck.sweeps.columns import DIVERGED, Column, columns
 from crosscheck.sweeps.kept import Kept, batches_of, is_complete, require_room
@@ -63,20 +63,12 @@ def run_study(study: Study, out: Path, how: How) -> int:
         require_members(study)
         with _advised():
             making = _Making(study, ResultFile(new.path, study, wanted, version), kept, how.told)
-            making.run(list(batches(study, version, _runs_alone(study))), place)
+            making.run(list(batches(study, version)), place)
             making.check(checks(study, version), place, wanted)
         making.result.close()
         os.fsync(new.handle)
         new.publish(target)
     return making.ran
-
-
-def _runs_alone(study: Study) -> bool:
-    """Whether the members are of a kind that the fast kernel does not cover."""
-    from analytic.ensemble import groups
-
-    (case,) = study.cases(0, 1)
-    return groups(models_of([case]))[0].kernel == "plain"
 
 
 @contextmanager

@@ -9,12 +9,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analytic import kernel
 from analytic.bodies import Body
 from analytic.chain import Chain
 from analytic.efforts import drive_rows, mesh_rows
-from analytic.gears import Gears, gears
+from analytic.gears import gears
 from analytic.lagrange import weight_terms
+from analytic.mesh_force import in_contact, mesh_force, phase_force
+from analytic.mesh_frequency import mesh_phase
+from analytic.stiffness import stiffness, stiffness_slope
+from analytic.tooth_error import whole_error
 from crosscheck.trial.keys import Key
 from crosscheck.trial.polynomial import symbol
 from crosscheck.trial.values import damper_name
@@ -138,25 +141,23 @@ def signal_columns(arm: Arm, layout: Layout, chosen: Switches, states: States) -
     """
     found = {f"T_{j + 1}": states.torque[:, j] for j in range(states.torque.shape[1])}
     data, meshes = gears(arm, layout, chosen), named_meshes(arm, layout)
-    elastic = np.empty((len(states.t), len(meshes)))
-    damper, work = np.zeros_like(elastic), np.zeros_like(elastic)
-    for k, (t, q, v) in enumerate(zip(states.t, states.q, states.v, strict=True)):
-        kernel.elastic_forces(data, t, q, v, elastic[k])
-        for i in range(len(meshes)):
-            damper[k, i], work[k, i] = _at_mesh(data, i, t, q, v)
+    clock, q, v = states.t[:, None], states.q, states.v
+    of_two = data.less >= 0
+    x, rate = (each[:, data.where] - of_two * each[:, data.less] for each in (q, v))
+    turning = q[:, data.theta], v[:, data.theta]
+    phase = mesh_phase(data.phase, data.rate, data.offset, clock, *turning)
+    gap = x - whole_error(phase, data.E, data.lead, data.static)
+    touching = in_contact(gap, data.b) | data.damps_apart
     for i, mesh in enumerate(meshes):
-        found[mesh.force] = elastic[:, i]
+        k = stiffness(data.law, i, phase[:, i], data.k_m[i], data.k_a[i])
+        found[mesh.force] = mesh_force(data.dead_zone, gap[:, i], k, data.b[i], data.sigma[i])
         if chosen.damping == "contact":
-            found[mesh.damper] = damper[:, i]
+            found[mesh.damper] = np.where(touching[:, i], rate[:, i], 0.0)
         if chosen.mesh_work == "conservative":
-            found[mesh.work] = work[:, i]
+            slopes = (
+                stiffness_slope(data.law, i, phase[:, i], data.k_a[i]),
+                data.E[i] * np.cos(phase[:, i] + data.lead[i]),
+            )
+            on_phase = phase_force(gap[:, i], k, *slopes, data.b[i])
+            found[mesh.work] = data.planets[i] * data.rate[i] * on_phase
     return found
-
-
-def _at_mesh(data: Gears, i: int, t: float, q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
-    """Rate of a mesh while its damper acts [m/s], and what its potential does to an angle [N m]."""
-    phase = kernel.phase_of(data, i, t, q, v)
-    gap = kernel.gap_of(data, i, phase, np.sin(phase), q)
-    touching = data.damps_apart or abs(gap) > data.b[i]
-    rate = kernel.displacement(data, i, v) if touching else 0.0
-    return rate, kernel.force_on_angle(data, i, gap, phase, np.sin(phase))

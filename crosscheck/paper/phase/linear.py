@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from analytic import kernel
 from analytic.terms import Terms
-from crosscheck.paper.phase.plant import Plant, acceleration
+from crosscheck.paper.phase.plant import Plant
 from crosscheck.paper.phase.rigid import rigid_motion
 from models.drive import PD
 from models.loading import Case
@@ -57,27 +56,22 @@ def _carried(
     plant: Plant, q: np.ndarray, v: np.ndarray, a: np.ndarray, torque: np.ndarray
 ) -> np.ndarray:
     """Force per planet [N] of every mesh that gives the accelerations a (n,)."""
-    mass, bias = np.empty((q.size, q.size)), np.empty(q.size)
-    kernel.mass_matrix(plant.terms, q, mass)
-    kernel.bias(plant.terms, q, v, bias)
-    rows = plant.gears.where
-    wanted = mass @ a + bias - plant.terms.drive_map @ torque
+    at, rows = plant.states.at(0.0, q, v), plant.gears.where
+    wanted = at.mass_matrix @ a + at.bias - plant.terms.drive_map @ torque
     return np.linalg.solve(plant.terms.mesh_map[rows], wanted[rows])
 
 
 def phases(plant: Plant, time: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """phi [rad], (times, meshes)."""
     moving = v * time[:, None] if plant.timed else q
-    return plant.offset + moving @ plant.weights.T
+    return plant.gears.offset + moving @ plant.weights.T
 
 
 def jacobian(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """d(q', q'') / d(q, q') at a state with every mesh in contact, (2 n, 2 n)."""
     n = q.size
-    a, mass = np.empty(n), np.empty((n, n))
-    acceleration(plant, t, q, v, a)
-    kernel.mass_matrix(plant.terms, q, mass)
-    position = -_inertia_by_q(plant.terms, q, v, a)
+    at = plant.states.at(t, q, v)
+    position = -_inertia_by_q(plant.terms, q, v, at.acceleration)
     rate = -_bias_by_v(plant.terms, q, v)
     by_x, by_phase = _mesh_force_slopes(plant, t, q, v)
     mesh_map, where = plant.terms.mesh_map, plant.gears.where
@@ -89,7 +83,7 @@ def jacobian(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray
         position += turned
     rate[where, where] -= plant.gears.d
     _add_controller(plant, position, rate)
-    lower = np.linalg.solve(mass, np.hstack([position, rate]))
+    lower = np.linalg.solve(at.mass_matrix, np.hstack([position, rate]))
     return np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])
 
 
@@ -159,10 +153,9 @@ def _differences(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.nda
     for i, h in enumerate(steps):
         sums = np.zeros(n)
         for place, weight in ((-2, 1 / 12), (-1, -8 / 12), (1, 8 / 12), (2, -1 / 12)):
-            state, out = np.concatenate((q, v)), np.empty(n)
+            state = np.concatenate((q, v))
             state[i] += place * h
-            acceleration(plant, t, state[:n], state[n:], out)
-            sums += weight * out
+            sums += weight * plant.states.at(t, state[:n], state[n:]).acceleration
         columns.append(sums / h)
     return np.array(columns).T
 

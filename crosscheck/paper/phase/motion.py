@@ -1,4 +1,4 @@
-"""The analytic model on its specialised kernel with what its scenario fixes set free: the clock."""
+"""The analytic model with what its scenario fixes set free: the clock."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.fast.batch import Batch, Records
+from analytic.kernel.batch import Batch, Records
 from analytic.model import PhysicalModel
 from models.loading import Case
 

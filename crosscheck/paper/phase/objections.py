@@ -21,7 +21,7 @@ from crosscheck.paper.phase.experiments import (
     shoulder_excess,
 )
 from crosscheck.paper.phase.linear import base_motion, mesh_modes
-from crosscheck.paper.phase.plant import Plant, accelerations_along, integrate, plant_of
+from crosscheck.paper.phase.plant import Plant, integrate, plant_of
 from crosscheck.paper.sampling.pool import Sample
 from crosscheck.paper.scale import Scale
 from crosscheck.paper.third import Third
@@ -76,7 +76,7 @@ IN_FULL = Change(FULL, "phases from Eq. 11 in full, planets alike")
 
 @dataclass(frozen=True)
 class InFull:
-    """A Question: the third fluctuation [rad/s^2] with Eq. 11 in full, by the plain kernel.
+    """A Question: the third fluctuation [rad/s^2] with Eq. 11 in full.
 
     Planets alike, for which alone Eq. 11 is written out there. None for a start that diverges.
     """
@@ -108,9 +108,9 @@ class InFull:
         for model in models_of(self.variant, self.seeds):
             plant, scenario = plant_of(model, full_rate=True), model.scenario
             step_s, steps = scenario.step_s, scenario.steps
-            qs, vs = integrate(plant, 0.0, *model.start(), step_s, steps, FULL_STRIDE)
-            time = step_s * FULL_STRIDE * np.arange(len(qs))
-            shoulder = accelerations_along(plant, time, qs, vs)[:, model.layout.theta[:1]]
+            *_, a = integrate(plant, 0, *model.start(), steps, FULL_STRIDE)
+            time = step_s * FULL_STRIDE * np.arange(len(a))
+            shoulder = a[:, model.layout.theta[:1]]
             excess = shoulder_excess(replace(self.variant, settings=()), time, shoulder)
             part = excess[signals.window(time, *THIRD_S)]
             yield signals.amplitude(part) if part.size and np.isfinite(excess).all() else None
@@ -161,8 +161,8 @@ class Growth:
         (model,) = models_of(self.variant(), (0,))
         (bare,) = models_of(self.variant(NO_ERROR), (0,))
         plain, full, no_error = plant_of(model), plant_of(model, full_rate=True), plant_of(bare)
-        free = plain._replace(drive=plain.drive._replace(code=CONSTANT))
-        still = plain._replace(gears=plain.gears._replace(k_a=np.zeros_like(plain.gears.k_a)))
+        free = plain.changed(drive=plain.drive._replace(code=CONSTANT))
+        still = plain.changed(gears=plain.gears._replace(k_a=np.zeros_like(plain.gears.k_a)))
         return Rates(*map(self._largest, (plain, free, full, no_error, still)))
 
     def _largest(self, plant: Plant) -> float | None:

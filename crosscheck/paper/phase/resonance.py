@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic import kernel
 from analytic.model import PhysicalModel
 from crosscheck import signals
 from crosscheck.envelope import envelope
@@ -230,8 +229,7 @@ def _modes(arm: Arm) -> np.ndarray:
 def _meshes(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
     """(M (2, 2) [kg], N k_m (2,) [N/m]) of the mesh displacements, carrier locked."""
     where, n = plant.gears.where, plant.weights.shape[1]
-    mass = np.empty((n, n))
-    kernel.mass_matrix(plant.terms, np.zeros(n), mass)
+    mass = plant.model.mass_matrix(np.zeros(n))
     planets = -plant.terms.mesh_map[where].diagonal()
     return mass[np.ix_(where, where)], planets * plant.gears.k_m
 

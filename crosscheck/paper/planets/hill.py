@@ -18,13 +18,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from analytic import kernel
-from analytic.fast.batch import Batch, displacements
 from analytic.gears import Gears
+from analytic.kernel.batch import Batch
 from analytic.mesh_force import in_contact
+from analytic.mesh_frequency import mesh_phase
 from analytic.model import PhysicalModel
 from analytic.stage import equivalent_masses
 from analytic.stiffness import stiffness
+from analytic.tooth_error import whole_error
 from models.arm import Planetary
 from models.trajectory import recorded_times
 
@@ -150,27 +151,27 @@ def rounding_floor(x_m: np.ndarray, decay_per_s: np.ndarray, step_s: float) -> n
     return np.spacing(x_m) / np.sqrt(24 * decay_per_s * step_s)
 
 
-@njit(cache=True, inline="always")
 def coefficients(
-    gears: Gears, mesh: int, t: float, q: np.ndarray, v: np.ndarray
-) -> tuple[float, float, float, float]:
+    gears: Gears, mesh: int, t: np.ndarray, q: np.ndarray, v: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Stiffness [N/m] and damping [N s/m] against a planet's difference; both with all pressed.
 
-    mesh: place of its sun mesh, which its ring mesh follows.
+    mesh: place of its sun mesh, which its ring mesh follows; at times t (...,) [s] and states q, v
+    (..., n), each of shape (...,).
     """
-    spring, damper, pressed, damped = 0.0, 0.0, 0.0, 0.0
+    spring, damper, pressed, damped = np.zeros((4, *q.shape[:-1]))
     for i in range(mesh, mesh + 2):
-        phase = kernel.phase_of(gears, i, t, q, v)
-        sine = np.sin(phase)
-        k = stiffness(gears.law, i, phase, sine, gears.k_m[i], gears.k_a[i])
+        turning = q[..., gears.theta[i]], v[..., gears.theta[i]]
+        phase = mesh_phase(gears.phase, gears.rate[i], gears.offset[i], t, *turning)
+        k = stiffness(gears.law, i, phase, gears.k_m[i], gears.k_a[i])
         d = gears.d[i] / gears.planets[i]
-        touching = in_contact(kernel.gap_of(gears, i, phase, sine, q), gears.b[i])
+        x = q[..., gears.where[i]] - (q[..., gears.less[i]] if gears.less[i] >= 0 else 0.0)
+        error = whole_error(phase, gears.E[i], gears.lead[i], gears.static[i])
+        touching = in_contact(x - error, gears.b[i])
         pressed += k
         damped += d
-        if touching:
-            spring += k
-        if touching or gears.damps_apart:
-            damper += d
+        spring += np.where(touching, k, 0.0)
+        damper += np.where(touching | gears.damps_apart, d, 0.0)
     return spring, damper, pressed, damped
 
 
@@ -178,20 +179,38 @@ def _along(models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray) -> 
     """Step the models, and their differences behind them."""
     scenario, batch = models[0].scenario, Batch(models)
     now, course = _begun(start_m), _room(models, of)
-    reading = _reading(models[0])
     for begin in range(0, scenario.steps + 1, CHUNK):
         passed = batch.staged(min(CHUNK, scenario.steps + 1 - begin))
-        span = (begin, scenario.step_s, scenario.stride)
-        _follow(models[0].gears, of, *span, passed, reading, now, *course)
+        q, v = _states(models, passed)
+        kept = np.arange(-begin % scenario.stride, len(q), scenario.stride)
+        course.q[(begin + kept) // scenario.stride] = q[kept, 0]
+        found = _coefficients(models[0], of, begin, q, v)
+        _follow(of, begin, scenario.step_s, scenario.stride, found, now, course.part, course.size)
     return course
 
 
-def _reading(model: PhysicalModel) -> np.ndarray:
-    """Of every coordinate the kernel's that it is, and that which is taken off or -1, (n, 2)."""
-    n = len(model.layout)
-    ways = displacements(model.layout, np.eye(n)[:, :, None])[:, :, 0]
-    less = np.where((ways < 0).any(axis=0), np.argmin(ways, axis=0), -1)
-    return np.column_stack([np.argmax(ways, axis=0), less])
+def _states(models: Sequence[PhysicalModel], passed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """q and v (steps, 4, members, n) in the layout's coordinates, of what ``staged`` returns."""
+    steps, stages, _, rows, _ = passed.shape
+    members = passed.transpose(0, 1, 3, 2, 4).reshape(steps * stages, rows, -1)[..., : len(models)]
+    halves = (members[:, : rows // 2], members[:, rows // 2 :])
+    q, v = (models[0].equations.from_kernel(half) for half in halves)
+    shape = (steps, stages, rows // 2, len(models))
+    return q.reshape(shape).swapaxes(2, 3), v.reshape(shape).swapaxes(2, 3)
+
+
+def _coefficients(
+    model: PhysicalModel, of: Stages, begin: int, q: np.ndarray, v: np.ndarray
+) -> np.ndarray:
+    """As ``coefficients``, (steps, 4, members, stages, 4), planets of a stage at their mean."""
+    together = q.copy()
+    for ring, planets in zip(of.ring, of.planets, strict=True):
+        places = slice(ring, ring + planets)
+        together[..., places] = q[..., places].mean(axis=-1, keepdims=True)
+    parts = np.array([0.0, 0.5, 0.5, 1.0])
+    t = model.scenario.step_s * (begin + np.arange(len(q))[:, None] + parts)[:, :, None]
+    found = [np.stack(coefficients(model.gears, mesh, t, together, v), -1) for mesh in of.mesh]
+    return np.ascontiguousarray(np.stack(found, axis=3))
 
 
 def _begun(start_m: np.ndarray) -> _Now:
@@ -209,74 +228,31 @@ def _room(models: Sequence[PhysicalModel], of: Stages) -> _Course:
     return _Course(q, *logarithms)
 
 
-@njit(cache=True, inline="always")
-def _read(
-    passed: np.ndarray,
-    step: int,
-    stage: int,
-    reading: np.ndarray,
-    first: int,
-    member: int,
-    out: np.ndarray,
-) -> None:
-    """A member's rows from ``first`` on, in the coordinates of the layout, into out (n,).
-
-    reading: see ``_reading``.
-    """
-    block, lane = member // passed.shape[4], member % passed.shape[4]
-    for i in range(out.size):
-        out[i] = passed[step, stage, block, first + reading[i, 0], lane]
-        if reading[i, 1] >= 0:
-            out[i] -= passed[step, stage, block, first + reading[i, 1], lane]
-
-
-@njit(cache=True, inline="always")
-def _at_their_mean(of: Stages, q: np.ndarray) -> None:
-    """Put all planets of every stage where their mean is."""
-    for j in range(of.mass.size):
-        total = 0.0
-        for i in range(of.ring[j], of.ring[j] + of.planets[j]):
-            total += q[i]
-        q[of.ring[j] : of.ring[j] + of.planets[j]] = total / of.planets[j]
-
-
 @njit(cache=True)
 def _follow(
-    gears: Gears,
     of: Stages,
     begin: int,
     h: float,
     stride: int,
-    passed: np.ndarray,
-    reading: np.ndarray,
+    found: np.ndarray,
     now: _Now,
-    q_kept: np.ndarray,
     part_kept: np.ndarray,
     size_kept: np.ndarray,
 ) -> None:
     """The differences' steps beside those that passed, from step ``begin`` on, kept at records.
 
-    q_kept, part_kept, size_kept: of the ``_Course``.
+    found: of ``_coefficients``; part_kept, size_kept: of the ``_Course``.
     """
-    n = reading.shape[0]
-    q, v = np.empty(n), np.empty(n)
-    for step in range(passed.shape[0]):
+    for step in range(found.shape[0]):
         record, rest = divmod(begin + step, stride)
         for m in range(now.scale.shape[0]):
             if rest == 0:
-                _read(passed, step, 0, reading, 0, m, q)
-                q_kept[record, m] = q
                 _keep(of, now, m, record, part_kept, size_kept)
             for k in range(4):
                 part = 0.0 if k == 0 else 1.0 if k == 3 else 0.5
                 weight = 1.0 if k == 0 or k == 3 else 2.0
-                _read(passed, step, k, reading, 0, m, q)
-                _read(passed, step, k, reading, n, m, v)
-                _at_their_mean(of, q)
                 for j in range(of.mass.size):
-                    t = (begin + step) * h + part * h
-                    found = coefficients(gears, of.mesh[j], t, q, v)
-                    _stage(of, now, m, j, part * h, weight, found)
+                    _stage(of, now, m, j, part * h, weight, found[step, k, m, j])
             _end(of, now, m, h)
 
 
@@ -288,7 +264,7 @@ def _stage(
     j: int,
     part: float,
     weight: float,
-    found: tuple[float, float, float, float],
+    found: np.ndarray,
 ) -> None:
     """A Runge-Kutta stage ``part`` [s] ahead of member m's differences in stage j."""
     for law in range(LAWS):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,20 +19,22 @@ from models.drive import DriveData
 from models.layout import Layout
 
 SAME_RATE = 4 * np.finfo(float).eps  # relative: both rates are the ring's teeth, to rounding
+Lines = Iterator[str]
 
 
-@dataclass(frozen=True)
-class StageShape:
+class StageShape(NamedTuple):
     """A stage with mesh displacements.
 
     planets: coordinates x_pr, one if the planets are lumped; one_rate: sun and ring meshes have one
-    frequency, so that their sines are one; harmonics: waves of the stiffness; turned: a phase that
-    is not the joint's own asks for cosines too; alike: planets have the same meshes.
+    frequency, so that their sines are one; harmonics: waves of the stiffness; pieces: rows of its
+    longest table, filled up to a power of two, 0 without one; turned: a phase that is not the
+    joint's own asks for cosines too; alike: planets have the same meshes.
     """
 
     planets: int
     one_rate: bool
     harmonics: int
+    pieces: int
     turned: bool
     alike: bool
 
@@ -39,22 +44,37 @@ class StageShape:
 
 
 @dataclass(frozen=True)
-class Structure:
+class Structure(ABC):
     """The structure of a model; models of one structure can run side by side.
 
-    stages: of every joint, None where it has no mesh displacements; spread: the constant inertia
-    couples neighbouring links; drive: law code of models.drive.
+    stages: of every joint, None where it has no mesh displacements; drive: law code of
+    models.drive; omega_t, tanh, damps_apart, conservative: the laws of the meshes.
     """
 
     stages: tuple[StageShape | None, ...]
-    spread: bool
-    gravity: bool
-    friction: bool
     drive: int
     omega_t: bool
     tanh: bool
     damps_apart: bool
     conservative: bool
+
+    @property
+    @abstractmethod
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the kernel's own coordinates; those of angles begin with ``theta``."""
+
+    @abstractmethod
+    def acceleration(self) -> Lines:
+        """Text from coordinates and rates to their accelerations and the mesh forces."""
+
+    def turns(self, joint: int, side: str) -> str:
+        """Phase [turns] of the meshes on a side, ``sp`` or ``pr``, without their own constant."""
+        driven = f"v_theta{joint} * t" if self.omega_t else f"q_theta{joint}"
+        return f"rate_{side}{joint} * ({driven})"
+
+    def sensed(self, joint: int) -> tuple[str, str]:
+        """Angle and rate that a joint's controller is told."""
+        return f"q_theta{joint}", f"v_theta{joint}"
 
     @property
     def joints(self) -> range:
@@ -67,16 +87,6 @@ class Structure:
         return [(j, s) for j, s in zip(self.joints, self.stages, strict=True) if s is not None]
 
     @cached_property
-    def coordinates(self) -> tuple[str, ...]:
-        """x_s and every planet's x_pr of stage after stage, then theta of joint after joint."""
-        gears = [
-            name
-            for j, stage in self.geared
-            for name in (f"x_s{j}", *(f"x_pr{j}_{n}" for n in range(1, stage.planets + 1)))
-        ]
-        return (*gears, *(f"theta{j}" for j in self.joints))
-
-    @cached_property
     def meshes(self) -> tuple[str, ...]:
         """In the order of analytic.gears: sun and ring mesh of planet after planet."""
         return tuple(
@@ -87,17 +97,21 @@ class Structure:
         )
 
 
-def structure_of(
-    arm: Arm, layout: Layout, gears: Gears, drive: DriveData, spread: bool
-) -> Structure | None:
-    """That of a model, or None if it has a part that no specialised kernel knows: a table."""
-    if (gears.law.code == TABLE).any():
-        return None
-    return Structure(
+class Common(NamedTuple):
+    """The fields that every Structure has, in their order."""
+
+    stages: tuple[StageShape | None, ...]
+    drive: int
+    omega_t: bool
+    tanh: bool
+    damps_apart: bool
+    conservative: bool
+
+
+def common_structure(arm: Arm, layout: Layout, gears: Gears, drive: DriveData) -> Common:
+    """Of a model."""
+    return Common(
         stages=_stages(arm, layout, gears),
-        spread=spread,
-        gravity=any(arm.gravity_m_per_s2),
-        friction=any(joint.friction_N_m_s_per_rad for joint in arm.joints),
         drive=int(drive.code),
         omega_t=gears.phase == OMEGA_T,
         tanh=gears.dead_zone == TANH,
@@ -115,6 +129,7 @@ def _stages(arm: Arm, layout: Layout, gears: Gears) -> tuple[StageShape | None, 
             planets=meshes.size // 2,
             one_rate=bool(abs(sun - ring) <= SAME_RATE * abs(sun)),
             harmonics=max(waves_of(gears, int(mesh)) for mesh in meshes),
+            pieces=max(_pieces_of(gears, int(mesh)) for mesh in meshes),
             turned=bool((gears.offset[meshes] != 0).any() or _turned(gears, meshes)),
             alike=all(_alike(gears, meshes[side::2]) for side in (0, 1)),
         )
@@ -125,6 +140,17 @@ def waves_of(gears: Gears, mesh: int) -> int:
     """Waves of a mesh's stiffness."""
     if gears.law.code[mesh] == SINE:
         return 1
+    return 0 if gears.law.code[mesh] == TABLE else _rows_of(gears, mesh)
+
+
+def _pieces_of(gears: Gears, mesh: int) -> int:
+    """Rows of a mesh's table, filled up to a power of two."""
+    if gears.law.code[mesh] != TABLE:
+        return 0
+    return int(2 ** (_rows_of(gears, mesh) - 1).bit_length())
+
+
+def _rows_of(gears: Gears, mesh: int) -> int:
     return int(gears.law.first[mesh + 1] - gears.law.first[mesh])
 
 

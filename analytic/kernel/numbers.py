@@ -6,54 +6,81 @@ import math
 
 import numpy as np
 
-from analytic.fast.links import Links
-from analytic.fast.structure import StageShape, Structure
 from analytic.gears import Gears
+from analytic.kernel.links import Links
+from analytic.kernel.links_text import LinkStructure
+from analytic.kernel.structure import StageShape, Structure
+from analytic.kernel.terms_text import TermStructure
 from analytic.kinematics import gear_angles, stage_geometry
 from analytic.stage import equivalent_masses
-from analytic.stiffness import SINE
+from analytic.stiffness import SINE, TABLE, WAVES
+from analytic.terms import Terms
 from models.arm import Arm, Planetary
 from models.drive import DriveData
 
 TURN = 2 * math.pi
-Numbers = dict[str, float]
+Numbers = dict[str, float | np.ndarray]  # a row's, or a table's rows in their order
 
 
-def numbers_of(
-    arm: Arm, structure: Structure, links: Links, gears: Gears, drive: DriveData
+def link_numbers(
+    arm: Arm, structure: LinkStructure, links: Links, gears: Gears, drive: DriveData
 ) -> Numbers:
-    """Everything that does not depend on the state, in SI units; phases in turns."""
-    found = _of_links(arm, structure, links)
+    """Of a LinkStructure: everything that does not depend on the state, in SI units."""
+    found = _of_links(arm, structure, links) | mesh_numbers(arm, structure, gears, drive)
+    for j, stage in structure.geared:
+        joint = arm.joints[j - 1]
+        assert isinstance(joint, Planetary)  # as joints with mesh displacements are
+        found |= _of_gears(joint, j, stage)
+    return found
+
+
+def term_numbers(
+    arm: Arm, structure: TermStructure, terms: Terms, gears: Gears, drive: DriveData
+) -> Numbers:
+    """Of a TermStructure: everything that does not depend on the state, in SI units."""
+    found = mesh_numbers(arm, structure, gears, drive)
+    for name, values in (("mass", terms.mass_coeff), ("bias", terms.bias_coeff)):
+        found |= {f"{name}_{k}": value for k, value in enumerate(values)}
+    for k, (of_cosine, of_sine) in enumerate(terms.weight_coeff):
+        found |= {f"weight_c{k}": of_cosine, f"weight_s{k}": of_sine}
+    for row, joint in structure.drives:
+        found[f"driven{row}_{joint}"] = terms.drive_map[row, joint]
+    for row, mesh in structure.pushes:  # by the force of all planets that the mesh stands for
+        found[f"pushed{row}_{mesh}"] = terms.mesh_map[row, mesh] / gears.planets[mesh]
+    return found
+
+
+def mesh_numbers(arm: Arm, structure: Structure, gears: Gears, drive: DriveData) -> Numbers:
+    """Of drive, friction and meshes, in SI units; phases in turns."""
+    found: Numbers = {}
     for j in structure.joints:
         found |= {f"drive{j}_{place}": value for place, value in enumerate(drive.gains[j - 1])}
         found[f"friction{j}"] = arm.joints[j - 1].friction_N_m_s_per_rad
     first = 0
     for j, stage in structure.geared:
-        joint = arm.joints[j - 1]
-        assert isinstance(joint, Planetary)  # as joints with mesh displacements are
         meshes = range(first, first + 2 * stage.planets)
-        found |= _of_gears(joint, j, stage)
+        found[f"share{j}"] = 1 / gears.planets[first]
         sun, ring = gears.rate[first], gears.rate[first + 1]
         found |= {f"rate_sp{j}": sun / TURN, f"rate_pr{j}": ring / TURN}
         for mesh in meshes[: 2 if stage.alike else None]:
             planet, side = divmod(mesh - first, 2)
             name = stage.numbers_of(("sp", "pr")[side], j, planet + 1)
-            found |= _of_mesh(gears, mesh, name, stage.harmonics)
+            found |= _of_mesh(gears, mesh, name, stage)
         first = meshes.stop
-    return {name: float(value) for name, value in found.items()}
+    return found
 
 
-def _of_links(arm: Arm, structure: Structure, links: Links) -> Numbers:
-    found = {}
+def _of_links(arm: Arm, structure: LinkStructure, links: Links) -> Numbers:
+    found: Numbers = {}
     g_x, g_y = arm.gravity_m_per_s2
     for k in structure.joints:
         found[f"weight_x{k}"] = g_x * links.lever[k - 1]
         found[f"weight_y{k}"] = g_y * links.lever[k - 1]
         for i in range(1, k + 1):
             constant = links.constant[k - 1, i - 1]
-            found[f"m{k}_{i}"] = links.coupling[k - 1, i - 1] + (constant if k == i else 0.0)
-            found[f"G{k}_{i}"] = constant
-        found[f"per_m{k}_{k}"] = 1 / found[f"m{k}_{k}"]
+            coupling = links.coupling[k - 1, i - 1] + (constant if k == i else 0.0)
+            found |= {f"m{k}_{i}": coupling, f"G{k}_{i}": constant}
+        found[f"per_m{k}_{k}"] = 1 / coupling
     return found
 
 
@@ -77,22 +104,21 @@ def _of_gears(joint: Planetary, j: int, stage: StageShape) -> Numbers:
         f"u_p{j}": 1 / a_p,
         f"kappa_s{j}": rho_s / a_s,
         f"kappa_p{j}": -minus_rho_p / a_p,
-        f"share{j}": 1 / together,
         f"advance{j}": a_s / geometry.n,
         f"reaction{j}": 1 / geometry.n,
     }
 
 
-def _of_mesh(gears: Gears, mesh: int, name: str, harmonics: int) -> Numbers:
+def _of_mesh(gears: Gears, mesh: int, name: str, stage: StageShape) -> Numbers:
     """Stiffness, of all planets that the mesh stands for, and error as waves of the joint's phase.
 
     k = k0 + sum kn_s sin(n phi) + kn_c cos(n phi), e = e0 + e_s sin(phi) + e_c cos(phi), phi
-    without the mesh's own constant.
+    without the mesh's own constant; a table's stiffness is all in its pieces.
     """
     planets, offset = gears.planets[mesh], gears.offset[mesh]
-    turned = offset + gears.lead[mesh]
-    found = {
-        f"k0_{name}": planets * gears.k_m[mesh],
+    turned, tabled = offset + gears.lead[mesh], gears.law.code[mesh] == TABLE
+    found: Numbers = {
+        f"k0_{name}": 0.0 if tabled else planets * gears.k_m[mesh],
         f"e0_{name}": gears.static[mesh],
         f"e_s_{name}": gears.E[mesh] * math.cos(turned),
         f"e_c_{name}": gears.E[mesh] * math.sin(turned) if turned else 0.0,
@@ -100,21 +126,38 @@ def _of_mesh(gears: Gears, mesh: int, name: str, harmonics: int) -> Numbers:
         f"d_{name}": gears.d[mesh],
         f"sigma_{name}": gears.sigma[mesh],
         f"slope_{name}": gears.rate[mesh],
+        f"ahead_{name}": offset / TURN,
     }
-    cosines, sines = _waves(gears, mesh, harmonics)
-    for n in range(1, harmonics + 1):
+    cosines, sines = _waves(gears, mesh, stage.harmonics)
+    for n in range(1, stage.harmonics + 1):
         c, s = (math.cos(n * offset), math.sin(n * offset)) if offset else (1.0, 0.0)
         found[f"k{n}_s_{name}"] = planets * (sines[n - 1] * c - cosines[n - 1] * s)
         found[f"k{n}_c_{name}"] = planets * (sines[n - 1] * s + cosines[n - 1] * c)
-    return found
+    return found | _pieces(gears, mesh, name, stage.pieces)
+
+
+def _pieces(gears: Gears, mesh: int, name: str, count: int) -> Numbers:
+    """Where a table's pieces begin [cycles], and their cubics, constant part first; 0 without one.
+
+    Filled up to ``count`` by pieces that begin nowhere.
+    """
+    begin = np.full(count, np.inf)
+    begin[:1] = 0.0
+    cubics = np.zeros((4, count))
+    if gears.law.code[mesh] == TABLE:
+        rows = gears.law.rows[gears.law.first[mesh] : gears.law.first[mesh + 1]]
+        begin[: len(rows)] = rows[:, 0]
+        cubics[:, : len(rows)] = gears.planets[mesh] * rows[:, :0:-1].T
+    found: Numbers = {f"rows_{name}_{power}": cubic for power, cubic in enumerate(cubics)}
+    return found | {f"rows_{name}_begin": begin}
 
 
 def _waves(gears: Gears, mesh: int, harmonics: int) -> tuple[np.ndarray, np.ndarray]:
     """Amplitudes [N/m] of cos(n phi) and sin(n phi) of one planet's stiffness, n = 1, 2, ..."""
     cosines, sines = np.zeros((2, harmonics))
     if gears.law.code[mesh] == SINE:
-        sines[0] = gears.k_a[mesh]
-    else:
+        sines[:1] = gears.k_a[mesh]
+    elif gears.law.code[mesh] == WAVES:
         rows = gears.law.rows[gears.law.first[mesh] : gears.law.first[mesh + 1]]
         cosines[: len(rows)], sines[: len(rows)] = rows[:, 1], rows[:, 2]
     return cosines, sines

@@ -6,9 +6,9 @@ from itertools import combinations
 
 import numpy as np
 
-from analytic.fast.links import Links
-from analytic.fast.numbers import Numbers
-from analytic.fast.structure import Structure
+from analytic.kernel.links import Links
+from analytic.kernel.numbers import Numbers
+from analytic.kernel.structure import Structure
 
 
 def kinetic_energy(

@@ -1,0 +1,165 @@
+"""Models of one structure, side by side in blocks of lanes, stepped and recorded together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import sqrt
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from analytic.gears import Gears
+from analytic.kernel.equations import Equations
+from analytic.kernel.numbers import Numbers
+from analytic.kernel.program import STATE, Program, code_of, steps_program
+from models.drive import TABLE, DriveData, table_torques
+from models.scenario import Scenario
+
+WIDE = 8  # lanes of a block: as many numbers as the widest registers hold
+LINE = 64  # bytes at whose multiples blocks begin, so that no load spans two lines of the cache
+
+
+class KernelModel(Protocol):
+    """What is asked of a model that a kernel runs."""
+
+    @property
+    def scenario(self) -> Scenario: ...
+
+    @property
+    def drive(self) -> DriveData: ...
+
+    @property
+    def gears(self) -> Gears: ...
+
+    @property
+    def equations(self) -> Equations: ...
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]: ...
+
+
+class Records(NamedTuple):
+    """States q, v and accelerations a (records, n, members), in the coordinates of the layout.
+
+    forces (records, meshes, members): elastic force per planet [N], in the order of Gears.
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    forces: np.ndarray
+
+
+class Batch:
+    """At least one model, all of one structure, step and drive table; stepped from their starts.
+
+    What one member does is not changed by the others: they share no number. What it does is bit for
+    bit the same at every number of lanes.
+    """
+
+    def __init__(self, models: Sequence[KernelModel], lanes: int = WIDE) -> None:
+        first = models[0]
+        self.models, self.step_s = models, first.scenario.step_s
+        self.structure = first.equations.structure
+        self.program = steps_program(self.structure, lanes)
+        self.code = code_of(self.program)
+        self.done = 0  # steps
+        blocks = -(-len(models) // lanes)
+        self.work = aligned(blocks, self.program.rows * lanes)
+        lanes_of = self.work.reshape(blocks, self.program.rows, lanes)
+        columns = [self._column(model) for model in models]
+        for place in range(blocks * lanes):
+            member = min(place, len(models) - 1)  # spare lanes repeat the last
+            lanes_of[place // lanes, :, place % lanes] = columns[member]
+
+    def _column(self, model: KernelModel) -> np.ndarray:
+        """All rows of a member at its start."""
+        q, v = (model.equations.to_kernel(x) for x in model.start())
+        state = {"q": q, "v": v, "stage_q": q, "stage_v": v}
+        rows = [state.get(name, 0 * q) for name in STATE]
+        forces = np.zeros(len(self.structure.meshes))
+        return np.concatenate([*rows, forces, *number_rows(self.program, model.equations.numbers)])
+
+    def advance(self, records: int, stride: int) -> Records:
+        """So many records, each ``stride`` steps after the one before; the first is of now.
+
+        With stride 0 the batch stays where it is.
+        """
+        lanes, (blocks, _) = self.program.lanes, self.work.shape
+        first, n = self.models[0], len(self.structure.coordinates)
+        times, torques = contiguous_table(first.drive)
+        looked_up = np.zeros(len(torques))
+        rows = 3 * n + len(self.structure.meshes)
+        out = np.empty((records, blocks, rows * lanes))
+        self.code["advance"](
+            self.work.ctypes.data,
+            blocks,
+            self.done,
+            records,
+            stride,
+            self.step_s,
+            times.ctypes.data,
+            torques.ctypes.data,
+            times.size,
+            looked_up.ctypes.data,
+            out.ctypes.data,
+        )
+        self.done += records * stride
+        by_lane = out.reshape(records, blocks, rows, lanes).transpose(0, 2, 1, 3)
+        members = by_lane.reshape(records, rows, -1)[:, :, : len(self.models)]
+        states = (members[:, k * n : (k + 1) * n] for k in range(3))
+        q, v, a = map(first.equations.from_kernel, states)
+        return Records(q, v, a, members[:, 3 * n :])
+
+    def run(self, records: int, stride: int, most: int) -> Iterator[Records]:
+        """So many records, at most ``most`` at a time, and by itself the one where they end."""
+        while records:
+            part = min(records, most)
+            yield self.advance(part, stride)
+            records -= part
+        yield self.advance(1, 0)
+
+    def staged(self, steps: int) -> np.ndarray:
+        """So many steps, and the states q, v that their four stages were evaluated at.
+
+        Shape (steps, 4, blocks, 2 n, lanes), in the kernel's coordinates.
+        """
+        program, h, drive = self.program, self.step_s, self.models[0].drive
+        n, blocks = len(self.structure.coordinates), len(self.work)
+        rows = self.work.reshape(blocks, program.rows, program.lanes)
+        now, ahead = rows[:, : 2 * n], rows[:, 2 * n : 4 * n]  # q, v; stage_q, stage_v
+        out = np.empty((steps, 4, *now.shape))
+        stages = [self.code[f"{name}_stage"] for name in ("first", "middle", "middle", "last")]
+        parts = (0.5, 0.5, 1.0, 1.0)
+        addresses = [part.ctypes.data for part in self.work]
+        for step in range(steps):
+            begun = (self.done + step) * h
+            for k, t in enumerate((begun, begun + h / 2, begun + h / 2, begun + h)):
+                out[step, k] = ahead if k else now
+                table = looked_up(drive, t)
+                for address in addresses:
+                    stages[k](address, t, sqrt(t), table.ctypes.data, h, parts[k])
+        self.done += steps
+        return out
+
+
+def number_rows(program: Program, numbers: Numbers) -> list[np.ndarray]:
+    """A model's numbers in the order of a program's rows."""
+    single = np.array([numbers[name] for name in program.numbers])
+    return [single, *(np.asarray(numbers[name]) for name, _ in program.tables)]
+
+
+def looked_up(drive: DriveData, t: float) -> np.ndarray:
+    """A table's torques (joints,) [N m] at a time [s]; of other laws nothing is looked up."""
+    return table_torques(drive, t) if drive.code == TABLE else np.zeros(len(drive.gains))
+
+
+def contiguous_table(drive: DriveData) -> tuple[np.ndarray, np.ndarray]:
+    """Times (rows,) [s] and torques (joints, rows) [N m] as a kernel reads them."""
+    return np.ascontiguousarray(drive.table_time), np.ascontiguousarray(drive.table_torque)
+
+
+def aligned(blocks: int, size: int) -> np.ndarray:
+    """Zeros (blocks, size) that begin at a line of the cache."""
+    room = np.zeros(blocks * size + LINE // 8)
+    first = -room.ctypes.data % LINE // 8
+    return room[first : first + blocks * size].reshape(blocks, size)

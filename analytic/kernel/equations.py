@@ -1,0 +1,135 @@
+"""A model's equations as a kernel runs them: structure, numbers, and the kernel's coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from analytic.gears import Gears
+from analytic.kernel.energy import kinetic_energy
+from analytic.kernel.links import Links
+from analytic.kernel.links_text import LinkStructure, link_structure
+from analytic.kernel.numbers import TURN, Numbers, link_numbers, term_numbers
+from analytic.kernel.structure import Structure
+from analytic.kernel.terms_text import TermStructure, term_structure
+from analytic.terms import Terms, mass_matrices
+from models.arm import Arm
+from models.drive import DriveData
+from models.layout import Layout
+
+
+class Equations(Protocol):
+    """What runs ask of them; x is a state's coordinates or rates, shape (..., n)."""
+
+    @property
+    def structure(self) -> Structure: ...
+
+    @property
+    def numbers(self) -> Numbers: ...
+
+    def to_kernel(self, x: np.ndarray) -> np.ndarray:
+        """From the layout's coordinates."""
+
+    def from_kernel(self, x: np.ndarray) -> np.ndarray:
+        """Back, of x (records, n, members)."""
+
+    def kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(records,) [J] at states q, v (records, n) of the layout."""
+
+
+@dataclass(frozen=True)
+class TermEquations:
+    """In the layout's own coordinates, from terms.
+
+    phase_weights (meshes, n) [rad per m or rad]: what the meshes' phases depend on besides their
+    joints' angles, by Eq. 11 in full for example; planets lumped. sensor (n, joints): controllers
+    are told sensor^T q and sensor^T q' instead of their joints' angles and rates.
+    """
+
+    arm: Arm
+    layout: Layout
+    gears: Gears
+    drive: DriveData
+    terms: Terms
+    phase_weights: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    sensor: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @cached_property
+    def structure(self) -> TermStructure:
+        """Of the terms."""
+        parts = self.arm, self.layout, self.gears, self.drive, self.terms
+        return term_structure(*parts, self.phase_weights, self.sensor)
+
+    @cached_property
+    def numbers(self) -> Numbers:
+        """Of the terms, the meshes, and what these arrays add."""
+        found = term_numbers(self.arm, self.structure, self.terms, self.gears, self.drive)
+        for mesh, place in self.structure.phased:
+            found[f"phase{mesh}_{place}"] = self.phase_weights[mesh, place] / TURN
+        for place, joint in self.structure.feedback:
+            found[f"told{place}_{joint}"] = self.sensor[place, joint]
+        return found
+
+    def to_kernel(self, x: np.ndarray) -> np.ndarray:
+        """The same."""
+        return x
+
+    def from_kernel(self, x: np.ndarray) -> np.ndarray:
+        """The same."""
+        return x
+
+    def kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """v^T M v / 2 (records,) [J]."""
+        return np.einsum("ki,kij,kj->k", v, mass_matrices(self.terms, q), v) / 2
+
+
+@dataclass(frozen=True)
+class LinkEquations:
+    """Over the links, each gear's own spin eliminated: of an arm's own bodies."""
+
+    arm: Arm
+    layout: Layout
+    gears: Gears
+    drive: DriveData
+    links: Links
+
+    @cached_property
+    def structure(self) -> LinkStructure:
+        """Of the links."""
+        return link_structure(self.arm, self.layout, self.gears, self.drive, self.links)
+
+    @cached_property
+    def numbers(self) -> Numbers:
+        """Of links, gears and meshes."""
+        return link_numbers(self.arm, self.structure, self.links, self.gears, self.drive)
+
+    def to_kernel(self, x: np.ndarray) -> np.ndarray:
+        """The sun's advance, planets, angles."""
+        if self.layout.free:
+            return x
+        found = []
+        for joint in self.layout.meshing:
+            x_sp, x_pr = (x[..., self.layout.at(mesh, joint)] for mesh in ("x_sp", "x_pr"))
+            found += [x_sp + x_pr, x_pr]
+        return np.stack([*found, *np.moveaxis(x[..., self.layout.theta], -1, 0)], axis=-1)
+
+    def from_kernel(self, x: np.ndarray) -> np.ndarray:
+        """Displacements of the meshes instead of the sun's advance."""
+        if self.layout.free:
+            return x
+        found = np.empty_like(x)
+        with np.errstate(invalid="ignore"):  # of members that diverge
+            for place, joint in enumerate(self.layout.meshing):
+                x_pr = x[:, 2 * place + 1]
+                found[:, self.layout.at("x_sp", joint)] = x[:, 2 * place] - x_pr
+                found[:, self.layout.at("x_pr", joint)] = x_pr
+        found[:, self.layout.theta] = x[:, 2 * len(self.layout.meshing) :]
+        return found
+
+    def kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(records,) [J]."""
+        x, rate = self.to_kernel(q), self.to_kernel(v)
+        return kinetic_energy(self.structure, self.links, self.numbers, x, rate)

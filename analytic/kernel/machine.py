@@ -1,0 +1,143 @@
+"""LLVM IR to machine code, kept between runs in a folder of the user's own.
+
+A kept object is named after all that it depends on: the IR, the versions of LLVM and of its Python
+binding, and the processor with its features. Its file begins with a checksum of what follows, so
+that half a file, or a changed one, is made again.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import llvmlite.binding as llvm
+
+from models.places import cache_folder, make_private
+
+FOLDER = "machine-code"
+CHECKSUM = 32  # bytes of SHA-256
+KEPT_DAYS, KEPT_BYTES = 60, 256 * 2**20  # since its last use; all objects together
+
+
+class Code:
+    """Functions of an object, called by their names.
+
+    A pointer is an address, an int; arguments are checked by nobody.
+    """
+
+    def __init__(self, data: bytes, arguments: dict[str, Sequence[Any]]) -> None:
+        # An engine for each object, so that names do not clash. It owns its target machine.
+        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine(0))
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(data))
+        self._engine.finalize_object()
+        self._functions = {
+            name: ctypes.CFUNCTYPE(None, *kinds)(self._engine.get_function_address(name))
+            for name, kinds in arguments.items()
+        }
+
+    def __getitem__(self, name: str) -> Callable[..., None]:
+        return self._functions[name]
+
+
+def machine_code(ir: str, level: int) -> bytes:
+    """The object of IR, from the folder or made and left there; without a folder made alone.
+
+    level: of optimisation, 0 to 3.
+    """
+    name = _digest(ir, level)
+    try:
+        make_private(cache_folder())
+        folder = cache_folder() / FOLDER
+        make_private(folder)
+    except OSError:
+        return compiled(ir, _machine(level), level)
+    path = folder / f"{name}.o"
+    found = _read(path)
+    if found is None:
+        found = compiled(ir, _machine(level), level)
+        _keep(path, found)
+    return found
+
+
+def compiled(ir: str, machine: llvm.TargetMachine, level: int) -> bytes:
+    """The object of IR for a machine."""
+    module = llvm.parse_assembly(ir)
+    module.triple, module.data_layout = machine.triple, str(machine.target_data)
+    module.verify()
+    # Straight-line code whose lanes are vectors already: packing more of it side by side makes some
+    # kernels twice as slow.
+    if level:
+        tuning = llvm.create_pipeline_tuning_options(speed_level=level)
+        tuning.slp_vectorization = tuning.loop_vectorization = tuning.loop_unrolling = False
+        builder = llvm.create_pass_builder(machine, tuning)
+        builder.getModulePassManager().run(module, builder)
+    return machine.emit_object(module)
+
+
+def _machine(level: int) -> llvm.TargetMachine:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    name, features = _processor()
+    target = llvm.Target.from_triple(llvm.get_process_triple())
+    return target.create_target_machine(
+        cpu=name, features=features, opt=level, reloc="default", codemodel="jitdefault", jit=True
+    )
+
+
+@lru_cache
+def _processor() -> tuple[str, str]:
+    """Name and features of the machine's own."""
+    return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+
+
+def _digest(ir: str, level: int) -> str:
+    parts = (
+        str(level),
+        ir,
+        llvmlite.__version__,
+        str(llvm.llvm_version_info),
+        llvm.get_process_triple(),
+    )
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
+
+
+def _read(path: Path) -> bytes | None:
+    """What is kept there, or None if nothing sound is."""
+    with suppress(OSError):
+        whole = path.read_bytes()
+        if hashlib.sha256(whole[CHECKSUM:]).digest() == whole[:CHECKSUM]:
+            os.utime(path)  # it has been used
+            return whole[CHECKSUM:]
+    return None
+
+
+def _keep(path: Path, data: bytes) -> None:
+    """At once, for another process may be reading it; not at all where the folder is full."""
+    draft = path.with_suffix(f".{os.getpid()}.draft")
+    try:
+        draft.write_bytes(hashlib.sha256(data).digest() + data)
+        draft.replace(path)
+    except OSError:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+    _sweep(path.parent)
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what was not used for long, and the oldest beyond the size that is kept."""
+    with suppress(OSError):
+        states = [(path.stat(), path) for path in folder.iterdir()]
+        newest_first = sorted(states, key=lambda each: each[0].st_mtime, reverse=True)
+        oldest, size = time.time() - 86400 * KEPT_DAYS, 0
+        for state, path in newest_first:
+            size += state.st_size
+            if size > KEPT_BYTES or state.st_mtime < oldest:
+                path.unlink(missing_ok=True)

@@ -1,0 +1,330 @@
+"""The text of whole kernels, and where they find a member's numbers.
+
+Three kinds: classical Runge-Kutta steps of a block of members with records on the way, the
+quantities of single states, and (analytic.kernel.precise) runs at a tolerance. See
+analytic.kernel.translate for the language.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from textwrap import indent
+from typing import Any
+
+from analytic.kernel.machine import Code, machine_code
+from analytic.kernel.structure import Structure
+from analytic.kernel.terms_text import TermStructure, entry_of_mass
+from analytic.kernel.translate import ir_of
+from models.drive import TABLE
+
+# Blocks of rows before the numbers: state, stage, the step's sums and acceleration.
+STATE = ("q", "v", "stage_q", "stage_v", "sum_q", "sum_v", "a")
+POINTER, WHOLE, NUMBER = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
+# Levels of optimisation, which change no bit: of states, asked for some hundred times, the less
+# takes a fifth of the time to compile.
+RUNS, STATES = 2, 0
+Constants = dict[str, int | float]
+STAGE_ARGUMENTS = (POINTER, NUMBER, NUMBER, POINTER, NUMBER, NUMBER)
+
+LOOK_UP = '''
+def look_up(t, times: array, torques: array, rows: int, joints: int, table: array):
+    """Torques at time t [s] of a table by straight lines, its ends held, into table (joints,)."""
+    low = 0
+    high = rows - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if times[middle] <= t:
+            low = middle
+        else:
+            high = middle
+    for j in range(joints):
+        row = j * rows
+        if t <= times[0]:
+            table[j] = torques[row]
+        elif t >= times[rows - 1]:
+            table[j] = torques[row + rows - 1]
+        else:
+            slope = (torques[row + high] - torques[row + low]) / (times[high] - times[low])
+            table[j] = fma(slope, t - times[low], torques[row + low])
+'''
+
+_STEPS = '''
+def first_stage(w: rows, t, root_t, table: array, h, part):
+    """A step's first stage, at time t [s]; accelerations and forces are left in their rows."""
+{first}
+
+
+def middle_stage(w: rows, t, root_t, table: array, h, part):
+    """The second, and with part = 1 the third: the next one is a part of h [s] further."""
+{middle}
+
+
+def last_stage(w: rows, t, root_t, table: array, h, part):
+    """The fourth, and the step's end."""
+{last}
+
+
+def record(w: array, out: array):
+    """Keep the state at a step's start, and accelerations and forces of its first stage."""
+    for i in range(2 * SIZE):
+        out[i] = w[i]
+    for i in range(SIZE):
+        out[2 * SIZE + i] = w[A + i]
+    for i in range(FORCED):
+        out[3 * SIZE + i] = w[FORCES + i]
+
+
+def advance(
+    w: array,
+    blocks: int,
+    first: int,
+    records: int,
+    stride: int,
+    h,
+    times: array,
+    torques: array,
+    rows_of_table: int,
+    table: array,
+    out: array,
+):
+    """From step ``first`` on: each row of ``out`` is a record, ``stride`` steps after the last.
+
+    After the last record as many steps follow, so that the next call goes on; stride 0: none.
+    Blocks are independent, so a processor works on several at a time.
+    """
+    step = first
+    for place in range(records):
+        for k in range(max(stride, 1)):
+            t = step * h
+            {at_t}
+            for block in range(blocks):
+                first_stage(at(w, block * BLOCK), t, sqrt(t), table, h, 0.5)
+            if k == 0:
+                for block in range(blocks):
+                    place_of = (place * blocks + block) * RECORD
+                    record(at(w, block * BLOCK), at(out, place_of))
+            if stride == 0:
+                return
+            t = step * h + h / 2.0
+            {at_t}
+            for block in range(blocks):
+                middle_stage(at(w, block * BLOCK), t, sqrt(t), table, h, 0.5)
+            for block in range(blocks):
+                middle_stage(at(w, block * BLOCK), t, sqrt(t), table, h, 1.0)
+            t = step * h + h
+            {at_t}
+            for block in range(blocks):
+                last_stage(at(w, block * BLOCK), t, sqrt(t), table, h, 1.0)
+            step += 1
+'''
+
+_STATES = '''
+def evaluate(w: rows, t, root_t, table: array, h, part):
+    """M, bias, force, acceleration and mesh forces of the state at time t [s]."""
+{body}
+'''
+
+
+@dataclass(frozen=True)
+class Program:
+    """A kernel's text and its rows.
+
+    First stand ``before`` rows of state and results, then a row for every number, then blocks of
+    rows for tables, each with the rows that it has.
+    """
+
+    text: str
+    lanes: int
+    level: int
+    before: int
+    numbers: tuple[str, ...]
+    tables: tuple[tuple[str, int], ...]
+    functions: tuple[tuple[str, tuple[Any, ...]], ...]
+
+    @property
+    def rows(self) -> int:
+        """Of all."""
+        return self.before + len(self.numbers) + sum(count for _, count in self.tables)
+
+
+@lru_cache(maxsize=64)
+def code_of(program: Program) -> Code:
+    """The program's machine code."""
+    data = machine_code(ir_of(program.text, program.lanes), program.level)
+    return Code(data, dict(program.functions))
+
+
+@lru_cache(maxsize=64)
+def steps_program(structure: Structure, lanes: int) -> Program:
+    """Runge-Kutta steps of a structure for so many lanes.
+
+    Rows: those of STATE, the mesh forces, the numbers.
+    """
+    n, meshes = len(structure.coordinates), len(structure.meshes)
+    before = len(STATE) * n + meshes
+    own = Rows(structure, list(structure.acceleration()), before)
+    constants: Constants = {
+        "SIZE": n * lanes,
+        "A": STATE.index("a") * n * lanes,
+        "FORCES": len(STATE) * n * lanes,
+        "FORCED": meshes * lanes,
+        "BLOCK": own.count * lanes,
+        "RECORD": (3 * n + meshes) * lanes,
+        "JOINTS": len(structure.stages),
+    }
+    stages = {
+        name: own.function(*_stage(structure, read, left))
+        for name, read, left in (
+            ("first", "", _FIRST),
+            ("middle", "stage_", _MIDDLE),
+            ("last", "stage_", _LAST),
+        )
+    }
+    text = LOOK_UP + _STEPS.format(at_t=tabled("t", structure), **stages)
+    pointers = (POINTER, POINTER, WHOLE, POINTER, POINTER)
+    functions = (
+        ("advance", (POINTER, WHOLE, WHOLE, WHOLE, WHOLE, NUMBER, *pointers)),
+        *((f"{name}_stage", STAGE_ARGUMENTS) for name in stages),
+    )
+    return own.program(text, constants, lanes, RUNS, functions)
+
+
+@lru_cache(maxsize=64)
+def states_program(structure: TermStructure) -> Program:
+    """The quantities of single states.
+
+    Rows: q, v, M row by row, bias, force, accelerations, mesh forces, the numbers.
+    """
+    names, n, meshes = structure.coordinates, len(structure.coordinates), structure.meshes
+    before = 5 * n + n * n + len(meshes)
+    own = Rows(structure, list(structure.acceleration()), before)
+    loads = [
+        f"{kind}_{x} = w[{k * n + i}]" for k, kind in enumerate("qv") for i, x in enumerate(names)
+    ]
+    entries = [entry_of_mass(structure, i, j) for i in range(n) for j in range(n)]
+    with_bias = {entry[0] for entry in structure.bias}
+    results = [
+        *entries,
+        *(f"h{i}" if i in with_bias else "0.0" for i in range(n)),
+        *(f"f{i}" for i in range(n)),
+        *(f"a_{x}" for x in names),
+        *(f"each_{mesh}" for mesh in meshes),
+    ]
+    stores = [f"w[{2 * n + place}] = {value}" for place, value in enumerate(results)]
+    text = _STATES.format(body=own.function(loads, stores))
+    return own.program(text, {}, 1, STATES, (("evaluate", STAGE_ARGUMENTS),))
+
+
+class Rows:
+    """Equations as the body of row functions; ``before`` rows stand before their numbers."""
+
+    def __init__(self, structure: Structure, lines: list[str], before: int) -> None:
+        self.before, self.lines = before, lines
+        self.joint_torques = tuple(f"table{j}" for j in structure.joints)
+        free = free_names(lines, structure, self.joint_torques)
+        self.numbers = tuple(name for name in free if not name.startswith("rows_"))
+        pieces = {
+            own: stage.pieces
+            for j, stage in structure.geared
+            for n in range(1, stage.planets + 1)
+            for own in (stage.numbers_of(side, j, n) for side in ("sp", "pr"))
+        }
+        named = (name for name in free if name.startswith("rows_"))
+        self.tables = tuple((name, pieces[_mesh_of_rows(name)]) for name in named)
+
+    @property
+    def count(self) -> int:
+        """Of all rows."""
+        return self.before + len(self.numbers) + sum(count for _, count in self.tables)
+
+    def function(self, loads: Sequence[str], stores: Sequence[str]) -> str:
+        """The indented body of a function: loads, equations, stores."""
+        tables = [f"{name} = table[{j}]" for j, name in enumerate(self.joint_torques)]
+        first = enumerate(self.numbers, self.before)
+        loads = [*tables, *loads, *(f"{name} = w[{row}]" for row, name in first)]
+        return indent("\n".join([*loads, *self.lines, *stores]), "    ")
+
+    def program(
+        self,
+        text: str,
+        constants: Constants,
+        lanes: int,
+        level: int,
+        functions: tuple[tuple[str, tuple[Any, ...]], ...],
+    ) -> Program:
+        """The whole of it, with these constants and those that say where tables begin."""
+        row = self.before + len(self.numbers)
+        for name, count in self.tables:
+            constants = constants | {name: row}
+            row += count
+        head = "".join(f"{name} = {value!r}\n" for name, value in constants.items())
+        parts = self.before, self.numbers, self.tables, functions
+        return Program(head + text, lanes, level, *parts)
+
+
+def _mesh_of_rows(name: str) -> str:
+    """The mesh of ``rows_{mesh}_{what}``."""
+    return name.removeprefix("rows_").rpartition("_")[0]
+
+
+def tabled(time: str, structure: Structure) -> str:
+    """The line that looks up a table's torques, if there is one; else one that does nothing."""
+    if structure.drive != TABLE:
+        return '""'
+    return f"look_up({time}, times, torques, rows_of_table, JOINTS, table)"
+
+
+def free_names(lines: Iterable[str], structure: Structure, known: Iterable[str]) -> tuple[str, ...]:
+    """The names that lines use and do not set, in the order of their use: the numbers."""
+    own = {f"{block}_{name}" for block in ("q", "v") for name in structure.coordinates}
+    words = {"t", "root_t", "w", "abs", "pick", "power_of_two", "if", "else"}
+    set_before = own | words | set(known)
+    found: dict[str, None] = {}
+    for line in lines:
+        target, _, value = line.partition("=")
+        value = value.removeprefix("=")
+        for name in re.findall(r"(?<![\w.])[A-Za-z]\w*", value):
+            if name not in set_before:
+                found[name] = None
+        set_before.add(target.rstrip(" -"))
+    return tuple(found)
+
+
+# What a stage leaves of every coordinate x, in the rows of STATE.
+_FIRST = {
+    "a": "a_{x}",
+    "sum_q": "v_{x}",
+    "sum_v": "a_{x}",
+    "stage_q": "q_{x} + h / 2.0 * v_{x}",
+    "stage_v": "v_{x} + h / 2.0 * a_{x}",
+}
+_MIDDLE = {
+    "sum_q": "{sum_q} + 2.0 * v_{x}",
+    "sum_v": "{sum_v} + 2.0 * a_{x}",
+    "stage_q": "{q} + part * h * v_{x}",
+    "stage_v": "{v} + part * h * a_{x}",
+}
+_LAST = {"q": "{q} + h / 6.0 * ({sum_q} + v_{x})", "v": "{v} + h / 6.0 * ({sum_v} + a_{x})"}
+
+
+def _stage(structure: Structure, read: str, left: dict[str, str]) -> tuple[list[str], list[str]]:
+    """Loads and stores of a stage. read: which state the stage is of; left: see above."""
+    names, n = list(enumerate(structure.coordinates)), len(structure.coordinates)
+
+    def rows(place: int) -> dict[str, str]:
+        return {name: f"w[{k * n + place}]" for k, name in enumerate(STATE)}
+
+    loads = [f"{block}_{x} = {rows(k)[read + block]}" for block in ("q", "v") for k, x in names]
+    stores = [
+        f"{rows(k)[block]} = {value.format(x=x, **rows(k))}"
+        for k, x in names
+        for block, value in left.items()
+    ]
+    if "a" in left:
+        first = len(STATE) * n
+        stores += [f"w[{first + k}] = each_{mesh}" for k, mesh in enumerate(structure.meshes)]
+    return loads, stores

@@ -1,0 +1,54 @@
+"""The quantities of single states by machine code: M, bias, force, accelerations, mesh forces."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from analytic.kernel.batch import looked_up, number_rows
+from analytic.kernel.equations import TermEquations
+from analytic.kernel.program import code_of, states_program
+
+
+class Quantities(NamedTuple):
+    """Of a state: M (n, n), bias C v, force F - D v and accelerations (n,), forces (meshes,) [N].
+
+    forces: elastic, per planet.
+    """
+
+    mass_matrix: np.ndarray
+    bias: np.ndarray
+    force: np.ndarray
+    acceleration: np.ndarray
+    mesh_forces: np.ndarray
+
+
+class States:
+    """What a model's equations say of states that it is asked for one after the other."""
+
+    def __init__(self, equations: TermEquations) -> None:
+        program = states_program(equations.structure)
+        self._drive, self._n = equations.drive, equations.structure.size
+        self._code = code_of(program)
+        self._evaluate = self._code["evaluate"]
+        numbers = number_rows(program, equations.numbers)
+        self._work = np.concatenate([np.zeros(program.before), *numbers])
+        self._ends = np.cumsum([2 * self._n, self._n**2, self._n, self._n, self._n])
+        self._last = program.before
+
+    def at(self, t: float, q: np.ndarray, v: np.ndarray) -> Quantities:
+        """At time t [s] and a state q, v (n,); copies."""
+        n, work, ends = self._n, self._work, self._ends
+        work[:n], work[n : 2 * n] = q, v
+        table = looked_up(self._drive, t)
+        self._evaluate(work.ctypes.data, t, sqrt(t), table.ctypes.data, 0.0, 0.0)
+        made = work[: self._last].copy()
+        return Quantities(
+            made[ends[0] : ends[1]].reshape(n, n),
+            made[ends[1] : ends[2]],
+            made[ends[2] : ends[3]],
+            made[ends[3] : ends[4]],
+            made[ends[4] :],
+        )

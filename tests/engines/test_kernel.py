@@ -1,0 +1,411 @@
+"""Machine code against the equations term by term, and bit for bit against its own text.
+
+By NumPy every model's equations are evaluated as they stand in analytic.terms; by Python the
+kernels' text is run, every operation rounded as IEEE 754 says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from analytic.ensemble import alone, trajectories
+from analytic.kernel.batch import WIDE, Batch, aligned, contiguous_table, number_rows
+from analytic.kernel.equations import Equations
+from analytic.kernel.precise import NEAR_S, precise_program
+from analytic.kernel.program import Program, code_of, states_program, steps_program
+from analytic.model import AnalyticModel
+from crosscheck.registry import build
+from models.arm import Arm
+from models.loading import Case, load_arm
+from models.planets import usual_switches
+from models.scenario import Scenario
+from models.switches import Switches, switches
+from tests.any_arms import any_arms
+from tests.arms import random_arm
+from tests.equations import Quantities, quantities
+from tests.interpreted import addresses, interpreted
+from tests.rounded import (
+    DRAWS,
+    EPS,
+    ROUNDINGS,
+    moved,
+    parts_of,
+    rounded,
+    run,
+)
+
+STATES = 9  # one more than a block has lanes
+STEP_S = 1e-5
+STEPS = (0, 700)  # at which the clock stands
+LEVELS = ("links", "carriers", "armature", "coupled")
+
+
+def _every_switch() -> Iterator[Switches]:
+    fields = {
+        "phase": ("angle", "omega_t"),
+        "ring_rate": ("eq13", "corrected"),
+        "dead_zone": ("exact", "tanh"),
+        "damping": ("always", "contact"),
+        "planets": ("lumped", "free"),
+        "mesh_work": ("paper", "conservative"),
+    }
+    for values in product(*fields.values()):
+        try:
+            yield switches(**dict(zip(fields, values, strict=True)))
+        except ValidationError:
+            continue  # no potential behind it
+
+
+EVERY_SWITCH = list(_every_switch())
+
+
+def drives(joints: int) -> dict[str, dict[str, Any]]:
+    """Every law, other numbers for every joint."""
+    falling = np.linspace(1.0, 0.4, joints)
+    wave = {
+        "kind": "sinusoid",
+        "amplitude_N_m": (200 * falling).tolist(),
+        "rate_rad_per_s": (90 * falling).tolist(),
+    }
+    return {
+        "constant": {"kind": "constant", "torque_N_m": (100 * falling).tolist()},
+        "pd": {
+            "kind": "pd",
+            "target_rad": (falling - 0.7).tolist(),
+            "proportional_N_m_per_rad": (1000 * falling).tolist(),
+            "derivative_N_m_s_per_rad": (400 * falling).tolist(),
+        },
+        "time": wave | {"argument": "time"},
+        "sqrt_time": wave | {"argument": "sqrt_time"},
+        "table": {
+            "kind": "table",
+            "time_s": [0.0, 1e-4, 1.1e-3, 1.0],
+            "torque_N_m": [[0.0, 300.0 * f, -200.0 * f, 50.0] for f in falling],
+        },
+    }
+
+
+DRIVES = tuple(drives(1))
+
+
+def experiment(drive: str, joints: int, steps: int = 40) -> Scenario:
+    """A short one from a start in motion."""
+    draw = np.random.default_rng(joints)
+    return Scenario.model_validate(
+        {
+            "schema_version": 1,
+            "name": "test",
+            "duration_s": steps * STEP_S,
+            "step_s": STEP_S,
+            "record_every": 10,
+            "drive": drives(joints)[drive],
+            "start": {
+                "theta_rad": draw.uniform(-2, 2, joints).tolist(),
+                "theta_dot_rad_per_s": draw.uniform(-1, 1, joints).tolist(),
+                "sun_planet_offset_m": draw.uniform(-4e-6, 4e-6, joints).tolist(),
+            },
+        }
+    )
+
+
+@dataclass(frozen=True)
+class At:
+    """A model that starts at a state."""
+
+    model: AnalyticModel
+    q: np.ndarray
+    v: np.ndarray
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """The state."""
+        return self.q, self.v
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.model, name)
+
+    @property
+    def equations(self) -> Equations:
+        """The kernel's."""
+        return self.model.equations
+
+
+@dataclass(frozen=True)
+class ByTerms(At):
+    """The same, run by its terms."""
+
+    @property
+    def equations(self) -> Equations:
+        """In the layout's coordinates."""
+        return self.model.term_equations
+
+
+def states(model: AnalyticModel) -> list[At]:
+    """At random, meshes in and out of contact."""
+    draw, layout = np.random.default_rng(3), model.layout
+    scale = np.where(layout.angular, 1.0, 1e-4)
+    return [At(model, *(scale * draw.normal(size=(2, len(layout))))) for _ in range(STATES)]
+
+
+class Rounding:
+    """What the terms of a model say of a state, and how far rounding moves it."""
+
+    def __init__(self, model: AnalyticModel) -> None:
+        self.model, self.parts = model, parts_of(model)
+        self.moved = [moved(model, seed) for seed in range(DRAWS)]
+
+    def at(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[Quantities, Quantities]:
+        """The quantities, and the most that a rounding of everything moves each."""
+        right = quantities(self.parts, t, q, v)
+        apart = [np.zeros_like(each) for each in right]
+        for seed, parts in enumerate(self.moved):
+            state = rounded((q, v), np.random.default_rng(seed))
+            other = quantities(parts, t, *state)
+            apart = [np.maximum(a, abs(o - r)) for a, o, r in zip(apart, other, right, strict=True)]
+        return right, Quantities(*apart)
+
+    def misses(self, at: At, t: float, a: np.ndarray, forces: np.ndarray) -> Iterator[str]:
+        """Accelerations and mesh forces that are further off."""
+        right, apart = self.at(t, at.q, at.v)
+        angular = self.model.layout.angular
+        for name, of in (("angles", angular), ("displacements", ~angular)):
+            parts = right.acceleration[of], apart.acceleration[of]
+            yield from _missed(f"{name} at {t}", a[of], *parts)
+        yield from _missed(f"forces at {t}", forces, right.mesh_forces, apart.mesh_forces)
+
+
+def misses(model: AnalyticModel, lanes: int, kind: type[At] = At) -> list[str]:
+    """Accelerations and mesh forces of a kernel that are not those of its terms."""
+    found, at = list[str](), [kind(model, state.q, state.v) for state in states(model)]
+    rounding = Rounding(model)
+    for steps in STEPS:
+        whole = Batch(at, lanes)
+        whole.done = steps
+        records = whole.advance(1, 0)
+        for place in range(0, len(at), 1 if steps else 5):  # the clock tells fewer laws apart
+            made = records.a[0, :, place], records.forces[0, :, place]
+            found += rounding.misses(at[place], steps * STEP_S, *made)
+    return found
+
+
+def state_misses(model: AnalyticModel) -> list[str]:
+    """M, bias, force and accelerations of single states that are not those of the terms."""
+    found, t, rounding = list[str](), STEPS[-1] * STEP_S, Rounding(model)
+    for at in states(model)[:4]:
+        made = model.states.at(t, at.q, at.v)
+        found += rounding.misses(at, t, made.acceleration, made.mesh_forces)
+        right, apart = rounding.at(t, at.q, at.v)
+        for name in ("mass_matrix", "bias", "force"):
+            one, other, shift = (getattr(each, name) for each in (made, right, apart))
+            # A sum rounds to its own last digit, whatever its terms' roundings are.
+            allowed = ROUNDINGS * max(shift.max(), EPS * abs(other).max())
+            if not abs(one - other).max() <= allowed:
+                found.append(f"{name}: {abs(one - other).max()} > {allowed}")
+    return found
+
+
+def _missed(name: str, found: np.ndarray, right: np.ndarray, apart: np.ndarray) -> Iterator[str]:
+    """Of one kind of quantity: it has one scale, for a component may vanish by chance."""
+    if not right.size:
+        return
+    error, allowed = abs(found - right).max(), ROUNDINGS * apart.max()
+    assert allowed <= 1e-6 * abs(right).max(), f"{name}: a tolerance that means nothing"
+    if not error <= allowed:
+        yield f"{name}: {error} > {allowed}"
+
+
+def model_on(arm: Arm, drive: str, laws: Switches) -> AnalyticModel:
+    found = build("analytic:physical", arm, experiment(drive, len(arm.joints)), laws)
+    assert isinstance(found, AnalyticModel)
+    return found
+
+
+@pytest.mark.parametrize("place", range(len(EVERY_SWITCH)))
+def test_every_switch_on_arms_of_every_size(place):
+    model = model_on(random_arm(place, 7), DRIVES[place % len(DRIVES)], EVERY_SWITCH[place])
+    assert misses(model, (1, WIDE)[place % 2]) == []
+    assert state_misses(model) == []
+
+
+@settings(max_examples=15, derandomize=True, deadline=None, database=None)
+@given(data=st.data())
+def test_arms_that_nobody_chose(data):
+    arm = data.draw(any_arms(data.draw(st.integers(1, 7)), unlike=True))
+    usual = usual_switches(arm)
+    laws = data.draw(st.sampled_from([s for s in EVERY_SWITCH if _fits(s, usual)]))
+    drive, lanes = data.draw(st.sampled_from(DRIVES)), data.draw(st.sampled_from([1, WIDE]))
+    assert misses(model_on(arm, drive, laws), lanes) == []
+
+
+def _fits(laws: Switches, usual: Switches) -> bool:
+    return usual.planets == "lumped" or laws.planets == "free"
+
+
+@pytest.mark.parametrize("lanes", [1, WIDE])
+@pytest.mark.parametrize("level", LEVELS)
+def test_rigid_levels(level, lanes):
+    arm = random_arm(8, 7, all_geared=True)
+    assert misses(build(f"analytic:{level}", arm, experiment("pd", len(arm.joints))), lanes) == []
+
+
+def cases() -> dict[str, tuple[str, Case]]:
+    """Structures that have much in them."""
+    probe, unlike, apart = map(load_arm, ("probe", "three-unlike", "planets-apart"))
+    tabled = load_arm("direct-between")
+    mixed = random_arm(87, 5)
+    geared = "analytic:physical"
+
+    def case(arm: Arm, drive: str, **laws: str) -> Case:
+        return Case(arm, experiment(drive, len(arm.joints)), usual_switches(arm, **laws))
+
+    return {
+        "play": (geared, case(probe, "pd")),
+        "tanh": (geared, case(probe, "table", dead_zone="tanh", ring_rate="eq13")),
+        "waves": (geared, case(unlike, "sqrt_time", phase="omega_t", damping="contact")),
+        "free": (geared, case(apart, "constant", mesh_work="conservative")),
+        "table": (geared, case(tabled, "pd", mesh_work="conservative")),
+        "mixed": (geared, case(mixed, "time")),
+        "printed": ("analytic:printed", case(load_arm("paper-labelled"), "pd", phase="omega_t")),
+        "coupled": ("analytic:coupled", case(random_arm(8, 7, all_geared=True), "pd")),
+    }
+
+
+CASES = cases()
+
+
+@lru_cache
+def model_of(name: str) -> AnalyticModel:
+    """Of one of CASES."""
+    kind, case = CASES[name]
+    found = build(kind, *case)
+    assert isinstance(found, AnalyticModel)
+    return found
+
+
+@pytest.fixture(params=CASES)
+def model(request: pytest.FixtureRequest) -> AnalyticModel:
+    return model_of(request.param)
+
+
+@pytest.mark.parametrize("kind", [At, ByTerms])
+@pytest.mark.parametrize("lanes", [1, WIDE])
+def test_kernels_say_what_the_terms_say(model, lanes, kind):
+    assert misses(model, lanes, kind) == []
+
+
+def test_states_are_what_the_terms_say(model):
+    assert state_misses(model) == []
+
+
+def both(program: Program, function: str, arguments: tuple[Any, ...]) -> tuple[Any, Any]:
+    """Arguments after machine code and after Python have worked on copies of them."""
+    ours, theirs = (
+        tuple(copied(a) if isinstance(a, np.ndarray) else a for a in arguments) for _ in range(2)
+    )
+    code_of(program)[function](*addresses(ours))
+    interpreted(program)[function](*theirs)
+    return ours, theirs
+
+
+def copied(array: np.ndarray) -> np.ndarray:
+    """Where a kernel expects an array to begin."""
+    room = aligned(1, array.size)[0]
+    room[:] = array.reshape(-1)
+    return room.reshape(array.shape)
+
+
+def assert_same_bits(ours: tuple[Any, ...], theirs: tuple[Any, ...]) -> None:
+    for one, other in zip(ours, theirs, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def steps_arguments(at: list[At], lanes: int, steps: int) -> tuple[Any, ...]:
+    """Of ``advance``: a record at every second step."""
+    batch = Batch(at, lanes)
+    blocks, n = len(batch.work), len(batch.structure.coordinates)
+    times, torques = contiguous_table(at[0].model.drive)
+    out = np.zeros((steps // 2, blocks, (3 * n + len(batch.structure.meshes)) * lanes))
+    work = np.array(batch.work).reshape(-1)
+    table = times, torques, times.size, np.zeros(len(torques))
+    return work, blocks, STEPS[-1], len(out), 2, STEP_S, *table, out
+
+
+@pytest.mark.parametrize("kind", [At, ByTerms])
+@pytest.mark.parametrize("lanes", [1, WIDE])
+def test_steps_are_their_texts_bit_for_bit(model, lanes, kind):
+    at = [kind(model, state.q, state.v) for state in states(model)][: 2 if lanes == 1 else None]
+    program = steps_program(at[0].equations.structure, lanes)
+    ours, theirs = both(program, "advance", steps_arguments(at, lanes, 2 if lanes > 1 else 6))
+    assert np.isfinite(ours[-1]).all()
+    assert_same_bits(ours, theirs)
+
+
+def test_states_are_their_texts_bit_for_bit(model):
+    equations = model.term_equations
+    program = states_program(equations.structure)
+    for at in states(model)[:3]:
+        rest = np.zeros(program.before - 2 * len(at.q))
+        w = np.concatenate([at.q, at.v, rest, *number_rows(program, equations.numbers)])
+        table = np.linspace(3.0, 7.0, len(model.arm.joints))
+        assert_same_bits(*both(program, "evaluate", (w, 0.7, 0.7**0.5, table, 0.0, 0.0)))
+
+
+def precise_arguments(model: AnalyticModel, records: int, interval: float) -> tuple[Any, ...]:
+    """Of ``follow``, from the model's start."""
+    equations = model.equations
+    program, structure = precise_program(equations.structure), equations.structure
+    n, m = len(structure.coordinates), len(structure.meshes)
+    state = [equations.to_kernel(x) for x in model.start()]
+    rest, numbers = (
+        np.zeros(program.before - 3 * n - 3 * m),
+        number_rows(program, equations.numbers),
+    )
+    w = np.concatenate([*state, np.zeros(n + 2 * m), model.gears.b, rest, *numbers])
+    times, torques = contiguous_table(model.drive)
+    table = times, torques, times.size, np.zeros(len(torques))
+    room = np.zeros(2 * m), np.zeros(2 * m), np.zeros((records, 3 * n + m)), np.zeros(2)
+    return w, records, interval, 1e-9, np.full(2 * n, 1e-13), NEAR_S, *table, *room
+
+
+@pytest.mark.parametrize("name", ["play", "table", "waves"])
+def test_precise_runs_are_their_texts_bit_for_bit(name):
+    model = model_of(name)
+    program = precise_program(model.equations.structure)
+    ours, theirs = both(program, "follow", precise_arguments(model, 3, 5e-5))
+    assert ours[-1][0] > 0
+    assert_same_bits(ours, theirs)
+
+
+@pytest.mark.parametrize("lanes", [1, WIDE])
+def test_runs_are_those_of_the_terms_to_rounding(model, lanes):
+    whole, scenario = Batch([model], lanes), model.scenario
+    records = [whole.advance(scenario.steps // scenario.stride, scenario.stride)]
+    records.append(whole.advance(1, 0))
+    made = [np.concatenate([r[kind][:, :, 0] for r in records]) for kind in range(2)]
+    right = run(parts_of(model), scenario, model.start())
+    apart = [np.zeros_like(each) for each in right]
+    for seed in range(4):
+        start = rounded(model.start(), np.random.default_rng(seed))
+        other = run(moved(model, seed), scenario, start)
+        apart = [np.maximum(a, abs(o - r)) for a, o, r in zip(apart, other, right, strict=True)]
+    missed = [
+        miss
+        for name, *kinds in zip(("q", "v"), made, right, apart, strict=True)
+        for of in (model.layout.angular, ~model.layout.angular)
+        for miss in _missed(name, *(kind[:, of] for kind in kinds))
+    ]
+    assert missed == []
+
+
+def test_a_run_is_the_same_alone_and_among_others(model):
+    one, (several, _) = alone(model), trajectories([model, model])
+    assert one.identical(several)
