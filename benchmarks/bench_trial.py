@@ -37,6 +37,7 @@ from crosscheck.trial.values import named, unrelated, values_of
 from crosscheck.trial.waves import Fitting, entry_values, states_wanted
 from crosscheck.trial.words import slip_of, term_of, told, written
 from models.arm import Arm
+from models.drive import torques_along
 from models.interface import Model
 from models.loading import load_arm, load_scenario
 from models.planets import usual_switches
@@ -115,11 +116,9 @@ class Case:
         return States(time, q, v, torque), x, rates
 
     def _torques(self, t: float, q: np.ndarray, v: np.ndarray) -> list[float]:
-        from analytic import kernel
-
-        model = self.model
-        joints = range(len(self.arm.joints))
-        return [kernel.torque(model.terms, model.drive, j, t, q, v) for j in joints]
+        theta = self.model.layout.theta
+        found = torques_along(self.model.drive, np.array([t]), q[None, theta], v[None, theta])
+        return found[0].tolist()
 
     @cached_property
     def signals(self) -> dict[str, np.ndarray]:

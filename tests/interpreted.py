@@ -57,7 +57,8 @@ class Lane:
         self.block[row * self.lanes + self.lane] = value
 
 
-def _power_of_two(shifted: float) -> float:
+def power_of_two(shifted: float) -> float:
+    """2 to the whole number that is given with ROUNDING added."""
     return math.nan if math.isnan(shifted) else math.ldexp(1.0, int(shifted - ROUNDING))
 
 
@@ -87,7 +88,7 @@ def interpreted(program: Program) -> dict[str, Callable[..., Any]]:
         "fma": fma,
         "sqrt": math.sqrt,
         "divided": _divided,
-        "power_of_two": _power_of_two,
+        "power_of_two": power_of_two,
         "pick": lambda rows, first, place: rows[first + int(place)],
         "at": lambda memory, place: Memory(memory.numbers, memory.first + place),
         **dict.fromkeys(("rows", "array")),

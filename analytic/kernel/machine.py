@@ -35,13 +35,15 @@ class Code:
 
     def __init__(self, data: bytes, arguments: dict[str, Sequence[Any]]) -> None:
         # An engine for each object, so that names do not clash. It owns its target machine.
-        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine(0))
+        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine(0))
         self._engine.add_object_file(llvm.ObjectFileRef.from_data(data))
         self._engine.finalize_object()
-        self._functions = {
-            name: ctypes.CFUNCTYPE(None, *kinds)(self._engine.get_function_address(name))
-            for name, kinds in arguments.items()
-        }
+        self._functions = {name: self._function(name, kinds) for name, kinds in arguments.items()}
+
+    def _function(self, name: str, kinds: Sequence[Any]) -> Callable[..., None]:
+        function = ctypes.CFUNCTYPE(None, *kinds)(self._engine.get_function_address(name))
+        function.engine = self._engine  # type: ignore[attr-defined]  # which goes with the last one
+        return function
 
     def __getitem__(self, name: str) -> Callable[..., None]:
         return self._functions[name]
@@ -58,11 +60,11 @@ def machine_code(ir: str, level: int) -> bytes:
         folder = cache_folder() / FOLDER
         make_private(folder)
     except OSError:
-        return compiled(ir, _machine(level), level)
+        return compiled(ir, machine(level), level)
     path = folder / f"{name}.o"
     found = _read(path)
     if found is None:
-        found = compiled(ir, _machine(level), level)
+        found = compiled(ir, machine(level), level)
         _keep(path, found)
     return found
 
@@ -82,7 +84,8 @@ def compiled(ir: str, machine: llvm.TargetMachine, level: int) -> bytes:
     return machine.emit_object(module)
 
 
-def _machine(level: int) -> llvm.TargetMachine:
+def machine(level: int) -> llvm.TargetMachine:
+    """This machine's own processor, with all that it can do."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     name, features = _processor()
@@ -99,13 +102,8 @@ def _processor() -> tuple[str, str]:
 
 
 def _digest(ir: str, level: int) -> str:
-    parts = (
-        str(level),
-        ir,
-        llvmlite.__version__,
-        str(llvm.llvm_version_info),
-        llvm.get_process_triple(),
-    )
+    made_by = llvmlite.__version__, str(llvm.llvm_version_info), llvm.get_process_triple()
+    parts = str(level), ir, *made_by, *_processor()
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
 
 

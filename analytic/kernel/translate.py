@@ -7,9 +7,9 @@ functions are loops over single numbers and call row functions. Arguments are ``
 memory), ``int``, or a number without annotation.
 
 Arithmetic is IEEE 754 in double precision, operation by operation, in the order of the text. The
-only fused operation is ``fma``, which rounds once; analytic.kernel.fused puts it into row functions.
-So a text gives the same bits on every processor, at every number of lanes, for every version of the
-compiler and every level of optimisation.
+only fused operation is ``fma``, which rounds once; analytic.kernel.fused puts it into row
+functions. So a text gives the same bits on every processor, at every number of lanes, for every
+version of the compiler and every level of optimisation.
 """
 
 from __future__ import annotations

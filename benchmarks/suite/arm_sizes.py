@@ -31,7 +31,7 @@ def measure(repeats: int) -> list[Row]:
         Row(
             TABLE,
             name,
-            f"simulate() on the {_kernel(models[name])} kernel, per step",
+            "simulate(), per step",
             found.median * 1e9,
             "ns",
             first,
@@ -50,10 +50,6 @@ def model_of(joints: int, planets: int, counted: Counted) -> PhysicalModel:
     scenario = load_scenario("constant-torque").model_copy(update=update)
     widened = arm.model_copy(update={"joints": stages})
     return PhysicalModel(widened, scenario, switches(planets=counted))
-
-
-def _kernel(model: PhysicalModel) -> str:
-    return "plain" if model.structure is None else "specialised"
 
 
 def _name(joints: int, planets: int, counted: str) -> str:

@@ -15,7 +15,7 @@ from benchmarks.suite.c_numbers import NotCovered
 from benchmarks.suite.c_reference import LANES, NoCompiler, Vectors
 from benchmarks.suite.cases import Counted, long_run
 from benchmarks.suite.rows import Row, absent
-from benchmarks.suite.single import largest_difference
+from benchmarks.suite.single import largest_difference, states_of
 from benchmarks.suite.timing import Times, in_turn, per_unit, processor
 from models.arm import Joint, Planetary
 
@@ -120,9 +120,9 @@ def _against_c(
     if not vectors:
         return []
     best = min(vectors, key=lambda name: times[name].median)
-    plain, _ = models[1].integrated()
-    apart = largest_difference(models[1], vectors[best].states(1)[0], plain)
-    what = f"{best}: largest difference from the plain kernel"
+    own = states_of(models[1])
+    apart = largest_difference(models[1], vectors[best].states(1)[0], own)
+    what = f"{best}: largest difference from simulate()"
     return [
         _held(row, times[ONE], best, times[best], OF_C),
         Row(TABLE, row.case, what, apart, "of size"),

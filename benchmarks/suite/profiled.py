@@ -21,14 +21,14 @@ WAITING = "waiting for processes"
 # Of the innermost frame that belongs to one; a stack within an import is importing, whatever runs.
 KINDS = {
     "drawing": ("/matplotlib/", "/PIL/", "crosscheck/report/", "/figures/", "/jinja2/"),
-    "compiling": ("/numba/", "/llvmlite/"),
+    "compiling": ("/numba/", "/llvmlite/", "analytic/kernel/"),
     "derivation": (
         *("/sympy/", "/mpmath/", "analytic/lagrange", "analytic/terms", "analytic/chain"),
-        *("analytic/bodies", "analytic/symbol", "analytic/forms", "analytic/fast/links"),
-        *("analytic/fast/numbers", "analytic/rigid", "analytic/gears"),
+        *("analytic/bodies", "analytic/symbol", "analytic/forms", "analytic/kernel/links"),
+        *("analytic/kernel/numbers", "analytic/rigid", "analytic/gears"),
     ),
     "integration": (
-        *("analytic/kernel", "analytic/fast/", "analytic/ensemble", "analytic/recording"),
+        *("analytic/kernel/batch", "analytic/kernel/precise", "analytic/ensemble"),
         *("analytic/reference", "/scipy/", "models/exudyn", "models/pinocchio"),
     ),
     "files": ("/h5netcdf/", "/h5py/", "/xarray/", "/pydantic/", "tomllib", "/json/"),

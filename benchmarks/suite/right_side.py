@@ -1,4 +1,4 @@
-"""The right-hand side y' = f(t, y), y = (q, v), compiled for one model: for other solvers."""
+"""The right-hand side y' = f(t, y), y = (q, v), by a model's machine code: for other solvers."""
 
 from __future__ import annotations
 
@@ -6,9 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numba import njit
 
-from analytic import kernel
 from analytic.model import AnalyticModel
 
 RightSide = Callable[[float, np.ndarray], np.ndarray]
@@ -18,29 +16,23 @@ MESH_SIZES = 1e-4, 1e-1
 
 
 def compiled_in_place(model: AnalyticModel) -> Any:
-    """f(t, y, out), the model's numbers frozen in: a call hands over nothing but the state."""
-    terms, gears, drive, n = model.terms, model.gears, model.drive, len(model.layout)
+    """f(t, y, out) by the model's machine code."""
+    states, n = model.states, len(model.layout)
 
-    @njit
     def in_place(t: float, y: np.ndarray, out: np.ndarray) -> None:
         out[:n] = y[n:]
-        kernel.acceleration(terms, gears, drive, t, y[:n], y[n:], out[n:])
+        out[n:] = states.at(t, y[:n], y[n:]).acceleration
 
-    in_place(0.0, np.concatenate(model.start()), np.empty(2 * n))
     return in_place
 
 
 def compiled(model: AnalyticModel) -> RightSide:
     """f(t, y) as a new array (2 n,)."""
-    in_place = compiled_in_place(model)
+    states, n = model.states, len(model.layout)
 
-    @njit
     def right_side(t: float, y: np.ndarray) -> np.ndarray:
-        out = np.empty_like(y)
-        in_place(t, y, out)
-        return out
+        return np.concatenate([y[n:], states.at(t, y[:n], y[n:]).acceleration])
 
-    right_side(0.0, np.concatenate(model.start()))
     return right_side
 
 

@@ -130,7 +130,7 @@ def _grounds(
     floor = largest_difference(model, coordinates(moved, moved.precise(REFERENCE_RTOL)), reference)
     name = f"precise() at {REFERENCE_RTOL:g}"
     apart = {
-        f"{name} against order 8 on the plain kernel, step {step:g} s": other.q,
+        f"{name} against order 8 by another program, step {step:g} s": other.q,
         f"{name} against {10 * REFERENCE_RTOL:g}": ten,
     }
     rows = [Row(TABLE, case, "contact changes in 3 s", other.changes, "")]

@@ -1,4 +1,4 @@
-"""Members side by side: nobody hangs on a neighbour, and what is not covered runs plain."""
+"""Members side by side: nobody depends on a neighbour."""
 
 from __future__ import annotations
 
@@ -116,12 +116,8 @@ def test_chunks_of_any_size_make_the_same_run(models, right, monkeypatch):
     assert all(same(run, right[place]) for place, run in enumerate(found))
 
 
-def test_a_member_is_the_single_kernels_run_to_rounding(models, right):
-    single = alone(models[0])
-    for name, values in right[0].items():
-        # A rounding grows a thousandfold at most in thirty steps of stiff teeth.
-        size = float(abs(single[name]).max())
-        np.testing.assert_allclose(values, single[name], rtol=0, atol=1e-9 * size, err_msg=name)
+def test_a_member_is_the_run_alone_bit_for_bit(models, right):
+    assert same(alone(models[0]), right[0])
 
 
 def test_groups_are_of_one_structure_and_grid(models):
@@ -131,9 +127,8 @@ def test_groups_are_of_one_structure_and_grid(models):
     places = [place for group in found for place in group.members]
     assert sorted(places) == list(range(MEMBERS + 2))
     assert (0,) in [group.members for group in found]
-    assert all(group.kernel == "fast" for group in found)
     for group in found:
-        assert len({(m.structure, m.layout, m.scenario.steps) for m in group.models}) == 1
+        assert len({(m.equations.structure, m.layout, m.scenario.steps) for m in group.models}) == 1
 
 
 def test_every_record_is_in_one_chunk(models, right, monkeypatch):
@@ -180,7 +175,7 @@ def test_who_diverges_disturbs_nobody(place):
 def test_divergence_is_flagged_with_its_time(lanes, chunk, monkeypatch):
     monkeypatch.setattr(ensemble, "CHUNK", chunk)
     wild = model_of("lumped", Member(5.0, 0.5, FAR_TOO_STIFF, 0.0), steps=300)
-    group = Group((0,), [wild], "fast", lanes=lanes)
+    group = Group((0,), [wild], lanes=lanes)
     chunks = list(group.chunks())
     records = [np.concatenate(parts) for parts in zip(*(c.records for c in chunks), strict=True)]
     q, v, a, forces = (each[:, :, 0] for each in records)
@@ -191,13 +186,6 @@ def test_divergence_is_flagged_with_its_time(lanes, chunk, monkeypatch):
     assert np.isfinite(v[:first]).all()
     for values in (q, v, a, forces):
         assert np.isnan(values[first:]).all()
-    assert abs(first - plain_end(wild)) <= 1  # overflow by a factor that rounding has grown to
-
-
-def plain_end(model: AnalyticModel) -> int:
-    """Place of the plain kernel's first record that is not finite."""
-    q, _ = model.integrated()
-    return int(np.argmax(np.isnan(q).any(axis=1)))
 
 
 def test_a_run_alone_that_diverges_says_when():
@@ -206,8 +194,8 @@ def test_a_run_alone_that_diverges_says_when():
         alone(wild)
 
 
-def plain_models() -> dict[str, AnalyticModel]:
-    """What has no structure: stiffness by a table, and the paper's own forms."""
+def other_models() -> dict[str, AnalyticModel]:
+    """Stiffness by a table, and the paper's own forms."""
     tabled, paper = load_arm("direct-between"), load_arm("paper-labelled")
     own = scenario(members(1)[0])
     return {
@@ -216,28 +204,24 @@ def plain_models() -> dict[str, AnalyticModel]:
     }
 
 
-PLAIN = plain_models()
+OTHERS = other_models()
 
 
-@pytest.mark.parametrize("name", PLAIN)
-def test_what_has_no_structure_runs_on_the_plain_kernel(name):
-    model = PLAIN[name]
-    (group,) = groups([model])
-    assert (model.structure, group.kernel) == (None, "plain")
-    time = recorded_times(model.scenario)
-    right = model.recorded(time, model.along(time, *model.integrated()))
-    assert same(model.simulate(), right)
-    assert same(trajectories([model])[0], right)
+@pytest.mark.parametrize("name", OTHERS)
+def test_forms_and_tables_run_alone_as_among_others(name):
+    model = OTHERS[name]
+    one, other = trajectories([model, model])
+    assert same(one, other)
+    assert same(model.simulate(), one)
 
 
-def test_plain_and_fast_stand_in_one_question():
-    fast = [model_of("lumped", member) for member in members(2)]
-    asked = [fast[0], PLAIN["table"], fast[1], PLAIN["table"]]
+def test_different_structures_stand_in_one_question():
+    lumped = [model_of("lumped", member) for member in members(2)]
+    asked = [lumped[0], OTHERS["table"], lumped[1], OTHERS["table"]]
     found = trajectories(asked)
-    assert [group.kernel for group in groups(asked)].count("plain") == 2
+    assert len(groups(asked)) == 2
     assert same(found[1], found[3])
-    assert same(found[1], PLAIN["table"].simulate())
-    assert same(found[2], trajectories(fast)[1])
+    assert same(found[2], trajectories(lumped)[1])
 
 
 def test_nobody_is_nobody():
@@ -245,5 +229,5 @@ def test_nobody_is_nobody():
 
 
 def test_structures_are_equal_where_numbers_alone_differ():
-    structures = {model_of(kind, m).structure for kind in ARMS for m in members(5)}
+    structures = {model_of(kind, m).equations.structure for kind in ARMS for m in members(5)}
     assert len(structures) == len(ARMS)

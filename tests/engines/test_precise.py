@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analytic.fast.precise import followed
+from analytic.kernel.precise import followed
 from analytic.model import PhysicalModel, RigidLinks
-from models.errors import CannotDo
 from models.loading import load_case
 
 SIGNALS = ("theta", "theta_dot", "x_sp", "x_pr", "F_sp")
@@ -16,6 +15,7 @@ ARMS = [
     ("paper-labelled", {"phase": "omega_t", "damping": "contact"}),
     ("paper-labelled", {"dead_zone": "tanh"}),
     ("planets-apart", {"planets": "free", "mesh_work": "conservative"}),
+    ("direct-between", {}),  # with a table of stiffnesses
 ]
 
 
@@ -72,8 +72,3 @@ def test_a_rigid_arm_under_constant_torque_starts_as_first_principles_say():
     np.testing.assert_allclose(run["theta_ddot"].values[0], start, rtol=1e-12)
     # Within 10 ms the pose hardly changes: theta = a t^2 / 2, less terms of theta^2.
     np.testing.assert_allclose(run["theta"].values[-1], start * 0.01**2 / 2, rtol=1e-4)
-
-
-def test_a_table_of_stiffness_is_not_covered():
-    with pytest.raises(CannotDo, match="plain kernel"):
-        PhysicalModel(*load_case("direct-between", "constant-torque")).precise(1e-9)

@@ -6,18 +6,21 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from analytic.kernel.batch import Batch
+from analytic.kernel.equations import TermEquations
 from analytic.model import PhysicalModel
 from analytic.stability import contact_eigenvalues
-from crosscheck.paper.hypotheses import controller, feedback, flutter, handed, linear_limits
+from crosscheck.paper.hypotheses import controller, feedback, flutter, linear_limits
 from crosscheck.paper.hypotheses.controller import Vibrating
 from crosscheck.paper.hypotheses.feedback import SUN, Point
 from crosscheck.paper.hypotheses.flutter import VIBRATES, Flutter, Setting
-from crosscheck.paper.hypotheses.handed import Handed, Handover, Loop
+from crosscheck.paper.hypotheses.handed import Handed, Handover
 from crosscheck.paper.hypotheses.linear_limits import Threshold, growth_agrees
+from crosscheck.paper.phase.plant import Continued
 from crosscheck.paper.sampling.pool import Sample
 from crosscheck.registry import build
 from crosscheck.studies.study import Variant
-from models.drive import CONSTANT, DriveData, drive_data
+from models.drive import drive_data
 
 
 @pytest.mark.parametrize("zeta", [0.003, 0.05])
@@ -96,24 +99,23 @@ SEEDS = (1, 2)
 
 @pytest.mark.slow
 def test_the_vibration_of_undamped_play_dies_without_feedback():
-    """H6's switch in small: a run of the fast kernel, handed over to the plain one."""
+    """H6's switch in small: a run that goes on with another controller."""
     found = Handover(Setting("contact", 0.006).variant(), SEEDS).answer()
     assert max(found.torque) < VIBRATES < max(found.link)
     assert max(found.sun) < VIBRATES
 
 
-def test_the_feedback_of_the_plain_kernel_is_the_drives_own():
-    """The controller as a sensor on the link gives the accelerations that the PD drive gives."""
+def test_a_sensor_on_the_links_is_the_drives_own_feedback():
+    """The controller as a sensor on the link gives the run that the PD drive gives."""
     model = PhysicalModel(*Variant(zeta=0.05, planets="free").case())
-    q, v = model.start()
-    link = np.eye(len(q))[:, model.layout.theta]
-    gains = model.drive.gains
-    still = DriveData(CONSTANT, np.zeros_like(gains), np.zeros(1), np.zeros((2, 1)))
-    ways = ((still, link, gains), (model.drive, link, np.zeros_like(gains)))
-    loops = [Loop(model.terms, model.gears, *way) for way in ways]
-    both = [handed.accelerations(loop, q, v, 1e-5, 500) for loop in loops]
-    # The same sums in another order: rounding, which the teeth's stiffness carries along.
-    np.testing.assert_allclose(*both, rtol=1e-8, atol=1e-8 * np.abs(both[1]).max())
+    link = np.eye(len(model.layout))[:, model.layout.theta]
+    parts = model.arm, model.layout, model.gears, model.drive, model.terms
+    runs = []
+    for equations in (TermEquations(*parts), TermEquations(*parts, sensor=link)):
+        run = Continued(model.scenario, model.drive, model.gears, equations, model.start())
+        runs.append(Batch([run], lanes=1).advance(5, 100).q)
+    np.testing.assert_array_equal(*runs)
+    assert np.abs(runs[0] - runs[0][0]).max() > 0
 
 
 def test_a_torque_that_is_played_back_is_the_rigid_arms():

@@ -155,7 +155,7 @@ def interpret(patch: pytest.MonkeyPatch, model: str, kernel: Kernel = "alone") -
         loads = import_module("models.exudyn_tree_loads")
         patch.setattr(loads, "_entry", lambda function, *arguments: function)
     if "analytic" in packages:
-        kernels.interpret(patch)
+        kernels.keep_nothing(patch)
         kernels.choose(patch, kernel)
 
 

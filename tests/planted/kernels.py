@@ -1,33 +1,26 @@
-"""Which kernel of analytic:physical a fault is sought on, and specialised kernels as plain Python.
-
-A harmed kernel is never compiled: it would take seconds and leave its text in the user's folder.
-"""
+"""Which kernel of analytic:physical a fault is sought on; a harmed one is kept nowhere."""
 
 from __future__ import annotations
 
-import ctypes
-import math
-import re
-from types import ModuleType
-from typing import Any, Literal
+from typing import Literal
 
 import pytest
 import xarray as xr
 
 from analytic import ensemble, model
-from analytic.fast import batch, hyperbolic
-from analytic.fast.program import Program
+from analytic.kernel import program
+from analytic.kernel.machine import compiled, machine
 from analytic.model import AnalyticModel
 from models.errors import Diverged
 
-Kernel = Literal["alone", "abreast", "plain"]
+Kernel = Literal["alone", "abreast", "terms"]
 PLACE = 2  # of the member that is looked at, among others
 
 
 def choose(patch: pytest.MonkeyPatch, kernel: Kernel) -> None:
-    """Have ``simulate`` use it: for one member alone, for several abreast, or the plain one."""
-    if kernel == "plain":
-        patch.setattr(AnalyticModel, "structure", None)
+    """Have ``simulate`` use it: for one member alone, for several abreast, or of the terms."""
+    if kernel == "terms":
+        patch.setattr(AnalyticModel, "equations", AnalyticModel.term_equations)
     elif kernel == "abreast":
         patch.setattr(model, "alone", _abreast)
         patch.setattr(ensemble, "CHUNK", 1)  # a record at a time
@@ -53,19 +46,6 @@ def neighbour(member: AnalyticModel, place: int) -> AnalyticModel:
     )
 
 
-def interpret(patch: pytest.MonkeyPatch) -> None:
-    """Run the text of specialised kernels as Python, whatever is planted in it."""
-    patch.setattr(batch, "module_of", interpreted)
-    patch.setattr(hyperbolic, "power_of_two", lambda exponent: math.ldexp(1.0, int(exponent)))
-
-
-def interpreted(program: Program) -> ModuleType:
-    """A program's module without numba's decorators, and without a file."""
-    module = ModuleType("interpreted")
-    exec(re.sub(r"(?m)^@njit.*\n", "", program.text), vars(module))
-    vars(module)["pointer"] = _pointer
-    return module
-
-
-def _pointer(address: int) -> Any:
-    return ctypes.cast(address, ctypes.POINTER(ctypes.c_double))
+def keep_nothing(patch: pytest.MonkeyPatch) -> None:
+    """Compile every kernel anew, whatever is planted in it."""
+    patch.setattr(program, "machine_code", lambda ir, level: compiled(ir, machine(level), level))

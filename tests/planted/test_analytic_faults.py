@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from analytic.kernel import program
 from tests.planted.faults import (
     ACCELERATION,
     BIAS,
@@ -28,6 +29,33 @@ F_SP = "same-step/F_sp"
 
 def change(function: str, old: str, new: str) -> Plant:
     return edit(f"analytic.{function}", old, new)
+
+
+LAST = "middle_stage(at(w, block * BLOCK), t, sqrt(t), table, h, 1.0)"
+CURVE, CONSERVATIVE = "meshes_text:_curve", (("mesh_work", "conservative"),)
+SENSED = "tuple(f'{k}_x{self.angles[joint - 1] - 1}' for k in 'qv')"
+
+
+def template(old: str, new: str) -> Plant:
+    """``old`` becomes ``new`` in the text around the equations."""
+
+    def plant(patch: pytest.MonkeyPatch) -> None:
+        whole = program._STEPS
+        assert whole.count(old) == 1, f"no single {old!r} to change"
+        patch.setattr(program, "_STEPS", whole.replace(old, new))
+
+    return plant
+
+
+def left(stage: str, block: str, old: str, new: str) -> Plant:
+    """``old`` becomes ``new`` in what a stage leaves in a block of rows."""
+
+    def plant(patch: pytest.MonkeyPatch) -> None:
+        whole = getattr(program, stage)
+        assert whole[block].count(old) == 1, f"no single {old!r} to change"
+        patch.setitem(whole, block, whole[block].replace(old, new))
+
+    return plant
 
 
 BODIES = [
@@ -151,26 +179,30 @@ FORCES = [
         change("efforts:_stage_rows", "-stage.N", "(1 if mesh == MESHES[1] else -1) * stage.N"),
         FORCE,
     ),
-    Fault("tooth error sign", change("kernel:gap_of", "q) - whole", "q) + whole"), FORCE),
+    Fault("tooth error sign", change("kernel.meshes_text:_mesh", "} - e_", "} + e_"), FORCE),
     Fault(
         "stiffness does not vary",
-        change("kernel:elastic_force", "gap, k,", "gap, gears.k_m[i],"),
+        change("kernel.numbers:_waves", "gears.k_a[mesh]", "0.0"),
         FORCE,
     ),
     Fault(
         "clearance as Eq. 15 prints it",
-        change("mesh_force:mesh_force", "dead_zone(gap, b)", "gap"),
+        change("kernel.meshes_text:_travel", "{gap} - inside", "{gap}"),
         FORCE,
     ),
     Fault(
         "clearance 4 b instead of 2 b",
-        change("mesh_force:mesh_force", "dead_zone(gap, b)", "dead_zone(gap, 2 * b)"),
+        change("kernel.meshes_text:_travel", 'f"b_{own}"', 'f"(2.0 * b_{own})"'),
         FORCE,
     ),
-    Fault("sign on the other flank", change("backlash:dead_zone", "x + b", "x - b"), FORCE),
+    Fault(
+        "sign on the other flank",
+        change("kernel.meshes_text:_travel", "-{b} if inside < -", "{b} if inside < -"),
+        FORCE,
+    ),
     Fault(
         "sign in the smooth clearance",
-        change("backlash:dead_zone_tanh", "right - left", "right + left"),
+        change("kernel.meshes_text:_travel", "right - left", "right + left"),
         FORCE,
         TANH,
     ),
@@ -192,11 +224,13 @@ FORCES = [
         EQ13,
     ),
     Fault(
-        "phase of the wrong joint", change("gears:gears", "theta[entry.joint]", "theta[0]"), FORCE
+        "phase of the wrong joint",
+        change("kernel.structure:Structure.turns", 'f"q_theta{joint}"', '"q_theta1"'),
+        FORCE,
     ),
     Fault(
         "phase without time",
-        change("mesh_frequency:mesh_phase", "theta_dot * t", "theta_dot"),
+        change("kernel.structure:Structure.turns", "{joint} * t", "{joint}"),
         FORCE,
         OMEGA_T,
     ),
@@ -207,7 +241,7 @@ FORCES = [
     ),
     Fault(
         "stiffness of the wrong mesh",
-        change("kernel:elastic_force", "gears.k_m[i]", "gears.k_m[0]"),
+        change("kernel.numbers:_of_mesh", "gears.k_m[mesh]", "gears.k_m[0]"),
         FORCE,
     ),
     Fault(
@@ -229,9 +263,7 @@ FORCES = [
         ),
         FORCE,
     ),
-    Fault(
-        "damping pushes", change("kernel:generalized_force", "] -= damper", "] += damper"), FORCE
-    ),
+    Fault("damping pushes", change("kernel.terms_text:_taken", "-D_{mesh}", "D_{mesh}"), FORCE),
     Fault(
         "dampers act in free play",
         change("gears:gears", 'switches.damping == "always"', "True"),
@@ -240,23 +272,23 @@ FORCES = [
     ),
     Fault(
         "contact judged without the tooth error",
-        change("kernel:generalized_force", "in_contact(gap,", "in_contact(q[gears.where[i]],"),
+        change("kernel.meshes_text:_mesh", "abs(gap_", "abs(x_"),
         FORCE,
         CONTACT,
     ),
     Fault(
         "controller senses the mesh",
-        change("kernel:torque", "terms.theta[j]", "terms.theta[j] - 1"),
+        change("kernel.terms_text:TermStructure.sensed", "super().sensed(joint)", SENSED),
         FORCE,
     ),
     Fault(
         "Coriolis force pushes",
-        change("kernel:acceleration_by", "-= room.gyroscopic", "+= room.gyroscopic"),
+        change("kernel.terms_text:_solve", '" - h{i}"', '" + h{i}"'),
         ACCELERATION,
     ),
     Fault(
         "elimination adds",
-        change("kernel:solve", "factor * right[column]", "-factor * right[column]"),
+        change("kernel.terms_text:_solve", "- L{i} * r{p}", "+ L{i} * r{p}"),
         ACCELERATION,
     ),
 ]
@@ -264,53 +296,53 @@ FORCES = [
 RUNS = [
     Fault(
         "twice the kinetic energy recorded",
-        change("recording:kinetic_energy", "(matrix @ vs[k]) / 2", "(matrix @ vs[k])"),
+        change("kernel.equations:TermEquations.kinetic_energy", "q), v) / 2", "q), v)"),
         "invariants/energy",
-        kernel="plain",
+        kernel="terms",
     ),
     Fault(
         "Coriolis force pushes",
-        change("kernel:acceleration_by", "-= room.gyroscopic", "+= room.gyroscopic"),
+        change("kernel.terms_text:_solve", '" - h{i}"', '" + h{i}"'),
         "invariants/power",
     ),
     Fault(
         "Coriolis force pushes in a run",
-        change("kernel:acceleration_by", "-= room.gyroscopic", "+= room.gyroscopic"),
+        change("kernel.terms_text:_solve", '" - h{i}"', '" + h{i}"'),
         THETA,
-        kernel="plain",
+        kernel="terms",
     ),
     Fault(
         "angles of a run stand",
-        change("kernel:integrate", "q, v, room, between)", "q.copy(), v, room, between)"),
+        left("_LAST", "q", " + h / 6.0 * ({sum_q} + v_{x})", ""),
         THETA,
-        kernel="plain",
+        kernel="terms",
     ),
     Fault(
         "weight of a stage",
-        change("kernel:runge_kutta_step", "+ 2 * s.a[2, i]", "+ 2 * s.a[1, i]"),
+        left("_MIDDLE", "sum_v", "2.0 *", "1.0 *"),
         X_SP,
-        kernel="plain",
+        kernel="terms",
     ),
     Fault(
         "last stage at half the step",
-        change("kernel:runge_kutta_step", "h if stage == 3 else h / 2", "h / 2"),
+        template(LAST, LAST.replace("1.0", "0.5")),
         X_SP,
-        kernel="plain",
+        kernel="terms",
     ),
     Fault(
         "stages without their time",
-        change("kernel:runge_kutta_step", "t + part,", "t,"),
+        template("t = step * h + h / 2.0\n", "t = step * h\n"),
         X_SP,
         OMEGA_T,
-        kernel="plain",
+        kernel="terms",
     ),
     Fault(
         "clock of a run stands",
-        change("kernel:integrate", "k * step, step", "0.0, step"),
+        template("t = step * h\n", "t = 0.0\n"),
         THETA,
         (),
         "sinusoid",
-        kernel="plain",
+        kernel="terms",
     ),
     Fault(
         "start at rest",
@@ -346,11 +378,11 @@ RUNS = [
         X_SP,
     ),
     Fault(
-        "forces recorded without the clock",
-        change("recording:along", "elastic_forces(gears, time[k]", "elastic_forces(gears, time[0]"),
+        "forces recorded of another time",
+        template("if k == 0:", "if k == stride - 1:"),
         F_SP,
         OMEGA_T,
-        kernel="plain",
+        kernel="terms",
     ),
 ]
 
@@ -375,13 +407,13 @@ SECOND_VERSION = [
     ),
     Fault(
         "friction pushes",
-        change("kernel:generalized_force", "] -= terms.friction", "] += terms.friction"),
+        change("kernel.terms_text:_taken", "-(friction", "(friction"),
         FORCE,
         arm=UNLIKE,
     ),
     Fault(
         "friction of the shoulder everywhere",
-        change("kernel:generalized_force", "terms.friction[j]", "terms.friction[0]"),
+        change("kernel.numbers:mesh_numbers", "arm.joints[j - 1].f", "arm.joints[0].f"),
         FORCE,
         arm=UNLIKE,
     ),
@@ -411,7 +443,7 @@ SECOND_VERSION = [
     ),
     Fault(
         "last harmonic lost",
-        change("stiffness:stiffness", "law.first[i + 1])", "law.first[i + 1] - 1)"),
+        change("kernel.meshes_text:_wave", "harmonics + 1", "harmonics"),
         FORCE,
         arm=UNLIKE,
     ),
@@ -468,7 +500,24 @@ SECOND_VERSION = [
 ]
 
 
-@pytest.mark.parametrize("fault", [*BODIES, *FORCES, *SECOND_VERSION], ids=lambda fault: fault.name)
+TABLES = [
+    Fault(name, change(f"kernel.{function}", old, new), FORCE, laws, arm=DIRECT)
+    for name, function, old, new, laws in (
+        ("table's pieces stop at the half", CURVE, "stage.pieces // 2", "stage.pieces // 4", ()),
+        ("table's pieces begin late", CURVE, "<= {cycle} else", "<= {cycle} - 0.2 else", ()),
+        ("table by its first cubic", CURVE, "{power}, {place})", "{power}, 0.0)", ()),
+        ("table of straight lines", CURVE, "{c1} + {into} * ({c2} + {into} * {c3})", "{c1}", ()),
+        ("table's slope without curvature", CURVE, "2.0 * {c2}", "1.0 * {c2}", CONSERVATIVE),
+        ("table's slope per turn", CURVE, " * {PER_TURN}", "", CONSERVATIVE),
+        ("table of one planet", "numbers:_pieces", "gears.planets[mesh] * rows", "rows", ()),
+        ("table's cubics turned round", "numbers:_pieces", "rows[:, :0:-1]", "rows[:, 1:]", ()),
+    )
+]
+
+
+@pytest.mark.parametrize(
+    "fault", [*BODIES, *FORCES, *SECOND_VERSION, *TABLES], ids=lambda fault: fault.name
+)
 def test_fault_turns_its_check_red(fault: Fault):
     assert_seen(fault, "analytic:physical", "pinocchio:gears")
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import pytest
 
 from tests.planted.faults import OMEGA_T, Fault, assert_seen, edit
+from tests.planted.test_analytic_faults import template
 
+FIRST = "first_stage(at(w, block * BLOCK), t, sqrt(t), table"
 PARTNER = {"analytic:physical": "exudyn:tree", "exudyn:tree": "analytic:physical"}
-ALONG, TRAJECTORY = "analytic.recording:along", "models.exudyn_tree:ExudynTree._trajectory"
+TRAJECTORY = "models.exudyn_tree:ExudynTree._trajectory"
 TORQUES = "models.exudyn_tree:ExudynTree._torques"
 RECORDS = {
     "analytic:physical": [
@@ -22,14 +24,14 @@ RECORDS = {
         ),
         Fault(
             "accelerations recorded without the clock",
-            edit(ALONG, "gears, drive, time[k], q", "gears, drive, 0.0, q"),
+            template(FIRST, FIRST.replace("t, sqrt(t)", "0.0, 0.0")),
             "same-step/theta_ddot",
             OMEGA_T,
-            kernel="plain",
+            kernel="terms",
         ),
         Fault(
             "torques recorded without the clock",
-            edit("models.drive:torques_along", "time[k],", "0.0,"),
+            edit("models.drive:torques_along", "time[:, None]", "0 * time[:, None]"),
             "same-step/torque",
             (),
             "sinusoid",

@@ -109,7 +109,7 @@ def test_workers_of_another_version_are_refused(undisturbed, cluster, tmp_path):
         shutil.copytree(
             ROOT / package, copy / package, ignore=shutil.ignore_patterns("__pycache__")
         )
-    with (copy / "analytic" / "kernel.py").open("a", encoding="utf-8") as source:
+    with (copy / "analytic" / "model.py").open("a", encoding="utf-8") as source:
         source.write("\nLATER = 1\n")
     cluster.worker(copy)
     cluster.wait(1)

@@ -93,6 +93,8 @@ def sample(
 
 def torque_of(model: Model, joint: int, t: float, q: np.ndarray, v: np.ndarray) -> float:
     """Of the scenario's drive [N m]."""
-    from analytic import kernel
+    from models.drive import joint_torque
 
-    return kernel.torque(model.terms, model.drive, joint, t, q, v)
+    drive, sensed = model.drive, model.layout.theta[joint]
+    table = drive.table_time, drive.table_torque[joint]
+    return joint_torque(drive.code, drive.gains[joint], *table, t, q[sensed], v[sensed])

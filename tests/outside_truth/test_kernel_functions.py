@@ -1,9 +1,10 @@
-"""The specialised kernels' sines and hyperbolic tangent against mpmath's, in fifty digits."""
+"""The kernels' sines and hyperbolic tangent against mpmath's, in fifty digits."""
 
 from __future__ import annotations
 
 import math
 from fractions import Fraction
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -11,8 +12,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analytic.fast.hyperbolic import LARGEST, tanh
-from analytic.fast.sines import SINE_OF_TURNS, cosine, reduced, sine
+from analytic.kernel.functions import (
+    LARGEST,
+    SINE_OF_TURNS,
+    cosine,
+    hyperbolic_tangent,
+    reduced,
+    sine,
+)
+from tests.interpreted import power_of_two
 
 DIGITS = 50
 turns = st.floats(-(2.0**51), 2.0**51, exclude_min=True, exclude_max=True)
@@ -21,9 +29,13 @@ near = st.floats(-1e4, 1e4)
 
 def run(lines: list[str], value: float) -> float:
     """What lines make of ``c``."""
-    names = {"c": value}
+    names: dict[str, Any] = {"c": value, "power_of_two": power_of_two}
     exec("\n".join(lines), names)
     return names["found"]
+
+
+def tanh(value: float) -> float:
+    return run(hyperbolic_tangent("found", "c"), value)
 
 
 def interpolated() -> list[float]:
@@ -59,23 +71,21 @@ def test_whole_turns_are_taken_away_exactly(value):
     assert (Fraction(value) - left).denominator == 1
 
 
-@pytest.mark.parametrize("alone", [True, False])
 @pytest.mark.parametrize("wave", ["cosine", "sine"])
 @given(value=near)
-def test_sine_and_cosine_are_right_to_rounding(wave: str, alone: bool, value: float):
+def test_sine_and_cosine_are_right_to_rounding(wave: str, value: float):
     text, exact = {"cosine": (cosine, mpmath.cos), "sine": (sine, mpmath.sin)}[wave]
     with mpmath.workdps(DIGITS):
         right = float(exact(2 * mpmath.pi * mpmath.mpf(value)))
     # The polynomial's value and r round by an eps each; a quarter taken away from the phase
     # rounds by half of the phase's last digit, and 2 pi of that reach the sine.
     moved = math.pi * math.ulp(abs(value) + 0.25) if wave == "sine" else 0.0
-    assert abs(run(text("found", "c", alone), value) - right) <= 2 * np.finfo(float).eps + moved
+    assert abs(run(text("found", "c"), value) - right) <= 2 * np.finfo(float).eps + moved
 
 
-@pytest.mark.parametrize("alone", [True, False])
-def test_quarters_of_a_turn(alone):
+def test_quarters_of_a_turn():
     # Where |r| is 1/4 the polynomial is at its end, and rounds once more.
-    found = [run(sine("found", "c", alone), quarter / 4) for quarter in range(-8, 9)]
+    found = [run(sine("found", "c"), quarter / 4) for quarter in range(-8, 9)]
     assert found == pytest.approx([0.0, 1.0, 0.0, -1.0] * 4 + [0.0], abs=np.finfo(float).eps)
 
 
