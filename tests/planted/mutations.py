@@ -24,7 +24,7 @@ from crosscheck.findings import Finding
 from crosscheck.preparation import prepared
 from crosscheck.registry import MODELS, model_class
 from crosscheck.run import planned
-from crosscheck.tasks import Evaluation, Outcome, Simulation
+from crosscheck.tasks import Outcome, Simulation
 from crosscheck.workers import Workers
 from models.arm import Arm
 from models.switches import Switches, switches
