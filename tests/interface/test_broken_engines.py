@@ -20,6 +20,8 @@ from tests.arms import arm_of
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def arm_file(tmp_path: Path) -> Path:

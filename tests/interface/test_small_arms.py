@@ -7,6 +7,8 @@ import pytest
 import crosscheck as package
 from tests.arms import arm_of, random_arm
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.usefixtures("brief_plan")
 def test_agreement_is_the_same_again_on_any_number_of_processes():
@@ -23,7 +25,6 @@ def test_arm_called_like_the_probe_is_told_from_it(labelled):
     assert len({f.id for f in agreement.findings}) == len(agreement.findings)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 8])
 def test_an_arm_of_random_numbers_raises_no_false_alarm(seed):
     agreement = package.check(random_arm(seed, most_joints=2), quick=True, jobs=2, seed=seed)

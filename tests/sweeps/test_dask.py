@@ -18,6 +18,8 @@ from distributed import Client
 from crosscheck.provenance import ROOT
 from tests.sweeps.studies import MEMBERS, Hold, content, finished, sweeping, wait_for_batches
 
+pytestmark = pytest.mark.slow
+
 
 def _free_port() -> int:
     with socket.socket() as any_port:

@@ -22,6 +22,8 @@ from tests.sweeps.studies import (
     wait_for_batches,
 )
 
+pytestmark = pytest.mark.slow
+
 
 def _workers(program: int) -> list[int]:
     """Of its children those that run batches."""
