@@ -1,24 +1,35 @@
-# make run    set up and run the cross-check; writes report/index.html and report/agreement.json
-# make test   set up and run the test suite
-# make lint   style, types and import contracts
-# make bench  measure speed side by side: benchmarks/results.json, results.md, results.png
-# make paper  the paper's figures and claims: paper-report/paper.html
-# make lock   compile run.in and dev.in into the hashed lock files (needs uv)
-# make clean  remove everything the targets above made
+# make run        set up and run the cross-check; writes report/index.html and report/agreement.json
+# make test       set up and run the test suite
+# make test-fast  the first case of every test, none that is slow: before every commit
+# make fuzz       the suite's campaigns at length; DRAWS=500 of each
+# make lint       style, types and import contracts
+# make bench      measure speed side by side: benchmarks/results.json, results.md, results.png
+# make paper      the paper's figures and claims: paper-report/paper.html
+# make lock       compile run.in and dev.in into the hashed lock files (needs uv)
+# make clean      remove everything the targets above made
 PYTHON ?= python3
 PY := .venv/bin/python
 PIP := $(PY) -m pip --disable-pip-version-check
 INSTALL := $(PIP) install --quiet --require-hashes --no-deps --only-binary :all:
 EDITABLE := $(PIP) install --quiet --no-deps --no-build-isolation --no-index -e .
 
-.PHONY: run test lint bench paper lock clean
+TEST := $(PY) -m pytest -n auto --dist loadscope --no-loadscope-reorder
+DRAWS ?= 500
+
+.PHONY: run test test-fast fuzz lint bench paper lock clean
 .DELETE_ON_ERROR:
 
 run: .venv/run.stamp
 	$(PY) -m crosscheck run --out report
 
 test: .venv/dev.stamp
-	$(PY) -m pytest -n auto --dist loadscope --no-loadscope-reorder
+	$(TEST)
+
+test-fast: .venv/dev.stamp
+	$(TEST) --first-cases
+
+fuzz: .venv/dev.stamp
+	CROSSCHECK_DRAWS=$(DRAWS) $(TEST) -m campaign --timeout 0
 
 lint: .venv/dev.stamp
 	$(PY) -m ruff check .

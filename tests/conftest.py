@@ -1,4 +1,4 @@
-"""What all tests share: arms and experiments as the project ships them."""
+"""What all tests share: arms as the project ships them, and the choice of a quick sample."""
 
 from __future__ import annotations
 
@@ -23,3 +23,22 @@ def labelled() -> Arm:
 def reading(request: pytest.FixtureRequest) -> Arm:
     """Both readings of Table I."""
     return load_arm(request.param)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """``--first-cases``."""
+    about = "of every test its first case, and none that is slow or a campaign"
+    parser.addoption("--first-cases", action="store_true", help=about)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out what ``--first-cases`` does not want."""
+    if not config.getoption("--first-cases"):
+        return
+    first: dict[str, pytest.Item] = {}
+    for item in items:
+        if not {"slow", "campaign"} & {mark.name for mark in item.iter_markers()}:
+            first.setdefault(item.nodeid.partition("[")[0], item)
+    wanted = set(first.values())
+    config.hook.pytest_deselected(items=[item for item in items if item not in wanted])
+    items[:] = [item for item in items if item in wanted]

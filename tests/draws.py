@@ -1,8 +1,12 @@
-"""Random arms over all the ranges that the schema states, for promises made about every arm."""
+"""Random arms over all the ranges that the schema states, for promises made about every arm.
+
+CROSSCHECK_DRAWS sets how long campaigns of other inputs in every run are: `make fuzz`.
+"""
 
 from __future__ import annotations
 
 import math
+import os
 import random
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -16,6 +20,8 @@ from models.mesh import Mesh
 from models.quantities import Within
 from models.stiffness import FourierStiffness, SineStiffness, SquareStiffness, TableStiffness
 
+SAMPLE = 30
+DRAWS = int(os.environ.get("CROSSCHECK_DRAWS", SAMPLE))
 TEETH = ("sun_teeth", "planet_teeth", "ring_teeth", "planet_count")
 GEARS = ("sun", "planet", "carrier")
 PER_PLANET = ("backlash_m", "tooth_error_m", "tooth_error_phase_rad", "static_error_m")

@@ -45,7 +45,7 @@ class Bench:
         return frame_of(self.equations.coordinates, self.case.arm)
 
     @cached_property
-    def states(self) -> list[State]:
+    def states(self) -> tuple[State, ...]:
         """At which everything is asked."""
         return states_of(self.frame, self.case.arm, self.case.scenario, self.count, self.seed)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -33,12 +34,15 @@ class State(NamedTuple):
     torque: np.ndarray
 
 
-def states_of(frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int) -> list[State]:
+@lru_cache(maxsize=8)  # every question of a trial asks at the same ones
+def states_of(
+    frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int
+) -> tuple[State, ...]:
     """States on both flanks of the teeth, at any pose, moving briskly.
 
     A pose that no x gives is moved towards one that some x gives. Raises InputError.
     """
-    return list(_states(frame, arm, scenario, count, seed))
+    return tuple(_states(frame, arm, scenario, count, seed))
 
 
 def _states(frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int) -> Iterator[State]:

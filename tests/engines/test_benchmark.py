@@ -39,6 +39,7 @@ def test_c_references_run_as_the_model_does(joints: int, counted: Counted) -> No
     assert np.abs(own - own[0]).max() > 0
 
 
+@pytest.mark.slow
 def test_refined_solution_keeps_order_eight_through_contact_changes() -> None:
     """0.02 s with contact changes: halving the step gains more than order 4 could, 16 times."""
     model = pd_run(0.01)

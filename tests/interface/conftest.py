@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import pytest
 
-from crosscheck import plan
 from crosscheck.cli import main
+from tests.brief import brief
 
 
 class Answer(NamedTuple):
@@ -54,7 +54,6 @@ def short(crosscheck: Command, tmp_path: Path) -> Command:
 
 
 @pytest.fixture
-def brief(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Quick runs of the paper's experiments for 2 ms."""
-    for experiment in plan.QUICK_S:
-        monkeypatch.setitem(plan.QUICK_S, experiment, 2e-3)
+def brief_plan(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Quick cross-checks are brief."""
+    brief(monkeypatch)

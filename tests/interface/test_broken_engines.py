@@ -20,6 +20,8 @@ from tests.arms import arm_of
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def arm_file(tmp_path: Path) -> Path:
@@ -40,7 +42,7 @@ def arm_file(tmp_path: Path) -> Path:
         ("analytic:physical", "models.no_such_engine"),
     ],
 )
-@pytest.mark.usefixtures("brief")
+@pytest.mark.usefixtures("brief_plan")
 def test_engine_that_cannot_be_imported_is_a_failed_check(monkeypatch, model, module):
     entry = replace(registry.MODELS[model], module=module, attribute="Nothing")
     monkeypatch.setitem(registry.MODELS, model, entry)
@@ -52,7 +54,7 @@ def test_engine_that_cannot_be_imported_is_a_failed_check(monkeypatch, model, mo
     assert agreement.exit_code == 1
 
 
-@pytest.mark.usefixtures("brief")
+@pytest.mark.usefixtures("brief_plan")
 def test_engine_that_raises_is_a_failed_check_and_the_report_is_written(
     crosscheck, monkeypatch, tmp_path, arm_file
 ):
@@ -81,7 +83,7 @@ def _leaving(*state: object) -> None:
 
 @pytest.mark.parametrize("harm", [_crashing, _leaving])
 @pytest.mark.parametrize("jobs", [1, 2])
-@pytest.mark.usefixtures("brief")
+@pytest.mark.usefixtures("brief_plan")
 def test_engine_that_crashes_or_leaves_costs_its_own_checks_alone(monkeypatch, harm, jobs):
     """And a model harmed in memory is harmed in every process."""
     from models.exudyn_tree import ExudynTree

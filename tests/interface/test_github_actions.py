@@ -68,6 +68,7 @@ def run(project: Path, command: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 def test_commands_work_with_the_wheel_alone(project):
     install, trial = (step["run"] for step in steps() if "run" in step)
     installed = run(project, install)

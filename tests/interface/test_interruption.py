@@ -8,11 +8,13 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import product
 from pathlib import Path
 
 import pytest
 
 from crosscheck.provenance import ROOT
+from tests.draws import DRAWS, SAMPLE, fresh_seed
 
 COMMANDS = {
     "validate": ["validate", "--quick", "--jobs", "2", "--json", "out/a.json"],
@@ -23,6 +25,7 @@ COMMANDS = {
     ],
     "paper": ["paper", "--figure", "10", "--out", "out", "--jobs", "2"],
 }
+WHOM = ("group", "program", "twice")
 SAID = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 
 
@@ -62,16 +65,29 @@ def _members(group: int) -> list[int]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["INT", "TERM"])
-@pytest.mark.parametrize("whom", ["group", "program", "twice"])
-@pytest.mark.parametrize("command", COMMANDS)
-def test_a_signal_at_any_moment_ends_the_program_in_one_line(
-    command, whom, number, tmp_path, record_property
-):
-    # A test run draws other moments each time.
-    delay = random.choice([random.uniform(0.0, 1.0), random.uniform(1.0, 4.0)])
-    record_property("delay_s", delay)
-    program = _start(command, tmp_path)
+@pytest.mark.campaign
+@pytest.mark.parametrize(
+    ("command", "whom", "first"),
+    [(*pair, place % 2) for place, pair in enumerate(product(COMMANDS, WHOM))],
+)
+def test_a_signal_at_any_moment_ends_the_program_in_one_line(command, whom, first, tmp_path):
+    """Both signals take turns, each time at another moment; first: the place of that of the first.
+
+    One time takes a few seconds: there is one of them for a whole sample of other campaigns.
+    """
+    draw = random.Random(fresh_seed())
+    for time_ in range(max(1, DRAWS // SAMPLE)):
+        folder = tmp_path / str(time_)
+        folder.mkdir()
+        delay = draw.choice([draw.uniform(0.0, 1.0), draw.uniform(1.0, 4.0)])
+        number = [*SAID][(first + time_) % 2]
+        _ends_in_one_line(command, whom, number, delay, folder)
+
+
+def _ends_in_one_line(
+    command: str, whom: str, number: signal.Signals, delay: float, folder: Path
+) -> None:
+    program = _start(command, folder)
     while not _listens(program.pid):  # until then it is the interpreter's own start
         time.sleep(0.002)
     time.sleep(delay)
@@ -87,7 +103,7 @@ def test_a_signal_at_any_moment_ends_the_program_in_one_line(
     assert (program.returncode, out, err) == (128 + number, "", f"crosscheck: {SAID[number]}\n"), (
         delay
     )
-    assert list((tmp_path / "out").iterdir()) == []
+    assert list((folder / "out").iterdir()) == []
     until = time.monotonic() + 2
     while _members(program.pid) and time.monotonic() < until:
         time.sleep(0.05)

@@ -22,6 +22,7 @@ def said(notebook: dict) -> list[list[str]]:
     return [sorted(re.sub(r"[\d.,;]+(e-?\d+)?", "#", text).split()) for text in texts]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: file.stem)
 def test_notebook_is_as_executed(file, tmp_path):
     stored = json.loads(file.read_text(encoding="utf-8"))

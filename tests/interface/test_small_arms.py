@@ -7,15 +7,17 @@ import pytest
 import crosscheck as package
 from tests.arms import arm_of, random_arm
 
+pytestmark = pytest.mark.slow
 
-@pytest.mark.usefixtures("brief")
+
+@pytest.mark.usefixtures("brief_plan")
 def test_agreement_is_the_same_again_on_any_number_of_processes():
     arm = arm_of(1)
     one, two = (package.check(arm, quick=True, jobs=jobs).to_dict() for jobs in (1, 2))
     assert one["findings"] == two["findings"]
 
 
-@pytest.mark.usefixtures("brief")
+@pytest.mark.usefixtures("brief_plan")
 def test_arm_called_like_the_probe_is_told_from_it(labelled):
     arm = labelled.model_copy(update={"name": "probe"})
     agreement = package.check(arm, quick=True, jobs=2)
@@ -23,15 +25,12 @@ def test_arm_called_like_the_probe_is_told_from_it(labelled):
     assert len({f.id for f in agreement.findings}) == len(agreement.findings)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 8])
-@pytest.mark.usefixtures("brief")
 def test_an_arm_of_random_numbers_raises_no_false_alarm(seed):
     agreement = package.check(random_arm(seed, most_joints=2), quick=True, jobs=2, seed=seed)
     assert [f"{f.id}: {f.measured} {f.note}" for f in agreement.red] == []
 
 
-@pytest.mark.usefixtures("brief")
 def test_arm_of_one_joint_passes_every_check():
     agreement = package.check(arm_of(1), quick=True)
     assert [f"{f.id}: {f.measured} {f.note}" for f in agreement.red] == []

@@ -10,6 +10,8 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "docs" / "your-own-model.md"
 RED = ("differ ", "failed ", "wrong ")
@@ -79,6 +81,7 @@ def patched(text: str, changes: list[str]) -> str:
     return text
 
 
+@pytest.mark.slow
 def test_the_guide_works_as_it_stands(tmp_path):
     names = {"np": None}
     for block in blocks():

@@ -2,13 +2,13 @@
 
 All tasks of a plan are performed once, unharmed. A mutant then answers for one method of one model;
 only the tasks that call that method are performed again, through the same code. At states it
-answers wrongly of the plan's own arm alone, with its planets lumped or free: all else would make it
-easier to see.
+answers wrongly of the plan's own arm alone, with its planets lumped or free, and of runs in one
+experiment alone: all else would make it easier to see.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -17,20 +17,19 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck import energy_suite, plan, state_suite
+from crosscheck import plan
 from crosscheck.checks.answers import CHRISTOFFEL, FORCE_SLOPES, START_MASS
 from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.findings import Finding
 from crosscheck.preparation import prepared
 from crosscheck.registry import MODELS, model_class
 from crosscheck.run import planned
-from crosscheck.tasks import Evaluation, Outcome, Simulation
+from crosscheck.tasks import Outcome, Simulation
 from crosscheck.workers import Workers
 from models.arm import Arm
 from models.switches import Switches, switches
 
-STATES = 4
-BRIEF_S = {"constant-torque": 0.02, "pd": 0.02}
+BRIEF_S = 0.02
 Mutate = Callable[[Any], Any]
 ARRAYS = ("mass_matrix", "bias", "generalized_force", "acceleration")
 RUNS = ("simulate", "reference")
@@ -293,6 +292,16 @@ def calls(task: ModelTask) -> str:
 Asked = tuple[str, str, Switches]  # a model, its method, and the laws at states
 
 
+def _of_one_experiment(tasks: Sequence[ModelTask]) -> list[ModelTask]:
+    """Those that run no experiment, and of the others those of the hardest one that is among them.
+
+    That is the one whose joints are driven unlike each other.
+    """
+    named = {task.key.experiment for task in tasks if isinstance(task, Simulation)}
+    hardest = "pd" if "pd" in named else min(named, default="")
+    return [t for t in tasks if not isinstance(t, Simulation) or t.key.experiment == hardest]
+
+
 class Campaign:
     """A plan, performed unharmed once, against which mutants are held."""
 
@@ -316,17 +325,16 @@ class Campaign:
         """The tasks that call a method of a model, and the comparisons that need them."""
         if asked not in self.concerned:
             of_it = [task for task in tasks_of(self.comparisons) if self._is_of(task, asked)]
-            keys = set(of_it)
+            keys = set(_of_one_experiment(of_it))
             found = [c for c in self.comparisons if not keys.isdisjoint(c.needs)]
-            self.concerned[asked] = of_it, found
+            self.concerned[asked] = [task for task in of_it if task in keys], found
         return self.concerned[asked]
 
     def _is_of(self, task: ModelTask, asked: Asked) -> bool:
         model, method, laws = asked
         if task.model != model or calls(task) != method:
             return False
-        of_states = isinstance(task, Evaluation) and method in ARRAYS
-        return not of_states or (task.case.arm == self.arm and task.case.switches == laws)
+        return task.case.arm == self.arm and (method not in ARRAYS or task.case.switches == laws)
 
     def _performed(self, task: ModelTask, mutant: Mutant, patch: pytest.MonkeyPatch) -> Outcome:
         owner = model_class(task.model)
@@ -341,13 +349,3 @@ class Campaign:
         with patch.context() as harmed:
             harmed.setattr(owner, mutant.method, wrong)
             return task.perform()
-
-
-def brief(patch: pytest.MonkeyPatch) -> None:
-    """The quick plan, a millisecond long and at few states."""
-    for name, duration in BRIEF_S.items():
-        patch.setitem(plan.QUICK_S, name, duration)
-    patch.setattr(plan, "PROBE_S", 1e-3)
-    patch.setattr(plan, "SHORT_STEPS", 500)
-    patch.setattr(energy_suite, "STEPS", 200)
-    patch.setattr(state_suite, "QUICK_COUNT", STATES)

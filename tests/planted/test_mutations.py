@@ -11,7 +11,8 @@ from crosscheck.registry import MODELS, model_class, names
 from crosscheck.report.junit import junit_xml
 from models.interface import Model
 from tests.arms import PAPER
-from tests.planted.mutations import Campaign, Mutant, brief, mutants
+from tests.brief import brief
+from tests.planted.mutations import BRIEF_S, Campaign, Mutant, mutants
 
 pytestmark = pytest.mark.slow
 
@@ -20,7 +21,7 @@ pytestmark = pytest.mark.slow
 def campaign() -> Iterator[Campaign]:
     """The paper's arm, unharmed."""
     with pytest.MonkeyPatch.context() as patch:
-        brief(patch)
+        brief(patch, BRIEF_S)
         yield Campaign(PAPER)
 
 

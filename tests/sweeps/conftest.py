@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 from crosscheck.cli import main
-from tests.sweeps.studies import finished, slow_study, sweeping
+from crosscheck.sweeps.files import read_study
+from crosscheck.sweeps.run import How, run_study
+from tests.sweeps.studies import Hold, held_study
 
 Command = Callable[..., tuple[int, str, str]]
 
@@ -28,11 +30,20 @@ def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str])
     return called
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """A slow study's file, and its result in one process."""
+    """A study's file, and its result in this process, where nothing holds it."""
     folder = tmp_path_factory.mktemp("undisturbed")
-    file, out = slow_study(folder), folder / "out.nc"
-    code, _, err = finished(sweeping(file, out, "--jobs", 1))
-    assert code == 0, err
+    file, out = held_study(folder), folder / "out.nc"
+    run_study(read_study(file, run_code=True), out, How())
     return file, out
+
+
+@pytest.fixture
+def hold(tmp_path_factory: pytest.TempPathFactory) -> Callable[[int, int], Hold]:
+    """``hold(batches, jobs)``."""
+
+    def held(batches: int, jobs: int) -> Hold:
+        return Hold(tmp_path_factory.mktemp("hold"), batches, jobs)
+
+    return held

@@ -20,13 +20,28 @@ from crosscheck.sweeps.members import Study
 from models.loading import raw_case
 
 PEAK = {"kind": "peak", "signal": "theta_ddot"}
-# A batch takes as long as its members sleep, whatever the kernel's speed.
-SLOW = (
-    "import time\n\ndef slow(run):\n    time.sleep(0.01)\n    return {'last': run.theta[-1, 0]}\n"
-)
-SLOW_STUDY = """\
+# Each call adds a byte to the file TALLY. Those beyond the first MOST wait until it is removed.
+HELD = """\
+import os
+import time
+
+
+def held(run):
+    tally = os.environ.get("TALLY")
+    if tally and os.path.exists(tally):
+        with open(tally, "ab") as file:
+            file.write(b".")
+            file.flush()
+            number = file.tell()
+        while number > int(os.environ["MOST"]) and os.path.exists(tally):
+            time.sleep(0.01)
+    return {"last": run.theta[-1, 0]}
+"""
+BATCH, BATCHES = 32, 6
+MEMBERS = BATCH * BATCHES
+HELD_STUDY = f"""\
 schema_version = 1
-name = "slow"
+name = "held"
 arm = "paper-labelled"
 scenario = "constant-torque"
 
@@ -34,7 +49,7 @@ scenario = "constant-torque"
 "scenario.duration_s" = 0.002
 
 [samples]
-count = 160
+count = {MEMBERS // 2}
 
 [starts]
 count = 2
@@ -50,8 +65,8 @@ signal = "theta_ddot"
 
 [[quantities]]
 kind = "user_function"
-function = "slow.py:slow"
-returns = { last = "rad" }
+function = "held.py:held"
+returns = {{ last = "rad" }}
 """
 
 
@@ -80,21 +95,42 @@ def study(
     return study_from(definition, raw_case(arm, scenario, switches), Path(), "study.toml")
 
 
-def slow_study(folder: Path) -> Path:
-    """Its file: some ten batches that take a third of a second each."""
+def held_study(folder: Path) -> Path:
+    """Its file: six batches, which a `Hold` stops wherever a test wants."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "slow.py").write_text(SLOW, encoding="utf-8")
-    file = folder / "slow.toml"
-    file.write_text(SLOW_STUDY, encoding="utf-8")
+    (folder / "held.py").write_text(HELD, encoding="utf-8")
+    file = folder / "held.toml"
+    file.write_text(HELD_STUDY, encoding="utf-8")
     return file
 
 
-def sweeping(file: Path, out: Path, *more: object) -> subprocess.Popen[str]:
+class Hold:
+    """Stops a study that runs with this environment once some of its batches are done.
+
+    jobs: of the study's; with several, up to ``jobs - 1`` batches more than asked are done.
+    """
+
+    def __init__(self, folder: Path, batches: int, jobs: int) -> None:
+        self.tally = folder / "tally"
+        self.tally.touch()
+        # The others' batches may lack their last member each.
+        most = batches * BATCH + (jobs - 1) * (BATCH - 1)
+        self.environment = {"TALLY": str(self.tally), "MOST": str(most)}
+
+    def release(self) -> None:
+        """Whatever waits goes on, and nothing waits any more."""
+        self.tally.unlink()
+
+
+def sweeping(
+    file: Path, out: Path, *more: object, hold: Hold | None = None
+) -> subprocess.Popen[str]:
     """`crosscheck sweep` in a group of processes of its own."""
     command = [sys.executable, "-m", "crosscheck", "sweep", file, "--out", out, "--run-code", *more]
+    held = hold.environment if hold else {}
     return subprocess.Popen(
         list(map(str, command)),
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        env={**os.environ, **held, "PYTHONPATH": str(ROOT)},
         text=True,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

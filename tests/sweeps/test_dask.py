@@ -16,7 +16,9 @@ import pytest
 from distributed import Client
 
 from crosscheck.provenance import ROOT
-from tests.sweeps.studies import content, finished, sweeping, wait_for_batches
+from tests.sweeps.studies import MEMBERS, Hold, content, finished, sweeping, wait_for_batches
+
+pytestmark = pytest.mark.slow
 
 
 def _free_port() -> int:
@@ -34,23 +36,26 @@ class Cluster:
         host, _, port = self.address.removeprefix("tcp://").partition(":")
         self.start("scheduler", "--host", host, "--port", port, "--no-dashboard")
 
-    def start(self, *arguments: str, path: Path = ROOT) -> subprocess.Popen[bytes]:
+    def start(
+        self, *arguments: str, path: Path = ROOT, hold: Hold | None = None
+    ) -> subprocess.Popen[bytes]:
         """`dask` with these, on the project's code at a path."""
+        held = hold.environment if hold else {}
         log = (self.folder / f"{len(self.processes)}.log").open("wb")
         process = subprocess.Popen(
             [sys.executable, "-m", "dask", *arguments],
             cwd=self.folder,
-            env={**os.environ, "PYTHONPATH": str(path)},
+            env={**os.environ, **held, "PYTHONPATH": str(path)},
             stdout=log,
             stderr=log,
         )
         self.processes.append(process)
         return process
 
-    def worker(self, path: Path = ROOT) -> subprocess.Popen[bytes]:
+    def worker(self, path: Path = ROOT, hold: Hold | None = None) -> subprocess.Popen[bytes]:
         """One of one thread, which nobody starts again."""
         more = ("--nthreads", "1", "--no-nanny", "--no-dashboard")
-        return self.start("worker", self.address, *more, path=path)
+        return self.start("worker", self.address, *more, path=path, hold=hold)
 
     def wait(self, workers: int) -> None:
         """Until so many are there."""
@@ -73,28 +78,32 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
     made.stop()
 
 
-def test_a_worker_killed_in_mid_study_changes_nothing(undisturbed, cluster, tmp_path):
+def test_a_worker_killed_in_mid_study_changes_nothing(undisturbed, cluster, tmp_path, hold):
     file, expected = undisturbed
-    victim, _ = cluster.worker(), cluster.worker()
+    holding = hold(3, 2)
+    victim, _ = cluster.worker(hold=holding), cluster.worker(hold=holding)
     cluster.wait(2)
     out = tmp_path / "out.nc"
     program = sweeping(file, out, "--scheduler", cluster.address)
     wait_for_batches(out, 3, program)
     victim.send_signal(signal.SIGKILL)
+    holding.release()
     code, said, err = finished(program)
     assert (code, err) == (0, "")
-    assert "320 run" in said
+    assert f"{MEMBERS} run" in said
     assert content(out) == content(expected)
 
 
-def test_an_interrupted_study_goes_on_with_the_scheduler(undisturbed, cluster, tmp_path):
+def test_an_interrupted_study_goes_on_with_the_scheduler(undisturbed, cluster, tmp_path, hold):
     file, expected = undisturbed
-    cluster.worker()
+    holding = hold(2, 1)
+    cluster.worker(hold=holding)
     cluster.wait(1)
     out = tmp_path / "out.nc"
     program = sweeping(file, out, "--scheduler", cluster.address)
     wait_for_batches(out, 2, program)
     program.send_signal(signal.SIGINT)
+    holding.release()
     code, _, err = finished(program)
     assert (code, err.count("\n")) == (130, 1)
     assert "--resume" in err

@@ -16,7 +16,7 @@ from models.loading import load_arm
 from tests.arms import random_arm
 from tests.trial.test_trial import equations_of, in_frame, trial_of, two_links
 
-PARTS = ("mass_matrix", "bias", "force")
+pytestmark = pytest.mark.slow
 
 
 def in_coordinates(model: str, coordinates: Coordinates, arm: Arm) -> Equations:

@@ -1,0 +1,20 @@
+"""Cross-checks with every check in them, each of a few states and steps."""
+
+from __future__ import annotations
+
+import pytest
+
+from crosscheck import energy_suite, plan, state_suite
+
+STATES = 4
+
+
+def brief(patch: pytest.MonkeyPatch, experiment_s: float = 2e-3) -> None:
+    """The quick plan; experiment_s: how long the paper's experiments are in it."""
+    for name in plan.QUICK_S:
+        patch.setitem(plan.QUICK_S, name, experiment_s)
+    patch.setattr(plan, "QUICK_STEPS", 2000)  # below, bounds from runs at two steps are too tight
+    patch.setattr(plan, "PROBE_S", 1e-3)
+    patch.setattr(plan, "SHORT_STEPS", 500)
+    patch.setattr(energy_suite, "STEPS", 200)
+    patch.setattr(state_suite, "QUICK_COUNT", STATES)
