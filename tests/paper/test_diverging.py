@@ -21,7 +21,7 @@ pytestmark = pytest.mark.slow
 
 
 class Unstable(Scale):
-    """Every run at a step that no integrator survives."""
+    """Every run at a step that no integrator survives for five milliseconds."""
 
     def cut(self, variant: Variant) -> Variant:
         shorter = super().cut(variant)
@@ -32,7 +32,7 @@ class Unstable(Scale):
 def material(kept: Path) -> Iterator[Material]:
     """Of all chapters: what one has asked, the others read."""
     with few_settings():
-        yield Material(Study(kept), Unstable(longest_s=0.1, most_starts=2))
+        yield Material(Study(kept), Unstable(longest_s=0.01, most_starts=2))
 
 
 def test_that_a_run_diverges_is_itself_an_answer(material: Material) -> None:
