@@ -1,18 +1,18 @@
-"""What several tests of the paper's page look at, made once."""
+"""What several modules share."""
 
 from __future__ import annotations
 
-import pytest
+import os
+from pathlib import Path
 
-from crosscheck.paper import report
-from tests.paper.published import BRIEF, Noting, Published
+import pytest
 
 
 @pytest.fixture(scope="session")
-def published(tmp_path_factory: pytest.TempPathFactory) -> Published:
-    """The whole page."""
-    folder = tmp_path_factory.mktemp("published")
-    study, out = Noting(folder / "kept", 2), folder / "out"
-    out.mkdir()
-    made = report.write_paper(study, out, BRIEF)
-    return Published(study, out, {chapter.id: chapter for chapter in made})
+def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder for studies' results, the same in all processes of a test run.
+
+    What no scale cuts, such as the planted slips, is then worked out by the first that asks.
+    """
+    own = tmp_path_factory.getbasetemp()
+    return (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "kept"

@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import pytest
+
 from crosscheck.paper.chapter import Chapter
+from crosscheck.paper.claims import settings
 from crosscheck.paper.scale import Scale
 from crosscheck.studies.study import Asked, Comparison, Study
 from tests.paper.markup import strict_json
 
 BRIEF = Scale(longest_s=0.002, most_starts=2)
 Name = tuple[str, str]  # a module, and what is defined there
+
+
+@contextmanager
+def few_settings() -> Iterator[None]:
+    """Every experiment of the full plan, at the figures' two dampings in place of twelve."""
+    with pytest.MonkeyPatch.context() as patch:
+        few = replace(settings.FULL, zetas=(0.005, 0.02), shaken=(0.02,))
+        patch.setattr(settings, "FULL", few)
+        yield
 
 
 @dataclass

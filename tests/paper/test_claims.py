@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from crosscheck.paper.cells import PRINTED, Cell
 from crosscheck.paper.claims.catalogue import BY_ID, CLAIMS, RETIRED
-from crosscheck.paper.claims.chapter import chapter
 from crosscheck.paper.claims.measured import MEASURED
 from crosscheck.paper.claims.quantities import Known, NotSimulatedError
 from crosscheck.paper.claims.rule import Claim, State, answers
-from crosscheck.paper.claims.settings import FULL, settings
+from crosscheck.paper.claims.settings import FULL
 from crosscheck.paper.claims.statics import Statics
-from crosscheck.paper.material import Material
 from crosscheck.paper.sampling.experiments import (
     BACKLASH,
     DEFAULT_B_UM,
@@ -30,7 +28,7 @@ from crosscheck.paper.sampling.experiments import (
     Source,
 )
 from crosscheck.paper.sampling.pool import Sample, samples
-from crosscheck.paper.scale import QUICK, Scale
+from crosscheck.paper.scale import Scale
 from crosscheck.studies.study import Study
 
 IDS = [claim.id for claim in CLAIMS]
@@ -177,9 +175,9 @@ def test_every_claim_has_its_experiments_in_the_full_plan(claim):
 
 
 @pytest.fixture(scope="module")
-def brief(tmp_path_factory) -> Known:
+def brief(kept: Path) -> Known:
     """Every experiment of a setting, in runs of two milliseconds."""
-    study = Study(tmp_path_factory.mktemp("kept"), 2)
+    study = Study(kept)
     found = samples(study, BRIEF, [(CELL, source) for source in FULL.sources(CELL)], "test")
     return Known({source: sample for (_, source), sample in found.items()})
 
@@ -191,25 +189,13 @@ def test_what_a_run_is_too_short_for_is_undefined_and_no_answer(brief):
 
 
 @pytest.mark.slow
-def test_an_experiment_measures_what_the_catalogue_says(brief):
+def test_an_experiment_measures_what_the_catalogue_says(brief, kept: Path):
     """Every number of every experiment has a meaning, and every meaning is measured."""
+    (static,) = Study(kept).answers([Statics(CELL.arm)], "test")
     measured = {name for sample in brief.values() for name in sample.numbers}
-    assert {*measured, *Statics(CELL.arm).answer(), "planted_shown"} == set(MEASURED)
+    assert {*measured, *static, "planted_shown"} == set(MEASURED)
 
 
 def test_the_full_plan_has_thirty_two_starts_in_every_setting():
     assert len(Scale().seeds) >= 32
     assert {cell.planets for cell in FULL.settings()} == {"free"}
-
-
-@pytest.mark.slow
-def test_quick_chapter(tmp_path):
-    material = Material(Study(tmp_path, 2), QUICK)
-    made = chapter(material)
-    assert [record["id"] for record in made.records] == IDS
-    json.dumps(made.records, allow_nan=False)
-    verdicts = {record["id"]: record["verdict"] for record in made.records}
-    assert verdicts["2.2-10"] == "does not hold"  # Eq. 13, from the teeth alone
-    assert verdicts["3.1-09"] == "holds"  # x_sp converges to 52 um
-    assert 'href="#figure-14"' in made.html
-    assert settings(material.study, QUICK)[0][0] == material.settings[0][0]

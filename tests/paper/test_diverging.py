@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,12 +15,27 @@ from crosscheck.paper.scale import Scale
 from crosscheck.paper.undefined import UNDEFINED
 from crosscheck.studies.study import Study, Variant
 from tests.paper.markup import page_problems, strict_json
+from tests.paper.published import few_settings
 
 pytestmark = pytest.mark.slow
 
 
-def test_that_a_run_diverges_is_itself_an_answer(tmp_path: Path) -> None:
-    material = Material(Study(tmp_path), Unstable(longest_s=0.1, most_starts=2))
+class Unstable(Scale):
+    """Every run at a step that no integrator survives for five milliseconds."""
+
+    def cut(self, variant: Variant) -> Variant:
+        shorter = super().cut(variant)
+        return replace(shorter, settings=(*shorter.settings, "scenario.step_s=2e-4"))
+
+
+@pytest.fixture(scope="module")
+def material(kept: Path) -> Iterator[Material]:
+    """Of all chapters: what one has asked, the others read."""
+    with few_settings():
+        yield Material(Study(kept), Unstable(longest_s=0.01, most_starts=2))
+
+
+def test_that_a_run_diverges_is_itself_an_answer(material: Material) -> None:
     made = report._chapter(material, "claims.chapter")
     verdicts = {record["id"]: record["verdict"] for record in made.records}
     assert verdicts["2.1-08"] == "holds"  # Eq. 5 may make a run diverge
@@ -39,14 +55,6 @@ def _undefined(record: dict[str, Any]) -> bool:
     return "starts" in record and record["starts"] == record.get("undefined")
 
 
-class Unstable(Scale):
-    """Every run at a step that no integrator survives."""
-
-    def cut(self, variant: Variant) -> Variant:
-        shorter = super().cut(variant)
-        return replace(shorter, settings=(*shorter.settings, "scenario.step_s=2e-4"))
-
-
 @pytest.mark.parametrize(
     "name",
     [
@@ -61,9 +69,8 @@ class Unstable(Scale):
         "hypotheses.damping_fit",
     ],
 )
-def test_every_chapter_survives_runs_that_diverge(name: str, tmp_path: Path) -> None:
-    study = Study(tmp_path)
-    made = report._chapter(Material(study, Unstable(longest_s=0.1, most_starts=2)), name)
+def test_every_chapter_survives_runs_that_diverge(name: str, material: Material) -> None:
+    made = report._chapter(material, name)
     assert any(map(_undefined, made.records))
-    strict_json(report.records_json([made], study))
-    assert page_problems(report.page([made], study)) == []
+    strict_json(report.records_json([made], material.study))
+    assert page_problems(report.page([made], material.study)) == []

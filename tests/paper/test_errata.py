@@ -6,6 +6,7 @@ import math
 import re
 import tomllib
 from dataclasses import replace
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -18,7 +19,7 @@ from analytic.physical import physical_form
 from analytic.printed import printed_form
 from crosscheck.paper.errata import auxiliary, compare, energy, planted, statements, transcript
 from crosscheck.paper.errata import finder as errata
-from crosscheck.paper.errata.erratum import effect_of
+from crosscheck.paper.errata.erratum import Erratum, effect_of, simulated
 from crosscheck.paper.errata.words import FILE, told
 from crosscheck.paper.stage import paper_stage, without_backlash
 from models.errors import InputError
@@ -133,19 +134,23 @@ def test_abbreviations_without_use_are_found_through_others():
     assert found == {"unused-M_ci", "unused-a_5"}
 
 
-def test_every_slip_has_an_id_of_its_own_and_words(labelled):
-    found = errata.find_errata(labelled)
-    assert len({erratum.id for erratum in found}) == len(found)
-    for erratum in map(told, found):
+@pytest.fixture(scope="module")
+def slips(labelled) -> list[Erratum]:
+    return errata.find_errata(labelled)
+
+
+def test_every_slip_has_an_id_of_its_own_and_words(slips):
+    assert len({erratum.id for erratum in slips}) == len(slips)
+    for erratum in map(told, slips):
         assert erratum.where
         assert erratum.printed
         assert erratum.derived
         assert "{" not in f"{erratum.printed}{erratum.derived}{erratum.remark}"
 
 
-def test_every_slip_in_words_is_one_that_can_be_found(labelled):
+def test_every_slip_in_words_is_one_that_can_be_found(slips):
     words = set(tomllib.loads(FILE.read_text(encoding="utf-8")))
-    ids = {erratum.id for erratum in errata.find_errata(labelled)}
+    ids = {erratum.id for erratum in slips}
     found = ids | {name.partition("-")[0] for name in ids}
     assert words - found == {"table-planet"}  # only where a planet's M is above its m
 
@@ -219,13 +224,14 @@ def test_a_stage_of_another_kind_is_refused(place, field):
         paper_stage(load_arm("direct-between"), place)
 
 
-def test_every_simulated_effect_is_resolved(labelled):
+def test_every_simulated_effect_is_resolved(slips):
     """Each equation's slip moves the mesh force in a PD run by more than rounding."""
     torque, pd = errata.effect_scenarios()
+    run = cache(simulated)  # many trials share a side
     short = pd.model_copy(update={"duration_s": 0.05})
-    for erratum in errata.find_errata(labelled):
+    for erratum in slips:
         if erratum.trial is not None:
-            effect = effect_of(erratum.trial, short)
+            effect = effect_of(erratum.trial, short, run)
             # 1e-9 N: hundredfold the rounding of forces of 1e4 N.
             assert effect.mesh_force_N > 1e-9, erratum.id
     assert torque.duration_s == errata.EFFECT_S

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -36,7 +35,7 @@ from crosscheck.paper.sampling.experiments import (
     PD,
     question,
 )
-from crosscheck.paper.scale import QUICK, Scale
+from crosscheck.paper.scale import Scale
 from crosscheck.studies.starts import perturbed
 from crosscheck.studies.study import Study, Variant
 from crosscheck.studies.variant import simulate
@@ -78,8 +77,8 @@ def test_all_starts_lie_in_the_band() -> None:
 
 
 @pytest.mark.parametrize("number", [4, 8, 14])
-def test_beside_a_figure_stand_its_claims_as_they_were_judged(tmp_path: Path, number: int) -> None:
-    shelf = shelf_in(tmp_path, replace(BRIEF, longest_s=0.03))
+def test_beside_a_figure_stand_its_claims_as_they_were_judged(kept: Path, number: int) -> None:
+    shelf = shelf_in(kept, replace(BRIEF, longest_s=0.03))
     zeta = figures.ZETAS.get(number, figures.ZETA)
     found = rows(shelf, number, zeta)
     assert [row.claim for row in found] == [c for c in CLAIMS if c.figure == number]
@@ -104,8 +103,8 @@ def test_a_figure_alone_asks_for_no_more_than_its_claims(tmp_path: Path) -> None
     assert study.made == 1 + len(LAWS)
 
 
-def test_what_a_figure_alone_is_told_is_what_the_page_is_told(tmp_path: Path) -> None:
-    material = Material(Study(tmp_path), BRIEF)
+def test_what_a_figure_alone_is_told_is_what_the_page_is_told(kept: Path) -> None:
+    material = Material(Study(kept), BRIEF)
     page, alone = (Shelf(material, whole=whole) for whole in (True, False))
     for own, same in zip(rows(page, 16, LOW_ZETA), rows(alone, 16, LOW_ZETA), strict=True):
         assert own.found == same.found
@@ -157,8 +156,8 @@ def test_eq6_pulls_where_nothing_touches() -> None:
     assert row.gap_m * sigma == pytest.approx(0.139, abs=1e-3)  # physics.md
 
 
-def test_drawn_laws_are_deterministic(tmp_path: Path) -> None:
-    shelf = shelf_in(tmp_path)
+def test_drawn_laws_are_deterministic(kept: Path) -> None:
+    shelf = shelf_in(kept)
     for draw in (figure_4, figure_5):
         plate = draw(shelf)
         assert plate.html([]) == draw(shelf).html([])
@@ -166,8 +165,8 @@ def test_drawn_laws_are_deterministic(tmp_path: Path) -> None:
     assert figure_5(shelf).numbers["eq8_is_the_fundamental"] is True
 
 
-def test_a_figure_says_how_many_starts_are_severe(tmp_path: Path) -> None:
-    plate = figure_14(shelf_in(tmp_path))
+def test_a_figure_says_how_many_starts_are_severe(kept: Path) -> None:
+    plate = figure_14(shelf_in(kept))
     assert plate.numbers["severe"] == {name: [0, 0] for name in plate.numbers["severe"]}
     assert len(plate.numbers["severe"]) == len(LAWS)
 
@@ -202,13 +201,3 @@ def test_shelf_reads_a_run_once(tmp_path: Path) -> None:
     first = shelf.courses([variant], 8)[variant]
     assert shelf.courses([variant], 9)[variant] is first
     assert (shelf.material.study.made, shelf.material.study.found) == (1, 0)
-
-
-@pytest.mark.slow
-def test_quick_chapter(tmp_path: Path) -> None:
-    chapter = figures.chapter(Material(Study(tmp_path, 2), replace(QUICK, most_starts=2)))
-    json.dumps(chapter.records, allow_nan=False)
-    numbers = [str(number) for number in figures.QUICK_NUMBERS]
-    assert [record["id"] for record in chapter.records] == [f"figure-{n}" for n in numbers]
-    assert re.findall(r'<h3 id="figure-(\d+)"', chapter.html) == numbers
-    assert chapter.said

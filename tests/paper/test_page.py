@@ -11,11 +11,8 @@ import pytest
 
 from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.command import paper_command
-from crosscheck.paper.errata.notes import notes
-from crosscheck.paper.errata.sheet import chapter, markdown
-from crosscheck.paper.material import Material
 from crosscheck.paper.report import page, paper_files, records_json
-from crosscheck.paper.scale import QUICK, Scale
+from crosscheck.paper.scale import Scale
 from crosscheck.studies.study import Study
 from models.errors import InputError
 from tests.processes import command_line
@@ -72,17 +69,3 @@ def test_records_are_identical_but_for_the_provenance(tmp_path: Path):
     first, second = (json.loads(records_json(made, Study(tmp_path))) for _ in range(2))
     assert first["chapters"] == second["chapters"] == {"x": [{"id": "x/1", "value": 1.5}]}
     assert "X" in page(made, Study(tmp_path))
-
-
-def test_errata_sheet_says_the_same_as_a_page_and_as_markdown(tmp_path: Path):
-    sheet = chapter(Material(Study(tmp_path), QUICK))
-    errata, text = [slip.erratum for slip in sheet.slips], markdown(sheet.slips)
-    ids = [f"erratum/paper-labelled/{erratum.id}" for erratum in errata]
-    assert [record["id"] for record in sheet.records][: len(ids)] == ids
-    for note in (*notes().contradictions, *notes().gaps):
-        assert any(str(record["id"]).endswith(f"/{note.id}") for record in sheet.records)
-    for erratum in errata:
-        assert erratum.where.replace("|", r"\|") in text
-    assert sheet.html.count("<svg") == sum(
-        bool(tex) for erratum in errata for tex in (erratum.printed_tex, erratum.derived_tex)
-    )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,6 @@ import pytest
 from analytic.model import PhysicalModel
 from crosscheck.paper.cells import INTEGRAL, PRINTED, REPAIRED_RATE, Cell, Law
 from crosscheck.paper.claims.rule import State
-from crosscheck.paper.material import Material
-from crosscheck.paper.phase.chapter import chapter
 from crosscheck.paper.phase.clock import CLOCK_N, Band, Clocks, ClockTest, Delayed, LawsClock
 from crosscheck.paper.phase.dampers import (
     ABLATIONS,
@@ -50,13 +47,12 @@ from crosscheck.paper.phase.resonance import (
     tongues,
 )
 from crosscheck.paper.phase.runaway import FAST_RAD_PER_S
-from crosscheck.paper.phase.stability import CELLS, ONSET_WITHIN, Begun
+from crosscheck.paper.phase.stability import ONSET_WITHIN, Begun
 from crosscheck.paper.phase.verdict import h1_verdict
-from crosscheck.paper.scale import QUICK
 from crosscheck.paper.shares import Share
 from crosscheck.paper.third import NONE, Third
 from crosscheck.paper.thresholds import EVIDENT, SEVERE
-from crosscheck.studies.study import Study, Variant, simulate
+from crosscheck.studies.study import Variant, simulate
 
 SHORT = Variant(zeta=0.02, phase="omega_t", ring_rate="corrected", duration_s=0.02)
 CELL = Cell(PRINTED, 0.005)
@@ -341,19 +337,6 @@ def test_a_tongue_opens_at_twice_a_modes_frequency_and_damping_closes_it() -> No
     away, inside = tongues(0.005, speeds)
     assert away < 0 < inside
     assert tongues(0.1, speeds).max() < 0
-
-
-@pytest.mark.slow
-def test_quick_chapter(tmp_path: Path) -> None:
-    made = chapter(Material(Study(tmp_path), QUICK))
-    assert made.records[0]["verdict"] == "holds"
-    assert made.html.count("<svg") == 2
-    assert {r["id"] for r in made.records} >= {f"stability/{cell.id}" for cell in CELLS}
-    assert {(one.place.law, one.state) for one in made.said if one.place.zeta == 0.02} == {
-        (PRINTED, State.NO),
-        (REPAIRED_RATE, State.YES),
-        (INTEGRAL, State.NO),
-    }
 
 
 @pytest.mark.slow

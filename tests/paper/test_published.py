@@ -5,7 +5,9 @@ Nothing that the paper speaks of happens in them: what is left is to say so, eve
 
 from __future__ import annotations
 
-from dataclasses import replace
+import json
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,15 +17,29 @@ from crosscheck.paper.claims.catalogue import CLAIMS
 from crosscheck.paper.claims.quantities import of
 from crosscheck.paper.figures.chapter import NUMBERS
 from crosscheck.paper.figures.store import stored_runs
-from crosscheck.paper.material import Material
 from crosscheck.paper.sampling.experiments import PD
 from crosscheck.paper.scale import FULL
 from crosscheck.paper.undefined import UNDEFINED
+from crosscheck.studies import sources
+from models.loading import HERE
 from models.trajectory import read_netcdf
-from tests.paper.markup import SVG, axis_problems, page_problems, strict_json, uneven_tables
-from tests.paper.published import BRIEF, Published
+from tests.paper import edited_views
+from tests.paper.markup import SVG, axis_problems, page_problems, uneven_tables
+from tests.paper.published import BRIEF, Name, Noting, Published, few_settings
+from tests.paper.views import is_view
+from tests.processes import command_line
 
 pytestmark = pytest.mark.slow
+ROOT = HERE.parent
+
+
+@pytest.fixture(scope="module")
+def published(tmp_path_factory: pytest.TempPathFactory, kept: Path) -> Published:
+    """The whole page; every test that looks at it is in this module, so that it is made once."""
+    study, out = Noting(kept), tmp_path_factory.mktemp("published")
+    with few_settings():
+        made = report.write_paper(study, out, BRIEF)
+    return Published(study, out, {chapter.id: chapter for chapter in made})
 
 
 def test_every_chapter_says_something(published: Published) -> None:
@@ -110,9 +126,34 @@ def test_claims_about_later_events_are_undefined_and_say_so(published: Published
     assert {one["undefined"] for record in static for one in record["settings"]} == {0}
 
 
-def test_the_quick_chapters_are_well_formed(published: Published) -> None:
-    material = Material(published.study, replace(BRIEF, quick=True))
-    made = [report._chapter(material, name) for name in report.QUICK_CHAPTERS]
-    html = report.page(made, published.study)
-    assert page_problems(html) == []
-    strict_json(report.records_json(made, published.study))
+@pytest.fixture
+def names(published: Published) -> list[Name]:
+    """Of all that a page is made from."""
+    return sorted(published.study.names)
+
+
+def test_no_result_hangs_on_a_view(names: list[Name]) -> None:
+    assert len(names) > 5
+    hanging = {
+        (name, path.relative_to(ROOT).as_posix())
+        for name in names
+        for path in sources.walked(name).files
+        if path.is_relative_to(ROOT) and is_view(path.relative_to(ROOT))
+    }
+    assert hanging == set()
+
+
+def test_an_edit_of_every_text_and_drawing_changes_no_key(
+    names: list[Name], tmp_path: Path
+) -> None:
+    """A changed caption or template makes no result anew."""
+    for package in (*sources.OWN, "tests"):
+        without = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=without)
+    listed = tmp_path / "names.json"
+    listed.write_text(json.dumps(names), encoding="utf-8")
+    env = {"PYTHONPATH": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
+    script = str(Path(edited_views.__file__))
+    answer = command_line(listed, python=(script,), env=env, timeout=300)
+    assert answer.returncode == 0, answer.stderr
+    assert json.loads(answer.stdout) == []

@@ -16,7 +16,7 @@ import json
 import os
 import sys
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -156,13 +156,18 @@ class Traced(importlib.machinery.SourceFileLoader):
     """Loads the project's files so that every function notes its file when it is called."""
 
     def get_code(self, fullname: str) -> Any:
-        path = Path(self.get_filename(fullname))
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        note = ast.parse(f"called_files.add({str(path.relative_to(ROOT))!r})").body
-        for node in ast.walk(tree):
-            if isinstance(node, ast.FunctionDef):
-                node.body[:0] = note
-        return compile(ast.fix_missing_locations(tree), str(path), "exec")
+        return noting(Path(self.get_filename(fullname)))
+
+
+@cache
+def noting(path: Path) -> Any:
+    """The code of one of the project's files, with the note in every function."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    note = ast.parse(f"called_files.add({str(path.relative_to(ROOT))!r})").body
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            node.body[:0] = note
+    return compile(ast.fix_missing_locations(tree), str(path), "exec")
 
 
 def traced() -> dict[str, dict[str, list[str]]]:
@@ -178,6 +183,9 @@ def traced() -> dict[str, dict[str, list[str]]]:
     numba.njit, numba.vectorize = uncompiled, lambda **_: importlib.import_module("numpy").vectorize
     sys.path_hooks.insert(0, finder)
     sys.path_importer_cache.clear()
+    for package in OWN:  # compiled once for all children
+        for path in (ROOT / package).rglob("*.py"):
+            noting(path)
     return {name: in_child(partial(looked_at, result)) for name, result in RESULTS.items()}
 
 
@@ -237,24 +245,44 @@ def edited() -> dict[str, list[str]]:
     """Result -> the files whose edit changes its key."""
     keys = {name: result()[0] for name, result in RESULTS.items()}
     sources = importlib.import_module("crosscheck.studies.sources")
+    walks: dict[tuple[tuple[str, str], ...], Any] = {}
+    walked = sources.walked
+
+    def remembered(*names: tuple[str, str]) -> Any:
+        """A comment or a title more leads nowhere else: only what is read there is another."""
+        if names not in walks:
+            walks[names] = walked(*names)
+        return walks[names]
+
+    sources.walked = remembered
 
     def all_keys() -> dict[str, str]:
-        for remembered in (sources.code_hash, sources.source_of, sources.uses):
-            remembered.cache_clear()
+        sources.code_hash.cache_clear()
         return {name: key() for name, key in keys.items()}
 
     before = all_keys()
     assert before == all_keys()
+
+    def changed_by(*paths: Path) -> list[str]:
+        """Results whose keys are others while all these files are edited."""
+        texts = {path: path.read_text(encoding="utf-8") for path in paths}
+        for path, text in texts.items():
+            path.write_text(other(path, text), encoding="utf-8")
+        after = all_keys()
+        for path, text in texts.items():
+            path.write_text(text, encoding="utf-8")
+        return [name for name in keys if after[name] != before[name]]
+
+    kinds = (".py", ".toml", ".j2", ".css", ".json")
+    every = {path for package in OWN for path in (ROOT / package).rglob("*.*")}
+    files = sorted(path for path in every if path.suffix in kinds)
+    counting = set().union(*(walk.files for walk in walks.values()))
+    rest = [path for path in files if path not in counting]
+    assert changed_by(*rest) == []  # nor, therefore, does one of them
     changes: dict[str, list[str]] = {name: [] for name in keys}
-    for path in sorted(path for package in OWN for path in (ROOT / package).rglob("*.*")):
-        if path.suffix not in (".py", ".toml", ".j2", ".css", ".json"):
-            continue
-        text = path.read_text(encoding="utf-8")
-        path.write_text(other(path, text), encoding="utf-8")
-        for name, key in all_keys().items():
-            if key != before[name]:
-                changes[name].append(str(path.relative_to(ROOT)))
-        path.write_text(text, encoding="utf-8")
+    for path in files:
+        for name in changed_by(path) if path in counting else ():
+            changes[name].append(str(path.relative_to(ROOT)))
     return changes
 
 
