@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
 
 from crosscheck.output import require_file, write_files
-from crosscheck.plan import Wanted, is_the_papers
-from crosscheck.progress import progress_bar, shown_progress
+from crosscheck.plan import Wanted
+from crosscheck.progress import QUIET_S, shown_progress
 from crosscheck.provenance import provenance
 from crosscheck.registry import entry_of
-from crosscheck.report.chapter import Chapter
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import printable
 from crosscheck.run import CrossCheck, cross_check
@@ -42,30 +40,17 @@ def run_command(chosen: Wanted, out: Path, jobs: int) -> int:
     for file in files:
         require_file(file)
     result = checked_aloud(chosen, jobs)
-    page = report_page(result, _papers_chapters(jobs) if _is_about_the_paper(chosen) else [])
+    page = report_page(result)
     write_files(dict(zip(files, (page, result.agreement.to_json()), strict=True)))
     print_agreement(result.agreement)
     print(f"wrote {files[0]} and {files[1]}")
     return result.agreement.exit_code
 
 
-def _is_about_the_paper(chosen: Wanted) -> bool:
-    """Whether the paper's chapters, in brief, belong on the page."""
-    usual = not chosen.scenarios and chosen.chosen is None
-    return usual and not chosen.quick and is_the_papers(chosen.arm)
-
-
-def _papers_chapters(jobs: int) -> Sequence[Chapter]:
-    from crosscheck.paper.report import quick_chapters  # a second of imports
-    from crosscheck.studies.study import Study, cache_folder
-
-    with progress_bar() as bar:
-        return quick_chapters(Study(cache_folder(), jobs, bar))
-
-
 def checked_aloud(chosen: Wanted, jobs: int) -> CrossCheck:
     """The cross-check, with its progress and what a user should know before it."""
-    with shown_progress() as told:
+    about = f"cross-checking {printable(chosen.arm.name)}"
+    with shown_progress(about, QUIET_S if chosen.quick else 0.0) as told:
         return cross_check(chosen, jobs=jobs, told=told, warned=_say)
 
 

@@ -22,11 +22,10 @@ from crosscheck.run_suite import (
 )
 from crosscheck.state_suite import probe_comparisons, state_comparisons
 from crosscheck.tasks import Failure, RunKey, Simulation
+from crosscheck.underway import Expectation, Told, Underway, unsaid
 from crosscheck.workers import Workers
 from models.arm import Arm
 from models.loading import Case
-
-Told = Callable[[str, int], None]  # (what is being done, steps still to come)
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ def cross_check(
     wanted: Wanted,
     *,
     jobs: int,
-    told: Told = lambda what, left: None,
+    told: Told = unsaid,
     warned: Callable[[str], None] = lambda line: None,
 ) -> CrossCheck:
     """Run every check on an arm; ``warned`` of unstable loops before they run.
@@ -56,12 +55,13 @@ def cross_check(
     Raises InputError for an arm or scenarios that cannot be run.
     """
     with Workers(jobs) as workers:
-        told("starting", 0)
+        told(Underway("sizing the experiments"))
         chosen = prepared(wanted, workers)
         for line in chosen.remarks:
             warned(line)
         comparisons = planned(wanted, chosen)
         results = performed(workers, tasks_of(comparisons), told)
+    told(Underway("comparing"))
     findings = list(findings_of(comparisons, results))
     own = wanted.scenarios, wanted.chosen, chosen.remarks
     record = provenance(wanted.arm, wanted.seed, wanted.quick, *own, packages())
@@ -90,15 +90,24 @@ def planned(wanted: Wanted, chosen: Prepared) -> list[Comparison]:
 
 def performed(workers: Workers, tasks: Sequence[ModelTask], told: Told) -> Results:
     """Every task's outcome."""
-    left = len(tasks)
+    expected, count = Expectation(tasks, workers.jobs), 0
+
+    def begun(key: Any) -> None:
+        told(Underway(in_words(key), count, len(tasks), expected.left_s))
 
     def done(key: Any) -> None:
-        nonlocal left
-        left -= 1
-        told(str(key) if isinstance(key, RunKey) else f"{key.model} {key.quantity}", left)
+        nonlocal count
+        count += 1
+        expected.finish(key)
 
-    told("starting", left)
-    return Results(workers.perform(tasks, done))
+    return Results(workers.perform(tasks, done, begun))
+
+
+def in_words(key: Any) -> str:
+    """What is done in a task of this key."""
+    if isinstance(key, RunKey):
+        return f"simulating {key.experiment}, {key.model}"
+    return f"evaluating {key.quantity}, {key.model}"
 
 
 def cases_of(comparisons: Sequence[Comparison]) -> dict[RunKey, Case]:

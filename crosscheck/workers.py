@@ -89,12 +89,21 @@ class Workers:
         while self.crew:
             self.crew.pop().kill()
 
-    def perform(self, tasks: Sequence[Task], done: Callable[[Any], None]) -> dict[Any, Any]:
-        """Results by key; a task whose worker died or was too slow has a Failure."""
+    def perform(
+        self,
+        tasks: Sequence[Task],
+        done: Callable[[Any], None],
+        begun: Callable[[Any], None] = lambda key: None,
+    ) -> dict[Any, Any]:
+        """Results by key; a task whose worker died or was too slow has a Failure.
+
+        ``begun`` and ``done`` are told each key as its task begins, and as it ends.
+        """
         waiting = sorted(tasks, key=lambda task: task.cost)
         results: dict[Any, Any] = {}
         while len(results) < len(tasks):
-            self._employ(waiting)
+            for key in self._employ(waiting):
+                begun(key)
             for worker in self._finished():
                 task = worker.task
                 assert task is not None  # only those at work can have finished
@@ -102,13 +111,16 @@ class Workers:
                 done(task.key)
         return results
 
-    def _employ(self, waiting: list[Task]) -> None:
-        """Give every idle worker the longest task left; hire while there are tasks."""
+    def _employ(self, waiting: list[Task]) -> list[Any]:
+        """Give every idle worker the longest task left; hire while there are tasks. Their keys."""
         idle = [worker for worker in self.crew if worker.task is None]
+        given = []
         while waiting and (idle or len(self.crew) < self.jobs):
-            worker = idle.pop() if idle else self._hired()
+            worker, task = idle.pop() if idle else self._hired(), waiting.pop()
             with suppress(OSError):  # it has died idle, and will be found dead
-                worker.give(waiting.pop())
+                worker.give(task)
+            given.append(task.key)
+        return given
 
     def _hired(self) -> _Worker:
         here, there = FORK.Pipe()

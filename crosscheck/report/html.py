@@ -9,9 +9,9 @@ import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.findings import Finding
+from crosscheck.plan import is_the_papers
 from crosscheck.registry import RIGID_LEVELS, same_integrator
 from crosscheck.report import figures
-from crosscheck.report.chapter import Chapter
 from crosscheck.report.matrix import cells, groups
 from crosscheck.report.words import counted, tally
 from crosscheck.run import CrossCheck
@@ -21,8 +21,8 @@ from crosscheck.tasks import RunKey
 HEADLINE, HEADLINE_CASES = (f"at-{MIDWAY_S:g}-s", "same-step"), ("pd", "pd-motion")
 
 
-def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
-    """HTML text of the report, figures inlined; the paper's chapters follow the comparison."""
+def report_page(result: CrossCheck) -> str:
+    """HTML text of the report, figures inlined."""
     environment = Environment(
         loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
     )
@@ -32,12 +32,12 @@ def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
     page = environment.get_template("page.html.j2").render(
         arm=result.arm,
         agreement=agreement,
+        is_the_papers=is_the_papers(result.arm),
         cells=found,
         groups=groups([cell for cell in found if cell.between_models]),
         headline=[f for f in agreement.checks if _is_headline(f)],
         deviations=_deviations(agreement.findings),
         charts=_charts(result),
-        chapters=chapters,
         provenance=agreement.to_dict()["provenance"],
     )
     return figures.sound_links(page)

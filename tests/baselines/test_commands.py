@@ -14,7 +14,8 @@ from crosscheck import LARGEST_SEED
 from crosscheck.run import CrossCheck
 from crosscheck.tasks import Failure
 from models.arm import Arm
-from models.loading import HERE, load_arm
+from models.files import HERE
+from models.loading import load_arm
 from tests.baselines.conftest import Command
 from tests.baselines.short import (
     ANALYTIC,

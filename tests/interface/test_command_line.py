@@ -10,7 +10,7 @@ import pytest
 from crosscheck import __version__, listing
 from crosscheck.registry import MODELS
 from models import exudyn_tree_loads
-from models.loading import builtin_arms, builtin_scenarios
+from models.files import builtin_arms, builtin_scenarios
 from tests.processes import HEAVY, modules_loaded_by
 
 

@@ -14,7 +14,7 @@ import pytest
 from crosscheck import registry
 from crosscheck.provenance import ROOT
 from models.arm import Arm
-from models.loading import HERE
+from models.files import HERE
 from tests.arms import PAPER
 from tests.paper.markup import SVG, axis_problems, page_problems
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from crosscheck.studies import sources
-from models.loading import HERE
+from models.files import HERE
 from tests.paper import edited_views
 from tests.paper.published import Name, Published
 from tests.paper.views import is_view

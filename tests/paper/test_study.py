@@ -20,7 +20,8 @@ from crosscheck.studies.variant import integration, simulate
 from crosscheck.studies.work import Piece, integrations
 from crosscheck.tasks import Failure
 from models.errors import Diverged, InputError, Unfinished
-from models.loading import HERE, load_arm
+from models.files import HERE
+from models.loading import load_arm
 
 SHORT = Variant(scenario="constant-torque", duration_s=0.002)
 
