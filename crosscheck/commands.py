@@ -14,7 +14,7 @@ from crosscheck.provenance import provenance
 from crosscheck.registry import entry_of
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import printable
-from crosscheck.run import CrossCheck, cross_check
+from crosscheck.run import CrossCheck, Shown, cross_check
 from crosscheck.tasks import Failure, Request
 from crosscheck.workers import perform_all
 from models.errors import Unfinished
@@ -34,24 +34,29 @@ def wanted(
 
 def run_command(chosen: Wanted, out: Path, jobs: int) -> int:
     """Cross-check an arm, write the report, print the table; returns the exit code."""
-    from crosscheck.report.html import report_page  # Matplotlib, which no simulation need wait for
+    from crosscheck.report.charts import Charts
 
     files = out / "index.html", out / "agreement.json"
     for file in files:
         require_file(file)
-    result = checked_aloud(chosen, jobs)
-    page = report_page(result)
+    charts = Charts()
+    result = checked_aloud(chosen, jobs, charts.show)
+    from crosscheck.report.html import report_page  # Matplotlib, which no simulation waits for
+
+    page = report_page(result, charts.made())
     write_files(dict(zip(files, (page, result.agreement.to_json()), strict=True)))
     print_agreement(result.agreement)
     print(f"wrote {files[0]} and {files[1]}")
     return result.agreement.exit_code
 
 
-def checked_aloud(chosen: Wanted, jobs: int) -> CrossCheck:
+def checked_aloud(
+    chosen: Wanted, jobs: int, shown: Shown = lambda key, outcome: None
+) -> CrossCheck:
     """The cross-check, with its progress and what a user should know before it."""
     about = f"cross-checking {printable(chosen.arm.name)}"
     with shown_progress(about, QUIET_S if chosen.quick else 0.0) as told:
-        return cross_check(chosen, jobs=jobs, told=told, warned=_say)
+        return cross_check(chosen, jobs=jobs, told=told, warned=_say, shown=shown)
 
 
 def _say(line: str) -> None:

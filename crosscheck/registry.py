@@ -110,7 +110,7 @@ def _is_papers(arm: Arm, chosen: Switches) -> bool:
 
 def _pinocchio(attribute: str, level: str) -> Entry:
     module = "models.pinocchio_rigid"
-    return Entry(module, attribute, "rigid", BOTH_WAYS, ("pin",), level=level)
+    return Entry(module, attribute, "rigid", BOTH_WAYS, ("pin",), call_s=3e-6, level=level)
 
 
 BUILT_IN = {
@@ -150,7 +150,7 @@ BUILT_IN = {
         ("exudyn",),
         order=4,
         free_planets=True,
-        call_s=2e-4,
+        call_s=4e-5,
     ),
     "exudyn:bodies": Entry(
         "models.exudyn_bodies",
@@ -160,7 +160,7 @@ BUILT_IN = {
         ("exudyn",),
         order=2,
         free_planets=True,
-        call_s=5e-4,
+        call_s=2e-4,
     ),
 }
 

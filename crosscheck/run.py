@@ -27,6 +27,8 @@ from crosscheck.workers import Workers
 from models.arm import Arm
 from models.loading import Case
 
+Shown = Callable[[Any, Any], None]  # (a task's key, its outcome)
+
 
 @dataclass(frozen=True)
 class CrossCheck:
@@ -49,10 +51,12 @@ def cross_check(
     jobs: int,
     told: Told = unsaid,
     warned: Callable[[str], None] = lambda line: None,
+    shown: Shown = lambda key, outcome: None,
 ) -> CrossCheck:
     """Run every check on an arm; ``warned`` of unstable loops before they run.
 
-    Raises InputError for an arm or scenarios that cannot be run.
+    shown: is handed each task's outcome while others still run. Raises InputError for an arm or
+    scenarios that cannot be run.
     """
     with Workers(jobs) as workers:
         told(Underway("sizing the experiments"))
@@ -60,7 +64,7 @@ def cross_check(
         for line in chosen.remarks:
             warned(line)
         comparisons = planned(wanted, chosen)
-        results = performed(workers, tasks_of(comparisons), told)
+        results = performed(workers, tasks_of(comparisons), told, shown)
     told(Underway("comparing"))
     findings = list(findings_of(comparisons, results))
     own = wanted.scenarios, wanted.chosen, chosen.remarks
@@ -88,19 +92,23 @@ def planned(wanted: Wanted, chosen: Prepared) -> list[Comparison]:
     return found
 
 
-def performed(workers: Workers, tasks: Sequence[ModelTask], told: Told) -> Results:
+def performed(
+    workers: Workers,
+    tasks: Sequence[ModelTask],
+    told: Told,
+    shown: Shown = lambda key, outcome: None,
+) -> Results:
     """Every task's outcome."""
-    expected, count = Expectation(tasks, workers.jobs), 0
+    expected, outcomes = Expectation(tasks, workers.jobs), dict[Any, Any]()
 
     def begun(key: Any) -> None:
-        told(Underway(in_words(key), count, len(tasks), expected.left_s))
+        told(Underway(in_words(key), len(outcomes), len(tasks), expected.left_s))
 
-    def done(key: Any) -> None:
-        nonlocal count
-        count += 1
+    for key, outcome in workers.each(tasks, begun):
+        outcomes[key] = outcome
         expected.finish(key)
-
-    return Results(workers.perform(tasks, done, begun))
+        shown(key, outcome)
+    return Results(outcomes)
 
 
 def in_words(key: Any) -> str:

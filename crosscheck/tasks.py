@@ -117,7 +117,7 @@ class Evaluation:
     @property
     def cost(self) -> float:
         """Rough seconds: building the model, then a few calls for every state."""
-        return 0.1 + 10 * self.count * MODELS[self.model].call_s
+        return 0.01 + 10 * self.count * MODELS[self.model].call_s
 
     def perform(self) -> np.ndarray | Failure:
         """The answers, state by state along the first axis, or why there are none."""

@@ -18,7 +18,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
@@ -89,27 +89,35 @@ class Workers:
         while self.crew:
             self.crew.pop().kill()
 
-    def perform(
-        self,
-        tasks: Sequence[Task],
-        done: Callable[[Any], None],
-        begun: Callable[[Any], None] = lambda key: None,
-    ) -> dict[Any, Any]:
-        """Results by key; a task whose worker died or was too slow has a Failure.
-
-        ``begun`` and ``done`` are told each key as its task begins, and as it ends.
-        """
-        waiting = sorted(tasks, key=lambda task: task.cost)
+    def perform(self, tasks: Sequence[Task], done: Callable[[Any], None]) -> dict[Any, Any]:
+        """Results by key; ``done`` is told each key as its task ends."""
         results: dict[Any, Any] = {}
-        while len(results) < len(tasks):
-            for key in self._employ(waiting):
+        for key, result in self.each(tasks, lambda key: None):
+            results[key] = result
+            done(key)
+        return results
+
+    def each(
+        self, tasks: Sequence[Task], begun: Callable[[Any], None]
+    ) -> Iterator[tuple[Any, Any]]:
+        """Each task's key and result as it ends; ``begun`` is told the key as it begins.
+
+        A task whose worker died or was too slow has a Failure. Whoever is handed a result may take
+        some time over it: the workers go on meanwhile.
+        """
+        waiting, left = sorted(tasks, key=lambda task: task.cost), len(tasks)
+        given = self._employ(waiting)
+        while left:
+            for key in given:
                 begun(key)
+            ended = []
             for worker in self._finished():
                 task = worker.task
                 assert task is not None  # only those at work can have finished
-                results[task.key] = self._result(worker)
-                done(task.key)
-        return results
+                ended.append((task.key, self._result(worker)))
+            left -= len(ended)
+            given = self._employ(waiting)
+            yield from ended
 
     def _employ(self, waiting: list[Task]) -> list[Any]:
         """Give every idle worker the longest task left; hire while there are tasks. Their keys."""
