@@ -182,7 +182,7 @@ def simulate(
     ] = None,
 ) -> None:
     """Simulate one model and write its trajectory."""
-    from crosscheck.commands import simulate_command
+    from crosscheck.simulation import simulate_command
 
     overrides = list(settings or [])
     overrides += [f"scenario.duration_s={t_end}"] if t_end is not None else []

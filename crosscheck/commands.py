@@ -5,21 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from rich.console import Console
-from rich.markup import escape
 
 from crosscheck.output import require_file, write_files
 from crosscheck.plan import Wanted
 from crosscheck.progress import QUIET_S, shown_progress
-from crosscheck.provenance import provenance
-from crosscheck.registry import entry_of
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import printable
 from crosscheck.run import CrossCheck, Shown, cross_check
-from crosscheck.tasks import Failure, Request
-from crosscheck.workers import perform_all
-from models.errors import Unfinished
-from models.loading import load_case, load_chosen
-from models.trajectory import netcdf
+from models.loading import load_chosen
 
 STDERR = Console(stderr=True)
 
@@ -61,32 +54,3 @@ def checked_aloud(
 
 def _say(line: str) -> None:
     STDERR.print(printable(line), markup=False, highlight=False)
-
-
-def simulate_command(
-    arm: str,
-    model: str,
-    scenario: str,
-    switches: dict[str, str],
-    settings: list[str],
-    out: Path,
-    force: bool,
-    rtol: float | None = None,
-) -> None:
-    """Simulate one model into a NetCDF file."""
-    case = load_case(arm, scenario, switches, settings)
-    entry = entry_of(model)
-    require_file(out, "--out")
-    request = Request(model, case, force, rtol)
-    about = escape(f"{model}, {case.scenario.name}, {case.scenario.duration_s:g} s")
-    with STDERR.status(about):
-        trajectory = perform_all([request], 1, lambda key: None)[request]
-    if isinstance(trajectory, Failure):
-        raise Unfinished(f"{model}: {trajectory}")
-    if isinstance(trajectory, Exception):
-        raise trajectory
-    record = provenance(case.arm, 0, False, packages=entry.versioned)
-    trajectory.attrs |= {"provenance": record.model_dump_json(), "command": record.command}
-    write_files({out: netcdf(trajectory)})
-    final = ", ".join(f"{angle:.9g}" for angle in trajectory["theta"].values[-1])
-    print(f"wrote {out}: {trajectory.sizes['time']} times, theta at the end {final} rad")

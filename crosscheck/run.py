@@ -11,6 +11,7 @@ import xarray as xr
 from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.energy_suite import energy_comparisons
 from crosscheck.findings import Agreement
+from crosscheck.outcomes import Failure
 from crosscheck.plan import Wanted, order_cases, readings, short_experiments
 from crosscheck.preparation import Prepared, prepared
 from crosscheck.provenance import provenance
@@ -21,7 +22,7 @@ from crosscheck.run_suite import (
     short_comparisons,
 )
 from crosscheck.state_suite import probe_comparisons, state_comparisons
-from crosscheck.tasks import Failure, RunKey, Simulation
+from crosscheck.tasks import RunKey, Simulation
 from crosscheck.underway import Expectation, Told, Underway, unsaid
 from crosscheck.workers import Workers
 from models.arm import Arm

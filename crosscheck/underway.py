@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from crosscheck.tasks import Task
+    from crosscheck.outcomes import Task
 
 # Declared costs are believed as much as what so many seconds [s] of work have shown.
 BELIEVED_S = 5.0

@@ -27,7 +27,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from crosscheck.interruption import leftovers
-from crosscheck.tasks import Failure, Task, failure
+from crosscheck.outcomes import Failure, Task, failure
 
 FORK = multiprocessing.get_context("fork")
 # A task may take this long [s], and this many times its rough cost on top.

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.comparison import ModelTask
+from crosscheck.outcomes import Failure
 from crosscheck.run import performed
-from crosscheck.tasks import Evaluation, Failure, Simulation, built
+from crosscheck.tasks import Evaluation, Simulation, built
 from crosscheck.trial.bench import Bench
 from crosscheck.trial.calls import Handed, handed
 from crosscheck.trial.frame import counted

@@ -10,12 +10,12 @@ import numpy as np
 
 from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.findings import Agreement
+from crosscheck.outcomes import Failure
 from crosscheck.plan import Wanted
 from crosscheck.provenance import provenance
 from crosscheck.registry import packages, register
 from crosscheck.run import CrossCheck, cases_of, performed, runs_of
 from crosscheck.state_suite import unequal_gains
-from crosscheck.tasks import Failure
 from crosscheck.trial.bench import LEAST_STATES, MOST_BYTES, QUICK_STATES, STATES, Bench
 from crosscheck.trial.calls import handed
 from crosscheck.trial.dictionary import dictionary_of

@@ -11,8 +11,8 @@ from xml.etree import ElementTree
 import pytest
 
 from crosscheck import LARGEST_SEED
+from crosscheck.outcomes import Failure
 from crosscheck.run import CrossCheck
-from crosscheck.tasks import Failure
 from models.arm import Arm
 from models.files import HERE
 from models.loading import load_arm
