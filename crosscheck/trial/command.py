@@ -49,7 +49,7 @@ def trial_command(
     out: Path | None,
 ) -> int:
     """Put equations on trial, print what is wrong, write what was asked; returns the exit code."""
-    from crosscheck.report.trial import print_trial, trial_json, trial_page
+    from crosscheck.report.trial import print_trial, trial_json
 
     page = None if out is None else out / "trial.html"
     asked = asked_of(model, arm, scenarios, settings, quick=quick, seed=seed)
@@ -62,6 +62,8 @@ def trial_command(
     if junit is not None:
         files[junit] = junit_xml(trial.agreement, f"trial {asked.name} {asked.arm.name}")
     if page is not None:
+        from crosscheck.report.trial_page import trial_page
+
         files[page] = trial_page(trial)
     write_files(files)
     print_trial(trial)
