@@ -60,7 +60,7 @@ def cross_check(
     scenarios that cannot be run.
     """
     with Workers(jobs) as workers:
-        told(Underway("sizing the experiments"))
+        told(Underway("preparing the experiments"))
         chosen = prepared(wanted, workers)
         for line in chosen.remarks:
             warned(line)

@@ -85,7 +85,7 @@ def test_what_is_done_is_said_in_words():
 
 def test_where_there_is_no_terminal_a_line_comes_now_and_then(clock, capsys):
     with shown_progress("cross-checking mine", quiet_s=20.0) as told:
-        told(Underway("sizing the experiments"))
+        told(Underway("preparing the experiments"))
         clock[0] += 19.0
         told(Underway("simulating pd, exudyn:tree", 1, 9, 50.0))
         assert capsys.readouterr() == ("", "")
@@ -129,7 +129,7 @@ def test_a_whole_check_says_at_once_what_it_does(tmp_path):
     finally:
         program.terminate()
         program.communicate(timeout=20)
-    assert said[0] == "cross-checking paper-labelled: sizing the experiments\n"
+    assert said[0] == "cross-checking paper-labelled: preparing the experiments\n"
     counted = r"cross-checking paper-labelled: \d+ of \d+ done, about \d+ (s|min) left, .*\n"
     assert re.fullmatch(counted, said[1])
 
