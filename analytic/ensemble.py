@@ -13,7 +13,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from analytic.kernel.batch import WIDE, Batch, Records
 from models.errors import Diverged
@@ -21,6 +20,8 @@ from models.layout import Meaning
 from models.trajectory import recorded_times
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from analytic.model import AnalyticModel
 
 ABREAST = 4 * WIDE  # members of a group: a processor works on several blocks at a time

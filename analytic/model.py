@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property, lru_cache
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
-import xarray as xr
 
 from analytic.bodies import all_bodies
 from analytic.chain import exact_chain
@@ -32,6 +31,9 @@ from models.planets import usual_switches
 from models.scenario import Scenario, per_joint, planet_offsets
 from models.switches import Switches
 from models.trajectory import recorded_times, trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FORCES: dict[Meaning, str] = {"x_sp": "F_sp", "x_pr": "F_pr"}
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from crosscheck.findings import Agreement
 from crosscheck.registry import build
@@ -13,6 +12,10 @@ from models.errors import CannotDo, InputError
 from models.interface import Model
 from models.loading import load_arm, load_scenario, require_fit
 from models.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 __all__ = ["build", "check", "load_arm", "load_scenario", "require_stable_step", "simulate"]
 

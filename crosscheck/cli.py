@@ -90,9 +90,12 @@ def run(
     seed: Seed = 0,
 ) -> None:
     """Cross-check all models of an arm; write index.html and agreement.json."""
-    from crosscheck.commands import run_command, wanted
+    from crosscheck.progress import starting
 
-    chosen = wanted(arm, scenario, settings, quick, seed)
+    with starting():
+        from crosscheck.commands import run_command, wanted
+
+        chosen = wanted(arm, scenario, settings, quick, seed)
     raise typer.Exit(run_command(chosen, out, jobs or os.cpu_count() or 1))
 
 
@@ -108,10 +111,13 @@ def validate(
     junit: JUnit = None,
 ) -> None:
     """Cross-check all models of an arm, without the report page."""
-    from crosscheck.commands import wanted
-    from crosscheck.validate import validate_command
+    from crosscheck.progress import starting
 
-    chosen = wanted(arm, scenario, settings, quick, seed)
+    with starting():
+        from crosscheck.commands import wanted
+        from crosscheck.validate import validate_command
+
+        chosen = wanted(arm, scenario, settings, quick, seed)
     code = validate_command(chosen, jobs or os.cpu_count() or 1, json_file, junit)
     raise typer.Exit(code)
 
@@ -176,7 +182,7 @@ def simulate(
     ] = None,
 ) -> None:
     """Simulate one model and write its trajectory."""
-    from crosscheck.commands import simulate_command
+    from crosscheck.simulation import simulate_command
 
     overrides = list(settings or [])
     overrides += [f"scenario.duration_s={t_end}"] if t_end is not None else []

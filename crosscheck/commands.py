@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
-from rich.markup import escape
 
 from crosscheck.output import require_file, write_files
-from crosscheck.plan import Wanted, is_the_papers
-from crosscheck.progress import progress_bar, shown_progress
-from crosscheck.provenance import provenance
-from crosscheck.registry import entry_of
-from crosscheck.report.chapter import Chapter
+from crosscheck.plan import Wanted
+from crosscheck.progress import QUIET_S, shown_progress
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import printable
-from crosscheck.run import CrossCheck, cross_check
-from crosscheck.tasks import Failure, Request
-from crosscheck.workers import perform_all
-from models.errors import Unfinished
-from models.loading import load_case, load_chosen
-from models.trajectory import netcdf
+from crosscheck.run import CrossCheck, Shown, cross_check
+from models.loading import load_chosen
 
 STDERR = Console(stderr=True)
 
@@ -36,67 +27,30 @@ def wanted(
 
 def run_command(chosen: Wanted, out: Path, jobs: int) -> int:
     """Cross-check an arm, write the report, print the table; returns the exit code."""
-    from crosscheck.report.html import report_page  # Matplotlib, which no simulation need wait for
+    from crosscheck.report.charts import Charts
 
     files = out / "index.html", out / "agreement.json"
     for file in files:
         require_file(file)
-    result = checked_aloud(chosen, jobs)
-    page = report_page(result, _papers_chapters(jobs) if _is_about_the_paper(chosen) else [])
+    charts = Charts()
+    result = checked_aloud(chosen, jobs, charts.show)
+    from crosscheck.report.html import report_page  # Matplotlib, which no simulation waits for
+
+    page = report_page(result, charts.made())
     write_files(dict(zip(files, (page, result.agreement.to_json()), strict=True)))
     print_agreement(result.agreement)
     print(f"wrote {files[0]} and {files[1]}")
     return result.agreement.exit_code
 
 
-def _is_about_the_paper(chosen: Wanted) -> bool:
-    """Whether the paper's chapters, in brief, belong on the page."""
-    usual = not chosen.scenarios and chosen.chosen is None
-    return usual and not chosen.quick and is_the_papers(chosen.arm)
-
-
-def _papers_chapters(jobs: int) -> Sequence[Chapter]:
-    from crosscheck.paper.report import quick_chapters  # a second of imports
-    from crosscheck.studies.study import Study, cache_folder
-
-    with progress_bar() as bar:
-        return quick_chapters(Study(cache_folder(), jobs, bar))
-
-
-def checked_aloud(chosen: Wanted, jobs: int) -> CrossCheck:
+def checked_aloud(
+    chosen: Wanted, jobs: int, shown: Shown = lambda key, outcome: None
+) -> CrossCheck:
     """The cross-check, with its progress and what a user should know before it."""
-    with shown_progress() as told:
-        return cross_check(chosen, jobs=jobs, told=told, warned=_say)
+    about = f"cross-checking {printable(chosen.arm.name)}"
+    with shown_progress(about, QUIET_S if chosen.quick else 0.0) as told:
+        return cross_check(chosen, jobs=jobs, told=told, warned=_say, shown=shown)
 
 
 def _say(line: str) -> None:
     STDERR.print(printable(line), markup=False, highlight=False)
-
-
-def simulate_command(
-    arm: str,
-    model: str,
-    scenario: str,
-    switches: dict[str, str],
-    settings: list[str],
-    out: Path,
-    force: bool,
-    rtol: float | None = None,
-) -> None:
-    """Simulate one model into a NetCDF file."""
-    case = load_case(arm, scenario, switches, settings)
-    entry = entry_of(model)
-    require_file(out, "--out")
-    request = Request(model, case, force, rtol)
-    about = escape(f"{model}, {case.scenario.name}, {case.scenario.duration_s:g} s")
-    with STDERR.status(about):
-        trajectory = perform_all([request], 1, lambda key: None)[request]
-    if isinstance(trajectory, Failure):
-        raise Unfinished(f"{model}: {trajectory}")
-    if isinstance(trajectory, Exception):
-        raise trajectory
-    record = provenance(case.arm, 0, False, packages=entry.versioned)
-    trajectory.attrs |= {"provenance": record.model_dump_json(), "command": record.command}
-    write_files({out: netcdf(trajectory)})
-    final = ", ".join(f"{angle:.9g}" for angle in trajectory["theta"].values[-1])
-    print(f"wrote {out}: {trajectory.sizes['time']} times, theta at the end {final} rad")

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from crosscheck.findings import About, Finding, failed
-from crosscheck.tasks import Failure, Outcome, Task, failure
+from crosscheck.outcomes import Failure, Task, failure
+from crosscheck.tasks import Outcome
 
 
 class ModelTask(Task, Protocol):

@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from crosscheck.registry import MODELS
-from models.loading import builtin_arms, builtin_scenarios, builtin_title
+from models.files import builtin_arms, builtin_scenarios, builtin_title
 
 
 def list_command() -> None:

@@ -8,6 +8,7 @@ from typing import Any, Generic, TypeVar
 
 from crosscheck.checks.scales import meaningful
 from crosscheck.checks.trajectories import size, uncertainty
+from crosscheck.outcomes import Failure, failure
 from crosscheck.plan import (
     Experiment,
     Wanted,
@@ -21,7 +22,7 @@ from crosscheck.plan import (
 from crosscheck.registry import about, build, lead, same_integrator
 from crosscheck.sizing import Sizes, sizes_of
 from crosscheck.stability import Growth, growth_of
-from crosscheck.tasks import Evaluation, Failure, failure
+from crosscheck.tasks import Evaluation
 from crosscheck.workers import Workers
 
 # An experiment's step is halved so often at most, until its uncertainty is so much smaller than

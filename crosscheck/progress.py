@@ -1,7 +1,9 @@
-"""A progress bar on standard error for long work under way."""
+"""Progress of long work on standard error: a bar on a terminal, lines elsewhere."""
 
 from __future__ import annotations
 
+import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -20,7 +22,12 @@ from rich.progress import (
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from crosscheck.run import Told
+    from crosscheck.underway import Told, Underway
+
+# Where there is no terminal: the first line, unless work asks for an earlier one; how often others
+# follow at most [s].
+QUIET_S, EVERY_S = 20.0, 20.0
+IN_MINUTES_S = 100.0  # longer times are told in minutes
 
 
 @contextmanager
@@ -68,14 +75,71 @@ class _Rate(ProgressColumn):
 
 
 @contextmanager
-def shown_progress() -> Iterator[Told]:
-    """What to hand to cross_check as ``told``."""
-    total = 0
-    with progress_bar() as bar:
+def starting() -> Iterator[None]:
+    """A first word while libraries load: what comes next shows its own progress."""
+    with Console(stderr=True).status("starting"):
+        yield
 
-        def told(what: str, left: int) -> None:
-            nonlocal total
-            total = max(total, left)
-            bar(what, total - left, total)
+
+@contextmanager
+def shown_progress(about: str, quiet_s: float = QUIET_S) -> Iterator[Told]:
+    """What to hand to cross_check as ``told``: a bar on a terminal, elsewhere a line now and then.
+
+    about: what is under way. The first line comes after ``quiet_s`` seconds: whoever keeps the
+    standard error of short work finds nothing in it but what is wrong.
+    """
+    console = Console(stderr=True)
+    with _live(console) if console.is_interactive else _lines(about, quiet_s) as told:
+        yield told
+
+
+@contextmanager
+def _live(console: Console) -> Iterator[Told]:
+    words = TextColumn("{task.description}", markup=False)
+    columns = (BarColumn(), MofNCompleteColumn(), _Left(), words)
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("starting", total=None, until=None)
+
+        def told(now: Underway) -> None:
+            until = None if now.left_s is None else time.monotonic() + now.left_s
+            total = now.total or None
+            progress.update(
+                task, description=now.what, completed=now.done, total=total, until=until
+            )
 
         yield told
+
+
+class _Left(ProgressColumn):
+    """The time that is left, counted down from when it was last worked out."""
+
+    def render(self, task: Task) -> Text:
+        until = task.fields["until"]
+        return Text("" if until is None else f"{_about(until - time.monotonic())} left")
+
+
+@contextmanager
+def _lines(about: str, quiet_s: float) -> Iterator[Told]:
+    due = time.monotonic() + quiet_s
+
+    def told(now: Underway) -> None:
+        nonlocal due
+        if time.monotonic() >= due:
+            print(f"{about}: {_line(now)}", file=sys.stderr)
+            due = time.monotonic() + EVERY_S
+
+    yield told
+
+
+def _line(now: Underway) -> str:
+    """Such as `34 of 220 done, about 25 s left, simulating pd, exudyn:tree`."""
+    if now.left_s is None:
+        return now.what
+    return f"{now.done} of {now.total} done, {_about(now.left_s)} left, {now.what}"
+
+
+def _about(seconds: float) -> str:
+    """A time that nobody knows well."""
+    if seconds < IN_MINUTES_S:
+        return f"about {max(1, round(seconds))} s"
+    return f"about {round(seconds / 60)} min"

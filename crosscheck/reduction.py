@@ -42,11 +42,12 @@ from crosscheck.checks.trajectories import (
 )
 from crosscheck.checks.trajectories import uncertainty as refinement
 from crosscheck.findings import Agreement, Finding
+from crosscheck.outcomes import Failure
 from crosscheck.registry import lead
 from crosscheck.report.words import outcome
 from crosscheck.run import CrossCheck
 from crosscheck.run_suite import ONE_ROUNDING
-from crosscheck.tasks import Failure, RunKey
+from crosscheck.tasks import RunKey
 from models.arm import Arm
 from models.loading import Case
 

@@ -8,15 +8,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from analytic.covered import papers_kind
-from models.arm import Arm
+from models.abilities import STATE_ABILITIES
 from models.errors import Diverged, InputError
-from models.interface import STATE_ABILITIES, Model
-from models.layout import Layout, geared_layout, rigid_layout
-from models.scenario import Scenario
-from models.switches import Switches
+
+if TYPE_CHECKING:  # the names of models are asked for without any schema
+    from models.arm import Arm
+    from models.interface import Model
+    from models.layout import Layout
+    from models.scenario import Scenario
+    from models.switches import Switches
 
 ENTRY_POINTS = "geararm_crosscheck.models"  # the group by which installed packages offer models
 Role = Literal["geared", "form", "rigid", "handed"]
@@ -67,6 +69,8 @@ class Entry:
 
     def layout(self, arm: Arm, chosen: Switches) -> Layout:
         """What its coordinates must be for an arm and switches."""
+        from models.layout import geared_layout, rigid_layout
+
         return rigid_layout(arm) if self.role == "rigid" else geared_layout(arm, chosen)
 
     @property
@@ -99,12 +103,14 @@ def _paper(attribute: str) -> Entry:
 
 
 def _is_papers(arm: Arm, chosen: Switches) -> bool:
+    from analytic.covered import papers_kind
+
     return papers_kind(arm) and chosen.planets == "lumped"
 
 
 def _pinocchio(attribute: str, level: str) -> Entry:
     module = "models.pinocchio_rigid"
-    return Entry(module, attribute, "rigid", BOTH_WAYS, ("pin",), level=level)
+    return Entry(module, attribute, "rigid", BOTH_WAYS, ("pin",), call_s=3e-6, level=level)
 
 
 BUILT_IN = {
@@ -144,7 +150,7 @@ BUILT_IN = {
         ("exudyn",),
         order=4,
         free_planets=True,
-        call_s=2e-4,
+        call_s=4e-5,
     ),
     "exudyn:bodies": Entry(
         "models.exudyn_bodies",
@@ -154,7 +160,7 @@ BUILT_IN = {
         ("exudyn",),
         order=2,
         free_planets=True,
-        call_s=5e-4,
+        call_s=2e-4,
     ),
 }
 

@@ -11,6 +11,7 @@ import xarray as xr
 from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.energy_suite import energy_comparisons
 from crosscheck.findings import Agreement
+from crosscheck.outcomes import Failure
 from crosscheck.plan import Wanted, order_cases, readings, short_experiments
 from crosscheck.preparation import Prepared, prepared
 from crosscheck.provenance import provenance
@@ -21,12 +22,13 @@ from crosscheck.run_suite import (
     short_comparisons,
 )
 from crosscheck.state_suite import probe_comparisons, state_comparisons
-from crosscheck.tasks import Failure, RunKey, Simulation
+from crosscheck.tasks import RunKey, Simulation
+from crosscheck.underway import Expectation, Told, Underway, unsaid
 from crosscheck.workers import Workers
 from models.arm import Arm
 from models.loading import Case
 
-Told = Callable[[str, int], None]  # (what is being done, steps still to come)
+Shown = Callable[[Any, Any], None]  # (a task's key, its outcome)
 
 
 @dataclass(frozen=True)
@@ -48,20 +50,23 @@ def cross_check(
     wanted: Wanted,
     *,
     jobs: int,
-    told: Told = lambda what, left: None,
+    told: Told = unsaid,
     warned: Callable[[str], None] = lambda line: None,
+    shown: Shown = lambda key, outcome: None,
 ) -> CrossCheck:
     """Run every check on an arm; ``warned`` of unstable loops before they run.
 
-    Raises InputError for an arm or scenarios that cannot be run.
+    shown: is handed each task's outcome while others still run. Raises InputError for an arm or
+    scenarios that cannot be run.
     """
     with Workers(jobs) as workers:
-        told("starting", 0)
+        told(Underway("preparing the experiments"))
         chosen = prepared(wanted, workers)
         for line in chosen.remarks:
             warned(line)
         comparisons = planned(wanted, chosen)
-        results = performed(workers, tasks_of(comparisons), told)
+        results = performed(workers, tasks_of(comparisons), told, shown)
+    told(Underway("comparing"))
     findings = list(findings_of(comparisons, results))
     own = wanted.scenarios, wanted.chosen, chosen.remarks
     record = provenance(wanted.arm, wanted.seed, wanted.quick, *own, packages())
@@ -88,17 +93,30 @@ def planned(wanted: Wanted, chosen: Prepared) -> list[Comparison]:
     return found
 
 
-def performed(workers: Workers, tasks: Sequence[ModelTask], told: Told) -> Results:
+def performed(
+    workers: Workers,
+    tasks: Sequence[ModelTask],
+    told: Told,
+    shown: Shown = lambda key, outcome: None,
+) -> Results:
     """Every task's outcome."""
-    left = len(tasks)
+    expected, outcomes = Expectation(tasks, workers.jobs), dict[Any, Any]()
 
-    def done(key: Any) -> None:
-        nonlocal left
-        left -= 1
-        told(str(key) if isinstance(key, RunKey) else f"{key.model} {key.quantity}", left)
+    def begun(key: Any) -> None:
+        told(Underway(in_words(key), len(outcomes), len(tasks), expected.left_s))
 
-    told("starting", left)
-    return Results(workers.perform(tasks, done))
+    for key, outcome in workers.each(tasks, begun):
+        outcomes[key] = outcome
+        expected.finish(key)
+        shown(key, outcome)
+    return Results(outcomes)
+
+
+def in_words(key: Any) -> str:
+    """What is done in a task of this key."""
+    if isinstance(key, RunKey):
+        return f"simulating {key.experiment}, {key.model}"
+    return f"evaluating {key.quantity}, {key.model}"
 
 
 def cases_of(comparisons: Sequence[Comparison]) -> dict[RunKey, Case]:

@@ -8,48 +8,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-import xarray as xr
 
-from crosscheck.api import simulate
 from crosscheck.checks.answers import answers
 from crosscheck.checks.consistency import require_consistent
 from crosscheck.checks.records import require_complete
-from crosscheck.registry import MODELS, Entry, build, usable_numbers
-from models.errors import Diverged, InputError
+from crosscheck.outcomes import Failure, failure
+from crosscheck.registry import MODELS, Entry, build
 from models.interface import Model
 from models.loading import Case
 
-
-@dataclass(frozen=True)
-class Failure:
-    """Why there is no result: the exception's name and message; the traceback of a user's code."""
-
-    kind: str
-    message: str
-    trace: str = ""
-
-    def __str__(self) -> str:
-        return f"{self.kind}: {self.message}" if self.message else self.kind
-
-
-def failure(error: BaseException) -> Failure:
-    """Of an exception, its text on one line."""
-    return Failure(type(error).__name__, " ".join(str(error).split()))
-
-
-class Task(Protocol):
-    """A piece of work for another process, rough seconds long; ``key`` is unlike all others'."""
-
-    @property
-    def key(self) -> Any: ...
-
-    @property
-    def cost(self) -> float: ...
-
-    def perform(self) -> Any: ...
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -117,7 +89,7 @@ class Evaluation:
     @property
     def cost(self) -> float:
         """Rough seconds: building the model, then a few calls for every state."""
-        return 0.1 + 10 * self.count * MODELS[self.model].call_s
+        return 0.01 + 10 * self.count * MODELS[self.model].call_s
 
     def perform(self) -> np.ndarray | Failure:
         """The answers, state by state along the first axis, or why there are none."""
@@ -129,7 +101,7 @@ class Evaluation:
             return failure(error)
 
 
-Outcome = xr.Dataset | np.ndarray | Failure
+Outcome: TypeAlias = "xr.Dataset | np.ndarray | Failure"
 
 
 def built(name: str, case: Case) -> Model:
@@ -141,31 +113,3 @@ def built(name: str, case: Case) -> Model:
 def _built(name: str, entry: Entry, case: Case) -> Model:
     """By its entry too: one after another, models on trial may have the same name."""
     return build(name, *case)
-
-
-@dataclass(frozen=True)
-class Request:
-    """A run that a user asks for by name; see ``api.simulate``."""
-
-    model: str
-    case: Case
-    force: bool
-    rtol: float | None = None
-
-    @property
-    def key(self) -> Request:
-        """Itself."""
-        return self
-
-    @property
-    def cost(self) -> float:
-        """Rough seconds; a user may well ask for a run of hours."""
-        return 3600.0
-
-    def perform(self) -> xr.Dataset | InputError | Diverged:
-        """The trajectory, or what is wrong with the request or its run."""
-        try:
-            with usable_numbers(self.model, self.case.arm):
-                return simulate(build(self.model, *self.case), force=self.force, rtol=self.rtol)
-        except (InputError, Diverged) as error:
-            return error

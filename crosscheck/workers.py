@@ -18,7 +18,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
@@ -27,7 +27,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from crosscheck.interruption import leftovers
-from crosscheck.tasks import Failure, Task, failure
+from crosscheck.outcomes import Failure, Task, failure
 
 FORK = multiprocessing.get_context("fork")
 # A task may take this long [s], and this many times its rough cost on top.
@@ -90,25 +90,45 @@ class Workers:
             self.crew.pop().kill()
 
     def perform(self, tasks: Sequence[Task], done: Callable[[Any], None]) -> dict[Any, Any]:
-        """Results by key; a task whose worker died or was too slow has a Failure."""
-        waiting = sorted(tasks, key=lambda task: task.cost)
+        """Results by key; ``done`` is told each key as its task ends."""
         results: dict[Any, Any] = {}
-        while len(results) < len(tasks):
-            self._employ(waiting)
+        for key, result in self.each(tasks, lambda key: None):
+            results[key] = result
+            done(key)
+        return results
+
+    def each(
+        self, tasks: Sequence[Task], begun: Callable[[Any], None]
+    ) -> Iterator[tuple[Any, Any]]:
+        """Each task's key and result as it ends; ``begun`` is told the key as it begins.
+
+        A task whose worker died or was too slow has a Failure. Whoever is handed a result may take
+        some time over it: the workers go on meanwhile.
+        """
+        waiting, left = sorted(tasks, key=lambda task: task.cost), len(tasks)
+        given = self._employ(waiting)
+        while left:
+            for key in given:
+                begun(key)
+            ended = []
             for worker in self._finished():
                 task = worker.task
                 assert task is not None  # only those at work can have finished
-                results[task.key] = self._result(worker)
-                done(task.key)
-        return results
+                ended.append((task.key, self._result(worker)))
+            left -= len(ended)
+            given = self._employ(waiting)
+            yield from ended
 
-    def _employ(self, waiting: list[Task]) -> None:
-        """Give every idle worker the longest task left; hire while there are tasks."""
+    def _employ(self, waiting: list[Task]) -> list[Any]:
+        """Give every idle worker the longest task left; hire while there are tasks. Their keys."""
         idle = [worker for worker in self.crew if worker.task is None]
+        given = []
         while waiting and (idle or len(self.crew) < self.jobs):
-            worker = idle.pop() if idle else self._hired()
+            worker, task = idle.pop() if idle else self._hired(), waiting.pop()
             with suppress(OSError):  # it has died idle, and will be found dead
-                worker.give(waiting.pop())
+                worker.give(task)
+            given.append(task.key)
+        return given
 
     def _hired(self) -> _Worker:
         here, there = FORK.Pipe()

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from models.arm import Arm, Joint, Planetary
 from models.drive import DriveData, drive_data, joint_torque
@@ -42,6 +41,10 @@ from models.layout import geared_layout
 from models.scenario import Scenario, per_joint, planet_offsets
 from models.switches import Switches
 from models.trajectory import recorded_times, trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 STANDS = (0.0, 0.0, 0.0)  # pose and velocity of the ground
 

@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from models.arm import Arm, Planetary
 from models.drive import drive_data, joint_torque
@@ -37,6 +37,10 @@ from models.layout import geared_layout
 from models.scenario import Scenario, per_joint, planet_offsets
 from models.switches import Switches
 from models.trajectory import recorded_times, trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 # Of the largest acceleration, or squared rate: equal planets differ by the rounding of one linear
 # solve, and of centrifugal forces where those are all there is.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
+from models.abilities import STATE_ABILITIES
 from models.arm import Arm
 from models.errors import CannotDo, Diverged
 from models.layout import Layout
@@ -19,7 +20,7 @@ from models.switches import Switches
 if TYPE_CHECKING:
     import xarray as xr
 
-STATE_ABILITIES = ("mass_matrix", "bias", "generalized_force", "acceleration")
+__all__ = ["STATE_ABILITIES", "Model", "require_finite"]
 
 
 class Model(ABC):

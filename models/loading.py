@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import difflib
 import re
-import stat
-import tomllib
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -16,15 +13,13 @@ from pydantic_core import ErrorDetails
 from models.arm import Arm
 from models.arm_v1 import JOINT_KEYS, is_first, old_location
 from models.errors import InputError
+from models.files import parsed, raw_arm, raw_scenario
 from models.paths import SECTIONS, assign, is_path, places
 from models.planets import require_alike, usual_switches
 from models.scenario import Scenario, first_misfit
 from models.switches import Switches
 
 Record = TypeVar("Record", bound=BaseModel)
-HERE = Path(__file__).parent
-LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes as many
-DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
 # Of the schema's unions; a record of another room has its own as ``union_tags``.
 UNION_TAGS = {
     *("constant", "pd", "sinusoid", "table", "number", "list", "word"),
@@ -46,32 +41,17 @@ class Case(NamedTuple):
     switches: Switches
 
 
-def builtin_arms() -> tuple[str, ...]:
-    """Names of the arms that come with the project."""
-    return _stems("arms")
-
-
-def builtin_scenarios() -> tuple[str, ...]:
-    """Names of the scenarios that come with the project."""
-    return _stems("scenarios")
-
-
-def builtin_title(folder: Literal["arms", "scenarios"], name: str) -> str:
-    """Title of what comes with the project, as it stands: a list waits for no validation."""
-    return str(_read(name, folder).get("title", ""))
-
-
 def load_arm(name: str) -> Arm:
     """The arm of a built-in name or TOML file.
 
     Raises InputError naming file, field, value and what is allowed.
     """
-    return validated(Arm, _read(name, "arms"), name)
+    return validated(Arm, raw_arm(name), name)
 
 
 def load_scenario(name: str) -> Scenario:
     """The scenario of a built-in name or TOML file. Raises InputError."""
-    return validated(Scenario, _read(name, "scenarios"), name)
+    return validated(Scenario, raw_scenario(name), name)
 
 
 def load_case(
@@ -101,16 +81,6 @@ def raw_case(arm: str, scenario: str, switches: dict[str, str] | None = None) ->
         "scenario": raw_scenario(scenario),
         "switches": {key: value for key, value in (switches or {}).items() if value is not None},
     }
-
-
-def raw_arm(name: str) -> dict[str, Any]:
-    """What the file of an arm holds, not validated. Raises InputError."""
-    return _read(name, "arms")
-
-
-def raw_scenario(name: str) -> dict[str, Any]:
-    """What the file of a scenario holds, not validated. Raises InputError."""
-    return _read(name, "scenarios")
 
 
 def case_of(data: dict[str, Any], arm: str = "arm", scenario: str = "scenario") -> Case:
@@ -149,8 +119,8 @@ def load_chosen(arm: str, scenarios: Sequence[str] = (), settings: Sequence[str]
 
     A setting of the scenario holds for each. Raises InputError.
     """
-    data: dict[str, Any] = {"arm": _read(arm, "arms"), "switches": {}}
-    stages = [{"scenario": _read(name, "scenarios")} for name in scenarios]
+    data: dict[str, Any] = {"arm": raw_arm(arm), "switches": {}}
+    stages = [{"scenario": raw_scenario(name)} for name in scenarios]
     for setting in settings:
         section = setting.partition(".")[0].strip()
         if section == "scenario" and not stages:
@@ -193,70 +163,6 @@ def require_fit(scenario: Scenario, arm: Arm, where: str = "") -> None:
         raise InputError(where or scenario.name, field, value, needed)
 
 
-def _stems(folder: str) -> tuple[str, ...]:
-    return tuple(sorted(path.stem for path in (HERE / folder).glob("*.toml")))
-
-
-def _read(name: str, folder: str) -> dict[str, Any]:
-    """The raw TOML of a built-in name, else of a file."""
-    if folder and name in _stems(folder):
-        return _parse((HERE / folder / f"{name}.toml").read_bytes(), name)
-    try:
-        content = _content(Path(name))
-    except (FileNotFoundError, NotADirectoryError):
-        nor = f", nor built-in name ({', '.join(_stems(folder))})" if folder else ""
-        raise InputError(name, "", None, f"no such file{nor}") from None
-    except OSError as error:
-        raise InputError(name, "", None, f"cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(name, "", None, f"cannot be read: {error}") from None
-    return _parse(content, name)
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """The content of a TOML file that has no built-in name. Raises InputError."""
-    return _read(str(path), "")
-
-
-def _content(path: Path) -> bytes:
-    """What a file holds. Raises OSError, and ValueError for what no arm or scenario is."""
-    if not stat.S_ISREG(path.stat().st_mode):  # a pipe or a device may never end
-        raise ValueError("not a regular file")
-    with path.open("rb") as file:
-        content = file.read(LARGEST_FILE + 1)
-    if len(content) > LARGEST_FILE:
-        raise ValueError(f"more than {LARGEST_FILE // 1_000_000} MB")
-    return content
-
-
-def _parse(content: bytes, where: str) -> dict[str, Any]:
-    try:
-        text = content.decode("utf-8")
-    except UnicodeDecodeError:
-        raise InputError(where, "", None, "cannot be read: not UTF-8 text") from None
-    if not text.strip():
-        raise InputError(where, "", None, "is empty; a TOML file is expected")
-    try:
-        return _toml(text)
-    except ValueError as error:
-        raise InputError(where, "", None, f"is not TOML: {error}") from None
-
-
-def _toml(text: str) -> dict[str, Any]:
-    """Parsed TOML. Raises ValueError, also for what would take too long or go too deep."""
-    words = re.split(r"[\n,={}\[\]]", text.replace(" ", "").replace("\t", ""))
-    if any(word.count(".") > DEEPEST_KEY and ".." not in word for word in words):
-        raise ValueError(f"a key of more than {DEEPEST_KEY} parts")
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise ValueError("nested too deeply") from None
-    except tomllib.TOMLDecodeError:
-        raise
-    except ValueError:
-        raise ValueError("a number of too many digits") from None
-
-
 def _apply(data: dict[str, Any], setting: str) -> None:
     path, equals, text = setting.partition("=")
     if not equals or not is_path(path):
@@ -270,7 +176,7 @@ def _apply(data: dict[str, Any], setting: str) -> None:
 def _value(text: str) -> Any:
     """A TOML value, or the bare text where it is none (so that names need no quotes)."""
     try:
-        (value,) = _toml(f"value = {text}").values()
+        (value,) = parsed(f"value = {text}").values()
     except ValueError:
         return text
     return value

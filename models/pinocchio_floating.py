@@ -8,10 +8,10 @@ middle, so the cube's centre lies half a side behind. Nothing pulls at it: there
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
-import xarray as xr
 from scipy.integrate import solve_ivp
 
 from models.arm import Arm
@@ -20,6 +20,10 @@ from models.interface import STATE_ABILITIES, require_finite
 from models.pinocchio_rigid import PinocchioCoupled
 from models.scenario import Scenario, per_joint
 from models.trajectory import recorded_times, trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 # Of DOP853: keeps the momenta of the paper's runs, of order 100 N s and N m s, to 1e-6.
 RELATIVE_TOLERANCE = 1e-9

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import cos, pi, radians, sin
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
-import xarray as xr
 from scipy.integrate import solve_ivp
 
 from models.arm import Arm, Direct, Link, Planetary
@@ -24,6 +24,10 @@ from models.layout import rigid_layout
 from models.scenario import Scenario, TableDrive, per_joint
 from models.switches import Switches
 from models.trajectory import recorded_times, trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 # Of DOP853. Inside its steps, which can be 10 ms long, recorded states are interpolated at a lower
 # order: in the 0.5 s runs of the paper's arm 1e-13 keeps 2e-13 rad and 3e-12 rad/s on the whole

@@ -5,15 +5,19 @@ from __future__ import annotations
 import io
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from models.arm import Arm
 from models.errors import InputError
 from models.interface import Model
 from models.scenario import Scenario
 from models.switches import Switches
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 SCHEMA_VERSION = 1
 _ABOUT = {
@@ -53,6 +57,8 @@ def recorded(
     torque of shape (times, joints); x_sp, x_pr, x_sp_dot, x_pr_dot, F_sp and F_pr of shape (times,
     joints, planets); kinetic_energy, work and work_turned_over of shape (times,).
     """
+    import xarray as xr  # half a second, pandas with it
+
     joints = len(arm.joints)
     data = {
         name: (_DIMS[values.ndim], values, _attributes(name)) for name, values in variables.items()
@@ -123,5 +129,7 @@ def read_netcdf(path: Path) -> xr.Dataset:
 
 def from_netcdf(content: bytes) -> xr.Dataset:
     """The trajectory in the content of a NetCDF file, wholly in memory."""
+    import xarray as xr
+
     with xr.open_dataset(io.BytesIO(content), engine="h5netcdf") as dataset:
         return dataset.load()

@@ -13,9 +13,9 @@ from crosscheck.checks.scales import Limit, meaningful
 from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair
 from crosscheck.comparison import Comparison, Results, findings_of, tasks_of
 from crosscheck.findings import About, Finding, Key
+from crosscheck.outcomes import Failure, failure
 from crosscheck.registry import MODELS
 from crosscheck.state_suite import Spot, balances, pairs
-from crosscheck.tasks import Failure, failure
 from models.interface import Model
 from models.loading import Case
 

@@ -9,7 +9,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 NOBODY = 65534
-HEAVY = {"pinocchio", "exudyn", "numba", "xarray", "sympy", "scipy", "matplotlib"}
+# What only those commands import that need it, beside numbers and what they are kept in.
+ENGINES = {"pinocchio", "exudyn", "sympy", "matplotlib", "h5py", "h5netcdf", "jinja2", "joblib"}
+HEAVY = {*ENGINES, "numpy", "scipy", "numba", "llvmlite", "xarray", "pandas"}
 SHOW_LOADED = (
     "import sys; sys.argv = ['crosscheck', *sys.argv[1:]]; import atexit;"
     "atexit.register(lambda: print('loaded', *sorted(sys.modules)));"

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from crosscheck.checks.invariants import sun_advance, sun_of, torques_at
 from crosscheck.checks.scales import gear_arc, geared, largest_stiffness
 from models.drive import drive_data
 from models.interface import Model
 from models.layout import MESHES, Layout
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 TIMES = 20
 FORCES, TEETH = ("F_sp", "F_pr"), "the teeth's force F_sp, F_pr"

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.findings import About, Finding, checked, measured_only
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 # Three grids in their asymptotic range give the order to a few per cent of one.
 ORDER_TOLERANCE = 0.2

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from crosscheck.checks.invariants import (
     Answered,
@@ -24,6 +24,10 @@ from models.layout import MESHES, Layout
 from models.loading import Case
 from models.scenario import ConstantDrive, per_joint
 from models.switches import Switches
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 # Along a straight way through the state no wave of a stiffness turns further [rad], which leaves
 # 1e-14 of the fourth order, and at most so long [s]; 1e-16 of some joules stay far below 1e-10 of

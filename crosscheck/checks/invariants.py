@@ -6,10 +6,9 @@ All use a model's own M, bias, force and acceleration on one side and first prin
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from crosscheck.checks.scales import base_radius, geared
 from crosscheck.checks.states import (
@@ -27,6 +26,10 @@ from models.drive import DriveData, drive_data, joint_torque
 from models.layout import MESHES, Coordinate, Layout
 from models.loading import Case
 from models.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 # Powers of 1e4 N x 0.1 m/s whose forces carry the rounding of displacements (see states).
 TOLERANCE = 1e-10

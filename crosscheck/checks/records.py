@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from models.arm import Arm
 from models.loading import Case
 from models.trajectory import recorded_times
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 RIGID = ("theta", "theta_dot", "theta_ddot", "torque", "kinetic_energy")
 BY_PLANET = ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr")
@@ -28,6 +32,8 @@ def require_complete(run: object, model: str, case: Case, *, meshing: bool) -> N
     meshing: whether the model has mesh displacements. Every value must be a finite float64; mesh
     variables are NaN beyond a joint's own planets.
     """
+    import xarray as xr
+
     if not isinstance(run, xr.Dataset):
         raise Incomplete(f"the run is a {type(run).__name__}, must be a Dataset")
     missing = next(_missing(run, case, GEARED if meshing else RIGID), None)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from crosscheck.checks.scales import EPS, Limit
 from crosscheck.findings import About, Finding, checked, measured_only
 from models.arm import Arm
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 UNITS = {
     "theta": "rad",
@@ -196,6 +199,8 @@ def _measured(about: About, run: xr.Dataset, other: xr.Dataset, basis: str) -> F
 
 def tip_position(run: xr.Dataset, arm: Arm) -> xr.DataArray:
     """Tip in the base frame, (time, axis) [m], from relative joint angles."""
+    import xarray as xr
+
     absolute = run["theta"].cumsum("joint")
     lengths = xr.DataArray([link.length_m for link in arm.links], dims="joint")
     axes = [(lengths * turn(absolute)).sum("joint") for turn in (np.cos, np.sin)]

@@ -15,7 +15,7 @@ from crosscheck.paper.chapter import Chapter
 from crosscheck.paper.errata.sheet import ErrataSheet, markdown
 from crosscheck.paper.figures.store import stored_runs, trajectories
 from crosscheck.paper.material import Material
-from crosscheck.paper.scale import FULL, QUICK, Scale
+from crosscheck.paper.scale import FULL, Scale
 from crosscheck.paper.undefined import UNDEFINED
 from crosscheck.provenance import provenance
 from crosscheck.report.figures import sound_links
@@ -43,21 +43,6 @@ CHAPTERS = (
     "claims.chapter",
     "errata.sheet",
 )
-QUICK_CHAPTERS = (
-    "front.chapter",
-    "front.words",
-    "phase.chapter",
-    "hypotheses.ladder",
-    "hypotheses.controller",
-    "figures.chapter",
-    "claims.chapter",
-    "errata.sheet",
-)
-
-
-def quick_chapters(study: Study) -> list[Chapter]:
-    """The quick report's selection of chapters."""
-    return _chapters(Material(study, QUICK))
 
 
 def paper_files(out: Path, scale: Scale = FULL) -> list[Path]:
@@ -70,8 +55,7 @@ def _file(run: str) -> str:
 
 
 def _chapters(material: Material) -> list[Chapter]:
-    names = QUICK_CHAPTERS if material.scale.quick else CHAPTERS
-    return [_chapter(material, name) for name in names]
+    return [_chapter(material, name) for name in CHAPTERS]
 
 
 def _chapter(material: Material, name: str) -> Chapter:

@@ -12,7 +12,7 @@ STARTS, QUICK_STARTS = 32, 8
 
 @dataclass(frozen=True)
 class Scale:
-    """quick: only what the quick report needs; longest_s: no simulation of the meshes is longer.
+    """quick: fewer settings of everything; longest_s: no simulation of the meshes is longer.
 
     What a run is then too short for is undefined, in words and records. most_starts: of a sample;
     first_seed: of every sample's starts, whose seeds follow one another.

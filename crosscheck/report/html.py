@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.findings import Finding
-from crosscheck.registry import RIGID_LEVELS, same_integrator
-from crosscheck.report import figures
-from crosscheck.report.chapter import Chapter
+from crosscheck.plan import is_the_papers
+from crosscheck.report.charts import Chart
+from crosscheck.report.figures import sound_links
 from crosscheck.report.matrix import cells, groups
 from crosscheck.report.words import counted, tally
 from crosscheck.run import CrossCheck
-from crosscheck.run_suite import MIDWAY_S, engines_first
-from crosscheck.tasks import RunKey
+from crosscheck.run_suite import MIDWAY_S
 
 HEADLINE, HEADLINE_CASES = (f"at-{MIDWAY_S:g}-s", "same-step"), ("pd", "pd-motion")
 
 
-def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
-    """HTML text of the report, figures inlined; the paper's chapters follow the comparison."""
+def report_page(result: CrossCheck, charts: Sequence[Chart]) -> str:
+    """HTML text of the report, figures inlined."""
     environment = Environment(
         loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
     )
@@ -32,15 +29,15 @@ def report_page(result: CrossCheck, chapters: Sequence[Chapter] = ()) -> str:
     page = environment.get_template("page.html.j2").render(
         arm=result.arm,
         agreement=agreement,
+        is_the_papers=is_the_papers(result.arm),
         cells=found,
         groups=groups([cell for cell in found if cell.between_models]),
         headline=[f for f in agreement.checks if _is_headline(f)],
         deviations=_deviations(agreement.findings),
-        charts=_charts(result),
-        chapters=chapters,
+        charts=charts,
         provenance=agreement.to_dict()["provenance"],
     )
-    return figures.sound_links(page)
+    return sound_links(page)
 
 
 def number(value: float | None) -> str:
@@ -61,27 +58,3 @@ def _deviations(findings: Sequence[Finding]) -> dict[str, dict[str, list[Finding
         if key.family == "deviation":
             table.setdefault(key.case, {}).setdefault(key.left, []).append(finding)
     return table
-
-
-@dataclass(frozen=True)
-class Chart:
-    """Of an experiment, as SVG: the runs of both engines, and the rigid levels' deviation."""
-
-    name: str
-    runs: str
-    levels: str
-
-
-def _charts(result: CrossCheck) -> list[Chart]:
-    """One for every experiment that both engines ran."""
-    runs = {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
-    charts = []
-    for name in dict.fromkeys(key.experiment for key in result.runs):
-        pair = [runs.get(RunKey(name, model)) for model in same_integrator()[:2]]
-        if pair[0] is None or pair[1] is None:
-            continue
-        rigid = {lvl: runs.get(RunKey(name, engines_first(lvl)[0])) for lvl in RIGID_LEVELS}
-        known = {level: run for level, run in rigid.items() if run is not None}
-        levels = figures.level_figure(pair[0], known) if known else ""
-        charts.append(Chart(name, figures.run_figure(pair[0], pair[1]), levels))
-    return sorted(charts, key=lambda chart: chart.name)

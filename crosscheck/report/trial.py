@@ -1,34 +1,27 @@
-"""A trial in the terminal, as JSON and as one page."""
+"""A trial in the terminal and as JSON."""
 
 from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import redirect_stdout
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any, NamedTuple
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
 from rich.console import Console
 from rich.text import Text
 
-from crosscheck.report.html import number
 from crosscheck.report.terminal import print_agreement
-from crosscheck.report.typeset import typeset
-from crosscheck.report.words import counted, printable, tally
+from crosscheck.report.words import counted, printable
 from crosscheck.trial.naming import named
-from crosscheck.trial.places import Explanation, Slip, Wrong
+from crosscheck.trial.places import Explanation, Wrong
 from crosscheck.trial.summary import told_once
 from crosscheck.trial.trial import Trial
-from crosscheck.trial.words import guess, told
+from crosscheck.trial.words import guess
 
 SCHEMA_VERSION = 1
-LEAST, MOST = 1e-16, 1.0  # of a heat map's scale
-PART_NAMES = {"mass_matrix": "M", "rate_terms": "bias", "force": "force"}
 
 
 def print_trial(trial: Trial) -> None:
@@ -93,7 +86,7 @@ def verdicts(trial: Trial) -> Iterator[Verdict]:
 
 def wrong_line(trial: Trial, wrong: Wrong) -> str:
     """One wrong entry, and why, in one line."""
-    return f"{named(wrong.place, trial.bench.frame.names)}: {_why(wrong)}"
+    return f"{named(wrong.place, trial.bench.frame.names)}: {why(wrong)}"
 
 
 def trial_json(trial: Trial) -> str:
@@ -148,66 +141,7 @@ def _explanation(explanation: Explanation) -> dict[str, Any]:
     }
 
 
-def _why(wrong: Wrong) -> str:
+def why(wrong: Wrong) -> str:
+    """Notes on a wrong entry, else the guess at its slip."""
     shown = f" (not on this arm, but on {wrong.shown_on})" if wrong.shown_on else ""
     return (", ".join(wrong.notes) or guess(wrong.explanation)) + shown
-
-
-def _words(slips: Sequence[Slip]) -> str:
-    return " and ".join(map(told, slips))
-
-
-@dataclass(frozen=True)
-class HeatMap:
-    """Of a part, as SVG."""
-
-    title: str
-    drawing: str
-
-
-def trial_page(trial: Trial) -> str:
-    """HTML text, figures inlined."""
-    environment = Environment(
-        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
-    )
-    environment.filters |= {"number": number, "tally": tally, "typeset": typeset, "words": _words}
-    return environment.get_template("trial.html.j2").render(
-        trial=trial,
-        summary=list(summary(trial)),
-        wrong=[
-            (named(each.place, trial.bench.frame.names), each, _why(each)) for each in trial.wrong
-        ],
-        maps=list(_maps(trial)),
-        provenance=trial.agreement.to_dict()["provenance"],
-    )
-
-
-def _maps(trial: Trial) -> Iterator[HeatMap]:
-    """One of each part; of the bias one row after another."""
-    names = trial.bench.frame.names
-    for quantity, apart in trial.apart.items():
-        title = PART_NAMES.get(quantity, quantity)
-        if apart.ndim == 3:
-            for row, name in enumerate(names):
-                if (apart[row] > LEAST).any():
-                    yield HeatMap(f"{title} of {name}, by rates", _drawn(apart[row], names, names))
-        elif apart.ndim == 2:
-            yield HeatMap(title, _drawn(apart, names, names))
-        else:
-            yield HeatMap(title, _drawn(apart[:, None], names, ("",)))
-
-
-def _drawn(apart: np.ndarray, rows: tuple[str, ...], columns: tuple[str, ...]) -> str:
-    """A heat map of relative deviations (rows, columns), as SVG."""
-    size = 0.5
-    figure = Figure(figsize=(1.8 + size * len(columns), 1.0 + size * len(rows)), layout="tight")
-    axes = figure.subplots()
-    shown = np.clip(np.nan_to_num(apart, nan=MOST, posinf=MOST), LEAST, None)
-    image = axes.imshow(shown, norm=LogNorm(LEAST, MOST), cmap="viridis", aspect="equal")
-    axes.set_xticks(range(len(columns)), columns, rotation=90)
-    axes.set_yticks(range(len(rows)), rows)
-    figure.colorbar(image, ax=axes, label="relative deviation")
-    text = io.StringIO()
-    figure.savefig(text, format="svg", metadata={"Date": None})
-    drawing = text.getvalue()
-    return drawing[drawing.index("<svg") :]

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import xarray as xr
 
+from crosscheck.outcomes import Failure
 from crosscheck.provenance import version
 from crosscheck.registry import MODELS, home
 from crosscheck.studies.sources import code_hash
@@ -42,7 +43,6 @@ from crosscheck.studies.work import (
     measured,
     whole,
 )
-from crosscheck.tasks import Failure
 from crosscheck.workers import perform_all
 from models.errors import Diverged, InputError, Unfinished
 from models.places import cache_folder

@@ -17,7 +17,8 @@ from pydantic import BaseModel
 from crosscheck.registry import build, entry_of
 from crosscheck.studies.starts import perturbed
 from models.errors import Diverged
-from models.loading import HERE, Case, load_case
+from models.files import HERE
+from models.loading import Case, load_case
 from models.meshes import damped, squared
 from models.scenario import MOST_RECORDS, Scenario
 from models.switches import Switches

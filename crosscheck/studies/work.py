@@ -12,6 +12,7 @@ from typing import NamedTuple, Protocol, TypeVar, get_type_hints
 import xarray as xr
 from pydantic import TypeAdapter
 
+from crosscheck.outcomes import Failure, failure
 from crosscheck.registry import entry_of
 from crosscheck.studies.store import Store
 from crosscheck.studies.variant import (
@@ -23,7 +24,6 @@ from crosscheck.studies.variant import (
     integration,
     simulate_all,
 )
-from crosscheck.tasks import Failure, failure
 from models.errors import Diverged, InputError
 from models.trajectory import netcdf
 

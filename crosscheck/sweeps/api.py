@@ -14,7 +14,8 @@ from crosscheck.sweeps.files import study_from
 from crosscheck.sweeps.quantities import Measured
 from crosscheck.sweeps.run import How, run_study
 from models.arm import Arm
-from models.loading import raw_arm, raw_scenario, validated
+from models.files import raw_arm, raw_scenario
+from models.loading import validated
 from models.quantities import Data
 from models.scenario import Scenario
 

@@ -11,7 +11,8 @@ from crosscheck.sweeps.functions import source_of
 from crosscheck.sweeps.members import Study
 from crosscheck.sweeps.quantities import Function
 from models.errors import InputError
-from models.loading import builtin_arms, builtin_scenarios, raw_case, read_toml, validated
+from models.files import builtin_arms, builtin_scenarios, read_toml
+from models.loading import raw_case, validated
 from models.paths import assign, is_path, places
 
 

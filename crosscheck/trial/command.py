@@ -10,6 +10,7 @@ from crosscheck.output import require_files, write_files
 from crosscheck.plan import Wanted
 from crosscheck.progress import shown_progress
 from crosscheck.report.junit import junit_xml
+from crosscheck.report.words import printable
 from crosscheck.run import CrossCheck
 from crosscheck.trial.loading import handed_over
 from crosscheck.trial.trial import Asked, tried
@@ -30,7 +31,7 @@ def asked_of(
 
 def tried_aloud(asked: Asked, chosen: Wanted, jobs: int) -> CrossCheck:
     """The trial as a cross-check, at the seed of what is wanted, with its progress."""
-    with shown_progress() as told:
+    with shown_progress(f"trying {printable(asked.name)}") as told:
         return tried(replace(asked, seed=chosen.seed), jobs=jobs, told=told).cross_check
 
 
@@ -48,12 +49,12 @@ def trial_command(
     out: Path | None,
 ) -> int:
     """Put equations on trial, print what is wrong, write what was asked; returns the exit code."""
-    from crosscheck.report.trial import print_trial, trial_json, trial_page
+    from crosscheck.report.trial import print_trial, trial_json
 
     page = None if out is None else out / "trial.html"
     asked = asked_of(model, arm, scenarios, settings, quick=quick, seed=seed)
     require_files(json_file, junit, page)
-    with shown_progress() as told:
+    with shown_progress(f"trying {printable(asked.name)}") as told:
         trial = tried(asked, jobs=jobs, told=told)
     files: dict[Path, str] = {}
     if json_file is not None:
@@ -61,6 +62,8 @@ def trial_command(
     if junit is not None:
         files[junit] = junit_xml(trial.agreement, f"trial {asked.name} {asked.arm.name}")
     if page is not None:
+        from crosscheck.report.trial_page import trial_page
+
         files[page] = trial_page(trial)
     write_files(files)
     print_trial(trial)

@@ -11,14 +11,16 @@ from dataclasses import dataclass
 
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.comparison import ModelTask
-from crosscheck.run import Told, performed
-from crosscheck.tasks import Evaluation, Failure, Simulation, built
+from crosscheck.outcomes import Failure
+from crosscheck.run import performed
+from crosscheck.tasks import Evaluation, Simulation, built
 from crosscheck.trial.bench import Bench
 from crosscheck.trial.calls import Handed, handed
 from crosscheck.trial.frame import counted
 from crosscheck.trial.model import HandedModel
 from crosscheck.trial.questions import AGAIN, Question
 from crosscheck.trial.states import State, states_of
+from crosscheck.underway import Told
 from crosscheck.workers import Workers
 from models.errors import InputError
 from models.loading import Case

@@ -12,8 +12,9 @@ from functools import partial
 
 import numpy as np
 
+from crosscheck.outcomes import Failure
 from crosscheck.registry import MODELS
-from crosscheck.tasks import Failure, built
+from crosscheck.tasks import built
 from crosscheck.trial.model import HandedModel
 from crosscheck.trial.moved import Moved, Own, Source
 from crosscheck.trial.quadratic import christoffel_terms, difference_steps, rate_terms

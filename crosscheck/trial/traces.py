@@ -11,7 +11,7 @@ import numpy as np
 import analytic
 import crosscheck
 import models
-from crosscheck.tasks import Failure, failure
+from crosscheck.outcomes import Failure, failure
 from models.errors import one_line
 
 # Numpy's frames count where we call it; a user's own frame comes before those of a user's call.

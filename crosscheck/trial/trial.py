@@ -10,12 +10,12 @@ import numpy as np
 
 from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.findings import Agreement
+from crosscheck.outcomes import Failure
 from crosscheck.plan import Wanted
 from crosscheck.provenance import provenance
 from crosscheck.registry import packages, register
-from crosscheck.run import CrossCheck, Told, cases_of, performed, runs_of
+from crosscheck.run import CrossCheck, cases_of, performed, runs_of
 from crosscheck.state_suite import unequal_gains
-from crosscheck.tasks import Failure
 from crosscheck.trial.bench import LEAST_STATES, MOST_BYTES, QUICK_STATES, STATES, Bench
 from crosscheck.trial.calls import handed
 from crosscheck.trial.dictionary import dictionary_of
@@ -40,6 +40,7 @@ from crosscheck.trial.suite import (
     sizing,
 )
 from crosscheck.trial.waves import states_wanted
+from crosscheck.underway import Told, unsaid
 from crosscheck.workers import Workers
 from models.arm import Arm
 from models.errors import InputError
@@ -101,7 +102,7 @@ class Trial:
         return self.agreement.exit_code
 
 
-def tried(asked: Asked, *, jobs: int = 1, told: Told = lambda what, left: None) -> Trial:
+def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
     """Put equations on trial. Raises InputError for what cannot be tried at all."""
     bench = bench_of(asked)
     probes = probes_of(bench)

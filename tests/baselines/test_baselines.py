@@ -15,13 +15,14 @@ import xarray as xr
 import analytic.model
 from crosscheck.baseline_file import baseline_path, read_baseline, write_baseline
 from crosscheck.findings import About, Agreement, Key, checked
+from crosscheck.outcomes import Failure
 from crosscheck.provenance import arm_digest
 from crosscheck.reduction import baseline_of, unrecorded
 from crosscheck.registry import MODELS, register
 from crosscheck.regression import changed_since
 from crosscheck.report.words import counted, outcome, printable, tally
 from crosscheck.run import CrossCheck
-from crosscheck.tasks import Failure, RunKey
+from crosscheck.tasks import RunKey
 from models.arm import Arm
 from models.loading import load_arm
 from tests.baselines.short import (

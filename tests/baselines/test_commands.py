@@ -11,10 +11,11 @@ from xml.etree import ElementTree
 import pytest
 
 from crosscheck import LARGEST_SEED
+from crosscheck.outcomes import Failure
 from crosscheck.run import CrossCheck
-from crosscheck.tasks import Failure
 from models.arm import Arm
-from models.loading import HERE, load_arm
+from models.files import HERE
+from models.loading import load_arm
 from tests.baselines.conftest import Command
 from tests.baselines.short import (
     ANALYTIC,

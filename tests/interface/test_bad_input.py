@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from crosscheck.plan import OWN_NAMES
-from models.loading import HERE
+from models.files import HERE
 from tests.interface.conftest import Answer
 
 ARM = (HERE / "arms" / "paper-labelled.toml").read_text(encoding="utf-8")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from models.loading import HERE
+from models.files import HERE
 from tests.interface.test_bad_input import assert_one_line
 
 APART = (HERE / "arms" / "planets-apart.toml").read_text(encoding="utf-8")

@@ -15,7 +15,7 @@ import pytest
 import crosscheck as package
 from crosscheck import registry
 from crosscheck.provenance import ROOT
-from models.loading import HERE
+from models.files import HERE
 from tests.arms import arm_of
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())

@@ -10,15 +10,28 @@ import pytest
 from crosscheck import __version__, listing
 from crosscheck.registry import MODELS
 from models import exudyn_tree_loads
-from models.loading import builtin_arms, builtin_scenarios
-from tests.processes import HEAVY, modules_loaded_by
+from models.files import builtin_arms, builtin_scenarios
+from tests.processes import ENGINES, HEAVY, modules_loaded_by
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["simulate", "--help"]])
-def test_help_loads_no_engine(arguments):
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["--version"], ["simulate", "--help"], ["run", "--help"], ["list"]]
+)
+def test_help_and_lists_load_no_engine_and_no_numbers(arguments):
     loaded = modules_loaded_by(*arguments)
     assert "crosscheck.cli" in loaded
     assert HEAVY.isdisjoint(loaded)
+
+
+@pytest.mark.parametrize("arm", ["paper-labelled", "three-unlike"])
+def test_an_arm_is_shown_without_engines_and_files(arm):
+    loaded = modules_loaded_by("show", arm)
+    assert "crosscheck.show" in loaded
+    assert ENGINES.isdisjoint(loaded)
+
+
+def test_a_list_reads_titles_without_the_schema():
+    assert {"models.arm", "models.scenario"}.isdisjoint(modules_loaded_by("list"))
 
 
 def test_package_runs_as_a_module():

@@ -12,7 +12,7 @@ import typer
 from crosscheck.api import require_stable_step
 from crosscheck.cli import main
 from crosscheck.registry import build
-from crosscheck.tasks import Request
+from crosscheck.simulation import Request
 from models.errors import LONGEST_LINE
 from tests.draws import DRAWS, fresh_seed
 from tests.interface.fuzz import Draw, draw
@@ -23,7 +23,7 @@ WORK = {
     "validate": "crosscheck.commands.cross_check",
     "baseline accept": "crosscheck.commands.cross_check",
     "baseline check": "crosscheck.commands.cross_check",
-    "simulate": "crosscheck.commands.perform_all",
+    "simulate": "crosscheck.simulation.perform_all",
     "errata": "crosscheck.paper.command.errata_records",
     "show": None,
 }

@@ -12,7 +12,8 @@ import typer.main
 
 from crosscheck.cli import app
 from models.errors import LONGEST_LINE, Diverged, InputError, one_line
-from models.loading import HERE, load_case
+from models.files import HERE
+from models.loading import load_case
 from tests.interface.test_bad_input import assert_one_line
 
 ARM = (HERE / "arms" / "paper-labelled.toml").read_text(encoding="utf-8")

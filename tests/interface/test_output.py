@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck import commands
+from crosscheck import commands, simulation
 from crosscheck.interruption import leftovers
 from crosscheck.output import draft, require_file, write_files, write_text
 from crosscheck.paper import command as paper
@@ -125,7 +125,7 @@ def test_it_is_refused_before_the_work(
 ):
     words = obstacles(tmp_path)[name]
     for module, work in (
-        (commands, "perform_all"),
+        (simulation, "perform_all"),
         (commands, "cross_check"),
         (paper, "errata_records"),
     ):
@@ -184,7 +184,7 @@ def test_a_disk_too_full_for_compiled_code_is_one_line(crosscheck, tmp_path, mon
     def compiling(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")  # as numba does
 
-    monkeypatch.setattr(commands, "perform_all", compiling)
+    monkeypatch.setattr(simulation, "perform_all", compiling)
     answer = crosscheck(*SIMULATE, "--out", tmp_path / "run.nc")
     assert_one_line(answer, "a file cannot be written: No space left on device")
 

@@ -14,7 +14,7 @@ import pytest
 from crosscheck import registry
 from crosscheck.provenance import ROOT
 from models.arm import Arm
-from models.loading import HERE
+from models.files import HERE
 from tests.arms import PAPER
 from tests.paper.markup import SVG, axis_problems, page_problems
 
@@ -107,3 +107,9 @@ def test_page_needs_nothing_from_elsewhere(quick_report):
     assert [address for address in addresses if not address.startswith("#")] == []
     assert not re.search(r"<(script|link|iframe|img)[^>]+(src|href)=", page)
     assert "@import" not in page
+
+
+@pytest.mark.slow
+def test_the_papers_figures_and_claims_are_another_commands(quick_report):
+    assert quick_report.page.count("<code>crosscheck paper</code>") == 1
+    assert "<summary id=" not in quick_report.page  # as each chapter of the paper's page has

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from models import compiled
-from models.loading import HERE
+from models.files import HERE
 from models.trajectory import read_netcdf
 from tests.processes import command_line
 

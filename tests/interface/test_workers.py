@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from crosscheck import workers
-from crosscheck.tasks import Failure
+from crosscheck.outcomes import Failure
 from crosscheck.workers import Workers, perform_all
 
 

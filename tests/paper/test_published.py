@@ -21,7 +21,7 @@ from crosscheck.paper.sampling.experiments import PD
 from crosscheck.paper.scale import FULL
 from crosscheck.paper.undefined import UNDEFINED
 from crosscheck.studies import sources
-from models.loading import HERE
+from models.files import HERE
 from models.trajectory import read_netcdf
 from tests.paper import edited_views
 from tests.paper.markup import SVG, axis_problems, page_problems, uneven_tables

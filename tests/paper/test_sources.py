@@ -12,7 +12,7 @@ import pytest
 from crosscheck.registry import BUILT_IN, home
 from crosscheck.studies import sources
 from crosscheck.studies.sources import code_hash, source_of, walked
-from models.loading import HERE
+from models.files import HERE
 from tests.paper import traced_results
 from tests.processes import command_line
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from crosscheck.outcomes import Failure
 from crosscheck.registry import MODELS
 from crosscheck.studies import study as study_module
 from crosscheck.studies import work
@@ -18,9 +19,9 @@ from crosscheck.studies.store import Store
 from crosscheck.studies.study import Asked, Comparison, Numbers, Study, Variant, run_key
 from crosscheck.studies.variant import integration, simulate
 from crosscheck.studies.work import Piece, integrations
-from crosscheck.tasks import Failure
 from models.errors import Diverged, InputError, Unfinished
-from models.loading import HERE, load_arm
+from models.files import HERE
+from models.loading import load_arm
 
 SHORT = Variant(scenario="constant-torque", duration_s=0.002)
 

@@ -1,0 +1,84 @@
+"""A trial as one page, which draws and typesets: Matplotlib is for whoever asks for one."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from crosscheck.report.html import number
+from crosscheck.report.trial import summary, why
+from crosscheck.report.typeset import typeset
+from crosscheck.report.words import tally
+from crosscheck.trial.naming import named
+from crosscheck.trial.places import Slip
+from crosscheck.trial.trial import Trial
+from crosscheck.trial.words import told
+
+LEAST, MOST = 1e-16, 1.0  # of a heat map's scale
+PART_NAMES = {"mass_matrix": "M", "rate_terms": "bias", "force": "force"}
+
+
+@dataclass(frozen=True)
+class HeatMap:
+    """Of a part, as SVG."""
+
+    title: str
+    drawing: str
+
+
+def trial_page(trial: Trial) -> str:
+    """HTML text, figures inlined."""
+    environment = Environment(
+        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
+    )
+    environment.filters |= {"number": number, "tally": tally, "typeset": typeset, "words": _words}
+    return environment.get_template("trial.html.j2").render(
+        trial=trial,
+        summary=list(summary(trial)),
+        wrong=[
+            (named(each.place, trial.bench.frame.names), each, why(each)) for each in trial.wrong
+        ],
+        maps=list(_maps(trial)),
+        provenance=trial.agreement.to_dict()["provenance"],
+    )
+
+
+def _maps(trial: Trial) -> Iterator[HeatMap]:
+    """One of each part; of the bias one row after another."""
+    names = trial.bench.frame.names
+    for quantity, apart in trial.apart.items():
+        title = PART_NAMES.get(quantity, quantity)
+        if apart.ndim == 3:
+            for row, name in enumerate(names):
+                if (apart[row] > LEAST).any():
+                    yield HeatMap(f"{title} of {name}, by rates", _drawn(apart[row], names, names))
+        elif apart.ndim == 2:
+            yield HeatMap(title, _drawn(apart, names, names))
+        else:
+            yield HeatMap(title, _drawn(apart[:, None], names, ("",)))
+
+
+def _drawn(apart: np.ndarray, rows: tuple[str, ...], columns: tuple[str, ...]) -> str:
+    """A heat map of relative deviations (rows, columns), as SVG."""
+    size = 0.5
+    figure = Figure(figsize=(1.8 + size * len(columns), 1.0 + size * len(rows)), layout="tight")
+    axes = figure.subplots()
+    shown = np.clip(np.nan_to_num(apart, nan=MOST, posinf=MOST), LEAST, None)
+    image = axes.imshow(shown, norm=LogNorm(LEAST, MOST), cmap="viridis", aspect="equal")
+    axes.set_xticks(range(len(columns)), columns, rotation=90)
+    axes.set_yticks(range(len(rows)), rows)
+    figure.colorbar(image, ax=axes, label="relative deviation")
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None})
+    drawing = text.getvalue()
+    return drawing[drawing.index("<svg") :]
+
+
+def _words(slips: Sequence[Slip]) -> str:
+    return " and ".join(map(told, slips))

@@ -1,0 +1,107 @@
+"""The files of arms and scenarios as they stand: TOML, read and not validated.
+
+Light on purpose: a list of what there is waits for no schema.
+"""
+
+from __future__ import annotations
+
+import re
+import stat
+import tomllib
+from pathlib import Path
+from typing import Any, Literal
+
+from models.errors import InputError
+
+HERE = Path(__file__).parent
+LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes as many
+DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
+
+
+def builtin_arms() -> tuple[str, ...]:
+    """Names of the arms that come with the project."""
+    return _stems("arms")
+
+
+def builtin_scenarios() -> tuple[str, ...]:
+    """Names of the scenarios that come with the project."""
+    return _stems("scenarios")
+
+
+def builtin_title(folder: Literal["arms", "scenarios"], name: str) -> str:
+    """Title of what comes with the project, as it stands: a list waits for no validation."""
+    return str(_read(name, folder).get("title", ""))
+
+
+def raw_arm(name: str) -> dict[str, Any]:
+    """What the file of an arm holds, not validated. Raises InputError."""
+    return _read(name, "arms")
+
+
+def raw_scenario(name: str) -> dict[str, Any]:
+    """What the file of a scenario holds, not validated. Raises InputError."""
+    return _read(name, "scenarios")
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The content of a TOML file that has no built-in name. Raises InputError."""
+    return _read(str(path), "")
+
+
+def _stems(folder: str) -> tuple[str, ...]:
+    return tuple(sorted(path.stem for path in (HERE / folder).glob("*.toml")))
+
+
+def _read(name: str, folder: str) -> dict[str, Any]:
+    """The raw TOML of a built-in name, else of a file."""
+    if folder and name in _stems(folder):
+        return _parse((HERE / folder / f"{name}.toml").read_bytes(), name)
+    try:
+        content = _content(Path(name))
+    except (FileNotFoundError, NotADirectoryError):
+        nor = f", nor built-in name ({', '.join(_stems(folder))})" if folder else ""
+        raise InputError(name, "", None, f"no such file{nor}") from None
+    except OSError as error:
+        raise InputError(name, "", None, f"cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(name, "", None, f"cannot be read: {error}") from None
+    return _parse(content, name)
+
+
+def _content(path: Path) -> bytes:
+    """What a file holds. Raises OSError, and ValueError for what no arm or scenario is."""
+    if not stat.S_ISREG(path.stat().st_mode):  # a pipe or a device may never end
+        raise ValueError("not a regular file")
+    with path.open("rb") as file:
+        content = file.read(LARGEST_FILE + 1)
+    if len(content) > LARGEST_FILE:
+        raise ValueError(f"more than {LARGEST_FILE // 1_000_000} MB")
+    return content
+
+
+def _parse(content: bytes, where: str) -> dict[str, Any]:
+    try:
+        text = content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise InputError(where, "", None, "cannot be read: not UTF-8 text") from None
+    if not text.strip():
+        raise InputError(where, "", None, "is empty; a TOML file is expected")
+    try:
+        return parsed(text)
+    except ValueError as error:
+        raise InputError(where, "", None, f"is not TOML: {error}") from None
+
+
+def parsed(text: str) -> dict[str, Any]:
+    """Parsed TOML. Raises ValueError, also for what would take too long or go too deep."""
+    words = re.split(r"[\n,={}\[\]]", text.replace(" ", "").replace("\t", ""))
+    if any(word.count(".") > DEEPEST_KEY and ".." not in word for word in words):
+        raise ValueError(f"a key of more than {DEEPEST_KEY} parts")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError:
+        raise ValueError("a number of too many digits") from None
