@@ -215,7 +215,8 @@ def trajectories(models: Sequence[AnalyticModel], threads: int = 1) -> list[xr.D
 
     threads: how many groups run at a time; no number hangs on it.
     """
-    asked, found = groups(models), dict[int, xr.Dataset | Diverged]()
+    asked = groups(models)
+    found: dict[int, xr.Dataset | Diverged] = {}
     with ThreadPoolExecutor(threads) as pool:
         for group, runs in zip(asked, pool.map(_runs, asked), strict=True):
             found |= zip(group.members, runs, strict=True)
