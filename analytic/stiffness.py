@@ -116,10 +116,10 @@ def square_wave(cycle: np.ndarray, k_min: float, k_max: float, contact_ratio: fl
 
 
 def fundamental(
-    phase: np.ndarray | float, k_m: np.ndarray | float, k_a: np.ndarray | float
+    sine: np.ndarray | float, k_m: np.ndarray | float, k_a: np.ndarray | float
 ) -> np.ndarray:
-    """k of Eq. 8 [N/m] at a mesh phase [rad]."""
-    return k_m + np.multiply(k_a, np.sin(phase))
+    """k of Eq. 8 [N/m]; sine: that of the mesh phase."""
+    return k_m + np.multiply(k_a, sine)
 
 
 def stiffness(
@@ -127,7 +127,7 @@ def stiffness(
 ) -> np.ndarray:
     """k [N/m] of mesh i at its phase (...,) [rad]."""
     if law.code[i] == SINE:
-        return fundamental(phase, k_m, k_a)
+        return fundamental(np.sin(phase), k_m, k_a)
     rows = law.rows[law.first[i] : law.first[i + 1]]
     if law.code[i] == WAVES:
         turns = np.multiply.outer(phase, rows[:, 0])

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 
-def tooth_error(phase: np.ndarray | float, E: np.ndarray | float) -> np.ndarray:
-    """e of Eq. 14 [m] at a mesh phase [rad]; E: its magnitude [m]."""
-    return np.multiply(E, np.sin(phase))
+def tooth_error(sine: np.ndarray | float, E: np.ndarray | float) -> np.ndarray:
+    """e of Eq. 14 [m]; sine: that of the mesh phase; E: its magnitude [m]."""
+    return np.multiply(E, sine)
 
 
 def whole_error(
@@ -17,4 +17,4 @@ def whole_error(
     static: np.ndarray | float,
 ) -> np.ndarray:
     """e [m] where it has a phase of its own, by so much lead [rad], and a constant part [m]."""
-    return static + tooth_error(np.add(phase, lead), E)
+    return static + tooth_error(np.sin(np.add(phase, lead)), E)

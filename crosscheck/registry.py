@@ -10,6 +10,7 @@ from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Literal
 
+from analytic.covered import papers_kind
 from models.abilities import STATE_ABILITIES
 from models.errors import Diverged, InputError
 
@@ -27,7 +28,7 @@ RUNS = STATES | {"simulate"}
 BOTH_WAYS = RUNS | {"reference"}
 RIGID_LEVELS = ("links", "carriers", "armature", "coupled")
 ABREAST = 32  # runs in the lanes of the analytic models' kernel
-EVERY_MODELS_PACKAGES = ("numpy", "scipy", "numba", "xarray")
+EVERY_MODELS_PACKAGES = ("numpy", "scipy", "xarray")
 
 
 def every_arm(arm: Arm, chosen: Switches) -> bool:
@@ -103,8 +104,6 @@ def _paper(attribute: str) -> Entry:
 
 
 def _is_papers(arm: Arm, chosen: Switches) -> bool:
-    from analytic.covered import papers_kind
-
     return papers_kind(arm) and chosen.planets == "lumped"
 
 

@@ -232,27 +232,32 @@ def entry_of_mass(s: TermStructure, row: int, column: int) -> str:
 def _solve(s: TermStructure) -> Lines:
     """M q'' = f - h by elimination, displacements first: of a gear's row few entries are not 0.
 
-    Without pivots: an arm's own M is positive definite; of the printed form the displacements'
-    pivots are constants.
+    The pivot is the diagonal's wherever it has an entry: an arm's own M is positive definite. A
+    form with a slip may lack one, and takes the first row that has.
     """
-    order = sorted(range(s.size), key=lambda place: place in s.angles)
-    filled = {(i, j) for i, j, _ in s.mass}
+    columns = sorted(range(s.size), key=lambda place: place in s.angles)
+    filled, rows, pivots = {(i, j) for i, j, _ in s.mass}, list(columns), dict[int, int]()
     has_bias = {entry[0] for entry in s.bias}
     for i in range(s.size):
         yield f"r{i} = f{i}" + (f" - h{i}" if i in has_bias else "")
     yield from (f"U{i}_{j} = M{i}_{j}" for i, j in sorted(filled))
-    for place, p in enumerate(order):
-        below = [i for i in order[place + 1 :] if (i, p) in filled]
-        beyond = [j for j in order[place + 1 :] if (p, j) in filled]
-        yield f"inv{p} = 1.0 / U{p}_{p}"
+    for place, p in enumerate(columns):
+        below = [i for i in rows if (i, p) in filled]
+        pivot = p if p in below else below[0] if below else rows[0]
+        pivots[p] = pivot
+        rows.remove(pivot)
+        yield f"inv{p} = 1.0 / " + (f"U{pivot}_{p}" if below else "0.0")
+        beyond = [j for j in columns[place + 1 :] if (pivot, j) in filled]
         for i in below:
+            if i == pivot:
+                continue
             yield f"L{i} = U{i}_{p} * inv{p}"
             for j in beyond:
                 begun = f"U{i}_{j}" if (i, j) in filled else "0.0"
-                yield f"U{i}_{j} = {begun} - L{i} * U{p}_{j}"
+                yield f"U{i}_{j} = {begun} - L{i} * U{pivot}_{j}"
                 filled.add((i, j))
-            yield f"r{i} = r{i} - L{i} * r{p}"
-    for place, p in reversed(list(enumerate(order))):
-        beyond = [j for j in order[place + 1 :] if (p, j) in filled]
-        left = "".join(f" - U{p}_{j} * a_{s.coordinates[j]}" for j in beyond)
-        yield f"a_{s.coordinates[p]} = (r{p}{left}) * inv{p}"
+            yield f"r{i} = r{i} - L{i} * r{pivot}"
+    for place, p in reversed(list(enumerate(columns))):
+        beyond = [j for j in columns[place + 1 :] if (pivots[p], j) in filled]
+        left = "".join(f" - U{pivots[p]}_{j} * a_{s.coordinates[j]}" for j in beyond)
+        yield f"a_{s.coordinates[p]} = (r{pivots[p]}{left}) * inv{p}"

@@ -63,7 +63,9 @@ def test_views_and_the_handling_of_processes_remake_nothing(files):
 
 
 def test_every_engine_stands_for_itself(files):
-    analytic = {name for name, looked in files.items() if "analytic/kernel.py" in looked["edited"]}
+    analytic = {
+        name for name, looked in files.items() if "analytic/kernel/batch.py" in looked["edited"]
+    }
     exudyn = {name for name, looked in files.items() if looked["edited"] >= EXUDYN}
     some_exudyn = {name for name, looked in files.items() if looked["edited"] & EXUDYN}
     assert exudyn == some_exudyn == {"exudyn run", "starts of exudyn"}

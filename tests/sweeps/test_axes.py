@@ -194,15 +194,15 @@ def test_blocks_cover_a_range_of_places_once_and_in_order(shape, data):
     assert np.array_equal(grid.ravel(), expected)
 
 
-@given(st.integers(1, 3000), st.booleans())
-def test_batches_cover_every_member_once_in_full_lanes(count, plain):
+@given(st.integers(1, 3000))
+def test_batches_cover_every_member_once_in_full_lanes(count):
     made = study([{"path": BACKLASH, "kind": "grid", "start": 1e-5, "stop": 1e-4, "count": count}])
-    cut = list(batches(made, "version", plain))
+    cut = list(batches(made, "version"))
     assert [cut[0].begin, cut[-1].end] == [0, count]
     assert all(left.end == right.begin for left, right in pairwise(cut))
     assert len({batch.key for batch in cut}) == len(cut)
-    if not plain and count > 32:
-        assert batch_size(made, plain) % 32 == 0
+    if count > 32:
+        assert batch_size(made) % 32 == 0
 
 
 @pytest.mark.parametrize(
