@@ -22,7 +22,17 @@ from models.scenario import Scenario
 from models.switches import Switches
 
 ROOT = Path(__file__).parent.parent
-PACKAGES = ("pin", "exudyn", "numpy", "scipy", "numba", "sympy", "xarray", "geararm-crosscheck")
+PACKAGES = (
+    "pin",
+    "exudyn",
+    "numpy",
+    "scipy",
+    "llvmlite",
+    "numba",
+    "sympy",
+    "xarray",
+    "geararm-crosscheck",
+)
 
 
 class Provenance(Data):

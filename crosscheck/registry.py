@@ -29,6 +29,7 @@ BOTH_WAYS = RUNS | {"reference"}
 RIGID_LEVELS = ("links", "carriers", "armature", "coupled")
 ABREAST = 32  # runs in the lanes of the analytic models' kernel
 EVERY_MODELS_PACKAGES = ("numpy", "scipy", "xarray")
+ANALYTIC_PACKAGES = ("sympy", "llvmlite")
 
 
 def every_arm(arm: Arm, chosen: Switches) -> bool:
@@ -87,7 +88,7 @@ def _analytic(attribute: str, level: str) -> Entry:
         attribute,
         "rigid",
         RUNS,
-        ("sympy",),
+        ANALYTIC_PACKAGES,
         order=4,
         level=level,
         any_stride=True,
@@ -97,7 +98,7 @@ def _analytic(attribute: str, level: str) -> Entry:
 
 def _paper(attribute: str) -> Entry:
     module = "analytic.paper_model"
-    packages = ("sympy",)
+    packages = ANALYTIC_PACKAGES
     return Entry(
         module, attribute, "form", RUNS, packages, order=4, any_stride=True, covers=_is_papers
     )
@@ -118,7 +119,7 @@ BUILT_IN = {
         "PhysicalModel",
         "geared",
         BOTH_WAYS | {"mesh_modes", "contact_poles"},
-        ("sympy",),
+        ANALYTIC_PACKAGES,
         order=4,
         any_stride=True,
         abreast=ABREAST,
@@ -146,7 +147,7 @@ BUILT_IN = {
         "ExudynTree",
         "geared",
         RUNS | {"mesh_modes"},
-        ("exudyn",),
+        ("exudyn", "numba"),
         order=4,
         free_planets=True,
         call_s=4e-5,
@@ -156,7 +157,7 @@ BUILT_IN = {
         "ExudynBodies",
         "geared",
         RUNS | {"constraint_residual"},
-        ("exudyn",),
+        ("exudyn", "numba"),
         order=2,
         free_planets=True,
         call_s=2e-4,
