@@ -21,7 +21,6 @@ def main() -> NoReturn:
     try:
         listen()
         logging.basicConfig(format="crosscheck: %(message)s")
-        logging.getLogger("analytic").setLevel(logging.INFO)
         from crosscheck.cli import main as run
 
         run()

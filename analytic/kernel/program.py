@@ -13,13 +13,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from textwrap import indent
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from analytic.kernel.machine import Code, machine_code
 from analytic.kernel.structure import Structure
 from analytic.kernel.terms_text import TermStructure, entry_of_mass
 from analytic.kernel.translate import ir_of
 from models.drive import TABLE
+
+if TYPE_CHECKING:
+    from analytic.kernel.machine import Code
 
 # Blocks of rows before the numbers: state, stage, the step's sums and acceleration.
 STATE = ("q", "v", "stage_q", "stage_v", "sum_q", "sum_v", "a")
@@ -154,6 +156,8 @@ class Program:
 @lru_cache(maxsize=64)
 def code_of(program: Program) -> Code:
     """The program's machine code."""
+    from analytic.kernel.machine import Code, machine_code  # LLVM, for those who run something
+
     data = machine_code(ir_of(program.text, program.lanes), program.level)
     return Code(data, dict(program.functions))
 

@@ -191,7 +191,8 @@ def misses(model: AnalyticModel, lanes: int, kind: type[At] = At) -> list[str]:
         whole = Batch(at, lanes)
         whole.done = steps
         records = whole.advance(1, 0)
-        for place in range(0, len(at), 1 if steps else 5):  # the clock tells fewer laws apart
+        # The lanes of a block do the same bit for bit; the clock at 0 tells fewer laws apart.
+        for place in (0, STATES - 2, STATES - 1) if steps else (1,):
             made = records.a[0, :, place], records.forces[0, :, place]
             found += rounding.misses(at[place], steps * STEP_S, *made)
     return found
@@ -200,7 +201,7 @@ def misses(model: AnalyticModel, lanes: int, kind: type[At] = At) -> list[str]:
 def state_misses(model: AnalyticModel) -> list[str]:
     """M, bias, force and accelerations of single states that are not those of the terms."""
     found, t, rounding = list[str](), STEPS[-1] * STEP_S, Rounding(model)
-    for at in states(model)[:4]:
+    for at in states(model)[:2]:
         made = model.states.at(t, at.q, at.v)
         found += rounding.misses(at, t, made.acceleration, made.mesh_forces)
         right, apart = rounding.at(t, at.q, at.v)
@@ -236,7 +237,7 @@ def test_every_switch_on_arms_of_every_size(place):
     assert state_misses(model) == []
 
 
-@settings(max_examples=15, derandomize=True, deadline=None, database=None)
+@settings(max_examples=12, derandomize=True, deadline=None, database=None)
 @given(data=st.data())
 def test_arms_that_nobody_chose(data):
     arm = data.draw(any_arms(data.draw(st.integers(1, 7)), unlike=True))

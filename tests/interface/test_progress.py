@@ -116,8 +116,10 @@ def test_on_a_terminal_there_is_a_bar_that_goes(monkeypatch, capsys):
 
 def test_a_whole_check_says_at_once_what_it_does(tmp_path):
     """Also where there is no terminal."""
+    often = "import crosscheck.progress as p; p.EVERY_S = 1.0"
+    script = f"{often}; import crosscheck.__main__ as c; c.main()"
     program = subprocess.Popen(
-        [sys.executable, "-m", "crosscheck", "validate"],
+        [sys.executable, "-c", script, "validate"],
         cwd=tmp_path,
         text=True,
         stdout=subprocess.PIPE,

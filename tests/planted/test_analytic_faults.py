@@ -288,7 +288,7 @@ FORCES = [
     ),
     Fault(
         "elimination adds",
-        change("kernel.terms_text:_solve", "- L{i} * r{p}", "+ L{i} * r{p}"),
+        change("kernel.terms_text:_solve", "- L{i} * r{pivot}", "+ L{i} * r{pivot}"),
         ACCELERATION,
     ),
 ]
