@@ -141,8 +141,10 @@ def _pieces(gears: Gears, mesh: int, name: str, count: int) -> Numbers:
 
     Filled up to ``count`` by pieces that begin nowhere.
     """
+    if not count:
+        return {}
     begin = np.full(count, np.inf)
-    begin[:1] = 0.0
+    begin[0] = 0.0
     cubics = np.zeros((4, count))
     if gears.law.code[mesh] == TABLE:
         rows = gears.law.rows[gears.law.first[mesh] : gears.law.first[mesh + 1]]
