@@ -35,6 +35,7 @@ class States:
         self._evaluate = self._code["evaluate"]
         numbers = number_rows(program, equations.numbers)
         self._work = np.concatenate([np.zeros(program.before), *numbers])
+        self._address = self._work.ctypes.data
         self._ends = np.cumsum([2 * self._n, self._n**2, self._n, self._n, self._n])
         self._last = program.before
 
@@ -43,7 +44,7 @@ class States:
         n, work, ends = self._n, self._work, self._ends
         work[:n], work[n : 2 * n] = q, v
         table = looked_up(self._drive, t)
-        self._evaluate(work.ctypes.data, t, sqrt(t), table.ctypes.data, 0.0, 0.0)
+        self._evaluate(self._address, t, sqrt(t), table.ctypes.data, 0.0, 0.0)
         made = work[: self._last].copy()
         return Quantities(
             made[ends[0] : ends[1]].reshape(n, n),
