@@ -66,15 +66,11 @@ class TermStructure(Structure):
     def turns(self, joint: int, side: str) -> str:
         """With the phase's other coordinates."""
         mesh = self.meshes.index(f"{side}{joint}_1") if self.phased else -1
-        more = [
-            f" + phase{mesh}_{place} * "
-            + ("({}_{} * t)" if self.omega_t else "{}_{}").format(
-                "v" if self.omega_t else "q", self.coordinates[place]
-            )
-            for of, place in self.phased
-            if of == mesh
-        ]
-        return super().turns(joint, side) + "".join(more)
+        turns = super().turns(joint, side)
+        for place in (place for of, place in self.phased if of == mesh):
+            x = self.coordinates[place]
+            turns += f" + phase{mesh}_{place} * " + (f"(v_{x} * t)" if self.omega_t else f"q_{x}")
+        return turns
 
     def sensed(self, joint: int) -> tuple[str, str]:
         """A sum over the coordinates where the controller is not told its joint's own."""

@@ -25,8 +25,23 @@ Kind = str  # of a value: "float", "lanes", "int", "bool", "mask" (a bool of eve
 
 _FLOAT = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 _INT = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.FloorDiv: "sdiv", ast.Mod: "srem"}
-_ORDERED = {ast.Gt: "ogt", ast.Lt: "olt", ast.GtE: "oge", ast.LtE: "ole", ast.Eq: "oeq"}
-_WHOLE = {ast.Gt: "sgt", ast.Lt: "slt", ast.GtE: "sge", ast.LtE: "sle", ast.Eq: "eq"}
+# No NaN passes a comparison, but for the last.
+_ORDERED = {
+    ast.Gt: "ogt",
+    ast.Lt: "olt",
+    ast.GtE: "oge",
+    ast.LtE: "ole",
+    ast.Eq: "oeq",
+    ast.NotEq: "une",
+}
+_WHOLE = {
+    ast.Gt: "sgt",
+    ast.Lt: "slt",
+    ast.GtE: "sge",
+    ast.LtE: "sle",
+    ast.Eq: "eq",
+    ast.NotEq: "ne",
+}
 EXPONENT_BIAS, FRACTION_DIGITS = 1023, 52  # of a double
 
 
@@ -164,7 +179,7 @@ class _Function:
             case ast.For(target=ast.Name(id=name), iter=ast.Call(args=bounds), body=body):
                 self._count(name, bounds, body)
             case ast.While(test=test, body=body):
-                self._while(test, body)
+                self._loop(test, body, ())
             case ast.If(test=test, body=body, orelse=orelse):
                 self._if(test, body, orelse)
             case ast.Continue():
@@ -228,9 +243,6 @@ class _Function:
             self._statement(statement)
         self._goto(head)
         self._label(end)
-
-    def _while(self, test: ast.expr, body: Sequence[ast.stmt]) -> None:
-        self._loop(test, body, ())
 
     def _count(self, name: str, bounds: Sequence[ast.expr], body: Sequence[ast.stmt]) -> None:
         """``for name in range(...)`` with a step above 0."""
@@ -356,9 +368,9 @@ class _Function:
 
     def _compare(self, op: ast.cmpop, a: Value, b: Value) -> Value:
         if {a.kind, b.kind} == {"bool"}:
-            return Value(self._put(f"icmp {_whole(op)} i1 {a.text}, {b.text}"), "bool")
+            return Value(self._put(f"icmp {_WHOLE[type(op)]} i1 {a.text}, {b.text}"), "bool")
         a, b = self._common(a, b)
-        compared = f"icmp {_whole(op)}" if a.kind == "int" else f"fcmp {_ordered(op)}"
+        compared = f"icmp {_WHOLE[type(op)]}" if a.kind == "int" else f"fcmp {_ORDERED[type(op)]}"
         kind = "mask" if a.kind == "lanes" else "bool"
         return Value(self._put(f"{compared} {self._type(a.kind)} {a.text}, {b.text}"), kind)
 
@@ -471,12 +483,3 @@ def _constant(number: float) -> Value:
 
 def _address(pointer: str, place: str) -> str:
     return f"getelementptr inbounds double, ptr {pointer}, i64 {place}"
-
-
-def _ordered(op: ast.cmpop) -> str:
-    """A comparison that no NaN passes, but for ``!=``."""
-    return "une" if isinstance(op, ast.NotEq) else _ORDERED[type(op)]
-
-
-def _whole(op: ast.cmpop) -> str:
-    return "ne" if isinstance(op, ast.NotEq) else _WHOLE[type(op)]
