@@ -1,7 +1,7 @@
 # make run        set up and run the cross-check; writes report/index.html and report/agreement.json
 # make test       set up and run the test suite
 # make test-fast  the first case of every test, none that is slow: before every commit
-# make fuzz       the suite's campaigns at length; DRAWS=500 of each
+# make fuzz       the suite's campaigns at length; DRAWS=1000 of each
 # make lint       style, types and import contracts
 # make bench      measure speed side by side: benchmarks/results.json, results.md, results.png
 # make paper      the paper's figures and claims: paper-report/paper.html
@@ -14,7 +14,7 @@ INSTALL := $(PIP) install --quiet --require-hashes --no-deps --only-binary :all:
 EDITABLE := $(PIP) install --quiet --no-deps --no-build-isolation --no-index -e .
 
 TEST := $(PY) -m pytest -n auto --dist loadscope --no-loadscope-reorder
-DRAWS ?= 500
+DRAWS ?= 1000
 
 .PHONY: run test test-fast fuzz lint bench paper lock clean
 .DELETE_ON_ERROR:

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from analytic.kernel.batch import WIDE, Batch, Records
+from models.arm.layout import Meaning
 from models.errors import Diverged
-from models.layout import Meaning
 from models.trajectory import recorded_times
 
 if TYPE_CHECKING:

@@ -8,28 +8,28 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
-from analytic.bodies import all_bodies
-from analytic.chain import exact_chain
+from analytic.derivation.bodies import all_bodies
+from analytic.derivation.chain import exact_chain
+from analytic.derivation.gears import Gears, gears
+from analytic.derivation.rigid import rigid_bodies
+from analytic.derivation.terms import Terms, chain_terms
 from analytic.ensemble import alone, trajectories
-from analytic.gears import Gears, gears
 from analytic.kernel.batch import Records
 from analytic.kernel.equations import Equations, LinkEquations, TermEquations
 from analytic.kernel.links import Links, links_of
 from analytic.kernel.precise import followed
 from analytic.kernel.states import States
+from analytic.paper.stiffness import peak_stiffness
 from analytic.reference import solve
-from analytic.rigid import rigid_bodies
 from analytic.stability import contact_eigenvalues, runge_kutta_limit
-from analytic.stiffness import peak_stiffness
-from analytic.terms import Terms, chain_terms
-from models.arm import Arm
-from models.drive import drive_data, torques_along
+from models.arm.arm import Arm
+from models.arm.layout import MESHES, Layout, Meaning, geared_layout, rigid_layout
+from models.arm.planets import usual_switches
 from models.errors import Diverged
+from models.experiment.drive import drive_data, torques_along
+from models.experiment.scenario import Scenario, per_joint, planet_offsets
+from models.experiment.switches import Switches
 from models.interface import STATE_ABILITIES, Model, require_finite
-from models.layout import MESHES, Layout, Meaning, geared_layout, rigid_layout
-from models.planets import usual_switches
-from models.scenario import Scenario, per_joint, planet_offsets
-from models.switches import Switches
 from models.trajectory import recorded_times, trajectory
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class AnalyticModel(Model):
     Runs of an arm's own bodies are made over its links, which needs far fewer operations.
     """
 
-    abilities = frozenset((*STATE_ABILITIES, "simulate", "reference"))
+    abilities = frozenset((*STATE_ABILITIES, "simulate", "reference", "precise"))
     terms: Terms
     gears: Gears
     links: Links | None = None
@@ -250,7 +250,7 @@ class PhysicalModel(AnalyticModel):
 
 
 class RigidModel(AnalyticModel):
-    """Eq. 1: the arm with rigid joints, at one of the levels of analytic.rigid."""
+    """Eq. 1: the arm with rigid joints, at one of the levels of analytic.derivation.rigid."""
 
     level: ClassVar[str]
 

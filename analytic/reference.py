@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analytic.gears import Gears
+from analytic.derivation.gears import Gears
 from analytic.kernel.states import States
 
 # Sizes below which an error does not matter at relative tolerance 1: displacements of the order of

@@ -21,9 +21,9 @@ ROOT = Path(__file__).parent.parent
 # Equations of motion of six geared joints, evaluated and integrated once; of three planets each.
 SIX_JOINTS = """
 from crosscheck.registry import build
-from crosscheck.template import example_arm
+from crosscheck.cli.template import example_arm
 from models.loading import load_scenario
-from models.switches import switches
+from models.experiment.switches import switches
 
 arm = example_arm("six", 6)
 joints = tuple(joint.model_copy(update={{"planet_count": 3}}) for joint in arm.joints)

@@ -12,11 +12,11 @@ import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from crosscheck.paper.claims.rule import Finding, Kind, kind_of
-from crosscheck.paper.material import Material
-from crosscheck.paper.scale import FULL, QUICK
-from crosscheck.progress import progress_bar
-from crosscheck.studies.study import Study, cache_folder
+from audit.claims.rule import Finding, Kind, kind_of
+from audit.experiments.scale import FULL, QUICK
+from audit.experiments.study import Study, cache_folder
+from audit.page.material import Material
+from crosscheck.runner.progress import progress_bar
 
 APART = 1000  # between the first seeds of two sets
 

@@ -22,25 +22,25 @@ import numpy as np
 import sympy as sp
 
 from crosscheck.registry import build
-from crosscheck.trial.dictionary import Dictionary, dictionary_of
-from crosscheck.trial.difference import NotWaves, expression_of, symbolic_difference
-from crosscheck.trial.equations import Coordinates, Symbolic
-from crosscheck.trial.explain import Observed, explanations
-from crosscheck.trial.force_terms import States, rate_name, signal_columns
-from crosscheck.trial.frame import LAYOUTS, Frame, frame_of
-from crosscheck.trial.keys import Entry, Key, Product
-from crosscheck.trial.naming import named as named_place
-from crosscheck.trial.places import Place, Slip
-from crosscheck.trial.polynomial import Monomial
-from crosscheck.trial.suspects import Suspect
-from crosscheck.trial.values import named, unrelated, values_of
-from crosscheck.trial.waves import Fitting, entry_values, states_wanted
-from crosscheck.trial.words import slip_of, term_of, told, written
-from models.arm import Arm
-from models.drive import torques_along
+from crosscheck.trial.coordinates.frame import LAYOUTS, Frame, frame_of
+from crosscheck.trial.diagnose.dictionary import Dictionary, dictionary_of
+from crosscheck.trial.diagnose.difference import NotWaves, expression_of, symbolic_difference
+from crosscheck.trial.diagnose.explain import Observed, explanations
+from crosscheck.trial.diagnose.force_terms import States, rate_name, signal_columns
+from crosscheck.trial.diagnose.keys import Entry, Key, Product
+from crosscheck.trial.diagnose.polynomial import Monomial
+from crosscheck.trial.diagnose.suspects import Suspect
+from crosscheck.trial.diagnose.values import named, unrelated, values_of
+from crosscheck.trial.diagnose.waves import Fitting, entry_values, states_wanted
+from crosscheck.trial.diagnose.words import slip_of, term_of, told, written
+from crosscheck.trial.input.equations import Coordinates, Symbolic
+from crosscheck.trial.input.naming import named as named_place
+from crosscheck.trial.judge.places import Place, Slip
+from models.arm.arm import Arm
+from models.arm.planets import usual_switches
+from models.experiment.drive import torques_along
 from models.interface import Model
 from models.loading import load_arm, load_scenario
-from models.planets import usual_switches
 
 SEED, MOST_OF_A_KIND, CORRECT = 1, 3, 200
 ARMS = ("paper-labelled", "three-unlike", "direct-between", "planets-apart")

@@ -25,8 +25,8 @@ _HOME = {
     "Agreement": "crosscheck.findings",
     "Finding": "crosscheck.findings",
     "InputError": "models.errors",
-    "sweep": "crosscheck.sweeps.api",
-    "switches": "models.switches",
+    "sweep": "crosscheck.studies.api",
+    "switches": "models.experiment.switches",
 }
 
 

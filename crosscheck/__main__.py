@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import logging
+import signal
 import sys
 from typing import NoReturn
 
-from crosscheck.interruption import (
+from crosscheck.runner.interruption import (
     deaf,
     exit_code,
     farewell,
@@ -14,14 +15,21 @@ from crosscheck.interruption import (
     listen,
     was_stopped,
 )
+from crosscheck.runner.supervision import SIGNALS, supervised
 
 
 def main() -> NoReturn:
-    """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (internal), 130, 143."""
+    """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (no verdict), 130, 143."""
+    sys.exit(supervised(command))
+
+
+def command() -> NoReturn:
+    """The command line in its own process; leaves by SystemExit."""
     try:
         listen()
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
         logging.basicConfig(format="crosscheck: %(message)s")
-        from crosscheck.cli import main as run
+        from crosscheck.cli.app import main as run
 
         run()
     except (KeyboardInterrupt, Exception):

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from crosscheck.findings import Agreement
 from crosscheck.registry import build
-from models.arm import Arm
+from models.arm.arm import Arm
 from models.errors import CannotDo, InputError
+from models.experiment.scenario import Scenario
+from models.files import raw_arm
 from models.interface import Model
 from models.loading import load_arm, load_scenario, require_fit
-from models.scenario import Scenario
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -72,11 +74,12 @@ def check(
     scenarios: what to run in place of the usual experiments, those of the paper or sized to the
     arm. Raises InputError.
     """
-    from crosscheck.plan import Wanted
+    from crosscheck.planning.plan import Wanted
     from crosscheck.run import cross_check
 
     chosen = load_arm(arm) if isinstance(arm, str) else arm
+    told = json.dumps(raw_arm(arm)) if isinstance(arm, str) else ""
     loaded = tuple(load_scenario(s) if isinstance(s, str) else s for s in scenarios)
     for scenario in loaded:
         require_fit(scenario, chosen)
-    return cross_check(Wanted(chosen, quick, seed, loaded), jobs=jobs).agreement
+    return cross_check(Wanted(chosen, quick, seed, loaded, told=told), jobs=jobs).agreement

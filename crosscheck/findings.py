@@ -12,7 +12,8 @@ from crosscheck.provenance import Provenance
 
 SCHEMA_VERSION = 2
 Kind = Literal["check", "measurement"]
-Verdict = Literal["agree", "differ", "unresolved", "failed", "measured"]
+Verdict = Literal["agree", "differ", "unresolved", "unfinished", "failed", "measured"]
+UNFINISHED_CODE = 3  # exit code where nothing differs, and something was not judged
 
 
 @dataclass(frozen=True)
@@ -161,6 +162,11 @@ def failed(about: About, note: str) -> Finding:
     return Finding(about, "check", "failed", note=note)
 
 
+def unfinished(about: About, note: str) -> Finding:
+    """A check that was not made: a model was stopped before it answered, right or wrong."""
+    return Finding(about, "check", "unfinished", note=note)
+
+
 def _finite_or_none(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
@@ -180,7 +186,7 @@ class Agreement:
 
     @property
     def red(self) -> list[Finding]:
-        """The checks that differ, are unresolved or failed."""
+        """The checks that differ, are unresolved, unfinished or failed."""
         return [f for f in self.findings if f.kind == "check" and f.verdict != "agree"]
 
     @property
@@ -190,7 +196,9 @@ class Agreement:
 
     @property
     def exit_code(self) -> int:
-        """0 if every check agrees and there is at least one, else 1."""
+        """0 if every check agrees and there is at least one; 3 if all others are unfinished; 1."""
+        if self.red and all(finding.verdict == "unfinished" for finding in self.red):
+            return UNFINISHED_CODE
         return 0 if self.checks and not self.red else 1
 
     def to_dict(self) -> dict[str, Any]:

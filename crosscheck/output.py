@@ -6,22 +6,26 @@ import fcntl
 import os
 import secrets
 import stat
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from crosscheck.interruption import leftovers
+from crosscheck.kinds import Kind, is_of, kind_of
+from crosscheck.runner.interruption import leftovers
 from models.errors import InputError
+from models.inputs import is_input
 
 # Under a name that begins so, a file grows until it takes its place.
 DRAFT = ".crosscheck-"
+OUTPUT = 1  # descriptor of standard output
 
 
 def require_writable(folder: Path) -> None:
     """Make the folder if need be. Raises InputError unless a file can be made in it."""
-    with _in_one_line(folder):
+    with in_one_line(folder):
         if folder.is_file():
             raise InputError(str(folder), "", None, "is a file; a folder is expected")
         folder.mkdir(parents=True, exist_ok=True)
@@ -29,14 +33,18 @@ def require_writable(folder: Path) -> None:
             pass
 
 
-def require_file(path: Path, option: str = "") -> Path:
+def require_file(path: Path, kind: Kind | None = None, option: str = "") -> Path:
     """Where a file of this name goes, links followed; its folder is made if need be.
 
-    option: what to name in the message. Raises InputError unless the file can be written there.
+    kind: of the content, which takes the place of its own kind alone, and may go into a pipe; of
+    anything else the caller sees to what it replaces, and there is no pipe. option: what to name
+    in the message. Raises InputError unless the file can be written there.
     """
-    with _in_one_line(path):
+    with in_one_line(path):
+        if kind is not None and _is_stream(path):
+            return path
         target = Path(os.path.realpath(path))
-        obstacle = _obstacle(target)
+        obstacle = _obstacle(target) or _owner(target, kind)
     if obstacle:
         where, value = (option, str(path)) if option else (str(path), None)
         raise InputError(where, "", value, obstacle)
@@ -44,14 +52,16 @@ def require_file(path: Path, option: str = "") -> Path:
     return target
 
 
-def require_files(*paths: Path | None, apart_from: Path | None = None) -> None:
+def require_files(*wanted: tuple[Path | None, Kind], apart_from: Path | None = None) -> None:
     """Raise InputError unless each can be written and is a file of its own: before the work."""
     taken = set() if apart_from is None else {os.path.realpath(apart_from)}
-    for path in filter(None, paths):
-        target = require_file(path)
-        if os.path.realpath(target) in taken:
+    for path, kind in wanted:
+        if path is None:
+            continue
+        require_file(path, kind)
+        if os.path.realpath(path) in taken:
             raise InputError(str(path), "", None, "is in use for two things; name another file")
-        taken.add(os.path.realpath(target))
+        taken.add(os.path.realpath(path))
 
 
 def write_text(path: Path, text: str) -> None:
@@ -60,21 +70,29 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_files(contents: Mapping[Path, str | bytes]) -> None:
-    """Write all of these files, or none of them. Raises InputError."""
+    """Write all of these files, or none of them; pipes last. Raises InputError."""
+    encoded = {path: _encoded(content) for path, content in contents.items()}
+    streams = {}
     with ExitStack() as stack:
         ready = []
-        for path, content in contents.items():
-            target = require_file(path)
-            with _in_one_line(path):
+        for path, content in encoded.items():
+            target = require_file(path, kind_of(content))
+            with in_one_line(path):
+                if _is_stream(path):
+                    streams[path] = content
+                    continue
                 remove_abandoned(target.parent)
                 new = stack.enter_context(draft(target.parent))
                 if target.exists():  # what is replaced keeps its permissions
                     os.fchmod(new.handle, stat.S_IMODE(target.stat().st_mode))
-                new.write(_encoded(content), lasting=True)
+                new.write(content, lasting=True)
                 ready.append((path, new, target))
         for path, new, target in ready:
-            with _in_one_line(path):
+            with in_one_line(path):
                 new.publish(target)
+    for path, content in streams.items():
+        with in_one_line(path):
+            _write_stream(path, content)
 
 
 @dataclass(frozen=True)
@@ -90,6 +108,19 @@ class Draft:
             stream.write(content)
         if lasting:
             os.fsync(self.handle)
+
+    def reserve(self, size: int) -> None:
+        """Room for so many bytes, all of them 0. Raises OSError."""
+        if hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(self.handle, 0, max(size, 1))
+        os.ftruncate(self.handle, size)
+
+    def write_at(self, place: int, content: bytes) -> None:
+        """All of it, from a place on. Raises OSError."""
+        left = memoryview(content)
+        while left:
+            done = os.pwrite(self.handle, left, place)
+            left, place = left[done:], place + done
 
     def publish(self, target: Path) -> None:
         """Put it in the place of the target, in the same folder. Raises OSError."""
@@ -137,7 +168,7 @@ def _lock(handle: int) -> bool:
 
 def remove_abandoned(folder: Path) -> None:
     """Remove the drafts of processes that were killed."""
-    for path in folder.glob(f"{DRAFT}*"):
+    for path in folder.glob(f"{DRAFT}{'[0-9a-f]' * 16}"):
         with suppress(OSError):  # being written, or not ours
             handle = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
             try:
@@ -148,7 +179,7 @@ def remove_abandoned(folder: Path) -> None:
 
 
 @contextmanager
-def _in_one_line(path: Path) -> Iterator[None]:
+def in_one_line(path: Path) -> Iterator[None]:
     """Raise InputError instead of what the operating system says about a path."""
     try:
         yield
@@ -173,6 +204,41 @@ def _obstacle(target: Path) -> str:
     if not stat.S_ISREG(kind):
         return "is no ordinary file; a file name is expected"
     return "" if os.access(target, os.W_OK) else "is write-protected"
+
+
+def _owner(target: Path, kind: Kind | None) -> str:
+    """Why what is there is not the program's to replace; empty if it is. Raises OSError."""
+    if is_input(target):
+        return "is read by this command; name another file"
+    if kind is None or not target.exists() or is_of(target, kind):
+        return ""
+    return f"exists and is not {kind.said}; name another file, or remove it"
+
+
+def _is_stream(path: Path) -> bool:
+    """Whether it is a pipe, or standard output by any name. Raises OSError."""
+    try:
+        state = path.stat()
+    except OSError:  # which the folder's own check tells better
+        return False
+    return stat.S_ISFIFO(state.st_mode) or _is_output(state)
+
+
+def _is_output(state: os.stat_result) -> bool:
+    with suppress(OSError):
+        return os.path.samestat(state, os.fstat(OUTPUT))
+    return False
+
+
+def _write_stream(path: Path, content: bytes) -> None:
+    """Raises OSError."""
+    if _is_output(path.stat()):
+        sys.stdout.flush()
+        with open(OUTPUT, "wb", closefd=False) as stream:
+            stream.write(content)
+    else:
+        with path.open("wb") as stream:
+            stream.write(content)
 
 
 def _encoded(content: str | bytes) -> bytes:

@@ -16,10 +16,10 @@ from typing import Annotated
 from pydantic import Field
 
 from crosscheck import LARGEST_SEED
-from models.arm import Arm
-from models.quantities import Data
-from models.scenario import Scenario
-from models.switches import Switches
+from models.arm.arm import Arm
+from models.arm.quantities import Data
+from models.experiment.scenario import Scenario
+from models.experiment.switches import Switches
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = (

@@ -10,16 +10,17 @@ from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Literal
 
-from analytic.covered import papers_kind
+from analytic.paper.covered import papers_kind
+from crosscheck.entry import loaded, unusable
 from models.abilities import STATE_ABILITIES
 from models.errors import Diverged, InputError
 
 if TYPE_CHECKING:  # the names of models are asked for without any schema
-    from models.arm import Arm
+    from models.arm.arm import Arm
+    from models.arm.layout import Layout
+    from models.experiment.scenario import Scenario
+    from models.experiment.switches import Switches
     from models.interface import Model
-    from models.layout import Layout
-    from models.scenario import Scenario
-    from models.switches import Switches
 
 ENTRY_POINTS = "geararm_crosscheck.models"  # the group by which installed packages offer models
 Role = Literal["geared", "form", "rigid", "handed"]
@@ -71,7 +72,7 @@ class Entry:
 
     def layout(self, arm: Arm, chosen: Switches) -> Layout:
         """What its coordinates must be for an arm and switches."""
-        from models.layout import geared_layout, rigid_layout
+        from models.arm.layout import geared_layout, rigid_layout
 
         return rigid_layout(arm) if self.role == "rigid" else geared_layout(arm, chosen)
 
@@ -79,6 +80,14 @@ class Entry:
     def versioned(self) -> tuple[str, ...]:
         """Distributions whose versions its results depend on."""
         return (*EVERY_MODELS_PACKAGES, *self.packages)
+
+
+LEVELS = {
+    "links": "rigid arm of links and payload: the paper's baseline, Eq. 1",
+    "carriers": "the same with the masses of the joints and their carriers",
+    "armature": "the same with the gears' inertia on the diagonal",
+    "coupled": "the same with the gears' spin coupled to the links: rigid gears, exactly",
+}
 
 
 def _analytic(attribute: str, level: str) -> Entry:
@@ -93,14 +102,23 @@ def _analytic(attribute: str, level: str) -> Entry:
         level=level,
         any_stride=True,
         abreast=ABREAST,
+        title=LEVELS[level],
     )
 
 
-def _paper(attribute: str) -> Entry:
-    module = "analytic.paper_model"
+def _paper(attribute: str, title: str) -> Entry:
+    module = "analytic.paper.model"
     packages = ANALYTIC_PACKAGES
     return Entry(
-        module, attribute, "form", RUNS, packages, order=4, any_stride=True, covers=_is_papers
+        module,
+        attribute,
+        "form",
+        RUNS,
+        packages,
+        order=4,
+        any_stride=True,
+        title=title,
+        covers=_is_papers,
     )
 
 
@@ -109,8 +127,11 @@ def _is_papers(arm: Arm, chosen: Switches) -> bool:
 
 
 def _pinocchio(attribute: str, level: str) -> Entry:
-    module = "models.pinocchio_rigid"
-    return Entry(module, attribute, "rigid", BOTH_WAYS, ("pin",), call_s=3e-6, level=level)
+    module = "models.pinocchio.rigid"
+    title = LEVELS[level]
+    return Entry(
+        module, attribute, "rigid", BOTH_WAYS, ("pin",), call_s=3e-6, level=level, title=title
+    )
 
 
 BUILT_IN = {
@@ -118,14 +139,17 @@ BUILT_IN = {
         "analytic.model",
         "PhysicalModel",
         "geared",
-        BOTH_WAYS | {"mesh_modes", "contact_poles"},
+        BOTH_WAYS | {"precise", "mesh_modes", "contact_poles"},
         ANALYTIC_PACKAGES,
         order=4,
         any_stride=True,
         abreast=ABREAST,
+        title="the project's derivation by Lagrange's equations, every gear a body",
     ),
-    "analytic:energies": _paper("EnergiesModel"),
-    "analytic:printed": _paper("PrintedModel"),
+    "analytic:energies": _paper("EnergiesModel", "the paper's energies as printed, Eqs. 16-19"),
+    "analytic:printed": _paper(
+        "PrintedModel", "the paper's equations of motion as printed, Eqs. 21-22"
+    ),
     "analytic:links": _analytic("RigidLinks", "links"),
     "analytic:carriers": _analytic("RigidCarriers", "carriers"),
     "analytic:armature": _analytic("RigidArmature", "armature"),
@@ -135,15 +159,16 @@ BUILT_IN = {
     "pinocchio:armature": _pinocchio("PinocchioArmature", "armature"),
     "pinocchio:coupled": _pinocchio("PinocchioCoupled", "coupled"),
     "pinocchio:gears": Entry(
-        "models.pinocchio_gears",
+        "models.pinocchio.gears",
         "PinocchioGears",
         "geared",
         STATES,
         ("pin",),
         free_planets=True,
+        title="gears as bodies of a tree, pushed by contact forces",
     ),
     "exudyn:tree": Entry(
-        "models.exudyn_tree",
+        "models.exudyn.tree.tree",
         "ExudynTree",
         "geared",
         RUNS | {"mesh_modes"},
@@ -151,9 +176,10 @@ BUILT_IN = {
         order=4,
         free_planets=True,
         call_s=4e-5,
+        title="kinematic tree in minimal coordinates, with mesh springs",
     ),
     "exudyn:bodies": Entry(
-        "models.exudyn_bodies",
+        "models.exudyn.bodies.bodies",
         "ExudynBodies",
         "geared",
         RUNS | {"constraint_residual"},
@@ -161,6 +187,7 @@ BUILT_IN = {
         order=2,
         free_planets=True,
         call_s=2e-4,
+        title="separate bodies on constraints, contacts found from their poses",
     ),
 }
 
@@ -204,27 +231,18 @@ def with_installed(known: dict[str, Entry]) -> dict[str, Entry]:
     offers = entry_points(group=ENTRY_POINTS)
     for offer in sorted(offers, key=lambda each: (each.name, each.value)):
         if offer.name in found:
-            raise _unusable(offer, "a model of this name exists already")
+            raise unusable(offer, "a model of this name exists already")
         found[offer.name] = _offered(offer)
     return found
 
 
 def _offered(offer: EntryPoint) -> Entry:
     """The Entry; the version of its distribution counts for its results."""
-    try:
-        entry = offer.load()
-    except (Exception, SystemExit) as error:
-        reason = " ".join(str(error).split())
-        raise _unusable(offer, f"cannot be imported: {type(error).__name__}: {reason}") from None
+    entry = loaded(offer)
     if not isinstance(entry, Entry):
-        raise _unusable(offer, f"must be a crosscheck.registry.Entry, is {type(entry).__name__}")
+        raise unusable(offer, f"must be a crosscheck.registry.Entry, is {type(entry).__name__}")
     own = (offer.dist.name,) if offer.dist else ()
     return replace(entry, packages=(*entry.packages, *own))
-
-
-def _unusable(offer: EntryPoint, why: str) -> InputError:
-    owner = offer.dist.name if offer.dist else "an installed package"
-    return InputError(f"package {owner}", f"entry point {offer.name}", offer.value, why)
 
 
 @contextmanager

@@ -8,24 +8,24 @@ from typing import Any
 
 import xarray as xr
 
-from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
-from crosscheck.energy_suite import energy_comparisons
 from crosscheck.findings import Agreement
-from crosscheck.outcomes import Failure
-from crosscheck.plan import Wanted, order_cases, readings, short_experiments
-from crosscheck.preparation import Prepared, prepared
-from crosscheck.provenance import provenance
-from crosscheck.registry import packages
-from crosscheck.run_suite import (
+from crosscheck.planning.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
+from crosscheck.planning.energy_suite import energy_comparisons
+from crosscheck.planning.plan import Wanted, order_cases, readings, short_experiments
+from crosscheck.planning.preparation import Prepared, prepared
+from crosscheck.planning.run_suite import (
     experiment_comparisons,
     order_comparisons,
     short_comparisons,
 )
-from crosscheck.state_suite import probe_comparisons, state_comparisons
-from crosscheck.tasks import RunKey, Simulation
-from crosscheck.underway import Expectation, Told, Underway, unsaid
-from crosscheck.workers import Workers
-from models.arm import Arm
+from crosscheck.planning.state_suite import probe_comparisons, state_comparisons
+from crosscheck.provenance import provenance
+from crosscheck.registry import packages
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.tasks import RunKey, Simulation
+from crosscheck.runner.underway import Expectation, Told, Underway, unsaid
+from crosscheck.runner.workers import Workers
+from models.arm.arm import Arm
 from models.loading import Case
 
 Shown = Callable[[Any, Any], None]  # (a task's key, its outcome)
@@ -57,7 +57,7 @@ def cross_check(
     """Run every check on an arm; ``warned`` of unstable loops before they run.
 
     shown: is handed each task's outcome while others still run. Raises InputError for an arm or
-    scenarios that cannot be run.
+    scenarios that cannot be run, and Unfinished where they could not be prepared.
     """
     with Workers(jobs) as workers:
         told(Underway("preparing the experiments"))
@@ -80,7 +80,9 @@ def planned(wanted: Wanted, chosen: Prepared) -> list[Comparison]:
     Raises InputError.
     """
     arm, quick, seed = wanted.arm, wanted.quick, wanted.seed
-    found = [c for reading in readings(arm) for c in state_comparisons(reading, quick, seed)]
+    found: list[Comparison] = []
+    for reading, told in readings(wanted):
+        found += state_comparisons(reading, quick, seed, told)
     found += probe_comparisons(arm, quick, seed)
     for experiment in chosen.experiments:
         found += experiment_comparisons(experiment)
@@ -90,7 +92,7 @@ def planned(wanted: Wanted, chosen: Prepared) -> list[Comparison]:
     found += energy_comparisons(arm, first, chosen.limit_s)
     for case in order_cases(arm, first, chosen.limit_s):
         found += order_comparisons(case)
-    return found
+    return [*found, *(each.comparison for each in chosen.lost)]
 
 
 def performed(

@@ -8,18 +8,18 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from crosscheck.trial.equations import Coordinates, Equations, Level
-    from crosscheck.trial.symbolic import from_sympy
+    from crosscheck.trial.input.equations import Coordinates, Equations, Level
+    from crosscheck.trial.input.symbolic import from_sympy
     from crosscheck.trial.trial import Trial
-    from models.arm import Arm
-    from models.scenario import Scenario
-    from models.switches import Switches
+    from models.arm.arm import Arm
+    from models.experiment.scenario import Scenario
+    from models.experiment.switches import Switches
 
 __all__ = ["Coordinates", "Equations", "assert_agrees", "from_sympy"]
 _HOME = {
-    "Coordinates": "crosscheck.trial.equations",
-    "Equations": "crosscheck.trial.equations",
-    "from_sympy": "crosscheck.trial.symbolic",
+    "Coordinates": "crosscheck.trial.input.equations",
+    "Equations": "crosscheck.trial.input.equations",
+    "from_sympy": "crosscheck.trial.input.symbolic",
 }
 
 
@@ -53,7 +53,7 @@ def assert_agrees(
     tried at all.
     """
     from crosscheck.report.trial import trial_text
-    from crosscheck.trial.loading import handed_over, made
+    from crosscheck.trial.input.loading import handed_over, made
     from crosscheck.trial.trial import Asked, tried
     from models.loading import load_arm, load_scenario, require_fit
 

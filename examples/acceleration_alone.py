@@ -5,7 +5,7 @@ crosscheck trial examples/acceleration_alone.py:model paper-labelled
 
 import math
 
-from crosscheck.trial.equations import Equations
+from crosscheck.trial.input.equations import Equations
 
 
 def model(arm):

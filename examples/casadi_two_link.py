@@ -7,7 +7,7 @@ Inputs of the Functions are told apart by their names.
 
 import casadi as ca
 
-from crosscheck.trial.equations import Equations
+from crosscheck.trial.input.equations import Equations
 
 
 def model(arm):

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from crosscheck.trial.equations import Coordinates, Equations
+from crosscheck.trial.input.equations import Coordinates, Equations
 
 
 def model(arm):

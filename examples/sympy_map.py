@@ -8,8 +8,8 @@ Lagrange's method of sympy.physics.mechanics, straight in x; the map is told apa
 import sympy as sp
 import sympy.physics.mechanics as me
 
-from crosscheck.trial.equations import Coordinates
-from crosscheck.trial.symbolic import from_sympy
+from crosscheck.trial.input.equations import Coordinates
+from crosscheck.trial.input.symbolic import from_sympy
 
 ECCENTRICITY = sp.Rational(3, 10)
 x1, x2, T1, T2 = me.dynamicsymbols("x1 x2 T1 T2")

@@ -16,13 +16,13 @@ from pathlib import Path
 
 from models.places import own_folder, usable
 
-PACKAGES = ("models", "analytic", "crosscheck")
+PACKAGES = ("models", "audit")  # that have functions for numba; none calls one of another
 VARIABLE = "NUMBA_CACHE_DIR"
 
 
 def settle(root: Path) -> None:
     """Give numba a folder if it has none, and drop what is out of date; before any kernel."""
-    folders = _source_folders(root)
+    folders = _source_folders(root, *PACKAGES)
     chosen = os.environ.get(VARIABLE)
     beside = [folder / "__pycache__" for folder in folders]
     if not (chosen and usable(Path(chosen))) and not all(map(usable, beside)):
@@ -32,17 +32,22 @@ def settle(root: Path) -> None:
 
 
 def drop_outdated(root: Path) -> None:
-    """Remove what was compiled before the last change of any source file of the packages."""
-    folders = _source_folders(root)
-    changed = max(
-        (path.stat().st_mtime_ns for folder in folders for path in folder.glob("*.py")), default=0
-    )
-    for kept in _compiled(folders):
-        _remove_older(kept, changed)
+    """Remove what was compiled before the last change of any source file of its package."""
+    for package in PACKAGES:
+        folders = _source_folders(root, package)
+        sources = (path for folder in folders for path in folder.glob("*.py"))
+        changed = max((path.stat().st_mtime_ns for path in sources), default=0)
+        for kept in _compiled(folders):
+            _remove_older(kept, changed)
 
 
-def _source_folders(root: Path) -> set[Path]:
-    return {path.parent for package in PACKAGES for path in (root / package).rglob("*.py")}
+def compiled_files(root: Path) -> list[Path]:
+    """All that numba keeps of the packages."""
+    return sorted(_compiled(_source_folders(root, *PACKAGES)))
+
+
+def _source_folders(root: Path, *packages: str) -> set[Path]:
+    return {path.parent for package in packages for path in (root / package).rglob("*.py")}
 
 
 def _tell_numba(folder: Path) -> None:

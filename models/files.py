@@ -6,15 +6,18 @@ Light on purpose: a list of what there is waits for no schema.
 from __future__ import annotations
 
 import re
-import stat
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
 
 from models.errors import InputError
+from models.inputs import content_of
 
 HERE = Path(__file__).parent
 LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes as many
+LONGEST_BITS = 1000  # of a whole number; Python shows none of 4300 digits
+TOO_LONG = "a number of too many digits"
 DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
 
 
@@ -57,7 +60,7 @@ def _read(name: str, folder: str) -> dict[str, Any]:
     if folder and name in _stems(folder):
         return _parse((HERE / folder / f"{name}.toml").read_bytes(), name)
     try:
-        content = _content(Path(name))
+        content = content_of(Path(name), LARGEST_FILE)
     except (FileNotFoundError, NotADirectoryError):
         nor = f", nor built-in name ({', '.join(_stems(folder))})" if folder else ""
         raise InputError(name, "", None, f"no such file{nor}") from None
@@ -66,17 +69,6 @@ def _read(name: str, folder: str) -> dict[str, Any]:
     except ValueError as error:
         raise InputError(name, "", None, f"cannot be read: {error}") from None
     return _parse(content, name)
-
-
-def _content(path: Path) -> bytes:
-    """What a file holds. Raises OSError, and ValueError for what no arm or scenario is."""
-    if not stat.S_ISREG(path.stat().st_mode):  # a pipe or a device may never end
-        raise ValueError("not a regular file")
-    with path.open("rb") as file:
-        content = file.read(LARGEST_FILE + 1)
-    if len(content) > LARGEST_FILE:
-        raise ValueError(f"more than {LARGEST_FILE // 1_000_000} MB")
-    return content
 
 
 def _parse(content: bytes, where: str) -> dict[str, Any]:
@@ -98,10 +90,24 @@ def parsed(text: str) -> dict[str, Any]:
     if any(word.count(".") > DEEPEST_KEY and ".." not in word for word in words):
         raise ValueError(f"a key of more than {DEEPEST_KEY} parts")
     try:
-        return tomllib.loads(text)
+        found = tomllib.loads(text)
     except RecursionError:
         raise ValueError("nested too deeply") from None
     except tomllib.TOMLDecodeError:
         raise
     except ValueError:
-        raise ValueError("a number of too many digits") from None
+        raise ValueError(TOO_LONG) from None
+    if any(isinstance(value, int) and value.bit_length() > LONGEST_BITS for value in _all(found)):
+        raise ValueError(TOO_LONG)
+    return found
+
+
+def _all(found: object) -> Iterator[object]:
+    """Every value that is no table or list, however deep."""
+    left = [found]
+    while left:
+        value = left.pop()
+        if isinstance(value, dict | list):
+            left += value.values() if isinstance(value, dict) else value
+        else:
+            yield value

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, ClassVar, Self
 import numpy as np
 
 from models.abilities import STATE_ABILITIES
-from models.arm import Arm
+from models.arm.arm import Arm
+from models.arm.layout import Layout
+from models.arm.planets import require_alike, usual_switches
 from models.errors import CannotDo, Diverged
-from models.layout import Layout
+from models.experiment.scenario import Scenario
+from models.experiment.switches import Switches
 from models.loading import require_fit
-from models.planets import require_alike, usual_switches
-from models.scenario import Scenario
-from models.switches import Switches
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -109,9 +109,13 @@ class Model(ABC):
         raise CannotDo(f"{self.name} has no contact_poles")
 
     def constraint_residual(
-        self, q: np.ndarray, v: np.ndarray, a: np.ndarray
+        self, q: np.ndarray, v: np.ndarray, a: np.ndarray, opened: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """How far open a model's joints are: gaps [m], their rates [m/s], accelerations [m/s^2]."""
+        """How far open a model's joints are: gaps [m], their rates [m/s], accelerations [m/s^2].
+
+        opened (3, gaps): by how much of each the bodies are moved apart before they are asked, so
+        that this is what a right answer is.
+        """
         raise CannotDo(f"{self.name} has no constraint_residual")
 
     def largest_stable_step(self) -> float:

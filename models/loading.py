@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import json
 import re
 from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeVar
@@ -10,14 +11,14 @@ from typing import Any, NamedTuple, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from models.arm import Arm
-from models.arm_v1 import JOINT_KEYS, is_first, old_location
+from models.arm.arm import Arm
+from models.arm.planets import require_alike, usual_switches
+from models.arm.version1 import JOINT_KEYS, is_first, old_location
 from models.errors import InputError
+from models.experiment.scenario import Scenario, first_misfit
+from models.experiment.switches import Switches
 from models.files import parsed, raw_arm, raw_scenario
 from models.paths import SECTIONS, assign, is_path, places
-from models.planets import require_alike, usual_switches
-from models.scenario import Scenario, first_misfit
-from models.switches import Switches
 
 Record = TypeVar("Record", bound=BaseModel)
 # Of the schema's unions; a record of another room has its own as ``union_tags``.
@@ -107,11 +108,15 @@ def require_fitting(case: Case, arm: str = "", scenario: str = "") -> None:
 
 
 class Chosen(NamedTuple):
-    """An arm and the experiments that a user wants of it; no switches: the usual ones."""
+    """An arm and the experiments that a user wants of it; no switches: the usual ones.
+
+    told: JSON of what the arm's file holds, settings applied.
+    """
 
     arm: Arm
     scenarios: tuple[Scenario, ...]
     switches: Switches | None
+    told: str
 
 
 def load_chosen(arm: str, scenarios: Sequence[str] = (), settings: Sequence[str] = ()) -> Chosen:
@@ -136,6 +141,7 @@ def load_chosen(arm: str, scenarios: Sequence[str] = (), settings: Sequence[str]
             for stage, name in zip(stages, scenarios, strict=True)
         ),
         validated(Switches, switched, "switches") if switched else None,
+        json.dumps(data["arm"]),
     )
     for scenario, name in zip(chosen.scenarios, scenarios, strict=True):
         require_fit(scenario, chosen.arm, name)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from models.arm import Arm
+from models.arm.arm import Arm
 from models.errors import InputError
+from models.experiment.scenario import Scenario
+from models.experiment.switches import Switches
 from models.interface import Model
-from models.scenario import Scenario
-from models.switches import Switches
 
 if TYPE_CHECKING:
     import xarray as xr

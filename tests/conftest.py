@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import gc
+
 import pytest
 from hypothesis import settings
 
-from models.arm import Arm
+from crosscheck.registry import BUILT_IN, model_class
+from models.arm.arm import Arm
 from models.loading import load_arm
 
 # A first call may compile, and a machine may be busy: no example fails by the clock.
 settings.register_profile("no-deadline", deadline=None)
 settings.load_profile("no-deadline")
+
+# Most tests fork: an engine that is imported here is imported by none of their processes again.
+for model in BUILT_IN:
+    model_class(model)
 
 
 @pytest.fixture(scope="session")
@@ -42,3 +49,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     wanted = set(first.values())
     config.hook.pytest_deselected(items=[item for item in items if item not in wanted])
     items[:] = [item for item in items if item in wanted]
+
+
+def pytest_collection_finish() -> None:
+    """Keep what was imported and collected out of garbage collections, and shared by forks."""
+    gc.collect()
+    gc.freeze()

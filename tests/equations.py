@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.gears import Gears
-from analytic.mesh_force import in_contact, mesh_force, phase_force
-from analytic.mesh_frequency import mesh_phase
-from analytic.stiffness import stiffness, stiffness_slope
-from analytic.terms import Terms
-from analytic.tooth_error import whole_error
-from models.drive import DriveData, torques_along
+from analytic.derivation.gears import Gears
+from analytic.derivation.terms import Terms
+from analytic.paper.mesh_force import in_contact, mesh_force, phase_force
+from analytic.paper.mesh_frequency import mesh_phase
+from analytic.paper.stiffness import stiffness, stiffness_slope
+from analytic.paper.tooth_error import whole_error
+from models.experiment.drive import DriveData, torques_along
 
 
 class Parts(NamedTuple):

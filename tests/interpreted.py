@@ -1,11 +1,12 @@
 """A kernel's text run by Python, every operation rounded as IEEE 754 says: what it must make.
 
-Independent of how the text is translated: Python's own floats, and ``fma`` in fractions.
+Independent of how the text is translated: Python's own floats, and the C library's ``fma``.
 """
 
 from __future__ import annotations
 
 import ast
+import ctypes
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,18 +15,21 @@ from typing import Any
 
 import numpy as np
 
-from analytic.kernel.functions import ROUNDING
-from analytic.kernel.fused import fused
 from analytic.kernel.program import Program
+from analytic.kernel.text.functions import ROUNDING
+from analytic.kernel.text.fused import fused
 
 
-def fma(a: float, b: float, c: float) -> float:
-    """a b + c, rounded once."""
-    twice = a * b + c
-    if not math.isfinite(twice):
-        return twice
+def exact_fma(a: float, b: float, c: float) -> float:
+    """a b + c of finite numbers, rounded once: by fractions."""
     exact = Fraction(a) * Fraction(b) + Fraction(c)
-    return float(exact) if exact else twice
+    return float(exact) if exact else a * b + c
+
+
+fma = ctypes.CDLL(
+    None
+).fma  # the C library's: the same (tests/engines/test_kernel.py), in less time
+fma.restype, fma.argtypes = ctypes.c_double, [ctypes.c_double] * 3
 
 
 @dataclass

@@ -11,11 +11,11 @@ from crosscheck.checks import trajectories
 from crosscheck.checks.answers import answers
 from crosscheck.checks.scales import Limit, meaningful
 from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair
-from crosscheck.comparison import Comparison, Results, findings_of, tasks_of
 from crosscheck.findings import About, Finding, Key
-from crosscheck.outcomes import Failure, failure
+from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
+from crosscheck.planning.state_suite import Spot, balances, pairs
 from crosscheck.registry import MODELS
-from crosscheck.state_suite import Spot, balances, pairs
+from crosscheck.runner.outcomes import Failure, failure
 from models.interface import Model
 from models.loading import Case
 
@@ -66,10 +66,15 @@ def about(
 
 
 def same_step(
-    name: str, of: Case, left: xr.Dataset, right: xr.Dataset, pair: Pair
+    name: str,
+    of: Case,
+    left: xr.Dataset,
+    right: xr.Dataset,
+    pair: Pair,
+    quantities: Sequence[str] = SAME_STEP,
 ) -> Iterator[Finding]:
-    """Every quantity that both runs have, over the whole run; the pair is any model's."""
-    for quantity in _recorded(left):
+    """Of these quantities those that the left run has, over it all; the pair is any model's."""
+    for quantity in _recorded(left, quantities):
         subject = about("same-step", name, quantity, left, right)
         yield trajectories.same_step(subject, left, right, pair, _widest(of, quantity, pair.run))
 
@@ -78,15 +83,15 @@ def at_time(
     name: str, of: Case, left: xr.Dataset, right: xr.Dataset, pair: Pair, time_s: float
 ) -> Iterator[Finding]:
     """Every quantity at one instant."""
-    for quantity in _recorded(left):
+    for quantity in _recorded(left, SAME_STEP):
         subject = about("at", name, quantity, left, right)
         widest = _widest(of, quantity, pair.run)
         yield trajectories.at_time(subject, left, right, pair, widest, time_s)
 
 
-def _recorded(run: xr.Dataset) -> list[str]:
+def _recorded(run: xr.Dataset, quantities: Sequence[str]) -> list[str]:
     """A run of an arm without gears has no mesh variables."""
-    return [quantity for quantity in SAME_STEP if quantity in run]
+    return [quantity for quantity in quantities if quantity in run]
 
 
 def _widest(of: Case, quantity: str, run: xr.Dataset) -> Limit:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from crosscheck.registry import build
-from models.arm import Arm
+from models.arm.arm import Arm
+from models.experiment.switches import switches
 from models.interface import Model
-from models.switches import switches
 from tests.mixed_arms import scenario
 
 Data = dict[str, Any]

@@ -16,12 +16,12 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from models.arm import Arm, Planetary
-from models.layout import Layout
-from models.mesh import Mesh, PlanetMesh
-from models.scenario import Scenario
-from models.stiffness import FourierStiffness, SineStiffness, StiffnessLaw, TableStiffness
-from models.switches import Switches
+from models.arm.arm import Arm, Planetary
+from models.arm.layout import Layout
+from models.arm.mesh import Mesh, PlanetMesh
+from models.arm.stiffness import FourierStiffness, SineStiffness, StiffnessLaw, TableStiffness
+from models.experiment.scenario import Scenario
+from models.experiment.switches import Switches
 from tests.any_arms import direct_joints, meshes, planetary_joints, rods
 
 STEP = 1e-40  # of complex steps: its square is nothing beside any energy

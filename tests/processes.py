@@ -10,12 +10,12 @@ from pathlib import Path
 
 NOBODY = 65534
 # What only those commands import that need it, beside numbers and what they are kept in.
-ENGINES = {"pinocchio", "exudyn", "sympy", "matplotlib", "h5py", "h5netcdf", "jinja2", "joblib"}
+ENGINES = {"pinocchio", "exudyn", "sympy", "matplotlib", "h5py", "h5netcdf", "jinja2"}
 HEAVY = {*ENGINES, "numpy", "scipy", "numba", "llvmlite", "xarray", "pandas"}
 SHOW_LOADED = (
     "import sys; sys.argv = ['crosscheck', *sys.argv[1:]]; import atexit;"
     "atexit.register(lambda: print('loaded', *sorted(sys.modules)));"
-    "from crosscheck.cli import main; main()"
+    "from crosscheck.cli.app import main; main()"
 )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from analytic.model import AnalyticModel
-from models.scenario import Scenario
+from models.experiment.scenario import Scenario
 from tests.equations import Parts, runge_kutta
 
 EPS = float(np.finfo(float).eps)

@@ -8,17 +8,17 @@ from typing import Protocol
 
 import numpy as np
 
-from analytic.gears import Gears
+from analytic.derivation.gears import Gears
+from analytic.derivation.terms import Terms, mass_matrices
 from analytic.kernel.energy import kinetic_energy
 from analytic.kernel.links import Links
-from analytic.kernel.links_text import LinkStructure, link_structure
 from analytic.kernel.numbers import TURN, Numbers, link_numbers, term_numbers
 from analytic.kernel.structure import Structure
-from analytic.kernel.terms_text import TermStructure, term_structure
-from analytic.terms import Terms, mass_matrices
-from models.arm import Arm
-from models.drive import DriveData
-from models.layout import Layout
+from analytic.kernel.text.links import LinkStructure, link_structure
+from analytic.kernel.text.terms import TermStructure, term_structure
+from models.arm.arm import Arm
+from models.arm.layout import Layout
+from models.experiment.drive import DriveData
 
 
 class Equations(Protocol):

@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analytic.bodies import Body, all_bodies
-from analytic.chain import Chain
-from analytic.rigid import rigid_bodies
-from analytic.stage import DirectStage, Stage, stage_numbers
-from models.arm import Arm
-from models.layout import Layout
+from analytic.derivation.bodies import Body, all_bodies
+from analytic.derivation.chain import Chain
+from analytic.derivation.rigid import rigid_bodies
+from analytic.derivation.stage import DirectStage, Stage, stage_numbers
+from models.arm.arm import Arm
+from models.arm.layout import Layout
 
 
 class Links(NamedTuple):

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
+import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -20,6 +21,8 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
+from models.errors import PROGRAM, one_line
+from models.inputs import content_of
 from models.places import cache_folder, make_private
 
 FOLDER = "machine-code"
@@ -109,11 +112,18 @@ def _digest(ir: str, level: int) -> str:
 
 def _read(path: Path) -> bytes | None:
     """What is kept there, or None if nothing sound is."""
-    with suppress(OSError):
-        whole = path.read_bytes()
+    reason = "damaged"
+    try:
+        whole = content_of(path, KEPT_BYTES, remembered=False)
         if hashlib.sha256(whole[CHECKSUM:]).digest() == whole[:CHECKSUM]:
             os.utime(path)  # it has been used
             return whole[CHECKSUM:]
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+    line = one_line(f"{PROGRAM}{path}: does not fit: {reason}; it is made again")
+    print(line, file=sys.stderr)
     return None
 
 

@@ -6,17 +6,17 @@ import math
 
 import numpy as np
 
-from analytic.gears import Gears
+from analytic.derivation.gears import Gears
+from analytic.derivation.stage import equivalent_masses
+from analytic.derivation.terms import Terms
 from analytic.kernel.links import Links
-from analytic.kernel.links_text import LinkStructure
 from analytic.kernel.structure import StageShape, Structure
-from analytic.kernel.terms_text import TermStructure
-from analytic.kinematics import gear_angles, stage_geometry
-from analytic.stage import equivalent_masses
-from analytic.stiffness import SINE, TABLE, WAVES
-from analytic.terms import Terms
-from models.arm import Arm, Planetary
-from models.drive import DriveData
+from analytic.kernel.text.links import LinkStructure
+from analytic.kernel.text.terms import TermStructure
+from analytic.paper.kinematics import gear_angles, stage_geometry
+from analytic.paper.stiffness import SINE, TABLE, WAVES
+from models.arm.arm import Arm, Planetary
+from models.experiment.drive import DriveData
 
 TURN = 2 * math.pi
 Numbers = dict[str, float | np.ndarray]  # a row's, or a table's rows in their order

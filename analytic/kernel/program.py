@@ -16,9 +16,9 @@ from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
 from analytic.kernel.structure import Structure
-from analytic.kernel.terms_text import TermStructure, entry_of_mass
+from analytic.kernel.text.terms import TermStructure, entry_of_mass
 from analytic.kernel.translate import ir_of
-from models.drive import TABLE
+from models.experiment.drive import TABLE
 
 if TYPE_CHECKING:
     from analytic.kernel.machine import Code

@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.gears import Gears
-from analytic.mesh_force import TANH
-from analytic.mesh_frequency import OMEGA_T
-from analytic.stiffness import SINE, TABLE
-from models.arm import Arm
-from models.drive import DriveData
-from models.layout import Layout
+from analytic.derivation.gears import Gears
+from analytic.paper.mesh_force import TANH
+from analytic.paper.mesh_frequency import OMEGA_T
+from analytic.paper.stiffness import SINE, TABLE
+from models.arm.arm import Arm
+from models.arm.layout import Layout
+from models.experiment.drive import DriveData
 
 SAME_RATE = 4 * np.finfo(float).eps  # relative: both rates are the ring's teeth, to rounding
 Lines = Iterator[str]
@@ -48,7 +48,7 @@ class Structure(ABC):
     """The structure of a model; models of one structure can run side by side.
 
     stages: of every joint, None where it has no mesh displacements; drive: law code of
-    models.drive; omega_t, tanh, damps_apart, conservative: the laws of the meshes.
+    models.experiment.drive; omega_t, tanh, damps_apart, conservative: the laws of the meshes.
     """
 
     stages: tuple[StageShape | None, ...]
@@ -88,7 +88,7 @@ class Structure(ABC):
 
     @cached_property
     def meshes(self) -> tuple[str, ...]:
-        """In the order of analytic.gears: sun and ring mesh of planet after planet."""
+        """In the order of analytic.derivation.gears: sun and ring mesh of planet after planet."""
         return tuple(
             f"{side}{j}_{n}"
             for j, stage in self.geared

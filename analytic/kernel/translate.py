@@ -7,7 +7,7 @@ functions are loops over single numbers and call row functions. Arguments are ``
 memory), ``int``, or a number without annotation.
 
 Arithmetic is IEEE 754 in double precision, operation by operation, in the order of the text. The
-only fused operation is ``fma``, which rounds once; analytic.kernel.fused puts it into row
+only fused operation is ``fma``, which rounds once; analytic.kernel.text.fused puts it into row
 functions. So a text gives the same bits on every processor, at every number of lanes, for every
 version of the compiler and every level of optimisation.
 """
@@ -19,7 +19,7 @@ import struct
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from analytic.kernel.fused import fused
+from analytic.kernel.text.fused import fused
 
 Kind = str  # of a value: "float", "lanes", "int", "bool", "mask" (a bool of every lane), "array"
 

@@ -6,9 +6,9 @@ from analytic.model import PhysicalModel
 from benchmarks.suite.cases import Counted
 from benchmarks.suite.rows import Row
 from benchmarks.suite.timing import in_turn, per_unit, processor, progress, seconds_of
-from crosscheck.template import example_arm
+from crosscheck.cli.template import example_arm
+from models.experiment.switches import switches
 from models.loading import load_scenario
-from models.switches import switches
 
 TABLE = "joints and planets"
 STEPS, STEP_S = 100_000, 1e-6

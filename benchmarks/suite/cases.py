@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Literal
 
 from analytic.model import PhysicalModel
-from crosscheck.template import example_arm
+from crosscheck.cli.template import example_arm
+from models.experiment.switches import switches
 from models.loading import load_arm, load_case, load_scenario
-from models.switches import switches
 
 Counted = Literal["lumped", "free"]
 

@@ -17,7 +17,7 @@ from benchmarks.suite.cases import Counted, long_run
 from benchmarks.suite.rows import Row, absent
 from benchmarks.suite.single import largest_difference, states_of
 from benchmarks.suite.timing import Times, in_turn, per_unit, processor
-from models.arm import Joint, Planetary
+from models.arm.arm import Joint, Planetary
 
 TABLE = "ensemble kernel"
 COUNTED: tuple[Counted, ...] = ("lumped", "free")

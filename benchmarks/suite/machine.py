@@ -12,7 +12,7 @@ from typing import NamedTuple
 from benchmarks.suite.c_reference import FLAGS, NoCompiler, compiler_version
 from crosscheck.provenance import PACKAGES, version
 
-MORE = ("llvmlite", "scikit-sundae", "heyoka", "distributed", "joblib")
+MORE = ("llvmlite", "scikit-sundae", "heyoka", "distributed")
 ROOT = Path(__file__).parent.parent.parent
 
 

@@ -32,7 +32,7 @@ KINDS = {
         *("analytic/reference", "/scipy/", "models/exudyn", "models/pinocchio"),
     ),
     "files": ("/h5netcdf/", "/h5py/", "/xarray/", "/pydantic/", "tomllib", "/json/"),
-    WAITING: ("/joblib/", "multiprocessing", "concurrent/"),
+    WAITING: ("multiprocessing", "concurrent/"),
 }
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from analytic.model import PhysicalModel
 from benchmarks.suite.solver import Solver
 from benchmarks.suite.solver_own import coordinates
-from models.exudyn_engine import Engine, exudyn
-from models.exudyn_tree import ExudynTree
+from models.exudyn.engine import Engine, exudyn
+from models.exudyn.tree.tree import ExudynTree
 
 SMALLEST_S = 1e-12  # step of DOPRI5: at its default it may halve one for ever
 

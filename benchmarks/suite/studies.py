@@ -21,8 +21,8 @@ from benchmarks.suite.machine import ROOT
 from benchmarks.suite.memory import PeakMemory
 from benchmarks.suite.rows import Row, absent
 from benchmarks.suite.timing import Times, progress, seconds_of
-from crosscheck.sweeps.batch import models_of
-from crosscheck.sweeps.files import read_study
+from crosscheck.studies.batches.batch import models_of
+from crosscheck.studies.definition.files import read_study
 
 TABLE = "studies"
 GIGABYTE = 1e9

@@ -9,16 +9,17 @@ import numpy as np
 
 from crosscheck.checks.christoffel import christoffel_force
 from crosscheck.checks.scales import geared, meshes
-from models.arm import Arm
+from models.arm.arm import Arm
+from models.arm.layout import Layout
+from models.experiment.scenario import per_joint
 from models.interface import Model
-from models.layout import Layout
-from models.scenario import per_joint
 
 # Quantities that no method of a model gives by itself.
 CHRISTOFFEL, ABILITIES = "christoffel_force", "abilities"
 START_MASS, FORCE_SLOPES = "start_mass", "force_slopes"
 # Of angles [rad, rad/s] and displacements [m, m/s], of which forces are differenced.
 TURN, SHIFT = 1e-4, 1e-6
+OPENED = 1e-3  # of the sizes of joints' gaps, rates and accelerations
 # How far and fast random states go; what is compared there is measured against its own size.
 LEAST_PLAY_M, SLIDING_M_PER_S, TURNING_RAD_PER_S = 2e-5, 0.1, 3.0
 
@@ -104,20 +105,31 @@ def _christoffel(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.nda
 
 
 def _widest_gap(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> float:
-    """Largest gap, rate or acceleration of the model's joints over its size."""
+    """Largest gap, rate or acceleration of the model's joints over its size.
+
+    And how far they are from what they must be with the joints opened on purpose.
+    """
     a = _acceleration(model, t, q, v)
-    residuals = model.constraint_residual(q.copy(), v.copy(), a)
+    closed = _gaps(model.constraint_residual(q.copy(), v.copy(), a.copy()))
+    reach = sum(link.length_m for link in model.arm.links)
+    angular = model.layout.angular
+    sizes = [max(1.0, reach * float(np.abs(vector[angular]).max())) for vector in (v * 0, v, a)]
+    size = np.array(sizes)[:, None]
+    opened = OPENED * size * np.cos(np.arange(closed.size)).reshape(closed.shape)
+    told = _gaps(model.constraint_residual(q.copy(), v.copy(), a.copy(), opened.copy()))
+    if told.shape != opened.shape:
+        raise BadAnswer("constraint_residual has other joints once they are opened")
+    return float(max(np.abs(closed / size).max(), np.abs((told - opened) / size).max()))
+
+
+def _gaps(residuals: object) -> np.ndarray:
+    """Gaps, rates and accelerations of joints, shape (3, gaps). Raises BadAnswer."""
     if not isinstance(residuals, tuple) or len(residuals) != 3:
         raise BadAnswer("constraint_residual is not gaps, rates and accelerations")
     gaps, *others = (_numbers(r, "constraint_residual", None) for r in residuals)
     if gaps.size == 0 or any(other.shape != gaps.shape for other in others):
         raise BadAnswer("constraint_residual is empty, or its parts are of unequal shapes")
-    reach = sum(link.length_m for link in model.arm.links)
-    angular = model.layout.angular
-    sizes = [max(1.0, reach * float(np.abs(vector[angular]).max())) for vector in (v * 0, v, a)]
-    return max(
-        float(np.abs(r).max()) / size for r, size in zip((gaps, *others), sizes, strict=True)
-    )
+    return np.array([gaps.ravel(), *(other.ravel() for other in others)])
 
 
 def _mesh_modes(model: Model) -> np.ndarray:
@@ -156,9 +168,16 @@ def _start_mass(model: Model) -> np.ndarray:
 
 
 def _force_slopes(model: Model) -> np.ndarray:
-    """Of the generalized force by q and v, at rest in the start pose, shape (n, 2 n)."""
-    pose = _start_pose(model)
+    """Of the generalized force by q and v, at rest in the start pose, shape (2, n, 2 n).
+
+    Over differences of one size, and of twice that.
+    """
     sizes = np.tile(np.where(model.layout.angular, TURN, SHIFT), 2)
+    return np.array([_slopes(model, size) for size in (sizes, 2 * sizes)])
+
+
+def _slopes(model: Model, sizes: np.ndarray) -> np.ndarray:
+    pose = _start_pose(model)
 
     def force(state: np.ndarray) -> np.ndarray:
         q, v = np.split(state, 2)

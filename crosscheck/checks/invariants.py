@@ -21,11 +21,11 @@ from crosscheck.checks.states import (
 )
 from crosscheck.checks.weights import weight_moments
 from crosscheck.findings import About, Finding, checked, failed
-from models.arm import Arm, Planetary
-from models.drive import DriveData, drive_data, joint_torque
-from models.layout import MESHES, Coordinate, Layout
+from models.arm.arm import Arm, Planetary
+from models.arm.layout import MESHES, Coordinate, Layout
+from models.experiment.drive import DriveData, drive_data, joint_torque
+from models.experiment.scenario import Scenario
 from models.loading import Case
-from models.scenario import Scenario
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -220,7 +220,8 @@ def is_inertia(about: About, mass: np.ndarray) -> Finding:
 def constraints(about: About, gaps: np.ndarray) -> Finding:
     """Joints that a model closes by constraint equations stay closed, at the model's own motion.
 
-    gaps (count,): the largest gap, rate or acceleration over its size at each state.
+    gaps (count,): the largest gap, rate or acceleration over its size at each state, or how far it
+    is from what it must be once the joints are opened on purpose.
     """
     basis = "rounding of places of a metre, rates and accelerations of their own size"
     return checked(about, measured=float(gaps.max()), tolerance=GAP_TOLERANCE, basis=basis)

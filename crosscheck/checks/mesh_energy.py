@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.scales import geared
-from models.arm import Arm, Planetary
-from models.stiffness import FourierStiffness, SineStiffness, SquareStiffness, StiffnessLaw
-from models.switches import Switches
+from models.arm.arm import Arm, Planetary
+from models.arm.stiffness import FourierStiffness, SineStiffness, SquareStiffness, StiffnessLaw
+from models.experiment.switches import Switches
 
 
 class Spring(NamedTuple):

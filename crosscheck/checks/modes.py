@@ -8,8 +8,8 @@ import numpy as np
 
 from crosscheck.checks.scales import base_radius
 from crosscheck.findings import About, Finding, checked
-from models.arm import Planetary
-from models.stiffness import SquareStiffness, StiffnessLaw, TableStiffness
+from models.arm.arm import Planetary
+from models.arm.stiffness import SquareStiffness, StiffnessLaw, TableStiffness
 
 TOLERANCE = 1e-6
 BASIS = "1e-6: engines linearise by finite differences of forces of 1e4 N at 1e-7 relative steps"
@@ -40,7 +40,7 @@ def closed_form_modes(joint: Planetary) -> np.ndarray:
     With u = r_s theta_s and w = r_p theta_p: M_s u'' = -K_s (u - w) and
     N M_p w'' = K_s (u - w) - K_r w, K = N k of sun and ring mesh, so omega^2 solves a quadratic.
     """
-    sun, planet = _equivalent_mass(joint, "sun"), _equivalent_mass(joint, "planet")
+    sun, planet = equivalent_mass(joint, "sun"), equivalent_mass(joint, "planet")
     first = joint.sun_mesh.of_planet(0), joint.ring_mesh.of_planet(0)
     K_s, K_r = (joint.planet_count * mean_stiffness(mesh.stiffness) for mesh in first)
     planets = joint.planet_count * planet
@@ -55,7 +55,7 @@ def free_modes(joint: Planetary) -> np.ndarray:
     M_s u'' = -sum of k_sn (u - w_n), M_p w_n'' = k_sn (u - w_n) - k_rn w_n; unlike planets too.
     """
     count = joint.planet_count
-    roots = np.sqrt([_equivalent_mass(joint, "sun"), *[_equivalent_mass(joint, "planet")] * count])
+    roots = np.sqrt([equivalent_mass(joint, "sun"), *[equivalent_mass(joint, "planet")] * count])
     matrix = np.zeros((count + 1, count + 1))
     for n in range(count):
         k_s = mean_stiffness(joint.sun_mesh.of_planet(n).stiffness)
@@ -79,7 +79,8 @@ def mean_stiffness(law: StiffnessLaw) -> float:
     return law.mean_N_per_m
 
 
-def _equivalent_mass(joint: Planetary, gear: Literal["sun", "planet"]) -> float:
+def equivalent_mass(joint: Planetary, gear: Literal["sun", "planet"]) -> float:
+    """J / r^2 [kg], r the base radius."""
     sun = gear == "sun"
     mass = joint.sun_equivalent_mass_kg if sun else joint.planet_equivalent_mass_kg
     inertia = joint.sun_inertia_kg_m2 if sun else joint.planet_inertia_kg_m2

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from models.arm import Arm
+from models.arm.arm import Arm
 from models.loading import Case
 from models.trajectory import recorded_times
 

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.weights import weight_moments
-from models.arm import Arm, Planetary
-from models.mesh import PlanetMesh
-from models.scenario import ConstantDrive, PdDrive, Scenario, SinusoidDrive, per_joint
-from models.stiffness import FourierStiffness, SineStiffness, SquareStiffness
+from models.arm.arm import Arm, Planetary
+from models.arm.mesh import PlanetMesh
+from models.arm.stiffness import FourierStiffness, SineStiffness, SquareStiffness, StiffnessLaw
+from models.experiment.scenario import ConstantDrive, PdDrive, Scenario, SinusoidDrive, per_joint
 
 EPS = float(np.finfo(float).eps)
 # What an uncertainty must stay below to mean something, and where there is no play to compare with.
@@ -50,7 +50,11 @@ def meshes(joint: Planetary) -> list[PlanetMesh]:
 
 def largest(mesh: PlanetMesh) -> float:
     """A bound of its stiffness [N/m]."""
-    law = mesh.stiffness
+    return largest_of(mesh.stiffness)
+
+
+def largest_of(law: StiffnessLaw) -> float:
+    """A bound of a law's stiffness [N/m]."""
     if isinstance(law, SineStiffness):
         return law.mean_N_per_m + law.amplitude_N_per_m
     if isinstance(law, FourierStiffness):

@@ -10,8 +10,8 @@ import numpy as np
 from crosscheck.checks.answers import States
 from crosscheck.checks.scales import gear_arc
 from crosscheck.findings import About, Finding, checked, failed, measured_only
-from models.arm import Arm
-from models.layout import Layout
+from models.arm.arm import Arm
+from models.arm.layout import Layout
 
 EPS = np.finfo(float).eps
 # Rounding of a few hundred operations, times how badly conditioned they are; but never looser
@@ -32,9 +32,14 @@ Judge = Callable[[About, np.ndarray, np.ndarray, np.ndarray | None, Setting], Fi
 
 
 class Scale(NamedTuple):
-    """What a difference is measured against: natural sizes (n,), tolerance and its basis."""
+    """What a difference is measured against.
+
+    natural: sizes (n,) of components that vanish; least: (n,), no component's size is smaller;
+    tolerance: relative, and its basis.
+    """
 
     natural: np.ndarray
+    least: np.ndarray
     tolerance: float
     basis: str
 
@@ -80,7 +85,7 @@ def relative_difference(one: np.ndarray, other: np.ndarray, quantity: str, scale
         diagonal = np.sqrt(np.abs(np.einsum("kii->ki", one)))
         size = diagonal[:, :, None] * diagonal[:, None, :]
     else:
-        size = component_sizes(one, scale.natural)
+        size = np.maximum(component_sizes(one, scale.natural), scale.least)
     with np.errstate(divide="ignore", invalid="ignore"):  # a size of 0 gives no number, so no check
         return float((np.abs(one - other) / size).max())
 
@@ -125,7 +130,21 @@ def _scale(quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Sett
         reason += f" x {inverse:.0f} (scaled mass matrix)"
     tolerance = min(LOOSEST, ROUNDINGS * EPS * conditioning)
     basis = f"{ROUNDINGS} eps x conditioning {reason}, at most {LOOSEST:g}"
-    return Scale(natural_sizes(quantity, values, inertia, setting), tolerance, basis)
+    least = np.zeros(len(inertia))
+    if quantity == "generalized_force":
+        least = _cancelling(values, setting) * ROUNDINGS * EPS / tolerance
+    return Scale(natural_sizes(quantity, values, inertia, setting), least, tolerance, basis)
+
+
+def _cancelling(values: np.ndarray, setting: Setting) -> np.ndarray:
+    """Of each component of a generalized force, (n,), what cancels in it.
+
+    Mesh forces do no work on the joint angles. In a model that lets them act on bodies their
+    moments cancel there, and leave roundings of their own size, however small the motors' torques.
+    """
+    angular = setting.layout.angular
+    forces = np.sqrt((values[:, ~angular] ** 2).mean(axis=0)).max(initial=0.0)
+    return np.where(angular, forces * gear_arc(setting.arm), 0.0)
 
 
 def _play_conditioning(setting: Setting) -> float:

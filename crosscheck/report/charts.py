@@ -11,9 +11,9 @@ from typing import Any
 
 import xarray as xr
 
+from crosscheck.planning.run_suite import engines_first
 from crosscheck.registry import RIGID_LEVELS, same_integrator
-from crosscheck.run_suite import engines_first
-from crosscheck.tasks import RunKey
+from crosscheck.runner.tasks import RunKey
 
 
 @dataclass(frozen=True)

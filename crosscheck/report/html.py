@@ -7,13 +7,14 @@ from collections.abc import Sequence
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.findings import Finding
-from crosscheck.plan import is_the_papers
+from crosscheck.planning.plan import is_the_papers
+from crosscheck.planning.run_suite import MIDWAY_S
+from crosscheck.report.answers import QUANTITIES, answers
 from crosscheck.report.charts import Chart
 from crosscheck.report.figures import sound_links
 from crosscheck.report.matrix import cells, groups
-from crosscheck.report.words import counted, tally
+from crosscheck.report.words import counted
 from crosscheck.run import CrossCheck
-from crosscheck.run_suite import MIDWAY_S
 
 HEADLINE, HEADLINE_CASES = (f"at-{MIDWAY_S:g}-s", "same-step"), ("pd", "pd-motion")
 
@@ -23,13 +24,15 @@ def report_page(result: CrossCheck, charts: Sequence[Chart]) -> str:
     environment = Environment(
         loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
     )
-    environment.filters |= {"number": number, "counted": counted, "tally": tally}
+    environment.filters |= {"number": number, "counted": counted}
     agreement = result.agreement
     found = cells(agreement.findings)
     page = environment.get_template("page.html.j2").render(
         arm=result.arm,
         agreement=agreement,
         is_the_papers=is_the_papers(result.arm),
+        answers=answers(agreement, result.arm),
+        quantities=QUANTITIES,
         cells=found,
         groups=groups([cell for cell in found if cell.between_models]),
         headline=[f for f in agreement.checks if _is_headline(f)],

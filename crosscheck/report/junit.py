@@ -16,7 +16,10 @@ _UNWRITABLE = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010fff
 
 
 def junit_xml(agreement: Agreement, suite: str = "crosscheck") -> str:
-    """XML text: a test case per check, an ``error`` where it failed, measurements as properties."""
+    """XML text: a test case per check, an ``error`` where it was not judged.
+
+    Measurements are properties.
+    """
     cases = [_case(finding) for finding in agreement.checks]
     counts = {
         "tests": str(len(cases)),
@@ -48,7 +51,7 @@ def _case(finding: Finding) -> ElementTree.Element:
     case = ElementTree.Element("testcase", named)
     summary = _summary(finding)
     if finding.verdict != "agree":
-        kind = "error" if finding.verdict == "failed" else "failure"
+        kind = "error" if finding.verdict in ("failed", "unfinished") else "failure"
         verdict = {"type": finding.verdict, "message": _clean(f"{finding.verdict}: {summary}")}
         ElementTree.SubElement(case, kind, verdict).text = _details(finding)
     ElementTree.SubElement(case, "system-out").text = _clean(summary)

@@ -9,10 +9,16 @@ from dataclasses import dataclass, replace
 from crosscheck.findings import Finding, Verdict
 from crosscheck.report.words import counted
 
-WORST_FIRST: tuple[Verdict, ...] = ("failed", "differ", "unresolved", "agree")
+WORST_FIRST: tuple[Verdict, ...] = (
+    "failed",
+    "differ",
+    "unfinished",
+    "unresolved",
+    "agree",
+)
 
 
-FAMILIES = {"states": "at states", "same-step": "over runs", "refined": "by other integrators"}
+FAMILIES = {"states": "at states", "same-step": "over runs", "refined": "with another integrator"}
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from crosscheck.baseline.regression import changed_since, known_differences
 from crosscheck.findings import Agreement, Finding
-from crosscheck.regression import changed_since, known_differences
 from crosscheck.report.words import counted, printable
 
 MOST = 40  # lines; a real change moves everything at once, and the largest say enough

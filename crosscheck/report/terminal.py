@@ -7,10 +7,33 @@ from rich.table import Table
 from rich.text import Text
 
 from crosscheck.findings import Agreement, Finding
+from crosscheck.report.answers import answers
 from crosscheck.report.matrix import cells, folded
 from crosscheck.report.words import outcome, printable, tally
+from models.arm.arm import Arm
 
-COLOURS = {"agree": "green", "differ": "red", "unresolved": "yellow", "failed": "red"}
+QUESTIONS = (
+    "Do the equations agree with the engines?",
+    "How far is the rigid arm from the geared one?",
+    "What was checked?",
+)
+COLOURS = {
+    "agree": "green",
+    "differ": "red",
+    "unresolved": "yellow",
+    "unfinished": "yellow",
+    "failed": "red",
+}
+
+
+def print_answers(agreement: Agreement, arm: Arm) -> None:
+    """The three questions with their answers, a line each, then all checks as a table."""
+    found = answers(agreement, arm)
+    texts = found.equations, found.rigid, found.trust
+    for question, answer in zip(QUESTIONS, texts, strict=True):
+        print(printable(f"{question} {answer}"))
+    print()
+    print_agreement(agreement)
 
 
 def print_agreement(agreement: Agreement) -> None:

@@ -15,11 +15,11 @@ from rich.text import Text
 
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import counted, printable
-from crosscheck.trial.naming import named
-from crosscheck.trial.places import Explanation, Wrong
-from crosscheck.trial.summary import told_once
+from crosscheck.trial.diagnose.summary import told_once
+from crosscheck.trial.diagnose.words import guess
+from crosscheck.trial.input.naming import named
+from crosscheck.trial.judge.places import Explanation, Wrong
 from crosscheck.trial.trial import Trial
-from crosscheck.trial.words import guess
 
 SCHEMA_VERSION = 1
 

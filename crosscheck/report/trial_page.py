@@ -15,10 +15,10 @@ from crosscheck.report.html import number
 from crosscheck.report.trial import summary, why
 from crosscheck.report.typeset import typeset
 from crosscheck.report.words import tally
-from crosscheck.trial.naming import named
-from crosscheck.trial.places import Slip
+from crosscheck.trial.diagnose.words import told
+from crosscheck.trial.input.naming import named
+from crosscheck.trial.judge.places import Slip
 from crosscheck.trial.trial import Trial
-from crosscheck.trial.words import told
 
 LEAST, MOST = 1e-16, 1.0  # of a heat map's scale
 PART_NAMES = {"mass_matrix": "M", "rate_terms": "bias", "force": "force"}

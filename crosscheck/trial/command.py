@@ -6,14 +6,16 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+from crosscheck.kinds import JUNIT, TRIAL, TRIAL_PAGE
 from crosscheck.output import require_files, write_files
-from crosscheck.plan import Wanted
-from crosscheck.progress import shown_progress
+from crosscheck.planning.plan import Wanted
 from crosscheck.report.junit import junit_xml
 from crosscheck.report.words import printable
 from crosscheck.run import CrossCheck
-from crosscheck.trial.loading import handed_over
+from crosscheck.runner.progress import shown_progress
+from crosscheck.trial.input.loading import handed_over
 from crosscheck.trial.trial import Asked, tried
+from models.inputs import remember
 from models.loading import load_chosen
 
 
@@ -22,6 +24,7 @@ def asked_of(
 ) -> Asked:
     """What a command line asks to be tried; this runs the model's code. Raises InputError."""
     chosen = load_chosen(arm, scenarios, settings)
+    remember(Path(model.rpartition(":")[0]))
     equations = handed_over(model, chosen.arm, chosen.scenarios[0] if chosen.scenarios else None)
     name = model.replace(os.sep, "/").rpartition("/")[2]
     return Asked(
@@ -53,7 +56,7 @@ def trial_command(
 
     page = None if out is None else out / "trial.html"
     asked = asked_of(model, arm, scenarios, settings, quick=quick, seed=seed)
-    require_files(json_file, junit, page)
+    require_files((json_file, TRIAL), (junit, JUNIT), (page, TRIAL_PAGE))
     with shown_progress(f"trying {printable(asked.name)}") as told:
         trial = tried(asked, jobs=jobs, told=told)
     files: dict[Path, str] = {}

@@ -10,16 +10,16 @@ import xarray as xr
 from crosscheck.checks.invariants import torques_at
 from crosscheck.checks.scales import geared
 from crosscheck.registry import Entry, build, lead, of_level
-from crosscheck.trial.calls import Handed, handed
-from crosscheck.trial.equations import Equations
-from crosscheck.trial.frame import frame_of
-from models.arm import Arm
-from models.drive import drive_data
+from crosscheck.trial.coordinates.frame import frame_of
+from crosscheck.trial.input.calls import Handed, handed
+from crosscheck.trial.input.equations import Equations
+from models.arm.arm import Arm
+from models.arm.layout import MESHES, Layout, Meaning
+from models.arm.planets import usual_switches
+from models.experiment.drive import drive_data
+from models.experiment.scenario import Scenario
+from models.experiment.switches import Switches
 from models.interface import STATE_ABILITIES, Model, require_finite
-from models.layout import MESHES, Layout, Meaning
-from models.planets import usual_switches
-from models.scenario import Scenario
-from models.switches import Switches
 from models.trajectory import recorded_times, trajectory
 
 ABILITIES = {

@@ -8,29 +8,39 @@ from functools import partial
 
 import numpy as np
 
-from crosscheck.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.findings import Agreement
-from crosscheck.outcomes import Failure
-from crosscheck.plan import Wanted
+from crosscheck.planning.comparison import (
+    Comparison,
+    ModelTask,
+    Results,
+    Unavailable,
+    findings_of,
+    tasks_of,
+)
+from crosscheck.planning.plan import Wanted
+from crosscheck.planning.sizing import unequal_gains
 from crosscheck.provenance import provenance
 from crosscheck.registry import packages, register
 from crosscheck.run import CrossCheck, cases_of, performed, runs_of
-from crosscheck.state_suite import unequal_gains
-from crosscheck.trial.bench import LEAST_STATES, MOST_BYTES, QUICK_STATES, STATES, Bench
-from crosscheck.trial.calls import handed
-from crosscheck.trial.dictionary import dictionary_of
-from crosscheck.trial.entries import deviations
-from crosscheck.trial.equations import Equations
-from crosscheck.trial.first_calls import first_calls, spared
-from crosscheck.trial.frame import Frame, frame_of
-from crosscheck.trial.ladder import Rung, closest, ladder
-from crosscheck.trial.model import entry_for, switches_of
-from crosscheck.trial.places import Wrong
-from crosscheck.trial.probe import probe_arms
-from crosscheck.trial.questions import QUESTIONS, Question
-from crosscheck.trial.reasons import compared, reasoned
-from crosscheck.trial.runs import run_comparisons
-from crosscheck.trial.suite import (
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.supervision import overseen
+from crosscheck.runner.underway import Told, unsaid
+from crosscheck.runner.workers import Workers
+from crosscheck.trial.coordinates.frame import Frame, frame_of
+from crosscheck.trial.diagnose.dictionary import dictionary_of
+from crosscheck.trial.diagnose.probe import probe_arms
+from crosscheck.trial.diagnose.reasons import compared, reasoned
+from crosscheck.trial.diagnose.waves import states_wanted
+from crosscheck.trial.input.calls import handed
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.first_calls import first_calls, spared
+from crosscheck.trial.judge.bench import LEAST_STATES, MOST_BYTES, QUICK_STATES, STATES, Bench
+from crosscheck.trial.judge.entries import deviations
+from crosscheck.trial.judge.ladder import Rung, closest, ladder
+from crosscheck.trial.judge.places import Wrong
+from crosscheck.trial.judge.questions import QUESTIONS, Question
+from crosscheck.trial.judge.runs import run_comparisons
+from crosscheck.trial.judge.suite import (
     COMPARED,
     engine_comparisons,
     own_balances,
@@ -39,18 +49,17 @@ from crosscheck.trial.suite import (
     sizes_in,
     sizing,
 )
-from crosscheck.trial.waves import states_wanted
-from crosscheck.underway import Told, unsaid
-from crosscheck.workers import Workers
-from models.arm import Arm
-from models.errors import InputError
+from crosscheck.trial.model import entry_for, switches_of
+from models.arm.arm import Arm
+from models.errors import InputError, Unfinished
+from models.experiment.scenario import Scenario
+from models.experiment.switches import Switches
 from models.loading import Case
-from models.scenario import Scenario
-from models.switches import Switches
 
 # Where each part is looked at entry by entry.
 BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"}
 PROBES = 2
+JUDGING_S = 60.0  # rough cost
 RUNNABLE = {"mass_matrix", "bias", "force"}
 
 
@@ -103,9 +112,14 @@ class Trial:
 
 
 def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
-    """Put equations on trial. Raises InputError for what cannot be tried at all."""
-    bench = bench_of(asked)
-    probes = probes_of(bench)
+    """Put equations on trial.
+
+    Raises InputError for what cannot be tried at all, and Unfinished where the models that they are
+    held against do not answer.
+    """
+    with overseen(asked.name):
+        bench = bench_of(asked)
+        probes = probes_of(bench)
     entry = entry_for(bench.name, bench.equations, bench.has)
     with register(bench.name, entry), Workers(jobs) as workers:
         lost = first_calls(bench, workers, told)
@@ -116,7 +130,11 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
         results = performed(workers, [task for task in tasks if task not in without], told)
         told_already = {task.key: failure for task, failure in without.items()}
         results = Results({**results.outcomes, **told_already})
-        return _judged(bench, probes, asked, results)
+        try:
+            with overseen(asked.name, JUDGING_S):
+                return _judged(bench, probes, asked, results)
+        except Unavailable as error:
+            raise Unfinished(f"{bench.name} cannot be judged: {error}") from None
 
 
 def bench_of(asked: Asked) -> Bench:

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck.comparison import Results, findings_of, tasks_of
+from crosscheck.planning.comparison import Results, findings_of, tasks_of
+from crosscheck.planning.state_suite import Spot, balances, pairs, unequal_gains
 from crosscheck.registry import MODELS, lead
-from crosscheck.state_suite import Spot, balances, pairs, unequal_gains
+from models.arm.planets import usual_switches
 from models.interface import STATE_ABILITIES
 from models.loading import Case, load_arm
-from models.planets import usual_switches
 
 ARMS = ("paper-labelled", "probe", "planets-apart", "three-unlike", "direct-between")
 LAWS = [

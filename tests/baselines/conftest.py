@@ -8,12 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck import cli, commands
-from crosscheck.baseline_file import baseline_path, write_baseline
-from crosscheck.plan import Wanted
-from crosscheck.reduction import baseline_of
+from crosscheck.baseline.file import baseline_path, write_baseline
+from crosscheck.baseline.reduction import baseline_of
+from crosscheck.cli import app as cli
+from crosscheck.cli import commands
+from crosscheck.planning.plan import Wanted
 from crosscheck.run import CrossCheck
-from models.arm import Arm
+from models.arm.arm import Arm
 from tests.baselines.short import quick, short_check
 
 Command = Callable[..., int]

@@ -11,21 +11,21 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from crosscheck.baseline_file import read_baseline, sealed
+from crosscheck.baseline.file import read_baseline, sealed
+from crosscheck.baseline.regression import compare
 from crosscheck.checks.trajectories import UNITS
-from crosscheck.comparison import Comparison, Results, findings_of, tasks_of
 from crosscheck.findings import About, Agreement, Finding, Key, checked, measured_only
-from crosscheck.plan import Experiment, Wanted
+from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
+from crosscheck.planning.plan import Experiment, Wanted
+from crosscheck.planning.run_suite import experiment_comparisons
 from crosscheck.provenance import provenance
 from crosscheck.registry import MODELS
-from crosscheck.regression import compare
 from crosscheck.run import CrossCheck, cases_of, runs_of
-from crosscheck.run_suite import experiment_comparisons
-from crosscheck.tasks import RunKey, Simulation
-from crosscheck.workers import perform_all
-from models.arm import Arm
+from crosscheck.runner.tasks import RunKey, Simulation
+from crosscheck.runner.workers import perform_all
+from models.arm.arm import Arm
+from models.experiment.switches import switches
 from models.loading import Case, load_arm, load_scenario
-from models.switches import switches
 
 DURATION_S = 0.02  # PD: impact of the start, mesh vibration, its decay
 ANALYTIC, EXUDYN = RunKey("pd", "analytic:physical"), RunKey("pd", "exudyn:tree")

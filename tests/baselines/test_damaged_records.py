@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from crosscheck.baseline import Baseline
-from crosscheck.baseline_file import read_baseline, sealed
+from crosscheck.baseline.file import read_baseline, sealed
+from crosscheck.baseline.record import Baseline
 from crosscheck.run import CrossCheck
 from tests.baselines.conftest import Command
 from tests.baselines.short import RENEW

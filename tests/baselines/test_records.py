@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from crosscheck.baseline_file import (
+from crosscheck.baseline.file import (
     LARGEST_BYTES,
     baseline_path,
     read_baseline,
@@ -18,10 +18,10 @@ from crosscheck.baseline_file import (
     sealed,
     write_baseline,
 )
-from crosscheck.plan import Wanted
-from crosscheck.reduction import baseline_of
+from crosscheck.baseline.reduction import baseline_of
+from crosscheck.planning.plan import Wanted
 from crosscheck.run import CrossCheck
-from models.arm import Arm
+from models.arm.arm import Arm
 from models.errors import InputError
 from tests.baselines.short import ANALYTIC, RENEW, Change, edited, quick
 

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from crosscheck.comparison import Comparison, Results, findings_of, tasks_of
+from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
+from crosscheck.planning.state_suite import conservative, geared, rigid
 from crosscheck.registry import constrained
-from crosscheck.state_suite import conservative, geared, rigid
-from models.arm import Arm
+from models.arm.arm import Arm
 from tests.any_arms import any_arms
 
 JOINTS = range(1, 8)
@@ -36,7 +36,8 @@ def closed_by_constraints(comparison: Comparison) -> bool:
 
 def failures(arm: Arm, count: int, wanted: Callable[[Comparison], bool]) -> Iterator[str]:
     """Of the wanted comparisons of the geared and the rigid models, at so many states."""
-    planned = [*geared(arm, count, SEED), *rigid(arm, count, SEED)]
+    content = arm.model_dump()
+    planned = [*geared(arm, count, SEED, content), *rigid(arm, count, SEED, content)]
     return disagreeing(comparison for comparison in planned if wanted(comparison))
 
 

@@ -14,10 +14,10 @@ from analytic import ensemble
 from analytic.ensemble import Group, alone, groups, trajectories
 from analytic.model import AnalyticModel
 from crosscheck.registry import build, names
+from models.arm.planets import usual_switches
 from models.errors import Diverged
+from models.experiment.scenario import Scenario
 from models.loading import load_arm
-from models.planets import usual_switches
-from models.scenario import Scenario
 from models.trajectory import recorded_times
 from tests.arms import random_arm
 

@@ -12,18 +12,18 @@ import xarray as xr
 from analytic.model import PhysicalModel
 from crosscheck.checks.answers import random_states
 from crosscheck.checks.trajectories import largest_difference
-from models.arm import Arm
-from models.exudyn_bodies import ExudynBodies
-from models.exudyn_tree import ExudynTree
+from models.arm.arm import Arm
+from models.experiment.scenario import Scenario
+from models.experiment.switches import Switches, switches
+from models.exudyn.bodies.bodies import ExudynBodies
+from models.exudyn.tree.tree import ExudynTree
 from models.interface import STATE_ABILITIES, Model
 from models.loading import load_case, load_scenario
-from models.pinocchio_gears import PinocchioGears
-from models.scenario import Scenario
-from models.switches import Switches, switches
+from models.pinocchio.gears import PinocchioGears
 from tests.arms import arm_of
 from tests.engines.bodies_checks import joint_gaps, wrenches
+from tests.faults.faults import probe_arm, probe_scenario
 from tests.judged import compare_states, refined
-from tests.planted.faults import probe_arm, probe_scenario
 
 EVERY_SWITCH = [
     switches(phase=phase, ring_rate=rate, dead_zone=zone, damping=damping)

@@ -8,15 +8,15 @@ from itertools import product
 import numpy as np
 import pytest
 
-from crosscheck.plan import without_play
+from crosscheck.planning.plan import without_play
 from crosscheck.registry import RIGID_LEVELS, build, names
-from models.arm import Arm
+from models.arm.arm import Arm
+from models.experiment.switches import Switches, switches
 from models.interface import STATE_ABILITIES
 from models.loading import load_arm, load_scenario
-from models.switches import Switches, switches
 from tests.arms import PAPER, arm_of
+from tests.faults.faults import probe_arm
 from tests.judged import compare_states
-from tests.planted.faults import probe_arm
 
 COUNT, SEED = 20, 3
 LAWS = {

@@ -7,15 +7,15 @@ import pytest
 import xarray as xr
 
 from crosscheck.checks.trajectories import Pair, largest_difference
-from crosscheck.plan import nudged
+from crosscheck.planning.plan import nudged
 from crosscheck.registry import build
-from models.arm import Arm
+from models.arm.arm import Arm
+from models.experiment.scenario import Scenario
+from models.experiment.switches import Switches, switches
 from models.loading import Case, load_case
-from models.scenario import Scenario
-from models.switches import Switches, switches
 from tests.arms import PAPER, arm_of
+from tests.faults.faults import probe_arm
 from tests.judged import at_time, same_step
-from tests.planted.faults import probe_arm
 
 PAIR = ("analytic:physical", "exudyn:tree")
 OFFSETS = {"sun_planet_offset_m": 2.2e-6, "planet_ring_offset_m": 2.2e-6}

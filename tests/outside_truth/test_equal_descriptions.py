@@ -12,10 +12,9 @@ import pytest
 import models
 from crosscheck.checks.answers import random_states
 from crosscheck.registry import build, names
-from crosscheck.state_suite import unequal_gains
-from models.arm import Arm
+from models.arm.arm import Arm
 from models.interface import STATE_ABILITIES
-from models.loading import load_arm
+from models.loading import load_arm, load_scenario
 
 EPS = float(np.finfo(float).eps)
 # Roundings of a number given instead of worked out; arcs of the gears hold theirs 1e4 times.
@@ -59,7 +58,7 @@ def with_law(arm: Arm, law: dict[str, object]) -> Arm:
 
 def values(name: str, arm: Arm, quantity: str, count: int = STATES) -> np.ndarray:
     """A model's quantity at random states, (count, n) or (count, n, n)."""
-    model = build(name, arm, unequal_gains(arm))
+    model = build(name, arm, load_scenario("pd"))
     states = random_states(model.layout, arm, count, SEED)
     if quantity == "mass_matrix":
         return np.array([model.mass_matrix(q) for q in states.q])

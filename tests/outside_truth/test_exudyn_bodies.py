@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.arm import Arm
+from models.arm.arm import Arm
 from models.errors import Diverged
-from models.exudyn_bodies import ExudynBodies, Toothed
-from models.exudyn_contact import CARRIER, PLANET, WHEEL, look, mesh_forces
-from models.exudyn_poses import GROUND
+from models.exudyn.bodies.bodies import ExudynBodies, Toothed
+from models.exudyn.bodies.contact import CARRIER, PLANET, WHEEL, look, mesh_forces
+from models.exudyn.bodies.poses import GROUND
 from models.loading import load_case
 
 EPSILON = np.finfo(float).eps

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipj
 
-from models.exudyn_bodies import ExudynBodies
-from models.exudyn_tree import ExudynTree
+from models.exudyn.bodies.bodies import ExudynBodies
+from models.exudyn.tree.tree import ExudynTree
 from tests.mixed_arms import (
     GRAVITY,
     PAYLOAD,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.exudyn_bodies import ExudynBodies
-from models.exudyn_tree import ExudynTree
+from models.exudyn.bodies.bodies import ExudynBodies
+from models.exudyn.tree.tree import ExudynTree
 from tests.mixed_arms import (
     LAWS,
     PAYLOAD,

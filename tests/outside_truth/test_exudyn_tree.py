@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.arm import Arm
+from models.arm.arm import Arm
 from models.errors import Diverged
-from models.exudyn_mesh import elastic_forces
-from models.exudyn_tree import ExudynTree, paper_from_tree, tree_from_paper
-from models.exudyn_tree_laws import mesh_law
+from models.exudyn.tree.laws import mesh_law
+from models.exudyn.tree.mesh import elastic_forces
+from models.exudyn.tree.tree import ExudynTree, paper_from_tree, tree_from_paper
 from models.loading import load_case
 
 SMOOTH = (

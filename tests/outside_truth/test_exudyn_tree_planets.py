@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from models.arm import Planetary
-from models.exudyn_tree import ExudynTree
-from models.exudyn_tree_laws import mesh_law
+from models.arm.arm import Planetary
+from models.experiment.scenario import Scenario
+from models.experiment.switches import switches
+from models.exudyn.tree.laws import mesh_law
+from models.exudyn.tree.tree import ExudynTree
 from models.loading import load_case
-from models.scenario import Scenario
-from models.switches import switches
 from tests.mixed_arms import (
     LAWS,
     Data,

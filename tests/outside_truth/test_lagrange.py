@@ -15,9 +15,9 @@ from analytic.model import (
     RigidLinks,
 )
 from analytic.stability import contact_eigenvalues
-from models.arm import Arm, Planetary
+from models.arm.arm import Arm, Planetary
+from models.arm.stiffness import SineStiffness
 from models.loading import load_arm, load_case, load_scenario
-from models.stiffness import SineStiffness
 from tests.arms import PAPER, arms, geared_arms
 
 # Rigid arm at t = 0.5 s [rad], from rest at zero, labelled reading: 100 N m on both joints, then

@@ -24,9 +24,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crosscheck.registry import names
-from models.arm import Arm
+from models.arm.arm import Arm
+from models.arm.mesh import FROM_TEETH
 from models.interface import Model
-from models.mesh import FROM_TEETH
 from tests.any_arms import GEAR_SETS, planetary_joints, rods
 from tests.involutes import TRAVEL, TURN, Stage, equal_places
 from tests.one_stage import arm_of_stage, free_model, plain_mesh, sine

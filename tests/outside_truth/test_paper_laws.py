@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analytic.backlash import dead_zone, dead_zone_tanh
-from analytic.kinematics import gear_angles, mesh_displacements, stage_geometry
-from analytic.mesh_force import EXACT, in_contact, mesh_force
-from analytic.mesh_frequency import (
+from analytic.paper.backlash import dead_zone, dead_zone_tanh
+from analytic.paper.kinematics import gear_angles, mesh_displacements, stage_geometry
+from analytic.paper.mesh_force import EXACT, in_contact, mesh_force
+from analytic.paper.mesh_frequency import (
     meshing_frequency,
     ring_mesh_rate,
     sun_mesh_frequency,
     sun_mesh_rate,
 )
-from analytic.stiffness import fundamental, square_wave, square_wave_series
-from analytic.tooth_error import tooth_error
+from analytic.paper.stiffness import fundamental, square_wave, square_wave_series
+from analytic.paper.tooth_error import tooth_error
 from models.loading import load_arm
 
 JOINT = load_arm("paper-labelled").joints[0]

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from models.arm import Arm, Planetary
+from models.arm.arm import Arm, Planetary
+from models.experiment.switches import switches
 from models.loading import Case, load_case
-from models.pinocchio_gears import PinocchioGears
-from models.pinocchio_rigid import PinocchioCoupled
-from models.switches import switches
+from models.pinocchio.gears import PinocchioGears
+from models.pinocchio.rigid import PinocchioCoupled
 
 EPS = np.finfo(float).eps
 COSINE = cos(radians(24.6))

@@ -14,17 +14,17 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipj, ellipk
 
-from models.arm import Arm
+from models.arm.arm import Arm
 from models.errors import InputError
-from models.pinocchio_floating import Base, PinocchioFloating
-from models.pinocchio_gears import PinocchioGears
-from models.pinocchio_rigid import (
+from models.experiment.scenario import Scenario
+from models.pinocchio.floating import Base, PinocchioFloating
+from models.pinocchio.gears import PinocchioGears
+from models.pinocchio.rigid import (
     PinocchioArmature,
     PinocchioCarriers,
     PinocchioCoupled,
     PinocchioLinks,
 )
-from models.scenario import Scenario
 
 EPS = np.finfo(float).eps
 RIGID = [PinocchioLinks, PinocchioCarriers, PinocchioArmature, PinocchioCoupled]
@@ -330,7 +330,7 @@ def test_an_inertia_and_a_rod_can_be_given_in_either_form(model):
 
 
 def stiffness(law: dict[str, Any], phase: float) -> float:
-    """k [N/m] as ``models.stiffness`` states the law."""
+    """k [N/m] as ``models.arm.stiffness`` states the law."""
     if law in (SINE, SOFT):
         return law["mean_N_per_m"] + law["amplitude_N_per_m"] * sin(phase)
     if law is FOURIER:

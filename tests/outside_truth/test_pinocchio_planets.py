@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from models.arm import Arm, Planetary
-from models.layout import Layout, free_layout, lumped_layout
-from models.pinocchio_gears import PinocchioGears
-from models.switches import Switches, switches
+from models.arm.arm import Arm, Planetary
+from models.arm.layout import Layout, free_layout, lumped_layout
+from models.experiment.switches import Switches, switches
+from models.pinocchio.gears import PinocchioGears
 from tests.planet_meshes import (
     ROD,
     alike_arms,

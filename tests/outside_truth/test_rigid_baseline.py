@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import simpson
 
-from models.arm import Arm
+from models.arm.arm import Arm
 from models.errors import Diverged
 from models.loading import Case, load_case
-from models.pinocchio_rigid import (
+from models.pinocchio.rigid import (
     PinocchioArmature,
     PinocchioCarriers,
     PinocchioCoupled,

@@ -6,11 +6,11 @@ import numpy as np
 
 from crosscheck.checks.answers import random_states
 from crosscheck.registry import build
-from crosscheck.trial.calls import Handed
-from models.arm import Arm
+from crosscheck.trial.input.calls import Handed
+from models.arm.arm import Arm
+from models.experiment.scenario import ConstantDrive, Scenario
+from models.experiment.switches import switches
 from models.loading import load_scenario
-from models.scenario import ConstantDrive, Scenario
-from models.switches import switches
 
 
 def experiment(joints: int) -> tuple[Scenario, np.ndarray]:

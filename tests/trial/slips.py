@@ -6,17 +6,17 @@ from functools import lru_cache
 
 import numpy as np
 
-from crosscheck.trial.dictionary import Dictionary, dictionary_of
-from crosscheck.trial.equations import Coordinates
-from crosscheck.trial.explain import Observed, explain
-from crosscheck.trial.frame import frame_of
-from crosscheck.trial.keys import Entry, Key, Product
-from crosscheck.trial.places import Explanation, Place
-from crosscheck.trial.polynomial import Monomial
-from crosscheck.trial.values import values_of
-from crosscheck.trial.waves import Fitting, entry_values, states_wanted
-from models.arm import Arm
-from models.planets import usual_switches
+from crosscheck.trial.coordinates.frame import frame_of
+from crosscheck.trial.diagnose.dictionary import Dictionary, dictionary_of
+from crosscheck.trial.diagnose.explain import Observed, explain
+from crosscheck.trial.diagnose.keys import Entry, Key, Product
+from crosscheck.trial.diagnose.polynomial import Monomial
+from crosscheck.trial.diagnose.values import values_of
+from crosscheck.trial.diagnose.waves import Fitting, entry_values, states_wanted
+from crosscheck.trial.input.equations import Coordinates
+from crosscheck.trial.judge.places import Explanation, Place
+from models.arm.arm import Arm
+from models.arm.planets import usual_switches
 
 RELATIVE, ABSOLUTE = Coordinates(), Coordinates(links="absolute")
 LUMPED = Coordinates("lumped")

@@ -14,9 +14,9 @@ import pytest
 import sympy as sp
 
 from crosscheck.checks.answers import BadAnswer
-from crosscheck.trial.calls import Handed, handed
-from crosscheck.trial.equations import Coordinates, Equations
-from crosscheck.trial.frame import frame_of
+from crosscheck.trial.coordinates.frame import frame_of
+from crosscheck.trial.input.calls import Handed, handed
+from crosscheck.trial.input.equations import Coordinates, Equations
 from models.errors import CannotDo, InputError
 from models.loading import load_arm
 

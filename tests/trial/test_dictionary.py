@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crosscheck.trial.dictionary import dictionary_of
-from crosscheck.trial.places import Place
-from crosscheck.trial.values import values_of
-from crosscheck.trial.waves import entry_values
-from models.planets import usual_switches
+from crosscheck.trial.diagnose.dictionary import dictionary_of
+from crosscheck.trial.diagnose.values import values_of
+from crosscheck.trial.diagnose.waves import entry_values
+from crosscheck.trial.judge.places import Place
+from models.arm.planets import usual_switches
 from tests.any_arms import any_arms
 from tests.trial.states import Sample, drawn_coordinates, sample
 
@@ -25,7 +25,7 @@ LEVELS = {
 
 
 def _layout_size(arm, gearing):
-    from crosscheck.trial.frame import LAYOUTS
+    from crosscheck.trial.coordinates.frame import LAYOUTS
 
     return len(LAYOUTS[gearing](arm))
 

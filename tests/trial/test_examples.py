@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck.trial.calls import Handed, handed
-from crosscheck.trial.frame import frame_of
-from crosscheck.trial.loading import handed_over
+from crosscheck.trial.coordinates.frame import frame_of
+from crosscheck.trial.input.calls import Handed, handed
+from crosscheck.trial.input.loading import handed_over
 from models.loading import load_arm
 from tests.trial.judge import worst
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crosscheck.trial.explain import Observed, explain
-from crosscheck.trial.keys import Key
-from crosscheck.trial.places import Place, Wrong
-from crosscheck.trial.summary import bias_of, follows, told_once
-from crosscheck.trial.words import guess, monomial_text, told
-from models.arm import Arm
+from crosscheck.trial.diagnose.explain import Observed, explain
+from crosscheck.trial.diagnose.keys import Key
+from crosscheck.trial.diagnose.summary import bias_of, follows, told_once
+from crosscheck.trial.diagnose.words import guess, monomial_text, told
+from crosscheck.trial.judge.places import Place, Wrong
+from models.arm.arm import Arm
 from models.loading import load_arm
 from tests.trial.slips import (
     ABSOLUTE,

@@ -11,14 +11,14 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analytic.chain import exact_chain
-from analytic.symbols import parameter_values
+from analytic.derivation.chain import exact_chain
+from analytic.derivation.symbols import parameter_values
 from crosscheck.registry import build
-from crosscheck.trial.equations import Coordinates
-from crosscheck.trial.frame import Frame, frame_of
-from models.arm import Arm
+from crosscheck.trial.coordinates.frame import Frame, frame_of
+from crosscheck.trial.input.equations import Coordinates
+from models.arm.arm import Arm
+from models.arm.layout import free_layout, lumped_layout, rigid_layout
 from models.errors import InputError
-from models.layout import free_layout, lumped_layout, rigid_layout
 from models.loading import load_arm, load_scenario
 from tests.arms import random_arm
 

@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.trial.calls import handed
-from crosscheck.trial.equations import Equations
-from crosscheck.trial.frame import frame_of
-from crosscheck.trial.loading import handed_over, made
+from crosscheck.trial.coordinates.frame import frame_of
+from crosscheck.trial.input.calls import handed
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.loading import handed_over, made
 from models.errors import InputError
 from models.loading import load_arm, load_scenario
 
 ARM, PROBE = load_arm("paper-labelled"), load_arm("probe")
 SCENARIO = load_scenario("constant-torque")
-HEAD = "import numpy as np\nfrom crosscheck.trial.equations import Coordinates, Equations\n"
+HEAD = "import numpy as np\nfrom crosscheck.trial.input.equations import Coordinates, Equations\n"
 
 
 def over(folder: Path, code: str, name: str = "model") -> Equations:
@@ -51,7 +51,7 @@ GIVEN = {
         "class A:\n def mass_matrix(self, q):\n  return np.eye(2) * 10\ndef model():\n return A()"
     ),
     "symbols": (
-        "import sympy as sp\nfrom crosscheck.trial.symbolic import from_sympy\n"
+        "import sympy as sp\nfrom crosscheck.trial.input.symbolic import from_sympy\n"
         "model = from_sympy(sp.symbols('a b'), sp.symbols('c d'),"
         " mass_matrix=sp.eye(2) * sp.Symbol('m_payload'))"
     ),
@@ -93,7 +93,7 @@ def test_modules_beside_the_file_are_found_and_shadow_nothing(tmp_path: Path) ->
     for ours in ("models", "analytic", "crosscheck"):
         (tmp_path / ours).mkdir()
         (tmp_path / ours / "__init__.py").write_text("raise RuntimeError\n")
-    code = "import json, models.arm\nfrom beside_hand import ten\n"
+    code = "import json, models.arm.arm\nfrom beside_hand import ten\n"
     code += "model = Equations(mass_matrix=lambda q: np.eye(2) * ten)"
     assert payload(over(tmp_path, code)) == 10.0
     assert str(tmp_path) not in sys.path

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from crosscheck.state_suite import unequal_gains
-from crosscheck.trial.equations import Coordinates, Equations
-from crosscheck.trial.frame import LAYOUTS
+from crosscheck.planning.sizing import unequal_gains
+from crosscheck.trial.coordinates.frame import LAYOUTS
+from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.trial import Asked, Trial, tried
-from models.arm import Arm
+from models.arm.arm import Arm
 from models.loading import load_arm
 from tests.arms import random_arm
 from tests.trial.test_trial import equations_of, in_frame, trial_of, two_links
@@ -41,8 +41,7 @@ def lengths(arm: Arm, gearing: str) -> np.ndarray:
     return np.where(LAYOUTS[gearing](arm).angular, 1.0, 0.05)[:, None]
 
 
-@pytest.mark.parametrize("seed", [19, 33])
-@pytest.mark.parametrize("condition", [1e2, 2e4])
+@pytest.mark.parametrize(("seed", "condition"), [(19, 1e2), (33, 2e4)])
 def test_in_coordinates_that_hardly_tell_the_links_apart(seed, condition):
     arm = random_arm(seed, most_joints=4)
     matrix = lengths(arm, "lumped") * turned(len(LAYOUTS["lumped"](arm)), seed, condition)

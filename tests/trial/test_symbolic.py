@@ -7,12 +7,12 @@ import pytest
 import sympy as sp
 import sympy.physics.mechanics as me
 
-from analytic.symbols import parameter_values
-from crosscheck.trial.calls import Handed, handed
-from crosscheck.trial.equations import Coordinates, Equations
-from crosscheck.trial.frame import frame_of
-from crosscheck.trial.symbolic import from_sympy, of_arm
-from models.arm import Arm
+from analytic.derivation.symbols import parameter_values
+from crosscheck.trial.coordinates.frame import frame_of
+from crosscheck.trial.input.calls import Handed, handed
+from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.input.symbolic import from_sympy, of_arm
+from models.arm.arm import Arm
 from models.errors import InputError
 from models.loading import load_arm
 

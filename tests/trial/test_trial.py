@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 
 from crosscheck.registry import build
-from crosscheck.trial.equations import Coordinates, Equations
-from crosscheck.trial.frame import Frame, frame_of
-from crosscheck.trial.loading import made
-from crosscheck.trial.moved import Moved
+from crosscheck.trial.coordinates.frame import Frame, frame_of
+from crosscheck.trial.coordinates.moved import Moved
+from crosscheck.trial.diagnose.probe import probe_arms
+from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.input.loading import made
 from crosscheck.trial.trial import Asked, Trial, tried
-from models.arm import Arm
+from models.arm.arm import Arm
+from models.arm.planets import usual_switches
+from models.experiment.scenario import Scenario
 from models.loading import load_arm, load_scenario
-from models.planets import usual_switches
-from models.scenario import Scenario
 from tests.arms import random_arm
 
 LEVELS = ("links", "carriers", "armature", "coupled")
@@ -68,10 +69,22 @@ def of_project(model: str, coordinates: Coordinates):
 def test_right_geared_equations_pass_on_an_arm_of_random_numbers(gearing, gears, links):
     """And on the probe arms of its structure."""
     coordinates = Coordinates(gearing, links, gears)
-    arm = random_arm(hash_of(gearing, gears, links), most_joints=3)
+    arm = random_arm(hash_of(gearing, gears, links), most_joints=2)
     trial = trial_of(of_project("analytic:physical", coordinates), arm)
     assert [finding.id for finding in trial.agreement.red] == []
     assert trial.wrong == ()
+
+
+@pytest.mark.parametrize("planets", range(2, 9))
+def test_probe_arms_have_as_many_planets_that_mesh_in_the_same_order(planets, labelled):
+    teeth = {"sun_teeth": 16 * planets - 1, "planet_teeth": 4 * planets + 1}
+    ring = teeth["sun_teeth"] + 2 * teeth["planet_teeth"]
+    joint = {**labelled.joints[0].model_dump(), **teeth, "ring_teeth": ring}
+    joints = [{**joint, "planet_count": planets}] * 2
+    probe, _ = probe_arms(Arm.model_validate({**labelled.model_dump(), "joints": joints}), 2)
+    assert [made.planet_count for made in probe.joints] == [planets] * 2
+    assert [(made.sun_teeth + 1) % planets for made in probe.joints] == [0, 0]
+    assert probe.joints[0].sun_teeth != probe.joints[1].sun_teeth
 
 
 def hash_of(*words: str) -> int:

@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crosscheck.trial.alternates import ForceDifferences
-from crosscheck.trial.force_terms import States
-from crosscheck.trial.frame import frame_of
-from crosscheck.trial.keys import Key
-from crosscheck.trial.places import Place
-from crosscheck.trial.waves import Fitting, keys_of, states_wanted, waves_tried
-from crosscheck.trial.words import told
+from crosscheck.trial.coordinates.frame import frame_of
+from crosscheck.trial.diagnose.alternates import ForceDifferences
+from crosscheck.trial.diagnose.force_terms import States
+from crosscheck.trial.diagnose.keys import Key
+from crosscheck.trial.diagnose.waves import Fitting, keys_of, states_wanted, waves_tried
+from crosscheck.trial.diagnose.words import told
+from crosscheck.trial.judge.places import Place
+from models.arm.planets import usual_switches
 from models.loading import load_arm
-from models.planets import usual_switches
 from tests.trial.slips import ABSOLUTE, LUMPED, dictionary
 from tests.trial.states import sample
 
@@ -49,7 +49,7 @@ def test_what_no_wave_makes_is_left_over():
 
 @pytest.mark.parametrize("joints", [1, 4, 7])
 def test_enough_states_for_any_arm(joints: int):
-    from crosscheck.template import example_arm
+    from crosscheck.cli.template import example_arm
 
     known = dictionary(example_arm("long", joints), ABSOLUTE)
     angles = np.random.default_rng(0).uniform(-3, 3, (states_wanted(known), joints))

@@ -1,0 +1,87 @@
+"""A planar chain of joints and links: its quantities, and its angles as rows over the coordinates.
+
+The same functions serve symbols, for people and the errata finder, and exact fractions, for an
+arm's numbers: a quantity is a sympy expression in the one case, a Fraction in the other. A row is
+an angle's gradient over the coordinates q, shape (n,); every angle here is linear in q.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate
+from typing import Any
+
+import numpy as np
+
+from analytic.derivation.stage import DirectStage, Stage, exact, stage_values
+from analytic.paper.kinematics import gear_angles
+from models.arm.arm import Arm
+from models.arm.layout import Coordinate, Layout, Meaning
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Stages from the base on, the payload [kg] at the last link's end, and the coordinates.
+
+    Where the layout has no mesh displacements of a stage, its gears turn without slip or play.
+    """
+
+    stages: tuple[Stage | DirectStage, ...]
+    payload: Any
+    layout: Layout
+
+    @property
+    def numbers(self) -> range:
+        """The joints, counted from 1."""
+        return range(1, len(self.stages) + 1)
+
+    @property
+    def geared(self) -> list[tuple[int, Stage]]:
+        """The joints with gears, by number."""
+        stages = zip(self.numbers, self.stages, strict=True)
+        return [(joint, stage) for joint, stage in stages if isinstance(stage, Stage)]
+
+    @cached_property
+    def angles(self) -> list[np.ndarray]:
+        """Rows of the bodies' absolute angles: the base, then link after link."""
+        turns = [self.row("theta", joint) for joint in self.numbers]
+        return list(accumulate(turns, initial=0 * turns[0]))
+
+    def row(self, meaning: Meaning, joint: int, planet: int = 0) -> np.ndarray:
+        """Row of a coordinate of a joint, of all its planets (0) or one; zeros if there is none."""
+        wanted = Coordinate(meaning, joint, planet)
+        return np.array([int(c == wanted) for c in self.layout.coordinates], dtype=object)
+
+    def sun_row(self, joint: int) -> np.ndarray:
+        """Row of theta_s, relative to the ring's body (Eqs. 2, 3): by x_sp + x_pr, or x_s."""
+        advance = self.row("x_s", joint) + self.row("x_sp", joint) + self.row("x_pr", joint, 0)
+        return self._gear_rows(joint, advance, 0 * advance)[0]
+
+    def planet_rows(self, joint: int) -> list[tuple[Any, np.ndarray]]:
+        """How many planets turn together, and the row of their theta_p (Eq. 3): all, or each."""
+        stage = self.stages[joint - 1]
+        assert isinstance(stage, Stage)
+        alone = range(1, int(stage.N) + 1) if self.layout.free else ()
+        found = [(1, planet) for planet in alone] or [(stage.N, 0)]
+        rows = [(count, self.row("x_pr", joint, planet)) for count, planet in found]
+        return [(count, self._gear_rows(joint, 0 * x_pr, x_pr)[1]) for count, x_pr in rows]
+
+    def _gear_rows(
+        self, joint: int, x_sp: np.ndarray, x_pr: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of theta_s and theta_p."""
+        stage, theta = self.stages[joint - 1], self.row("theta", joint)
+        assert isinstance(stage, Stage)
+        theta_s, theta_p = gear_angles(x_sp, x_pr, theta, stage.r_s, stage.r_p, stage.r_cp)
+        return theta_s, theta_p
+
+    def centre_of(self, joint: int) -> tuple[Any, ...]:
+        """Where a joint's axis is: the lengths of the links before it."""
+        return tuple(stage.L for stage in self.stages[: joint - 1])
+
+
+def exact_chain(arm: Arm, layout: Layout) -> Chain:
+    """An arm in fractions, equal to what its floating-point numbers are."""
+    stages = [stage_values(j, link) for j, link in zip(arm.joints, arm.links, strict=True)]
+    return Chain(tuple(stages), exact(arm.payload_mass_kg), layout)

@@ -1,0 +1,156 @@
+"""The gears of an arm as flat arrays for the compiled kernel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from analytic.derivation.stage import equivalent_masses
+from analytic.paper.kinematics import stage_geometry
+from analytic.paper.mesh_force import EXACT, TANH
+from analytic.paper.mesh_frequency import ANGLE, OMEGA_T, ring_mesh_rate, sun_mesh_rate
+from analytic.paper.mesh_phasing import mesh_phases
+from analytic.paper.stiffness import StiffnessData, mean_stiffness, stiffness_data
+from models.arm.arm import Arm, Planetary
+from models.arm.layout import Layout
+from models.arm.mesh import PlanetMesh
+from models.experiment.switches import Switches
+
+NOTHING = -1  # in place of a coordinate
+
+
+class Gears(NamedTuple):
+    """Per mesh, in the order sun-planet 1, planet-ring 1, sun-planet 2, ...; SI units.
+
+    Lumped, a stage has two meshes, each of ``planets`` planets; free, two for every planet.
+    where: index of the mesh displacement in q, or of x_s, of which the coordinate at ``less`` (-1:
+    none) is taken away; theta: index of its joint's angle; k_m: mean stiffness; k_a: amplitude of
+    Eq. 8, 0 where another law holds; law: the others, see analytic.paper.stiffness; E, lead,
+    static: of the tooth error, see analytic.paper.tooth_error; b, sigma: Eqs. 5, 6; rate, offset:
+    phase per joint angle, and its constant; d: damping of those planets together. phase,
+    dead_zone: codes; damps_apart: whether dampers act out of contact;
+    conservative: whether the potentials act on the joint angles.
+    """
+
+    where: np.ndarray
+    less: np.ndarray
+    planets: np.ndarray
+    theta: np.ndarray
+    k_m: np.ndarray
+    k_a: np.ndarray
+    law: StiffnessData
+    E: np.ndarray
+    lead: np.ndarray
+    static: np.ndarray
+    b: np.ndarray
+    sigma: np.ndarray
+    rate: np.ndarray
+    offset: np.ndarray
+    d: np.ndarray
+    phase: int
+    dead_zone: int
+    damps_apart: bool
+    conservative: bool
+
+
+class StageMesh(NamedTuple):
+    """A mesh, its joint (from 0), places in q, planets, phase rate and constant, and damping."""
+
+    mesh: PlanetMesh
+    joint: int
+    where: int
+    less: int
+    planets: int
+    rate: float
+    offset: float
+    damping: float
+
+
+def gears(arm: Arm, layout: Layout, switches: Switches) -> Gears:
+    """The meshes that have coordinates in the layout: all of the arm, or none of a rigid one."""
+    meshes = [
+        mesh
+        for number in layout.meshing
+        for mesh in _meshes_of(arm.joints[number], number, layout, switches)
+    ]
+
+    def each(values: Iterable[float]) -> np.ndarray:
+        return np.array(list(values), dtype=float)
+
+    def places(values: Iterable[int]) -> np.ndarray:
+        return np.array(list(values), dtype=np.int64)
+
+    return Gears(
+        where=places(entry.where for entry in meshes),
+        less=places(entry.less for entry in meshes),
+        planets=each(entry.planets for entry in meshes),
+        theta=places(layout.theta[entry.joint] for entry in meshes),
+        k_m=each(mean_stiffness(entry.mesh.stiffness) for entry in meshes),
+        k_a=each(_amplitude(entry.mesh) for entry in meshes),
+        law=stiffness_data([entry.mesh.stiffness for entry in meshes]),
+        E=each(entry.mesh.tooth_error_m for entry in meshes),
+        lead=each(entry.mesh.tooth_error_phase_rad for entry in meshes),
+        static=each(entry.mesh.static_error_m for entry in meshes),
+        b=each(entry.mesh.backlash_m for entry in meshes),
+        sigma=each(entry.mesh.tanh_sharpness_per_m for entry in meshes),
+        rate=each(entry.rate for entry in meshes),
+        offset=each(entry.offset for entry in meshes),
+        d=each(entry.damping for entry in meshes),
+        phase=OMEGA_T if switches.phase == "omega_t" else ANGLE,
+        dead_zone=TANH if switches.dead_zone == "tanh" else EXACT,
+        damps_apart=switches.damping == "always",
+        conservative=switches.mesh_work == "conservative",
+    )
+
+
+def _meshes_of(joint: object, number: int, layout: Layout, switches: Switches) -> list[StageMesh]:
+    """Sun and ring mesh of all planets, or planet after planet."""
+    assert isinstance(joint, Planetary)  # as joints with mesh displacements are
+    geometry = stage_geometry(joint)
+    sun_rate = sun_mesh_rate(joint, geometry)
+    ring_rate = ring_mesh_rate(joint, geometry, switches.ring_rate)
+    found, count = [], 1 if layout.free else joint.planet_count
+    for planet in range(joint.planet_count // count):
+        sun, ring = joint.sun_mesh.of_planet(planet), joint.ring_mesh.of_planet(planet)
+        share = joint.planet_count if layout.free else 1
+        d_sp, d_pr = (of_all / share for of_all in damping(joint, planet))
+        gamma_sp, gamma_pr = mesh_phases(joint, planet)
+        if layout.free:
+            x_s, x_pr = layout.at("x_s", number), layout.at("x_pr", number, planet)
+            at_sun, at_ring = (x_s, x_pr), (x_pr, NOTHING)
+        else:
+            at_sun = layout.at("x_sp", number), NOTHING
+            at_ring = layout.at("x_pr", number), NOTHING
+        found.append(StageMesh(sun, number, *at_sun, count, sun_rate, gamma_sp, d_sp))
+        found.append(StageMesh(ring, number, *at_ring, count, ring_rate, gamma_pr, d_pr))
+    return found
+
+
+def _amplitude(mesh: PlanetMesh) -> float:
+    law = mesh.stiffness
+    return law.amplitude_N_per_m if law.law == "sine" else 0.0
+
+
+def damping(joint: Planetary, planet: int = 0) -> tuple[float, float]:
+    """(d_sp, d_pr) [N s/m], of N planets like this one: the diagonal of D that the paper leaves.
+
+    From the damping ratio of each mesh against its own equivalent mass, where not given directly.
+    """
+    sun, own, _ = equivalent_masses(joint)
+    masses = sun, joint.planet_count * own
+    meshes = joint.sun_mesh.of_planet(planet), joint.ring_mesh.of_planet(planet)
+    d_sp, d_pr = (
+        _damping(mesh, joint.planet_count, mass) for mesh, mass in zip(meshes, masses, strict=True)
+    )
+    return d_sp, d_pr
+
+
+def _damping(mesh: PlanetMesh, planets: int, mass: float) -> float:
+    if mesh.damping_N_s_per_m is not None:
+        return mesh.damping_N_s_per_m
+    assert mesh.damping_ratio is not None  # the arm's own validation
+    stiffness = planets * mean_stiffness(mesh.stiffness)
+    return 2 * mesh.damping_ratio * math.sqrt(stiffness * mass)

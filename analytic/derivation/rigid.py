@@ -1,0 +1,37 @@
+"""The rigid baseline of Eq. 1 at four levels, by the same Lagrange derivation.
+
+`links` is the paper's rigid arm; each further level adds what the gears bring along rigidly.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from analytic.derivation.bodies import Body, carried_bodies, link_bodies, spinning_bodies
+from analytic.derivation.chain import Chain
+from analytic.derivation.stage import Stage
+
+
+def rigid_bodies(chain: Chain, level: str) -> list[Body]:
+    """The bodies that a level has."""
+    bodies = [body for joint in chain.numbers for body in link_bodies(chain, joint)]
+    for joint in chain.numbers if level != "links" else ():
+        bodies += carried_bodies(chain, joint)
+        if level == "coupled":
+            bodies += spinning_bodies(chain, joint)
+        if level == "armature":
+            bodies += _armature(chain, joint)
+    return bodies
+
+
+def _armature(chain: Chain, joint: int) -> list[Body]:
+    """Reflected inertia on the diagonal alone: as if the body before the joint stood still."""
+    stage = chain.stages[joint - 1]
+    if not isinstance(stage, Stage):
+        return []
+    return [Body(f"armature {joint}", 0, reflected_inertia(stage), chain.row("theta", joint))]
+
+
+def reflected_inertia(stage: Stage) -> Any:
+    """a_1i of Eq. 21 [kg m^2]: sun and planets, geared to the carrier, as seen by the joint."""
+    return (4 * stage.M_s + stage.N * stage.M_p) * stage.r_cp**2

@@ -1,0 +1,104 @@
+"""A form that is written in symbols, with an arm's numbers put in."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+
+import numpy as np
+import sympy as sp
+
+from analytic.derivation.forms import Form
+from analytic.derivation.symbols import geared_variables, parameter_values
+from analytic.derivation.terms import Terms, Waves, indices
+from models.arm.arm import Arm
+from models.arm.layout import lumped_layout
+
+Indexed = defaultdict[tuple[int, ...], float]
+
+
+def form_terms(form: Form, arm: Arm) -> Terms:
+    """The terms of a form in the paper's coordinates; it knows no gravity and no friction.
+
+    Raises ValueError if an entry is not of the shape that Terms describe.
+    """
+    values, variables = parameter_values(arm), geared_variables(len(arm.joints))
+    waves = Waves(len(form.q))
+    mass, bias = _mass_terms(form, values, waves), _bias_terms(form, values, waves)
+    mesh_map = _linear_map(form.force, variables.mesh_forces, values)
+    drive_map = _linear_map(form.force, variables.torques, values)
+    return Terms(
+        waves.table(),
+        indices(mass, 3),
+        np.array([*mass.values()], dtype=float),
+        indices(bias, 4),
+        np.array([*bias.values()], dtype=float),
+        indices({}, 2),
+        np.zeros((0, 2)),
+        mesh_map,
+        drive_map,
+        lumped_layout(arm).theta,
+        np.zeros(len(arm.joints)),
+    )
+
+
+def _mass_terms(form: Form, values: Mapping[sp.Symbol, Fraction], waves: Waves) -> Indexed:
+    found: Indexed = defaultdict(float)
+    for (row, column), entry in _entries(form.mass_matrix):
+        for term in _summands(entry, values):
+            factor, rest = term.as_independent(*form.q, as_Add=False)
+            argument = _argument(rest, sp.cos) if rest != 1 else sp.S.Zero
+            found[row, column, waves.number(_wave(argument, form.q))] += float(factor)
+    return found
+
+
+def _bias_terms(form: Form, values: Mapping[sp.Symbol, Fraction], waves: Waves) -> Indexed:
+    found: Indexed = defaultdict(float)
+    for (row, _), entry in _entries(form.bias):
+        for term in _summands(entry, values):
+            factor, rest = term.as_independent(*form.q, *form.v, as_Add=False)
+            rates, sine = rest.as_independent(*form.q, as_Add=False)
+            a, b = _two_rates(rates, form.v)
+            found[row, waves.number(_wave(_argument(sine, sp.sin), form.q)), a, b] += float(factor)
+    return found
+
+
+def _wave(argument: sp.Expr, q: Sequence[sp.Symbol]) -> list[float]:
+    polynomial = sp.Poly(argument, *q)
+    if polynomial.total_degree() > 1:
+        raise ValueError(f"not linear in the coordinates: {argument}")
+    return [float(polynomial.coeff_monomial(coordinate)) for coordinate in q]
+
+
+def _entries(matrix: sp.ImmutableMatrix) -> list[tuple[tuple[int, int], sp.Expr]]:
+    return sorted(matrix.todok().items())
+
+
+def _summands(entry: sp.Expr, values: Mapping[sp.Symbol, Fraction]) -> tuple[sp.Expr, ...]:
+    """The terms left after the numbers are in; they are put in exactly, so that they cancel."""
+    exact = {s: sp.Rational(value.numerator, value.denominator) for s, value in values.items()}
+    left = sp.expand(entry.subs(exact))
+    return sp.Add.make_args(left) if left != 0 else ()
+
+
+def _argument(factor: sp.Expr, function: type[sp.Function]) -> sp.Expr:
+    if not isinstance(factor, function):
+        raise ValueError(f"neither constant nor a single {function.__name__}: {factor}")
+    return factor.args[0]
+
+
+def _two_rates(product: sp.Expr, v: Sequence[sp.Symbol]) -> tuple[int, int]:
+    powers = product.as_powers_dict()
+    rates = [v.index(symbol) for symbol, power in powers.items() for _ in range(int(power))]
+    if len(rates) != 2:
+        raise ValueError(f"not a product of two rates: {product}")
+    return rates[0], rates[1]
+
+
+def _linear_map(
+    force: sp.ImmutableMatrix, inputs: Sequence[sp.Symbol], values: Mapping[sp.Symbol, Fraction]
+) -> np.ndarray:
+    """Coefficient of every input in every row, shape (rows, inputs)."""
+    jacobian = [[sp.diff(entry, symbol).subs(values) for symbol in inputs] for entry in force]
+    return np.array(jacobian, dtype=float).reshape(force.rows, len(inputs))

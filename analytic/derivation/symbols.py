@@ -1,0 +1,92 @@
+"""The symbols of the model, named as in the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from functools import lru_cache
+from typing import NamedTuple
+
+import sympy as sp
+
+from analytic.derivation.chain import Chain
+from analytic.derivation.stage import DirectStage, Stage, exact, stage_values
+from models.arm.arm import Arm, Planetary
+from models.arm.layout import Layout, layout_of
+
+m_payload = sp.Symbol("m_payload", positive=True)
+
+
+@lru_cache
+def stage_symbols(joint: int) -> Stage:
+    """Symbols of the stage of joint 1, 2, ..."""
+    return Stage(*(sp.Symbol(f"{name}{joint}", positive=True) for name in Stage._fields))
+
+
+@lru_cache
+def direct_symbols(joint: int) -> DirectStage:
+    """Symbols of joint 1, 2, ... without gears."""
+    names = (sp.Symbol(f"{name}{joint}", positive=True) for name in DirectStage._fields)
+    return DirectStage(*names)
+
+
+class Variables(NamedTuple):
+    """Coordinates, rates, mesh forces (per planet) and output torques of a form.
+
+    q and v are in the paper's order (Eq. 20); x_sp, x_pr, theta are views of q, joint by joint.
+    """
+
+    q: tuple[sp.Symbol, ...]
+    v: tuple[sp.Symbol, ...]
+    mesh_forces: tuple[sp.Symbol, ...]
+    torques: tuple[sp.Symbol, ...]
+
+
+@lru_cache
+def geared_variables(joints: int) -> Variables:
+    """The variables of Eqs. 20-22; mesh forces in the order F_sp1, F_pr1, F_sp2, ..."""
+    names = [f"{name}{i}" for i in range(1, joints + 1) for name in ("x_sp", "x_pr", "theta_")]
+    forces = [f"{name}{i}" for i in range(1, joints + 1) for name in ("F_sp", "F_pr")]
+    rates = _reals(f"d{name}" for name in names)
+    return Variables(_reals(names), rates, _reals(forces), _torques(joints))
+
+
+def _reals(names: Iterable[str]) -> tuple[sp.Symbol, ...]:
+    return tuple(sp.Symbol(name, real=True) for name in names)
+
+
+def _torques(joints: int) -> tuple[sp.Symbol, ...]:
+    return _reals(f"T_{i}" for i in range(1, joints + 1))
+
+
+def parameter_values(arm: Arm) -> dict[sp.Symbol, Fraction]:
+    """The number behind every symbol of an arm."""
+    values = {m_payload: exact(arm.payload_mass_kg)}
+    for symbols, joint, link in zip(arm_stages(arm), arm.joints, arm.links, strict=True):
+        values |= dict(zip(symbols, stage_values(joint, link), strict=True))
+    return values
+
+
+def arm_stages(arm: Arm) -> list[Stage | DirectStage]:
+    """The symbols of every joint, geared or not."""
+    return [
+        stage_symbols(number) if isinstance(joint, Planetary) else direct_symbols(number)
+        for number, joint in enumerate(arm.joints, start=1)
+    ]
+
+
+def arm_chain(arm: Arm, layout: Layout) -> Chain:
+    """An arm in symbols, in any of its layouts; free planets are counted, not a symbol."""
+    stages = arm_stages(arm)
+    if layout.free:
+        stages = [
+            stage._replace(N=sp.Integer(joint.planet_count)) if isinstance(stage, Stage) else stage
+            for stage, joint in zip(stages, arm.joints, strict=True)
+        ]
+    return Chain(tuple(stages), m_payload, layout)
+
+
+def symbolic_chain(meshing: Sequence[bool]) -> Chain:
+    """Geared joints in symbols; ``meshing``: which of them have mesh displacements."""
+    stages = tuple(stage_symbols(joint) for joint in range(1, len(meshing) + 1))
+    return Chain(stages, m_payload, layout_of(meshing))

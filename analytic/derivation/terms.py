@@ -1,0 +1,108 @@
+"""Equations of motion with an arm's numbers put in, as flat arrays.
+
+Every planar chain's mass matrix is a sum of cosines of sums of joint angles, its bias a sum of
+sines times products of two rates, its weight a sum of both. They become lists of terms,
+the same for every form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from analytic.derivation.bodies import Body
+from analytic.derivation.chain import Chain
+from analytic.derivation.efforts import drive_rows, mesh_rows
+from analytic.derivation.lagrange import bias_terms, mass_terms, weight_terms
+from analytic.derivation.stage import exact
+from models.arm.arm import Arm
+
+
+class Terms(NamedTuple):
+    """M[row, col] += coeff cos(waves[wave] . q); bias[row] += coeff sin(waves[wave] . q) v_a v_b.
+
+    waves (K, n); mass (terms, 3), bias (terms, 4) and weight (terms, 2) hold the integer indices
+    row, col, wave; row, wave, a, b; and row, wave; the coefficients are in SI units, of a weight
+    (terms, 2) those of cosine and sine. mesh_map (n, meshes) and drive_map (n, joints) turn mesh
+    forces per planet [N] and output torques [N m] into generalized force. theta (joints,): places
+    of the joint angles; friction (joints,) [N m s/rad].
+    """
+
+    waves: np.ndarray
+    mass: np.ndarray
+    mass_coeff: np.ndarray
+    bias: np.ndarray
+    bias_coeff: np.ndarray
+    weight: np.ndarray
+    weight_coeff: np.ndarray
+    mesh_map: np.ndarray
+    drive_map: np.ndarray
+    theta: np.ndarray
+    friction: np.ndarray
+
+
+def mass_matrices(terms: Terms, q: np.ndarray) -> np.ndarray:
+    """M(q) (..., n, n) at coordinates q (..., n)."""
+    n = q.shape[-1]
+    values = terms.mass_coeff * np.cos(q @ terms.waves.T)[..., terms.mass[:, 2]]
+    matrices = np.zeros((*q.shape[:-1], n * n))
+    for place, value in zip(
+        terms.mass[:, 0] * n + terms.mass[:, 1], np.moveaxis(values, -1, 0), strict=True
+    ):
+        matrices[..., place] += value
+    return matrices.reshape(*q.shape[:-1], n, n)
+
+
+class Waves:
+    """Numbers the distinct angle sums w . q; sign is the caller's business."""
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self.numbers: dict[tuple[float, ...], int] = {}
+
+    def number(self, wave: Iterable[float]) -> int:
+        """Of a wave, a new one if it is new."""
+        return self.numbers.setdefault(tuple(map(float, wave)), len(self.numbers))
+
+    def table(self) -> np.ndarray:
+        """All waves, shape (K, n)."""
+        return np.array(list(self.numbers), dtype=float).reshape(-1, self.size)
+
+
+def chain_terms(chain: Chain, bodies: Sequence[Body], arm: Arm) -> Terms:
+    """The terms of an arm's chain in exact numbers, with these of its bodies."""
+    links, n, waves = chain.angles[1:], len(chain.layout), Waves(len(chain.layout))
+    derived = mass_terms(bodies, links)
+    # Sorted, M[i, j] and M[j, i] add up the same waves in the same order: they are the same.
+    mass = {(i, j, waves.number(w)): c for (i, j, w), c in sorted(derived.items())}
+    bias = {(i, waves.number(w), a, b): c for (i, w, a, b), c in bias_terms(derived).items()}
+    g_x, g_y = map(exact, arm.gravity_m_per_s2)
+    pulled = weight_terms(bodies, links, (g_x, g_y)) if g_x or g_y else {}
+    weight = {(i, waves.number(w)): pair for (i, w), pair in pulled.items()}
+    mesh_map, drive_map = _columns(mesh_rows(chain), n), _columns(drive_rows(chain), n)
+    return Terms(
+        waves.table(),
+        indices(mass, 3),
+        np.array([*mass.values()], dtype=float),
+        indices(bias, 4),
+        np.array([*bias.values()], dtype=float),
+        indices(weight, 2),
+        np.array([*weight.values()], dtype=float).reshape(-1, 2),
+        mesh_map,
+        drive_map,
+        chain.layout.theta,
+        np.array([joint.friction_N_m_s_per_rad for joint in arm.joints]),
+    )
+
+
+def indices(terms: Iterable[tuple[int, ...]], width: int) -> np.ndarray:
+    """Where the terms belong, shape (terms, width)."""
+    return np.array([*terms], dtype=np.int64).reshape(-1, width)
+
+
+def _columns(rows: Sequence[np.ndarray], n: int) -> np.ndarray:
+    """Rows over the coordinates as columns, shape (n, rows)."""
+    columns: Any = [row.astype(float) for row in rows]
+    return np.ascontiguousarray(np.reshape(columns, (-1, n)).T)

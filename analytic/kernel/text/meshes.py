@@ -1,0 +1,141 @@
+"""Text of what every form of the equations shares: driving torques and mesh forces."""
+
+from __future__ import annotations
+
+from analytic.kernel.structure import Lines, StageShape, Structure
+from analytic.kernel.text.functions import cosine, hyperbolic_tangent, reduced, sine
+from models.experiment.drive import CONSTANT, PD, SINE_OF_SQRT_TIME, SINE_OF_TIME
+
+PER_TURN = repr(0.15915494309189535)  # 1 / 2 pi
+
+
+def torque(s: Structure, j: int) -> Lines:
+    """T of models.experiment.drive at one joint; a table's is the same for all lanes, and given."""
+    if s.drive == CONSTANT:
+        yield f"T{j} = drive{j}_0"
+    elif s.drive == PD:
+        angle, rate = s.sensed(j)
+        yield f"T{j} = drive{j}_1 * (drive{j}_0 - ({angle})) - drive{j}_2 * ({rate})"
+    elif s.drive in (SINE_OF_TIME, SINE_OF_SQRT_TIME):
+        of = "t" if s.drive == SINE_OF_TIME else "root_t"
+        yield from sine(f"wave_T{j}", f"drive{j}_1 * {of} * {PER_TURN}")
+        yield f"T{j} = drive{j}_0 * wave_T{j}"
+    else:
+        yield f"T{j} = table{j}"
+
+
+def meshes_of(stage: StageShape, j: int) -> list[tuple[str, str, str]]:
+    """(mesh, name of its numbers, side whose sines it has) of a stage, as ``Structure.meshes``."""
+    sines = {"sp": "sp", "pr": "sp" if stage.one_rate else "pr"}
+    return [
+        (f"{side}{j}_{n}", stage.numbers_of(side, j, n), sines[side])
+        for n in range(1, stage.planets + 1)
+        for side in ("sp", "pr")
+    ]
+
+
+def stiffness_and_error(s: Structure, j: int, stage: StageShape) -> Lines:
+    """k and e of every mesh of a stage that has numbers of its own."""
+    for side in ("sp",) if stage.one_rate else ("sp", "pr"):
+        yield from _waves(s, j, side, stage)
+    for own, side in {own: side for _, own, side in meshes_of(stage, j)}.items():
+        if stage.pieces:
+            yield from _curve(s, j, own, side, stage)
+        yield from _wave(own, f"{side}{j}", stage)
+
+
+def mesh_forces(s: Structure, j: int, stage: StageShape) -> Lines:
+    """Force F of every mesh of a stage and damper D, from its x and v.
+
+    Both are of all planets that the mesh stands for, ``each`` is the force of one. With
+    conservative springs on_theta is what they do to the joint's angle.
+    """
+    if s.conservative:
+        yield f"on_theta{j} = 0.0"
+    for mesh, own, side in meshes_of(stage, j):
+        yield from _mesh(s, j, mesh, own, stage)
+        if s.conservative:
+            yield from _on_angle(j, mesh, own, f"{side}{j}", stage)
+
+
+def _waves(s: Structure, j: int, side: str, stage: StageShape) -> Lines:
+    """Sines and cosines of n phi of a stage's meshes on one side, n up to what they need."""
+    name, turns = f"{side}{j}", s.turns(j, side)
+    yield from sine(f"s1_{name}", turns)
+    if stage.turned or s.conservative:
+        yield from cosine(f"c1_{name}", turns)
+    for n in range(2, stage.harmonics + 1):
+        a, b = n // 2, n - n // 2
+        yield f"s{n}_{name} = s{a}_{name} * c{b}_{name} + c{a}_{name} * s{b}_{name}"
+        yield f"c{n}_{name} = c{a}_{name} * c{b}_{name} - s{a}_{name} * s{b}_{name}"
+
+
+def _wave(own: str, phase: str, stage: StageShape) -> Lines:
+    """Stiffness k and error e of meshes with the same numbers."""
+    stiffness, error = f"k0_{own}", f"e0_{own} + e_s_{own} * s1_{phase}"
+    if stage.pieces:
+        stiffness += f" + curve_{own}"
+    for n in range(1, stage.harmonics + 1):
+        stiffness += f" + k{n}_s_{own} * s{n}_{phase}"
+        if stage.turned:
+            stiffness += f" + k{n}_c_{own} * c{n}_{phase}"
+    if stage.turned:
+        error += f" + e_c_{own} * c1_{phase}"
+    yield f"k_{own} = {stiffness}"
+    yield f"e_{own} = {error}"
+
+
+def _curve(s: Structure, j: int, own: str, side: str, stage: StageShape) -> Lines:
+    """A table's stiffness and its slope over the phase in radians: a piece is found by halving."""
+    cycle, place, into = f"cycle_{own}", f"place_{own}", f"into_{own}"
+    yield from reduced(cycle, f"{s.turns(j, side)} + ahead_{own}")
+    yield f"{cycle} = {cycle} + 1.0 if {cycle} < 0.0 else {cycle}"
+    yield f"{place} = 0.0"
+    step = stage.pieces // 2
+    while step:
+        ahead = f"{place} + {float(step)!r}"
+        begun = f"pick(w, rows_{own}_begin, {ahead})"
+        yield f"{place} = {ahead} if {begun} <= {cycle} else {place}"
+        step //= 2
+    yield f"{into} = {cycle} - pick(w, rows_{own}_begin, {place})"
+    for power in range(4):
+        yield f"piece{power}_{own} = pick(w, rows_{own}_{power}, {place})"
+    c0, c1, c2, c3 = (f"piece{power}_{own}" for power in range(4))
+    yield f"curve_{own} = {c0} + {into} * ({c1} + {into} * ({c2} + {into} * {c3}))"
+    if s.conservative:
+        slope = f"{c1} + {into} * (2.0 * {c2} + {into} * (3.0 * {c3}))"
+        yield f"curve_slope_{own} = ({slope}) * {PER_TURN}"
+
+
+def _mesh(s: Structure, j: int, mesh: str, own: str, stage: StageShape) -> Lines:
+    yield f"gap_{mesh} = x_{mesh} - e_{own}"
+    yield from _travel(s, f"gap_{mesh}", own)
+    yield f"F_{mesh} = k_{own} * travel"
+    yield f"each_{mesh} = F_{mesh}" + (f" * share{j}" if stage.planets == 1 else "")
+    yield f"D_{mesh} = d_{own} * v_{mesh}"
+    if not s.damps_apart:
+        yield f"D_{mesh} = D_{mesh} if abs(gap_{mesh}) > b_{own} else 0.0"
+
+
+def _travel(s: Structure, gap: str, own: str) -> Lines:
+    """f_k of Eq. 5 or 6."""
+    b = f"b_{own}"
+    if s.tanh:
+        yield from hyperbolic_tangent("right", f"sigma_{own} * ({gap} - {b})")
+        yield from hyperbolic_tangent("left", f"sigma_{own} * ({gap} + {b})")
+        yield f"travel = {gap} + {gap} / 2.0 * (right - left) - {b} / 2.0 * (right + left)"
+    else:
+        yield f"inside = {b} if {gap} > {b} else {gap}"
+        yield f"inside = -{b} if inside < -{b} else inside"
+        yield f"travel = {gap} - inside"
+
+
+def _on_angle(j: int, mesh: str, own: str, phase: str, stage: StageShape) -> Lines:
+    """-dV/dtheta of V = k f^2 / 2 of all planets that the mesh stands for."""
+    slopes = [f"curve_slope_{own}"] * bool(stage.pieces) + [
+        f"{float(n)!r} * (k{n}_s_{own} * c{n}_{phase} - k{n}_c_{own} * s{n}_{phase})"
+        for n in range(1, stage.harmonics + 1)
+    ]
+    yield f"error_slope = e_s_{own} * c1_{phase} - e_c_{own} * s1_{phase}"
+    yield f"on_phase = F_{mesh} * error_slope - ({' + '.join(slopes)}) * travel * travel / 2.0"
+    yield f"on_theta{j} = on_theta{j} + slope_{own} * on_phase"

@@ -1,0 +1,1 @@
+"""The paper's equations as printed: one module for each group."""

@@ -1,0 +1,17 @@
+"""Which arms the paper's own equations are about."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from models.arm.arm import Arm
+
+PAPERS_KIND = "needs two joints with three planets each, no gravity and no friction"
+
+
+def papers_kind(arm: Arm) -> bool:
+    """Whether Eqs. 16-22 cover it."""
+    planets = [joint.planet_count for joint in arm.joints]
+    rubbed = any(joint.friction_N_m_s_per_rad for joint in arm.joints)
+    return planets == [3, 3] and not any(arm.gravity_m_per_s2) and not rubbed

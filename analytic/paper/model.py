@@ -1,0 +1,64 @@
+"""The paper's own forms of the equations behind the common interface."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from analytic.derivation.forms import Form
+from analytic.derivation.symbolic_terms import form_terms
+from analytic.derivation.terms import Terms
+from analytic.model import AnalyticModel
+from analytic.paper.covered import PAPERS_KIND, papers_kind
+from analytic.paper.energies import energies_form
+from analytic.paper.printed import printed_form
+from models.arm.arm import Arm
+from models.arm.layout import lumped_layout
+from models.errors import InputError
+from models.experiment.scenario import Scenario
+from models.experiment.switches import Switches
+
+
+@lru_cache(maxsize=32)
+def _form_terms(arm: Arm, form: Form) -> Terms:
+    return form_terms(form, arm)
+
+
+class FormModel(AnalyticModel):
+    """A geared arm in the paper's coordinates, with a form of its equations in symbols.
+
+    Raises InputError for an arm that the paper's equations do not cover.
+    """
+
+    name = "analytic:form"
+    abilities = AnalyticModel.abilities | {"mesh_modes"}
+
+    def __init__(
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None, form: Form
+    ) -> None:
+        if not papers_kind(arm):
+            allowed = f"analytic:{form.name} {PAPERS_KIND}"
+            raise InputError(arm.name, "joints", None, allowed)
+        super().__init__(arm, scenario, chosen_switches, lumped_layout(arm))
+        self.terms = _form_terms(arm, form)
+
+
+class PrintedModel(FormModel):
+    """Eqs. 21-22 entry for entry."""
+
+    name = "analytic:printed"
+
+    def __init__(
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
+    ) -> None:
+        super().__init__(arm, scenario, chosen_switches, printed_form())
+
+
+class EnergiesModel(FormModel):
+    """Eqs. 16-19 through Lagrange's equations."""
+
+    name = "analytic:energies"
+
+    def __init__(
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
+    ) -> None:
+        super().__init__(arm, scenario, chosen_switches, energies_form())

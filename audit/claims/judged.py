@@ -1,0 +1,129 @@
+"""A claim with its answers, its verdict, and how far that is from turning."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from audit.claims.rule import (
+    Answer,
+    Claim,
+    Finding,
+    Limits,
+    State,
+    Verdict,
+    ends,
+    kind_of,
+    state,
+    verdict,
+)
+from audit.measures.shares import Share
+
+
+class Turning(NamedTuple):
+    """The limits nearest to a claim's own, downwards and upwards, at which its verdict turns.
+
+    None where no other limit turns it. Of two-sided limits each is moved by itself.
+    """
+
+    low: tuple[float | None, float | None]
+    high: tuple[float | None, float | None]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A claim and its answers in all settings."""
+
+    claim: Claim
+    answers: tuple[Answer, ...]
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """Over all settings."""
+        return verdict(self.answers, self.claim.free)
+
+    def coarser(self, left_out: int) -> Verdict:
+        """With every second damping ratio left out, beginning with the first (0) or second (1)."""
+        zetas = sorted({a.place.zeta for a in self.answers if a.place.zeta is not None})
+        out = set(zetas[left_out::2])
+        kept = [answer for answer in self.answers if answer.place.zeta not in out]
+        return verdict(kept, self.claim.free)
+
+    @cached_property
+    def moved_by_a_coarser_grid(self) -> bool:
+        """Whether the verdict's kind or laws are others on either half of the damping ratios."""
+        if self.claim.static:
+            return False
+        kind, laws = self.verdict.kind, self.verdict.laws
+        return any((v.kind, v.laws) != (kind, laws) for v in map(self.coarser, (0, 1)))
+
+    @cached_property
+    def hangs_on_a_start(self) -> bool:
+        """Whether one more start of one setting, whatever it does, could turn the verdict."""
+        if self.claim.static:
+            return False
+        stated = [(answer.place, answer.state) for answer in self.answers]
+        for at, answer in enumerate(self.answers):
+            for said in _one_more(answer) - {answer.state}:
+                others = [*stated[:at], (answer.place, said), *stated[at + 1 :]]
+                if kind_of(others) != kind_of(stated):
+                    return True
+        return False
+
+    @cached_property
+    def turning(self) -> Turning:
+        """Where the verdict would turn."""
+        limits = self.claim.limits
+        return Turning(
+            low=self._turns(limits, "low", limits.low),
+            high=self._turns(limits, "high", limits.high),
+        )
+
+    def _turns(
+        self, limits: Limits, end: Literal["low", "high"], own: float
+    ) -> tuple[float | None, float | None]:
+        """The nearest places below and above one end of the limits where the verdict turns."""
+        if math.isinf(own):
+            return None, None
+        places = sorted({at for a in self.answers for at in _turning_places(a, limits, end)})
+        below = [at for at in reversed(places) if at < own]
+        beyond = [at for at in places if at > own]
+        before = kind_of([(a.place, a.state) for a in self.answers])
+
+        def first(candidates: Sequence[float], towards: float) -> float | None:
+            for at in candidates:
+                beyond_it = math.nextafter(at, towards)
+                low, high = (beyond_it, limits.high) if end == "low" else (limits.low, beyond_it)
+                if self._kind_at(replace(limits, low=low, high=high)) != before:
+                    return at
+            return None
+
+        return first(below, -math.inf), first(beyond, math.inf)
+
+    def _kind_at(self, limits: Limits) -> Finding:
+        return kind_of([(a.place, state(a.share_at(limits))) for a in self.answers])
+
+
+def _turning_places(answer: Answer, limits: Limits, end: Literal["low", "high"]) -> Iterator[float]:
+    """Ends of the limits at which a setting's state changes: one of its starts' values each."""
+    values = np.array(answer.values)
+    inside = values[values < limits.high][::-1] if end == "low" else values[values > limits.low]
+    if not values.size:
+        return
+    most_no, least_yes = ends(values.size)
+    for count in (most_no + 1, least_yes):
+        if 1 <= count <= inside.size:
+            yield float(inside[count - 1])
+
+
+def _one_more(answer: Answer) -> set[State]:
+    """What the setting could say after one more start."""
+    share = answer.share
+    if share is None:
+        return set()
+    return {state(Share(share.yes + yes, share.of + 1)) for yes in (0, 1)}

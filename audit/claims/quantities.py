@@ -1,0 +1,246 @@
+"""Quantities that claims are about: what one start of every experiment of a setting gives.
+
+Each has an id that says how it is made, so two claims about one quantity have the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import rankdata
+
+from audit.claims.measured import MEASURED
+from audit.experiments.experiments import PLANTED, STATIC, Family, Source
+from audit.experiments.pool import Sample
+
+FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
+
+
+class NotSimulatedError(LookupError):
+    """A setting lacks the experiment that a quantity is about."""
+
+
+class Known(dict[Source, Sample]):
+    """The experiments of a setting. Raises NotSimulatedError for one that it does not have."""
+
+    def __missing__(self, source: Source) -> Sample:
+        raise NotSimulatedError(source)
+
+    def members(self, family: Family) -> list[Source]:
+        """The experiments of a family, ascending. Raises NotSimulatedError with too few of them."""
+        found = [source for source in self if source.kind == family.kind]
+        if len(found) < FEWEST_MEMBERS:
+            raise NotSimulatedError(family)
+        return sorted(found, key=lambda source: source.size_um or 0.0)
+
+
+Formula = Callable[[Known], np.ndarray]  # (starts,), nan where undefined
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """words: what it is, for readers; window: the part of a run that it looks at."""
+
+    id: str
+    words: str
+    unit: str
+    formula: Formula
+    window: str = ""
+    static: bool = False
+
+    def __call__(self, known: Known) -> np.ndarray:
+        """(starts,); one number where it follows from the arm's data alone."""
+        with np.errstate(all="ignore"):
+            return np.asarray(self.formula(known), dtype=float)
+
+
+def of(source: Source, name: str) -> Quantity:
+    """A number of an experiment. Raises KeyError for a name that is not in MEASURED."""
+    number = MEASURED[name]
+    words = f"{number.words} {source.words}".strip()
+    static = source in (STATIC, PLANTED)
+    return Quantity(
+        f"{source}: {name}",
+        words,
+        number.unit,
+        lambda known: known[source][name],
+        number.window,
+        static,
+    )
+
+
+def named(quantity: Quantity, words: str, unit: str | None = None) -> Quantity:
+    """The same in other words."""
+    return Quantity(
+        quantity.id,
+        words,
+        quantity.unit if unit is None else unit,
+        quantity.formula,
+        quantity.window,
+        quantity.static,
+    )
+
+
+def _made(
+    symbol: str, words: str, unit: str, parts: Sequence[Quantity], formula: Formula
+) -> Quantity:
+    """One made of others."""
+    windows = "; ".join(dict.fromkeys(part.window for part in parts if part.window))
+    name = f"{symbol}({', '.join(part.id for part in parts)})"
+    return Quantity(name, words, unit, formula, windows, all(part.static for part in parts))
+
+
+def difference(one: Quantity, other: Quantity) -> Quantity:
+    """One less another."""
+    words = f"{one.words} less {other.words}"
+    return _made("less", words, one.unit, (one, other), lambda n: one(n) - other(n))
+
+
+def size(one: Quantity) -> Quantity:
+    """Its magnitude."""
+    return _made("size", f"magnitude of {one.words}", one.unit, (one,), lambda n: np.abs(one(n)))
+
+
+def times(one: Quantity, factor: float, unit: str) -> Quantity:
+    """It in another unit."""
+    return _made(f"{factor:g} times", one.words, unit, (one,), lambda n: factor * one(n))
+
+
+def over(one: Quantity, other: Quantity) -> Quantity:
+    """One over another."""
+    unit = "1" if one.unit == other.unit else f"{one.unit}/({other.unit})"
+    words = f"{one.words} over {other.words}"
+    return _made("over", words, unit, (one, other), lambda n: one(n) / other(n))
+
+
+def smallest(*parts: Quantity) -> Quantity:
+    """The smallest of several; undefined if one is."""
+    words = f"smallest of: {'; '.join(part.words for part in parts)}"
+    return _made("min", words, parts[0].unit, parts, lambda n: np.min([p(n) for p in parts], 0))
+
+
+def largest(*parts: Quantity) -> Quantity:
+    """The largest of several; undefined if one is."""
+    words = f"largest of: {'; '.join(part.words for part in parts)}"
+    return _made("max", words, parts[0].unit, parts, lambda n: np.max([p(n) for p in parts], 0))
+
+
+def diverged(source: Source) -> Quantity:
+    """1 where the experiment's run diverged, else 0."""
+    words = f"runs {source.words} that diverge".replace("  ", " ")
+    return Quantity(f"{source}: diverged", words, "1", lambda n: n[source].diverged.astype(float))
+
+
+def where(condition: Quantity, above: float, quantity: Quantity) -> Quantity:
+    """The quantity where another is larger than so much; undefined elsewhere."""
+    words = f"{quantity.words}, where {condition.words} exceeds {above:g} {condition.unit}"
+    return _made(
+        f"where above {above:g}",
+        words,
+        quantity.unit,
+        (condition, quantity),
+        lambda n: np.where(condition(n) > above, quantity(n), np.nan),
+    )
+
+
+def each(choices: Sequence[str], quantity: Callable[[str], Quantity]) -> dict[str, Quantity]:
+    """One quantity for every choice of a parameter that the paper does not give."""
+    return {choice: quantity(choice) for choice in choices}
+
+
+def along(family: Family, name: str, known: Known) -> tuple[np.ndarray, np.ndarray]:
+    """(size [um] (members,), number (members, starts)) of a family's experiments, ascending."""
+    members = known.members(family)
+    sizes = np.array([source.size_um for source in members], dtype=float)
+    return sizes, np.array([known[source][name] for source in members])
+
+
+def over_family(
+    symbol: str, words: str, family: Family, name: str, fold: Callable[[np.ndarray], np.ndarray]
+) -> Quantity:
+    """A fold (members, starts) -> (starts,) of a number over a family's experiments."""
+    number = MEASURED[name]
+    return Quantity(
+        f"{symbol}({family.kind}: {name})",
+        f"{words} {number.words} over all {family.symbol}",
+        number.unit,
+        lambda known: fold(along(family, name, known)[1]),
+        number.window,
+    )
+
+
+def least(family: Family, name: str) -> Quantity:
+    """Smallest in a family of experiments; undefined if one is."""
+    return over_family("least", "smallest", family, name, lambda values: values.min(axis=0))
+
+
+def greatest(family: Family, name: str) -> Quantity:
+    """Largest in a family of experiments; undefined if one is."""
+    return over_family("greatest", "largest", family, name, lambda values: values.max(axis=0))
+
+
+def spread(family: Family, name: str) -> Quantity:
+    """Largest over smallest in a family of experiments."""
+    return over(greatest(family, name), least(family, name))
+
+
+def rank(family: Family, name: str) -> Quantity:
+    """Spearman's rank correlation of a number with the size of a family's experiments.
+
+    Undefined where one of them has no such number, or all have the same.
+    """
+    number = MEASURED[name]
+    return Quantity(
+        f"rank({family.kind}: {name})",
+        f"rank correlation with {family.symbol} of {number.words}",
+        "1",
+        lambda known: rank_correlation(*along(family, name, known)),
+        number.window,
+    )
+
+
+def rank_among(family: Family, name: str, condition: str, above: float) -> Quantity:
+    """The same among those members, at least FEWEST_MEMBERS, whose other number is large enough.
+
+    Undefined with fewer. A member that lacks the number is none of them.
+    """
+    number, limit = MEASURED[name], MEASURED[condition]
+
+    def formula(known: Known) -> np.ndarray:
+        sizes, values = along(family, name, known)
+        chosen = np.isfinite(values) & (along(family, condition, known)[1] > above)
+        found = [
+            _rank_of(sizes[own], one[own]) for own, one in zip(chosen.T, values.T, strict=True)
+        ]
+        return np.array(found)
+
+    return Quantity(
+        f"rank where above {above:g}({family.kind}: {condition}, {name})",
+        f"rank correlation with {family.symbol} of {number.words}, among {family.symbol} where"
+        f" {limit.words} exceeds {above:g} {limit.unit}",
+        "1",
+        formula,
+        number.window,
+    )
+
+
+def _rank_of(sizes: np.ndarray, values: np.ndarray) -> float:
+    """Of one start: both (members,)."""
+    if sizes.size < FEWEST_MEMBERS:
+        return np.nan
+    return float(rank_correlation(sizes, values[:, None])[0])
+
+
+def rank_correlation(sizes: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Spearman's, of every start: sizes (members,), values (members, starts) -> (starts,)."""
+    ranks = rankdata(values, axis=0)
+    own = rankdata(sizes)
+    one, other = ranks - ranks.mean(axis=0), (own - own.mean())[:, None]
+    with np.errstate(all="ignore"):
+        found = (one * other).sum(axis=0) / np.sqrt((one**2).sum(axis=0) * (other**2).sum())
+    return np.where(np.isfinite(values).all(axis=0), found, np.nan)
+
+
+Choices = Mapping[str, Quantity]

@@ -1,0 +1,77 @@
+"""Claims as they go into claims.json: every setting with its share of starts and quantiles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from audit.claims.judged import Judged
+from audit.claims.rule import PARTS, Answer, Verdict
+from audit.claims.summary import Varied
+from audit.measures.numbers import defined
+from audit.page.columns import Column, Columns
+from audit.page.record import JsonObject
+
+ANSWERS = Columns[Answer](
+    lambda answer: "/".join(
+        part
+        for part in (
+            answer.place.law.id if answer.place.law else "",
+            answer.place.arm,
+            "" if answer.place.zeta is None else f"{answer.place.zeta:g}",
+            answer.place.choice,
+        )
+        if part
+    ),
+    (
+        Column("law", "law", lambda a: a.place.law.id if a.place.law else None),
+        Column("arm", "arm", lambda a: a.place.arm),
+        Column("zeta", "zeta", lambda a: a.place.zeta, "g"),
+        Column("choice", "choice", lambda a: a.place.choice or None),
+        Column("state", "state", lambda a: a.state.value),
+        Column("yes", "yes", lambda a: a.share.yes if a.share else None),
+        Column("share", "share", lambda a: a.share.value if a.share else None),
+        Column("share_95", "95 % interval", lambda a: a.share.interval if a.share else None),
+        Column("quantiles", "quantiles", lambda a: a.quantiles),
+        Column("starts", "starts", lambda a: a.starts),
+        Column("undefined", "undefined", lambda a: a.undefined),
+    ),
+)
+
+
+def record(judged: Judged, variants: Sequence[Varied]) -> dict[str, object]:
+    """A claim with its verdict, and all settings."""
+    claim = judged.claim
+    return {
+        "id": claim.id,
+        "section": claim.section,
+        "figure": claim.figure,
+        "statement": claim.statement,
+        "reading": claim.reading or None,
+        "limits": {
+            "low": defined(claim.limits.low),
+            "high": defined(claim.limits.high),
+            "because": claim.limits.because,
+        },
+        "free_parameter": claim.free or None,
+        "quantities": {
+            choice: {"id": q.id, "words": q.words, "unit": q.unit, "window": q.window or None}
+            for choice, q in claim.choices.items()
+        },
+        "static": claim.static,
+        **_verdict(judged.verdict),
+        "turns_at": {"low": list(judged.turning.low), "high": list(judged.turning.high)},
+        "hangs_on_one_start": judged.hangs_on_a_start,
+        "moved_by_a_coarser_grid": judged.moved_by_a_coarser_grid,
+        "variants": {one.name: {"verdict": one.kind, "own": one.own} for one in variants},
+        "quantile_parts": list(PARTS),
+        "settings": ANSWERS.json(judged.answers),
+    }
+
+
+def _verdict(found: Verdict) -> JsonObject:
+    return {
+        "verdict": found.kind,
+        "laws": [law.id for law in found.laws],
+        "depends_on": list(found.depends_on),
+        "undefined_with": [law.id for law in found.silent],
+    }

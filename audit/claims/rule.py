@@ -1,0 +1,313 @@
+"""When a setting supports a claim, and the verdict over all settings.
+
+In a setting a claim is true in a share of the starts. It is true there unless they show, with 95 %
+confidence, that in fewer than MOST it would be; false unless they show that in more than FEW; where
+they show both, the start decides: the setting is bistable. Undefined starts have no say;
+where they are most, the setting has none: what happens in few starts may be chance.
+Over all settings, a verdict that depends on how bistable settings are counted is `bistable`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cache
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from audit.claims.quantities import Choices, Known, NotSimulatedError, Quantity
+from audit.experiments.cells import LAWS, Cell, Law
+from audit.measures.shares import Share
+
+MOST, FEW = 0.9, 0.1
+DEFINED = 0.5  # of the starts: where the event is rarer, a setting says nothing of it
+PARTS = (0.1, 0.5, 0.9)
+LAW, READING, DAMPING = "phase law", "reading of Table I", "damping"
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Yes if low < value < high; because: why these."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    because: str = ""
+
+    def yes(self, values: np.ndarray) -> np.ndarray:
+        """Of every value; False where it is undefined."""
+        return (self.low < values) & (values < self.high)
+
+    def __str__(self) -> str:
+        if math.isinf(self.low):
+            return f"< {self.high:g}"
+        return f"> {self.low:g}" if math.isinf(self.high) else f"{self.low:g} to {self.high:g}"
+
+
+def above(low: float, because: str) -> Limits:
+    """Yes if the value is larger."""
+    return Limits(low=low, because=because)
+
+
+def below(high: float, because: str) -> Limits:
+    """Yes if the value is smaller."""
+    return Limits(high=high, because=because)
+
+
+def about(value: float, share: float, because: str) -> Limits:
+    """Yes within this share of a printed value."""
+    return Limits(value * (1 - share), value * (1 + share), because)
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A statement of the paper, and the number that decides it.
+
+    id: section and a number that no other statement ever gets; statement: paraphrased; quantity:
+    one, or one for each choice of ``free``, a parameter that the paper does not give (the first is
+    the default); reading: how the statement is understood, where it could be otherwise.
+    """
+
+    id: str
+    figure: int | None
+    statement: str
+    quantity: Quantity | Choices
+    limits: Limits
+    free: str = ""
+    reading: str = ""
+
+    @property
+    def section(self) -> str:
+        """Of the paper."""
+        return self.id.rpartition("-")[0]
+
+    @property
+    def choices(self) -> dict[str, Quantity]:
+        """Every choice of the free parameter, with its quantity."""
+        return {"": self.quantity} if isinstance(self.quantity, Quantity) else dict(self.quantity)
+
+    @property
+    def static(self) -> bool:
+        """Whether it follows from the arm's data alone: then there are no starts, laws, damping."""
+        return all(quantity.static for quantity in self.choices.values())
+
+
+class State(StrEnum):
+    """What a setting says of a claim."""
+
+    YES = "yes"
+    NO = "no"
+    BISTABLE = "bistable"
+    UNDEFINED = "undefined"
+
+
+class Place(NamedTuple):
+    """Where an answer was found. Static ones have no law and no zeta."""
+
+    law: Law | None
+    arm: str
+    zeta: float | None
+    choice: str
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A claim in one setting under one choice: its values of all starts, ascending, defined."""
+
+    place: Place
+    values: tuple[float, ...]
+    starts: int
+    limits: Limits
+
+    @property
+    def undefined(self) -> int:
+        """Starts whose run lacks what the claim is about."""
+        return self.starts - len(self.values)
+
+    @property
+    def share(self) -> Share | None:
+        """Of the defined starts that support the claim, None if so few are defined."""
+        return self.share_at(self.limits)
+
+    def share_at(self, limits: Limits) -> Share | None:
+        """The same with other limits."""
+        if len(self.values) < max(1.0, DEFINED * self.starts):
+            return None
+        return Share(int(limits.yes(np.array(self.values)).sum()), len(self.values))
+
+    @property
+    def state(self) -> State:
+        """What the setting says."""
+        return state(self.share)
+
+    @property
+    def quantiles(self) -> tuple[float, ...] | None:
+        """PARTS, each the value of a start."""
+        return quantiles_of(self.values)
+
+
+def quantiles_of(values: Sequence[float] | np.ndarray) -> tuple[float, ...] | None:
+    """PARTS of defined values, each the value of a start; None without any."""
+    if not len(values):
+        return None
+    return tuple(map(float, np.quantile(values, PARTS, method="inverted_cdf")))
+
+
+def state(share: Share | None) -> State:
+    """From a share of starts; of so few that they show nothing, unless they agree, bistable."""
+    if share is None:
+        return State.UNDEFINED
+    if share.yes in (0, share.of):
+        return State.YES if share.yes else State.NO
+    low, high = share.interval
+    yes, no = high >= MOST, low <= FEW
+    if yes == no:
+        return State.BISTABLE
+    return State.YES if yes else State.NO
+
+
+@cache
+def ends(starts: int) -> tuple[int, int]:
+    """Up to how many of so many starts a setting says no, and from how many on yes."""
+    said = [state(Share(yes, starts)) for yes in range(starts + 1)]
+    return starts - said[::-1].index(State.NO), said.index(State.YES)
+
+
+def answers(claim: Claim, settings: Iterable[tuple[Cell, Known]]) -> list[Answer]:
+    """The claim in every setting that has the experiments it needs; once where it is static."""
+    found: dict[Place, Answer] = {}
+    for cell, known in settings:
+        for choice, quantity in claim.choices.items():
+            place = _place(claim, cell, choice)
+            if place in found:
+                continue
+            try:
+                values = np.atleast_1d(quantity(known))
+            except NotSimulatedError:
+                continue
+            defined = np.sort(values[np.isfinite(values)])
+            found[place] = Answer(place, tuple(map(float, defined)), values.size, claim.limits)
+    return list(found.values())
+
+
+def _place(claim: Claim, cell: Cell, choice: str) -> Place:
+    if claim.static:
+        return Place(None, cell.arm, None, choice)
+    return Place(cell.law, cell.arm, cell.zeta, choice)
+
+
+class Kind(StrEnum):
+    """A verdict's first word."""
+
+    HOLDS = "holds"
+    ONLY = "only with"
+    DEPENDS = "depends"
+    BISTABLE = "bistable"
+    FAILS = "does not hold"
+    UNDEFINED = "undefined"
+    NOT_SIMULATED = "not simulated"
+
+
+class Verdict(NamedTuple):
+    """laws: with which it can be true at all, where it is ``only with`` these.
+
+    depends_on: the parameters that decide, where not all settings of these laws agree; silent: laws
+    with which nothing in any setting is what the claim is about.
+    """
+
+    kind: Kind
+    laws: tuple[Law, ...] = ()
+    depends_on: tuple[str, ...] = ()
+    silent: tuple[Law, ...] = ()
+
+
+Stated = tuple[Place, State]
+
+
+def verdict(given: Sequence[Answer], free: str = "") -> Verdict:
+    """The rule over all settings of LAWS (or of none, where the claim is static)."""
+    return verdict_of([(answer.place, answer.state) for answer in given], free)
+
+
+def verdict_of(given: Sequence[Stated], free: str = "") -> Verdict:
+    """Of settings that have said what they say."""
+    kind, laws, silent = kind_of(given)
+    clear = [one for one in given if one[1] != State.UNDEFINED and (not laws or one[0].law in laws)]
+    decided = kind in (Kind.ONLY, Kind.DEPENDS, Kind.BISTABLE)
+    return Verdict(kind, laws, _deciding(clear, free) if decided else (), silent)
+
+
+class Finding(NamedTuple):
+    """A verdict without what it depends on."""
+
+    kind: Kind
+    laws: tuple[Law, ...] = ()
+    silent: tuple[Law, ...] = ()
+
+
+def kind_of(given: Sequence[Stated]) -> Finding:
+    """Bistable settings counted as yes, and as no: `bistable` if that is not the same verdict."""
+    if not given:
+        return Finding(Kind.NOT_SIMULATED)
+    clear = [(place, said) for place, said in given if said != State.UNDEFINED]
+    quiet = _laws(given) - _laws(clear)
+    silent = tuple(law for law in LAWS if law in quiet)
+    if not clear:
+        return Finding(Kind.UNDEFINED, silent=silent)
+    found = {_kind(_counted(clear, counted), silent) for counted in (State.YES, State.NO)}
+    return Finding(*found.pop(), silent) if len(found) == 1 else Finding(Kind.BISTABLE, (), silent)
+
+
+def _laws(given: Sequence[Stated]) -> set[Law | None]:
+    return {place.law for place, _ in given}
+
+
+def _counted(given: Sequence[Stated], bistable: State) -> list[Stated]:
+    return [(p, bistable if said == State.BISTABLE else said) for p, said in given]
+
+
+def _kind(given: Sequence[Stated], silent: Sequence[Law]) -> tuple[Kind, tuple[Law, ...]]:
+    """From settings that all say yes or no; silent: laws without any."""
+    by_law: dict[Law | None, set[State]] = {}
+    for place, said in given:
+        by_law.setdefault(place.law, set()).add(said)
+    laws = [law for law in LAWS if law in by_law]
+    true_in = tuple(law for law in laws if State.YES in by_law[law])
+    if all(said == {State.NO} for said in by_law.values()):
+        return Kind.FAILS, ()
+    if true_in and (silent or len(true_in) < len(laws)):
+        return Kind.ONLY, true_in
+    if all(said == {State.YES} for said in by_law.values()):
+        return Kind.HOLDS, ()
+    return Kind.DEPENDS, ()
+
+
+def _deciding(given: Sequence[Stated], free: str) -> tuple[str, ...]:
+    """Parameters whose change alone changes the answer; all that vary if none does so alone."""
+    axes: dict[str, Callable[[Place], object]] = {
+        LAW: lambda place: place.law,
+        READING: lambda place: place.arm,
+        DAMPING: lambda place: place.zeta,
+        free: lambda place: place.choice,
+    }
+    axes = {name: get for name, get in axes.items() if len({get(p) for p, _ in given}) > 1}
+    if len({said for _, said in given}) == 1:
+        return ()
+    alone = {
+        name
+        for (one, said), (other, against) in combinations(given, 2)
+        if {said, against} == {State.YES, State.NO}
+        for name in _only_difference(axes, one, other)
+    }
+    return tuple(name for name in axes if name in (alone or axes))
+
+
+def _only_difference(
+    axes: dict[str, Callable[[Place], object]], one: Place, other: Place
+) -> list[str]:
+    """The axis along which two answers differ, if it is one."""
+    differing = [name for name, get in axes.items() if get(one) != get(other)]
+    return differing if len(differing) == 1 else []

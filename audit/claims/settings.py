@@ -1,0 +1,165 @@
+"""Which experiments are made in which settings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from audit.claims.quantities import Known
+from audit.claims.statements.statics import Statics
+from audit.errata.planted import Planted, shown
+from audit.experiments.cells import CONSERVATIVE, LABELLED, LAWS, READINGS, Cell
+from audit.experiments.experiments import (
+    BACK,
+    BACK_EVEN,
+    BACKLASH,
+    CONSTANT,
+    CONSTANT_NO_ERROR,
+    CONSTANT_SQUARE,
+    CONSTANT_STIFFNESS,
+    DEFAULT_B_UM,
+    DEFAULT_E_UM,
+    ERROR,
+    NO_BACKLASH,
+    NO_ERROR,
+    PD,
+    PLANTED,
+    PRELOADED,
+    SQUARE,
+    STATIC,
+    TWO_PLANETS,
+    TWO_SOFTER,
+    WIDE,
+    Source,
+)
+from audit.experiments.pool import Sample, samples
+from audit.experiments.scale import Scale
+from audit.experiments.study import Study
+from audit.experiments.variant import Numbers
+
+# From where the controller flutters by itself to twice the default.
+ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
+VARIED = (PD, NO_ERROR)  # what the variants of the model are held against the settings by
+
+
+@dataclass(frozen=True)
+class Plan:
+    """zetas: of all experiments but those of ``shaken``; sizes in um.
+
+    shaken: of back and forth, of the square wave, of two planets, and of 3 s with b = 3000 um;
+    variants: whether planets held alike and the conservative law, other planets, other waves and
+    planted slips are asked too. The second reading of Table I sweeps b and E at every second zeta.
+    """
+
+    readings: tuple[str, ...] = tuple(READINGS)
+    zetas: tuple[float, ...] = ZETAS
+    shaken: tuple[float, ...] = (0.005, 0.02, 0.05)
+    backlashes: tuple[float, ...] = (5.0, 10.0, 25.0, 500.0, 1000.0, 3000.0)
+    errors: tuple[float, ...] = (0.8, 1.6, 3.2, 6.3)
+    back: tuple[float, ...] = (0.0, 50.0, 100.0, 500.0)
+    variants: bool = True
+
+    def settings(self) -> list[Cell]:
+        """Of the claims: planets free, all laws."""
+        return [Cell(law, zeta, arm) for law, arm, zeta in product(LAWS, self.readings, self.zetas)]
+
+    def variations(self) -> dict[str, list[Cell]]:
+        """The same with planets held alike, and under `angle` with springs that push theta."""
+        if not self.variants:
+            return {}
+        every = self.settings()
+        return {
+            "lumped": [Cell(c.law, c.zeta, c.arm, "lumped") for c in every],
+            "conservative": [
+                Cell(CONSERVATIVE, c.zeta, c.arm) for c in every if c.law.phase == "angle"
+            ],
+        }
+
+    def sources(self, cell: Cell) -> Iterator[Source]:
+        """What is simulated in a setting of the claims."""
+        yield from (PD, CONSTANT, NO_BACKLASH, NO_ERROR, CONSTANT_STIFFNESS, CONSTANT_NO_ERROR)
+        yield PRELOADED
+        if cell.arm == self.readings[0] or cell.zeta in self.zetas[::2]:
+            yield from (BACKLASH(size_um) for size_um in self.backlashes)
+            yield from (ERROR(size_um) for size_um in self.errors)
+        if cell.zeta in self.shaken:
+            yield from (TWO_PLANETS, TWO_SOFTER) if self.variants else ()
+            yield from (BACK(size_um) for size_um in self.back)
+            yield from (BACK_EVEN(size_um) for size_um in self.back)
+            yield WIDE
+            yield from (SQUARE, CONSTANT_SQUARE) if self.variants else ()
+
+
+FULL = Plan()
+QUICK = Plan(
+    readings=(LABELLED,),
+    zetas=(0.005, 0.02),
+    shaken=(0.02,),
+    backlashes=(5.0, 500.0),
+    errors=(1.6, 6.3),
+    back=(0.0, 50.0, 500.0),
+    variants=False,
+)
+Settings = list[tuple[Cell, Known]]
+
+
+def plan_of(scale: Scale) -> Plan:
+    """The full or the quick one."""
+    return QUICK if scale.quick else FULL
+
+
+def settings(study: Study, scale: Scale) -> Settings:
+    """Every setting of the claims with its experiments."""
+    plan = plan_of(scale)
+    wanted = [(cell, source) for cell in plan.settings() for source in plan.sources(cell)]
+    found = samples(study, scale, wanted, "claims")
+    static = _without_setting(study, plan)
+    made = {cell: Known(static[cell.arm]) for cell in plan.settings()}
+    for (cell, source), sample in found.items():
+        made[cell][source] = sample
+    for known in made.values():  # the default run is a member of both sweeps
+        known[BACKLASH(DEFAULT_B_UM)] = known[ERROR(DEFAULT_E_UM)] = known[PD]
+    return list(made.items())
+
+
+def variations(study: Study, scale: Scale) -> dict[str, Settings]:
+    """The settings of the model's variants with what is asked there."""
+    asked = plan_of(scale).variations()
+    wanted = [(cell, source) for cells in asked.values() for cell in cells for source in VARIED]
+    found = samples(study, scale, wanted, "claims, variants")
+    return {
+        name: [(cell, Known({source: found[cell, source] for source in VARIED})) for cell in cells]
+        for name, cells in asked.items()
+    }
+
+
+def _without_setting(study: Study, plan: Plan) -> dict[str, dict[Source, Sample]]:
+    """By reading."""
+    asked = {STATIC: statics_of, PLANTED: planted_of} if plan.variants else {STATIC: statics_of}
+    found = {source: ask(study, plan.readings) for source, ask in asked.items()}
+    return {
+        arm: {source: by_arm[place] for source, by_arm in found.items()}
+        for place, arm in enumerate(plan.readings)
+    }
+
+
+def statics_of(study: Study, arms: Sequence[str]) -> list[Sample]:
+    """What follows from the data of each arm alone."""
+    return [_of(n) for n in study.answers([Statics(arm) for arm in arms], "claims: statics")]
+
+
+def planted_of(study: Study, arms: Sequence[str]) -> list[Sample]:
+    """What an agreement of each arm shows of slips that were planted."""
+    found = study.answers([Planted(arm) for arm in arms], "claims: planted slips")
+    return [_of({"planted_shown": shown(plants)}) for plants in found]
+
+
+def _of(numbers: Numbers) -> Sample:
+    """One value each."""
+    return Sample({name: np.array([value], float) for name, value in numbers.items()}, _NO_RUN)
+
+
+_NO_RUN = np.zeros(1, dtype=bool)

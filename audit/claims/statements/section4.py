@@ -1,0 +1,344 @@
+"""The statements of the paper's Sections 4 and 4.1: the size of the backlash."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from audit.claims.quantities import (
+    Choices,
+    Known,
+    Quantity,
+    along,
+    greatest,
+    least,
+    of,
+    over,
+    over_family,
+    rank,
+    rank_among,
+    spread,
+    where,
+)
+from audit.claims.rule import Claim, Limits, about, above, below
+from audit.claims.statements.control import (
+    GONE,
+    LARGER,
+    MOSTLY,
+    ON_SCALE,
+    THIRD,
+    VANISHED,
+    in_third,
+)
+from audit.experiments.experiments import (
+    BACK,
+    BACK_EVEN,
+    BACKLASH,
+    DEFAULT_B_UM,
+    NO_BACKLASH,
+    PD,
+    STATIC,
+    WIDE,
+    Family,
+)
+from audit.measures.thresholds import DOUBLED, EVIDENT, MINOR, SEVERE
+
+CLEAR_RANK = 0.75
+SMALL, LARGE = 5.0, 1000.0  # um
+
+FALLS = below(-CLEAR_RANK, "chance gives that in 2 of 100 where there are seven sizes")
+RISES = above(CLEAR_RANK, "chance gives that in 2 of 100 where there are seven sizes")
+SEEN = above(MINOR, "nothing smaller is seen in a plot of 300")
+FREQUENCY = about(1500, 0.1, "approximately: a tenth, some 15 lines of a spectrum over 0.1 s")
+
+MOST, LEAST = greatest(BACKLASH, "third"), least(BACKLASH, "third")
+AT_SMALL, NONE = of(BACKLASH(SMALL), "third"), of(NO_BACKLASH, "third")
+
+SWINGS = "drive's argument and duration of the run"
+_DRIVES = {"sin(20π√t)": BACK, "sin(20πt)": BACK_EVEN}
+
+
+def swings(quantity: Callable[[Family, str], Quantity]) -> Choices:
+    """For both arguments of Fig. 15's drive and for runs of 1 and 2 s."""
+    return {
+        f"{words}, {seconds} s": quantity(family, seconds)
+        for words, family in _DRIVES.items()
+        for seconds in ("1", "2")
+    }
+
+
+def growth(family: Family, kind: str, seconds: str) -> Quantity:
+    """Of an error at the end over that from 0.1 to 0.3 s, with the default backlash."""
+    source = family(DEFAULT_B_UM)
+    return over(of(source, f"{kind}_{seconds}_s"), of(source, f"{kind}_early"))
+
+
+def larger_of(family: Family, one: str, other: str, known: Known) -> np.ndarray:
+    """Of two numbers along a family, (members, starts); of what is undefined the other."""
+    return np.fmax(along(family, one, known)[1], along(family, other, known)[1])
+
+
+def _worst(known: Known) -> np.ndarray:
+    return larger_of(BACKLASH, "second_force_N", "third_force_N", known)
+
+
+def _at_large(name: str) -> Quantity:
+    """A number at b = 1000 um, where there is a fluctuation."""
+    source = BACKLASH(LARGE)
+    return in_third(where(of(source, "third"), EVIDENT, of(source, name)))
+
+
+_WORST = "largest mesh force of impact and third fluctuation"
+EDGES = Quantity(
+    "least of the edges over least(backlash: second_force_N, third_force_N)",
+    f"{_WORST} at the better of the smallest and largest b over the least of all b",
+    "1",
+    lambda known: np.minimum(_worst(known)[0], _worst(known)[-1]) / _worst(known).min(axis=0),
+)
+DEFAULT = Quantity(
+    "default over least(backlash: second_force_N, third_force_N)",
+    f"{_WORST} at b = 50 µm over the least of all b",
+    "1",
+    lambda known: (
+        np.fmax(known[PD]["second_force_N"], known[PD]["third_force_N"]) / _worst(known).min(axis=0)
+    ),
+)
+_AS_GOOD = "within 5 % one clearance is as good as another"
+
+BEGINNING = (
+    Claim(
+        "4-02",
+        16,
+        "Fluctuations from the start cannot be avoided.",
+        least(BACKLASH, "first"),
+        SEEN,
+        reading="whatever the clearance",
+    ),
+    Claim(
+        "4-03",
+        16,
+        "Fluctuations from meshing impacts cannot be avoided.",
+        over_family("least of those with", "smallest", BACKLASH, "second", np.fmin.reduce),
+        SEEN,
+        reading="whatever the clearance, where the teeth change sides at all",
+    ),
+)
+
+POSITION = (
+    Claim(
+        "4.1-01",
+        10,
+        "With a clearance of 100 µm the positioning error stays on a 0.001 rad scale.",
+        of(PD, "deviation_rad"),
+        ON_SCALE,
+    ),
+    Claim(
+        "4.1-02",
+        10,
+        "With a clearance of 6 mm the positioning error stays on a 0.001 rad scale.",
+        of(WIDE, "deviation_rad"),
+        ON_SCALE,
+    ),
+    Claim(
+        "4.1-03",
+        None,
+        "6 mm is nearly a third of the tooth thickness.",
+        of(STATIC, "tooth_thickness_share"),
+        about(1 / 3, 0.1, "nearly: a tenth of it"),
+    ),
+    Claim(
+        "4.1-04",
+        10,
+        "In closed loop the final error converges to zero, even with 6 mm.",
+        of(WIDE, "gap_end_rad"),
+        below(1e-4, "a tenth of the scale that counts as negligible"),
+        reading="what the gears add: the rigid arm is 0.001 rad short at 3 s itself",
+    ),
+    Claim(
+        "4.1-05",
+        15,
+        "Driven back and forth, the error accumulates.",
+        swings(lambda family, s: growth(family, "error", s)),
+        above(DOUBLED, "at least twice what it was early in the run"),
+        SWINGS,
+    ),
+    Claim(
+        "4.1-06",
+        15,
+        "That error grows with the backlash.",
+        swings(lambda family, s: rank(family, f"error_{s}_s")),
+        above(0.9, "all sizes in order; chance gives that in 1 of 24 where there are four"),
+        SWINGS,
+    ),
+    Claim(
+        "4.1-07",
+        15,
+        "The error of the backlash itself accumulates over the swings.",
+        swings(lambda family, s: over(growth(family, "error", s), growth(family, "own", s))),
+        above(DOUBLED, "twice what the rigid arm makes of any small error"),
+        SWINGS,
+        reading="in proportion; by sin(20πt) it is 0.00004 rad after 2 s, with 50 µm",
+    ),
+    Claim(
+        "4.1-28",
+        10,
+        "A closed loop erases the error whenever the links turn back.",
+        over(of(WIDE, "gap_end_rad"), of(WIDE, "deviation_rad")),
+        below(VANISHED, "a tenth is left for the next swing"),
+        reading="a swing is a step of 3 s under Eq. 23, with the widest clearance",
+    ),
+)
+
+IMPACT = (
+    Claim(
+        "4.1-08",
+        16,
+        "A larger clearance makes the meshing impact more severe.",
+        rank_among(BACKLASH, "second_force_N", "side_change_s", 0.0),
+        RISES,
+    ),
+    Claim(
+        "4.1-09",
+        16,
+        "The impact occurs later with a larger clearance.",
+        rank_among(BACKLASH, "side_change_s", "side_change_s", 0.0),
+        RISES,
+    ),
+    Claim(
+        "4.1-10",
+        16,
+        "The impact lasts shorter with a larger clearance.",
+        rank_among(BACKLASH, "bouncing_s", "side_change_s", 0.0),
+        FALLS,
+    ),
+    Claim(
+        "4.1-11",
+        16,
+        "A larger clearance needs more time to come into contact again.",
+        rank_among(BACKLASH, "flight_s", "side_change_s", 0.0),
+        RISES,
+    ),
+)
+
+FLUCTUATION = (
+    Claim(
+        "4.1-12",
+        17,
+        "Backlash has a strong effect on the size of the fluctuation.",
+        in_third(spread(BACKLASH, "third")),
+        above(DOUBLED, "a change that no scatter explains"),
+    ),
+    Claim(
+        "4.1-13",
+        17,
+        "With small clearances it is similar to that without.",
+        in_third(over(AT_SMALL, NONE)),
+        Limits(0.5, 2.0, "alike to a factor of two"),
+    ),
+    Claim(
+        "4.1-14",
+        17,
+        "Internal excitation recedes as the clearance grows.",
+        in_third(rank(BACKLASH, "third")),
+        FALLS,
+    ),
+    Claim(
+        "4.1-15",
+        17,
+        "Its mesh force recedes as the clearance grows.",
+        in_third(rank(BACKLASH, "third_force_fast_N")),
+        FALLS,
+    ),
+    Claim(
+        "4.1-16",
+        17,
+        "With a small clearance the contact keeps changing sides.",
+        in_third(of(BACKLASH(SMALL), "side_changes")),
+        above(70, "every 10 ms: one in fifteen periods of 1500 Hz"),
+    ),
+    Claim(
+        "4.1-17", 17, "A smaller clearance is not better.", in_third(over(AT_SMALL, THIRD)), LARGER
+    ),
+    Claim(
+        "4.1-18",
+        17,
+        "A suitable clearance suppresses severe fluctuation.",
+        in_third(where(MOST, SEVERE, over(LEAST, MOST))),
+        GONE,
+    ),
+)
+
+SPECTRA = (
+    Claim(
+        "4.1-19",
+        18,
+        "The shoulder fluctuates at about 1500 Hz.",
+        in_third(of(PD, "frequency_Hz")),
+        FREQUENCY,
+    ),
+    Claim(
+        "4.1-20",
+        18,
+        "The elbow fluctuates at about 1500 Hz.",
+        in_third(of(PD, "frequency_elbow_Hz")),
+        FREQUENCY,
+    ),
+    Claim(
+        "4.1-21",
+        18,
+        "Several doubled frequencies appear as well.",
+        in_third(of(PD, "overtones")),
+        above(1.5, "several are two at least"),
+        reading="multiples of the dominant frequency whose line is four times the median around it",
+    ),
+    Claim(
+        "4.1-22",
+        18,
+        "The elbow's acceleration is much larger than the shoulder's.",
+        in_third(over(of(PD, "line_elbow"), of(PD, "line"))),
+        above(DOUBLED, "much: at least twice"),
+    ),
+    Claim(
+        "4.1-23",
+        18,
+        "The frequency drifts down as the clearance grows.",
+        in_third(rank_among(BACKLASH, "frequency_Hz", "third", EVIDENT)),
+        FALLS,
+    ),
+    Claim(
+        "4.1-24",
+        18,
+        "Above 500 µm the fluctuation is chaotic, its spectrum continuous.",
+        _at_large("line_share"),
+        below(0.2, "no line holds a fifth of the energy"),
+        reading="at b = 1000 µm; whether a smaller clearance gives lines, 4.1-29 asks",
+    ),
+    Claim(
+        "4.1-29",
+        18,
+        "Up to 500 µm it is a vibration with a frequency of its own.",
+        in_third(of(PD, "line_share")),
+        MOSTLY,
+        reading="at b = 50 µm: one line holds more than half of the energy",
+    ),
+    Claim(
+        "4.1-25",
+        18,
+        "Above 500 µm the spectrum lies at low frequencies.",
+        _at_large("low_share"),
+        MOSTLY,
+        reading="below 500 Hz, a third of 1500",
+    ),
+    Claim(
+        "4.1-26",
+        17,
+        "Neither the largest nor the smallest clearance is suitable.",
+        EDGES,
+        above(1.05, _AS_GOOD),
+    ),
+    Claim("4.1-27", 17, "About 50 µm is suitable for this arm.", DEFAULT, below(1.05, _AS_GOOD)),
+)
+
+CLAIMS = (*BEGINNING, *POSITION, *IMPACT, *FLUCTUATION, *SPECTRA)
+RETIRED = (("4-01", "says again, with the same formula, what 3.2-36 says"),)

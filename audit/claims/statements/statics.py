@@ -1,0 +1,116 @@
+"""Numbers that statements of Sections 2 to 4 rest on and that follow from the arm's data alone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from analytic.model import PhysicalModel
+from analytic.paper.model import EnergiesModel, PrintedModel
+from audit.errata import transcript
+from audit.experiments.variant import Numbers, spelled_out
+from audit.measures.stage import PaperStage, paper_stage
+from audit.statics.surroundings import free_base, neglected_torques
+from audit.statics.teeth import clearance, gearing, stiffness_wave
+from models.arm.arm import Arm
+from models.experiment.switches import switches
+from models.interface import Model
+from models.loading import load_arm, load_scenario
+
+SCENARIO = "constant-torque"  # in which equations are compared
+POSES, SEED = 20, 20150401
+EXTREME_M = 6e-3  # Section 4.1's largest clearance
+BENDS = ("0", "45", "90", "135")  # elbow angle [deg] at which joint errors are taken to the tip
+
+
+@dataclass(frozen=True)
+class Statics:
+    """Question: the ``statics`` of a built-in arm, and the flights of its free base."""
+
+    arm: str
+
+    @property
+    def inputs(self) -> str:
+        records = (load_arm(self.arm), load_scenario(SCENARIO), load_scenario("pd"))
+        return spelled_out(records, self.arm)
+
+    @property
+    def cost(self) -> float:
+        return 5.0
+
+    def answer(self) -> Numbers:
+        return {**statics(load_arm(self.arm)), **free_base(self.arm)}
+
+
+def statics(arm: Arm) -> Numbers:
+    """All numbers of an arm that follow from its data without a run."""
+    stage = paper_stage(arm)
+    return {
+        **gearing(stage),
+        **clearance(stage),
+        **stiffness_wave(stage),
+        **neglected_torques(arm, stage),
+        **_equations(arm),
+        "gyration_over_pitch": _gyration(stage),
+        "initial_values": float(len(transcript.INITIAL_VALUES)),
+        "tooth_thickness_share": EXTREME_M / (math.pi * stage.joint.module_m / 2),
+        "error_over_backlash": stage.tooth_error_m / stage.backlash_m,
+        **{f"bent_{angle}_mm": _tip_shift(arm, math.radians(float(angle))) for angle in BENDS},
+    }
+
+
+def _equations(arm: Arm) -> Numbers:
+    """Eqs. 16-22 at random states: printed against energies against true velocities."""
+    scenario = load_scenario(SCENARIO)
+    chosen = switches(phase="omega_t")
+    printed, energies, physical = (
+        model(arm, scenario, chosen) for model in (PrintedModel, EnergiesModel, PhysicalModel)
+    )
+    generator = np.random.default_rng(SEED)
+    scale = np.tile([1e-4, 1e-4, 1.0], 2)
+    states = [(scale * q, scale * v) for q, v in generator.normal(size=(POSES, 2, 6))]
+    eigenvalues = [np.linalg.eigvalsh(printed.mass_matrix(q)).min() for q, _ in states]
+    masses = [printed.mass_matrix(q) for q, _ in states]
+    return {
+        "least_eigenvalue": float(min(eigenvalues)),
+        "asymmetry": float(max(np.abs(mass - mass.T).max() for mass in masses)),
+        "mass_slip": _mass_gap(printed, energies, states),
+        "energy_gap": _mass_gap(energies, physical, states),
+        "bias_slip": _largest_gap(
+            [printed.bias(q, v) for q, v in states], [energies.bias(q, v) for q, v in states]
+        ),
+        "force_slip": _largest_gap(
+            [printed.generalized_force(0.1, q, v) for q, v in states],
+            [energies.generalized_force(0.1, q, v) for q, v in states],
+        ),
+    }
+
+
+States = list[tuple[np.ndarray, np.ndarray]]
+
+
+def _mass_gap(one: Model, other: Model, states: States) -> float:
+    return _largest_gap(
+        [one.mass_matrix(q) for q, _ in states], [other.mass_matrix(q) for q, _ in states]
+    )
+
+
+def _largest_gap(one: list[np.ndarray], other: list[np.ndarray]) -> float:
+    """Largest difference, over the largest entry of the second."""
+    return float(np.abs(np.subtract(one, other)).max() / np.abs(other).max())
+
+
+def _gyration(stage: PaperStage) -> float:
+    """Sun's radius of gyration over its pitch radius, as the reading has mass and inertia."""
+    joint = stage.joint
+    share = stage.sun_equivalent_mass_kg / joint.sun_mass_kg
+    return stage.geometry.r_s * math.sqrt(share) / (joint.module_m * joint.sun_teeth / 2)
+
+
+def _tip_shift(arm: Arm, elbow: float) -> float:
+    """Tip displacement [mm] of 0.02 rad at the shoulder and 0.01 rad at the elbow."""
+    inner, outer = (link.length_m for link in arm.links)
+    forearm = outer * np.exp(1j * elbow)
+    return float(1e3 * abs(0.02 * (inner + forearm) + 0.01 * forearm))

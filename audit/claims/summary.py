@@ -1,0 +1,103 @@
+"""What a claim's row shows: the settings of one law side by side, and what the variants say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+from audit.claims.judged import Judged
+from audit.claims.rule import Answer, Kind, State, verdict
+from audit.experiments.cells import INTEGRAL, LAWS, READINGS, Law
+
+TYPICAL_ZETAS = (0.005, 0.05)  # of the figures, where the third fluctuation shows and where not
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A claim under one law, one choice of its free parameter and the readings that agree.
+
+    answers: by damping ratio, ascending.
+    """
+
+    law: Law | None
+    readings: tuple[str, ...]
+    choice: str
+    answers: tuple[Answer, ...]
+
+    @property
+    def states(self) -> tuple[State, ...]:
+        """By damping ratio."""
+        return tuple(answer.state for answer in self.answers)
+
+    @property
+    def runs(self) -> list[tuple[State, tuple[float, ...]]]:
+        """States with the neighbouring damping ratios that say so."""
+        parts = groupby(self.answers, key=lambda answer: answer.state)
+        return [
+            (said, tuple(a.place.zeta for a in part if a.place.zeta is not None))
+            for said, part in parts
+        ]
+
+    @property
+    def typical(self) -> list[Answer]:
+        """At TYPICAL_ZETAS; the one there is, where no damping enters."""
+        return [a for a in self.answers if a.place.zeta in (None, *TYPICAL_ZETAS)]
+
+
+def strips(judged: Judged, law: Law | None) -> list[Strip]:
+    """Readings with the same states are told together, by the first one's numbers."""
+    mine = [answer for answer in judged.answers if answer.place.law == law]
+    by_states: dict[tuple[str, tuple[State, ...]], list[Strip]] = {}
+    for (choice, arm), answers in _grouped(mine, lambda a: (a.place.choice, a.place.arm)).items():
+        ordered = tuple(sorted(answers, key=lambda a: a.place.zeta or 0.0))
+        strip = Strip(law, (READINGS[arm],), choice, ordered)
+        by_states.setdefault((choice, strip.states), []).append(strip)
+    return [
+        Strip(law, tuple(s.readings[0] for s in alike), alike[0].choice, alike[0].answers)
+        for alike in by_states.values()
+    ]
+
+
+def _grouped(
+    answers: Sequence[Answer], key: Callable[[Answer], tuple[str, str]]
+) -> dict[tuple[str, str], list[Answer]]:
+    found: dict[tuple[str, str], list[Answer]] = {}
+    for answer in answers:
+        found.setdefault(key(answer), []).append(answer)
+    return found
+
+
+def laws_of(judged: Judged) -> tuple[Law | None, ...]:
+    """Those that the claim was asked under; none where it is static."""
+    return (None,) if judged.claim.static else LAWS
+
+
+@dataclass(frozen=True)
+class Varied:
+    """A claim asked of a variant of the model, beside what the model itself says there."""
+
+    name: str
+    kind: Kind
+    own: Kind
+
+    @property
+    def differs(self) -> bool:
+        """Whether the variant says something else."""
+        return self.kind != self.own
+
+
+def varied(judged: Judged, variants: Mapping[str, Judged]) -> list[Varied]:
+    """By every variant that has the claim's experiments.
+
+    The conservative law, which asks for the phase `angle`, is held against that law alone.
+    """
+    found = []
+    for name, other in variants.items():
+        if not other.answers or judged.claim.static:
+            continue
+        own = judged.answers
+        if all(answer.place.law not in LAWS for answer in other.answers):
+            own = tuple(answer for answer in own if answer.place.law == INTEGRAL)
+        found.append(Varied(name, other.verdict.kind, verdict(own, judged.claim.free).kind))
+    return found

@@ -1,0 +1,37 @@
+"""`crosscheck paper` and `crosscheck errata`: heavy imports wait until one is called."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from crosscheck.cli.app import ArmName, Jobs
+
+
+def errata(
+    arm: ArmName = "paper-labelled",
+    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+) -> None:
+    """Find the errors in the paper's equations, symbolically, and simulate their effects."""
+    from audit.page.command import errata_command
+
+    errata_command(arm, json_file)
+
+
+def paper(
+    figure: Annotated[
+        list[int] | None, typer.Option(help="A figure of the paper, 4 to 20; all chapters.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("paper-report"),
+    first_seed: Annotated[
+        int, typer.Option(help="Seed of the first start of every sample; others follow.")
+    ] = 1,
+    jobs: Jobs = None,
+) -> None:
+    """Reproduce the paper's figures and judge its claims; write paper.html and claims.json."""
+    from audit.page.command import paper_command
+
+    paper_command(figure or [], out, jobs or os.cpu_count() or 1, first_seed)

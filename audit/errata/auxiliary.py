@@ -1,0 +1,228 @@
+"""The auxiliary equations of the paper against first principles.
+
+Each function derives what should stand where something else is printed, and returns an Erratum only
+if the two differ; slips.toml has the words.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import sympy as sp
+
+from analytic.paper.backlash import dead_zone_tanh
+from analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
+from analytic.paper.mesh_phasing import ring_behind_sun, sun_lag
+from audit.errata.erratum import Erratum, Trial
+from audit.errata.formulas import tex
+from audit.errata.sides import PhysicalSide
+from audit.measures.stage import PaperStage, paper_stage, without_backlash
+from audit.statics.surroundings import virtual_work
+from audit.statics.teeth import (
+    COUNTED,
+    conversion_error,
+    ring_contact_ratio,
+    stiffness_wave,
+    sun_contact_ratio,
+)
+from models.arm.arm import Arm, Planetary
+from models.experiment.scenario import SinusoidDrive
+from models.experiment.switches import switches
+from models.loading import load_scenario
+
+TORQUE_N_M = 100.0  # Section 3.1's
+
+
+def equation_errata(arm: Arm) -> Iterator[Erratum]:
+    """Errata of Eqs. 2 to 15, 22 and of the drives, for this arm."""
+    stage = paper_stage(arm)
+    yield from sense_of_the_planets(stage)
+    yield from clearance_attracts(stage)
+    yield from fundamental_without_phase(stage)
+    yield from ring_mesh_frequency(arm)
+    yield from phase_of_a_varying_frequency(arm)
+    yield from one_phase_for_all(arm)
+    yield from force_without_clearance(arm)
+    yield from work_of_the_springs(arm)
+    yield from force_of_time(stage)
+    yield from slope_of_the_root()
+
+
+def sense_of_the_planets(stage: PaperStage) -> Iterator[Erratum]:
+    """Eqs. 2, 3 hold for one way to count theta_p, which the paper does not name."""
+    errors = [conversion_error(stage.joint, stage.geometry, how) for how in COUNTED]
+    if max(errors) > min(errors):
+        yield Erratum(
+            "eq2-sense", "equation", size=max(errors), unit="sun radii per radian of a planet"
+        )
+
+
+def clearance_attracts(stage: PaperStage) -> Iterator[Erratum]:
+    """Eq. 6 against Eq. 5, which never pulls: the deepest pull outside contact."""
+    b, sigma = stage.backlash_m, stage.tanh_sharpness_per_m
+    outside = b - np.linspace(0, 10 / sigma, 100001)
+    pull = -float(dead_zone_tanh(outside, b, sigma).min())
+    if pull > 0:
+        yield Erratum(
+            "eq6-attracts",
+            "equation",
+            size=pull * stage.mesh_stiffness_N_per_m,
+            unit="N",
+            quoted={"pull": pull * sigma},
+        )
+
+
+def fundamental_without_phase(stage: PaperStage) -> Iterator[Erratum]:
+    """Eq. 8 against the fundamental of Eq. 7 at the contact ratio of the ring mesh."""
+    error = stiffness_wave(stage)["eq8_error_of the ring mesh"]
+    if error:
+        joint = stage.joint
+        yield Erratum(
+            "eq8-no-phase",
+            "equation",
+            size=error,
+            unit="of the fundamental, rms",
+            quoted={"sun": sun_contact_ratio(joint), "ring": ring_contact_ratio(joint)},
+        )
+
+
+def ring_mesh_frequency(arm: Arm) -> Iterator[Erratum]:
+    """Eqs. 12, 13 against the rate at which teeth pass a mesh, seen from the carrier.
+
+    Rolling without slip turns the planet against the carrier (Eq. 3 with x_pr = 0), so its rate
+    relative to the carrier is theta_p' + theta_c', counted against the carrier.
+    """
+    z_p, r_p, r_cp, dtheta = sp.symbols("z_p r_p r_cp dtheta_c", positive=True)
+    printed = dtheta * z_p * (r_cp / r_p - 1)
+    derived = dtheta * z_p * (r_cp / r_p + 1)
+    joint, geometry = paper_stage(arm).joint, paper_stage(arm).geometry
+    sun = sun_mesh_rate(joint, geometry)
+    rates = {rate: ring_mesh_rate(joint, geometry, rate) for rate in ("eq13", "corrected")}
+    numbers = {z_p: joint.planet_teeth, r_p: geometry.r_p, r_cp: geometry.r_cp, dtheta: 1}
+    stated, true = (float(e.subs(numbers)) for e in (printed, derived))
+    if not np.isclose(stated, sun) and np.isclose(true, sun):
+        yield Erratum(
+            "eq13-rate",
+            "equation",
+            printed_tex=tex(printed),
+            derived_tex=tex(derived),
+            size=rates["corrected"] - rates["eq13"],
+            unit="cycles per carrier turn",
+            trial=Trial(
+                PhysicalSide(arm, switches(phase="omega_t", ring_rate="eq13")),
+                PhysicalSide(arm, switches(phase="omega_t", ring_rate="corrected")),
+            ),
+        )
+
+
+def phase_of_a_varying_frequency(arm: Arm) -> Iterator[Erratum]:
+    """Eqs. 8, 14: the sine's argument must advance at the meshing frequency."""
+    t = sp.Symbol("t", positive=True)
+    omega = sp.Function("omega_e")(t)
+    excess = sp.simplify(sp.diff(omega * t, t) - omega)
+    if excess != 0:
+        yield Erratum(
+            "eq8-eq14-phase",
+            "equation",
+            printed_tex=r"\sin(\omega_e t)",
+            derived_tex=r"\sin\left(\int_0^t \omega_e \, dt\right)",
+            unit="rad/s",
+            trial=Trial(
+                PhysicalSide(arm, switches(phase="omega_t", ring_rate="corrected")),
+                PhysicalSide(arm, switches(phase="angle", ring_rate="corrected")),
+            ),
+        )
+
+
+def one_phase_for_all(arm: Arm) -> Iterator[Erratum]:
+    """Eqs. 8, 14 have no phase, Fig. 5 a gamma: what the numbers of teeth say of it."""
+    joint = paper_stage(arm).joint
+    between_planets = max(sun_lag(joint, planet) % 1.0 for planet in range(joint.planet_count))
+    behind = ring_behind_sun(joint)
+    if between_planets or behind:
+        yield Erratum(
+            "eq8-eq14-one-phase",
+            "equation",
+            size=behind,
+            unit="cycles between sun and ring mesh",
+            quoted={"between_planets": between_planets},
+            trial=Trial(
+                PhysicalSide(arm, switches()), PhysicalSide(_ring_behind(arm, behind), switches())
+            ),
+        )
+
+
+def _ring_behind(arm: Arm, cycles: float) -> Arm:
+    """The arm whose ring meshes lag by so much."""
+    joints = [
+        _lagging(joint, cycles) if isinstance(joint, Planetary) else joint for joint in arm.joints
+    ]
+    return arm.model_copy(update={"joints": tuple(joints)})
+
+
+def _lagging(joint: Planetary, cycles: float) -> Planetary:
+    mesh = joint.ring_mesh.model_copy(update={"phase_rad": 2 * math.pi * cycles})
+    return joint.model_copy(update={"ring_mesh": mesh})
+
+
+def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
+    """Eq. 15 against Eq. 4: inside the clearance there is no contact, hence no force."""
+    stage = paper_stage(arm)
+    force_at_edge = stage.mesh_stiffness_N_per_m * stage.backlash_m
+    if force_at_edge > 0:
+        yield Erratum(
+            "eq15-clearance",
+            "equation",
+            printed_tex=r"F = k \, (x - e)",
+            derived_tex=r"F = k \, f_k(x - e, b)",
+            size=force_at_edge,
+            unit="N",
+            trial=Trial(
+                PhysicalSide(without_backlash(arm), switches()), PhysicalSide(arm, switches())
+            ),
+        )
+
+
+def work_of_the_springs(arm: Arm) -> Iterator[Erratum]:
+    """Springs whose k and e vary with theta push theta as well: rows 3 and 6 of Eq. 22 lack it."""
+    torque = virtual_work(paper_stage(arm), TORQUE_N_M)
+    if torque > 0:
+        yield Erratum(
+            "eq22-virtual-work",
+            "equation",
+            size=torque,
+            unit="N m under 100 N m",
+            relative=torque / TORQUE_N_M,
+            trial=Trial(
+                PhysicalSide(arm, switches()), PhysicalSide(arm, switches(mesh_work="conservative"))
+            ),
+        )
+
+
+def force_of_time(stage: PaperStage) -> Iterator[Erratum]:
+    """Eq. 21's F(q, q') at one q and q': how far its mesh force swings with time, by e alone."""
+    swing = 2 * stage.mesh_stiffness_N_per_m * stage.tooth_error_m
+    if swing > 0:
+        yield Erratum("eq21-time", "equation", size=swing, unit="N at one q and q'")
+
+
+def slope_of_the_root() -> Iterator[Erratum]:
+    """sin(20 pi sqrt(t)) at 0: what RK4's quadrature, Simpson's, misses of its first step."""
+    scenario = load_scenario("back-and-forth")
+    drive = scenario.drive
+    assert isinstance(drive, SinusoidDrive)
+    t, rate = sp.symbols("t rate", positive=True)
+    if sp.limit(sp.diff(sp.sin(rate * sp.sqrt(t)), t), t, 0, "+") == sp.oo:
+        at_half, at_end = math.sqrt(0.5), 1.0
+        missed = 1 - (4 * at_half + at_end) / 6 / (2 / 3)
+        turn = float(np.max(drive.rate_rad_per_s)) * math.sqrt(scenario.step_s)
+        first = float(np.max(drive.amplitude_N_m)) * math.sin(turn)
+        yield Erratum(
+            "drive-root",
+            "equation",
+            size=missed,
+            unit="of the first step's impulse",
+            quoted={"torque": first, "step_us": 1e6 * scenario.step_s},
+        )

@@ -1,0 +1,96 @@
+"""Two symbolic forms, entry by entry: what one says and the other does not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import sympy as sp
+
+from analytic.derivation.forms import Form
+from analytic.derivation.symbols import stage_symbols
+
+Matrix = Literal["mass_matrix", "bias", "force"]  # of a Form
+
+
+@dataclass(frozen=True)
+class EntryDifference:
+    """Entries of one matrix of a form that differ from the derived ones in the same way.
+
+    entries: row and column counted from 0;
+    printed, derived: the terms that only one side has.
+    """
+
+    matrix: Matrix
+    entries: tuple[tuple[int, int], ...]
+    printed: sp.Expr
+    derived: sp.Expr
+
+    @property
+    def where(self) -> str:
+        """In the paper's notation, counted from 1."""
+        if self.matrix == "mass_matrix":
+            names = [f"M_{row + 1}{column + 1}" for row, column in self.entries]
+            return f"Eq. 21, {' = '.join(names)}"
+        row = self.entries[0][0] + 1
+        return f"Eq. 21, row {row} of C q'" if self.matrix == "bias" else f"Eq. 22, F_{row}"
+
+
+def same(one: sp.Expr, other: sp.Expr) -> bool:
+    """Whether two entries are equal given the geometry of a planetary stage."""
+    return _reduced(one - other) == 0
+
+
+def _reduced(expression: sp.Expr) -> sp.Expr:
+    """Three planets, r_cp = r_s + r_p and n = 2 r_cp / r_s put in."""
+    geometry: dict[sp.Symbol, sp.Expr] = {}
+    for joint in (1, 2):
+        stage = stage_symbols(joint)
+        geometry[stage.N] = sp.Integer(3)
+        geometry[stage.n] = 2 * stage.r_cp / stage.r_s
+        geometry[stage.r_p] = stage.r_cp - stage.r_s
+    return sp.expand(sp.expand(expression).subs(geometry))
+
+
+def differences(printed: Form, derived: Form) -> list[EntryDifference]:
+    """Every entry in which the printed form differs from the derived one.
+
+    M and F are compared entry by entry; C is not unique, so the force C q' is compared by rows.
+    M_ij and M_ji are one difference if they differ in the same way.
+    """
+    found = [d for matrix in get_args(Matrix) for d in _in(matrix, printed, derived)]
+    return list(_mirrored_together(found))
+
+
+def _in(matrix: Matrix, printed: Form, derived: Form) -> Iterator[EntryDifference]:
+    ours, theirs = getattr(printed, matrix), getattr(derived, matrix)
+    for row in range(ours.rows):
+        for column in range(ours.cols):
+            one, other = ours[row, column], theirs[row, column]
+            if not same(one, other):
+                yield EntryDifference(matrix, ((row, column),), *_own_terms(one, other))
+
+
+def _own_terms(one: sp.Expr, other: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+    left, right = (set(sp.Add.make_args(sp.expand(side))) for side in (one, other))
+    return sp.Add(*(left - right)), sp.Add(*(right - left))
+
+
+def _mirrored_together(found: list[EntryDifference]) -> Iterator[EntryDifference]:
+    """M_ij with M_ji, where both differ alike."""
+    for difference in found:
+        row, column = difference.entries[0]
+        mirror = replace(difference, entries=((column, row),))
+        if row == column or mirror not in found or difference.matrix != "mass_matrix":
+            yield difference
+        elif row < column:
+            yield replace(difference, entries=((row, column), (column, row)))
+
+
+def corrected(printed: Form, derived: Form, difference: EntryDifference) -> Form:
+    """The printed form with this one difference put right."""
+    matrix = sp.Matrix(getattr(printed, difference.matrix))
+    for row, column in difference.entries:
+        matrix[row, column] = getattr(derived, difference.matrix)[row, column]
+    return replace(printed, **{difference.matrix: sp.ImmutableMatrix(matrix)})

@@ -1,0 +1,109 @@
+"""The paper's kinetic energies against those of the bodies that they stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from analytic.derivation.bodies import Body, carried_bodies, link_bodies, spinning_bodies
+from analytic.derivation.forms import mass_matrix
+from analytic.derivation.lagrange import mass_terms
+from analytic.derivation.stage import Stage
+from analytic.derivation.symbols import geared_variables, m_payload, stage_symbols, symbolic_chain
+from analytic.paper.energies import JOINTS, kinetic_energies, without_sine_squares
+from audit.errata.compare import same
+
+CHAIN = symbolic_chain([True] * JOINTS)  # the paper's arm
+
+
+@dataclass(frozen=True)
+class EnergyDifference:
+    """A kinetic energy that the paper gives and what its bodies have.
+
+    missing: derived minus printed energy [J], in the rates of the paper's coordinates; body: the
+    body concerned.
+    """
+
+    where: str
+    body: str
+    printed: sp.Expr
+    derived: sp.Expr
+
+    @property
+    def missing(self) -> sp.Expr:
+        """What the paper leaves out [J]."""
+        return sp.expand(self.derived - self.printed)
+
+
+def true_energies() -> dict[str, dict[str, sp.Expr]]:
+    """Per equation of the paper, the kinetic energy [J] of each body that it covers.
+
+    Eq. 17 carries the elbow joint's masses along with link 1, Eq. 18 turns them.
+    """
+    shoulder, elbow = (
+        [*carried_bodies(CHAIN, joint), *spinning_bodies(CHAIN, joint)] for joint in (1, 2)
+    )
+    return {
+        "Eq. 16": _energies(shoulder),
+        "Eq. 17": _energies([*link_bodies(CHAIN, 1), *map(_moving_only, elbow)]),
+        "Eq. 18": _energies([_turning_only(body) for body in elbow]),
+        "Eq. 19": _energies(link_bodies(CHAIN, 2)),
+    }
+
+
+def differences() -> Iterator[EnergyDifference]:
+    """Every body whose share of an energy is not in the paper's expression for it.
+
+    A printed term belongs to the body whose inertia parameter it holds; what belongs to none is
+    reported as a body that does not exist.
+    """
+    for where, printed in kinetic_energies().items():
+        unclaimed = set(sp.Add.make_args(without_sine_squares(printed)))
+        for body, derived in true_energies()[where].items():
+            own = {term for term in unclaimed if _belongs(term, derived)}
+            unclaimed -= own
+            stated = sp.Add(*own)
+            if not same(stated, derived):
+                yield EnergyDifference(where, body, stated, derived)
+        if unclaimed:
+            yield EnergyDifference(where, "no body", sp.Add(*unclaimed), sp.S.Zero)
+
+
+def _belongs(term: sp.Expr, energy: sp.Expr) -> bool:
+    """Whether a term holds inertia parameters, and only such as this energy holds."""
+    own = _parameters(term)
+    return bool(own) and own <= _parameters(energy)
+
+
+def _parameters(expression: sp.Expr) -> frozenset[sp.Symbol]:
+    inertial = {symbol for joint in (1, 2) for symbol in _inertial(stage_symbols(joint))}
+    return frozenset(expression.free_symbols & (inertial | {m_payload}))
+
+
+def _inertial(stage: Stage) -> set[sp.Symbol]:
+    """Masses and inertias of a stage and its link."""
+    equivalent, link = {stage.M_s, stage.M_p, stage.M_c}, {stage.m, stage.I_l}
+    return equivalent | link | {stage.m_s, stage.m_p, stage.m_c, stage.m_r, stage.J_r}
+
+
+def _energies(bodies: list[Body]) -> dict[str, sp.Expr]:
+    """Kinetic energy [J] of each body that has any."""
+    variables = geared_variables(JOINTS)
+    rates = sp.Matrix(variables.v)
+    shares: dict[str, sp.Expr] = {}
+    for body in bodies:
+        mass = sp.Matrix(mass_matrix(mass_terms([body], CHAIN.angles[1:]), variables.q))
+        energy = sp.expand((rates.T * mass * rates)[0] / 2)
+        if energy != 0:
+            shares[body.name] = shares.get(body.name, sp.S.Zero) + energy
+    return shares
+
+
+def _moving_only(body: Body) -> Body:
+    return replace(body, inertia=sp.S.Zero)
+
+
+def _turning_only(body: Body) -> Body:
+    return replace(body, mass=sp.S.Zero, centre=())

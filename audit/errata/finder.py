@@ -1,0 +1,198 @@
+"""The errata finder: what the paper prints against its own premises and first principles."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache
+
+import sympy as sp
+
+from analytic.derivation.forms import Form, christoffel_bias
+from analytic.derivation.symbols import geared_variables, parameter_values, stage_symbols
+from analytic.paper.energies import JOINTS, energies_form
+from analytic.paper.model import PrintedModel
+from analytic.paper.printed import printed_form
+from audit.errata import compare, energy
+from audit.errata.auxiliary import equation_errata
+from audit.errata.erratum import (
+    Erratum,
+    Slip,
+    Trial,
+    effect_of,
+    simulated,
+    tried,
+)
+from audit.errata.formulas import tex
+from audit.errata.sides import FormSide
+from audit.errata.statements import statement_errata
+from models.arm.arm import Arm
+from models.arm.layout import layout_of
+from models.experiment.scenario import Scenario
+from models.loading import load_arm, load_scenario
+
+SCHEMA_VERSION = 2
+Values = dict[sp.Symbol, Fraction]  # of a form's parameters
+LAYOUT = layout_of([True] * JOINTS)  # of Eq. 20
+EFFECT_S = 0.5
+
+
+@dataclass(frozen=True)
+class Errata:
+    """Question: the errata of a built-in arm, their effects simulated for so long."""
+
+    arm: str
+    duration_s: float
+
+    @property
+    def inputs(self) -> str:
+        return "\n".join([repr(self), load_arm(self.arm).model_dump_json()])
+
+    @property
+    def cost(self) -> float:
+        return 10 + 10 * self.duration_s
+
+    def answer(self) -> list[Slip]:
+        return errata_records(load_arm(self.arm), lambda where: None, self.duration_s)
+
+
+def find_errata(
+    arm: Arm, printed: Form | None = None, derived: Form | None = None
+) -> list[Erratum]:
+    """Every slip, entries of Eqs. 21-22 first.
+
+    Another pair of forms can be given in place of the paper's own. Raises InputError for an arm
+    that the paper's equations do not cover.
+    """
+    PrintedModel(arm, load_scenario("pd"))  # refuses arms other than the paper's kind
+    given = printed or printed_form()
+    entries = entry_errata(arm, given, derived or energies_form())
+    return [*entries, *energy_errata(arm), *equation_errata(arm), *statement_errata(arm)]
+
+
+def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
+    """Entries of M and F, and rows of C q', that do not follow from the energies."""
+    values = parameter_values(arm)
+    for difference in compare.differences(printed, derived):
+        size, relative = _size(difference, derived, values)
+        right = compare.corrected(printed, derived, difference)
+        yield Erratum(
+            id=_slug(difference.where),
+            where=difference.where,
+            kind="entry",
+            printed=f"... {difference.printed}",
+            derived=f"... {difference.derived}",
+            printed_tex=tex(difference.printed),
+            derived_tex=tex(difference.derived),
+            size=size,
+            unit=_unit(difference),
+            relative=relative,
+            trial=Trial(FormSide(arm, printed), FormSide(arm, right)),
+        )
+
+
+def _slug(where: str) -> str:
+    """A name of letters, digits and hyphens: Eq. 21, M_34 = M_43 as eq21-m-34-m-43."""
+    return "-".join(re.findall(r"[a-z]+|[0-9]+", where.lower())).replace("eq-", "eq", 1)
+
+
+def _size(
+    difference: compare.EntryDifference, derived: Form, values: Values
+) -> tuple[float | None, float | None]:
+    """Derived minus printed at theta = 0 and unit rates, forces and torques; and over the entry."""
+    at_zero = values | dict.fromkeys(derived.q, Fraction(0))
+    row, column = difference.entries[0]
+    whole = _number(getattr(derived, difference.matrix)[row, column], at_zero)
+    size = _number(difference.derived - difference.printed, at_zero)
+    return size, size / abs(whole) if whole else None
+
+
+def _unit(difference: compare.EntryDifference) -> str:
+    """By whether rows and columns are displacements [m] or angles."""
+    row, column = difference.entries[0]
+    if difference.matrix == "mass_matrix":
+        return ("kg", "kg m", "kg m^2")[int(LAYOUT.angular[[row, column]].sum())]
+    return ("N", "N m")[int(LAYOUT.angular[row])]
+
+
+def _number(expression: sp.Expr, values: Values) -> float:
+    known = expression.subs(values)
+    return float(known.subs(dict.fromkeys(known.free_symbols, 1.0)))
+
+
+def energy_errata(arm: Arm) -> Iterator[Erratum]:
+    """Bodies whose kinetic energy Eqs. 16-19 do not state."""
+    values = parameter_values(arm)
+    for difference in energy.differences():
+        stated = _thin_ring_if_unknown(values, difference.missing)
+        size, relative = _energy_size(difference.missing, stated)
+        where = f"{difference.where}, {difference.body}"
+        yield Erratum(
+            id=_slug(where),
+            where=where,
+            kind="energy",
+            printed=str(sp.factor(difference.printed)),
+            derived=str(sp.factor(difference.derived)),
+            printed_tex=tex(sp.factor(difference.printed)),
+            derived_tex=tex(sp.factor(difference.derived)),
+            size=size,
+            unit="kg m^2 in M_33",
+            relative=relative,
+            trial=Trial(
+                FormSide(arm, energies_form()),
+                FormSide(arm, _with_energy(difference.missing.subs(stated))),
+            ),
+        )
+
+
+def _thin_ring_if_unknown(values: Values, missing: sp.Expr) -> Values:
+    """Table I gives no ring inertia: where it matters, a thin ring at its base radius."""
+    guessed = dict(values)
+    for joint in range(1, JOINTS + 1):
+        stage = stage_symbols(joint)
+        if stage.J_r in missing.free_symbols and values[stage.J_r] == 0:
+            radius = values[stage.r_s] + 2 * values[stage.r_p]
+            guessed[stage.J_r] = values[stage.m_r] * radius**2
+    return guessed
+
+
+def _energy_size(missing: sp.Expr, values: Values) -> tuple[float | None, float | None]:
+    """Share of M_33 [kg m^2] that is missing, and over M_33 with the arm stretched."""
+    shoulder, elbow = LAYOUT.theta
+    variables = geared_variables(JOINTS)
+    share = _number(sp.diff(missing, variables.v[shoulder], 2), values)
+    entry = energies_form().mass_matrix[shoulder, shoulder]
+    whole = _number(entry.subs(variables.q[elbow], 0), values)
+    return share, share / whole
+
+
+def _with_energy(missing: sp.Expr) -> Form:
+    """The energies form with this kinetic energy [J] added."""
+    form = energies_form()
+    mass = sp.Matrix(form.mass_matrix) + sp.hessian(missing, form.v)
+    mass = sp.ImmutableMatrix(mass.applyfunc(sp.expand))
+    return replace(form, mass_matrix=mass, bias=christoffel_bias(mass, form.q, form.v))
+
+
+def errata_records(
+    arm: Arm, told: Callable[[str], None], duration_s: float = EFFECT_S
+) -> list[Slip]:
+    """All errata with their simulated effects; ``told`` hears of each trial."""
+    slips, run = [], cache(simulated)
+    for erratum in find_errata(arm):
+        told(erratum.id)
+        effects = {
+            scenario.name: effect_of(erratum.trial, scenario, run)
+            for scenario in effect_scenarios(duration_s)
+            if erratum.trial is not None
+        }
+        slips.append(tried(erratum, effects))
+    return slips
+
+
+def effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:
+    """Constant torque, which stays on one flank, and PD, which in half a second does not."""
+    names = ("constant-torque", "pd")
+    return [load_scenario(name).model_copy(update={"duration_s": duration_s}) for name in names]

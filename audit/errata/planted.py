@@ -1,0 +1,93 @@
+"""Slips planted into the equations: what an agreement with another model can show of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import get_args
+
+import sympy as sp
+import xarray as xr
+
+from analytic.derivation.forms import Form
+from analytic.paper.energies import energies_form
+from audit.errata.compare import Matrix
+from audit.errata.erratum import simulated
+from audit.errata.sides import FormSide
+from audit.experiments.variant import spelled_out
+from crosscheck.checks.trajectories import largest_difference
+from models.errors import Diverged
+from models.loading import load_arm, load_scenario
+
+SCENARIO = "constant-torque"  # the run by which Section 3.1 calls the equations validated
+AGREEMENT_RAD = 0.01  # the closer of the two deviations that it calls slight
+Place = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Plant:
+    """An entry of the matrices of Eqs. 21-22, counted from 0, that is left out with its mirror.
+
+    theta_rad: the largest change of a joint angle over the run; None if nothing can be run.
+    """
+
+    matrix: Matrix
+    entry: Place
+    theta_rad: float | None
+
+
+@dataclass(frozen=True)
+class Planted:
+    """Question: every entry of the form that Eqs. 16-19 give, left out by itself."""
+
+    arm: str
+
+    @property
+    def inputs(self) -> str:
+        records = (load_arm(self.arm), load_scenario(SCENARIO))
+        return spelled_out(records, repr(self))
+
+    @property
+    def cost(self) -> float:
+        return 15.0
+
+    def answer(self) -> list[Plant]:
+        clean = energies_form()
+        right = self._run(clean)
+        return [
+            Plant(matrix, entry, self._effect(right, without(clean, matrix, entry)))
+            for matrix, entry in entries(clean)
+        ]
+
+    def _run(self, form: Form) -> xr.Dataset:
+        return simulated(FormSide(load_arm(self.arm), form), load_scenario(SCENARIO))
+
+    def _effect(self, right: xr.Dataset, slipped: Form) -> float | None:
+        try:
+            return largest_difference(right, self._run(slipped), "theta")
+        except (Diverged, ZeroDivisionError):  # an M that cannot be inverted any more
+            return None
+
+
+def shown(plants: Sequence[Plant]) -> float:
+    """Share of the slips that change an angle by more than AGREEMENT_RAD, or leave no run."""
+    seen = [plant.theta_rad is None or plant.theta_rad > AGREEMENT_RAD for plant in plants]
+    return sum(seen) / len(seen)
+
+
+def entries(form: Form) -> Iterator[tuple[Matrix, Place]]:
+    """What is not zero: the upper half of M, the rows of C q' and of F."""
+    for matrix in get_args(Matrix):
+        values = getattr(form, matrix)
+        for row in range(values.rows):
+            for column in range(row if values.cols > 1 else 0, values.cols):
+                if values[row, column] != 0:
+                    yield matrix, (row, column)
+
+
+def without(form: Form, matrix: Matrix, entry: Place) -> Form:
+    """The form without an entry, in M without its mirror either."""
+    changed = sp.Matrix(getattr(form, matrix))
+    for place in {entry, entry[::-1]} if changed.is_square else {entry}:
+        changed[place] = sp.S.Zero
+    return replace(form, **{matrix: sp.ImmutableMatrix(changed)})

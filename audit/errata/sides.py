@@ -1,0 +1,37 @@
+"""The two sides of a trial: models of any scenario that know what they are made of.
+
+Equal sides make equal models, so a run that several trials need is made once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from analytic.derivation.forms import Form
+from analytic.model import PhysicalModel
+from analytic.paper.model import FormModel
+from models.arm.arm import Arm
+from models.experiment.scenario import Scenario
+from models.experiment.switches import Switches
+
+
+@dataclass(frozen=True)
+class PhysicalSide:
+    """The physical model."""
+
+    arm: Arm
+    chosen: Switches
+
+    def __call__(self, scenario: Scenario) -> PhysicalModel:
+        return PhysicalModel(self.arm, scenario, self.chosen)
+
+
+@dataclass(frozen=True)
+class FormSide:
+    """A form of the paper's equations, in symbols."""
+
+    arm: Arm
+    form: Form
+
+    def __call__(self, scenario: Scenario) -> FormModel:
+        return FormModel(self.arm, scenario, None, self.form)

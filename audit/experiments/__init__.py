@@ -1,0 +1,1 @@
+"""The paper's experiments, each run from many starts and kept."""

@@ -1,0 +1,88 @@
+"""Between which values the runs from many starts lie, for drawings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from analytic.model import PhysicalModel
+from audit.experiments.starts import AT_ONCE
+from audit.experiments.variant import Variant, spelled_out
+from audit.measures.course import Course, courses
+from crosscheck.envelope import envelope
+from crosscheck.registry import entry_of
+from crosscheck.studies.members.starts import perturbed
+from models.errors import Diverged
+
+SHOULDER = ("theta_ddot", "torque", "x_sp", "F_sp")
+
+
+class Band(NamedTuple):
+    """Lowest and highest value of all starts in every bin, each (bins,)."""
+
+    low: list[float]
+    high: list[float]
+
+
+class Between(NamedTuple):
+    """time (bins,) [s]; by the quantity's name in a Course, of the shoulder; starts: how many.
+
+    Starts that diverged are not among them.
+    """
+
+    time: list[float]
+    bands: dict[str, Band]
+    starts: int
+
+
+@dataclass(frozen=True)
+class Bands:
+    """A Question: runs of `analytic:physical` from these starts, so many bins over all of each."""
+
+    variant: Variant
+    seeds: tuple[int, ...]
+    bins: int
+
+    @property
+    def inputs(self) -> str:
+        return spelled_out(self.variant.case(), self.variant.model, repr((self.seeds, self.bins)))
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds."""
+        steps, entry = self.variant.case().scenario.steps, entry_of(self.variant.model)
+        return len(self.seeds) * steps * entry.call_s / entry.abreast
+
+    def answer(self) -> Between:
+        found = [self._of(run) for run in self._runs() if not isinstance(run, Diverged)]
+        if not found:
+            return Between([], {name: Band([], []) for name in SHOULDER}, 0)
+        bands = {name: _around([one[name] for one in found]) for name in SHOULDER}
+        return Between(found[0]["time"][0].tolist(), bands, len(found))
+
+    def _runs(self) -> Iterator[Course | Diverged]:
+        case = self.variant.case()
+        models = [PhysicalModel(*perturbed(case, seed)) for seed in self.seeds]
+        for first in range(0, len(models), AT_ONCE):
+            yield from courses(models[first : first + AT_ONCE])
+
+    def _of(self, run: Course) -> dict[str, np.ndarray]:
+        """By quantity (2, bins): lowest and highest values of a run; of the time the middles."""
+        binned = {n: envelope(run.time, shoulder(run, n), self.bins) for n in SHOULDER}
+        times = {"time": np.array([binned["torque"][0]])}
+        return times | {name: np.array(found[1:]) for name, found in binned.items()}
+
+
+def _around(found: Sequence[np.ndarray]) -> Band:
+    """Of all starts, each (2, bins)."""
+    low, high = np.array(found).transpose(1, 0, 2)
+    return Band(low.min(axis=0).tolist(), high.max(axis=0).tolist())
+
+
+def shoulder(run: Course, name: str) -> np.ndarray:
+    """A quantity of the shoulder, (times,)."""
+    values = getattr(run, name)
+    return values[:, 0] if values.ndim > 1 else values

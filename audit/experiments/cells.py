@@ -1,0 +1,69 @@
+"""What the paper leaves open, as one setting: phase law, reading of Table I, damping, planets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+from audit.experiments.variant import Planets, Variant
+
+LABELLED, SWAPPED = "paper-labelled", "paper-swapped"
+READINGS = {LABELLED: "labelled", SWAPPED: "swapped"}
+
+
+class Law(NamedTuple):
+    """How a mesh's phase follows the motion, at which rate the ring's; whether springs push theta.
+
+    See models.experiment.switches.
+    """
+
+    phase: Literal["omega_t", "angle"]
+    ring_rate: Literal["eq13", "corrected"]
+    mesh_work: Literal["paper", "conservative"] = "paper"
+
+    @property
+    def id(self) -> str:
+        """Names the law in claims.json."""
+        work = "" if self.mesh_work == "paper" else f"/{self.mesh_work}"
+        return f"{self.phase}/{self.ring_rate}{work}"
+
+
+# As the paper has it; its ring rate repaired; its clock repaired as well.
+PRINTED, REPAIRED_RATE, INTEGRAL = LAWS = (
+    Law("omega_t", "eq13"),
+    Law("omega_t", "corrected"),
+    Law("angle", "corrected"),
+)
+CONSERVATIVE = Law("angle", "corrected", "conservative")
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One setting. arm: a reading of Table I; zeta: damping ratio of all meshes."""
+
+    law: Law
+    zeta: float
+    arm: str = LABELLED
+    planets: Planets = "free"
+
+    @property
+    def reading(self) -> str:
+        """Of Table I, in a word."""
+        return READINGS[self.arm]
+
+    @property
+    def id(self) -> str:
+        """Names the cell in claims.json."""
+        return f"{self.law.id}/{self.arm}/{self.planets}/{self.zeta:g}"
+
+    def variant(self, scenario: str = "pd") -> Variant:
+        """The experiment of a scenario in this setting."""
+        return Variant(
+            scenario,
+            arm=self.arm,
+            phase=self.law.phase,
+            ring_rate=self.law.ring_rate,
+            mesh_work=self.law.mesh_work,
+            zeta=self.zeta,
+            planets=self.planets,
+        )

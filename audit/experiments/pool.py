@@ -1,0 +1,57 @@
+"""The experiments of all settings, each from many starts: numbers for claims, figures and fits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from audit.experiments.cells import Cell
+from audit.experiments.experiments import Source, question
+from audit.experiments.scale import Scale
+from audit.experiments.starts import Measured
+from audit.experiments.study import Study
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What the starts of an experiment measured.
+
+    numbers: name -> (starts,), nan where undefined; diverged (starts,): whether the run did.
+    """
+
+    numbers: Mapping[str, np.ndarray]
+    diverged: np.ndarray
+
+    @classmethod
+    def of(cls, measured: Measured) -> Sample:
+        """Undefined numbers as nan."""
+        numbers = {name: _floats(values) for name, values in measured.numbers.items()}
+        return cls(numbers, np.isfinite(_floats(measured.diverged_s)))
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Raises KeyError for a number that the experiment does not measure."""
+        if self.diverged.all():
+            return np.full(self.diverged.shape, math.nan)
+        return self.numbers[name]
+
+
+def _floats(values: Iterable[float | None]) -> np.ndarray:
+    return np.array([math.nan if value is None else value for value in values])
+
+
+Wanted = tuple[Cell, Source]
+
+
+def samples(
+    study: Study, scale: Scale, wanted: Iterable[Wanted], what: str
+) -> dict[Wanted, Sample]:
+    """Every experiment in its setting from the scale's starts; those kept already are read."""
+    # Laws in turns, so that two processes seldom compile one kernel at a time.
+    unlike = sorted(dict.fromkeys(wanted), key=lambda pair: (pair[0].zeta, str(pair[1])))
+    asked = [question(source, cell, scale.seeds) for cell, source in unlike]
+    cut = [replace(one, variant=scale.cut(one.variant)) for one in asked]
+    found = study.answers(cut, what)
+    return {pair: Sample.of(one) for pair, one in zip(unlike, found, strict=True)}

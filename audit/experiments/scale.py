@@ -1,0 +1,47 @@
+"""How much of the paper's study is run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from audit.experiments.variant import Variant
+
+STARTS, QUICK_STARTS = 32, 8
+
+
+@dataclass(frozen=True)
+class Scale:
+    """quick: fewer settings of everything; longest_s: no simulation of the meshes is longer.
+
+    What a run is then too short for is undefined, in words and records. most_starts: of a sample;
+    first_seed: of every sample's starts, whose seeds follow one another.
+    """
+
+    quick: bool = False
+    longest_s: float = math.inf
+    most_starts: int = STARTS
+    first_seed: int = 1
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """Of a sample's starts."""
+        return tuple(range(self.first_seed, self.first_seed + self.most_starts))
+
+    def seconds(self, wanted_s: float) -> float:
+        """A duration, cut."""
+        return min(wanted_s, self.longest_s)
+
+    def starts(self, wanted: int) -> int:
+        """A number of starts, cut."""
+        return min(wanted, self.most_starts)
+
+    def cut(self, variant: Variant) -> Variant:
+        """The variant, its run no longer."""
+        if math.isinf(self.longest_s):
+            return variant
+        own_s = variant.case().scenario.duration_s
+        return replace(variant, duration_s=self.seconds(own_s))
+
+
+FULL, QUICK = Scale(), Scale(quick=True, most_starts=QUICK_STARTS)

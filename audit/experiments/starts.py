@@ -1,0 +1,164 @@
+"""One experiment in one setting from many starts: what each of its runs measures.
+
+The starts differ by next to nothing. What a run does that hangs on that is told by none of them
+alone.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import NamedTuple
+
+from analytic.model import AnalyticModel
+from audit.experiments.pd import transient, whole
+from audit.experiments.torque import back_and_forth, constant_torque
+from audit.experiments.variant import Numbers, Variant, spelled_out
+from audit.measures.course import Course, course_of, courses
+from audit.measures.rigid import COUPLED, rigid_arm, without_gears
+from crosscheck.registry import RIGID_LEVELS, build, entry_of
+from crosscheck.studies.members.starts import perturbed
+from models.errors import Diverged
+from models.interface import Model
+from models.loading import Case
+
+AT_ONCE = 16  # runs in memory: about 100 MB
+OWN_SHIFT_RAD = 1e-6  # small enough to stay in proportion for 2 s
+RECORDED_S = 5e-5  # 13 samples of a period at 1.5 kHz, 4 at the highest mesh mode
+
+
+class Measured(NamedTuple):
+    """Numbers of every start by name, None for what is undefined; when a start's run diverged [s].
+
+    A start that diverged has no numbers: all are None.
+    """
+
+    numbers: dict[str, list[float | None]]
+    diverged_s: list[float | None]
+
+
+@dataclass(frozen=True)
+class Starts(ABC):
+    """A Question: the variant from starts perturbed by these seeds."""
+
+    variant: Variant
+    seeds: tuple[int, ...]
+
+    @property
+    def inputs(self) -> str:
+        return spelled_out(self.variant.case(), self.variant.model, repr(self.seeds))
+
+    @property
+    def run_by(self) -> tuple[str, ...]:
+        """That of the runs, and the rigid arms beside them."""
+        return (self.variant.model, *(rigid.model for rigid in self.beside()))
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds, measures included."""
+        steps, entry = self.variant.case().scenario.steps, entry_of(self.variant.model)
+        return len(self.seeds) * steps * entry.call_s / entry.abreast
+
+    def answer(self) -> Measured:
+        beside: tuple[Course, ...] | None = None
+        found: list[Numbers] = []
+        diverged: list[float | None] = []
+        for run in self._runs():
+            if isinstance(run, Diverged):
+                found.append({})
+                diverged.append(run.time_s)
+                continue
+            if beside is None:
+                beside = tuple(rigid.at(run.time) for rigid in map(_rigid, self.beside()))
+            found.append(self.numbers(run, beside))
+            diverged.append(None)
+        names = dict.fromkeys(name for numbers in found for name in numbers)
+        return Measured({name: [n.get(name) for n in found] for name in names}, diverged)
+
+    def case(self) -> Case:
+        """What is run, before it is perturbed."""
+        return self.variant.case()
+
+    def _runs(self) -> Iterator[Course | Diverged]:
+        case = self.case()
+        models = [build(self.variant.model, *perturbed(case, seed)) for seed in self.seeds]
+        for first in range(0, len(models), AT_ONCE):
+            yield from _side_by_side(models[first : first + AT_ONCE])
+
+    @abstractmethod
+    def beside(self) -> tuple[Variant, ...]:
+        """The rigid arms that its runs are held against."""
+
+    @abstractmethod
+    def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
+        """What is measured."""
+
+
+class WholePd(Starts):
+    """All 3 s of the PD run, see ``whole``."""
+
+    def beside(self) -> tuple[Variant, ...]:
+        return (rigid_arm(self.variant, COUPLED),)
+
+    def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
+        return whole(run, *rigid)
+
+
+class TransientPd(Starts):
+    """The PD run as long as its variant has it, see ``transient``."""
+
+    def beside(self) -> tuple[Variant, ...]:
+        return (rigid_arm(self.variant, COUPLED),)
+
+    def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
+        return transient(run, *rigid)
+
+
+class ConstantTorque(Starts):
+    """See ``constant_torque``."""
+
+    def beside(self) -> tuple[Variant, ...]:
+        return tuple(rigid_arm(self.variant, level) for level in RIGID_LEVELS)
+
+    def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
+        return constant_torque(run, *rigid)
+
+
+class BackAndForth(Starts):
+    """See ``back_and_forth``.
+
+    The rigid arm runs at the geared one's step: its torque's infinite slope at t = 0 then costs
+    both the same and drops out.
+    """
+
+    def beside(self) -> tuple[Variant, ...]:
+        rigid = without_gears(self.variant)
+        shift = f"scenario.start.theta_rad={OWN_SHIFT_RAD!r}"
+        return rigid, replace(rigid, settings=(*rigid.settings, shift))
+
+    def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
+        return back_and_forth(run, *rigid)
+
+
+@lru_cache(maxsize=16)
+def _rigid(variant: Variant) -> Course:
+    """A rigid arm's run. Raises Diverged."""
+    (run,) = _side_by_side([build(variant.model, *variant.case())])
+    if isinstance(run, Diverged):
+        raise run
+    return run
+
+
+def _side_by_side(models: Sequence[Model]) -> list[Course | Diverged]:
+    """Runs of one model."""
+    analytic = [model for model in models if isinstance(model, AnalyticModel)]
+    return courses(analytic) if analytic else [_alone(model) for model in models]
+
+
+def _alone(model: Model) -> Course | Diverged:
+    try:
+        return course_of(model.simulate())
+    except Diverged as error:
+        return error

@@ -1,0 +1,249 @@
+"""Simulations of the paper's study: run in parallel, kept on disk by all their inputs."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import NamedTuple
+
+import xarray as xr
+
+from audit.experiments.variant import (
+    Comparison,
+    Measure,
+    Numbers,
+    Variant,
+    simulate,
+    spelled_out,
+)
+from audit.experiments.work import (
+    Made,
+    Piece,
+    Question,
+    Reduction,
+    Run,
+    Task,
+    Value,
+    decoded,
+    inquiry,
+    integrations,
+    kept,
+    made_by,
+    measured,
+    whole,
+)
+from crosscheck.provenance import version
+from crosscheck.registry import MODELS, home
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.sources import code_hash
+from crosscheck.runner.store import Store
+from crosscheck.runner.workers import perform_all
+from models.errors import Diverged, InputError, Unfinished
+from models.places import cache_folder
+from models.trajectory import from_netcdf
+
+__all__ = [
+    "Asked",
+    "Comparison",
+    "Measure",
+    "Numbers",
+    "Question",
+    "Reduction",
+    "Study",
+    "Variant",
+    "cache_folder",
+]
+STORES_PACKAGES = ("h5netcdf", "h5py")
+
+
+class Asked(NamedTuple):
+    """Numbers of a variant's run that are asked for."""
+
+    variant: Variant
+    measure: Measure | Comparison
+
+
+@dataclass
+class Study:
+    """Runs variants and remembers them in a folder; tells how far it is.
+
+    told(what, done, total) counts results, before and after every simulation of a request. Variants
+    of a request that differ in nothing but what is recorded or measured are integrated once. What
+    cannot be kept, or does not fit any more, is made again. A simulation that comes to no end
+    raises Unfinished, after all others of the request.
+    """
+
+    folder: Path
+    jobs: int = 1
+    told: Callable[[str, int, int], None] = lambda what, done, total: None
+    made: int = field(default=0, init=False)
+    found: int = field(default=0, init=False)
+
+    def __post_init__(self) -> None:
+        self.store = Store(self.folder)
+
+    def runs(
+        self, variants: Iterable[Variant], what: str = "runs", keep: Reduction | None = None
+    ) -> dict[Variant, xr.Dataset]:
+        """Trajectories, whole or what ``keep`` keeps of them. Raises Diverged if one diverges.
+
+        ``keep``: a function of a module.
+        """
+        tried = self._runs(variants, what, keep)
+        return {variant: whole(run) for variant, run in tried.items()}
+
+    def measures(
+        self, variants: Sequence[Variant], measure: Measure | Comparison, what: str = "measures"
+    ) -> list[Numbers]:
+        """``numbers`` of one kind."""
+        return self.numbers([Asked(variant, measure) for variant in variants], what)
+
+    def numbers(self, asked: Sequence[Asked], what: str) -> list[Numbers]:
+        """Numbers of trajectories, worked out where they ran; only they are kept.
+
+        Measures are functions of a module. A run that diverges gives {"diverged_s": time}.
+        """
+        keyed = [(run_key(*one), one) for one in asked]
+        wanted = dict(keyed)
+        planned = partial(self._measurings, wanted, what)
+        found = self._results(dict.fromkeys(wanted, _numbers), planned, what)
+        return [whole(found[key]) for key, _ in keyed]
+
+    def answers(self, questions: Sequence[Question[Value]], what: str) -> list[Value]:
+        """Of each question, worked out once and kept."""
+        keyed = [(question_key(question), question) for question in questions]
+        wanted = dict(keyed)
+
+        def planned(missing: Sequence[str]) -> list[Task]:
+            return [inquiry(key, wanted[key], self.store) for key in missing]
+
+        decoders = {key: partial(decoded, question) for key, question in wanted.items()}
+        found = self._results(decoders, planned, what)
+        return [whole(found[key]) for key, _ in keyed]
+
+    def _measurings(
+        self, wanted: Mapping[str, Asked], what: str, missing: Sequence[str]
+    ) -> list[Task]:
+        """The work for what is missing of the wanted; what it is held against has been run."""
+        left = {key: wanted[key] for key in missing}
+        others = dict.fromkeys(other for one in left.values() for other in _others(*one))
+        beside = self._runs(others, f"{what}, to compare with") if others else {}
+        pieces = [Piece(key, one.variant, _numbers_of(one, beside)) for key, one in left.items()]
+        return integrations(pieces, self.store, self.jobs)
+
+    def _runs(
+        self, variants: Iterable[Variant], what: str, keep: Reduction | None = None
+    ) -> dict[Variant, Run]:
+        """Trajectories, or why there is none."""
+        keys = {variant: run_key(variant, keep) for variant in dict.fromkeys(variants)}
+        wanted = {key: variant for variant, key in keys.items()}
+
+        def planned(missing: Sequence[str]) -> list[Task]:
+            pieces = [Piece(key, wanted[key], partial(kept, keep)) for key in missing]
+            return integrations(pieces, self.store, self.jobs)
+
+        found = self._results(dict.fromkeys(wanted, from_netcdf), planned, what)
+        return {variant: found[key] for variant, key in keys.items()}
+
+    def _results(
+        self,
+        wanted: Mapping[str, Callable[[bytes], Value]],
+        planned: Callable[[Sequence[str]], list[Task]],
+        what: str,
+    ) -> dict[str, Value | Diverged]:
+        """By key, each with how it is read: kept already, or performed now as planned."""
+        results: dict[str, Value | Diverged] = {}
+        for key, read in wanted.items():
+            with suppress(KeyError):
+                results[key] = self.store.get(key, read)
+        self.found += len(results)
+        tasks = planned([key for key in wanted if key not in results])
+        for made in self._perform(tasks, len(results), what):
+            content, read = self._content(made, what), wanted[made.key]
+            results[made.key] = content if isinstance(content, Diverged) else read(content)
+        return results
+
+    def _perform(self, tasks: Sequence[Task], done: int, what: str) -> list[Made]:
+        """What all tasks made."""
+        total = done + sum(len(task.keys) for task in tasks)
+        by_key = {task.key: task for task in tasks}
+        self.told(what, done, total)
+
+        def finished(key: str) -> None:
+            nonlocal done
+            done += len(by_key[key].keys)
+            self.made += by_key[key].runs
+            self.told(what, done, total)
+
+        outcomes = perform_all(tasks, self.jobs, finished)
+        return [made for task in tasks for made in made_by(task, outcomes[task.key])]
+
+    def _content(self, made: Made, what: str) -> bytes | Diverged:
+        """What was made. Raises what went wrong, apart from a divergence."""
+        if isinstance(made.content, Failure):
+            raise Unfinished(f"{what}: {made.name}: {made.content}")
+        if isinstance(made.content, InputError):
+            raise made.content
+        if made.not_kept is not None:
+            self.store.give_up(made.not_kept)
+        return made.content
+
+
+def _others(
+    variant: Variant, made_of_it: Measure | Comparison | Reduction | None
+) -> tuple[Variant, ...]:
+    """The variants beside which something is made of a variant's run."""
+    return made_of_it.others(variant) if isinstance(made_of_it, Comparison) else ()
+
+
+def _numbers_of(asked: Asked, beside: Mapping[Variant, Run]) -> Callable[[Run], bytes]:
+    return partial(measured, asked.measure, tuple(beside[other] for other in _others(*asked)))
+
+
+def _numbers(content: bytes) -> Numbers:
+    numbers: Numbers = json.loads(content)
+    return numbers
+
+
+def run_key(variant: Variant, made_of_it: Measure | Comparison | Reduction | None = None) -> str:
+    """Of a variant's trajectory, or of what functions of a module make of it."""
+    needed = [variant, *_others(variant, made_of_it)]
+    function = made_of_it.numbers if isinstance(made_of_it, Comparison) else made_of_it
+    names = [(simulate.__module__, name) for name in ("Variant", "simulate_all")]
+    names += [home(one.model) for one in needed]
+    inputs = [spelled_out(one.case(), one.model) for one in needed]
+    if function is not None:
+        inputs.append(function.__qualname__)
+        names.append((function.__module__, function.__qualname__.partition(".")[0]))
+    return _key(inputs, names, [MODELS[one.model].versioned for one in needed])
+
+
+def question_key(question: Question[object]) -> str:
+    """Of its answer."""
+    kind = type(question)
+    names = [(kind.__module__, kind.__qualname__.partition(".")[0])]
+    names += map(home, getattr(question, "run_by", ()))
+    anything = [entry.versioned for entry in MODELS.values()]
+    return _key([kind.__qualname__, question.inputs], names, anything)
+
+
+def _key(
+    inputs: Sequence[str], names: Sequence[tuple[str, str]], packages: Sequence[tuple[str, ...]]
+) -> str:
+    """Of everything that a result depends on: inputs, versions and the code that runs."""
+    computing = sorted({*STORES_PACKAGES, *(name for some in packages for name in some)})
+    text = "\n".join([*inputs, code_hash(*names), *_versions(*computing)])
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+@lru_cache
+def _versions(*packages: str) -> tuple[str, ...]:
+    """Of what computes; None for an engine that is missing."""
+    python = f"python {platform.python_version()} {platform.machine()}"
+    return (python, *(f"{name} {version(name)}" for name in packages))

@@ -1,0 +1,211 @@
+"""The numbers of one run that the paper's statements are about: torque-driven experiments.
+
+Mesh quantities are those of the shoulder's sun-planet pair, first planet. Every measure has all its
+numbers for every run: None for what the run does not last for, or what does not happen in it. The
+rigid arm beside a run is given at the run's own times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import find_peaks
+
+from analytic.paper.kinematics import stage_geometry
+from audit.experiments.variant import Numbers
+from audit.measures.course import Course
+from audit.measures.numbers import finite, quotient
+from audit.measures.stage import geared_joint
+from crosscheck import signals
+from crosscheck.registry import RIGID_LEVELS
+from models.arm.arm import Arm
+from models.arm.stiffness import SineStiffness
+
+SETTLED_S = 0.1  # constant torque: the starting transient is over
+HALFWAY_S = 0.25
+TURN_M = 2e-6  # a turning point of the ripple of 2 E = 10 um
+DECAYED = 0.1  # of the largest value
+RINGING_S = 0.0012  # two periods of the slower mesh mode
+SMOOTHING_S = 0.01  # slower than the meshes' vibrations, faster than the arm's motion
+# Back and forth: errors are small; then the last 0.2 s of each second.
+ERROR_WINDOWS_S = {"early": (0.1, 0.3), "1_s": (0.8, 1.0), "2_s": (1.8, 2.0)}
+FEWEST = 3  # samples that a straight trend can be taken off
+RING_CYCLES = 99.0  # Eq. 12 over the carrier's rate
+
+
+def constant_torque(run: Course, *rigid: Course) -> Numbers:
+    """Figs. 6-9: deviations from the rigid levels, mesh displacement and force."""
+    time, x, force = run.time, run.x_sp, run.F_sp
+    late = signals.window(time, SETTLED_S, np.inf)
+    start = slice(0, late.start)
+    speed = np.abs(run.theta_dot[:, 0])
+    error = geared_joint(run.case.arm).sun_mesh.of_planet(0).tooth_error_m
+    return finite(
+        {
+            **_deviations(run, dict(zip(RIGID_LEVELS, rigid, strict=True))),
+            "x_middle_um": 1e6 * signals.middle(x[late]),
+            "x_ripple_um": 1e6 * signals.peak_to_peak(x[late]),
+            "vibration_decay_s": _ringing_s(time, force),
+            "x_ripple_over_2E": quotient(signals.peak_to_peak(x[late]), 2 * error),
+            "force_at_start_N": abs(force[0]),
+            "force_overshoot": quotient(force.max(), signals.mean(force[late])),
+            "force_decay": _calming(force, start, late),
+            "others_decay": np.min([_calming(pair, start, late) for pair in _others(run)]),
+            "others_decay_s": np.max([_ringing_s(time, pair) for pair in _others(run)]),
+            "others_ripple_N": np.max([ripple(pair[late]) for pair in _others(run)]),
+            "theta_1_rad": run.theta[-1, 0],
+            "stroke_1": np.ptp(run.theta[:, 0]) / np.pi,
+            "stroke_2": np.ptp(run.theta[:, 1]) / np.pi,
+            "turns_gained": _turns_gained(time, x),
+            "speeding_up": (np.diff(speed) > 0).mean(),
+            "stiffness_follows": _stiffness_follows(run, late),
+            "torque_gain": _torque_gain(run, late),
+        }
+    )
+
+
+def _others(run: Course) -> tuple[np.ndarray, ...]:
+    """Mesh forces [N] of the pairs that the paper does not show, of the first planets."""
+    return run.F_pr, *run.F_outer.T
+
+
+def _ringing_s(time: np.ndarray, force: np.ndarray) -> float:
+    """Time [s] in which a mesh force's own vibration falls to a tenth."""
+    return decay(time, fast(time, force, RINGING_S))
+
+
+def _calming(force: np.ndarray, start: slice, late: slice) -> float:
+    """Swing of a mesh force at the start over that later."""
+    return quotient(ripple(force[start]), ripple(force[late]))
+
+
+def back_and_forth(run: Course, rigid: Course, shifted: Course) -> Numbers:
+    """Fig. 15: the shoulder's largest distance [rad] from the rigid arm, early and late.
+
+    ``own``: that of the rigid arm ``shifted``, which starts a little away: its own sensitivity.
+    """
+    gaps = {
+        "error": run.theta[:, 0] - rigid.theta[:, 0],
+        "own": shifted.theta[:, 0] - rigid.theta[:, 0],
+    }
+    return finite(
+        {
+            f"{kind}_{name}": signals.amplitude(gap[signals.window(run.time, *limits)])
+            for kind, gap in gaps.items()
+            for name, limits in ERROR_WINDOWS_S.items()
+        }
+    )
+
+
+def _deviations(run: Course, levels: Mapping[str, Course]) -> dict[str, float]:
+    """Detailed less rigid, at every rigid level: joints [rad], tip [mm], late over early half."""
+    arm, half = run.case.arm, run.time.size // 2
+    own_tip = _tip(run.theta, arm)
+    numbers: dict[str, float] = {}
+    for level, rigid in levels.items():
+        gap = np.abs(run.theta - rigid.theta)
+        distance = np.abs(own_tip - _tip(rigid.theta, arm))
+        numbers |= {
+            f"deviation_1_{level}_rad": gap[:, 0].max(),
+            f"deviation_2_{level}_rad": gap[:, 1].max(),
+            f"growth_{level}": quotient(distance[half:].max(), distance[:half].max()),
+            f"tip_{level}_mm": 1e3 * distance.max(),
+            f"relative_{level}": quotient(gap.max(), np.abs(run.theta).max()),
+            f"stroke_share_{level}": gap.max() / np.pi,
+            f"own_share_{level}": quotient(gap[:, 0].max(), np.ptp(run.theta[:, 0])),
+        }
+    return numbers
+
+
+def _tip(theta: np.ndarray, arm: Arm) -> np.ndarray:
+    """The last link's end [m] (times,) as complex numbers, from relative angles (times, joints)."""
+    lengths = np.array([link.length_m for link in arm.links])
+    along = np.exp(1j * np.cumsum(theta, axis=1))
+    return (along * lengths).sum(axis=1)  # a product of matrices takes 20 times as long
+
+
+def _turns_gained(time: np.ndarray, values: np.ndarray) -> float:
+    """Turning points after HALFWAY_S less those before; nan if the run ends there."""
+    if time[-1] <= HALFWAY_S:
+        return np.nan
+    return _turns(time, values, HALFWAY_S, np.inf) - _turns(time, values, 0, HALFWAY_S)
+
+
+def _turns(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> int:
+    """Turning points of the slow course of values [m] in [begin, end), E's ripple, not ringing."""
+    slow = (values - fast(time, values))[signals.window(time, begin, end)]
+    return sum(len(find_peaks(sign * slow, prominence=TURN_M)[0]) for sign in (1, -1))
+
+
+def _stiffness_follows(run: Course, part: slice) -> float:
+    """Relative change of the mesh force over that of its stiffness, nan where it is not Eq. 8's.
+
+    1 where the deflection decides, 0 where the load does: the slope of both, each over its mean
+    and less its straight trend.
+    """
+    law = geared_joint(run.case.arm).sun_mesh.of_planet(0).stiffness
+    if not isinstance(law, SineStiffness):
+        return np.nan
+    depth = law.amplitude_N_per_m / law.mean_N_per_m
+    stiffness = _flat(depth * np.sin(mesh_phase(run)[part]))
+    force = quotient(1.0, signals.mean(run.F_sp[part])) * _flat(run.F_sp[part])
+    return quotient(float(stiffness @ force), float(stiffness @ stiffness))
+
+
+def _torque_gain(run: Course, part: slice) -> float:
+    """Torque of the meshes on the shoulder's carrier over the motor's, T / n."""
+    joint = geared_joint(run.case.arm)
+    geometry = stage_geometry(joint)
+    forces = run.F_sp[part] + run.F_pr[part]
+    motor = run.torque[part, 0] / geometry.n
+    on_carrier = joint.planet_count * geometry.r_cp * signals.mean(forces)
+    return quotient(on_carrier, signals.mean(motor))
+
+
+def mesh_phase(run: Course) -> np.ndarray:
+    """The shoulder's sun mesh phase [rad], (times,), by the run's own law."""
+    if run.case.switches.phase == "omega_t":
+        return RING_CYCLES * run.theta_dot[:, 0] * run.time
+    return RING_CYCLES * run.theta[:, 0]
+
+
+def fast(time: np.ndarray, values: np.ndarray, over_s: float = SMOOTHING_S) -> np.ndarray:
+    """Values (times,) less their moving average over ``over_s``, taken twice; 0 at the very ends.
+
+    The average is not defined within ``over_s`` of the last sample; the start is reflected.
+    """
+    samples = 2 * int(over_s / (time[1] - time[0]) / 2) + 1
+    slow = uniform_filter1d(uniform_filter1d(values, samples), samples)
+    quick = values - slow
+    quick[-samples:] = 0.0
+    return quick
+
+
+def decay(time: np.ndarray, values: np.ndarray) -> float:
+    """Time [s] from the largest value until the last one above a tenth of it; nan if all are 0."""
+    size = np.abs(values)
+    if size.max(initial=0.0) == 0:
+        return np.nan
+    return float(time[np.flatnonzero(size >= DECAYED * size.max())[-1]] - time[size.argmax()])
+
+
+def ripple(values: np.ndarray) -> float:
+    """Peak to peak less the straight trend, so that a slow drift does not count."""
+    return signals.peak_to_peak(_flat(values))
+
+
+def _flat(values: np.ndarray) -> np.ndarray:
+    """Less their straight trend; nothing is left of too few to have one."""
+    if values.size < FEWEST:
+        return np.empty(0)
+    step = np.arange(values.size)
+    return values - np.polyval(np.polyfit(step, values, 1), step)
+
+
+def correlation(one: np.ndarray, other: np.ndarray) -> float:
+    """Pearson's; nan where one of them does not vary."""
+    if one.size < FEWEST or np.ptp(one) == 0 or np.ptp(other) == 0:
+        return np.nan
+    return float(np.corrcoef(one, other)[0, 1])

@@ -1,0 +1,162 @@
+"""Figures 4 and 5: the clearance function and the stiffness wave."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from analytic.paper.backlash import dead_zone, dead_zone_tanh
+from analytic.paper.stiffness import fundamental, square_wave, square_wave_series
+from audit.figures.plate import Drawing, Plate
+from audit.figures.shelf import Shelf
+from audit.figures.views import MICRO
+from audit.measures.stage import paper_stage
+from audit.page.columns import Column, Columns
+from crosscheck.report.figures import legend, new_figure, to_svg
+from crosscheck.report.fragments import COLOURS
+from models.loading import load_arm
+
+ARM = "paper-labelled"
+SHARPNESS_PER_M = (2e4, 5e4, 2e5, 1e6)  # the paper gives no sigma
+HARMONICS = (1, 3, 9, 31)
+MANY = 501  # for the limit of Eq. 7
+CONTACT_RATIO = 1.5
+OTHER_RATIOS = (1.2, 1.4, CONTACT_RATIO, 1.6, 1.8)
+SAME = 1e-12  # two printed expressions of one harmonic: rounding alone may differ
+AWAY = 0.02  # of a period: this far from its jumps a truncated series can be asked to converge
+
+
+def figure_4(shelf: Shelf) -> Plate:
+    """Eq. 6 for several sigma against Eq. 5."""
+    b = paper_stage(load_arm(ARM)).backlash_m
+    x = np.linspace(-3 * b, 3 * b, 3001)
+    rows = [sharpness(x, b, sigma) for sigma in SHARPNESS_PER_M]
+    caption = f"b {MICRO * b:g} µm; sigma as in the legend, the paper gives none."
+    return Plate(
+        4,
+        [Drawing(_clearance_svg(x, b), caption)],
+        tables={"sharpness": SHARPNESS.html(rows)},
+        numbers={"deviation_um": {f"{row.sigma:g}": MICRO * row.gap_m for row in rows}},
+    )
+
+
+class Sharpness(NamedTuple):
+    """Of Eq. 6 at a sigma [1/m]: largest deviation from Eq. 5, largest pull outside contact [m]."""
+
+    sigma: float
+    gap_m: float
+    pull_m: float
+
+
+def sharpness(x: np.ndarray, b: float, sigma: float) -> Sharpness:
+    """Over displacements x [m]."""
+    smooth = dead_zone_tanh(x, b, sigma)
+    gap = np.abs(smooth - dead_zone(x, b)).max()
+    return Sharpness(sigma, float(gap), float(-smooth[x > 0].min()))
+
+
+SHARPNESS = Columns[Sharpness](
+    lambda row: f"{row.sigma:g}",
+    (
+        Column("sigma", "sigma [1/m]", lambda row: row.sigma),
+        Column("gap_um", "largest deviation [µm]", lambda row: MICRO * row.gap_m),
+        Column("gap_sigma", "deviation times sigma", lambda row: row.gap_m * row.sigma),
+        Column("pull_um", "pull outside contact [µm]", lambda row: MICRO * row.pull_m),
+    ),
+)
+
+
+def _clearance_svg(x: np.ndarray, b: float) -> str:
+    figure, grid = new_figure(1, 2, 2.8)
+    for axes in grid[0]:
+        axes.plot(MICRO * x, MICRO * dead_zone(x, b), "k--", label="Eq. 5", linewidth=1.6)
+        for sigma, colour in zip(SHARPNESS_PER_M, COLOURS, strict=False):
+            values = MICRO * dead_zone_tanh(x, b, sigma)
+            axes.plot(MICRO * x, values, color=colour, label=f"Eq. 6, sigma {sigma:g} 1/m")
+        axes.set(xlabel="x [µm]", ylabel="f_k [µm]")
+    edge = MICRO * b
+    grid[0, 1].set(xlim=(0.4 * edge, 1.6 * edge), ylim=(-0.2 * edge, 0.6 * edge))
+    grid[0, 1].set_title("the edge of the clearance")
+    legend(figure, grid[0, 0])
+    return to_svg(figure)
+
+
+def figure_5(shelf: Shelf) -> Plate:
+    """Eq. 7 with n harmonics, its fundamental, and Eq. 8."""
+    stage = paper_stage(load_arm(ARM))
+    k_m, k_a = stage.mesh_stiffness_N_per_m, stage.mesh_stiffness_amplitude_N_per_m
+    low, high = limits(k_m, k_a, CONTACT_RATIO)
+    cycle = np.linspace(0, 2, 2001)
+    series = {n: square_wave_series(cycle, low, high, CONTACT_RATIO, n) for n in (*HARMONICS, MANY)}
+    eq8 = fundamental(np.sin(2 * np.pi * cycle), k_m, k_a)
+    wave = square_wave(cycle, low, high, CONTACT_RATIO)
+    smooth = np.abs(np.mod(2 * cycle + 0.5, 1) - 0.5) > 2 * AWAY
+    caption = f"k_m {k_m:g} N/m, k_a {k_a:g} N/m; all pairs in phase (gamma = 0)."
+    return Plate(
+        5,
+        [Drawing(_stiffness_svg(cycle, wave, series, eq8), caption)],
+        tables={"ratios": RATIOS.html([ratio_row(ratio, k_m, k_a) for ratio in OTHER_RATIOS])},
+        numbers={
+            "k_max_N_per_m": high,
+            "k_min_N_per_m": low,
+            "eq8_is_the_fundamental": bool(np.abs(series[1] - eq8).max() <= SAME * k_m),
+            "series_error": float(np.abs(series[MANY] - wave)[smooth].max() / (high - low)),
+            "variance_kept": float(np.var(eq8[:-1]) / np.var(wave[:-1])),
+        },
+    )
+
+
+def limits(k_m: float, k_a: float, contact_ratio: float) -> tuple[float, float]:
+    """(k_min, k_max) [N/m] with mean k_m and a fundamental of amplitude k_a.
+
+    Eq. 7, i = 1: sin(2 pi (e - 1) - u) + sin(u) has the amplitude 2 |sin(pi (e - 1))|.
+    """
+    swing = np.pi * k_a / (2 * abs(np.sin(np.pi * (contact_ratio - 1))))
+    low = k_m - swing * (contact_ratio - 1)
+    return float(low), float(low + swing)
+
+
+class Ratio(NamedTuple):
+    """Eq. 7 at a contact ratio: its fundamental's phase, k_max - k_min, mean."""
+
+    contact_ratio: float
+    phase_deg: float
+    swing_N_per_m: float
+    mean_N_per_m: float
+
+
+RATIOS = Columns[Ratio](
+    lambda row: f"{row.contact_ratio:g}",
+    (
+        Column("contact_ratio", "contact ratio", lambda row: row.contact_ratio),
+        Column("phase_deg", "phase of the fundamental [deg]", lambda row: row.phase_deg),
+        Column("swing", "k_max - k_min [N/m]", lambda row: row.swing_N_per_m, ".4g"),
+        Column("mean", "mean [N/m]", lambda row: row.mean_N_per_m, ".4g"),
+    ),
+)
+
+
+def ratio_row(contact_ratio: float, k_m: float, k_a: float) -> Ratio:
+    """Eq. 7 with mean k_m and a fundamental of amplitude k_a [N/m]."""
+    low, high = limits(k_m, k_a, contact_ratio)
+    cycle = np.arange(360) / 360
+    wave = square_wave_series(cycle, low, high, contact_ratio, 1)
+    sine = np.fft.rfft(wave)[1] * 1j  # of amplitude x sin(u + phase)
+    phase = float(np.round(np.degrees(np.angle(sine)), 9)) + 0.0
+    return Ratio(contact_ratio, phase, high - low, float(wave.mean()))
+
+
+def _stiffness_svg(
+    cycle: np.ndarray, wave: np.ndarray, series: dict[int, np.ndarray], eq8: np.ndarray
+) -> str:
+    figure, grid = new_figure(1, 2, 2.8)
+    for axes in grid[0]:
+        axes.plot(cycle, wave, "k--", label="square wave", linewidth=1.6)
+        axes.set(xlabel="t / T", ylabel="k [N/m]")
+    for n, colour in zip(HARMONICS, COLOURS, strict=False):
+        axes = grid[0, int(n == 1)]
+        axes.plot(cycle, series[n], color=colour, label=f"Eq. 7, n = {n}", linewidth=1.0)
+    grid[0, 1].plot(cycle, eq8, ":", color=COLOURS[4], label="Eq. 8", linewidth=2.4)
+    legend(figure, *grid[0])
+    return to_svg(figure)

@@ -1,0 +1,72 @@
+"""A plate: one figure of the paper redrawn; its words stand in templates."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from pydantic import JsonValue
+
+from audit.claims.rule import State
+from audit.claims.words import COLOURS as VERDICT_COLOURS
+from audit.claims.words import share_words, value_words, verdict_words
+from audit.experiments.cells import LAWS
+from audit.figures.beside import Row
+from audit.page.record import JsonObject
+from audit.page.text import html, text
+from audit.page.words import LAW_NAMES
+
+COLOURS = {State.YES: "agree", State.NO: "differ", State.BISTABLE: "bistable"}
+
+
+class Drawing(NamedTuple):
+    """An <svg> with what it shows, plain text."""
+
+    svg: str
+    caption: str
+
+
+@dataclass(frozen=True)
+class Plate:
+    """zeta: None where no damping enters; start: the seed of what is drawn; numbers: for words.
+
+    reason: why there is no drawing.
+    """
+
+    number: int
+    drawings: Sequence[Drawing]
+    zeta: float | None = None
+    start: int | None = None
+    numbers: Mapping[str, JsonValue] = field(default_factory=dict)
+    tables: Mapping[str, str] = field(default_factory=dict)
+    reason: str = ""
+
+    def html(self, found: Sequence[Row]) -> str:
+        """From <h3> down, with the claims that it is about."""
+        return text(
+            f"figures/figure-{self.number}",
+            plate=self,
+            svgs=[(html(one.svg), one.caption) for one in self.drawings],
+            tables={name: html(table) for name, table in self.tables.items()},
+            rows=found,
+            laws=[LAW_NAMES[law] for law in LAWS],
+            kinds=Counter(str(row.verdict.kind) for row in found if row.verdict),
+            colours=COLOURS,
+            verdict_colours=VERDICT_COLOURS,
+            value=value_words,
+            share=share_words,
+            verdict=verdict_words,
+        )
+
+    def to_dict(self, found: Sequence[Row]) -> JsonObject:
+        """For JSON; what the claims say stands in their own records."""
+        return {
+            "id": f"figure-{self.number}",
+            "zeta": self.zeta,
+            "start": self.start,
+            "drawn": not self.reason,
+            "claims": [row.claim.id for row in found],
+            "numbers": dict(self.numbers),
+        }

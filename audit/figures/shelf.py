@@ -1,0 +1,124 @@
+"""What the figures are drawn from: runs from one start, bands of all starts, samples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import xarray as xr
+
+from audit.claims.quantities import Known
+from audit.claims.settings import Plan, plan_of
+from audit.experiments.bands import Bands, Between
+from audit.experiments.cells import LABELLED, LAWS, Cell, Law
+from audit.experiments.experiments import PD, Family, Source
+from audit.experiments.study import Variant
+from audit.figures.alone import on_demand
+from audit.figures.runs import FULL_RECORD, drawn
+from audit.measures.course import Course, course_of
+from audit.measures.reductions import first_planets
+from audit.measures.rigid import rigid_arm
+from audit.page.material import Material
+
+BAND_BINS = 900  # over a whole run
+
+
+@dataclass
+class Shelf:
+    """The page's material as figures need it; each run is read once. whole: with verdicts.
+
+    Verdicts need every setting of the claims: a figure alone is shown without.
+    """
+
+    material: Material
+    whole: bool = True
+    held: dict[Variant, xr.Dataset] = field(default_factory=dict)
+    read: dict[Variant, Course] = field(default_factory=dict)
+    asked: dict[float, dict[Law, Known]] = field(default_factory=dict)
+
+    @property
+    def seed(self) -> int:
+        """Of the start that is drawn."""
+        return self.material.scale.first_seed
+
+    @property
+    def plan(self) -> Plan:
+        """Which sizes are swept."""
+        return plan_of(self.material.scale)
+
+    def runs(self, variants: Iterable[Variant], number: int) -> dict[Variant, xr.Dataset]:
+        """The variants' runs, cut to the scale, for a figure. Raises Diverged."""
+        wanted = {variant: self.material.scale.cut(variant) for variant in variants}
+        missing = [variant for variant in wanted.values() if variant not in self.held]
+        self.held |= self.material.study.runs(missing, f"figure {number}", first_planets)
+        return {variant: self.held[cut] for variant, cut in wanted.items()}
+
+    def courses(self, variants: Iterable[Variant], number: int) -> dict[Variant, Course]:
+        """The same as measures read them."""
+        found = self.runs(variants, number)
+        self.read |= {v: course_of(run) for v, run in found.items() if v not in self.read}
+        return {variant: self.read[variant] for variant in found}
+
+    def laws(
+        self, number: int, source: Source, zeta: float, record_every: int = FULL_RECORD
+    ) -> dict[Law, Course]:
+        """An experiment from the drawn start under every law."""
+        variants = {law: drawn(source, Cell(law, zeta), self.seed, record_every) for law in LAWS}
+        found = self.courses(variants.values(), number)
+        return {law: found[variant] for law, variant in variants.items()}
+
+    def sweep(self, number: int, family: Family, zeta: float) -> dict[Law, dict[float, Course]]:
+        """The members of a family from the drawn start under every law, by size [um]."""
+        sizes = [member.size_um or 0.0 for member in self.known(zeta)[LAWS[0]].members(family)]
+        variants = {
+            (law, size): drawn(family(size), Cell(law, zeta), self.seed)
+            for law in LAWS
+            for size in sizes
+        }
+        found = self.courses(variants.values(), number)
+        return {law: {size: found[variants[law, size]] for size in sizes} for law in LAWS}
+
+    def rigid(self, variant: Variant, number: int) -> Course:
+        """The rigid arm with the gears' inertia in a variant's experiment."""
+        beside = rigid_arm(replace(variant, duration_s=None))
+        return self.courses([beside], number)[beside]
+
+    def known(self, zeta: float) -> dict[Law, Known]:
+        """Every experiment at a damping from all starts, labelled reading, by law."""
+        if zeta not in self.asked:
+            self.asked[zeta] = (self._of_the_page if self.whole else self._alone)(zeta)
+        return self.asked[zeta]
+
+    def _of_the_page(self, zeta: float) -> dict[Law, Known]:
+        return {
+            cell.law: known
+            for cell, known in self.material.settings
+            if (cell.zeta, cell.arm) == (zeta, LABELLED)
+        }
+
+    def _alone(self, zeta: float) -> dict[Law, Known]:
+        return on_demand(self.material, zeta)
+
+    def bands(self, zeta: float, number: int) -> dict[Law, Between]:
+        """Between which values the whole PD run's starts lie, under every law."""
+        scale = self.material.scale
+        variants = [scale.cut(drawn(PD, Cell(law, zeta), None)) for law in LAWS]
+        questions = [Bands(variant, scale.seeds, BAND_BINS) for variant in variants]
+        found = self.material.study.answers(questions, f"figure {number}, all starts")
+        return dict(zip(LAWS, found, strict=True))
+
+
+def excess(run: Course, rigid: Course) -> np.ndarray:
+    """Joint accelerations less the rigid arm's [rad/s^2], (times, joints)."""
+    return np.asarray(run.theta_ddot - rigid.at(run.time).theta_ddot)
+
+
+def by_size(
+    known: Mapping[Law, Known], family: Family, name: str
+) -> dict[Law, dict[float, np.ndarray]]:
+    """A number of a family's members from all starts, by law and size [um]."""
+    return {
+        law: {member.size_um or 0.0: one[member][name] for member in one.members(family)}
+        for law, one in known.items()
+    }

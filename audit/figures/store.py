@@ -1,0 +1,111 @@
+"""The runs behind the figures, reduced for storage without losing an extremum."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from contextlib import suppress
+
+import numpy as np
+import xarray as xr
+
+from audit.claims.settings import plan_of
+from audit.experiments.cells import INTEGRAL, LAWS, Cell, Law
+from audit.experiments.experiments import BACK, BACKLASH, CONSTANT, ERROR, PD
+from audit.experiments.scale import Scale
+from audit.experiments.study import Study, Variant
+from audit.figures.runs import LOW_ZETA, SMOOTH_RECORD, ZETA, drawn, rigid_run
+from audit.measures.reductions import first_planets
+from audit.measures.rigid import COUPLED
+from crosscheck import signals
+from crosscheck.registry import RIGID_LEVELS
+from models.errors import Diverged
+
+# Extrema are kept per bin and variable.
+BIN_S = 0.01
+Windows = Mapping[str, tuple[float, float]]
+WINDOWS_S: dict[str, Windows] = {
+    "constant-torque": {"start": (0.0, 0.02)},
+    "pd": {"start": (0.0, 0.02), "side change": (0.345, 0.385), "third": (1.0, 1.2)},
+    "back-and-forth": {},
+}
+
+
+def stored_runs(scale: Scale) -> dict[str, Variant]:
+    """File name (without suffix) -> variant, from the scale's first start."""
+    named: dict[str, Variant] = {}
+    for law in LAWS:
+        named |= _of_law(law, scale)
+    if scale.quick:
+        return named
+    seed, own = scale.first_seed, Cell(INTEGRAL, ZETA)
+    named |= {
+        f"constant-torque-{level}": rigid_run("constant-torque", level) for level in RIGID_LEVELS
+    }
+    named |= {
+        f"back-and-forth-b-{b:g}um": drawn(BACK(b), own, seed, SMOOTH_RECORD)
+        for b in plan_of(scale).back
+    }
+    named["back-and-forth-coupled"] = rigid_run("back-and-forth", COUPLED)
+    return named
+
+
+def _of_law(law: Law, scale: Scale) -> dict[str, Variant]:
+    plan, cell, name = plan_of(scale), Cell(law, LOW_ZETA), law.id.replace("/", "-")
+    named = {f"constant-torque-{name}": CONSTANT, f"pd-{name}": PD}
+    named |= {f"pd-{name}-b-{b:g}um": BACKLASH(b) for b in plan.backlashes}
+    if not scale.quick:
+        named |= {f"pd-{name}-E-{e:g}um": ERROR(e) for e in plan.errors}
+    return {name: drawn(source, cell, scale.first_seed) for name, source in named.items()}
+
+
+def trajectories(study: Study, scale: Scale) -> dict[str, xr.Dataset]:
+    """File name -> reduced run, from the study, which remembers them; none where one diverges."""
+    kept = {}
+    for name, wanted in stored_runs(scale).items():
+        variant = scale.cut(wanted)
+        with suppress(Diverged):
+            run = study.runs([variant], f"storing {name}", first_planets)[variant]
+            kept[name] = reduced(run, WINDOWS_S[variant.scenario])
+    return kept
+
+
+def reduced(run: xr.Dataset, windows: Windows, bin_s: float = BIN_S) -> xr.Dataset:
+    """The samples in the windows [s], and elsewhere those where a variable has an extremum.
+
+    Every sample of a window stays; outside, per bin and per column of every variable, the first
+    sample with its smallest and with its largest value.
+    """
+    kept = _extreme_samples(run, bin_s)
+    for begin, end in windows.values():
+        kept[signals.window(run["time"].values, begin, end)] = True
+    kept[[0, -1]] = True
+    attributes = {
+        "recording": "every sample in the windows; elsewhere per bin the samples of all extrema",
+        "windows_s": json.dumps({name: list(window) for name, window in windows.items()}),
+        "bin_s": bin_s,
+        "samples_of_the_run": run.sizes["time"],
+        "planets": "the first of every joint is kept",
+    }
+    return run.isel(time=np.flatnonzero(kept)).assign_attrs(attributes)
+
+
+def _extreme_samples(run: xr.Dataset, bin_s: float) -> np.ndarray:
+    """Which samples (times,) hold a bin's minimum or maximum of any column."""
+    time = run["time"].values
+    bins = np.floor(time / bin_s + 1e-9).astype(int)
+    edges = np.flatnonzero(np.diff(bins, prepend=-1))
+    kept = np.zeros(time.size, dtype=bool)
+    for variable in run.data_vars.values():
+        for column in variable.values.reshape(time.size, -1).T:
+            for sign in (1, -1):
+                kept[_first_largest(sign * column, edges)] = True
+    return kept
+
+
+def _first_largest(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Index of the first largest value in each bin; NaN counts as smallest."""
+    filled = np.nan_to_num(values, nan=-np.inf)
+    largest = np.repeat(np.maximum.reduceat(filled, edges), np.diff(np.append(edges, filled.size)))
+    hits = np.flatnonzero(filled == largest)
+    return hits[np.searchsorted(hits, edges)]

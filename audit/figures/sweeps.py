@@ -1,0 +1,173 @@
+"""Figures 16, 17 and 19: mesh force over backlash and over tooth error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from audit.experiments.cells import INTEGRAL, LAWS, Cell, Law
+from audit.experiments.experiments import (
+    BACKLASH,
+    DEFAULT_B_UM,
+    DEFAULT_E_UM,
+    ERROR,
+    Family,
+)
+from audit.figures.plate import Drawing, Plate
+from audit.figures.runs import LOW_ZETA, drawn
+from audit.figures.shelf import Shelf, by_size
+from audit.figures.views import (
+    KILO,
+    LAW_COLOURS,
+    conditions,
+    dots,
+    line,
+    same_scale,
+)
+from audit.measures.course import Course
+from audit.measures.events import THIRD_S
+from audit.measures.reading import arm_of
+from audit.measures.stage import paper_stage
+from audit.page.columns import Column, Columns
+from audit.page.words import LAW_NAMES
+from crosscheck import signals
+from crosscheck.report.figures import legend, log_y, new_figure, not_reached, to_svg
+
+IMPACT_WINDOW_S = (0.34, 0.46)
+SMALL_BINS = 350
+DEFAULTS = {BACKLASH: DEFAULT_B_UM, ERROR: DEFAULT_E_UM}
+
+
+class Axis(NamedTuple):
+    """A number of the samples on an axis: its name in MEASURED, the label, factor to its unit."""
+
+    name: str
+    label: str
+    scale: float = 1.0
+    log: bool = False
+
+
+IMPACT_AXES = (
+    Axis("side_change_s", "first contact [s]"),
+    Axis("second_force_N", "impact [kN]", KILO, log=True),
+    Axis("second_decay_s", "falls to a tenth in [s]"),
+)
+THIRD_AXES = (
+    Axis("third_force_fast_N", "fast part of F_sp1 [kN]", KILO, log=True),
+    Axis("third", "third fluctuation [rad/s²]", log=True),
+)
+
+
+def figure_16(shelf: Shelf) -> Plate:
+    """F_sp1 over b at the side change."""
+    return _plate(shelf, 16, BACKLASH, IMPACT_WINDOW_S, IMPACT_AXES)
+
+
+def figure_17(shelf: Shelf) -> Plate:
+    """F_sp1 over b in the third fluctuation."""
+    plate = _plate(shelf, 17, BACKLASH, THIRD_S, THIRD_AXES)
+    fed = [one for one in _energies(shelf) if one.peak_J > one.work_J]
+    return replace(plate, tables={"energy": ENERGY.html(fed)} if fed else {})
+
+
+def figure_19(shelf: Shelf) -> Plate:
+    """F_sp1 over E in the third fluctuation."""
+    return _plate(shelf, 19, ERROR, THIRD_S, THIRD_AXES)
+
+
+def _plate(
+    shelf: Shelf, number: int, family: Family, window: tuple[float, float], axes: Sequence[Axis]
+) -> Plate:
+    sweep = shelf.sweep(number, family, LOW_ZETA)
+    own = sweep[INTEGRAL][DEFAULTS[family]]
+    more = f"{family.symbol} as at the panels."
+    one = Drawing(small_multiples(sweep, family.symbol, window), conditions(own, shelf.seed, more))
+    return Plate(number, [over_sizes(shelf, family, axes), one], LOW_ZETA, shelf.seed)
+
+
+def over_sizes(shelf: Shelf, family: Family, shown: Sequence[Axis]) -> Drawing:
+    """Numbers of all starts against the size, a dot for every start."""
+    figure, grid = new_figure(1, len(shown), 2.9)
+    for axes, one in zip(grid[0], shown, strict=True):
+        dots(axes, by_size(shelf.known(LOW_ZETA), family, one.name), one.scale)
+        axes.set(xlabel=f"{family.symbol} [µm]", ylabel=one.label)
+        if one.log:
+            log_y(axes)
+    legend(figure, grid[0, 0])
+    count = shelf.material.scale.most_starts
+    caption = (
+        f"Every dot is one of {count} starts that differ by 1e-12 m, at zeta {LOW_ZETA:g};"
+        f" {family.symbol} in µm, not to scale."
+    )
+    return Drawing(to_svg(figure), caption)
+
+
+def small_multiples(
+    sweep: Mapping[Law, Mapping[float, Course]], symbol: str, window: tuple[float, float]
+) -> str:
+    """F_sp1 [kN] in a window [s] from one start: a row per size, the laws side by side."""
+    sizes = list(sweep[INTEGRAL])
+    figure, grid = new_figure(len(sizes), len(sweep), 1.15)
+    for column, (law, row) in enumerate(sweep.items()):
+        grid[0, column].set_title(LAW_NAMES[law])
+        grid[-1, column].set_xlabel("time [s]")
+        for axes, (size, run) in zip(grid[:, column], row.items(), strict=True):
+            part = signals.window(run.time, *window)
+            time, force = run.time[part], run.F_sp[part]
+            line(axes, time, KILO * force, LAW_NAMES[law], LAW_COLOURS[law], SMALL_BINS)
+            if not time.size:
+                not_reached(axes)
+            axes.set(xlim=window, ylabel=f"{symbol} {size:g} µm\nF_sp1 [kN]")
+            axes.tick_params(labelbottom=axes is grid[-1, column])
+    same_scale(grid)
+    return to_svg(figure)
+
+
+class Energy(NamedTuple):
+    """Of a run: largest kinetic energy [J], and what the drive has worked by then [J]."""
+
+    law: Law
+    size_um: float
+    peak_J: float
+    work_J: float
+
+
+ENERGY = Columns[Energy](
+    lambda row: f"{row.law.id}/{row.size_um:g}",
+    (
+        Column("law", "phase law", lambda row: LAW_NAMES[row.law]),
+        Column("b_um", "b [µm]", lambda row: row.size_um, "g"),
+        Column("peak_J", "largest kinetic energy [J]", lambda row: row.peak_J, ".4g"),
+        Column("work_J", "work of the drive until then [J]", lambda row: row.work_J, ".4g"),
+    ),
+)
+
+
+def _energies(shelf: Shelf) -> list[Energy]:
+    """Of the drawn runs of Fig. 17."""
+    sizes = [member.size_um or 0.0 for member in shelf.known(LOW_ZETA)[INTEGRAL].members(BACKLASH)]
+    variants = {
+        (law, b): drawn(BACKLASH(b), Cell(law, LOW_ZETA), shelf.seed) for law in LAWS for b in sizes
+    }
+    runs = shelf.runs(variants.values(), 17)
+    return [Energy(law, b, *energy_peak(runs[v])) for (law, b), v in variants.items()]
+
+
+def energy_peak(run: xr.Dataset) -> tuple[float, float]:
+    """Largest kinetic energy [J], and what the drive has worked by then [J].
+
+    The drive turns the sun: T theta_s' / n = T (theta' + (x_sp' + x_pr') / (2 r_cp)), summed over
+    recorded intervals.
+    """
+    arm, energy = arm_of(run), run["kinetic_energy"].values
+    radii = [paper_stage(arm, place).geometry.r_cp for place in range(len(arm.joints))]
+    last = int(np.argmax(energy))
+    meshes = run["x_sp"].values[:, :, 0] + run["x_pr"].values[:, :, 0]
+    turned = run["theta"].values + meshes / (2 * np.array(radii))
+    torque = run["torque"].values
+    work = (torque[1:] + torque[:-1]) / 2 * np.diff(turned, axis=0)
+    return float(energy[last]), float(work[:last].sum())

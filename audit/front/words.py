@@ -1,0 +1,34 @@
+"""The page's second chapter: the words that the others use, with pictures."""
+
+from __future__ import annotations
+
+from audit.experiments.cells import LABELLED
+from audit.front.terms import teeth_passed
+from audit.front.views import stage_svg, teeth_passed_svg
+from audit.measures.stage import paper_stage
+from audit.page.chapter import Chapter
+from audit.page.material import Material
+from audit.page.text import html, text
+from audit.page.words import LAW_MEANINGS, LAW_NAMES
+from models.loading import load_arm
+
+ID, TITLE = "terms", "The arm, and the words of this page"
+
+
+def chapter(material: Material) -> Chapter:
+    """Stage, terms and phase laws."""
+    passed = teeth_passed(material)
+    most = {
+        "most_by_angle": float(passed.angle.max()),
+        "most_by_clock": float(passed.clock.max()),
+    }
+    page = text(
+        "front/terms",
+        stage_svg=html(stage_svg(paper_stage(load_arm(LABELLED)).joint)),
+        passed_svg=html(teeth_passed_svg(passed)),
+        names=LAW_NAMES,
+        meanings=LAW_MEANINGS,
+        **most,
+    )
+    records = [{"id": "terms/teeth-passed", **most}]
+    return Chapter(ID, TITLE, page, records, text("front/terms-outcome"))

@@ -1,0 +1,177 @@
+"""Hypothesis H3: the error that accumulates in Fig. 15 is the rigid arm's own sensitivity."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
+
+from audit.claims.rule import State, state
+from audit.hypotheses.accumulation_views import drawing
+from audit.hypotheses.evidence.shaking import (
+    BACKLASHES_M,
+    DRIVES,
+    LEARNT_S,
+    NUDGE,
+    REFERENCE_M,
+    SMALL_S,
+    ZETAS,
+    Shaken,
+    Shaking,
+)
+from audit.measures.shares import Share
+from audit.measures.undefined import UNDEFINED
+from audit.page.chapter import Chapter
+from audit.page.columns import Column, Columns
+from audit.page.material import Material
+from audit.page.record import JsonObject
+from audit.page.text import html, text
+
+ID, TITLE = "accumulation", "Errors that accumulate back and forth (H3)"
+DURATION_S = 2.0  # the paper's Fig. 15 does not say
+WORDS = {"sqrt_time": "2000 sin(20π√t)", "time": "2000 sin(20πt)"}  # N m
+
+
+class Verdict(NamedTuple):
+    """H3 for each drive, over all damping ratios: the state that all of them have, else None."""
+
+    own: State | None
+    linear: State | None
+    ordered: State | None
+
+
+def chapter(material: Material) -> Chapter:
+    """Growth, prediction, linearity and order of the backlash error, for both drive laws."""
+    scale = material.scale
+    asked = [
+        Shaking(drive, zeta, scale.seeds, scale.seconds(DURATION_S))
+        for drive in DRIVES
+        for zeta in ZETAS
+    ]
+    found = material.study.answers(asked, "H3, back and forth")
+    verdicts = {drive: verdict([x for x in found if x.drive == drive]) for drive in DRIVES}
+    first = {one.drive: one for one in reversed(found)}  # at the larger damping
+    page = text(
+        "hypotheses/accumulation",
+        printed=first["sqrt_time"],
+        even=first["time"],
+        largest=largest,
+        verdicts=verdicts,
+        small_s=SMALL_S,
+        learnt_s=LEARNT_S,
+        nudge=NUDGE,
+        starts=len(scale.seeds),
+        picture=html(drawing(list(first.values())[::-1], WORDS)),
+        summary=html(SUMMARY.html(found)),
+        sizes=html(SIZES.html(_sizes(found))),
+    )
+    printed = verdicts["sqrt_time"]
+    outcome = text("hypotheses/accumulation_outcome", own=printed.own, found=first["sqrt_time"])
+    records = [_record(verdicts), *SUMMARY.json(found), *SIZES.json(_sizes(found))]
+    return Chapter(ID, TITLE, page, records, outcome)
+
+
+def verdict(found: Sequence[Shaken]) -> Verdict:
+    """Of one drive at every damping ratio."""
+    return Verdict(
+        _common(one.own for one in found),
+        _common(one.linear for one in found),
+        _common(one.ordered for one in found),
+    )
+
+
+def _common(shares: Iterable[Share | None]) -> State | None:
+    states = {state(share) for share in shares}
+    return states.pop() if len(states) == 1 else None
+
+
+def largest(found: Shaken, backlash_m: float = REFERENCE_M) -> float:
+    """Largest error [rad] of a backlash in any start."""
+    place = BACKLASHES_M.index(backlash_m)
+    return max(start.largest_rad[place] for start in found.starts)
+
+
+def _record(verdicts: dict[str, Verdict]) -> JsonObject:
+    return {
+        "id": "H3",
+        "verdict": _WORDS.get(verdicts["sqrt_time"].own, "depends on the damping"),
+        "by_drive": {drive: dict(one._asdict()) for drive, one in verdicts.items()},
+    }
+
+
+_WORDS: dict[State | None, str] = {
+    State.YES: "holds",
+    State.NO: "does not hold",
+    State.BISTABLE: "bistable",
+    State.UNDEFINED: UNDEFINED,
+}
+
+
+def _span(name: str, factor: float = 1.0) -> Callable[[Shaken], tuple[float | None, ...]]:
+    def spanned(found: Shaken) -> tuple[float | None, ...]:
+        return tuple(None if x is None else factor * x for x in found.span(name))
+
+    return spanned
+
+
+def _yes(share: Share | None) -> int | None:
+    return None if share is None else share.yes
+
+
+SUMMARY: Columns[Shaken] = Columns(
+    lambda one: one.id,
+    [
+        Column("drive", "drive [N m]", lambda one: WORDS[one.drive]),
+        Column("zeta", "ζ", lambda one: one.zeta, "g"),
+        Column("starts", "starts", lambda one: len(one.starts)),
+        Column("error_growth_per_s", "growth of the error [1/s]", _span("growth_per_s")),
+        Column("rigid_growth_per_s", "of the nudged rigid arm", lambda one: one.rigid_growth_per_s),
+        Column("misfit_percent", "rigid arm's forecast misses by [%]", _span("misfit", 100), ".2g"),
+        Column("own_sensitivity", "own sensitivity in", lambda one: _yes(one.own)),
+        Column("nonlinearity_percent", "not linear in b by [%]", _span("nonlinearity", 100), ".2g"),
+        Column("linear", "linear in", lambda one: _yes(one.linear)),
+        Column("ordered_before_percent", None, _span("ordered_before", 100)),
+        Column("ordered_percent", "later in order [% of time]", _span("ordered_after", 100)),
+        Column("ordered", "ordered in", lambda one: _yes(one.ordered)),
+        Column("sensitivity_small", None, lambda one: one.sensitivity_small),
+        Column("largest_sensitivity", "largest dθ₁/dθ₂(0)", lambda one: one.largest_sensitivity),
+        Column("geared_minus_rigid_rad", None, lambda one: one.rest_rad),
+    ],
+)
+
+
+class Size(NamedTuple):
+    """Errors [rad] of one backlash [um], least and largest of the starts."""
+
+    found: Shaken
+    b_um: float
+    largest: tuple[float, float]
+    end: tuple[float, float]
+
+
+def _sizes(found: Sequence[Shaken]) -> list[Size]:
+    return [
+        Size(
+            one,
+            1e6 * b,
+            _ends([start.largest_rad[place] for start in one.starts]),
+            _ends([start.end_rad[place] for start in one.starts]),
+        )
+        for one in found
+        for place, b in enumerate(BACKLASHES_M)
+    ]
+
+
+def _ends(values: Sequence[float]) -> tuple[float, float]:
+    return min(values), max(values)
+
+
+SIZES: Columns[Size] = Columns(
+    lambda size: f"{size.found.id}/{size.b_um:g}",
+    [
+        Column("drive", "drive [N m]", lambda size: WORDS[size.found.drive]),
+        Column("zeta", "ζ", lambda size: size.found.zeta, "g"),
+        Column("b_um", "b [µm]", lambda size: size.b_um, "g"),
+        Column("largest_rad", "largest error of θ₁ [rad]", lambda size: size.largest),
+        Column("end_rad", "at 2 s [rad]", lambda size: size.end),
+    ],
+)

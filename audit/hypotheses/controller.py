@@ -1,0 +1,286 @@
+"""Hypothesis H6: the controller pushes the sun and looks at the link, so the teeth can flutter."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+from audit.claims.rule import State
+from audit.experiments.cells import READINGS
+from audit.hypotheses.controller_views import drawing
+from audit.hypotheses.evidence.flutter import (
+    SETTLED_S,
+    VIBRATES,
+    Damping,
+    Flutter,
+    Setting,
+    flutters,
+)
+from audit.hypotheses.evidence.handed import AFTER_S, HANDED_S, Handed, Handover
+from audit.hypotheses.evidence.linear_limits import (
+    GrowthCheck,
+    Threshold,
+    cured_at_the_sun,
+    growth_check,
+    growth_rate,
+    smooth_variant,
+    survey,
+)
+from audit.measures.undefined import recorded, word
+from audit.page.chapter import Chapter
+from audit.page.columns import Column, Columns
+from audit.page.material import Material
+from audit.page.record import JsonObject
+from audit.page.text import html, text
+
+ID, TITLE = "controller", "The controller's own flutter (H6)"
+ZETAS = (0.003, 0.004, 0.005, 0.006, 0.008, 0.01, 0.015, 0.02)
+ERRORS_UM = (0.0, 5.0)
+DAMPINGS: tuple[Damping, ...] = ("always", "contact")
+# Above the linear limit, dampers in contact alone; with planets held alike it vibrates further up.
+HANDED = (Setting("contact", 0.006), Setting("contact", 0.01, planets="lumped"))
+HANDED_STARTS = 16
+RESOLVED = 1e-3  # rad/s^2: ten times what is left of a torque that is played back from 1 ms rows
+ROUNDING_PER_S = 1e-6
+
+
+def chapter(material: Material) -> Chapter:
+    """Thresholds and the growth check; full: also runs over zeta and what they live on."""
+    limits = survey(material.scale.quick)
+    check = _growth(material)
+    found = Vibrating() if material.scale.quick else vibrating(material)
+    verdict = FlutterVerdict.of(limits, check, found)
+    page = text(
+        "hypotheses/controller",
+        verdict=verdict,
+        check=check,
+        found=found,
+        vibrates=VIBRATES,
+        resolved=RESOLVED,
+        settled_s=SETTLED_S,
+        handed_s=HANDED_S,
+        after_s=AFTER_S,
+        starts=len(material.scale.seeds),
+        drawing=html(drawing(limits, found.cells)) if found.cells else None,
+        poses=html(LIMITS.html(one for one in limits if one.by_pose)),
+        others=html(LIMITS.html(one for one in limits if not one.by_pose)),
+        cells=html(CELLS.html(found.cells)),
+        handed=html(HANDOVERS.html(found.handed)),
+    )
+    records = [
+        verdict.record(),
+        _growth_record(check),
+        *LIMITS.json(limits),
+        *CELLS.json(found.cells),
+        *HANDOVERS.json(found.handed),
+    ]
+    outcome = text("hypotheses/controller_outcome", verdict=verdict)
+    return Chapter(ID, TITLE, page, records, outcome)
+
+
+def _growth(material: Material) -> GrowthCheck:
+    variant = material.scale.cut(smooth_variant())
+    (measured,) = material.study.measures([variant], growth_rate, "H6, growth without play")
+    return growth_check(measured)
+
+
+def _growth_record(check: GrowthCheck) -> JsonObject:
+    verdict = word(check.agrees, "agree", "differ")
+    return recorded({"id": "controller/growth", **vars(check), "verdict": verdict})
+
+
+@dataclass(frozen=True)
+class Vibrating:
+    """What is simulated; nothing in the quick report. handed: what becomes of each of HANDED."""
+
+    cells: tuple[Flutter, ...] = ()
+    handed: tuple[tuple[Setting, Handed], ...] = ()
+
+    def of(self, **fields: object) -> dict[tuple[Damping, float], Flutter]:
+        """By damping and zeta, the cells whose settings have these fields."""
+        return {
+            (one.setting.damping, one.setting.zeta): one
+            for one in self.cells
+            if all(getattr(one.setting, name) == value for name, value in fields.items())
+        }
+
+
+def vibrating(material: Material) -> Vibrating:
+    """All runs."""
+    scale = material.scale
+    cells = flutters(material.study, settings(), scale.seeds, scale)
+    if scale.longest_s < HANDED_S + AFTER_S:
+        return Vibrating(tuple(cells))
+    seeds = scale.seeds[: scale.starts(HANDED_STARTS)]
+    asked = [Handover(one.variant(), seeds) for one in HANDED]
+    handed = material.study.answers(asked, "H6, vibration handed over")
+    return Vibrating(tuple(cells), tuple(zip(HANDED, handed, strict=True)))
+
+
+def settings() -> list[Setting]:
+    """With and without error and dampers in the play; then what contact-only damping lives on."""
+    every = [Setting(d, zeta, error) for d, zeta, error in product(DAMPINGS, ZETAS, ERRORS_UM)]
+    for zeta in ZETAS:
+        every += [
+            Setting("contact", zeta, played_back=True),
+            Setting("contact", zeta, varying=False),
+            Setting("contact", zeta, planets="lumped"),
+        ]
+    return every
+
+
+PLAIN = {"varying": True, "played_back": False, "planets": "free"}
+
+
+def independent_of_error(found: Vibrating) -> bool | None:
+    """The signature: the same settings vibrate with and without tooth error, and some do."""
+    without, with_error = (found.of(tooth_error_um=error, **PLAIN) for error in ERRORS_UM)
+    states = [(without[place].state, with_error[place].state) for place in without]
+    if not states or any(State.UNDEFINED in pair for pair in states):
+        return None
+    return any(one == State.YES for one, _ in states) and all(a == b for a, b in states)
+
+
+def lives_on_feedback(found: Vibrating) -> bool | None:
+    """No start vibrates without feedback, from the beginning or from a vibration handed over."""
+    bare = [one for one in found.cells if one.setting.played_back]
+    if not bare or any(one.share is None for one in bare):
+        return None
+    left = [size for _, one in found.handed for size in (*one.torque, *one.sun)]
+    goes_on = [size for _, one in found.handed for size in one.link]
+    if max(goes_on, default=0.0) <= VIBRATES:
+        return None  # there was nothing to hand over
+    return all(one.share and not one.share.yes for one in bare) and max(left) <= VIBRATES
+
+
+def highest_vibrating(found: Vibrating, **fields: object) -> float | None:
+    """The largest zeta at which starts vibrate without tooth error, more than few."""
+    cells = found.of(tooth_error_um=0.0, **{**PLAIN, **fields}).values()
+    some = (State.YES, State.BISTABLE)
+    return max((one.setting.zeta for one in cells if one.state in some), default=None)
+
+
+@dataclass(frozen=True)
+class FlutterVerdict:
+    """H6: what it rests on; thresholds [1] with the paper's gains, lowest and highest of all poses.
+
+    vibrates_to: up to which zeta anything vibrates in simulations without tooth error.
+    """
+
+    parts: Mapping[str, bool | None]
+    lowest_zeta: float
+    highest_zeta: float
+    vibrates_to: Mapping[str, float | None]
+
+    @classmethod
+    def of(
+        cls, limits: Sequence[Threshold], check: GrowthCheck, found: Vibrating
+    ) -> FlutterVerdict:
+        """From all that was done."""
+        parts = {
+            "sensing at the sun removes it": cured_at_the_sun(limits),
+            "growth as predicted": check.agrees,
+        }
+        if found.cells:
+            parts["independent of E"] = independent_of_error(found)
+            parts["gone without feedback"] = lives_on_feedback(found)
+        paper = [one.zeta for one in limits if one.is_papers]
+        vibrates_to = {
+            "always": highest_vibrating(found, damping="always"),
+            "contact": highest_vibrating(found, damping="contact"),
+            "contact_lumped": highest_vibrating(found, damping="contact", planets="lumped"),
+            "contact_steady": highest_vibrating(found, damping="contact", varying=False),
+        }
+        return cls(parts, min(paper), max(paper), vibrates_to)
+
+    @property
+    def verdict(self) -> str:
+        """In words."""
+        return _in_words(self.parts.values())
+
+    def record(self) -> JsonObject:
+        """For JSON."""
+        return {
+            "id": "H6",
+            "verdict": self.verdict,
+            "parts": dict(self.parts),
+            "lowest_threshold_zeta": self.lowest_zeta,
+            "highest_threshold_zeta": self.highest_zeta,
+            "vibrates_up_to_zeta": dict(self.vibrates_to),
+        }
+
+
+def _in_words(parts: Collection[bool | None]) -> str:
+    """Holds, in part, or not at all; undefined if that hangs on what is."""
+    if True in parts and False in parts:
+        return "holds in part"
+    return word(None if None in parts else all(parts), "holds", "does not hold")
+
+
+def _resolved(found: Flutter) -> tuple[float | None, ...]:
+    """Its quantiles; None for what cannot be told from nothing."""
+    return tuple(size if size > RESOLVED else None for size in found.quantiles)
+
+
+def _parts(sizes: Sequence[float]) -> tuple[float | None, ...]:
+    """Least, median and largest; None for what cannot be told from nothing."""
+    ordered = sorted(sizes)
+    chosen = (ordered[0], ordered[len(ordered) // 2], ordered[-1])
+    return tuple(size if size > RESOLVED else None for size in chosen)
+
+
+def _growing(limit: Threshold) -> float | None:
+    """Growth without damping; None for rounding."""
+    rate = limit.undamped_growth_per_s
+    return rate if abs(rate) > ROUNDING_PER_S else None
+
+
+LIMITS: Columns[Threshold] = Columns(
+    lambda one: (
+        f"controller/threshold/{one.point.arm}/elbow {one.elbow_deg:g}"
+        f"/P {one.point.gains[0]:g} D {one.point.gains[1]:g}"
+        f"/k {one.point.stiffness:g}/{one.point.sensed}"
+    ),
+    [
+        Column("arm", "reading", lambda one: READINGS[one.point.arm]),
+        Column("elbow_deg", "elbow [°]", lambda one: one.elbow_deg, ".0f"),
+        Column("P_N_m_per_rad", "P [N m/rad]", lambda one: one.point.gains[0], "g"),
+        Column("D_N_m_s_per_rad", "D [N m s/rad]", lambda one: one.point.gains[1], "g"),
+        Column("stiffness_over_k_m", "k / k_m", lambda one: one.point.stiffness, "g"),
+        Column("sensed", "looks at the", lambda one: one.point.sensed),
+        Column("zeta", "unstable below ζ (0: nowhere)", lambda one: one.zeta, ".5f"),
+        Column("frequency_Hz", "mode there [Hz]", lambda one: one.frequency_Hz, ".0f"),
+        Column("undamped_growth_per_s", "growth at ζ = 0 [1/s]", _growing),
+        Column("growth_at_threshold_per_s", None, lambda one: one.growth_per_s),
+    ],
+)
+CELLS: Columns[Flutter] = Columns(
+    lambda one: f"controller/flutter/{one.setting.id}",
+    [
+        Column("damping", "dampers act", lambda one: one.setting.damping),
+        Column("zeta", "ζ", lambda one: one.setting.zeta, "g"),
+        Column("tooth_error_um", "E [µm]", lambda one: one.setting.tooth_error_um, "g"),
+        Column("varying", "stiffness varies", lambda one: one.setting.varying),
+        Column("feedback", "feedback", lambda one: not one.setting.played_back),
+        Column("planets", "planets", lambda one: one.setting.planets),
+        Column(
+            "vibrating", "starts that vibrate", lambda one: one.share.yes if one.share else None
+        ),
+        Column("starts", "of", lambda one: len(one.sizes)),
+        Column("quantiles_rad_per_s2", "vibration [rad/s²]", _resolved),
+        Column("frequency_Hz", "[Hz]", lambda one: one.frequency_Hz, ".0f"),
+        Column("state", None, lambda one: str(one.state)),
+    ],
+)
+HANDOVERS: Columns[tuple[Setting, Handed]] = Columns(
+    lambda pair: f"controller/handed/{pair[0].id}",
+    [
+        Column("zeta", "ζ", lambda pair: pair[0].zeta, "g"),
+        Column("planets", "planets", lambda pair: pair[0].planets),
+        Column("starts", "starts", lambda pair: len(pair[1].link)),
+        Column("link_rad_per_s2", "goes on as it was [rad/s²]", lambda pair: _parts(pair[1].link)),
+        Column("torque_rad_per_s2", "torque alone", lambda pair: _parts(pair[1].torque), ".1g"),
+        Column("sun_rad_per_s2", "looking at the sun", lambda pair: _parts(pair[1].sun), ".1g"),
+    ],
+)

@@ -1,0 +1,130 @@
+"""The damping that the paper leaves out: which settings explain the numbers that it prints?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from audit.claims.catalogue import BY_ID
+from audit.claims.rule import Claim, State
+from audit.experiments.cells import LAWS, Law
+from audit.hypotheses.damping_fit_views import drawing
+from audit.hypotheses.evidence.fit import (
+    ALPHA,
+    NUMBERS,
+    Fit,
+    Span,
+    each_left_out,
+    equally_good,
+    fits,
+    said,
+    span,
+    tells_nothing,
+)
+from audit.hypotheses.evidence.reversals import Reversals, reversals
+from audit.page.chapter import Chapter
+from audit.page.columns import Column, Columns
+from audit.page.material import Material
+from audit.page.text import html, text
+
+ID, TITLE = "damping_fit", "The unknown damping"
+LAW_WORDS = dict(
+    zip(
+        (law.id for law in LAWS),
+        ("as printed", "printed, ring rate repaired", "integral"),
+        strict=True,
+    )
+)
+
+
+def chapter(material: Material) -> Chapter:
+    """The set of settings that explain the printed numbers equally well."""
+    claims = [BY_ID[name] for name in NUMBERS]
+    found = fits(material, claims)
+    chosen = equally_good(found)
+    whole, left_out = span(chosen), each_left_out(found)
+    silent = tells_nothing(found)
+    table = _columns(claims, chosen)
+    rigid = reversals(material.study, material.scale)
+    given = {
+        "claims": claims,
+        "chosen": whole,
+        "laws": [LAW_WORDS[law] for law in whole.laws],
+        "most": {LAW_WORDS[law.id]: _most(found, law) for law in LAWS},
+    }
+    page = text(
+        "hypotheses/damping_fit",
+        always=[BY_ID[name] for name in silent[State.YES]],
+        never=[BY_ID[name] for name in silent[State.NO]],
+        settings=len(found),
+        starts=len(material.scale.seeds),
+        alpha=ALPHA,
+        picture=html(drawing(found, chosen, LAW_WORDS)),
+        best=html(table.html(chosen)),
+        left_out=html(SPANS.html(left_out)),
+        every=html(table.html(sorted(found, key=lambda fit: -fit.mean))),
+        reversals=html(REVERSALS.html(rigid)),
+        **given,
+    )
+    verdict: dict[str, object] = {
+        "id": "damping",
+        **_span_record(whole),
+        "without": [_span_record(one) for one in left_out],
+        "true_in_all": silent[State.YES],
+        "false_in_all": silent[State.NO],
+    }
+    records: list[Mapping[str, object]] = [verdict, *REVERSALS.json(rigid), *table.json(found)]
+    outcome = text("hypotheses/damping_fit_outcome", **given)
+    return Chapter(ID, TITLE, page, records, outcome, said=said(found, claims))
+
+
+def _span_record(one: Span) -> dict[str, object]:
+    return {name: list(v) if isinstance(v, tuple) else v for name, v in vars(one).items()}
+
+
+def _most(found: Sequence[Fit], law: Law) -> float:
+    """Numbers that a law's best setting explains."""
+    return max(fit.mean for fit in found if fit.cell.law == law)
+
+
+def _share(claim: Claim) -> Callable[[Fit], float]:
+    return lambda fit: float(np.mean(fit.explained[claim.id]))
+
+
+def _columns(claims: Sequence[Claim], chosen: Sequence[Fit]) -> Columns[Fit]:
+    """claims: whose shares of starts are shown."""
+    return Columns(
+        lambda fit: f"damping_fit/{fit.cell.id}",
+        [
+            Column("law", "phase law", lambda fit: LAW_WORDS[fit.cell.law.id]),
+            Column("reading", "reading", lambda fit: fit.cell.reading),
+            Column("planets", "planets", lambda fit: fit.cell.planets),
+            Column("zeta", "ζ", lambda fit: fit.cell.zeta, "g"),
+            Column("explained", "numbers explained", lambda fit: fit.mean, ".2f"),
+            *(Column(claim.id, claim.id, _share(claim), ".2f") for claim in claims),
+            Column("equally_good", None, lambda fit: fit in chosen),
+        ],
+    )
+
+
+SPANS: Columns[Span] = Columns(
+    lambda one: f"damping_fit/without/{one.left_out}",
+    [
+        Column("left_out", "without", lambda one: one.left_out),
+        Column("settings", "equally good", lambda one: one.settings),
+        Column("explained", "numbers explained, at most", lambda one: one.mean, ".2f"),
+        Column("laws", "phase law", lambda one: "; ".join(LAW_WORDS[law] for law in one.laws)),
+        Column("readings", "reading", lambda one: ", ".join(one.readings)),
+        Column("planets", "planets", lambda one: ", ".join(one.planets)),
+        Column("zetas", "ζ", lambda one: one.zetas, "g"),
+    ],
+)
+REVERSALS: Columns[Reversals] = Columns(
+    lambda one: f"damping_fit/rigid/{one.level}",
+    [
+        Column("level", "rigid arm", lambda one: one.level),
+        Column("side_change_s", "torque changes sign at [s]", lambda one: one.side_change_s, ".3f"),
+        Column("return_s", "and again at [s]", lambda one: one.return_s, ".3f"),
+    ],
+)

@@ -1,0 +1,1 @@
+"""The runs and measures behind the hypotheses."""

@@ -1,0 +1,94 @@
+"""A vibration that has grown under the controller is handed over: does it live on the feedback?
+
+From one and the same state the run goes on with the controller as it was, with the rigid arm's
+torque played back, and with the controller looking at the sun.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from analytic.kernel.batch import Batch
+from analytic.kernel.equations import TermEquations
+from analytic.model import PhysicalModel
+from audit.experiments.torque import fast
+from audit.experiments.variant import Variant, spelled_out
+from audit.hypotheses.evidence.flutter import played_back
+from audit.phase.runs.plant import Continued
+from crosscheck import signals
+from crosscheck.studies.members.starts import perturbed
+from models.experiment.drive import DriveData, drive_data
+
+HANDED_S, AFTER_S = 0.9, 0.2  # when it is handed over, and how long it is watched
+LAST_S, SMOOTHED_S = 0.05, 5e-3  # where it is measured; slower than the meshes' vibrations
+STRIDE = 5
+
+
+class Handed(NamedTuple):
+    """Shoulder vibration [rad/s^2] of every start, AFTER_S later, by what drives the arm."""
+
+    link: list[float]
+    torque: list[float]
+    sun: list[float]
+
+
+@dataclass(frozen=True)
+class Handover:
+    """A Question: the variant's run under PD control, handed over at HANDED_S."""
+
+    variant: Variant
+    seeds: tuple[int, ...]
+
+    @property
+    def inputs(self) -> str:
+        return spelled_out(self.variant.case(), repr(self.seeds))
+
+    @property
+    def cost(self) -> float:
+        return 1.0 * len(self.seeds)
+
+    def answer(self) -> Handed:
+        case = self.variant.case()
+        models = [PhysicalModel(*perturbed(case, seed)) for seed in self.seeds]
+        table = drive_data(played_back(case, self.variant).scenario, len(case.arm.joints))
+        later = table._replace(table_time=table.table_time - HANDED_S)
+        found = [
+            after(model, *state, later) for model, state in zip(models, grown(models), strict=True)
+        ]
+        return Handed(*map(list, zip(*found, strict=True)))
+
+
+def grown(models: Sequence[PhysicalModel]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The states q, v (n,) at HANDED_S."""
+    steps = round(HANDED_S / models[0].scenario.step_s)
+    *_, last = Batch(models).run(1, steps, 1)
+    return [(last.q[-1, :, i].copy(), last.v[-1, :, i].copy()) for i in range(len(models))]
+
+
+def after(
+    model: PhysicalModel, q: np.ndarray, v: np.ndarray, table: DriveData
+) -> tuple[float, float, float]:
+    """The vibration left of a state: looking at the link, at nothing, at the sun."""
+    parts = model.arm, model.layout, model.gears
+    ways = (
+        model.term_equations,
+        TermEquations(*parts, table, model.terms),
+        TermEquations(*parts, model.drive, model.terms, sensor=model.terms.drive_map),
+    )
+    return tuple(_left(model, way, q, v) for way in ways)  # type: ignore[return-value]
+
+
+def _left(model: PhysicalModel, equations: TermEquations, q: np.ndarray, v: np.ndarray) -> float:
+    """Largest fast part [rad/s^2] of the shoulder's acceleration at the end; inf if it diverges."""
+    step = model.scenario.step_s
+    run = Continued(model.scenario, equations.drive, model.gears, equations, (q, v))
+    with np.errstate(invalid="ignore", over="ignore"):  # of a run that diverges
+        made = Batch([run], lanes=1).advance(round(AFTER_S / step) // STRIDE, STRIDE).a
+    time, shoulder = STRIDE * step * np.arange(len(made)), made[:, model.layout.theta[0], 0]
+    if not np.isfinite(shoulder).all():
+        return np.inf
+    return signals.amplitude(fast(time, shoulder, SMOOTHED_S)[time >= AFTER_S - LAST_S])

@@ -1,0 +1,142 @@
+"""The loop's linear limits: at which damping a mesh mode turns unstable, and how fast it grows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from audit.experiments.cells import READINGS
+from audit.experiments.variant import Numbers, Variant
+from audit.hypotheses.evidence.feedback import (
+    LINK,
+    PAPER_GAINS,
+    SUN,
+    Point,
+    growth,
+    threshold,
+)
+from audit.measures.reading import first_mesh
+from audit.measures.undefined import where_known
+from crosscheck import signals
+
+ELBOWS_DEG = (0, 30, 60, 90, 120, 150, 180)
+GAINS = ((1000.0, 0.0), (500.0, 400.0), (4000.0, 400.0), (1000.0, 100.0), (1000.0, 200.0),
+         (1000.0, 400.0), (1000.0, 800.0), (1000.0, 1600.0))  # fmt: skip
+STIFFNESSES = (0.8, 1.0, 1.2)  # (k_m - k_a, k_m, k_m + k_a) / k_m
+GROWTH_S, GROWTH_ZETA = (0.1, 0.4), 0.003
+GROWTH_TOLERANCE = 0.1  # measured growth against the frozen eigenvalues' mean
+SMOOTH = ("backlash_m", "tooth_error_m", "mesh_stiffness_amplitude_N_per_m")
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """Where a mesh mode turns unstable in contact.
+
+    zeta: 0 if nowhere; frequency_Hz, growth_per_s: of the mode there; undamped_growth_per_s: of the
+    least stable mode without damping.
+    """
+
+    point: Point
+    zeta: float
+    frequency_Hz: float
+    undamped_growth_per_s: float
+    growth_per_s: float
+
+    @property
+    def elbow_deg(self) -> float:
+        """The pose."""
+        return float(np.degrees(self.point.elbow_rad))
+
+    @property
+    def is_papers(self) -> bool:
+        """With the paper's gains and sensor."""
+        return self.point.sensed != SUN and self.point.gains == PAPER_GAINS
+
+    @property
+    def by_pose(self) -> bool:
+        """One of those that differ in pose and sensor alone."""
+        return self.point.gains == PAPER_GAINS and self.point.stiffness == 1
+
+
+def survey(quick: bool) -> list[Threshold]:
+    """Thresholds over poses, gains, stiffness and where the controller looks."""
+    arms = tuple(READINGS)[:1] if quick else tuple(READINGS)
+    elbows = ELBOWS_DEG[:2] if quick else ELBOWS_DEG
+    points = [Point(a, elbow_rad=np.radians(e), sensed=s) for a in arms for e in elbows
+              for s in (LINK, SUN)]  # fmt: skip
+    points += [Point(arm, gains) for arm in arms for gains in GAINS]
+    points += [Point(arm, stiffness=stiffness) for arm in arms for stiffness in STIFFNESSES]
+    return [_threshold(point) for point in dict.fromkeys(points)]
+
+
+def _threshold(point: Point) -> Threshold:
+    edge = threshold(point)
+    rate, frequency = growth(point, edge)
+    return Threshold(point, edge, frequency, growth(point, 0.0)[0], rate)
+
+
+def cured_at_the_sun(found: Sequence[Threshold]) -> bool:
+    """No threshold at all once the controller looks at the sun, where there is one otherwise."""
+    sun = [one.zeta for one in found if one.point.sensed == SUN]
+    link = [one.zeta for one in found if one.point.sensed != SUN and one.point.gains[1] > 0]
+    return max(sun) == 0.0 and min(link) > 0.0
+
+
+@dataclass(frozen=True)
+class GrowthCheck:
+    """A vibration's growth simulated and by the eigenvalues at its mean pose; None: not run."""
+
+    zeta: float
+    elbow_rad: float | None
+    measured_per_s: float | None
+    predicted_per_s: float | None
+    frequency_Hz: float | None
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether it grows as predicted."""
+        return growth_agrees(self.measured_per_s, self.predicted_per_s)
+
+
+def smooth_variant() -> Variant:
+    """The same feedback without play, tooth error and stiffness variation."""
+    settings = tuple(f"arm.joints.*.{name}=0.0" for name in SMOOTH)
+    return Variant(zeta=GROWTH_ZETA, duration_s=GROWTH_S[1] + 0.05, settings=settings)
+
+
+def growth_rate(run: xr.Dataset) -> Numbers:
+    """Exponential growth [1/s] of the shoulder's mesh vibration within GROWTH_S, and its mean pose.
+
+    From the peaks of x_sp1 less its running mean over 5 ms. None in a run that ends before.
+    """
+    time, x = run["time"].values, first_mesh(run, "x_sp")
+    width = round(5e-3 / (time[1] - time[0]))
+    part = signals.window(time, *GROWTH_S)
+    blocks = time[part].size // width
+    if blocks < 2:
+        return {"growth_per_s": None, "elbow_rad": None}
+    vibration = np.abs(x - np.convolve(x, np.ones(width) / width, mode="same"))
+    peaks = vibration[part][: blocks * width].reshape(blocks, width).max(axis=1)
+    middles = time[part][: blocks * width].reshape(blocks, width).mean(axis=1)
+    return {
+        "growth_per_s": float(np.polyfit(middles, np.log(peaks), 1)[0]),
+        "elbow_rad": float(run["theta"].values[part, 1].mean()),
+    }
+
+
+def growth_check(measured: Numbers) -> GrowthCheck:
+    """Against the eigenvalues at the measured pose."""
+    elbow, rate = (measured.get(name) for name in ("elbow_rad", "growth_per_s"))
+    if elbow is None:
+        return GrowthCheck(GROWTH_ZETA, None, rate, None, None)
+    predicted, frequency = growth(Point(elbow_rad=elbow), GROWTH_ZETA)
+    return GrowthCheck(GROWTH_ZETA, elbow, rate, predicted, frequency)
+
+
+@where_known
+def growth_agrees(measured: float, predicted: float) -> bool:
+    """Whether a simulated growth rate is the linear model's."""
+    return abs(measured - predicted) <= GROWTH_TOLERANCE * abs(predicted)

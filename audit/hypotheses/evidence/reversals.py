@@ -1,0 +1,44 @@
+"""When a rigid arm's torque changes its sign under PD control: what no damping can move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from audit.experiments.scale import Scale
+from audit.experiments.study import Study
+from audit.experiments.variant import Numbers, Variant
+from audit.measures.rigid import rigid_model
+from crosscheck.registry import RIGID_LEVELS
+
+
+@dataclass(frozen=True)
+class Reversals:
+    """Of the shoulder [s]: the meshes change sides soon after the first, and back after the second.
+
+    None where the run ends before.
+    """
+
+    level: str
+    side_change_s: float | None
+    return_s: float | None
+
+
+def reversals(study: Study, scale: Scale) -> list[Reversals]:
+    """Of every rigid level."""
+    variants = [scale.cut(Variant(model=rigid_model(x), record_every=100)) for x in RIGID_LEVELS]
+    found = study.measures(variants, torque_reversals, "damping fit, rigid arm")
+    return [
+        Reversals(level, numbers.get("first_s"), numbers.get("second_s"))
+        for level, numbers in zip(RIGID_LEVELS, found, strict=True)
+    ]
+
+
+def torque_reversals(run: xr.Dataset) -> Numbers:
+    """First two sign changes [s] of the shoulder's torque."""
+    time, torque = run["time"].values, run["torque"].values[:, 0]
+    changes = [float(t) for t in time[1:][np.diff(np.sign(torque)) != 0]]
+    first, second = (*changes, None, None)[:2]
+    return {"first_s": first, "second_s": second}

@@ -1,0 +1,307 @@
+"""Fig. 15's experiment, back and forth: what backlash adds, and what the rigid arm foretells.
+
+The error is the shoulder's (or both joints') angle with backlash b less that without, start i of
+the one against start i of the other. The rigid arm's sensitivity to its start is found by moving
+that a little; one fixed combination of the four sensitivities, fitted early, is all there is to
+foretell the error's later course.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from analytic.model import PhysicalModel, RigidCoupled
+from audit.experiments.cells import INTEGRAL, Cell
+from audit.experiments.variant import Variant, spelled_out
+from audit.measures.course import Course, courses
+from audit.measures.numbers import defined, quotient
+from audit.measures.rigid import COUPLED, without_gears
+from audit.measures.shares import Share
+from audit.measures.undefined import all_of, where_known
+from crosscheck import signals
+from crosscheck.studies.members.starts import perturbed
+from models.errors import Diverged
+
+DRIVES = ("sqrt_time", "time")  # 2000 sin(20 pi sqrt(t)) as printed, 2000 sin(20 pi t)
+ZETAS = (0.05, 0.005)
+BACKLASHES_M = (5e-6, 1e-5, 2.5e-5, 5e-5, 5e-4, 1e-3, 3e-3)  # the paper's set for b
+REFERENCE_M = 5e-5
+NUDGE = 1e-7  # of the rigid arm's start [rad, rad/s]: its error grows a thousandfold, still small
+SMALL_S = (0.3, 1.2)  # where errors are small and the start's transients over
+LEARNT_S = (0.1, 0.6)  # where the coefficients of the rigid prediction are fitted
+SAME_RATE, SAME_SIZE, LINEAR, ORDERED = 0.25, 0.1, 0.05, 0.95
+EVERY_S, DRAWN = 1e-3, 5  # records; of the curves every fifth is kept
+Errors = Mapping[float, np.ndarray]  # by b: (times, joints) [rad]
+
+
+@dataclass(frozen=True)
+class Found:
+    """Of one start; None where a run ends before.
+
+    Growth rates [1/s] of the error of REFERENCE_M; misfit: of the rigid prediction, over the
+    largest error; nonlinearity: of error over b, relative; shares of time in which a larger b means
+    a larger error; largest and last error [rad] by b.
+    """
+
+    growth_per_s: float | None
+    misfit: float | None
+    nonlinearity: float | None
+    ordered_before: float | None
+    ordered_after: float | None
+    largest_rad: tuple[float, ...]
+    end_rad: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Of the first start: time [s]; shoulder's error [rad] by b; what the rigid arm foretells."""
+
+    time: list[float]
+    errors: list[list[float]]
+    predicted: list[float | None]
+
+
+@dataclass(frozen=True)
+class Shaken:
+    """One drive and damping ratio. starts: all that did not diverge.
+
+    rigid_growth_per_s: of the rigid arm's error when its elbow is nudged; sensitivities
+    d theta_1 / d theta_2(0): at the end of SMALL_S, and the largest; rest_rad: the arm without
+    backlash less the rigid one.
+    """
+
+    drive: str
+    zeta: float
+    starts: tuple[Found, ...]
+    rigid_growth_per_s: float | None
+    sensitivity_small: float | None
+    largest_sensitivity: float
+    rest_rad: float
+    curves: Curves
+
+    @property
+    def id(self) -> str:
+        """Names it in claims.json."""
+        return f"accumulation/{self.drive}/{self.zeta:g}"
+
+    @property
+    def own(self) -> Share | None:
+        """Starts in which the error's growth is the rigid arm's own."""
+        return _share(
+            [is_own(f.growth_per_s, self.rigid_growth_per_s, f.misfit) for f in self.starts]
+        )
+
+    @property
+    def linear(self) -> Share | None:
+        """Starts in which the error is proportional to b while small."""
+        return _share([is_linear(found.nonlinearity) for found in self.starts])
+
+    @property
+    def ordered(self) -> Share | None:
+        """Starts in which a larger b means a larger error later."""
+        return _share([is_ordered(found.ordered_after) for found in self.starts])
+
+    def span(self, name: str) -> tuple[float | None, float | None]:
+        """Least and largest of a number over the starts."""
+        values = [getattr(found, name) for found in self.starts]
+        known = [value for value in values if value is not None]
+        return min(known, default=None), max(known, default=None)
+
+
+def _share(answers: Sequence[bool | None]) -> Share | None:
+    known = [answer for answer in answers if answer is not None]
+    return Share(sum(known), len(known)) if known else None
+
+
+@dataclass(frozen=True)
+class Shaking:
+    """A Question: every backlash from many starts, beside the rigid arm."""
+
+    drive: str
+    zeta: float
+    seeds: tuple[int, ...]
+    duration_s: float
+
+    @property
+    def variant(self) -> Variant:
+        """With the play that the arm has."""
+        plain = Cell(INTEGRAL, self.zeta).variant("back-and-forth")
+        drive = f"scenario.drive.argument={self.drive}"
+        stride = round(EVERY_S / plain.case().scenario.step_s)
+        return replace(plain, settings=(drive,), record_every=stride, duration_s=self.duration_s)
+
+    @property
+    def inputs(self) -> str:
+        return spelled_out(self.variant.case(), repr(self))
+
+    @property
+    def cost(self) -> float:
+        return 0.1 * len(self.seeds) * self.duration_s * len(BACKLASHES_M)
+
+    def answer(self) -> Shaken:
+        time, rigid, sensitivity = self._rigid()
+        plain = self._geared(0.0)
+        with_play = {b: self._geared(b) for b in BACKLASHES_M}
+        whole = [
+            i
+            for i in range(len(self.seeds))
+            if i in plain and all(i in x for x in with_play.values())
+        ]
+        if not whole:
+            raise Diverged(self.variant.model, 0.0)
+        errors = [{b: x[i] - plain[i] for b, x in with_play.items()} for i in whole]
+        elbow = sensitivity[:, 0, 1]
+        return Shaken(
+            self.drive,
+            self.zeta,
+            tuple(found(time, error, sensitivity) for error in errors),
+            defined(growth_rate(time, elbow)),
+            defined(abs(_at(time, elbow, SMALL_S[1]))),
+            float(np.abs(elbow).max()),
+            max(float(np.abs(plain[i] - rigid)[:, 0].max()) for i in whole),
+            _curves(time, errors[0], sensitivity),
+        )
+
+    def _geared(self, backlash_m: float) -> dict[int, np.ndarray]:
+        """theta (times, joints) of every start that did not diverge."""
+        meshes = (f"arm.joints.*.backlash_m={backlash_m!r}",)
+        variant = replace(self.variant, meshes=meshes)
+        case = variant.case()
+        made = courses([PhysicalModel(*perturbed(case, seed)) for seed in self.seeds])
+        return {i: run.theta for i, run in enumerate(made) if isinstance(run, Course)}
+
+    def _rigid(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """time (times,), theta (times, 2), its derivatives by the start's states (times, 2, 4)."""
+        plain = without_gears(self.variant, COUPLED)
+        variants = [
+            plain,
+            *(replace(plain, settings=(*plain.settings, _nudge(k))) for k in range(4)),
+        ]
+        runs = courses([RigidCoupled(*variant.case()) for variant in variants])
+        first, *nudged = (run for run in runs if isinstance(run, Course))
+        moved = [(run.theta - first.theta) / NUDGE for run in nudged]
+        return first.time, first.theta, np.stack(moved, axis=2)
+
+
+def _nudge(cause: int) -> str:
+    """The rigid arm's start moved in one of its four states."""
+    values = [0.0, 0.0]
+    values[cause % 2] = NUDGE
+    name = "theta_rad" if cause < 2 else "theta_dot_rad_per_s"
+    return f"scenario.start.{name}={values}"
+
+
+def found(time: np.ndarray, errors: Errors, sensitivity: np.ndarray) -> Found:
+    """The numbers of one start."""
+    error = errors[REFERENCE_M]
+    predicted = rigid_prediction(time, error, sensitivity)
+    ahead = (time >= LEARNT_S[1]) & (time <= SMALL_S[1])
+    misfit = quotient(*(signals.amplitude(x[ahead, 0]) for x in (predicted - error, error)))
+    ordered = partial(ordered_share, time, errors)
+    return Found(
+        growth_per_s=defined(growth_rate(time, error[:, 0])),
+        misfit=defined(misfit),
+        nonlinearity=defined(linearity(time, errors)),
+        ordered_before=defined(ordered(*SMALL_S)),
+        ordered_after=defined(ordered(SMALL_S[1], float(time[-1]))),
+        largest_rad=tuple(float(np.abs(e[:, 0]).max()) for e in errors.values()),
+        end_rad=tuple(float(e[-1, 0]) for e in errors.values()),
+    )
+
+
+def _curves(time: np.ndarray, errors: Errors, sensitivity: np.ndarray) -> Curves:
+    predicted = rigid_prediction(time, errors[REFERENCE_M], sensitivity)[::DRAWN, 0]
+    return Curves(
+        time[::DRAWN].tolist(),
+        [error[::DRAWN, 0].tolist() for error in errors.values()],
+        [defined(value) for value in predicted],
+    )
+
+
+def growth_rate(time: np.ndarray, values: np.ndarray) -> float:
+    """Exponential rate [1/s] of the running maximum of |values| within SMALL_S; nan if not run."""
+    part = (time >= SMALL_S[0]) & (time < SMALL_S[1])
+    if part.sum() < 2:
+        return np.nan
+    return float(np.polyfit(time[part], np.log(running(values)[part]), 1)[0])
+
+
+def running(values: np.ndarray) -> np.ndarray:
+    """The largest magnitude so far, never 0."""
+    return np.maximum.accumulate(np.abs(values)) + 1e-300
+
+
+def rigid_prediction(time: np.ndarray, error: np.ndarray, sensitivity: np.ndarray) -> np.ndarray:
+    """The combination (times, 2) of sensitivities that fits the error (times, 2) in LEARNT_S.
+
+    nan if the run ends before.
+    """
+    part = (time >= LEARNT_S[0]) & (time < LEARNT_S[1])
+    causes = sensitivity.shape[2]
+    if 2 * part.sum() < causes:
+        return np.full(error.shape, np.nan)
+    fit = np.linalg.lstsq(sensitivity[part].reshape(-1, causes), error[part].ravel(), rcond=None)
+    return sensitivity @ fit[0]
+
+
+def linearity(time: np.ndarray, errors: Errors) -> float:
+    """Largest departure of error / b from that of REFERENCE_M before SMALL_S ends, relative.
+
+    nan if the run ends before.
+    """
+    part = time < SMALL_S[1]
+    if part.all():
+        return np.nan
+    scaled = {b: error[part, 0] / b for b, error in errors.items()}
+    reference = scaled[REFERENCE_M]
+    gap = max(np.abs(values - reference).max() for values in scaled.values())
+    return quotient(gap, np.abs(reference).max())
+
+
+def ordered_share(time: np.ndarray, errors: Errors, begin: float, end: float) -> float:
+    """Part of the time in [begin, end] in which a larger b means a larger |error|; nan for none."""
+    part = (time >= begin) & (time <= end)
+    if not part.any():
+        return np.nan
+    sizes = np.abs([errors[b][part, 0] for b in sorted(errors)])
+    return float((np.diff(sizes, axis=0) > 0).all(axis=0).mean())
+
+
+def _at(time: np.ndarray, values: np.ndarray, instant: float) -> float:
+    """The value (times,) at an instant [s]; nan if the run ends before."""
+    if time[-1] < instant - 1e-9:
+        return np.nan
+    return float(values[np.searchsorted(time, instant - 1e-9)])
+
+
+def is_own(
+    error_growth: float | None, rigid_growth: float | None, misfit: float | None
+) -> bool | None:
+    """The rigid arm foretells the backlash error, and both grow at one rate [1/s]."""
+    return all_of((_same_rate(quotient(error_growth, rigid_growth)), _same_size(misfit)))
+
+
+@where_known
+def _same_rate(rates: float) -> bool:
+    return abs(rates - 1) <= SAME_RATE
+
+
+@where_known
+def _same_size(misfit: float) -> bool:
+    return misfit <= SAME_SIZE
+
+
+@where_known
+def is_linear(nonlinearity: float) -> bool:
+    """The error is proportional to the backlash."""
+    return nonlinearity <= LINEAR
+
+
+@where_known
+def is_ordered(share: float) -> bool:
+    """A larger backlash means a larger error for nearly all the time."""
+    return share >= ORDERED

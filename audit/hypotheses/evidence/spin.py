@@ -1,0 +1,76 @@
+"""What it costs that Eq. 18 leaves link 1's rotation out of the elbow's planets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from audit.errata.finder import energy_errata
+from audit.experiments.variant import spelled_out
+from crosscheck.checks.trajectories import largest_difference, tip_position
+from models.loading import load_arm, load_scenario
+
+WHERE = "Eq. 18, planets 2"
+CONSIDERABLE_M = 0.03  # the tip error that Section 3.1 calls considerable
+STRIDE = 50  # records of angles and forces, 0.5 ms
+
+
+@dataclass(frozen=True)
+class Difference:
+    """What the spin changes: inertia missing in M_33 [kg m^2], its share, largest differences.
+
+    theta_rad, mesh_force_N of any joint; tip_m: distance.
+    """
+
+    arm: str
+    scenario: str
+    duration_s: float
+    missing_kg_m2: float | None
+    relative: float | None
+    theta_rad: float
+    tip_m: float
+    mesh_force_N: float
+
+
+@dataclass(frozen=True)
+class SpinCost:
+    """Eqs. 16-19 as printed, and with the elbow planets' true spin, through one scenario."""
+
+    arm: str
+    scenario: str
+    duration_s: float
+
+    @property
+    def inputs(self) -> str:
+        records = (load_arm(self.arm), load_scenario(self.scenario))
+        return spelled_out(records, repr(self))
+
+    @property
+    def cost(self) -> float:
+        return self.duration_s
+
+    def answer(self) -> Difference:
+        arm = load_arm(self.arm)
+        (slip,) = (erratum for erratum in energy_errata(arm) if erratum.where == WHERE)
+        assert slip.trial is not None  # an energy can always be put right
+        update = {"duration_s": self.duration_s, "record_every": STRIDE}
+        scenario = load_scenario(self.scenario).model_copy(update=update)
+        sides = (slip.trial.as_printed, slip.trial.put_right)
+        printed, right = (side(scenario).simulate() for side in sides)
+        apart = tip_position(printed, arm).values - tip_position(right, arm).values
+        return Difference(
+            arm=self.arm,
+            scenario=self.scenario,
+            duration_s=scenario.duration_s,
+            missing_kg_m2=slip.size,
+            relative=slip.relative,
+            theta_rad=largest_difference(printed, right, "theta"),
+            tip_m=float(np.linalg.norm(apart, axis=1).max()),
+            mesh_force_N=largest_difference(printed, right, "F_sp"),
+        )
+
+
+def matters(tip_error_m: float) -> bool:
+    """Whether the tip moves by what the paper calls considerable."""
+    return tip_error_m >= CONSIDERABLE_M

@@ -1,0 +1,110 @@
+"""Hypothesis H5: how heavy must the base be for Section 2's fixed base?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from audit.hypotheses.evidence.flights import (
+    LIMIT_M,
+    RATIOS,
+    SCENARIOS,
+    SIDES_M,
+    Flight,
+    Flights,
+    Need,
+    larger_is_enough,
+    need,
+)
+from audit.hypotheses.floating_base_views import drawing
+from audit.hypotheses.words import SCENARIOS as TITLES
+from audit.page.chapter import Chapter
+from audit.page.columns import Column, Columns
+from audit.page.material import Material
+from audit.page.record import JsonObject
+from audit.page.text import html, text
+from models.loading import load_scenario
+
+ID, TITLE = "floating_base", "A base that is free to fly (H5)"
+
+
+def chapter(material: Material) -> Chapter:
+    """Tip error of the fixed base over the base's mass."""
+    tasks = [
+        Flights(name, side, material.scale.seconds(load_scenario(name).duration_s))
+        for name in SCENARIOS
+        for side in SIDES_M
+    ]
+    answers = material.study.answers(tasks, "H5, free-flying base")
+    flights = [flight for rows in answers for flight in rows]
+    needs = [need(flights, name, side) for name in SCENARIOS for side in SIDES_M]
+    enough = larger_is_enough([one.ratio for one in needs])
+    said = {
+        "enough": enough,
+        "needed": {TITLES[name]: _needed(needs, name) for name in SCENARIOS},
+        "limit_m": LIMIT_M,
+    }
+    page = text(
+        "hypotheses/floating_base",
+        arm_kg=flights[0].base_mass_kg / flights[0].ratio,
+        drift=max(flight.momentum_drift for flight in flights),
+        ratios=RATIOS,
+        picture=html(drawing(flights)),
+        needs=html(NEEDS.html(needs)),
+        flights=html(FLIGHTS.html([one for one in flights if one.side_m == SIDES_M[0]])),
+        **said,
+    )
+    records = [_verdict(needs, enough), *NEEDS.json(needs), *FLIGHTS.json(flights)]
+    return Chapter(ID, TITLE, page, records, text("hypotheses/floating_base_outcome", **said))
+
+
+def _needed(needs: Sequence[Need], scenario: str) -> str:
+    """Smallest and largest mass ratio over the cubes."""
+    ratios = [one.ratio for one in needs if one.scenario == scenario]
+    enough = [ratio for ratio in ratios if ratio is not None]
+    if len(enough) < len(ratios):
+        return f"more than {RATIOS[-1]:g}"
+    ends = dict.fromkeys(f"{ratio:.3g}" for ratio in (min(enough), max(enough)))
+    return " to ".join(ends) + (" or fewer" if max(enough) == RATIOS[0] else "")
+
+
+def _verdict(needs: Sequence[Need], enough: bool) -> JsonObject:
+    found = [one.ratio for one in needs if one.ratio is not None]
+    return {
+        "id": "H5",
+        "verdict": "a larger base suffices" if enough else "a merely larger base does not suffice",
+        "lowest_needed_ratio": min(found, default=None),
+        "highest_needed_ratio": max(found) if len(found) == len(needs) else None,
+    }
+
+
+NEEDS: Columns[Need] = Columns(
+    lambda one: f"floating_base/needed/{one.scenario}/cube {one.side_m:g} m",
+    [
+        Column("scenario", "experiment", lambda one: TITLES[one.scenario]),
+        Column("side_m", "cube [m]", lambda one: one.side_m, "g"),
+        Column("ratio", "mass ratio needed, whole run", lambda one: one.ratio),
+        Column("ratio_at_end", "at the end", lambda one: one.ratio_at_end),
+        Column(
+            "error_times_ratio_m",
+            "error times ratio, heavy [m]",
+            lambda one: one.error_times_ratio_m,
+        ),
+    ],
+)
+FLIGHTS: Columns[Flight] = Columns(
+    lambda one: f"floating_base/{one.scenario}/cube {one.side_m:g} m/ratio {one.ratio:g}",
+    [
+        Column("scenario", "experiment", lambda one: TITLES[one.scenario]),
+        Column("side_m", "cube [m]", lambda one: one.side_m, "g"),
+        Column("ratio", "mass ratio", lambda one: one.ratio, "g"),
+        Column("base_kg", "base [kg]", lambda one: one.base_mass_kg, ".4g"),
+        Column("largest_mm", "largest tip error [mm]", lambda one: 1e3 * one.largest_m),
+        Column("largest_at_s", "at [s]", lambda one: one.largest_at_s, ".2f"),
+        Column("end_mm", "at the end [mm]", lambda one: 1e3 * one.end_m),
+        Column("base_turn_rad", "base turned [rad]", lambda one: one.base_turn_rad),
+        Column(
+            "joint_error_rad", "joint angles moved [rad]", lambda one: one.joint_error_rad, ".2g"
+        ),
+        Column("momentum_drift", None, lambda one: one.momentum_drift),
+    ],
+)

@@ -1,0 +1,53 @@
+"""Hypothesis H4: what it costs that Eq. 18 leaves link 1's rotation out of the elbow's planets."""
+
+from __future__ import annotations
+
+from audit.experiments.cells import READINGS
+from audit.hypotheses.evidence.spin import CONSIDERABLE_M, Difference, SpinCost, matters
+from audit.page.chapter import Chapter
+from audit.page.columns import Column, Columns
+from audit.page.material import Material
+from audit.page.text import html, text
+
+ID, TITLE = "planet_spin", "The elbow planets' spin (H4)"
+DURATIONS_S = {"constant-torque": 0.5, "pd": 3.0}
+
+
+def chapter(material: Material) -> Chapter:
+    """Both readings and scenarios."""
+    wanted = [
+        SpinCost(arm, scenario, material.scale.seconds(duration_s))
+        for arm in READINGS
+        for scenario, duration_s in DURATIONS_S.items()
+    ]
+    found = material.study.answers(wanted, "H4, planet spin")
+    largest = max(found, key=lambda difference: difference.tip_m)
+    said = {"largest": largest, "matters": matters(largest.tip_m), "limit_m": CONSIDERABLE_M}
+    page = text("hypotheses/planet_spin", first=found[0], table=html(COSTS.html(found)), **said)
+    verdict = {
+        "id": "H4",
+        "verdict": "considerable" if matters(largest.tip_m) else "not considerable",
+        "largest_tip_m": largest.tip_m,
+        "where": f"{largest.arm}, {largest.scenario}",
+    }
+    outcome = text("hypotheses/planet_spin_outcome", **said)
+    return Chapter(ID, TITLE, page, [verdict, *COSTS.json(found)], outcome)
+
+
+def _percent(found: Difference) -> float | None:
+    return None if found.relative is None else 100 * found.relative
+
+
+COSTS: Columns[Difference] = Columns(
+    lambda one: f"H4/{one.arm}/{one.scenario}",
+    [
+        Column("arm", "reading", lambda one: READINGS[one.arm]),
+        Column("scenario", "experiment", lambda one: one.scenario),
+        Column("duration_s", "[s]", lambda one: one.duration_s, "g"),
+        Column("missing_kg_m2", "missing in M₃₃ [kg m²]", lambda one: one.missing_kg_m2),
+        Column("missing_percent", "of M₃₃ [%]", _percent, ".2g"),
+        Column("theta_rad", "Δθ [rad]", lambda one: one.theta_rad),
+        Column("tip_mm", "tip [mm]", lambda one: 1e3 * one.tip_m),
+        Column("mesh_force_N", "mesh force per planet [N]", lambda one: one.mesh_force_N),
+    ],
+)

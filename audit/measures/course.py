@@ -1,0 +1,138 @@
+"""A run as the paper's measures read it: the joints, and the shoulder's first meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import xarray as xr
+
+from analytic.ensemble import Chunk, Group, groups
+from analytic.model import AnalyticModel
+from audit.measures.reading import arm_of, scenario_of, switches_of
+from models.errors import Diverged
+from models.loading import Case
+from models.trajectory import recorded_times
+
+JOINT_SIGNALS = ("theta", "theta_dot", "theta_ddot", "torque")
+FORCES = ("F_sp", "F_pr")
+MESH_SIGNALS = ("x_sp", "x_pr", *FORCES)
+_NO_MESHES = [np.empty(0)] * (len(MESH_SIGNALS) + 1)
+
+
+@dataclass(frozen=True)
+class Course:
+    """Of one run, in SI units.
+
+    time (times,); theta, theta_dot, theta_ddot, torque (times, joints); x_sp, x_pr, F_sp, F_pr
+    (times,): of the shoulder's first planet, F_outer (times, 2 (joints - 1)): F_sp, F_pr of the
+    outer joints' first planets, all empty without gears; planets_apart_m: the largest difference
+    between planets of a stage in a mesh displacement.
+    """
+
+    case: Case
+    time: np.ndarray
+    theta: np.ndarray
+    theta_dot: np.ndarray
+    theta_ddot: np.ndarray
+    torque: np.ndarray
+    x_sp: np.ndarray
+    x_pr: np.ndarray
+    F_sp: np.ndarray
+    F_pr: np.ndarray
+    F_outer: np.ndarray
+    planets_apart_m: float = field(default=0.0, kw_only=True)
+
+    def at(self, time: np.ndarray) -> Course:
+        """Its joints at other times, by straight lines between records; for smooth motion."""
+
+        def taken(values: np.ndarray) -> np.ndarray:
+            return np.array([np.interp(time, self.time, column) for column in values.T]).T
+
+        return replace(
+            self,
+            time=time,
+            theta=taken(self.theta),
+            theta_dot=taken(self.theta_dot),
+            theta_ddot=taken(self.theta_ddot),
+            torque=taken(self.torque),
+        )
+
+
+def course_of(run: xr.Dataset) -> Course:
+    """Of a trajectory, as any model gives it."""
+    case = Case(arm_of(run), scenario_of(run), switches_of(run))
+    joints = [run[name].values for name in JOINT_SIGNALS]
+    if "x_sp" not in run:
+        return Course(case, run["time"].values, *joints, *_NO_MESHES)
+    meshes = [run[name].values[:, 0, 0] for name in MESH_SIGNALS]
+    outer = np.concatenate([run[name].values[:, 1:, 0] for name in FORCES], axis=1)
+    apart = float(_apart(run["x_pr"].values))
+    signals = [*joints, *meshes, outer]
+    return Course(case, run["time"].values, *signals, planets_apart_m=apart)
+
+
+def courses(models: Sequence[AnalyticModel]) -> list[Course | Diverged]:
+    """The runs of many models, side by side; of each only what a Course holds is ever in memory."""
+    found: dict[int, Course | Diverged] = {}
+    for group in groups(models):
+        found |= zip(group.members, _of_group(group), strict=True)
+    return [found[place] for place in range(len(models))]
+
+
+def _of_group(group: Group) -> list[Course | Diverged]:
+    time = recorded_times(group.models[0].scenario)
+    geared = bool(group.models[0].layout.meshing)
+    apart = np.zeros(len(group.models))
+    signals: list[np.ndarray] = []
+    first = 0
+    for chunk in group.chunks():
+        parts = _signals(chunk, geared)
+        signals = signals or [_room(part, time.size) for part in parts]
+        for whole, part in zip(signals, parts, strict=True):
+            whole[:, first : first + len(part)] = np.moveaxis(part, -1, 0)
+        first += len(chunk.time)
+        if geared:
+            apart = np.fmax(apart, _apart(chunk.x_pr))
+    return [
+        _of_member(model, time, [signal[place] for signal in signals], apart[place], at)
+        for place, (model, at) in enumerate(zip(group.models, group.diverged_s, strict=True))
+    ]
+
+
+def _room(part: np.ndarray, times: int) -> np.ndarray:
+    """For a signal (records, ..., members) of a chunk, of the whole run: (members, times, ...)."""
+    return np.empty((part.shape[-1], times, *part.shape[1:-1]))
+
+
+def _signals(chunk: Chunk, geared: bool) -> list[np.ndarray]:
+    """Of the joints (records, joints, members) but for torques, of the shoulder's first meshes
+    (records, members), of the outer ones (records, pairs, members).
+    """
+    joints = [chunk.theta, chunk.theta_dot, chunk.theta_ddot]
+    if not geared:
+        return joints
+    outer = np.concatenate([getattr(chunk, name)[:, 1:, 0] for name in FORCES], axis=1)
+    return [*joints, *(getattr(chunk, name)[:, 0, 0] for name in MESH_SIGNALS), outer]
+
+
+def _of_member(
+    model: AnalyticModel,
+    time: np.ndarray,
+    signals: Sequence[np.ndarray],
+    apart_m: float,
+    diverged_s: float,
+) -> Course | Diverged:
+    if not np.isnan(diverged_s):
+        return Diverged(model.name, float(diverged_s))
+    theta, theta_dot, theta_ddot, *meshes = signals
+    joints = [theta, theta_dot, theta_ddot, model.torques(time, theta, theta_dot)]
+    case = Case(model.arm, model.scenario, model.switches)
+    return Course(case, time, *joints, *(meshes or _NO_MESHES), planets_apart_m=float(apart_m))
+
+
+def _apart(x: np.ndarray) -> np.ndarray:
+    """Largest difference between planets of a stage, x (times, joints, planets, ...) -> (...)."""
+    found: np.ndarray = (x.max(axis=2) - x.min(axis=2)).max(axis=(0, 1))
+    return found

@@ -1,0 +1,32 @@
+"""What is read off a run: its inputs, its first mesh, and what the gears add to a rigid arm."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import xarray as xr
+
+from models.arm.arm import Arm
+from models.experiment.scenario import Scenario
+from models.experiment.switches import Switches
+
+
+def arm_of(run: xr.Dataset) -> Arm:
+    """The arm that a run was made with."""
+    return Arm.model_validate(json.loads(run.attrs["arm"]))
+
+
+def scenario_of(run: xr.Dataset) -> Scenario:
+    """The scenario that a run was made with."""
+    return Scenario.model_validate(json.loads(run.attrs["scenario"]))
+
+
+def switches_of(run: xr.Dataset) -> Switches:
+    """The switches that a run was made with."""
+    return Switches.model_validate(json.loads(run.attrs["switches"]))
+
+
+def first_mesh(run: xr.Dataset, quantity: str) -> np.ndarray:
+    """A mesh variable of the shoulder's first planet, (times,)."""
+    return run[quantity].values[:, 0, 0]

@@ -1,0 +1,50 @@
+"""The rigid arm in the experiment of a geared one: the runs that measures are held against."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from audit.experiments.study import Variant
+from crosscheck.registry import RIGID_LEVELS
+
+COUPLED = "coupled"  # the level with all that the gears bring along rigidly
+RIGID_STEP_S = 1e-4  # the rigid arm is smooth
+
+
+def rigid_model(level: str) -> str:
+    """The model of a level of the ladder."""
+    return f"analytic:{level}"
+
+
+def rigid_arm(variant: Variant, level: str = COUPLED) -> Variant:
+    """The rigid arm at a level through the same experiment, every step recorded.
+
+    Nothing that concerns the meshes alone is left, so geared runs share it.
+    """
+    return replace(
+        without_gears(variant, level),
+        settings=(*variant.settings, f"scenario.step_s={RIGID_STEP_S!r}"),
+        record_every=1,
+    )
+
+
+def without_gears(variant: Variant, level: str = COUPLED) -> Variant:
+    """The same at the step and the records of the geared run."""
+    fields = Variant()
+    return replace(
+        variant,
+        model=rigid_model(level),
+        phase=fields.phase,
+        ring_rate=fields.ring_rate,
+        zeta=fields.zeta,
+        seed=fields.seed,
+        meshes=fields.meshes,
+        planets=fields.planets,
+        mesh_work=fields.mesh_work,
+        harmonics=fields.harmonics,
+    )
+
+
+def beside_every_level(variant: Variant) -> tuple[Variant, ...]:
+    """The rigid arm at every level, in the order of RIGID_LEVELS."""
+    return tuple(rigid_arm(variant, level) for level in RIGID_LEVELS)

@@ -1,0 +1,122 @@
+"""The paper's third fluctuation over many starts: how often it is severe, and each branch alone.
+
+One definition for all chapters: the numbers of ``sampling.pd``, the claims' quantity and threshold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from audit.claims.quantities import of
+from audit.claims.rule import PARTS, Answer, Place, State, above, quantiles_of, state
+from audit.experiments.cells import LAWS, Cell
+from audit.experiments.experiments import PD
+from audit.experiments.pool import Sample
+from audit.measures.shares import Share
+from audit.measures.thresholds import EVIDENT, SEVERE
+from audit.page.said import Said
+
+QUANTITY = of(PD, "third")
+LARGE = above(SEVERE, "four times the rigid arm's own largest acceleration, a third of the 300")
+VISIBLE = above(EVIDENT, "the smallest that Section 3.2 calls a fluctuation")
+APART_M = 1e-6  # planets have parted: a fifth of the tooth error
+Quantiles = tuple[float | None, ...]
+NONE: Quantiles = (None,) * len(PARTS)
+
+
+def quantiles(values: np.ndarray) -> Quantiles:
+    """PARTS of what is defined, each the value of a start; None without any."""
+    return quantiles_of(values[np.isfinite(values)]) or NONE
+
+
+class Branch(NamedTuple):
+    """Starts above SEVERE, or those below, and the medians of these alone; None without any."""
+
+    starts: int
+    size: float | None
+    onset_s: float | None
+    frequency_Hz: float | None
+
+
+@dataclass(frozen=True)
+class Third:
+    """Of every start, (starts,), nan where undefined.
+
+    size [rad/s^2]; onset_s; frequency_Hz; apart_m: how far planets of a stage part; diverged: how
+    many runs did, whose numbers are undefined.
+    """
+
+    size: np.ndarray
+    onset_s: np.ndarray
+    frequency_Hz: np.ndarray
+    apart_m: np.ndarray
+    diverged: int
+
+    @classmethod
+    def of(cls, *samples: Sample) -> Third:
+        """All starts of several samples."""
+        return cls(
+            size=_joined(samples, "third"),
+            onset_s=_joined(samples, "third_onset_s"),
+            frequency_Hz=_joined(samples, "frequency_Hz"),
+            apart_m=_joined(samples, "planets_apart_m"),
+            diverged=sum(int(sample.diverged.sum()) for sample in samples),
+        )
+
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """Those that are defined."""
+        return self.size[np.isfinite(self.size)]
+
+    @cached_property
+    def share(self) -> Share | None:
+        """Of the defined starts above SEVERE; None if too few are defined."""
+        return self.answer(Place(None, "", None, "")).share
+
+    def answer(self, place: Place) -> Answer:
+        """As a claim has it."""
+        return Answer(place, tuple(map(float, np.sort(self.sizes))), self.size.size, LARGE)
+
+    @property
+    def state(self) -> State:
+        """Severe or not, or the start decides."""
+        return state(self.share)
+
+    @property
+    def quantiles(self) -> Quantiles:
+        """Of the size [rad/s^2]."""
+        return quantiles(self.size)
+
+    @property
+    def apart_um(self) -> Quantiles:
+        """Of how far planets part."""
+        return quantiles(1e6 * self.apart_m)
+
+    def of_branch(self, severe: bool) -> np.ndarray:
+        """(starts,) which are on that branch."""
+        chosen = LARGE.yes(self.size)
+        return chosen if severe else np.isfinite(self.size) & ~chosen
+
+    def branch(self, severe: bool) -> Branch:
+        """One branch alone."""
+        chosen = self.of_branch(severe)
+        numbers = (self.size, self.onset_s, self.frequency_Hz)
+        medians = [quantiles(values[chosen])[1] for values in numbers]
+        return Branch(int(chosen.sum()), *medians)
+
+
+def _joined(samples: Sequence[Sample], name: str) -> np.ndarray:
+    return np.concatenate([sample[name] for sample in samples])
+
+
+def said(where: str, cell: Cell, found: Third) -> list[Said]:
+    """What a chapter states of it, where the claims ask the same: with free planets."""
+    if cell.planets != "free" or cell.law not in LAWS:
+        return []
+    answer = found.answer(Place(cell.law, cell.arm, cell.zeta, ""))
+    return [Said(where, QUANTITY.id, LARGE, answer.place, answer.state)]

@@ -1,0 +1,98 @@
+"""What a run does not tell: numbers that are not there, and decisions that stay open without them.
+
+A number is undefined if it is None or not finite: the event did not happen within the run, or the
+run diverged. Records hold None for it, texts the word.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import wraps
+from typing import overload
+
+import numpy as np
+from pydantic import JsonValue
+
+from audit.measures.numbers import defined
+from audit.page.record import JsonObject
+
+UNDEFINED = "undefined"
+Quantity = float | np.floating | np.ndarray | Sequence[float | None] | None
+
+
+def known(*values: Quantity) -> bool:
+    """Whether all numbers, alone or in sequences, are there and finite."""
+    return all(bool(np.isfinite(np.asarray(value, dtype=float)).all()) for value in values)
+
+
+def where_known(decide: Callable[..., bool]) -> Callable[..., bool | None]:
+    """The decision; None, and not asked, if one of the numbers that it rests on is undefined."""
+
+    @wraps(decide)
+    def decided(*numbers: Quantity) -> bool | None:
+        return bool(decide(*numbers)) if known(*numbers) else None
+
+    return decided
+
+
+def all_of(answers: Iterable[bool | None]) -> bool | None:
+    """No if one is no, else undefined if one is."""
+    given = list(answers)
+    if any(answer is False for answer in given):
+        return False
+    return None if None in given else True
+
+
+def any_of(answers: Iterable[bool | None]) -> bool | None:
+    """Yes if one is yes, else undefined if one is."""
+    given = list(answers)
+    if any(answer is True for answer in given):
+        return True
+    return None if None in given else False
+
+
+def word(answer: bool | None, yes: str = "yes", no: str = "no") -> str:
+    """A decision in words."""
+    return UNDEFINED if answer is None else yes if answer else no
+
+
+def shown(value: float | None, form: str = ".3g", otherwise: str = UNDEFINED) -> str:
+    """A number in a format, or the word for one that is undefined."""
+    return format(value, form) if value is not None and math.isfinite(value) else otherwise
+
+
+def percent(share: float | None, form: str = ".1f") -> str:
+    """A share as so many per cent, or the word."""
+    return f"{100 * share:{form}} %" if share is not None and math.isfinite(share) else UNDEFINED
+
+
+def extreme(values: Iterable[float | None], choose: Callable[[list[float]], float]) -> float:
+    """The largest or smallest (``max``, ``min``) of those that are defined; nan if none is."""
+    found = [value for value in values if value is not None and math.isfinite(value)]
+    return choose(found) if found else math.nan
+
+
+@overload
+def recorded(value: Mapping[str, object]) -> JsonObject: ...
+
+
+@overload
+def recorded(value: object) -> JsonValue: ...
+
+
+def recorded(value: object) -> JsonValue:
+    """For JSON: everything inside as it is, but None for every float that is not finite.
+
+    Raises TypeError for what JSON has no word for.
+    """
+    plain = value.item() if isinstance(value, np.generic) else value
+    if isinstance(plain, float):
+        return defined(plain)
+    if plain is None or isinstance(plain, bool | int | str):
+        return plain
+    if isinstance(plain, Mapping):
+        return {name: recorded(inner) for name, inner in plain.items()}
+    if isinstance(plain, Sequence):
+        return [recorded(inner) for inner in plain]
+    raise TypeError(f"not JSON: {value!r}")

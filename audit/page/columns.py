@@ -1,0 +1,97 @@
+"""Tables of records: one list of columns gives JSON, a table of the page, and Markdown."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from pydantic import JsonValue
+
+from audit.page.record import JsonObject
+from crosscheck.report import fragments
+
+Row = TypeVar("Row")
+Value = float | int | str | bool | None | tuple[float | None, ...]
+NONE = "-"
+
+
+@dataclass(frozen=True)
+class Column(Generic[Row]):
+    """name: in JSON; title: above a table, with its unit; None: not shown there.
+
+    of: a row's value, None or not finite for what is undefined; form: how a number is written.
+    """
+
+    name: str
+    title: str | None
+    of: Callable[[Row], Value]
+    form: str = ".3g"
+
+    def json(self, row: Row) -> JsonValue:
+        """The value; None for what is undefined."""
+        return _plain(self.of(row))
+
+    def text(self, row: Row) -> str:
+        """The value as it is read."""
+        return _text(self.of(row), self.form)
+
+    def html(self, row: Row) -> str:
+        """A cell of a table: text, or Markup that is html already."""
+        return self.text(row)
+
+    def markdown(self, row: Row) -> str:
+        """A cell of a table in Markdown."""
+        return self.text(row).replace("|", r"\|")
+
+
+@dataclass(frozen=True)
+class Columns(Generic[Row]):
+    """id: names a row in JSON."""
+
+    id: Callable[[Row], str]
+    columns: Sequence[Column[Row]]
+
+    def json(self, rows: Iterable[Row]) -> list[JsonObject]:
+        """A record for every row."""
+        return [
+            {"id": self.id(row), **{column.name: column.json(row) for column in self.columns}}
+            for row in rows
+        ]
+
+    def html(self, rows: Iterable[Row], caption: str = "") -> str:
+        """A table of the page."""
+        body = [[column.html(row) for column in self._shown()] for row in rows]
+        return fragments.table(self._head(), body, caption)
+
+    def markdown(self, rows: Iterable[Row]) -> str:
+        """The same as text."""
+        head = self._head()
+        body = [[column.markdown(row) for column in self._shown()] for row in rows]
+        lines = [head, ["---"] * len(head), *body]
+        return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
+
+    def _shown(self) -> list[Column[Row]]:
+        return [column for column in self.columns if column.title is not None]
+
+    def _head(self) -> list[str]:
+        return [column.title or "" for column in self._shown()]
+
+
+def _plain(value: Value) -> JsonValue:
+    if isinstance(value, tuple):
+        return [_plain(part) for part in value]
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    return value
+
+
+def _text(value: Value, form: str) -> str:
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return NONE
+    if isinstance(value, tuple):
+        return " … ".join(_text(part, form) for part in value)
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return format(value, form) if isinstance(value, float) else str(value)

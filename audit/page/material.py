@@ -1,0 +1,46 @@
+"""What all chapters of the page work from: the study, and everything that the claims were asked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from audit.claims.catalogue import CLAIMS
+from audit.claims.judged import Judged
+from audit.claims.rule import Claim, answers
+from audit.claims.settings import Settings, settings, variations
+from audit.experiments.pool import Sample, Wanted, samples
+from audit.experiments.scale import Scale
+from audit.experiments.study import Study
+
+
+@dataclass(frozen=True)
+class Material:
+    """Made once for a page; nothing is run before it is asked for."""
+
+    study: Study
+    scale: Scale
+
+    @cached_property
+    def settings(self) -> Settings:
+        """Every setting of the claims with its experiments."""
+        return settings(self.study, self.scale)
+
+    @cached_property
+    def variations(self) -> Mapping[str, Settings]:
+        """The model's variants, by name."""
+        return variations(self.study, self.scale)
+
+    @cached_property
+    def judged(self) -> Mapping[str, Judged]:
+        """Every claim by its id."""
+        return {claim.id: self.asked(claim) for claim in CLAIMS}
+
+    def asked(self, claim: Claim) -> Judged:
+        """One claim in every setting."""
+        return Judged(claim, tuple(answers(claim, self.settings)))
+
+    def samples(self, wanted: Iterable[Wanted], what: str) -> dict[Wanted, Sample]:
+        """Experiments in any settings, those of the claims among them, from the scale's starts."""
+        return samples(self.study, self.scale, wanted, what)

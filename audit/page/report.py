@@ -1,0 +1,134 @@
+"""`crosscheck paper`: all chapters on one page, and the numbers behind them."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from audit.errata.sheet import ErrataSheet, markdown
+from audit.experiments.scale import FULL, Scale
+from audit.experiments.study import Study
+from audit.figures.store import stored_runs, trajectories
+from audit.measures.undefined import UNDEFINED
+from audit.page.chapter import Chapter
+from audit.page.material import Material
+from crosscheck import kinds
+from crosscheck.output import write_files, write_text
+from crosscheck.provenance import provenance
+from crosscheck.report.figures import sound_links
+from crosscheck.report.fragments import paragraph
+from models.errors import Diverged
+from models.loading import load_arm
+from models.trajectory import netcdf
+
+SCHEMA_VERSION = 2
+PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
+# In reading order; each module has a function chapter(material) -> Chapter.
+CHAPTERS = (
+    "front.chapter",
+    "front.words",
+    "phase.chapter",
+    "hypotheses.ladder",
+    "hypotheses.accumulation",
+    "hypotheses.planet_spin",
+    "hypotheses.floating_base",
+    "hypotheses.controller",
+    "planets.chapter",
+    "hypotheses.damping_fit",
+    "figures.chapter",
+    "claims.chapter",
+    "errata.sheet",
+)
+
+
+def paper_files(out: Path, scale: Scale = FULL) -> dict[Path, kinds.Kind]:
+    """All that ``write_paper`` writes, with what kind it is of."""
+    own = {PAGE: kinds.PAPER_PAGE, CLAIMS: kinds.CLAIMS, ERRATA: kinds.SHEET}
+    runs = dict.fromkeys(map(_file, stored_runs(scale)), kinds.TRAJECTORY)
+    return {out / name: kind for name, kind in {**own, **runs}.items()}
+
+
+def _file(run: str) -> str:
+    return f"{run}.nc"
+
+
+def _chapters(material: Material) -> list[Chapter]:
+    return [_chapter(material, name) for name in CHAPTERS]
+
+
+def _chapter(material: Material, name: str) -> Chapter:
+    """One of them; if a run that it cannot do without diverges, a chapter that says so."""
+    module = importlib.import_module(f"audit.{name}")
+    try:
+        made: Chapter = module.chapter(material)
+    except Diverged as error:
+        return _without(module.ID, module.TITLE, str(error))
+    return made
+
+
+def _without(chapter_id: str, title: str, reason: str) -> Chapter:
+    text = f"Undefined: a run that this chapter rests on has no result ({reason})."
+    record = {"id": chapter_id, "verdict": UNDEFINED}
+    return Chapter(chapter_id, title, paragraph(text), [record], text)
+
+
+def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[Chapter]:
+    """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
+    made = _chapters(Material(study, scale))
+    slips = [s for chapter in made if isinstance(chapter, ErrataSheet) for s in chapter.slips]
+    contents: dict[Path, str | bytes] = {
+        out / _file(name): netcdf(run) for name, run in trajectories(study, scale).items()
+    }
+    contents[out / PAGE] = page(made, study)
+    contents[out / CLAIMS] = records_json(made, study)
+    contents[out / ERRATA] = markdown(slips)
+    write_files(contents)
+    return made
+
+
+def write_figures(
+    study: Study, numbers: Sequence[int], out: Path, scale: Scale = FULL
+) -> list[Chapter]:
+    """Write paper.html with these figures alone."""
+    figures = importlib.import_module("audit.figures.chapter")
+    html = figures.alone(Material(study, scale), sorted(set(numbers)))
+    made = [Chapter(figures.ID, "Figures", html)]
+    write_text(out / PAGE, page(made, study))
+    return made
+
+
+def page(made: Sequence[Chapter], study: Study) -> str:
+    """The self-contained page."""
+    environment = Environment(
+        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
+    )
+    template = environment.get_template("paper.html.j2")
+    return sound_links(template.render(chapters=made, provenance=_provenance(study)))
+
+
+def records_json(made: Sequence[Chapter], study: Study) -> str:
+    """All chapters' records; but for the provenance identical for identical inputs."""
+    document = {
+        "schema_version": SCHEMA_VERSION,
+        "chapters": {chapter.id: chapter.records for chapter in made},
+        "provenance": _provenance(study),
+    }
+    return json.dumps(document, indent=1, allow_nan=False, default=_plain) + "\n"
+
+
+def _plain(value: object) -> object:
+    """A NumPy scalar as Python's own. Raises TypeError for anything else."""
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"not JSON: {value!r}")
+
+
+def _provenance(study: Study) -> dict[str, object]:
+    cache = {"simulations_made": study.made, "simulations_from_cache": study.found}
+    own = provenance(load_arm("paper-labelled"), 0, False)
+    return own.model_dump(mode="json") | cache

@@ -1,0 +1,18 @@
+"""What the page says of a quantity in a setting, wherever it says so: none may contradict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from audit.claims.rule import Limits, Place, State
+
+
+@dataclass(frozen=True)
+class Said:
+    """where: the chapter and what in it; quantity: its id."""
+
+    where: str
+    quantity: str
+    limits: Limits
+    place: Place
+    state: State

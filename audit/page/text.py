@@ -1,0 +1,42 @@
+"""What the page says: templates, which are given records and drawings and compute nothing."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from audit.measures.undefined import percent, shown
+from crosscheck.report import fragments
+
+
+@cache
+def _environment() -> Environment:
+    made = Environment(
+        loader=PackageLoader("audit"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters |= {"shown": shown, "percent": percent}
+    made.globals["figure"] = _figure
+    return made
+
+
+def text(template: str, **given: object) -> str:
+    """A chapter's or section's html. given: records, and drawings and tables as ``html``.
+
+    Raises jinja2.UndefinedError for what a template asks and is not given.
+    """
+    return _environment().get_template(f"{template}.html.j2").render(**given).strip()
+
+
+def html(fragment: str) -> Markup:
+    """A drawing, table or section that is html already."""
+    return Markup(fragment)  # made by this package's own views and templates
+
+
+def _figure(svg: str, caption: str) -> Markup:
+    return html(fragments.figure(svg, caption))

@@ -1,0 +1,28 @@
+"""What readers see for a phase law and a measured number."""
+
+from __future__ import annotations
+
+from audit.experiments.cells import CONSERVATIVE, INTEGRAL, PRINTED, REPAIRED_RATE
+from audit.measures.numbers import defined
+from audit.measures.undefined import UNDEFINED
+
+LAW_NAMES = {
+    PRINTED: "omega_t as printed",
+    REPAIRED_RATE: "omega_t, ring repaired",
+    INTEGRAL: "angle (integral)",
+    CONSERVATIVE: "angle, springs push θ",
+}
+LAW_MEANINGS = {
+    PRINTED: "the paper's own law: present frequency times time",
+    REPAIRED_RATE: "the same, the ring mesh's frequency put right",
+    INTEGRAL: "the teeth that have passed",
+}
+ROUNDING = 1e-12  # below it a number that should be 0 says nothing but how its sum was ordered
+
+
+def number(value: float | None) -> str:
+    """Three digits; said in words where it is undefined, or nothing but rounding."""
+    known = defined(value)
+    if known is None:
+        return UNDEFINED
+    return "0 to rounding" if 0 < abs(known) < ROUNDING else f"{float(f'{known:.3g}'):g}"

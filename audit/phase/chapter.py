@@ -1,0 +1,116 @@
+"""Hypothesis H1: is the paper's "self-excited" fluctuation the teeth, or the formula's clock?"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+from audit.measures.shares import Share
+from audit.measures.third import said
+from audit.measures.thresholds import EVIDENT, SEVERE
+from audit.page.chapter import Chapter
+from audit.page.material import Material
+from audit.page.record import JsonObject
+from audit.page.text import text
+from audit.phase.clock import clocks
+from audit.phase.dampers import dampers
+from audit.phase.engines import engines
+from audit.phase.handover import handover
+from audit.phase.maps import Maps, Presence, maps
+from audit.phase.objections import objections
+from audit.phase.page import sections
+from audit.phase.page.sections import Section
+from audit.phase.resonance import resonance
+from audit.phase.runaway import runaways
+from audit.phase.stability import stability
+from audit.phase.verdict import h1_verdict
+
+ZETA = 0.005  # of Figs. 11-14 and 16-20: where the start decides
+ID, TITLE = "phase", "The phase of the teeth (H1)"
+
+
+@dataclass(frozen=True)
+class H1:
+    """The verdict; evidence: whether each kind of it that was run speaks for H1."""
+
+    verdict: str
+    visible: Presence
+    severe: Presence
+    evidence: dict[str, bool | None]
+
+
+def chapter(material: Material) -> Chapter:
+    """Kinds of evidence and a referee's objections; quick: the clock, few settings, the modes."""
+    study, scale = material.study, material.scale
+    simulated = maps(material)
+    found = {
+        "the clock test": sections.of_clock(clocks(study, scale), material),
+        "simulation": sections.of_maps(simulated, material),
+        "stability": sections.of_stability(stability(study, scale), material),
+    }
+    if not scale.quick:
+        found |= {
+            "a second engine": sections.of_engines(engines(material)),
+            "the handover": sections.of_handover(handover(study, scale)),
+            "resonance": sections.of_resonance(resonance(study, scale)),
+            "the repair with the springs' own work": sections.of_repair(simulated.repairs),
+            "objections": sections.of_objections(objections(study, scale), simulated, material),
+        }
+        beside = dampers(study, scale), runaways(study, scale)
+        found[BESIDE] = sections.of_dampers(*beside, material)
+    return _made(simulated, found, material)
+
+
+BESIDE = "what vibrates without tooth error"  # told, and no evidence
+ORDER = (
+    "the clock test",
+    "simulation",
+    "a second engine",
+    "stability",
+    "the handover",
+    "resonance",
+    BESIDE,
+    "the repair with the springs' own work",
+    "objections",
+)
+
+
+def _made(simulated: Maps, found: dict[str, Section], material: Material) -> Chapter:
+    supports = {name: one.supports for name, one in found.items() if name != BESIDE}
+    verdict = H1(
+        h1_verdict(simulated.visible, supports), simulated.visible, simulated.severe, supports
+    )
+    ordered = [found[name] for name in ORDER if name in found]
+    own: JsonObject = {"id": "H1", **asdict(verdict)}
+    shares = _shares(simulated)
+    introduction = text(
+        "phase/introduction",
+        verdict=verdict,
+        maps=simulated,
+        settings=len(simulated.settings),
+        starts=material.scale.most_starts,
+        evident=EVIDENT,
+        severe=SEVERE,
+        **shares,
+    )
+    return Chapter(
+        ID,
+        TITLE,
+        "\n".join([introduction, *(section.html for section in ordered)]),
+        [own, *(record for section in ordered for record in section.records)],
+        text("phase/outcome", verdict=verdict, evident=EVIDENT, severe=SEVERE, **shares),
+        [
+            each
+            for one in simulated.settings
+            if one.setting.is_paper
+            for each in said(f"{ID}, simulation", one.setting.cell, one.third)
+        ],
+    )
+
+
+def _shares(simulated: Maps) -> dict[str, Share | None]:
+    """Of severe starts under the three laws, and with planets held alike."""
+    plain = {one.setting.cell: one.third for one in simulated.settings if one.setting.is_paper}
+    alike = {one.setting.cell: one.third for one in simulated.lumped}
+    found = plain | alike
+    cells = sections.printed_cells(ZETA)
+    return {name: found[c].share if c in found else None for name, c in cells.items()}

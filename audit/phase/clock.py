@@ -1,0 +1,165 @@
+"""Evidence 1: the clock test. A mechanism cannot know what time it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from analytic.model import PhysicalModel
+from audit.experiments.cells import LAWS, Cell, Law
+from audit.experiments.scale import Scale
+from audit.experiments.study import Study
+from audit.experiments.variant import Variant, spelled_out
+from audit.measures.numbers import defined
+from audit.phase.runs.experiments import models_of, pd_run, shoulder_excess
+from audit.phase.runs.linear import Base, base_motion
+from audit.phase.runs.motion import motion
+from audit.phase.runs.plant import forces_along, plant_of
+from crosscheck import signals
+from crosscheck.envelope import envelope
+
+CLOCKS_S = (0.0, 1.0, 5.0, 20.0)
+MOTION_S, RUN_S = 1.2, 0.3
+RUN_ZETA = 0.02
+RUN_WINDOW_S = (0.1, 0.28)  # past the starting impact, before the side change
+EVERY = 10  # steps of 0.1 ms of the motion that is taken as given
+BINS = 400  # of what is kept for a drawing
+CLOCK_N = 1e-9  # rounding of mesh forces of some 1e3 N, with room
+
+
+class Band(NamedTuple):
+    """A fast signal for a drawing: smallest and largest value of bins at times [s]."""
+
+    time_s: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+    @classmethod
+    def of(cls, time: np.ndarray, values: np.ndarray) -> Band:
+        """Of values (times,)."""
+        return cls(*(tuple(map(float, part)) for part in envelope(time, values, BINS)))
+
+
+@dataclass(frozen=True)
+class Delayed:
+    """One motion, and runs from one set of starts, with the clock started at another time.
+
+    largest_change_N: of any mesh force along the motion, against the clock from 0; largest_force_N:
+    along it with the clock from 0; vibration_rad_per_s2: of every start's run, None where it
+    diverged or is too short; same: whether the runs are bit for bit those with the clock from 0;
+    force_N, shoulder: F_sp1 along the motion, the first start's acceleration [rad/s^2].
+    """
+
+    clock_s: float
+    largest_change_N: float
+    largest_force_N: float
+    vibration_rad_per_s2: tuple[float | None, ...]
+    same: bool
+    force_N: Band
+    shoulder: Band
+
+
+@dataclass(frozen=True)
+class ClockTest:
+    """A Question: what a law makes of a delay. It needs no knowledge of D."""
+
+    law: Law
+    motion_s: float
+    run_s: float
+    seeds: tuple[int, ...]
+
+    @property
+    def run(self) -> Variant:
+        """From rest, planets free."""
+        return pd_run(Cell(self.law, RUN_ZETA), self.run_s)
+
+    @property
+    def inputs(self) -> str:
+        return spelled_out(self.run.case(), repr(self))
+
+    @property
+    def cost(self) -> float:
+        return 0.2 * len(self.seeds)
+
+    def answer(self) -> list[Delayed]:
+        time, forces = self._forces()
+        runs = [self._shaken(clock) for clock in CLOCKS_S]
+        return [
+            Delayed(
+                clock,
+                float(np.abs(force - forces[0]).max()),
+                float(np.abs(forces[0]).max()),
+                self._sizes(elapsed, acceleration),
+                bool(np.array_equal(acceleration, runs[0][1])),
+                Band.of(time, force[:, 0]),
+                Band.of(elapsed, acceleration[:, 0]),
+            )
+            for clock, force, (elapsed, acceleration) in zip(CLOCKS_S, forces, runs, strict=True)
+        ]
+
+    def _forces(self) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Time of the motion; elastic force per planet [N], (times, meshes), by clock.
+
+        Teeth are pressed in as the motion needs, all planets of a stage alike, which they are in
+        it. No damper has a say.
+        """
+        along = _given_motion(self.motion_s)
+        plant = plant_of(PhysicalModel(*_held_alike(self.law, self.motion_s).case()))
+        found = [forces_along(plant, along.time + clock, along.q, along.v) for clock in CLOCKS_S]
+        return along.time, found
+
+    def _shaken(self, clock_s: float) -> tuple[np.ndarray, np.ndarray]:
+        """Elapsed time (times,) and shoulder acceleration (times, starts)."""
+        run = motion(models_of(self.run, self.seeds), clock_s)
+        return run.time - run.time[0], run.shoulder
+
+    def _sizes(self, elapsed: np.ndarray, acceleration: np.ndarray) -> tuple[float | None, ...]:
+        part = signals.window(elapsed, *RUN_WINDOW_S)
+        excess = shoulder_excess(self.run, elapsed, acceleration)[part]
+        return tuple(defined(signals.amplitude(column)) for column in excess.T)
+
+
+def _held_alike(law: Law, duration_s: float) -> Variant:
+    return Variant(phase=law.phase, ring_rate=law.ring_rate, duration_s=duration_s)
+
+
+def _given_motion(duration_s: float) -> Base:
+    """The controlled arm's own, taken under the law that has no clock."""
+    case = _held_alike(LAWS[-1], duration_s).case()
+    return base_motion(case, plant_of(PhysicalModel(*case)), EVERY)
+
+
+@dataclass(frozen=True)
+class LawsClock:
+    """What one law makes of every delay."""
+
+    law: Law
+    delays: Sequence[Delayed]
+
+    @property
+    def blind(self) -> bool:
+        """Whether no mesh force knows the time."""
+        return all(one.largest_change_N <= CLOCK_N for one in self.delays)
+
+
+@dataclass(frozen=True)
+class Clocks:
+    """The clock test of all three laws."""
+
+    laws: Sequence[LawsClock]
+
+    @property
+    def supports(self) -> bool:
+        """Both of the paper's laws know the time, the integral does not."""
+        return all(one.blind == (one.law.phase == "angle") for one in self.laws)
+
+
+def clocks(study: Study, scale: Scale) -> Clocks:
+    """Forces along one motion and runs from rest, the clock set to 0, 1, 5 and 20 s."""
+    lasting = scale.seconds(MOTION_S), scale.seconds(RUN_S)
+    asked = [ClockTest(law, *lasting, scale.seeds) for law in LAWS]
+    found = study.answers(asked, "phase: clock test")
+    return Clocks([LawsClock(law, one) for law, one in zip(LAWS, found, strict=True)])

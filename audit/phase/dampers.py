@@ -1,0 +1,170 @@
+"""What vibrates without any tooth error: dampers that act only in contact, and the controller.
+
+With dampers always at work and every tooth in contact, the controlled arm is stable above some
+damping (H6). A damper that acts in contact alone is missing while the teeth fly: the larger the
+vibration, the less damping, and what is stable in the small need not be so in the large.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from audit.claims.settings import ZETAS
+from audit.experiments.cells import INTEGRAL, Cell
+from audit.experiments.pool import Sample
+from audit.experiments.scale import Scale
+from audit.experiments.study import Study
+from audit.experiments.variant import Variant, spelled_out
+from audit.measures.events import THIRD_S
+from audit.measures.numbers import defined
+from audit.measures.third import Quantiles, Third, quantiles
+from audit.measures.thresholds import EVIDENT
+from audit.phase.runs.experiments import (
+    NO_ERROR,
+    Changed,
+    models_of,
+    pd_run,
+    shoulder_excess,
+)
+from audit.phase.runs.motion import Continued, motion
+from crosscheck import signals
+
+CONTACT = "switches.damping=contact"
+QUIET_S = 0.45  # with dampers always at work all vibration but rounding is gone by then
+QUIET_ZETA = 0.01
+LATE_S = (0.2, 0.7)  # after the handover: the rest of the third fluctuation
+
+
+@dataclass(frozen=True)
+class Ablation:
+    """What is left out of the arm without tooth error."""
+
+    name: str
+    meshes: tuple[str, ...] = ()
+    recorded: bool = False
+    contact: bool = True
+
+    def question(self, zeta: float, scale: Scale) -> Changed:
+        """The PD run with the phase as an integral, E = 0, from every start."""
+        variant = pd_run(Cell(INTEGRAL, zeta), THIRD_S[1], NO_ERROR, *self.meshes)
+        settings = (CONTACT,) if self.contact else ()
+        cut = scale.cut(replace(variant, settings=settings))
+        return Changed(cut, scale.seeds, recorded=self.recorded)
+
+
+AS_IT_STANDS = Ablation("dampers in contact alone")
+ALWAYS = Ablation("dampers always at work", contact=False)
+PLAYED_BACK = Ablation("no feedback: the rigid arm's torque played back", recorded=True)
+STEADY = Ablation("constant stiffness", ("arm.joints.*.mesh_stiffness_amplitude_N_per_m=0.0",))
+TIGHT = Ablation("no backlash", ("arm.joints.*.backlash_m=0.0",))
+ABLATIONS = (AS_IT_STANDS, ALWAYS, PLAYED_BACK, STEADY, TIGHT)
+FLUTTERING = tuple(
+    replace(
+        one,
+        name=f"{ALWAYS.name}; {one.name}" if one != AS_IT_STANDS else ALWAYS.name,
+        contact=False,
+    )
+    for one in (AS_IT_STANDS, PLAYED_BACK, STEADY, TIGHT)
+)
+FLUTTER_ZETA = 0.003  # below the controller's own threshold
+STILL = 0.1  # rad/s^2: a hundredth of what counts as a fluctuation
+
+
+@dataclass(frozen=True)
+class Ablated:
+    """The third fluctuation without tooth error."""
+
+    ablation: Ablation
+    zeta: float
+    third: Third
+
+
+@dataclass(frozen=True)
+class LaidToRest:
+    """A Question: the vibration [rad/s^2] with dampers in contact alone, begun without any.
+
+    The run is quiet until QUIET_S, dampers always at work; its states go on with dampers in contact
+    alone. None for a start that diverges.
+    """
+
+    zeta: float
+    duration_s: float
+    seeds: tuple[int, ...]
+
+    @property
+    def variant(self) -> Variant:
+        """As long as it is to be quiet."""
+        return pd_run(Cell(INTEGRAL, self.zeta), QUIET_S, NO_ERROR)
+
+    @property
+    def inputs(self) -> str:
+        return spelled_out(self.variant.case(), repr(self))
+
+    @property
+    def cost(self) -> float:
+        return 0.5
+
+    def answer(self) -> list[float | None]:
+        before = motion(models_of(self.variant, self.seeds))
+        whole = pd_run(Cell(INTEGRAL, self.zeta), THIRD_S[1], NO_ERROR)
+        after = replace(whole, settings=(CONTACT,), duration_s=self.duration_s).case()
+        states = zip(before.q[-1].T.copy(), before.v[-1].T.copy(), strict=True)
+        run = motion([Continued(after, q, v) for q, v in states], QUIET_S)
+        excess = shoulder_excess(whole, run.time, run.shoulder)
+        part = signals.window(run.time - run.time[0], *LATE_S)
+        return [defined(signals.amplitude(column)) for column in excess[part].T]
+
+
+@dataclass(frozen=True)
+class Dampers:
+    """over_zeta: dampers in contact alone; ablated: at QUIET_ZETA; rest: begun without vibration
+    there [rad/s^2]; fluttering: dampers always at work, at FLUTTER_ZETA."""
+
+    over_zeta: Sequence[Ablated]
+    ablated: Sequence[Ablated]
+    rest: Quantiles
+    fluttering: Sequence[Ablated]
+
+    def median(self, name: str) -> float | None:
+        """Of the size [rad/s^2] with one thing left out."""
+        return next(one for one in self.ablated if one.ablation.name == name).third.quantiles[1]
+
+    @property
+    def excited_hard(self) -> bool | None:
+        """Whether the vibration is there, and needs feedback, backlash, and something to begin it.
+
+        And does not need a varying stiffness.
+        """
+        needed = [self.median(one.name) for one in (PLAYED_BACK, TIGHT, ALWAYS)] + [self.rest[1]]
+        kept = [self.median(one.name) for one in (AS_IT_STANDS, STEADY)]
+        gone = [None if size is None else size < STILL for size in needed]
+        there = [None if size is None else size > EVIDENT for size in kept]
+        return None if None in (*gone, *there) else all((*gone, *there))
+
+    @property
+    def largest_zeta(self) -> float | None:
+        """The largest damping ratio at which half of the starts vibrate evidently, E = 0."""
+        found = [one.zeta for one in self.over_zeta if (one.third.quantiles[1] or 0.0) > EVIDENT]
+        return max(found, default=None)
+
+
+def dampers(study: Study, scale: Scale) -> Dampers:
+    """Without tooth error, the phase an integral, planets free."""
+    wanted = [(AS_IT_STANDS, zeta) for zeta in ZETAS]
+    wanted += [(one, QUIET_ZETA) for one in ABLATIONS if one != AS_IT_STANDS]
+    wanted += [(one, FLUTTER_ZETA) for one in FLUTTERING]
+    asked = [ablation.question(zeta, scale) for ablation, zeta in wanted]
+    found = [
+        Ablated(*pair, Third.of(Sample.of(one)))
+        for pair, one in zip(wanted, study.answers(asked, "phase: dampers"), strict=True)
+    ]
+    own = [one for one in found if one.ablation == AS_IT_STANDS]
+    at_quiet = [one for one in found if one.zeta == QUIET_ZETA]
+    seconds = scale.seconds(THIRD_S[1] - QUIET_S)
+    (rest,) = study.answers([LaidToRest(QUIET_ZETA, seconds, scale.seeds)], "phase: laid to rest")
+    sizes = np.array([np.nan if size is None else size for size in rest])
+    fluttering = [one for one in found if one.ablation in FLUTTERING and one.zeta == FLUTTER_ZETA]
+    return Dampers(own, at_quiet, quantiles(sizes), fluttering)

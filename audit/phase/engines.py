@@ -1,0 +1,206 @@
+"""Evidence 3: the same vibration in an independent engine, whose planets all move by themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell
+from audit.experiments.experiments import PD, SHORT_S, question
+from audit.experiments.pool import Sample, samples
+from audit.experiments.scale import Scale
+from audit.experiments.starts import TransientPd
+from audit.experiments.study import Study
+from audit.measures.numbers import quotient
+from audit.measures.shares import Share
+from audit.measures.third import APART_M, Third, quantiles
+from audit.measures.thresholds import SEVERE
+from audit.measures.twosamples import (
+    SIGNIFICANT,
+    TwoTests,
+    least_p,
+    not_told_apart,
+    sizes_p,
+    two_tests,
+)
+from audit.page.material import Material
+from audit.phase.runs.experiments import integrated
+
+ENGINE = "exudyn:tree"
+# Exudyn's starts: one costs some four seconds. At the third setting nearly all are severe.
+COMPARED = {Cell(PRINTED, 0.005): 16, Cell(REPAIRED_RATE, 0.02): 16, Cell(PRINTED, 0.003): 8}
+UNDER_ANGLE = (Cell(PRINTED, 0.005), Cell(REPAIRED_RATE, 0.02))
+STARTS_UNDER_ANGLE = 2  # the analytic model's 32 do not differ there
+WITHIN = {"onset": 0.05, "frequency": 0.03, "size": 0.10}  # of medians within a branch
+FEWEST = 3  # starts of a branch whose median means something
+
+
+class Apart(NamedTuple):
+    """Medians of both models in one branch, and how far apart they are (relative).
+
+    scatter: from the quantile 0.1 to 0.9 of the analytic starts alone, over their median; within:
+    the limit; met: None where a branch has too few starts in one of the models.
+    """
+
+    severe: bool
+    number: str
+    analytic: float | None
+    engine: float | None
+    difference: float
+    scatter: float
+    within: float
+    met: bool | None
+
+
+@dataclass(frozen=True)
+class TwoModels:
+    """One setting under `omega_t`, planets free: the analytic model and the engine."""
+
+    cell: Cell
+    analytic: Third
+    engine: Third
+
+    @cached_property
+    def tests(self) -> TwoTests:
+        """Whether the models differ."""
+        return two_tests(self.analytic, self.engine)
+
+    @property
+    def could_differ(self) -> bool:
+        """Whether a test could tell samples of these sizes apart at all."""
+        return least_p(self.analytic.size.size, self.engine.size.size) < SIGNIFICANT
+
+    @property
+    def same(self) -> bool | None:
+        """Whether no test tells them apart; None where so few starts never could be."""
+        least = self.tests.least
+        return None if least is None or not self.could_differ else least >= SIGNIFICANT
+
+    @property
+    def parted(self) -> tuple[Share, Share]:
+        """Starts whose planets part, of both models: what the size of rounding decides."""
+        return _parted(self.analytic), _parted(self.engine)
+
+    @property
+    def parted_size_p(self) -> float | None:
+        """Mann and Whitney's test of the sizes among starts whose planets part; None if few do."""
+        one, other = (
+            model.size[(model.apart_m > APART_M) & np.isfinite(model.size)]
+            for model in (self.analytic, self.engine)
+        )
+        return sizes_p(one, other) if min(one.size, other.size) >= FEWEST else None
+
+    @property
+    def would_pass(self) -> tuple[int, int] | None:
+        """The fewest and the most severe starts of the engine that its share's test would pass."""
+        if self.analytic.share is None or self.engine.share is None:
+            return None
+        return not_told_apart(self.analytic.share, self.engine.share.of)
+
+    @property
+    def apart(self) -> list[Apart]:
+        """Branch by branch, number by number."""
+        found: list[Apart] = []
+        for severe in (False, True):
+            found += _apart(severe, self.analytic, self.engine)
+        return found
+
+
+def _parted(model: Third) -> Share:
+    return Share(int((model.apart_m > APART_M).sum()), model.apart_m.size)
+
+
+def _apart(severe: bool, analytic: Third, engine: Third) -> Iterable[Apart]:
+    one, other = analytic.branch(severe), engine.branch(severe)
+    enough = min(one.starts, other.starts) >= FEWEST
+    numbers = {
+        "onset": (one.onset_s, other.onset_s, analytic.onset_s),
+        "frequency": (one.frequency_Hz, other.frequency_Hz, analytic.frequency_Hz),
+        "size": (one.size, other.size, analytic.size),
+    }
+    for name, (here, there, values) in numbers.items():
+        difference = quotient(there, here) - 1
+        met = abs(difference) <= WITHIN[name] if enough else None
+        low, middle, high = quantiles(values[analytic.of_branch(severe)])
+        scatter = quotient(high, middle) - quotient(low, middle)
+        yield Apart(severe, name, here, there, difference, scatter, WITHIN[name], met)
+
+
+@dataclass(frozen=True)
+class UnderAngle:
+    """The engine's third fluctuation with the phase as an integral, and the analytic model's."""
+
+    cell: Cell
+    analytic: Third
+    engine: Third
+
+
+@dataclass(frozen=True)
+class Engines:
+    """Both models at every setting."""
+
+    compared: Sequence[TwoModels]
+    under_angle: Sequence[UnderAngle]
+
+    @property
+    def same(self) -> bool | None:
+        """Whether no test tells the models apart anywhere."""
+        return _every([one.same for one in self.compared])
+
+    @property
+    def supports(self) -> bool | None:
+        """The engine has severe starts under `omega_t`, as the analytic model, none under angle."""
+        quiet = [
+            None if not one.engine.sizes.size else bool(one.engine.sizes.max() <= SEVERE)
+            for one in self.under_angle
+        ]
+        severe = [one.engine.branch(severe=True).starts for one in self.compared]
+        known = any(one.engine.sizes.size for one in self.compared)
+        shown = any(severe) if known else None
+        return _every([self.same, shown, *quiet])
+
+
+def _every(answers: Sequence[bool | None]) -> bool | None:
+    if False in answers:
+        return False
+    return None if None in answers else True
+
+
+def engines(material: Material) -> Engines:
+    """Many starts of both models, the analytic one's those of the claims."""
+    study, scale = material.study, material.scale
+    analytic = samples(study, scale, [(cell, PD) for cell in _cells()], "phase: analytic starts")
+    own = {cell: Third.of(analytic[cell, PD]) for cell in _cells()}
+    other = _engine(study, scale)
+    return Engines(
+        [TwoModels(cell, own[cell], other[cell]) for cell in COMPARED],
+        [UnderAngle(c, own[c], other[c]) for c in map(integrated, UNDER_ANGLE)],
+    )
+
+
+def _cells() -> list[Cell]:
+    return [*COMPARED, *map(integrated, UNDER_ANGLE)]
+
+
+def _engine(study: Study, scale: Scale) -> dict[Cell, Third]:
+    """A question for every start, so that tasks stay short."""
+    counts = COMPARED | dict.fromkeys(map(integrated, UNDER_ANGLE), STARTS_UNDER_ANGLE)
+    wanted = [
+        (cell, seed)
+        for cell, count in counts.items()
+        for seed in scale.seeds[: scale.starts(count)]
+    ]
+    found = study.answers([_asked(cell, seed, scale) for cell, seed in wanted], "phase: Exudyn")
+    by_cell: dict[Cell, list[Sample]] = {cell: [] for cell in counts}
+    for (cell, _), one in zip(wanted, found, strict=True):
+        by_cell[cell].append(Sample.of(one))
+    return {cell: Third.of(*each) for cell, each in by_cell.items()}
+
+
+def _asked(cell: Cell, seed: int, scale: Scale) -> TransientPd:
+    variant = replace(question(PD, cell, ()).variant, model=ENGINE, duration_s=SHORT_S)
+    return TransientPd(scale.cut(variant), (seed,))

@@ -1,0 +1,206 @@
+"""Evidence 2: the third fluctuation over damping, tooth error, backlash, readings and laws."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from audit.claims.rule import State
+from audit.claims.settings import plan_of
+from audit.experiments.cells import CONSERVATIVE, INTEGRAL, LABELLED, LAWS, Cell, Law
+from audit.experiments.experiments import (
+    BACKLASH,
+    BACKLASH_NO_ERROR,
+    DEFAULT_B_UM,
+    DEFAULT_E_UM,
+    ERROR,
+    NO_ERROR,
+    PD,
+    Source,
+)
+from audit.experiments.pool import Wanted
+from audit.measures.third import Third
+from audit.measures.twosamples import Made, TwoTests, WithAndWithout, two_tests
+from audit.page.material import Material
+
+# The integral with Eq. 13's ring rate: the one combination that no claim is judged with.
+FOUR = (*LAWS, Law("angle", "eq13"))
+PHASES = ("omega_t", "angle")
+ERRORS_UM = (1.6, DEFAULT_E_UM, 6.3)  # of Fig. 19
+BACKLASH_ZETAS = (0.005, 0.02)
+BACKLASHES_UM = (5.0, 25.0, DEFAULT_B_UM, 500.0)  # of Figs. 16-17
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A cell at one tooth error and one backlash [um]."""
+
+    cell: Cell
+    error_um: float = DEFAULT_E_UM
+    backlash_um: float = DEFAULT_B_UM
+
+    @property
+    def is_paper(self) -> bool:
+        """Whether tooth error and backlash are Table I's."""
+        return (self.error_um, self.backlash_um) == (DEFAULT_E_UM, DEFAULT_B_UM)
+
+    @property
+    def sources(self) -> tuple[Source, Source]:
+        """The experiment, and the same without tooth error."""
+        if self.backlash_um != DEFAULT_B_UM:
+            return BACKLASH(self.backlash_um), BACKLASH_NO_ERROR(self.backlash_um)
+        return (PD if self.error_um == DEFAULT_E_UM else ERROR(self.error_um)), NO_ERROR
+
+
+@dataclass(frozen=True)
+class Mapped(WithAndWithout):
+    """Of a setting of the maps."""
+
+    setting: Setting
+
+
+class Presence(StrEnum):
+    """Under which phase law the tooth error makes a third fluctuation."""
+
+    PRINTED = "only with omega_t"
+    INTEGRATED = "only with angle"
+    BOTH = "with both"
+    NEITHER = "with neither"
+    UNKNOWN = "undefined"
+
+
+def where_present(states: Mapping[str, Sequence[State]]) -> Presence:
+    """From what every setting says, by phase law.
+
+    Present where one setting says yes or that the start decides; unknown if a law has no setting
+    that says anything.
+    """
+    if any(all(one == State.UNDEFINED for one in said) for said in states.values()):
+        return Presence.UNKNOWN
+    present = {phase: {State.YES, State.BISTABLE} & set(said) for phase, said in states.items()}
+    if present["omega_t"]:
+        return Presence.BOTH if present["angle"] else Presence.PRINTED
+    return Presence.INTEGRATED if present["angle"] else Presence.NEITHER
+
+
+@dataclass(frozen=True)
+class Maps:
+    """All settings with free planets; with planets held alike; under the conservative law."""
+
+    settings: Sequence[Mapped]
+    lumped: Sequence[Mapped]
+    conservative: Sequence[Mapped]
+
+    def of(self, *phases: str) -> list[Mapped]:
+        """The settings under these phase laws."""
+        return [one for one in self.settings if one.setting.cell.law.phase in phases]
+
+    @property
+    def visible(self) -> Presence:
+        """Where the tooth error makes what counts as a fluctuation at all: H1 itself."""
+        return _presence(self.settings, lambda one: one.made_visible)
+
+    @property
+    def severe(self) -> Presence:
+        """Where it makes a severe one."""
+        return _presence(self.settings, lambda one: one.made)
+
+    @property
+    def severe_alike(self) -> Presence:
+        """The same with planets held alike."""
+        return _presence(self.lumped, lambda one: one.made)
+
+    @property
+    def repairs(self) -> list[Repair]:
+        """What the conservative law changes, setting by setting."""
+        plain = {one.setting: one for one in self.settings}
+        return [
+            Repair(plain[integral_of(one.setting)], one)
+            for one in self.conservative
+            if integral_of(one.setting) in plain
+        ]
+
+
+def _presence(settings: Sequence[Mapped], made: Callable[[Mapped], Made]) -> Presence:
+    by_phase = {
+        phase: [made(one).state for one in settings if one.setting.cell.law.phase == phase]
+        for phase in PHASES
+    }
+    return where_present(by_phase)
+
+
+@dataclass(frozen=True)
+class Repair:
+    """A setting under `angle` without and with the virtual work of k(theta) and e(theta)."""
+
+    plain: Mapped
+    conservative: Mapped
+
+    @property
+    def tests(self) -> TwoTests:
+        """Whether the third fluctuation differs."""
+        return two_tests(self.plain.third, self.conservative.third)
+
+
+def integral_of(setting: Setting) -> Setting:
+    """The same setting under `angle` alone."""
+    cell = setting.cell
+    moved = Cell(INTEGRAL, cell.zeta, cell.arm, cell.planets)
+    return Setting(moved, setting.error_um, setting.backlash_um)
+
+
+def maps(material: Material) -> Maps:
+    """Every start of every setting; few settings if quick."""
+    plan = plan_of(material.scale)
+    over_zeta = [
+        Setting(Cell(law, zeta, arm))
+        for arm in plan.readings
+        for law in FOUR
+        for zeta in plan.zetas
+    ]
+    more = [] if material.scale.quick else [*_over_error(plan.zetas), *_over_backlash()]
+    asked = list(dict.fromkeys([*over_zeta, *more]))
+    if material.scale.quick:
+        return Maps(mapped(material, asked), [], [])
+    lumped = [Setting(_held_alike(one.cell)) for one in over_zeta]
+    conservative = [
+        Setting(Cell(CONSERVATIVE, one.cell.zeta, one.cell.arm))
+        for one in over_zeta
+        if one.cell.law == INTEGRAL
+    ]
+    found = {one.setting: one for one in mapped(material, [*asked, *lumped, *conservative])}
+    return Maps(*([found[one] for one in part] for part in (asked, lumped, conservative)))
+
+
+def _held_alike(cell: Cell) -> Cell:
+    return Cell(cell.law, cell.zeta, cell.arm, "lumped")
+
+
+def _over_error(zetas: Iterable[float]) -> list[Setting]:
+    return [
+        Setting(Cell(law, zeta, LABELLED), error_um)
+        for law in FOUR
+        for zeta in zetas
+        for error_um in ERRORS_UM
+    ]
+
+
+def _over_backlash() -> list[Setting]:
+    return [
+        Setting(Cell(law, zeta, LABELLED), backlash_um=b)
+        for law in FOUR
+        for zeta in BACKLASH_ZETAS
+        for b in BACKLASHES_UM
+    ]
+
+
+def mapped(material: Material, settings: Sequence[Setting]) -> list[Mapped]:
+    """Simulated, those that the claims have asked already read."""
+    wanted: list[Wanted] = [(one.cell, source) for one in settings for source in one.sources]
+    found = material.samples(wanted, "phase: maps")
+    pairs = [[Third.of(found[one.cell, source]) for source in one.sources] for one in settings]
+    return [
+        Mapped(one, third=third, without=without)
+        for one, (third, without) in zip(settings, pairs, strict=True)
+    ]

@@ -1,0 +1,232 @@
+"""What a referee would object to H1, each objection turned into runs with free planets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from audit.claims.rule import State
+from audit.experiments.cells import Cell
+from audit.experiments.pool import Sample
+from audit.experiments.scale import Scale
+from audit.experiments.study import Study
+from audit.experiments.variant import Variant, spelled_out
+from audit.measures.events import THIRD_S
+from audit.measures.third import Third
+from audit.measures.twosamples import WithAndWithout
+from audit.phase.runs.experiments import (
+    DECISIVE,
+    NO_ERROR,
+    Changed,
+    integrated,
+    models_of,
+    pd_run,
+    shoulder_excess,
+)
+from audit.phase.runs.linear import base_motion, mesh_modes
+from audit.phase.runs.plant import Plant, integrate, plant_of
+from crosscheck import signals
+from models.experiment.drive import CONSTANT
+
+DURATION_S = THIRD_S[1]
+THIRD_EVERY = 10  # steps of the motion that is linearised along
+FULL_STEP = "scenario.step_s=4e-6"  # Eq. 11 in full lets a vibration grow by 4e5 1/s
+FULL_STRIDE, FULL_STARTS = 5, 2  # of the plain kernel, ten times as slow
+QUARTERS = (0.5, 1.0)  # of pi: ring mesh against sun mesh; even z_p suggests pi
+
+
+@dataclass(frozen=True)
+class Change:
+    """One thing that a referee would change: settings of the meshes, dampers, the drive."""
+
+    objection: str
+    name: str
+    meshes: tuple[str, ...] = ()
+    settings: tuple[str, ...] = ()
+    damping: tuple[float, float] = (1.0, 1.0)
+    recorded: bool = False
+
+    def question(self, cell: Cell, with_error: bool, scale: Scale) -> Changed:
+        """The changed PD run from every start."""
+        meshes = self.meshes if with_error else (*self.meshes, NO_ERROR)
+        variant = replace(pd_run(cell, DURATION_S, *meshes), settings=self.settings)
+        return Changed(scale.cut(variant), scale.seeds, self.damping, self.recorded)
+
+
+D_UNKNOWN, FLUTTER, PLANETS, FULL = "D is unknown", "PD flutter", "teeth out of phase", "Eq. 11"
+CHANGES = (
+    Change("none", "as it stands"),
+    Change(D_UNKNOWN, "sun mesh 2 times, ring mesh 0.2 times", damping=(2.0, 0.2)),
+    Change(D_UNKNOWN, "sun mesh 0.2 times, ring mesh 2 times", damping=(0.2, 2.0)),
+    Change(D_UNKNOWN, "dampers in contact alone", settings=("switches.damping=contact",)),
+    Change(FLUTTER, "the rigid arm's torque played back, no feedback", recorded=True),
+    *(
+        Change(
+            PLANETS,
+            f"ring meshes shifted by {part:g} π",
+            (f"arm.joints.*.ring_mesh_phase_rad={part * np.pi!r}",),
+        )
+        for part in QUARTERS
+    ),
+)
+IN_FULL = Change(FULL, "phases from Eq. 11 in full, planets alike")
+
+
+@dataclass(frozen=True)
+class InFull:
+    """A Question: the third fluctuation [rad/s^2] with Eq. 11 in full.
+
+    Planets alike, for which alone Eq. 11 is written out there. None for a start that diverges.
+    """
+
+    cell: Cell
+    with_error: bool
+    duration_s: float
+    seeds: tuple[int, ...]
+
+    @property
+    def variant(self) -> Variant:
+        """With the step that it needs."""
+        meshes = () if self.with_error else (NO_ERROR,)
+        one = pd_run(self.cell, self.duration_s, *meshes)
+        return replace(one, planets="lumped", settings=(FULL_STEP,))
+
+    @property
+    def inputs(self) -> str:
+        return spelled_out(self.variant.case(), repr(self))
+
+    @property
+    def cost(self) -> float:
+        return 4.0 * len(self.seeds)
+
+    def answer(self) -> list[float | None]:
+        return list(self._sizes())
+
+    def _sizes(self) -> Iterator[float | None]:
+        for model in models_of(self.variant, self.seeds):
+            plant, scenario = plant_of(model, full_rate=True), model.scenario
+            step_s, steps = scenario.step_s, scenario.steps
+            *_, a = integrate(plant, 0, *model.start(), steps, FULL_STRIDE)
+            time = step_s * FULL_STRIDE * np.arange(len(a))
+            shoulder = a[:, model.layout.theta[:1]]
+            excess = shoulder_excess(replace(self.variant, settings=()), time, shoulder)
+            part = excess[signals.window(time, *THIRD_S)]
+            yield signals.amplitude(part) if part.size and np.isfinite(excess).all() else None
+
+
+@dataclass(frozen=True)
+class Objected(WithAndWithout):
+    """With something changed."""
+
+    change: Change
+    cell: Cell
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Largest growth rates [1/s] in 0.5 to 1.2 s under `omega_t`; None in a run that ends before.
+
+    Of the arm as it stands, and with one thing changed.
+    """
+
+    as_it_stands_per_s: float | None
+    without_feedback_per_s: float | None
+    eq11_in_full_per_s: float | None
+    without_tooth_error_per_s: float | None
+    constant_stiffness_per_s: float | None
+
+
+@dataclass(frozen=True)
+class Growth:
+    """A Question: the ``Rates`` of a setting, as far as the duration [s] lets them be seen."""
+
+    cell: Cell
+    duration_s: float
+
+    def variant(self, *meshes: str) -> Variant:
+        """Planets alike: differences between them are another equation's."""
+        return replace(pd_run(self.cell, self.duration_s, *meshes), planets="lumped")
+
+    @property
+    def inputs(self) -> str:
+        return "\n".join([repr(self), *(r.model_dump_json() for r in self.variant().case())])
+
+    @property
+    def cost(self) -> float:
+        return 2.0
+
+    def answer(self) -> Rates:
+        (model,) = models_of(self.variant(), (0,))
+        (bare,) = models_of(self.variant(NO_ERROR), (0,))
+        plain, full, no_error = plant_of(model), plant_of(model, full_rate=True), plant_of(bare)
+        free = plain.changed(drive=plain.drive._replace(code=CONSTANT))
+        still = plain.changed(gears=plain.gears._replace(k_a=np.zeros_like(plain.gears.k_a)))
+        return Rates(*map(self._largest, (plain, free, full, no_error, still)))
+
+    def _largest(self, plant: Plant) -> float | None:
+        base = base_motion(self.variant().case(), plant, THIRD_EVERY)
+        growth = mesh_modes(plant, base).largest[base.time >= THIRD_S[0]]
+        return float(growth.max()) if growth.size else None
+
+
+@dataclass(frozen=True)
+class Objections:
+    """Every change at both settings under both laws; growth rates by setting."""
+
+    objected: Sequence[Objected]
+    rates: dict[Cell, Rates]
+
+    @property
+    def supports(self) -> bool | None:
+        """With no change does the tooth error make a fluctuation under `angle`.
+
+        Settings that vibrate without it say nothing of that.
+        """
+        under_angle = [one for one in self.objected if one.cell.law.phase == "angle"]
+        states = {one.made_visible.state for one in under_angle}
+        if states & {State.YES, State.BISTABLE}:
+            return False
+        return True if State.NO in states else None
+
+
+def objections(study: Study, scale: Scale) -> Objections:
+    """Runs for every objection, with and without tooth error, under both laws."""
+    cells = [cell for one in DECISIVE for cell in (one, integrated(one))]
+    wanted = [(change, cell, e) for change in CHANGES for cell in cells for e in (True, False)]
+    asked = [change.question(cell, e, scale) for change, cell, e in wanted]
+    answers = study.answers(asked, "phase: objections")
+    third = {k: Third.of(Sample.of(one)) for k, one in zip(wanted, answers, strict=True)}
+    full = _in_full(study, cells, scale)
+    objected = [
+        Objected(
+            change,
+            cell,
+            third=third[change, cell, True],
+            without=third[change, cell, False],
+        )
+        for change in CHANGES
+        for cell in cells
+    ]
+    objected += [
+        Objected(IN_FULL, cell, third=full[cell, True], without=full[cell, False]) for cell in cells
+    ]
+    growth = [Growth(cell, scale.seconds(DURATION_S)) for cell in DECISIVE]
+    rates = study.answers(growth, "phase: growth rates")
+    return Objections(objected, dict(zip(DECISIVE, rates, strict=True)))
+
+
+def _in_full(study: Study, cells: Sequence[Cell], scale: Scale) -> dict[tuple[Cell, bool], Third]:
+    seeds, seconds = scale.seeds[: scale.starts(FULL_STARTS)], scale.seconds(DURATION_S)
+    wanted = [(cell, e) for cell in cells for e in (True, False)]
+    asked = [InFull(cell, e, seconds, seeds) for cell, e in wanted]
+    found = study.answers(asked, "phase: Eq. 11 in full")
+    return {k: _sizes_alone(sizes) for k, sizes in zip(wanted, found, strict=True)}
+
+
+def _sizes_alone(sizes: Sequence[float | None]) -> Third:
+    """Nothing but sizes is known."""
+    known = np.array([np.nan if size is None else size for size in sizes])
+    nothing = np.full(known.shape, np.nan)
+    return Third(known, nothing, nothing, nothing, int(np.isnan(known).sum()))

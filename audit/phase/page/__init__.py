@@ -1,0 +1,1 @@
+"""Sections, tables and drawings of the chapter on the mesh phase."""

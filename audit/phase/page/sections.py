@@ -1,0 +1,388 @@
+"""The sections of the chapter on the phase: what was computed, put into words, tables, drawings."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from audit.claims.rule import State
+from audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE, Cell
+from audit.experiments.torque import RING_CYCLES
+from audit.measures.events import THIRD_S
+from audit.measures.shares import Share
+from audit.measures.stage import paper_stage
+from audit.measures.third import Third
+from audit.measures.thresholds import EVIDENT, SEVERE
+from audit.measures.twosamples import SIGNIFICANT, shares_p
+from audit.page.material import Material
+from audit.page.record import JsonObject
+from audit.page.text import html, text
+from audit.phase import clock, dampers, engines, handover, maps, objections, resonance, stability
+from audit.phase.engines import FEWEST, Engines
+from audit.phase.maps import PHASES, Mapped, Maps, Repair
+from audit.phase.objections import D_UNKNOWN, FLUTTER, FULL, PLANETS, Objected
+from audit.phase.page import tables, views, views_linear
+from audit.phase.runaway import Runaway
+from audit.phase.runs.experiments import HIGH_PASS_HZ
+from models.loading import load_arm
+
+CLOCK_CAPTION = (
+    "Same motion (above) and same start (below); only what the clock shows at the start differs."
+    " Labelled reading, b = 50 µm, E = 5 µm. Under angle the four curves are one."
+)
+
+
+class Section(NamedTuple):
+    """A kind of evidence: text, records, and whether it speaks for H1; None: undefined."""
+
+    html: str
+    records: Sequence[JsonObject]
+    supports: bool | None
+
+
+def of_clock(found: clock.Clocks, material: Material) -> Section:
+    """1."""
+    by_law = {one.law: one for one in found.laws}
+    rows = [tables.OfClock(one.law, delay) for one in found.laws for delay in one.delays]
+    said = text(
+        "phase/clock",
+        motion_s=clock.MOTION_S,
+        run_s=clock.RUN_S,
+        zeta=clock.RUN_ZETA,
+        starts=material.scale.most_starts,
+        table=html(tables.CLOCK.html(rows)),
+        drawing=views.clock(found),
+        caption=CLOCK_CAPTION,
+        printed=by_law[PRINTED],
+        integral=by_law[INTEGRAL],
+        integral_same=all(one.same for one in by_law[INTEGRAL].delays),
+        vibrations=[[tables.vibrations(one) for one in law.delays] for law in found.laws],
+    )
+    return Section(said, tables.CLOCK.json(rows), found.supports)
+
+
+def of_maps(found: Maps, material: Material) -> Section:
+    """2."""
+    plain = [one for one in found.settings if one.setting.is_paper]
+    drawings = [] if material.scale.quick else [views.error_map(found), views.backlash_map(found)]
+    said = text(
+        "phase/maps",
+        starts=material.scale.most_starts,
+        evident=EVIDENT,
+        drawings=drawings,
+        table=html(tables.MAPPED.html(plain)),
+        counts=_counts(found),
+        by_law=_by_law(plain),
+        State=State,
+        pooled=_pooled([one.third for one in found.of("angle")]),
+        maps=found,
+        lumped=found.lumped,
+    )
+    records = tables.MAPPED.json([*found.settings, *found.lumped])
+    known = found.visible != maps.Presence.UNKNOWN
+    return Section(said, records, found.visible == maps.Presence.PRINTED if known else None)
+
+
+def _counts(found: Maps) -> Mapping[str, object]:
+    """Settings in which the tooth error makes a fluctuation, by level and phase law."""
+    present = (State.YES, State.BISTABLE)
+
+    def counted(phase: str, visible: bool) -> int:
+        made = [one.made_visible if visible else one.made for one in found.of(phase)]
+        return sum(one.state in present for one in made)
+
+    return {
+        "settings": {phase: len(found.of(phase)) for phase in PHASES},
+        "visible": {phase: counted(phase, True) for phase in PHASES},
+        "severe": {phase: counted(phase, False) for phase in PHASES},
+        "silent": sum(one.made_visible.share is None for one in found.settings),
+    }
+
+
+class OfLaw(NamedTuple):
+    """A law's settings at Table I's error and backlash: how many are severe; each branch's sizes.
+
+    small, severe: smallest and largest median of that branch alone [rad/s^2].
+    """
+
+    name: str
+    states: Counter[State]
+    small: tuple[float, float] | None
+    severe: tuple[float, float] | None
+
+
+def _by_law(plain: Sequence[Mapped]) -> list[OfLaw]:
+    """In the order of the laws."""
+    found = []
+    for law in dict.fromkeys(one.setting.cell.law for one in plain):
+        thirds = [one.third for one in plain if one.setting.cell.law == law]
+        states = Counter(third.state for third in thirds)
+        ranges = (
+            _range([third.branch(severe).size for third in thirds]) for severe in (False, True)
+        )
+        found.append(OfLaw(views.law_name(law), states, *ranges))
+    return found
+
+
+def _range(medians: Sequence[float | None]) -> tuple[float, float] | None:
+    known = [size for size in medians if size is not None]
+    return (min(known), max(known)) if known else None
+
+
+def _pooled(found: Sequence[Third]) -> Share:
+    """Severe starts of all together; at least one start is counted."""
+    severe = sum(int((one.sizes > SEVERE).sum()) for one in found)
+    return Share(severe, max(1, sum(one.sizes.size for one in found)))
+
+
+def of_engines(found: Engines) -> Section:
+    """3."""
+    samples = [row for one in found.compared for row in _of_models(one)]
+    branches = [(one.cell, each) for one in found.compared for each in one.apart]
+    judged = [(cell, each) for cell, each in branches if each.met is not None]
+    missed = [
+        f"{each.number} of the {'severe' if each.severe else 'small'} branch at"
+        f" {cell.law.id}, ζ = {cell.zeta:g} ({100 * each.difference:+.1f} %; the"
+        f" analytic starts alone scatter by {each.scatter:.0%} from quantile 0.1 to 0.9)"
+        for cell, each in judged
+        if not each.met
+    ]
+    quiet = [one.engine.sizes.max() for one in found.under_angle if one.engine.sizes.size]
+    said = text(
+        "phase/engines",
+        samples=html(tables.OF_MODEL.html(samples)),
+        compared=found.compared,
+        parted_p=[shares_p(*one.parted) for one in found.compared],
+        parting_differs=any(shares_p(*one.parted) < SIGNIFICANT for one in found.compared),
+        limit=SIGNIFICANT,
+        branches=html(tables.APART.html(branches)),
+        met=len(judged) - len(missed),
+        decided=len(judged),
+        open=len(branches) - len(judged),
+        missed=missed,
+        fewest=FEWEST,
+        quiet=max(map(float, quiet), default=None),
+        under_angle=found.under_angle,
+        supports=found.supports,
+    )
+    records = [*tables.OF_MODEL.json(samples), *tables.APART.json(branches), *_tests(found)]
+    return Section(said, records, found.supports)
+
+
+def _of_models(one: engines.TwoModels) -> list[tables.OfModel]:
+    models = (("analytic", one.analytic), ("Exudyn", one.engine))
+    return [
+        tables.OfModel(one.cell, name, third, parted)
+        for (name, third), parted in zip(models, one.parted, strict=True)
+    ]
+
+
+def _tests(found: Engines) -> list[JsonObject]:
+    return [
+        {
+            "id": f"engine/{one.cell.id}",
+            "p_of_shares": one.tests.by_share,
+            "p_of_sizes": one.tests.by_size,
+            "p_of_sizes_where_planets_part": one.parted_size_p,
+            "same": one.same,
+        }
+        for one in found.compared
+    ]
+
+
+def of_stability(found: stability.Stability, material: Material) -> Section:
+    """4."""
+    rows = [tables.Found(cell, one) for cell, one in found.cells.items()]
+    intervals = [
+        tables.Found(cell, each) for cell, one in found.cells.items() for each in one.intervals
+    ]
+    said = text(
+        "phase/stability",
+        gain=RING_CYCLES * THIRD_S[1],
+        starts=material.scale.starts(stability.STARTS),
+        begin_s=stability.BEGIN_S,
+        onset=stability.ONSET_RAD_PER_S2,
+        band=HIGH_PASS_HZ,
+        error=max(one.jacobian_error for one in found.cells.values()),
+        table=html(tables.LINEARISED.html(rows)),
+        intervals=html(tables.INTERVAL.html(intervals)),
+        drawing=views_linear.stability(found),
+        found=found,
+    )
+    return Section(said, tables.LINEARISED.json(rows), found.supports)
+
+
+def of_handover(found: handover.Handovers) -> Section:
+    """5."""
+    living = [
+        f"ζ = {fate.cell.zeta:g}, {fate.cell.law.id}"
+        for fate in found.under(handover.INTEGRATED).values()
+        if fate.dying is not None and fate.dying.yes < fate.dying.of
+    ]
+    said = text(
+        "phase/handover",
+        table=html(tables.FATE.html(found.fates)),
+        drawing=views.handed_over(found.shown) if found.shown.drawn else "",
+        shown=handover.SHOWN,
+        living=living,
+        supports=found.supports,
+    )
+    return Section(said, tables.FATE.json(found.fates), found.supports)
+
+
+def of_resonance(found: resonance.Resonance) -> Section:
+    """6."""
+    modes = [
+        tables.Mode(
+            mode,
+            speed,
+            speed / found.speeds.pd,
+            {zeta: ramp.peaks[0][place] for zeta, ramp in found.run_ups.items()},
+        )
+        for place, (mode, speed) in enumerate(
+            zip(found.modes.modes_Hz, found.modes.speeds, strict=True)
+        )
+    ]
+    columns = tables.modes(tuple(found.run_ups))
+    growth = list(found.tongues.items())
+    said = text(
+        "phase/resonance",
+        digits=_digits(found),
+        modes=html(columns.html(modes)),
+        tongues=html(tables.TONGUE.html(growth)),
+        drawing=views_linear.resonance(found),
+        found=found,
+        far=resonance.FAR,
+    )
+    return Section(said, [*columns.json(modes), *tables.TONGUE.json(growth)], found.supports)
+
+
+def _digits(found: resonance.Resonance) -> int:
+    """To which all starts of a run-up have the same peaks; 15 is all there are."""
+    sizes = [
+        np.array([peak.size for peak in peaks])
+        for ramp in found.run_ups.values()
+        for peaks in zip(*ramp.peaks, strict=True)
+        if all(peak.size is not None for peak in peaks)
+    ]
+    spread = max((float(np.ptp(each) / each.mean()) for each in sizes), default=0.0)
+    return int(-np.log10(max(spread, 1e-15)))
+
+
+def of_dampers(found: dampers.Dampers, ran: Sequence[Runaway], material: Material) -> Section:
+    """7."""
+    own = next(one for one in found.ablated if one.ablation == dampers.AS_IT_STANDS)
+    said = text(
+        "phase/dampers",
+        starts=material.scale.most_starts,
+        zeta=dampers.QUIET_ZETA,
+        ablated=html(tables.ABLATED.html(found.ablated)),
+        fluttering=html(tables.ABLATED.html(found.fluttering)),
+        flutter=[one.third.quantiles[1] for one in found.fluttering],
+        flutter_zeta=dampers.FLUTTER_ZETA,
+        over_zeta=html(tables.ABLATED.html(found.over_zeta)),
+        own=own.third.quantiles,
+        played=found.median(dampers.PLAYED_BACK.name),
+        always=found.median(dampers.ALWAYS.name),
+        steady=found.median(dampers.STEADY.name),
+        tight=found.median(dampers.TIGHT.name),
+        rest=found.rest[1],
+        explained=found.excited_hard,
+        evident=EVIDENT,
+        largest=found.largest_zeta,
+        runaways=html(tables.RUNAWAY.html(ran)),
+    )
+    every = (*found.over_zeta, *found.ablated, *found.fluttering)
+    rows = {(one.ablation.name, one.zeta): one for one in every}
+    records = [*tables.ABLATED.json(rows.values()), *tables.RUNAWAY.json(ran)]
+    return Section(said, records, None)
+
+
+CALM_ZETA = 0.015  # from here on nothing vibrates by itself
+
+
+def of_repair(found: Sequence[Repair]) -> Section:
+    """8."""
+    calm = [one for one in found if one.plain.setting.cell.zeta >= CALM_ZETA]
+    sizes = [_largest([pick(one) for one in calm]) for pick in (_plain, _conservative)]
+    present = (State.YES, State.BISTABLE)
+    visible = sum(one.conservative.made_visible.state in present for one in found)
+    said = text(
+        "phase/repair",
+        table=html(tables.REPAIR.html(found)),
+        calm=sizes,
+        calm_zeta=CALM_ZETA,
+        factor=None if not sizes[1] else float(f"{SEVERE / sizes[1]:.1g}"),
+        severe_settings=sum(bool((one.conservative.third.sizes > SEVERE).any()) for one in found),
+        visible_settings=visible,
+        settings=len(found),
+        evident=EVIDENT,
+    )
+    silent = all(one.conservative.made_visible.share is None for one in found)
+    return Section(said, tables.REPAIR.json(found), None if silent else not visible)
+
+
+def _plain(one: Repair) -> Third:
+    return one.plain.third
+
+
+def _conservative(one: Repair) -> Third:
+    return one.conservative.third
+
+
+def _largest(found: Sequence[Third]) -> float | None:
+    medians = [one.quantiles[1] for one in found]
+    return max((size for size in medians if size is not None), default=None)
+
+
+def of_objections(found: objections.Objections, simulated: Maps, material: Material) -> Section:
+    """What remains to be answered."""
+    rates = [tables.Found(cell, one) for cell, one in found.rates.items()]
+    joint = paper_stage(load_arm(LABELLED)).joint
+    teeth = (joint.sun_teeth, joint.ring_teeth)
+    spacing = " and ".join(
+        f"{z} / {joint.planet_count} = {z / joint.planet_count:g}" for z in teeth
+    )
+    said = text(
+        "phase/objections",
+        starts=material.scale.most_starts,
+        table=html(tables.OBJECTED.html(found.objected)),
+        rates=html(tables.RATES.html(rates, "Largest growth rates, 0.5 to 1.2 s [1/s]")),
+        spacing=spacing,
+        d_unknown=_made(found.objected, D_UNKNOWN, "omega_t"),
+        d_unknown_angle=_made(found.objected, D_UNKNOWN, "angle"),
+        flutter=_made(found.objected, FLUTTER, "omega_t"),
+        flutter_angle=_made(found.objected, FLUTTER, "angle"),
+        planets=_made(found.objected, PLANETS, "omega_t"),
+        planets_angle=_made(found.objected, PLANETS, "angle"),
+        eq11=_made(found.objected, FULL, "omega_t"),
+        eq11_visible=_made(found.objected, FULL, "omega_t", visible=True),
+        eq11_angle=_made(found.objected, FULL, "angle", visible=True),
+        evident=EVIDENT,
+        counts=_counts(simulated),
+    )
+    records = [*tables.OBJECTED.json(found.objected), *tables.RATES.json(rates)]
+    return Section(said, records, found.supports)
+
+
+def _made(found: Sequence[Objected], objection: str, phase: str, visible: bool = False) -> str:
+    """In words: so many of so many starts, setting by setting, of all changes of an objection."""
+    chosen = [
+        one for one in found if one.change.objection == objection and one.cell.law.phase == phase
+    ]
+    made = [(one.made_visible if visible else one.made).share for one in chosen]
+    told = ["undefined" if one is None else f"{one.yes} of {one.of}" for one in made]
+    return ", ".join(told) + " starts"
+
+
+def printed_cells(zeta: float) -> dict[str, Cell]:
+    """The three laws at a damping ratio, and the paper's with planets held alike."""
+    return {
+        "printed": Cell(PRINTED, zeta),
+        "repaired": Cell(REPAIRED_RATE, zeta),
+        "integral": Cell(INTEGRAL, zeta),
+        "alike": Cell(PRINTED, zeta, planets="lumped"),
+    }

@@ -1,0 +1,152 @@
+"""Drawings of the chapter on the phase: the clock, the maps, the starts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from audit.experiments.cells import LABELLED, Law
+from audit.experiments.experiments import DEFAULT_B_UM, DEFAULT_E_UM
+from audit.measures.shares import Share
+from audit.phase.clock import Band, Clocks
+from audit.phase.handover import HEIRS, HandedOver
+from audit.phase.maps import (
+    BACKLASH_ZETAS,
+    BACKLASHES_UM,
+    FOUR,
+    Mapped,
+    Maps,
+)
+from crosscheck.report.figures import KILO, legend, new_figure, not_reached, to_svg
+from crosscheck.report.fragments import COLOURS
+
+NAMES = {
+    "omega_t/eq13": "ω t, ring rate of Eq. 13 (paper)",
+    "omega_t/corrected": "ω t, ring rate corrected",
+    "angle/corrected": "angle (integral)",
+    "angle/eq13": "angle, ring rate of Eq. 13",
+}
+
+
+def band(axes: Axes, one: Band, colour: str, label: str | None = None) -> None:
+    """A fast signal: smallest to largest."""
+    axes.fill_between(
+        one.time_s, one.low, one.high, color=colour, linewidth=0.6, alpha=0.75, label=label
+    )
+
+
+def law_name(law: Law) -> str:
+    """For readers."""
+    return NAMES.get(law.id, law.id)
+
+
+def clock(found: Clocks) -> str:
+    """Forces along one motion above, runs from rest below; a column for every law."""
+    drawing, grid = new_figure(2, len(found.laws), 2.3)
+    for (above, below), law in zip(grid.T, found.laws, strict=True):
+        for one, colour in reversed(list(zip(law.delays, COLOURS, strict=False))):
+            label = f"clock from {one.clock_s:g} s"
+            force = _scaled(one.force_N, KILO)
+            band(above, force, colour, label)
+            band(below, one.shoulder, colour, label)
+        above.set_title(law_name(law.law))
+        below.set_xlabel("time since the start [s]")
+    grid[0, 0].set_ylabel("F_sp1, same motion [kN]")
+    grid[1, 0].set_ylabel("shoulder acc. [rad/s²]")
+    legend(drawing, grid[0, 0])
+    for row in grid:
+        _same_heights(row)
+    return to_svg(drawing)
+
+
+def _scaled(one: Band, by: float) -> Band:
+    low, high = (tuple(by * value for value in values) for values in (one.low, one.high))
+    return Band(one.time_s, low, high)
+
+
+def _same_heights(row: Sequence[Axes]) -> None:
+    low = min(axes.get_ylim()[0] for axes in row)
+    high = max(axes.get_ylim()[1] for axes in row)
+    for axes in row:
+        axes.set_ylim(low, high)
+
+
+def error_map(found: Maps) -> str:
+    """Share of severe starts over damping and tooth error; a panel for every law."""
+    chosen = {
+        (one.setting.cell.law, one.setting.error_um, one.setting.cell.zeta): one
+        for one in found.settings
+        if one.setting.cell.arm == LABELLED and one.setting.backlash_um == DEFAULT_B_UM
+    }
+    zetas = sorted({zeta for _, _, zeta in chosen})
+    errors = sorted({error for _, error, _ in chosen})
+    drawing, grid = new_figure(2, 2, 2.2)
+    for axes, law in zip(grid.ravel(), FOUR, strict=True):
+        rows = [[chosen[law, error, zeta] for zeta in zetas] for error in errors]
+        _heat(axes, [_without_error(rows[0]), *_shares(rows)], zetas, [0.0, *errors])
+        axes.set(title=law_name(law), xlabel="ζ", ylabel="E [µm]")
+    return to_svg(drawing)
+
+
+def _without_error(row: Sequence[Mapped]) -> list[float]:
+    return [_share(one.without.share) for one in row]
+
+
+def _shares(rows: Sequence[Sequence[Mapped]]) -> list[list[float]]:
+    return [[_share(one.third.share) for one in row] for row in rows]
+
+
+def _share(share: Share | None) -> float:
+    return float("nan") if share is None else 100 * share.value
+
+
+def backlash_map(found: Maps) -> str:
+    """The same over damping and backlash."""
+    chosen = {
+        (one.setting.cell.law, one.setting.backlash_um, one.setting.cell.zeta): one
+        for one in found.settings
+        if one.setting.cell.arm == LABELLED and one.setting.error_um == DEFAULT_E_UM
+    }
+    drawing, grid = new_figure(1, len(FOUR), 2.4)
+    for axes, law in zip(grid[0], FOUR, strict=True):
+        rows = [[chosen[law, b, zeta] for zeta in BACKLASH_ZETAS] for b in BACKLASHES_UM]
+        _heat(axes, _shares(rows), BACKLASH_ZETAS, BACKLASHES_UM)
+        axes.set_title(law_name(law).replace(", ", ",\n"))
+        axes.set_xlabel("ζ")
+    grid[0, 0].set_ylabel("b [µm]")
+    return to_svg(drawing)
+
+
+def _heat(
+    axes: Axes,
+    values: Sequence[Sequence[float]],
+    columns: Sequence[float],
+    rows: Sequence[float],
+) -> None:
+    """Per cent on colours."""
+    numbers = np.array(values)
+    axes.imshow(numbers, origin="lower", aspect="auto", cmap="YlOrRd", vmin=0, vmax=100)
+    for (row, column), value in np.ndenumerate(numbers):
+        shade = "white" if value > 60 else "black"
+        label = "-" if np.isnan(value) else f"{value:.0f}"
+        axes.text(column, row, label, ha="center", va="center", fontsize=6.5, color=shade)
+    axes.set_xticks(range(len(columns)), [f"{c:g}" for c in columns], fontsize=6.5)
+    axes.set_yticks(range(len(rows)), [f"{r:g}" for r in rows], fontsize=7)
+    axes.grid(visible=False)
+
+
+def handed_over(found: HandedOver) -> str:
+    """One state continued under every heir."""
+    drawing, grid = new_figure(1, len(HEIRS), 2.4)
+    for axes, heir, drawn, colour in zip(grid[0], HEIRS, found.drawn, COLOURS, strict=False):
+        band(axes, drawn, colour)
+        axes.set(title=f"continued under {heir.name}", xlabel="time [s]")
+    if found.drawn:
+        _same_heights(list(grid[0]))
+    else:
+        for axes in grid[0]:
+            not_reached(axes)
+    grid[0, 0].set_ylabel("shoulder acc. [rad/s²]")
+    return to_svg(drawing)

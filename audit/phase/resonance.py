@@ -1,0 +1,319 @@
+"""Evidence 6: one stage under `angle`, run up through its mesh modes; Floquet theory of k_a."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from analytic.model import PhysicalModel
+from audit.experiments.scale import Scale
+from audit.experiments.study import Study
+from audit.measures.numbers import defined
+from audit.measures.stage import with_steady_stiffness
+from audit.phase.runs.experiments import RIGID_STEP_S
+from audit.phase.runs.motion import motion
+from audit.phase.runs.plant import Plant, plant_of
+from audit.phase.runs.rigid import rigid_motion
+from crosscheck import signals
+from crosscheck.envelope import envelope
+from crosscheck.studies.members.starts import perturbed
+from models.arm.arm import Arm
+from models.experiment.scenario import ConstantDrive
+from models.experiment.switches import Switches
+from models.loading import Case, load_case
+
+FASTEST_RAD_PER_S, RAMP_S = 330.0, 2.0  # the highest mode is met at some 290 rad/s
+RAMP_ZETAS = (0.005, 0.02)
+ZETAS = (0.003, 0.005, 0.007, 0.02, 0.05)  # of the tongues
+SPEEDS = np.linspace(15.0, 600.0, 400)  # rad/s
+STEP_S = 5e-6  # RK4's own damping of the highest mode stays below 0.1 1/s
+EVERY = 5  # steps of the run-up
+STARTS = 8  # a block of the kernel
+BINS = 900  # of what is kept of a run-up, for its drawing
+BELOW_RAD_PER_S = (20.0, 60.0)  # slower than any resonance
+FAR = 5.0  # times the fastest speed
+TONGUE_PER_S = 1.0  # growth that counts
+
+
+@dataclass(frozen=True)
+class StageModes:
+    """Mesh modes [Hz] of one stage, its carrier locked; teeth: mesh cycles per turn of it."""
+
+    modes_Hz: tuple[float, ...]
+    teeth: float
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """Carrier speed [rad/s] at which teeth pass at the frequency of each mode."""
+        return tuple(2 * np.pi * mode / self.teeth for mode in self.modes_Hz)
+
+
+class Peak(NamedTuple):
+    """The largest vibration [rad/s^2] near a speed, and at which [rad/s]; None: not that fast."""
+
+    speed: float | None
+    size: float | None
+
+
+@dataclass(frozen=True)
+class Resonances:
+    """What run-ups of several starts show: of each a peak per mode, and the vibration below them.
+
+    below: [rad/s^2] of every start; drawn_speed [rad/s], drawn_size [rad/s^2]: the first start's
+    largest vibration of every bin.
+    """
+
+    peaks: tuple[tuple[Peak, ...], ...]
+    below: tuple[float | None, ...]
+    drawn_speed: tuple[float, ...]
+    drawn_size: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class RunUp:
+    """A Question: the stage run up through its modes, or as far as the duration lets it.
+
+    Planets free.
+    """
+
+    zeta: float
+    duration_s: float
+    seeds: tuple[int, ...]
+
+    @property
+    def inputs(self) -> str:
+        return f"{self!r}\n{_files()}"
+
+    @property
+    def cost(self) -> float:
+        return self.duration_s
+
+    def answer(self) -> Resonances:
+        speed, fast = _run_up(self.zeta, self.duration_s, self.seeds)
+        pairs = list(zip(speed.T, fast.T, strict=True))
+        drawn = _drawn(*pairs[0])
+        return Resonances(
+            peaks=tuple(tuple(_peak(*pair, met) for met in stage_modes().speeds) for pair in pairs),
+            below=tuple(defined(_below(*pair)) for pair in pairs),
+            drawn_speed=tuple(drawn[0].tolist()),
+            drawn_size=tuple(drawn[1].tolist()),
+        )
+
+
+@dataclass(frozen=True)
+class FloquetRates:
+    """Growth [1/s] of a mesh vibration over SPEEDS, and at one slow speed."""
+
+    growth: tuple[float, ...]
+    slow: float
+
+    @property
+    def largest(self) -> tuple[float, float]:
+        """The largest growth [1/s], and at which speed [rad/s]."""
+        at = int(np.argmax(self.growth))
+        return self.growth[at], float(SPEEDS[at])
+
+    @property
+    def lowest_open(self) -> float | None:
+        """The lowest speed [rad/s] with growth that counts; None: nowhere."""
+        open_at = SPEEDS[np.array(self.growth) > TONGUE_PER_S]
+        return float(open_at[0]) if open_at.size else None
+
+
+@dataclass(frozen=True)
+class Tongue:
+    """A Question: the ``FloquetRates`` at a damping ratio and one slow speed [rad/s]."""
+
+    zeta: float
+    slow: float
+
+    @property
+    def inputs(self) -> str:
+        return f"{self!r}\n{_files()}"
+
+    @property
+    def cost(self) -> float:
+        return 1.0
+
+    def answer(self) -> FloquetRates:
+        (slow,) = tongues(self.zeta, np.array([self.slow]))
+        return FloquetRates(tuple(tongues(self.zeta, SPEEDS).tolist()), float(slow))
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """The rigid arm's fastest joint speed [rad/s] in the paper's scenarios."""
+
+    pd: float
+    constant_torque: float
+    back_and_forth: float
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """Run-ups and growth rates by damping ratio, the modes and the paper's own speeds."""
+
+    modes: StageModes
+    speeds: Speeds
+    run_ups: dict[float, Resonances]
+    tongues: dict[float, FloquetRates]
+
+    @property
+    def supports(self) -> bool:
+        """The slowest resonance lies far above the fastest speed of the PD run."""
+        return bool(self.modes.speeds[0] > FAR * self.speeds.pd)
+
+    @property
+    def lowest_open(self) -> float | None:
+        """The lowest speed [rad/s] at which stiffness alone makes a vibration grow."""
+        found = [one.lowest_open for one in self.tongues.values()]
+        return min((speed for speed in found if speed is not None), default=None)
+
+
+def resonance(study: Study, scale: Scale) -> Resonance:
+    """A run-up of one stage, Floquet theory of the stiffness, and the paper's own speeds."""
+    speeds = Speeds(fastest("pd"), fastest("constant-torque"), fastest("back-and-forth"))
+    seeds = scale.seeds[: scale.starts(STARTS)]
+    ramps = [RunUp(zeta, scale.seconds(RAMP_S), seeds) for zeta in RAMP_ZETAS]
+    growth = [Tongue(zeta, speeds.pd) for zeta in ZETAS]
+    run_up = dict(zip(RAMP_ZETAS, study.answers(ramps, "phase: run-up"), strict=True))
+    rates = dict(zip(ZETAS, study.answers(growth, "phase: tongues"), strict=True))
+    return Resonance(stage_modes(), speeds, run_up, rates)
+
+
+def _files() -> str:
+    cases = [load_case("paper-labelled", name) for name in ("constant-torque", "pd")]
+    return "\n".join(record.model_dump_json() for case in cases for record in case)
+
+
+def stage_modes() -> StageModes:
+    """Of the labelled arm's shoulder; its damping has no say."""
+    arm = _one_stage(RAMP_ZETAS[0])
+    return StageModes(tuple(map(float, _modes(arm))), _rate(arm))
+
+
+def _one_stage(zeta: float) -> Arm:
+    """Shoulder and first link, the payload at its end."""
+    arm = load_case("paper-labelled", "pd", {}, [f"arm.joints.*.damping_ratio={zeta!r}"]).arm
+    return arm.model_copy(update={"joints": arm.joints[:1], "links": arm.links[:1]})
+
+
+def _model(arm: Arm, torque: float, duration_s: float) -> PhysicalModel:
+    scenario = load_case("paper-labelled", "constant-torque").scenario
+    drive = ConstantDrive(kind="constant", torque_N_m=torque)
+    update = {"drive": drive, "duration_s": duration_s, "record_every": EVERY}
+    case = Case(arm, scenario.model_copy(update=update), _angle())
+    return PhysicalModel(*case)
+
+
+def _angle() -> Switches:
+    return load_case("paper-labelled", "pd", {"phase": "angle"}).switches
+
+
+def _rate(arm: Arm) -> float:
+    """Mesh cycles per turn of the carrier against the ring: c of the law, 99 here."""
+    return float(_model(arm, 0.0, 1.0).gears.rate[0])
+
+
+def _modes(arm: Arm) -> np.ndarray:
+    """Mesh modes [Hz] of one stage with the carrier locked, ascending."""
+    plant = plant_of(_model(arm, 0.0, 1.0))
+    mass, stiffness = _meshes(plant)
+    squares = np.linalg.eigvals(np.linalg.solve(mass, np.diag(stiffness)))
+    return np.sort(np.sqrt(squares.real)) / (2 * np.pi)
+
+
+def _meshes(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
+    """(M (2, 2) [kg], N k_m (2,) [N/m]) of the mesh displacements, carrier locked."""
+    where, n = plant.gears.where, plant.weights.shape[1]
+    mass = plant.model.mass_matrix(np.zeros(n))
+    planets = -plant.terms.mesh_map[where].diagonal()
+    return mass[np.ix_(where, where)], planets * plant.gears.k_m
+
+
+def fastest(scenario: str) -> float:
+    """Largest carrier speed against the ring [rad/s] of either joint in a scenario of the paper."""
+    case = load_case("paper-labelled", scenario)
+    rigid = rigid_motion(case, RIGID_STEP_S, case.scenario.record_every)
+    return float(np.abs(rigid["theta_dot"]).max())
+
+
+def _run_up(zeta: float, duration_s: float, seeds: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Carrier speed [rad/s] and vibration [rad/s^2], (times, starts), in RAMP_S from rest.
+
+    The torque is constant, so the rigid arm's acceleration is, which is subtracted. Stiffness is
+    constant so that tooth error is all that excites: k_a has tongues of its own.
+    """
+    arm = with_steady_stiffness(_one_stage(zeta))
+    still = _model(arm, 0.0, 1.0)
+    (theta,) = still.layout.theta
+    inertia = float(still.mass_matrix(np.zeros(len(still.layout)))[theta, theta])
+    steady = FASTEST_RAD_PER_S / RAMP_S
+    lumped = _model(arm, inertia * steady, duration_s)
+    switches = lumped.switches.model_copy(update={"planets": "free"})
+    case = Case(arm, lumped.scenario, switches)
+    run = motion([PhysicalModel(*perturbed(case, seed)) for seed in seeds])
+    return run.v[:, run.theta[0]], run.shoulder - steady
+
+
+def tongues(zeta: float, speeds: np.ndarray) -> np.ndarray:
+    """Growth rate [1/s] of the mesh vibration at constant carrier speeds [rad/s], (speeds,).
+
+    Floquet theory of M x'' + D x' + N k(phi) x = 0, phi = c theta_c' t, carrier locked to its
+    speed: the largest multiplier of the monodromy.
+    """
+    plant = plant_of(_model(_one_stage(zeta), 0.0, 1.0))
+    mass, stiffness = _meshes(plant)
+    swing = plant.gears.k_a / plant.gears.k_m
+    damped = -np.linalg.solve(mass, np.diag(plant.gears.d))
+
+    sprung, swinging = (-np.linalg.solve(mass, np.diag(k)) for k in (stiffness, stiffness * swing))
+    steady = np.block([[np.zeros((2, 2)), np.eye(2)], [sprung, damped]])
+    varying = np.block([[np.zeros((2, 4))], [swinging, np.zeros((2, 2))]])
+
+    def system(phase: float) -> np.ndarray:
+        return steady + varying * np.sin(phase)
+
+    period = 2 * np.pi / (plant.weights[0, plant.gears.theta[0]] * speeds)
+    multipliers = np.linalg.eigvals(_monodromy(system, period))
+    return np.log(np.abs(multipliers).max(axis=1)) / period
+
+
+def _monodromy(system: Callable[[float], np.ndarray], period: np.ndarray) -> np.ndarray:
+    """Of y' = A(2 pi t / T) y over every period T [s], (periods, 4, 4), by RK4 in the phase."""
+    count = int(np.ceil(period.max() / STEP_S))
+    turn, h = 2 * np.pi / count, (period / count)[:, None, None]
+    flow = np.repeat(np.eye(4)[None], period.size, axis=0)
+    for k in range(count):
+        begin, middle, end = (system((k + part) * turn) for part in (0.0, 0.5, 1.0))
+        k_1 = begin @ flow
+        k_2 = middle @ (flow + h / 2 * k_1)
+        k_3 = middle @ (flow + h / 2 * k_2)
+        k_4 = end @ (flow + h * k_3)
+        flow = flow + h / 6 * (k_1 + 2 * k_2 + 2 * k_3 + k_4)
+    return flow
+
+
+def _peak(speeds: np.ndarray, vibration: np.ndarray, speed: float) -> Peak:
+    """Within 10 % of a speed [rad/s]."""
+    part = slice(*np.searchsorted(speeds, (0.9 * speed, 1.1 * speed)))
+    if part.stop <= part.start:
+        return Peak(None, None)
+    size = np.abs(vibration[part])
+    return Peak(float(speeds[part][np.argmax(size)]), float(size.max()))
+
+
+def _below(speeds: np.ndarray, vibration: np.ndarray) -> float:
+    return signals.amplitude(vibration[signals.window(speeds, *BELOW_RAD_PER_S)])
+
+
+def _drawn(speeds: np.ndarray, vibration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Speed [rad/s] and largest vibration [rad/s^2] of every bin."""
+    if speeds.size < BINS:
+        return np.empty(0), np.empty(0)
+    _, low, high = envelope(speeds, vibration, BINS)
+    speed = np.linspace(speeds[0], speeds[-1], low.size)
+    return speed, np.maximum(np.abs(low), np.abs(high))

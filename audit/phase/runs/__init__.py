@@ -1,0 +1,1 @@
+"""Runs with another clock, phase or sensor than a scenario can state."""

@@ -1,0 +1,119 @@
+"""Runs that no scenario file can state: another clock, start, drive, dampers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from analytic.model import PhysicalModel
+from audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell, Law
+from audit.experiments.starts import AT_ONCE, TransientPd
+from audit.experiments.variant import Variant, simulate
+from audit.measures.course import Course, courses
+from audit.measures.rigid import rigid_arm
+from audit.phase.runs.rigid import rigid_motion
+from crosscheck.studies.members.starts import perturbed
+from models.errors import Diverged
+from models.experiment.scenario import TableDrive
+from models.loading import Case
+
+HIGH_PASS_HZ = 600.0  # between the controlled arm's motion and the mesh modes
+ORDER = 12  # each way: 1.7 kHz leaks less than 1e-5 through 3 kHz
+FILTER_SAMPLES = 3 * (ORDER + 1)  # by which the filter continues a signal at either end
+FILTER_EDGE_S = 0.02  # of the record's ends, which the filter does not see whole
+RIGID_STEP_S, TABLE_STEP_S = 1e-4, 1e-3
+RECORD_EVERY = 5  # steps of 10 us
+NO_ERROR = "arm.joints.*.tooth_error_m=0.0"
+# Where every start with the law's ring rate, or some with the paper's, is severe.
+DECISIVE = (Cell(PRINTED, 0.005), Cell(REPAIRED_RATE, 0.02))
+
+
+def integrated(cell: Cell) -> Cell:
+    """The same with the phase as an integral."""
+    return replace(cell, law=Law("angle", cell.law.ring_rate))
+
+
+def pd_run(cell: Cell, duration_s: float, *meshes: str) -> Variant:
+    """The PD run of a setting, its meshes changed, recorded at 20 kHz."""
+    one = cell.variant()
+    return replace(one, duration_s=duration_s, record_every=RECORD_EVERY, meshes=meshes)
+
+
+def models_of(variant: Variant, seeds: Sequence[int]) -> list[PhysicalModel]:
+    """The analytic model from every start."""
+    case = variant.case()
+    return [PhysicalModel(*perturbed(case, seed)) for seed in seeds]
+
+
+@dataclass(frozen=True)
+class Changed(TransientPd):
+    """The PD run with other dampers or another drive, all numbers of ``transient``.
+
+    damping: factors on the dampers of sun and ring meshes; recorded: the rigid arm's torque played
+    back, no feedback.
+    """
+
+    damping: tuple[float, float] = (1.0, 1.0)
+    recorded: bool = False
+
+    @property
+    def inputs(self) -> str:
+        return f"{super().inputs}\n{self.damping} {self.recorded}"
+
+    def models(self) -> list[PhysicalModel]:
+        """From every start."""
+        case = self.variant.case()
+        if self.recorded:
+            case = played_back(case)
+        found = [PhysicalModel(*perturbed(case, seed)) for seed in self.seeds]
+        for model in found:
+            factors = np.resize(self.damping, model.gears.d.size)
+            model.gears = model.gears._replace(d=model.gears.d * factors)
+        return found
+
+    def _runs(self) -> Iterator[Course | Diverged]:
+        models = self.models()
+        for first in range(0, len(models), AT_ONCE):
+            yield from courses(models[first : first + AT_ONCE])
+
+
+def played_back(case: Case) -> Case:
+    """The case with its drive replaced by the torque that the rigid arm needs in it."""
+    rigid = rigid_motion(case, RIGID_STEP_S, round(TABLE_STEP_S / RIGID_STEP_S))
+    time = rigid["time"].values.copy()
+    time[-1] = max(time[-1], case.scenario.duration_s)
+    drive = TableDrive(
+        kind="table",
+        time_s=tuple(map(float, time)),
+        torque_N_m=tuple(tuple(map(float, column)) for column in rigid["torque"].values.T),
+    )
+    return case._replace(scenario=case.scenario.model_copy(update={"drive": drive}))
+
+
+def shoulder_excess(variant: Variant, elapsed: np.ndarray, theta_ddot: np.ndarray) -> np.ndarray:
+    """Shoulder accelerations (times, members) less the rigid arm's at times since its start."""
+    time, rigid = _rigid_shoulder(rigid_arm(variant))
+    return theta_ddot - np.interp(elapsed, time, rigid)[:, None]
+
+
+@lru_cache(maxsize=8)
+def _rigid_shoulder(variant: Variant) -> tuple[np.ndarray, np.ndarray]:
+    run = simulate(variant)
+    return run["time"].values, run["theta_ddot"].values[:, 0]
+
+
+def vibration(time: np.ndarray, values: np.ndarray, above_hz: float = HIGH_PASS_HZ) -> np.ndarray:
+    """The fast part of a signal (times, ...): Butterworth, forth and back.
+
+    For what is too small to be seen beside a rigid arm, whose teeth are not pressed in. Undefined,
+    all nan, for one that is too short for the filter.
+    """
+    if len(values) <= FILTER_SAMPLES:
+        return np.full(values.shape, np.nan)
+    rate = round(1 / (time[1] - time[0]))
+    sections = butter(ORDER, above_hz, "highpass", fs=rate, output="sos")
+    return sosfiltfilt(sections, values, axis=0)

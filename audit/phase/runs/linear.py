@@ -1,0 +1,237 @@
+"""Linearised motion of the geared arm in contact, along the motion that its controller asks for.
+
+Under `omega_t` the phase contains the current speed, d phi / d theta_c' = c t: stiffness and tooth
+error turn a speed into a mesh force, a velocity feedback whose gain grows with the clock and whose
+sign follows cos(phi). Under `angle` only d phi / d theta_c = c is there.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from analytic.derivation.terms import Terms
+from audit.phase.runs.plant import Plant
+from audit.phase.runs.rigid import rigid_motion
+from models.experiment.drive import PD
+from models.loading import Case
+
+BASE_STEP_S = 1e-4
+LARGEST_FOLDS = 200.0  # e^200: an amplitude beyond meaning, but finite
+
+
+class Base(NamedTuple):
+    """The motion to linearise about: time (times,) [s]; q, v (times, n); force (times, meshes)."""
+
+    time: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    force: np.ndarray
+
+
+def base_motion(case: Case, plant: Plant, every: int) -> Base:
+    """The rigid arm's motion, every mesh pressed in just as far as it has to be to carry it.
+
+    theta from the rigid level `coupled`; the mesh force from the rows of Eq. 21 for x, in which
+    x'' = x' = 0; then x = e(phi) +- b + F / k(phi). No vibration, hence independent of damping.
+    """
+    rigid = rigid_motion(case, BASE_STEP_S, every)
+    time, n = rigid["time"].values, plant.weights.shape[1]
+    q, v, a = (np.zeros((time.size, n)) for _ in range(3))
+    for state, name in ((q, "theta"), (v, "theta_dot"), (a, "theta_ddot")):
+        state[:, plant.terms.theta] = rigid[name].values
+    force = np.array(
+        [_carried(plant, *row) for row in zip(q, v, a, rigid["torque"].values, strict=True)]
+    )
+    sine = np.sin(phases(plant, time, q, v))
+    gears = plant.gears
+    stiffness = gears.k_m + gears.k_a * sine
+    q[:, gears.where] = gears.E * sine + np.sign(force) * gears.b + force / stiffness
+    return Base(time, q, v, force)
+
+
+def _carried(
+    plant: Plant, q: np.ndarray, v: np.ndarray, a: np.ndarray, torque: np.ndarray
+) -> np.ndarray:
+    """Force per planet [N] of every mesh that gives the accelerations a (n,)."""
+    at, rows = plant.states.at(0.0, q, v), plant.gears.where
+    wanted = at.mass_matrix @ a + at.bias - plant.terms.drive_map @ torque
+    return np.linalg.solve(plant.terms.mesh_map[rows], wanted[rows])
+
+
+def phases(plant: Plant, time: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """phi [rad], (times, meshes)."""
+    moving = v * time[:, None] if plant.timed else q
+    return plant.gears.offset + moving @ plant.weights.T
+
+
+def jacobian(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """d(q', q'') / d(q, q') at a state with every mesh in contact, (2 n, 2 n)."""
+    n = q.size
+    at = plant.states.at(t, q, v)
+    position = -_inertia_by_q(plant.terms, q, v, at.acceleration)
+    rate = -_bias_by_v(plant.terms, q, v)
+    by_x, by_phase = _mesh_force_slopes(plant, t, q, v)
+    mesh_map, where = plant.terms.mesh_map, plant.gears.where
+    position[:, where] += mesh_map * by_x
+    turned = mesh_map @ (by_phase[:, None] * plant.weights)
+    if plant.timed:
+        rate += turned * t
+    else:
+        position += turned
+    rate[where, where] -= plant.gears.d
+    _add_controller(plant, position, rate)
+    lower = np.linalg.solve(at.mass_matrix, np.hstack([position, rate]))
+    return np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])
+
+
+def _mesh_force_slopes(
+    plant: Plant, t: float, q: np.ndarray, v: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(dF/dx, dF/dphi) per mesh of F = k(phi) f_k(x - e(phi)): k and k_a cos f_k - k E cos."""
+    gears = plant.gears
+    phi = phases(plant, np.array([t]), q[None], v[None])[0]
+    stiffness = gears.k_m + gears.k_a * np.sin(phi)
+    gap = q[gears.where] - gears.E * np.sin(phi)
+    pressed = gap - np.sign(gap) * gears.b
+    return stiffness, (gears.k_a * pressed - stiffness * gears.E) * np.cos(phi)
+
+
+def _add_controller(plant: Plant, position: np.ndarray, rate: np.ndarray) -> None:
+    drive, drive_map = plant.drive, plant.terms.drive_map
+    if drive.code == PD:
+        sensed = plant.terms.theta
+        position[:, sensed] -= drive_map * drive.gains[:, 1]
+        rate[:, sensed] -= drive_map * drive.gains[:, 2]
+
+
+def _inertia_by_q(terms: Terms, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """d(M a + C v) / dq at constant v and a, (n, n)."""
+    out, angle = np.zeros((q.size, q.size)), terms.waves @ q
+    for (row, column, wave), coeff in zip(terms.mass, terms.mass_coeff, strict=True):
+        out[row] -= coeff * np.sin(angle[wave]) * a[column] * terms.waves[wave]
+    for (row, wave, i, j), coeff in zip(terms.bias, terms.bias_coeff, strict=True):
+        out[row] += coeff * np.cos(angle[wave]) * v[i] * v[j] * terms.waves[wave]
+    return out
+
+
+def _bias_by_v(terms: Terms, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """d(C v) / dv, (n, n)."""
+    out, angle = np.zeros((q.size, q.size)), terms.waves @ q
+    for (row, wave, i, j), coeff in zip(terms.bias, terms.bias_coeff, strict=True):
+        factor = coeff * np.sin(angle[wave])
+        out[row, i] += factor * v[j]
+        out[row, j] += factor * v[i]
+    return out
+
+
+def jacobian_error(plant: Plant, base: Base, samples: int) -> float:
+    """Largest error of ``jacobian`` along the motion against central differences.
+
+    Relative to the largest derivative with respect to the same coordinate; the differences keep
+    within contact and use the fourth-order formula.
+    """
+    worst = 0.0
+    for k in np.linspace(1, base.time.size - 1, samples).astype(int):
+        t, q, v = float(base.time[k]), base.q[k], base.v[k]
+        given = jacobian(plant, t, q, v)[q.size :]
+        measured = _differences(plant, t, q, v)
+        size = np.abs(measured).max(axis=0)
+        size[size == 0] = 1.0
+        worst = max(worst, float((np.abs(given - measured) / size).max()))
+    return worst
+
+
+def _differences(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """d q'' / d(q, v) by fourth-order central differences, (n, 2 n)."""
+    n = q.size
+    steps = np.full(2 * n, 1e-6)  # rad and rad/s; phi = 99 theta needs 1e-4 rad to change by 1 %
+    steps[plant.gears.where] = 1e-9  # far less than the 1e-5 m by which a mesh is pressed in
+    columns = []
+    for i, h in enumerate(steps):
+        sums = np.zeros(n)
+        for place, weight in ((-2, 1 / 12), (-1, -8 / 12), (1, 8 / 12), (2, -1 / 12)):
+            state = np.concatenate((q, v))
+            state[i] += place * h
+            sums += weight * plant.states.at(t, state[:n], state[n:]).acceleration
+        columns.append(sums / h)
+    return np.array(columns).T
+
+
+class Modes(NamedTuple):
+    """Frozen mesh modes followed along the motion, (times, modes): growth [1/s], frequency [Hz]."""
+
+    growth: np.ndarray
+    frequency: np.ndarray
+
+    @property
+    def largest(self) -> np.ndarray:
+        """Growth rate [1/s] of the least stable mode, (times,)."""
+        return self.growth.max(axis=1)
+
+
+def mesh_modes(plant: Plant, base: Base) -> Modes:
+    """The oscillating eigenvalues of the Jacobian along the motion, each mode in its own column."""
+    matrices = np.array(
+        [jacobian(plant, float(t), q, v) for t, q, v in zip(base.time, base.q, base.v, strict=True)]
+    )
+    poles, shapes = np.linalg.eig(matrices)
+    order = np.argsort(poles.imag, axis=1)[:, -plant.gears.where.size :]
+    poles = np.take_along_axis(poles, order, axis=1)
+    shapes = np.take_along_axis(shapes, order[:, None, :], axis=2)
+    poles = np.take_along_axis(poles, _followed(shapes), axis=1)
+    return Modes(poles.real, poles.imag / (2 * np.pi))
+
+
+def _followed(shapes: np.ndarray) -> np.ndarray:
+    """Columns (times, modes) that keep every mode in its place, given shapes (times, 2 n, modes).
+
+    A mode continues as the one whose shape, in rates, is most like its own at the instant before.
+    """
+    rates = shapes[:, shapes.shape[1] // 2 :]
+    rates = rates / np.linalg.norm(rates, axis=1, keepdims=True)
+    columns = np.empty((shapes.shape[0], shapes.shape[2]), dtype=np.int64)
+    columns[0] = np.arange(shapes.shape[2])
+    for k in range(1, columns.shape[0]):
+        before = rates[k - 1][:, columns[k - 1]]
+        columns[k] = linear_sum_assignment(-np.abs(before.conj().T @ rates[k]))[1]
+    return columns
+
+
+def predicted_amplitude(
+    time: np.ndarray, growth: np.ndarray, first: np.ndarray, floor: np.ndarray
+) -> np.ndarray:
+    """Vibration that frozen growth rates let grow, (times,), in the unit of ``floor``.
+
+    Every mode, growth (times, modes) [1/s], starts at its ``first`` (modes,), follows the integral
+    of its growth rate and never falls below its noise floor (modes,); the largest of them.
+    """
+    folds = np.diff(time)[:, None] * (growth[1:] + growth[:-1]) / 2
+    level = np.full(growth.shape, np.log(np.maximum(first, floor)))
+    for k, step in enumerate(folds):
+        level[k + 1] = np.maximum(level[k] + step, np.log(floor))
+    return np.exp(np.minimum(level.max(axis=1), LARGEST_FOLDS))
+
+
+class Interval(NamedTuple):
+    """An unstable stretch of one mode: [s], [s], e-folds of growth, mean frequency [Hz]."""
+
+    begin: float
+    end: float
+    folds: float
+    frequency: float
+
+
+def unstable_intervals(time: np.ndarray, modes: Modes, least_folds: float) -> list[Interval]:
+    """Stretches with positive growth rate that amplify by at least e^least_folds, by beginning."""
+    found = []
+    for growth, frequency in zip(modes.growth.T, modes.frequency.T, strict=True):
+        edges = np.flatnonzero(np.diff(np.concatenate(([False], growth > 0, [False])).astype(int)))
+        for begin, end in edges.reshape(-1, 2):
+            folds = float(np.trapezoid(growth[begin:end], time[begin:end]))
+            if folds >= least_folds:
+                mean = float(frequency[begin:end].mean())
+                found.append(Interval(float(time[begin]), float(time[end - 1]), folds, mean))
+    return sorted(found)

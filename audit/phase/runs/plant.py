@@ -1,0 +1,122 @@
+"""The analytic model with what its scenario fixes set free: the clock, the start, the phase's rate.
+
+The mesh phase is one linear form per mesh: phi = offset + w . q (law `angle`), or
+phi = offset + (w . v) t (law `omega_t`), so that Eq. 11 in full is only another w than Eq. 12.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from analytic.derivation.gears import Gears
+from analytic.derivation.terms import Terms
+from analytic.kernel.batch import Batch
+from analytic.kernel.equations import TermEquations
+from analytic.kernel.states import States
+from analytic.model import AnalyticModel
+from analytic.paper.mesh_frequency import OMEGA_T
+from audit.measures.stage import paper_stage
+from models.experiment.drive import DriveData
+from models.experiment.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A geared arm in an experiment; weights (meshes, n): w, in radians per metre or radian."""
+
+    model: AnalyticModel
+    weights: np.ndarray
+    equations: TermEquations
+
+    @property
+    def terms(self) -> Terms:
+        """Of the equations."""
+        return self.equations.terms
+
+    @property
+    def gears(self) -> Gears:
+        """Of the equations."""
+        return self.equations.gears
+
+    @property
+    def drive(self) -> DriveData:
+        """Of the equations."""
+        return self.equations.drive
+
+    @property
+    def timed(self) -> bool:
+        """Whether the phases go by the clock: law `omega_t`."""
+        return self.gears.phase == OMEGA_T
+
+    def changed(self, **parts: DriveData | Gears) -> Plant:
+        """With other parts of its equations."""
+        equations = replace(self.equations, **parts)  # type: ignore[arg-type]
+        return replace(self, equations=equations)
+
+    @cached_property
+    def states(self) -> States:
+        """What the equations say of states."""
+        return States(self.equations)
+
+
+def plant_of(model: AnalyticModel, full_rate: bool = False) -> Plant:
+    """The model's plant; ``full_rate`` keeps the terms of Eq. 11 that Eq. 12 neglects."""
+    meshes = model.gears
+    weights = np.zeros((meshes.where.size, len(model.coordinates)))
+    weights[np.arange(meshes.where.size), meshes.theta] = meshes.rate
+    if not full_rate:
+        return Plant(model, weights, model.term_equations)
+    more = neglected_weights(model)
+    parts = model.arm, model.layout, meshes, model.drive, model.terms
+    return Plant(model, weights + more, TermEquations(*parts, phase_weights=more))
+
+
+def neglected_weights(model: AnalyticModel) -> np.ndarray:
+    """Eq. 11 less Eq. 12 [rad/m], (meshes, n): z_s / r_s on x_sp and x_pr; z_p / r_p on x_pr."""
+    weights = np.zeros((model.gears.where.size, len(model.coordinates)))
+    layout = model.layout
+    for number, joint in enumerate(layout.meshing):
+        stage = paper_stage(model.arm, joint)
+        x_sp, x_pr = layout.at("x_sp", joint), layout.at("x_pr", joint)
+        weights[2 * number, [x_sp, x_pr]] = stage.joint.sun_teeth / stage.geometry.r_s
+        weights[2 * number + 1, x_pr] = stage.joint.planet_teeth / stage.geometry.r_p
+    return weights
+
+
+def forces_along(plant: Plant, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> np.ndarray:
+    """Elastic force per planet [N], (times, meshes), at states qs, vs (times, n)."""
+    return np.array([plant.states.at(*of).mesh_forces for of in zip(time, qs, vs, strict=True)])
+
+
+@dataclass(frozen=True)
+class Continued:
+    """Equations in an experiment from any state q, v (n,), for the kernel."""
+
+    scenario: Scenario
+    drive: DriveData
+    gears: Gears
+    equations: TermEquations
+    state: tuple[np.ndarray, np.ndarray]
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """The state."""
+        return self.state
+
+
+def integrate(
+    plant: Plant, clock: int, q0: np.ndarray, v0: np.ndarray, steps: int, stride: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """RK4 by the scenario's step from any state, the clock at so many steps at the start.
+
+    q, v and accelerations of shape (steps // stride + 1, n).
+    """
+    run = Continued(plant.model.scenario, plant.drive, plant.gears, plant.equations, (q0, v0))
+    batch = Batch([run], lanes=1)
+    batch.done = clock
+    with np.errstate(invalid="ignore", over="ignore"):  # of a run that diverges
+        parts = list(batch.run(steps // stride, stride, steps // stride + 1))
+    q, v, a = (np.concatenate([part[k][:, :, 0] for part in parts]) for k in range(3))
+    return q, v, a

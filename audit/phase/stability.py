@@ -1,0 +1,294 @@
+"""Evidence 4: the mesh modes linearised along the motion, and the onset that they predict.
+
+While every tooth is in contact, differences between planets obey an equation of their own (Hill's,
+see ``planets.hill``), so the motion that the planets share is linearised as if they were one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from analytic.model import PhysicalModel
+from audit.experiments.cells import Cell
+from audit.experiments.scale import Scale
+from audit.experiments.study import Study
+from audit.experiments.variant import Variant, spelled_out
+from audit.measures.events import THIRD_S
+from audit.measures.numbers import quotient
+from audit.measures.shares import Share
+from audit.phase.clock import Band
+from audit.phase.runs.experiments import (
+    DECISIVE,
+    FILTER_EDGE_S,
+    HIGH_PASS_HZ,
+    integrated,
+    models_of,
+    pd_run,
+    vibration,
+)
+from audit.phase.runs.linear import (
+    Base,
+    Interval,
+    Modes,
+    base_motion,
+    jacobian_error,
+    mesh_modes,
+    predicted_amplitude,
+    unstable_intervals,
+)
+from audit.phase.runs.motion import motion
+from audit.phase.runs.plant import plant_of
+from crosscheck import signals
+
+CELLS = tuple(cell for one in DECISIVE for cell in (one, integrated(one)))
+DURATION_S = THIRD_S[1]
+BEGIN_S = 0.45  # after the teeth have changed sides; from here on contact is assumed
+BETWEEN_MODES_HZ = 3000.0  # each joint has a mesh mode below and one above
+ENVELOPE_S = 4e-3  # window of the running maximum
+WORTH_TELLING = 2.0  # e-folds
+SAMPLES = 12  # of the Jacobian's comparison with differences
+STARTS = 8  # a block of the kernel
+EVERY, QUICK_EVERY = 5, 20  # of the base motion's steps
+RUNS_EVERY = 2  # 50 kHz: what grows from 1e-13 rad/s^2 must not be another frequency's alias
+ONSET_RAD_PER_S2 = 3.0  # a hundredth of the paper's 300: where a growing vibration counts as begun
+ONSET_WITHIN = 0.05  # relative error of the predicted onset
+DRAWN = 300  # instants of a drawing
+
+
+class LargestGrowth(NamedTuple):
+    """The least stable moment of 0.5 to 1.2 s."""
+
+    growth_per_s: float
+    at_s: float
+    frequency_Hz: float
+
+
+class Begun(NamedTuple):
+    """One start: when its vibration begins, predicted and simulated [s], None: never.
+
+    floor_rad_per_s2: below which none falls.
+    """
+
+    predicted_s: float | None
+    simulated_s: float | None
+    floor_rad_per_s2: float
+
+    @property
+    def as_predicted(self) -> bool:
+        """Both never, or both at nearly the same time."""
+        if self.predicted_s is None or self.simulated_s is None:
+            return self.predicted_s is self.simulated_s
+        return abs(quotient(self.predicted_s, self.simulated_s) - 1) <= ONSET_WITHIN
+
+
+class Curve(NamedTuple):
+    """Values (instants,) at times [s]."""
+
+    time_s: tuple[float, ...]
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """What linear theory says of a setting, and what its starts do.
+
+    largest: None for a run that ends before; begun: of every start that does not diverge and lasts
+    long enough. Drawn: growth of the least stable mode [1/s], frequencies [Hz] and where they grow,
+    the first start's vibration, simulated and predicted [rad/s^2], and its acceleration.
+    """
+
+    largest: LargestGrowth | None
+    intervals: tuple[Interval, ...]
+    begun: tuple[Begun, ...]
+    jacobian_error: float
+    growth: Curve
+    frequencies: tuple[Curve, ...]
+    unstable: tuple[tuple[bool, ...], ...]
+    simulated: Curve
+    predicted: Curve
+    shoulder: Band
+
+    @property
+    def as_predicted(self) -> Share | None:
+        """Starts whose onset is foretold."""
+        return _share([one.as_predicted for one in self.begun])
+
+    @property
+    def begins(self) -> Share | None:
+        """Starts in which a vibration begins."""
+        return _share([one.simulated_s is not None for one in self.begun])
+
+
+def _share(answers: Sequence[bool]) -> Share | None:
+    return Share(sum(answers), len(answers)) if answers else None
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """A Question: the modes along a setting's motion, and its runs."""
+
+    cell: Cell
+    duration_s: float
+    every: int
+    seeds: tuple[int, ...]
+
+    @property
+    def variant(self) -> Variant:
+        """Planets free, at 50 kHz."""
+        one = pd_run(self.cell, self.duration_s)
+        return replace(one, record_every=RUNS_EVERY)
+
+    @property
+    def inputs(self) -> str:
+        return spelled_out(self.variant.case(), repr(self))
+
+    @property
+    def cost(self) -> float:
+        return 4.0
+
+    def answer(self) -> Linearised:
+        case = replace(self.variant, planets="lumped").case()
+        plant = plant_of(PhysicalModel(*case))
+        base = base_motion(case, plant, self.every)
+        modes = mesh_modes(plant, base)
+        run = motion(models_of(self.variant, self.seeds))
+        followed = [_follow(base, modes, run.time, one) for one in run.shoulder.T]
+        begun = tuple(one.begun for one in followed if one.begun is not None)
+        first = followed[0]
+        return Linearised(
+            largest=_largest(base, modes),
+            intervals=tuple(_intervals(base, modes)),
+            begun=begun,
+            jacobian_error=jacobian_error(plant, base, SAMPLES),
+            growth=_drawn(base.time, modes.largest),
+            frequencies=tuple(_drawn(base.time, column) for column in modes.frequency.T),
+            unstable=tuple(_thinned(column > 0) for column in modes.growth.T),
+            simulated=_highest(run.time, first.simulated),
+            predicted=_highest(first.time, first.predicted),
+            shoulder=Band.of(run.time, run.shoulder[:, 0]),
+        )
+
+
+class _Followed(NamedTuple):
+    """One start: simulated (times,), predicted on the base motion's time from BEGIN_S on."""
+
+    begun: Begun | None
+    simulated: np.ndarray
+    time: np.ndarray
+    predicted: np.ndarray
+
+
+def _follow(base: Base, modes: Modes, time: np.ndarray, shoulder: np.ndarray) -> _Followed:
+    part = signals.window(base.time, BEGIN_S, DURATION_S)
+    simulated = vibration_envelope(time, shoulder)
+    first, floor = _first_and_floor(time, shoulder, modes)
+    if not np.isfinite(first).all():
+        return _Followed(None, simulated, base.time[part], np.full(base.time[part].shape, np.nan))
+    predicted = predicted_amplitude(base.time[part], modes.growth[part], first, floor)
+    begun = Begun(_onset(base.time[part], predicted), _onset(time, simulated), float(np.min(floor)))
+    return _Followed(begun, simulated, base.time[part], predicted)
+
+
+def _first_and_floor(
+    time: np.ndarray, shoulder: np.ndarray, modes: Modes
+) -> tuple[np.ndarray, np.ndarray]:
+    """What every mode, (modes,) [rad/s^2], starts from and never falls below.
+
+    The simulated vibration at BEGIN_S and its smallest value after; that above 3 kHz for the modes
+    above 3 kHz, which decay faster. nan if the run diverged or ends before.
+    """
+    part = signals.window(time, BEGIN_S, DURATION_S - FILTER_EDGE_S)
+    if part.stop <= part.start:
+        nothing = np.full(modes.growth.shape[1], np.nan)
+        return nothing, nothing
+    fast = modes.frequency.mean(axis=0) > BETWEEN_MODES_HZ
+    bands = [
+        vibration_envelope(time, shoulder, above)[part]
+        for above in (HIGH_PASS_HZ, BETWEEN_MODES_HZ)
+    ]
+    first, floor = ([take(band) for band in bands] for take in (lambda b: b[0], np.min))
+    return np.where(fast, first[1], first[0]), np.where(fast, floor[1], floor[0])
+
+
+def vibration_envelope(
+    time: np.ndarray, values: np.ndarray, above_hz: float = HIGH_PASS_HZ
+) -> np.ndarray:
+    """Running maximum, over 4 ms, of the magnitude of a signal's fast part, (times,)."""
+    size = round(ENVELOPE_S / (time[1] - time[0]))
+    return maximum_filter1d(np.abs(vibration(time, values, above_hz)), size)
+
+
+def _onset(time: np.ndarray, values: np.ndarray) -> float | None:
+    """First time [s] from 0.5 s on at which a vibration counts as begun."""
+    part = signals.window(time, THIRD_S[0], DURATION_S - FILTER_EDGE_S)
+    return signals.first_above(time[part], values[part], ONSET_RAD_PER_S2)
+
+
+def _largest(base: Base, modes: Modes) -> LargestGrowth | None:
+    part = signals.window(base.time, *THIRD_S)
+    if part.stop <= part.start:
+        return None
+    peak = int(np.argmax(modes.largest[part]))
+    mode = int(np.argmax(modes.growth[part][peak]))
+    return LargestGrowth(
+        float(modes.largest[part][peak]),
+        float(base.time[part][peak]),
+        float(modes.frequency[part][peak, mode]),
+    )
+
+
+def _intervals(base: Base, modes: Modes) -> list[Interval]:
+    found = unstable_intervals(base.time, modes, WORTH_TELLING)
+    return [interval for interval in found if interval.end > THIRD_S[0]]
+
+
+def _thinned(values: np.ndarray) -> tuple[bool, ...]:
+    return tuple(map(bool, values[:: max(1, values.size // DRAWN)]))
+
+
+def _drawn(time: np.ndarray, values: np.ndarray) -> Curve:
+    step = max(1, time.size // DRAWN)
+    return Curve(tuple(map(float, time[::step])), tuple(map(float, values[::step])))
+
+
+def _highest(time: np.ndarray, values: np.ndarray) -> Curve:
+    """The largest of every bin; nothing where the signal is undefined."""
+    if not time.size or not np.isfinite(values).all():
+        return Curve((), ())
+    band = Band.of(time, values)
+    return Curve(band.time_s, band.high)
+
+
+@dataclass(frozen=True)
+class Stability:
+    """Every setting, linearised and simulated."""
+
+    cells: dict[Cell, Linearised]
+
+    def largest_growth(self, phase: str) -> float | None:
+        """Over all settings of a phase law [1/s]; None if undefined in all."""
+        found = [one.largest for cell, one in self.cells.items() if cell.law.phase == phase]
+        return max((one.growth_per_s for one in found if one is not None), default=None)
+
+    @property
+    def supports(self) -> bool | None:
+        """Foretold start by start; begun in every start of `omega_t` and in none of `angle`."""
+        answers: list[bool] = []
+        for cell, one in self.cells.items():
+            if one.as_predicted is None or one.begins is None:
+                return None
+            begun = one.begins.yes == (one.begins.of if cell.law.phase == "omega_t" else 0)
+            answers += [one.as_predicted.yes == one.as_predicted.of, begun]
+        return all(answers)
+
+
+def stability(study: Study, scale: Scale) -> Stability:
+    """Growth rates against time under both laws; predicted and simulated onset."""
+    every, seeds = (QUICK_EVERY if scale.quick else EVERY), scale.seeds[: scale.starts(STARTS)]
+    asked = [Linearisation(cell, scale.seconds(DURATION_S), every, seeds) for cell in CELLS]
+    return Stability(dict(zip(CELLS, study.answers(asked, "phase: stability"), strict=True)))

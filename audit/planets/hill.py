@@ -1,0 +1,303 @@
+"""How differences between the planets of a stage grow while all still move as one.
+
+With x_pr,n = x_pr + delta_n and x_sp,n = x_s - x_pr,n, the differences of a stage adding up to 0,
+every term of the kinetic energy that is linear in them does so too, and the meshes of planet n push
+on delta_n alone: F_sp(x_sp - delta_n) against F_pr(x_pr + delta_n). For small differences
+
+    M_p delta'' + (d_sp + d_pr) / N delta' + (k_sp c_sp + k_pr c_pr) delta = 0,
+
+c being 1 while the mesh is in contact on the motion that all share, and 0 while it is apart: Hill's
+equation, driven by contacts that come and go.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from analytic.derivation.gears import Gears
+from analytic.derivation.stage import equivalent_masses
+from analytic.kernel.batch import Batch
+from analytic.model import PhysicalModel
+from analytic.paper.mesh_force import in_contact
+from analytic.paper.mesh_frequency import mesh_phase
+from analytic.paper.stiffness import stiffness
+from analytic.paper.tooth_error import whole_error
+from models.arm.arm import Planetary
+from models.jitted import njit
+from models.trajectory import recorded_times
+
+LEAST = 1e-300  # of a difference that passes through 0, so that its logarithm is finite
+LARGEST = 1e100  # beyond it a difference is divided by itself, and its logarithm kept
+LAWS = 2  # of contact: as the teeth have it, and as if none ever parted
+CHUNK = 500  # steps that the models are ahead of their differences
+
+
+class Stages(NamedTuple):
+    """Of every geared stage, (stages,): where its planets are, and what their differences are like.
+
+    mesh: place of the first planet's sun mesh among the gears; ring: where the coordinates x_pr of
+    its planets begin; planets: how many of them; mass: M_p [kg] of one planet; frequency [rad/s]:
+    of the differences with both meshes in contact at mean stiffness; floor: below which rounding
+    does not let the spread fall [m].
+    """
+
+    mesh: np.ndarray
+    ring: np.ndarray
+    planets: np.ndarray
+    mass: np.ndarray
+    frequency: np.ndarray
+    floor: np.ndarray
+
+
+class Differences(NamedTuple):
+    """Natural logarithms [1, of metres], (times, stages).
+
+    part: of |delta|; size: of the oscillation, the root of delta^2 + (delta' / w)^2 with w the
+    stage's ``frequency``.
+    """
+
+    part: np.ndarray
+    size: np.ndarray
+
+
+class Followed(NamedTuple):
+    """A model's own run at its records, and how planets part along it.
+
+    time (times,) [s]; x_pr (times, coordinates) [m] of every planet that has a coordinate, stage by
+    stage; by_contact: of differences whose meshes touch where those of the run do; pressed: as if
+    no mesh ever parted.
+    """
+
+    time: np.ndarray
+    x_pr: list[np.ndarray]
+    by_contact: Differences
+    pressed: Differences
+
+
+class _Course(NamedTuple):
+    """Of members, what is kept at records: q (records, members, n) [m, rad]; logarithms of the
+    differences, (records, members, LAWS, stages)."""
+
+    q: np.ndarray
+    part: np.ndarray
+    size: np.ndarray
+
+
+class _Now(NamedTuple):
+    """Of members' differences, (members, LAWS, stages): x (..., 2), delta and delta' over
+    exp(scale); rate, bend: of the last Runge-Kutta stage; slid, sped: the step's sums."""
+
+    x: np.ndarray
+    scale: np.ndarray
+    rate: np.ndarray
+    bend: np.ndarray
+    slid: np.ndarray
+    sped: np.ndarray
+
+
+def followed(models: Sequence[PhysicalModel], start_m: np.ndarray) -> list[Followed | None]:
+    """Along the models' own runs, at their records: how far planets get that start so far apart.
+
+    models: alike but for their starts, no table for a drive; start_m (models, stages). Planets
+    lumped or free; free ones count as all at their mean, so that what the other stages' planets do
+    is in it. Exact dead zone. None for a run that diverges.
+    """
+    first, stages = models[0], stages_of(models[0])
+    time = recorded_times(first.scenario)
+    with np.errstate(invalid="ignore", over="ignore"):  # of runs that diverge
+        course = _along(models, stages, np.asarray(start_m, dtype=float))
+    finite = np.isfinite(course.q).all(axis=(0, 2))
+    ends = stages.ring + stages.planets
+    return [
+        Followed(
+            time,
+            [course.q[:, k, begin:end] for begin, end in zip(stages.ring, ends, strict=True)],
+            *(Differences(course.part[:, k, law], course.size[:, k, law]) for law in range(LAWS)),
+        )
+        if finite[k]
+        else None
+        for k in range(len(models))
+    ]
+
+
+def stages_of(model: PhysicalModel) -> Stages:
+    """The geared stages of a model, planets lumped or free."""
+    layout, gears = model.layout, model.gears
+    joints = [joint for joint in model.arm.joints if isinstance(joint, Planetary)]
+    counts = [joint.planet_count if layout.free else 1 for joint in joints]
+    mesh = 2 * np.cumsum([0, *counts[:-1]])
+    mass = np.array([float(equivalent_masses(joint)[1]) for joint in joints])
+    damping = (gears.d / gears.planets)[mesh] + (gears.d / gears.planets)[mesh + 1]
+    first = 0 if layout.free else None
+    return Stages(
+        mesh,
+        np.array([layout.at("x_pr", joint, first) for joint in layout.meshing]),
+        np.array(counts),
+        mass,
+        np.sqrt((gears.k_m[mesh] + gears.k_m[mesh + 1]) / mass),
+        rounding_floor(gears.b[mesh + 1], damping / (2 * mass), model.scenario.step_s),
+    )
+
+
+def rounding_floor(x_m: np.ndarray, decay_per_s: np.ndarray, step_s: float) -> np.ndarray:
+    """How far rounding keeps planets apart [m] that are at x and whose differences decay so fast.
+
+    Every step adds a last place's rounding, of variance ulp^2 / 12, and a step later exp(-decay
+    step) of it is left.
+    """
+    return np.spacing(x_m) / np.sqrt(24 * decay_per_s * step_s)
+
+
+def coefficients(
+    gears: Gears, mesh: int, t: np.ndarray, q: np.ndarray, v: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Stiffness [N/m] and damping [N s/m] against a planet's difference; both with all pressed.
+
+    mesh: place of its sun mesh, which its ring mesh follows; at times t (...,) [s] and states q, v
+    (..., n), each of shape (...,).
+    """
+    spring, damper, pressed, damped = np.zeros((4, *q.shape[:-1]))
+    for i in range(mesh, mesh + 2):
+        turning = q[..., gears.theta[i]], v[..., gears.theta[i]]
+        phase = mesh_phase(gears.phase, gears.rate[i], gears.offset[i], t, *turning)
+        k = stiffness(gears.law, i, phase, gears.k_m[i], gears.k_a[i])
+        d = gears.d[i] / gears.planets[i]
+        x = q[..., gears.where[i]] - (q[..., gears.less[i]] if gears.less[i] >= 0 else 0.0)
+        error = whole_error(phase, gears.E[i], gears.lead[i], gears.static[i])
+        touching = in_contact(x - error, gears.b[i])
+        pressed += k
+        damped += d
+        spring += np.where(touching, k, 0.0)
+        damper += np.where(touching | gears.damps_apart, d, 0.0)
+    return spring, damper, pressed, damped
+
+
+def _along(models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray) -> _Course:
+    """Step the models, and their differences behind them."""
+    scenario, batch = models[0].scenario, Batch(models)
+    now, course = _begun(start_m), _room(models, of)
+    for begin in range(0, scenario.steps + 1, CHUNK):
+        passed = batch.staged(min(CHUNK, scenario.steps + 1 - begin))
+        q, v = _states(models, passed)
+        kept = np.arange(-begin % scenario.stride, len(q), scenario.stride)
+        course.q[(begin + kept) // scenario.stride] = q[kept, 0]
+        found = _coefficients(models[0], of, begin, q, v)
+        _follow(of, begin, scenario.step_s, scenario.stride, found, now, course.part, course.size)
+    return course
+
+
+def _states(models: Sequence[PhysicalModel], passed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """q and v (steps, 4, members, n) in the layout's coordinates, of what ``staged`` returns."""
+    steps, stages, _, rows, _ = passed.shape
+    members = passed.transpose(0, 1, 3, 2, 4).reshape(steps * stages, rows, -1)[..., : len(models)]
+    halves = (members[:, : rows // 2], members[:, rows // 2 :])
+    q, v = (models[0].equations.from_kernel(half) for half in halves)
+    shape = (steps, stages, rows // 2, len(models))
+    return q.reshape(shape).swapaxes(2, 3), v.reshape(shape).swapaxes(2, 3)
+
+
+def _coefficients(
+    model: PhysicalModel, of: Stages, begin: int, q: np.ndarray, v: np.ndarray
+) -> np.ndarray:
+    """As ``coefficients``, (steps, 4, members, stages, 4), planets of a stage at their mean."""
+    together = q.copy()
+    for ring, planets in zip(of.ring, of.planets, strict=True):
+        places = slice(ring, ring + planets)
+        together[..., places] = q[..., places].mean(axis=-1, keepdims=True)
+    parts = np.array([0.0, 0.5, 0.5, 1.0])
+    t = model.scenario.step_s * (begin + np.arange(len(q))[:, None] + parts)[:, :, None]
+    found = [np.stack(coefficients(model.gears, mesh, t, together, v), -1) for mesh in of.mesh]
+    return np.ascontiguousarray(np.stack(found, axis=3))
+
+
+def _begun(start_m: np.ndarray) -> _Now:
+    members, stages = start_m.shape
+    x = np.zeros((members, LAWS, stages, 2))
+    x[..., 0] = 1.0
+    scale = np.repeat(np.log(start_m)[:, None], LAWS, axis=1)
+    return _Now(x, scale, *(np.zeros_like(scale) for _ in range(4)))
+
+
+def _room(models: Sequence[PhysicalModel], of: Stages) -> _Course:
+    records = models[0].scenario.steps // models[0].scenario.stride + 1
+    q = np.empty((records, len(models), len(models[0].layout)))
+    logarithms = np.empty((2, records, len(models), LAWS, of.mass.size))
+    return _Course(q, *logarithms)
+
+
+@njit(cache=True)
+def _follow(
+    of: Stages,
+    begin: int,
+    h: float,
+    stride: int,
+    found: np.ndarray,
+    now: _Now,
+    part_kept: np.ndarray,
+    size_kept: np.ndarray,
+) -> None:
+    """The differences' steps beside those that passed, from step ``begin`` on, kept at records.
+
+    found: of ``_coefficients``; part_kept, size_kept: of the ``_Course``.
+    """
+    for step in range(found.shape[0]):
+        record, rest = divmod(begin + step, stride)
+        for m in range(now.scale.shape[0]):
+            if rest == 0:
+                _keep(of, now, m, record, part_kept, size_kept)
+            for k in range(4):
+                part = 0.0 if k == 0 else 1.0 if k == 3 else 0.5
+                weight = 1.0 if k == 0 or k == 3 else 2.0
+                for j in range(of.mass.size):
+                    _stage(of, now, m, j, part * h, weight, found[step, k, m, j])
+            _end(of, now, m, h)
+
+
+@njit(cache=True, inline="always")
+def _stage(
+    of: Stages,
+    now: _Now,
+    m: int,
+    j: int,
+    part: float,
+    weight: float,
+    found: np.ndarray,
+) -> None:
+    """A Runge-Kutta stage ``part`` [s] ahead of member m's differences in stage j."""
+    for law in range(LAWS):
+        spring, damper = (found[2], found[3]) if law else (found[0], found[1])
+        here = now.x[m, law, j, 0] + part * now.rate[m, law, j]
+        rate = now.x[m, law, j, 1] + part * now.bend[m, law, j]
+        bend = -(spring * here + damper * rate) / of.mass[j]
+        now.rate[m, law, j], now.bend[m, law, j] = rate, bend
+        now.slid[m, law, j] += weight * rate
+        now.sped[m, law, j] += weight * bend
+
+
+@njit(cache=True, inline="always")
+def _end(of: Stages, now: _Now, m: int, h: float) -> None:
+    """End the step of member m's differences; those beyond bounds are divided by themselves."""
+    for law in range(LAWS):
+        for j in range(of.mass.size):
+            slide = now.x[m, law, j, 0] + h / 6 * now.slid[m, law, j]
+            speed = now.x[m, law, j, 1] + h / 6 * now.sped[m, law, j]
+            now.slid[m, law, j], now.sped[m, law, j] = 0.0, 0.0
+            whole = np.hypot(slide, speed / of.frequency[j])
+            least = of.floor[j] * np.exp(-now.scale[m, law, j])
+            over = 1.0 if least <= whole <= LARGEST else whole
+            now.x[m, law, j, 0], now.x[m, law, j, 1] = slide / over, speed / over
+            if over != 1.0:
+                now.scale[m, law, j] += np.log(max(whole, least))
+
+
+@njit(cache=True, inline="always")
+def _keep(of: Stages, now: _Now, m: int, record: int, part: np.ndarray, size: np.ndarray) -> None:
+    """Logarithms of member m's differences into a record of part and size."""
+    for law in range(LAWS):
+        for j in range(of.mass.size):
+            slide, speed, scale = now.x[m, law, j, 0], now.x[m, law, j, 1], now.scale[m, law, j]
+            part[record, m, law, j] = scale + np.log(max(abs(slide), LEAST))
+            size[record, m, law, j] = scale + np.log(np.hypot(slide, speed / of.frequency[j]))

@@ -1,0 +1,102 @@
+"""What the chapter on the planets records and tabulates: one spec for JSON and page."""
+
+from __future__ import annotations
+
+from audit.measures.third import Quantiles
+from audit.page.columns import Column, Columns
+from audit.phase.page.tables import cell_columns, share_column, third_columns
+from audit.planets.features import Feature
+from audit.planets.freed import Freed
+from audit.planets.growth import Breaking, Foretold, Predictions
+
+FREED: Columns[Freed] = Columns(
+    lambda row: f"planets/{row.cell.id}",
+    [
+        *cell_columns(lambda row: row.cell),
+        *third_columns(lambda row: row.lumped, "alike_", "alike: "),
+        *third_columns(lambda row: row.free, "free_", "free: "),
+        Column(
+            "apart_um",
+            "free: planets apart by up to [µm]",
+            lambda row: row.free.apart_um,
+            ".2g",
+        ),
+        Column("p_of_shares", "p, shares", lambda row: row.tests.by_share, ".2g"),
+        Column("p_of_sizes", "p, sizes", lambda row: row.tests.by_size, ".2g"),
+        Column("effect", "freeing makes it", lambda row: row.effect.value),
+    ],
+)
+
+
+def _times(row: Breaking) -> Quantiles | None:
+    return row.time_s if row.parted.yes else None
+
+
+BREAKING: Columns[Breaking] = Columns(
+    lambda row: f"planets/breaking/{row.cell.id}",
+    [
+        *cell_columns(lambda row: row.cell),
+        share_column("parted", "planets 1 µm apart in", lambda row: row.parted),
+        share_column("early", "before 0.3 s in", lambda row: row.early),
+        Column("time_s", "when [s], 0.1, 0.5, 0.9 of those", _times, ".3f"),
+    ],
+)
+
+PREDICTIONS: Columns[Predictions] = Columns(
+    lambda row: f"planets/parting/{row.joint}",
+    [
+        Column("joint", "joint", lambda row: row.joint),
+        Column("starts", "starts", lambda row: row.starts),
+        Column("parted", "planets part in", lambda row: row.parted),
+        Column("first", "before the other joint's in", lambda row: row.first),
+        Column("median_s", "median time [s]", lambda row: row.median_s, ".4f"),
+        Column("lumped_right", "foretold along the run alike in", lambda row: row.lumped_right),
+        Column("lumped_error", "largest error", lambda row: row.lumped_largest_error, ".1%"),
+        Column("free_right", "foretold along the free run in", lambda row: row.free_right),
+        Column("free_error", "largest error", lambda row: row.free_largest_error, ".1%"),
+        Column(
+            "growth_per_s", "largest growth rate [1/s]", lambda row: row.largest_growth_per_s, ".0f"
+        ),
+        Column(
+            "pressed_m",
+            "largest spread if no mesh ever parted [m]",
+            lambda row: row.pressed_largest_m,
+            ".2g",
+        ),
+    ],
+)
+
+FORETOLD: Columns[Foretold] = Columns(
+    lambda row: f"planets/parting/first/{row.along}",
+    [
+        Column("asked", None, lambda row: row.asked),
+        Column("diverged", None, lambda row: row.diverged),
+        Column("starts", None, lambda row: row.starts),
+        Column("courses_part", None, lambda row: row.courses_part),
+        Column("right", None, lambda row: row.right),
+        Column("largest_error", None, lambda row: row.largest_error),
+        Column("median_error", None, lambda row: row.median_error),
+        Column("strayed", None, lambda row: row.strayed),
+        Column("right_unless_strayed", None, lambda row: row.right_unless_strayed),
+        Column("predicted", None, lambda row: row.all_right),
+    ],
+)
+
+FEATURE: Columns[Feature] = Columns(
+    lambda row: (
+        f"planets/claim/{row.claim.id}/{row.place.law.id if row.place.law else ''}"
+        f"/{row.place.zeta}/{row.place.choice}"
+    ),
+    [
+        Column("figure", "figure", lambda row: row.claim.figure),
+        Column("claim", "statement", lambda row: row.claim.id),
+        Column("statement", "in short", lambda row: row.claim.statement),
+        Column("law", "law, ring rate", lambda row: row.place.law.id if row.place.law else None),
+        Column("zeta", "ζ", lambda row: row.place.zeta, "g"),
+        Column("choice", None, lambda row: row.place.choice),
+        share_column("alike", "alike: true in", lambda row: row.lumped.share),
+        share_column("free", "free: true in", lambda row: row.free.share),
+        Column("survives", "what becomes of it", lambda row: row.survives.value),
+        Column("changed", "told apart", lambda row: row.changed),
+    ],
+)

@@ -1,0 +1,93 @@
+"""What decides H7: counting three planets as one changes the paper's third fluctuation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+
+import numpy as np
+
+from audit.claims.rule import State
+from audit.measures.shares import Share
+from audit.measures.third import Third
+from audit.measures.thresholds import EVIDENT
+from audit.measures.twosamples import TwoTests, shares_p, told_apart
+
+PREDICTED = 0.10  # relative error of the time at which planets part
+
+
+class Effect(StrEnum):
+    """What freeing the planets does to a third fluctuation."""
+
+    WEAKER = "weaker"
+    STRONGER = "stronger"
+    NONE = "none seen"
+    UNKNOWN = "undefined"
+
+
+def effect(lumped: Third, free: Third, p: TwoTests, family: int) -> Effect:
+    """From both samples and the p of both tests on them, two of so many.
+
+    Told apart by the shares of severe starts; or by sizes, where a tenth of the larger ones count
+    as a fluctuation at all: the sample whose starts are mostly the smaller is the weaker one.
+    """
+    if p.by_share is None or p.by_size is None or lumped.share is None or free.share is None:
+        return Effect.UNKNOWN
+    if told_apart(p.by_share, family):
+        return Effect.WEAKER if free.share.value < lumped.share.value else Effect.STRONGER
+    high = max(quantiles[-1] or 0.0 for quantiles in (lumped.quantiles, free.quantiles))
+    if high > EVIDENT and told_apart(p.by_size, family):
+        return Effect.WEAKER if _mostly_smaller(free, lumped) else Effect.STRONGER
+    return Effect.NONE
+
+
+def _mostly_smaller(one: Third, other: Third) -> bool:
+    """Whether a start of the one is more often smaller than one of the other, than larger."""
+    return bool(np.sign(one.sizes[:, None] - other.sizes).sum() < 0)
+
+
+def parting_is_predicted(predicted_s: float | None, measured_s: float | None) -> bool:
+    """Both never part, or both part at nearly the same time."""
+    if predicted_s is None or measured_s is None:
+        return predicted_s is measured_s
+    return abs(predicted_s / measured_s - 1) <= PREDICTED
+
+
+class Survival(StrEnum):
+    """What becomes of a statement about a figure once planets are free."""
+
+    YES = "true either way"
+    NO = "false either way"
+    LOST = "true only with planets alike"
+    APPEARS = "true only with free planets"
+    BISTABLE = "the start decides"
+    UNKNOWN = "undefined"
+
+
+def survival(lumped: State, free: State) -> Survival:
+    """From what a setting says of the statement."""
+    if State.UNDEFINED in (lumped, free):
+        return Survival.UNKNOWN
+    if State.BISTABLE in (lumped, free):
+        return Survival.BISTABLE
+    if lumped == free:
+        return Survival.YES if free == State.YES else Survival.NO
+    return Survival.APPEARS if free == State.YES else Survival.LOST
+
+
+def is_changed(lumped: Share | None, free: Share | None, family: int) -> bool | None:
+    """Whether Fisher's exact test, one of so many, tells the shares apart.
+
+    None where one is undefined or where so few starts could not be told apart at all.
+    """
+    if lumped is None or free is None:
+        return None
+    least = shares_p(Share(lumped.of, lumped.of), Share(0, free.of))
+    return told_apart(shares_p(lumped, free), family) if told_apart(least, family) else None
+
+
+def h7_verdict(effects: Sequence[Effect]) -> str:
+    """`holds` if freeing the planets changes the third fluctuation in any setting."""
+    if any(one in (Effect.WEAKER, Effect.STRONGER) for one in effects):
+        return "holds"
+    return "not seen" if Effect.NONE in effects else "undefined"

@@ -1,0 +1,204 @@
+"""What the gears' data say of Sections 2.1 and 2.2: kinematics, contact, clearance, stiffness."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import sympy as sp
+
+from analytic.paper.backlash import dead_zone, dead_zone_tanh
+from analytic.paper.kinematics import StageGeometry, gear_angles, mesh_displacements
+from analytic.paper.mesh_frequency import (
+    meshing_frequency,
+    ring_mesh_rate,
+    sun_mesh_frequency,
+    sun_mesh_rate,
+)
+from analytic.paper.stiffness import fundamental, square_wave, square_wave_series
+from audit.experiments.variant import Numbers
+from audit.measures.stage import PaperStage
+from models.arm.arm import Planetary
+
+SIGMAS = ("1e8", "1e7", "1e6", "1e5")  # 1/m, Eq. 6
+SINGLE_SINE = "1.5"  # the contact ratio at which Eq. 7's fundamental is a sine without phase
+CONTACT_RATIOS = (SINGLE_SINE, "of the sun mesh", "of the ring mesh")
+# How theta_p of Eqs. 2 and 3 may count: with the planet's own rate, given that and the carrier's.
+COUNTED: dict[str, Callable[[float, float], float]] = {
+    "against the carrier": lambda planet, carrier: -planet,
+    "with the carrier": lambda planet, carrier: planet,
+    "against the carrier, seen from it": lambda planet, carrier: carrier - planet,
+}
+HARMONICS = 400
+ADDENDUM = 1.0  # over the module: the standard tooth, uncorrected
+
+
+def gearing(stage: PaperStage) -> Numbers:
+    """Ratio, conversion and frequencies against rolling without slip; contact ratios."""
+    joint, geometry = stage.joint, stage.geometry
+    sun, planet = gear_angles(0.0, 0.0, 1.0, geometry.r_s, geometry.r_p, geometry.r_cp)
+    by_gear = (
+        meshing_frequency(sun, 1.0, joint.sun_teeth),
+        -meshing_frequency(-planet, 1.0, joint.planet_teeth),
+        -meshing_frequency(0.0, 1.0, joint.ring_teeth),
+    )
+    return {
+        "ratio_error": abs(sun / geometry.n - 1),
+        "gear_rates_spread": float(np.ptp(by_gear)),
+        "eq11_error": _eq11_error(joint, geometry),
+        "eq12_error": abs(sun_mesh_rate(joint, geometry) / by_gear[0] - 1),
+        "eq13_error": abs(ring_mesh_rate(joint, geometry, "eq13") / by_gear[1] - 1),
+        "contact_ratio_sp": sun_contact_ratio(joint),
+        "contact_ratio_pr": ring_contact_ratio(joint),
+        **{f"conversion_{name}": conversion_error(joint, geometry, name) for name in COUNTED},
+    }
+
+
+def _eq11_error(joint: Planetary, geometry: StageGeometry) -> float:
+    """Eq. 11 against Eq. 10 with the sun's rate from Eqs. 2-3 solved, teeth deforming."""
+    x_sp, x_pr, carrier = 0.3, -0.2, 1.0  # rates of any size
+    sun, _ = gear_angles(x_sp, x_pr, carrier, geometry.r_s, geometry.r_p, geometry.r_cp)
+    true = meshing_frequency(sun, carrier, joint.sun_teeth)
+    return abs(sun_mesh_frequency(x_sp, x_pr, carrier, geometry, joint.sun_teeth) / true - 1)
+
+
+def conversion_error(joint: Planetary, geometry: StageGeometry, counted: str) -> float:
+    """Eqs. 2-3 against the speeds at which flanks approach, over the sun's base radius.
+
+    Over three motions that make up any other: sun, planet or carrier turning alone.
+    """
+    radii = geometry.r_s, geometry.r_p, geometry.r_cp
+    errors = []
+    for sun, planet, carrier in np.eye(3):
+        theta_p = COUNTED[counted](planet, carrier)
+        printed = mesh_displacements(sun, theta_p, carrier, *radii)
+        errors += np.abs(np.subtract(printed, approach(joint, sun, planet, carrier))).tolist()
+    return max(errors) / geometry.r_s
+
+
+def approach(joint: Planetary, sun: float, planet: float, carrier: float) -> tuple[float, float]:
+    """Rates [m/s] at which the driving flanks of sun and planet, planet and ring are pressed.
+
+    From absolute rates [rad/s], ring at rest, by the velocities of material points at the pitch
+    points, along the lines of action; the planet's centre lies on the x axis.
+    """
+    alpha = math.radians(joint.pressure_angle_deg)
+    half = joint.module_m / 2
+    centre = half * (joint.sun_teeth + joint.planet_teeth)
+    inner, outer = half * joint.sun_teeth, half * joint.ring_teeth
+
+    def planet_point(x: float) -> complex:
+        return 1j * (carrier * centre + planet * (x - centre))
+
+    at_sun = 1j * sun * inner - planet_point(inner)
+    at_ring = -planet_point(outer)
+    # The sun pushes the planet forwards, the planet the ring backwards.
+    along_sun, along_ring = np.exp(1j * (np.pi / 2 + alpha)), np.exp(1j * (np.pi / 2 - alpha))
+    return _along(at_sun, along_sun), _along(at_ring, along_ring)
+
+
+def _along(velocity: complex, direction: complex) -> float:
+    return float((velocity * np.conj(direction)).real)
+
+
+def sun_contact_ratio(joint: Planetary) -> float:
+    """Length of the path of contact over the base pitch, standard addendum, external mesh."""
+    sun, planet = (_reach(joint, teeth, 1) for teeth in (joint.sun_teeth, joint.planet_teeth))
+    return (sun + planet - _between_bases(joint)) / _base_pitch(joint)
+
+
+def ring_contact_ratio(joint: Planetary) -> float:
+    """The same of the internal mesh: the ring's tips lie inside its pitch circle."""
+    planet, ring = _reach(joint, joint.planet_teeth, 1), _reach(joint, joint.ring_teeth, -1)
+    return (planet - ring + _between_bases(joint)) / _base_pitch(joint)
+
+
+def _reach(joint: Planetary, teeth: int, side: int) -> float:
+    """Length [m] of the line of action from a gear's base circle to its tip circle."""
+    pitch = joint.module_m * teeth / 2
+    tip = pitch + side * ADDENDUM * joint.module_m
+    return math.sqrt(tip**2 - (pitch * math.cos(math.radians(joint.pressure_angle_deg))) ** 2)
+
+
+def _between_bases(joint: Planetary) -> float:
+    """Length [m] of the line of action between the base circles: both meshes have one distance."""
+    distance = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
+    return distance * math.sin(math.radians(joint.pressure_angle_deg))
+
+
+def _base_pitch(joint: Planetary) -> float:
+    return math.pi * joint.module_m * math.cos(math.radians(joint.pressure_angle_deg))
+
+
+def clearance(stage: PaperStage) -> Numbers:
+    """Eqs. 4-6 and 15: free play, the smooth stand-in's error, the force that Eq. 15 invents."""
+    b = stage.backlash_m
+    x = np.linspace(-3 * b, 3 * b, 60001)
+    exact = dead_zone(x, b)
+    free = x[exact == 0]
+    return {
+        "free_play_over_2b": float(np.ptp(free) / (2 * b)),
+        "eq15_excess_N": stage.mesh_stiffness_N_per_m * float(np.abs(x - exact).max()),
+        "eq5_work": _eq5_operations() / _eq6_operations(),
+        **{f"tanh_error_{sigma}_m": _tanh_error(x, b, exact, float(sigma)) for sigma in SIGMAS},
+    }
+
+
+def _tanh_error(x: np.ndarray, b: float, exact: np.ndarray, sigma: float) -> float:
+    return float(np.abs(dead_zone_tanh(x, b, sigma) - exact).max())
+
+
+def _eq5_operations() -> int:
+    """On the longest way through Eq. 5: every comparison, and the longest of its lines."""
+    x, b = sp.symbols("x b", positive=True)
+    lines, comparisons = (x - b, sp.S.Zero, x + b), (x > b, x > -b)
+    return len(comparisons) + int(max(sp.count_ops(line) for line in lines))
+
+
+def _eq6_operations() -> int:
+    """Of Eq. 6, what it says twice worked out once, a tanh counted as one operation."""
+    x, b, sigma = sp.symbols("x b sigma", positive=True)
+    right, left = sp.tanh(sigma * (x - b)), sp.tanh(sigma * (x + b))
+    smooth = x + x / 2 * (right - left) - b / 2 * (right + left)
+    shared, rest = sp.cse(smooth)
+    return int(sp.count_ops([expression for _, expression in shared]) + sp.count_ops(rest))
+
+
+def stiffness_wave(stage: PaperStage) -> Numbers:
+    """Eqs. 7-8 against the wave of Fig. 5, swing chosen so that the fundamental is k_a."""
+    cycle = (np.arange(20000) + 0.5) / 20000
+    swing = math.pi * stage.mesh_stiffness_amplitude_N_per_m
+    numbers: Numbers = {"force_at_one_deflection": _elasticity_at_one_deflection(stage)}
+    joint = stage.joint
+    ratios = float(SINGLE_SINE), sun_contact_ratio(joint), ring_contact_ratio(joint)
+    for text, ratio in zip(CONTACT_RATIOS, ratios, strict=True):
+        series_error, eq8_error = _wave(cycle, stage.mesh_stiffness_N_per_m, swing, ratio)
+        numbers |= {f"series_error_{text}": series_error, f"eq8_error_{text}": eq8_error}
+    return numbers
+
+
+def _wave(cycle: np.ndarray, k_m: float, swing: float, ratio: float) -> tuple[float, float]:
+    """Errors of Eq. 7 over the swing, and of Eq. 8 over its own sine, at a contact ratio."""
+    low = k_m - swing * (ratio - 1)
+    wave = square_wave(cycle, low, low + swing, ratio)
+    first, many = (
+        square_wave_series(cycle, low, low + swing, ratio, count) for count in (1, HARMONICS)
+    )
+    eq8 = fundamental(np.sin(2 * np.pi * cycle), k_m, np.ptp(first) / 2)
+    return _rms(many - wave) / swing, _rms(eq8 - first) / _rms(first - first.mean())
+
+
+def _elasticity_at_one_deflection(stage: PaperStage) -> float:
+    """d ln F / d ln k from the softest to the stiffest, the teeth pressed together by E."""
+    k = fundamental(np.array([-1.0, 1.0]), *(_mean_and_amplitude(stage)))
+    force = k * dead_zone(stage.backlash_m + stage.tooth_error_m, stage.backlash_m)
+    return float(np.diff(np.log(force))[0] / np.diff(np.log(k))[0])
+
+
+def _mean_and_amplitude(stage: PaperStage) -> tuple[float, float]:
+    return stage.mesh_stiffness_N_per_m, stage.mesh_stiffness_amplitude_N_per_m
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))

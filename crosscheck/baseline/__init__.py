@@ -1,0 +1,1 @@
+"""Cross-checks on record, and what has changed since."""

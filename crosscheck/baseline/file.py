@@ -1,0 +1,263 @@
+"""Records as files that git can show the changes of: where they lie, writing, reading."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import reprlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from crosscheck import __version__
+from crosscheck.baseline.record import (
+    SCHEMA_VERSION,
+    Baseline,
+    Misfit,
+    Provenance,
+    differences,
+)
+from crosscheck.output import write_text
+from crosscheck.planning.plan import Wanted
+from crosscheck.provenance import arm_digest
+from crosscheck.report.words import printable
+from models.arm.arm import Arm
+from models.errors import InputError
+from models.inputs import content_of
+
+WIDTH = 100
+# A number of more digits than this comes out of a computation and is written with all 17.
+SHORT = 10
+SEAL = "content_sha256"
+# Ten times the record of a full cross-check of seven joints.
+LARGEST_BYTES = 20_000_000
+
+
+def baseline_path(folder: Path, wanted: Wanted) -> Path:
+    """Where the baseline of an arm lies, such as paper-labelled-quick.json.
+
+    Scenarios of the user's own are named behind a ``+`` each, equations on trial behind an ``@``.
+    """
+    names = (wanted.arm.name, *(scenario.name for scenario in wanted.scenarios))
+    tried = f"@{_plain(wanted.model)}" if wanted.model else ""
+    kind = "quick" if wanted.quick else "full"
+    return folder / f"{'+'.join(map(_plain, names))}{tried}-{kind}.json"
+
+
+def _plain(name: str) -> str:
+    """A name as part of a file's.
+
+    Any other than plain lower case gets a digest behind a ``~``, which plain names have not: two
+    names never share a file, nor do Arm and arm where the file system takes them for one.
+    """
+    if re.fullmatch(r"[a-z0-9._-]+", name):
+        return name
+    digest = hashlib.sha256(name.encode()).hexdigest()[:16]
+    return f"{re.sub(r'[^A-Za-z0-9._-]+', '-', name)}~{digest}"
+
+
+def write_baseline(path: Path, baseline: Baseline) -> None:
+    """Write the file; it appears whole or not at all. Raises InputError."""
+    write_text(path, _text(sealed(baseline.model_dump(mode="json"))))
+
+
+def sealed(data: dict[str, Any]) -> dict[str, Any]:
+    """The record's JSON values with a digest of all others, renewed if there was one."""
+    content = {key: value for key, value in data.items() if key != SEAL}
+    digest = hashlib.sha256(_text(content).encode("ascii")).hexdigest()
+    return {**content, SEAL: digest}
+
+
+def read_baseline(path: Path, wanted: Wanted, renew: str) -> Baseline:
+    """The baseline in a file, if it can be held against what is wanted, by this version.
+
+    renew: the command that makes it anew, for the message. Raises InputError.
+    """
+    try:
+        data = _parsed(_bytes(path))
+        _require_version(data)
+        baseline = _validated(data)
+        _require_untouched(data)
+        _require_same_plan(baseline.provenance, wanted)
+    except FileNotFoundError:
+        raise InputError(str(path), "", None, f"no such file; make it: {renew}") from None
+    except Misfit as error:
+        value = None if error.value is None else _Shown(error.value)
+        allowed = f"{_brief(error.allowed)}; renew it: {renew}"
+        raise InputError(str(path), _brief(error.field), value, allowed) from None
+    return baseline
+
+
+def require_replaceable(path: Path, arm: Arm) -> None:
+    """Raise InputError if something lies there that is not a record of an arm of this name.
+
+    A damaged record that names no arm may be replaced: that is how it is renewed.
+    """
+    try:
+        name: Any = _parsed(_bytes(path, remembered=False))
+        for key in ("provenance", "arm", "name"):
+            name = name.get(key) if isinstance(name, dict) else None
+    except (FileNotFoundError, Misfit):
+        return
+    if isinstance(name, str) and name != arm.name:
+        allowed = f"another arm than {arm.name!r} is on record here; move that file away first"
+        raise InputError(str(path), "provenance.arm.name", name, allowed)
+
+
+def _bytes(path: Path, remembered: bool = True) -> bytes:
+    """What a file holds. Raises FileNotFoundError, or InputError where it can be no record."""
+    try:
+        return content_of(path, LARGEST_BYTES, remembered)
+    except FileNotFoundError:
+        raise
+    except ValueError as error:
+        raise InputError(str(path), "", None, f"is no record: {error}") from None
+    except OSError as error:
+        raise InputError(str(path), "", None, f"cannot be read: {error.strerror}") from None
+
+
+def _parsed(content: bytes) -> dict[str, Any]:
+    """A JSON object. Raises Misfit."""
+    try:
+        data = json.loads(content.decode("utf-8"), object_pairs_hook=_without_twins)
+    except Misfit:
+        raise
+    except (ValueError, RecursionError) as error:  # not UTF-8, truncated, garbled, bottomless
+        raise Misfit("", None, f"is not JSON: {error}") from None
+    if not isinstance(data, dict):
+        raise Misfit("", data, "must be a JSON object")
+    return data
+
+
+def _without_twins(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    data: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in data:
+            raise Misfit(key, value, "is given twice")
+        data[key] = value
+    return data
+
+
+def _require_version(data: dict[str, Any]) -> None:
+    schema, version = data.get("schema_version"), data.get("project_version")
+    if type(schema) is not int or schema != SCHEMA_VERSION:
+        older = ", this is an older one" if type(schema) is int and schema < SCHEMA_VERSION else ""
+        raise Misfit("schema_version", schema, f"only format {SCHEMA_VERSION} is read{older}")
+    if not isinstance(version, str) or _major(version) != _major(__version__):
+        allowed = f"major version {_major(__version__)} is allowed"
+        raise Misfit("project_version", version, allowed)
+
+
+def _major(version: str) -> str:
+    return version.split(".", 1)[0]
+
+
+def _validated(data: dict[str, Any]) -> Baseline:
+    content = {key: value for key, value in data.items() if key != SEAL}
+    try:
+        return Baseline.model_validate(content)
+    except ValidationError as error:
+        details = error.errors()[0]
+    location = [str(part) for part in details["loc"]]
+    misfit = details.get("ctx", {}).get("error")
+    if isinstance(misfit, Misfit):
+        raise Misfit(".".join([*location, misfit.field]), misfit.value, misfit.allowed)
+    if details["type"] == "value_error":  # of the arm or the scenario within: field|allowed
+        field, _, allowed = str(misfit).partition("|")
+        raise Misfit(".".join([*location, field]), None, allowed)
+    if details["type"] == "missing":
+        raise Misfit(".".join(location), None, "is missing; a value is required")
+    raise Misfit(".".join(location), details["input"], details["msg"])
+
+
+def _require_untouched(data: dict[str, Any]) -> None:
+    seal = data.get(SEAL)
+    if seal is None:
+        raise Misfit(SEAL, None, "is missing: every record carries a digest of its content")
+    if seal != sealed(data)[SEAL]:
+        raise Misfit(SEAL, seal, "the record was changed by hand since it was made")
+
+
+def _require_same_plan(provenance: Provenance, wanted: Wanted) -> None:
+    arm = wanted.arm
+    if provenance.quick != wanted.quick:
+        needed = f"{'a --quick' if wanted.quick else 'a full'} record is needed here"
+        raise Misfit("provenance.quick", provenance.quick, needed)
+    if provenance.model != wanted.model:
+        needed = f"a record of {wanted.model or 'all models'} is needed here"
+        raise Misfit("provenance.model", provenance.model or None, needed)
+    for field, ours, theirs in (
+        ("scenarios", wanted.scenarios, provenance.scenarios),
+        ("switches", wanted.chosen, provenance.switches),
+    ):
+        if ours != theirs:
+            raise Misfit(f"provenance.{field}", None, f"made with other {field} than these")
+    if provenance.arm == arm:
+        return
+    then, now = (one.model_dump(mode="json") for one in (provenance.arm, arm))
+    moved = next(differences(then, now), None)
+    what = f": {moved[0]} was {moved[1]!r}, is {moved[2]!r}" if moved else ""
+    raise Misfit(
+        "provenance.arm_sha256",
+        provenance.arm_sha256[:12],
+        f"another arm than {arm.name}, which has {arm_digest(arm)[:12]}{what}",
+    )
+
+
+class _Shown:
+    """A value of a file whose repr is short, however long or deep the value is."""
+
+    def __init__(self, value: object) -> None:
+        self.value = value
+
+    def __repr__(self) -> str:
+        brief = reprlib.Repr()
+        brief.maxlevel, brief.maxstring, brief.maxother = 2, 60, 60
+        return brief.repr(self.value)
+
+
+def _brief(text: str, limit: int = 120) -> str:
+    """Text of a file, fit for one line."""
+    text = printable(" ".join(text.split()))
+    return text if len(text) <= limit else text[: limit - 3] + "..."
+
+
+def _text(data: dict[str, Any]) -> str:
+    return "\n".join(_lines(data)) + "\n"
+
+
+def _lines(value: Any, indent: int = 0, head: str = "", tail: str = "") -> Iterator[str]:
+    """JSON with sorted keys in which whatever holds only scalars takes one line, if it fits."""
+    pad = " " * indent
+    inline = f"{pad}{head}{_inline(value)}{tail}" if _is_flat(value) else None
+    if inline is not None and (len(inline) <= WIDTH or not isinstance(value, dict)):
+        yield inline
+        return
+    opening, closing = "{}" if isinstance(value, dict) else "[]"
+    yield f"{pad}{head}{opening}"
+    named = sorted(value.items()) if isinstance(value, dict) else [(None, item) for item in value]
+    for number, (key, item) in enumerate(named, start=1):
+        label = "" if key is None else f"{json.dumps(key)}: "
+        yield from _lines(item, indent + 1, label, "," if number < len(named) else "")
+    yield f"{pad}{closing}{tail}"
+
+
+def _is_flat(value: Any) -> bool:
+    """Whether a value is a scalar or holds nothing but scalars."""
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return not any(isinstance(item, dict | list) for item in inner)
+
+
+def _inline(value: Any) -> str:
+    if isinstance(value, dict):
+        pairs = (f"{json.dumps(key)}: {_inline(item)}" for key, item in sorted(value.items()))
+        return "{" + ", ".join(pairs) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_inline, value)) + "]"
+    if isinstance(value, float):
+        short = repr(value)
+        return short if len(short) <= SHORT else f"{value:.16e}"
+    return json.dumps(value)

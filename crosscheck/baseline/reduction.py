@@ -1,0 +1,332 @@
+"""A cross-check reduced to what a baseline records: verdicts, samples, and how far they may move.
+
+A repetition takes the same steps, so that its truncation error repeats too and rounding alone may
+differ: between machines, versions of a compiler, orders of summation. Only where the integrator
+chooses its own steps may rounding choose others, and the numerical uncertainty counts. A fixed-step
+run's own uncertainty is recorded beside the tolerance: 2e-8 m, for a backlash whose millionth is
+5e-11 m, would let real changes pass.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple, cast, get_args
+
+import numpy as np
+import xarray as xr
+from pydantic import ValidationError
+
+from crosscheck import __version__
+from crosscheck.baseline.record import (
+    BEST_FIRST,
+    Baseline,
+    CheckVerdict,
+    ExtremesName,
+    Known,
+    Measurement,
+    Misfit,
+    Run,
+    SampledName,
+)
+from crosscheck.checks.records import BY_PLANET
+from crosscheck.checks.scales import Limit, meaningful
+from crosscheck.checks.states import LOOSEST
+from crosscheck.checks.trajectories import (
+    Incomparable,
+    Pair,
+    repeatable,
+    rounding_of,
+    size,
+)
+from crosscheck.checks.trajectories import uncertainty as refinement
+from crosscheck.findings import Agreement, Finding
+from crosscheck.planning.run_suite import ONE_ROUNDING
+from crosscheck.registry import lead
+from crosscheck.report.words import outcome
+from crosscheck.run import CrossCheck
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.tasks import RunKey
+from models.arm.arm import Arm
+from models.loading import Case
+
+SAMPLED: tuple[str, ...] = get_args(SampledName)
+EXTREMES: tuple[str, ...] = get_args(ExtremesName)
+INTERVALS = 20
+# Runs that are recorded for themselves, and the run that measures the uncertainty of each; all
+# others (another step, a nudged start) are not recorded.
+COARSER = {"": "coarse", "reference": "reference-coarse"}
+# For a measurement whose uncertainty nobody measured: of its own value, and of its quantity's size.
+UNKNOWN, UNKNOWN_OF_SIZE = 1e-6, 1e-10
+# Where no second run tells what one rounding grows to.
+UNMEASURED_ROUNDINGS = 1000
+BY_ROUNDING = "the same steps again: rounding as it was measured to grow over the run"
+
+Datasets = dict[RunKey, xr.Dataset]
+
+
+class Bound(NamedTuple):
+    """Tolerance of a repetition (None: not comparable), its reason, measured uncertainty.
+
+    widest: above which a tolerance means nothing.
+    """
+
+    tolerance: float | None
+    basis: str
+    uncertainty: float | None = None
+    widest: float | None = None
+
+
+Bounds = dict[RunKey, dict[str, Bound]]
+
+
+def baseline_of(result: CrossCheck) -> Baseline:
+    """What to record of a cross-check. Runs that failed and checks not judged are left out."""
+    agreement = result.agreement
+    assert agreement.provenance is not None  # as cross_check gives it
+    runs: dict[str, Run] = {}
+    bounds: Bounds = {}
+    for key in filter(is_recorded, result.runs):
+        reduced = reduced_run(key, result)
+        if not isinstance(reduced, Failure):
+            runs[str(key)], bounds[key] = reduced
+
+    def number(finding: Finding) -> Measurement:
+        return _measurement(finding, bounds, result.arm)
+
+    judged = checks_by_id(agreement).items()
+    checks = {name: finding for name, finding in judged if finding.verdict != "unfinished"}
+    red = {name: finding for name, finding in checks.items() if finding.verdict != "agree"}
+    return Baseline(
+        project_version=__version__,
+        checks={name: cast(CheckVerdict, finding.verdict) for name, finding in checks.items()},
+        known={
+            name: Known(said=outcome(f), number=None if f.measured is None else number(f))
+            for name, f in red.items()
+        },
+        measurements={name: number(f) for name, f in measurements_by_id(agreement).items()},
+        runs=runs,
+        provenance=agreement.provenance,
+    )
+
+
+def checks_by_id(agreement: Agreement) -> dict[str, Finding]:
+    """The checks by id; of several with one id the worst stands."""
+    worst_last = sorted(agreement.checks, key=lambda finding: BEST_FIRST.index(finding.verdict))
+    return {finding.id: finding for finding in worst_last}
+
+
+def measurements_by_id(agreement: Agreement) -> dict[str, Finding]:
+    """The measurements by id."""
+    return {f.id: f for f in agreement.findings if f.kind == "measurement"}
+
+
+def reduced_run(key: RunKey, result: CrossCheck) -> tuple[Run, dict[str, Bound]] | Failure:
+    """What is recorded of a run, and how far each quantity may move; or why it has no record.
+
+    A run holds whatever its model put there: what cannot be reduced is a failed run, no crash.
+    """
+    run = result.runs[key]
+    if isinstance(run, Failure):
+        return run
+    try:
+        bounds = bounds_of(key, result)
+        return _reduced(run, result.cases[key], bounds), bounds
+    except Exception as error:
+        return Failure("cannot be recorded", _reason(error))
+
+
+def unrecorded(result: CrossCheck) -> Iterator[str]:
+    """Runs that have a trajectory of which nothing can be recorded, as ``run: reason``."""
+    for key in filter(is_recorded, datasets(result)):
+        reduced = reduced_run(key, result)
+        if isinstance(reduced, Failure):
+            yield f"{key} {reduced}"
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, ValidationError):
+        first = error.errors()[0]
+        misfit = first.get("ctx", {}).get("error")
+        where = [*map(str, first["loc"]), *([misfit.field] if isinstance(misfit, Misfit) else [])]
+        return f"{'.'.join(where)} = {first['input']!r:.60}: {first['msg']}"
+    return f"{type(error).__name__}: {' '.join(str(error).split()):.200}"
+
+
+def is_recorded(key: RunKey) -> bool:
+    """Whether the run of this key is recorded for itself, not for what it says of another."""
+    return key.variant in COARSER
+
+
+def datasets(result: CrossCheck) -> Datasets:
+    """The runs that have a trajectory."""
+    return {key: run for key, run in result.runs.items() if isinstance(run, xr.Dataset)}
+
+
+def sample_times(run: xr.Dataset) -> np.ndarray:
+    """Indices of about 20 equally spaced records, first and last among them, shape (samples,)."""
+    return np.unique(np.linspace(0, run.sizes["time"] - 1, INTERVALS + 1).round().astype(int))
+
+
+def joints_of(run: xr.Dataset, case: Case, quantity: str) -> list[int]:
+    """Numbers of a run's joints that have a quantity: a direct one has no teeth."""
+    toothed = [number for number, j in enumerate(case.arm.joints, start=1) if j.planet_count]
+    every = run["joint"].values.tolist()
+    return [number for number in every if quantity not in BY_PLANET or number in toothed]
+
+
+def per_joint(run: xr.Dataset, case: Case, quantity: str) -> np.ndarray:
+    """A quantity of planet 1, shape (times, joints that have it), in its own unit."""
+    values = run[quantity].sel(joint=joints_of(run, case, quantity))
+    return np.asarray(values.isel(planet=0) if "planet" in values.dims else values)
+
+
+def extreme_rows(run: xr.Dataset, case: Case, quantity: str) -> np.ndarray:
+    """Per joint: number, minimum, its time [s], maximum, its time; shape (joints, 5)."""
+    values, time = per_joint(run, case, quantity), run["time"].values.round(10)
+    low, high = values.argmin(axis=0), values.argmax(axis=0)
+    joints = joints_of(run, case, quantity)
+    return np.column_stack([joints, values.min(axis=0), time[low], values.max(axis=0), time[high]])
+
+
+def bounds_of(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
+    """Quantity -> how far a repetition of this run may move."""
+    runs, case = datasets(result), result.cases[key]
+    run, coarse = runs[key], runs.get(replace(key, variant=COARSER[key.variant]))
+    pair = _pair(key.experiment, runs)
+    # A coarser run at the same step is one whose integrator chooses its own.
+    own_steps = coarse is not None and coarse.attrs["step_s"] == run.attrs["step_s"]
+    bounds = {}
+    for quantity in (name for name in (*SAMPLED, *EXTREMES) if name in run):
+        measured = _measured(refinement, run, coarse, quantity)
+        limit = _repeated(pair, run, quantity)
+        if own_steps:
+            limit = _adaptive(limit, measured)
+        widest = meaningful(quantity, case.arm, case.scenario, size(run, quantity))
+        bounds[quantity] = _meaningful(limit, widest, _short(measured))
+    return bounds
+
+
+def _pair(experiment: str, runs: Datasets) -> Pair | None:
+    """The lead's run of an experiment, and the one that started a rounding away.
+
+    With its planets counted as the experiment does, or free.
+    """
+    for kinds in (("", "nudged"), ("free", "free-nudged")):
+        one, other = (runs.get(RunKey(experiment, lead(), kind)) for kind in kinds)
+        if one is not None and other is not None:
+            return Pair(one, other)
+    return None
+
+
+def _measured(
+    measure: Callable[[xr.Dataset, xr.Dataset, str], float],
+    one: xr.Dataset | None,
+    other: xr.Dataset | None,
+    quantity: str,
+) -> float | None:
+    """A measure of two runs; None where one is missing, or spoilt: that costs no third run."""
+    try:
+        return None if one is None or other is None else measure(one, other, quantity)
+    except Incomparable:
+        return None
+
+
+def _adaptive(floor: Limit, measured: float | None) -> Limit:
+    if measured is None or measured <= floor.value:
+        return floor._replace(basis="numerical uncertainty is less; no run is held to more digits")
+    basis = "numerical uncertainty by a coarser tolerance: the integrator chooses its own steps"
+    return Limit(measured, basis)
+
+
+def _repeated(pair: Pair | None, run: xr.Dataset, quantity: str) -> Limit:
+    """What rounding alone can make of the same steps again, in whichever engine."""
+    try:
+        if pair is not None and quantity in pair.run:
+            return Limit(repeatable(pair, quantity).value, BY_ROUNDING)
+    except Incomparable:
+        pass
+    value = UNMEASURED_ROUNDINGS * rounding_of(run, quantity)
+    return Limit(value, f"{UNMEASURED_ROUNDINGS} x rounding, whose growth could not be measured")
+
+
+def _meaningful(limit: Limit, widest: Limit, uncertainty: float | None) -> Bound:
+    if not limit.value <= widest.value:
+        reason = f"not compared: {limit.basis}, {limit.value:.2g}; {widest.value:.2g} at most"
+        return Bound(None, f"{reason}, {widest.basis}", uncertainty, _short(widest.value))
+    return Bound(_short(limit.value), limit.basis, uncertainty, _short(widest.value))
+
+
+def _short(value: float | None) -> float | None:
+    """Rounded up to three digits; None for what is no number."""
+    if value is None or not math.isfinite(value) or value == 0:
+        return 0.0 if value == 0 else None
+    digits = float(f"{value:.2e}")
+    return digits if digits >= value else float(f"{value * 1.005:.2e}")
+
+
+def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> Run:
+    times = run["time"].values.round(10)
+    at = sample_times(run)
+    tables: dict[str, dict[str, Any]] = {"sampled": {}, "extremes": {}}
+    for quantity, bound in bounds.items():
+        if quantity in SAMPLED:
+            sampled = per_joint(run, case, quantity)[at]
+            rows, section = np.column_stack([times[at], sampled]), "sampled"
+        else:
+            rows, section = extreme_rows(run, case, quantity), "extremes"
+        fields = {"unit": run[quantity].attrs["units"], **bound._asdict()}
+        joints = joints_of(run, case, quantity)
+        tables[section][quantity] = {"joints": joints, "rows": rows.tolist(), **fields}
+    settings = {"scenario": case.scenario, "switches": case.switches}
+    return Run.model_validate({**settings, **tables})
+
+
+def _measurement(finding: Finding, bounds: Bounds, arm: Arm) -> Measurement:
+    assert finding.measured is not None  # a measurement always has a number
+    bound = _measurement_bound(finding, bounds, arm)
+    return Measurement(unit=finding.unit, measured=finding.measured, **bound._asdict())
+
+
+def _measurement_bound(finding: Finding, bounds: Bounds, arm: Arm) -> Bound:
+    key = finding.about.key
+    if key.family == ONE_ROUNDING:
+        # Rounding itself: its digits mean nothing, but it must stay below what matters.
+        granted = bounds.get(RunKey(key.case, key.left), {}).get(finding.quantity)
+        tolerance = None if granted is None else granted.tolerance
+        return Bound(tolerance, "rounding: must stay below what the run may move by")
+    if key.family in ("states", "form-states", "trial-states"):
+        return Bound(LOOSEST, "states repeat to rounding: the loosest tolerance of state checks")
+    quantity = "theta" if finding.quantity == "tip" else finding.quantity
+    sides = [bounds.get(RunKey(key.case, model), {}) for model in (key.left, key.right)]
+    own = [side[quantity].tolerance for side in sides if quantity in side]
+    if len(own) < 2:
+        return _unknown(finding)
+    known = [value for value in own if value is not None]
+    if len(known) < 2:
+        return Bound(None, "not compared: neither are the runs that it compares")
+    reach = _reach(arm) if finding.quantity == "tip" else 1.0
+    along = " in theta, along the links" if finding.quantity == "tip" else ""
+    return Bound(_short(sum(known) * reach), f"sum of both runs' tolerances{along}")
+
+
+def _unknown(finding: Finding) -> Bound:
+    value = abs(finding.measured or 0.0)
+    size = value / finding.relative if finding.relative else 0.0
+    tolerance = max(UNKNOWN * value, UNKNOWN_OF_SIZE * size)
+    basis = f"no uncertainty measured: {UNKNOWN:g} of it, or {UNKNOWN_OF_SIZE:g} of the quantity"
+    return Bound(_short(tolerance), basis)
+
+
+def _reach(arm: Arm) -> float:
+    """How far the tip moves [m] at most if every joint turns by one radian."""
+    return sum(number * link.length_m for number, link in enumerate(arm.links, start=1))
+
+
+def uncompared(baseline: Baseline) -> Iterator[str]:
+    """Quantities that are recorded but not comparable, as ``run quantity: reason``."""
+    for key, run in baseline.runs.items():
+        for quantity, table in run.tables.items():
+            if table.tolerance is None:
+                yield f"{key} {quantity}: {table.basis}"

@@ -1,0 +1,284 @@
+"""A cross-check held against a recorded one: what moved, by how much of what it may move."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crosscheck.baseline.record import (
+    BEST_FIRST,
+    Baseline,
+    Bounded,
+    Extremes,
+    Known,
+    Run,
+    Sampled,
+    differences,
+)
+from crosscheck.baseline.reduction import (
+    baseline_of,
+    checks_by_id,
+    is_recorded,
+    measurements_by_id,
+    reduced_run,
+)
+from crosscheck.checks.trajectories import UNITS
+from crosscheck.findings import (
+    About,
+    Agreement,
+    Finding,
+    Key,
+    checked,
+    failed,
+    measured_only,
+    unfinished,
+)
+from crosscheck.provenance import Provenance
+from crosscheck.registry import is_guest
+from crosscheck.report.words import outcome
+from crosscheck.run import CrossCheck
+from crosscheck.runner.outcomes import Failure
+
+DIGEST = 12  # digits of a hash that a reader compares
+# Measured uncertainties differ between machines, by less than this. A tolerance that is wider than
+# today's by more was not granted by the program, or no longer is.
+WIDENED = 100.0
+_GONE = "disappeared"
+_NEW = "appeared: nothing on record"
+_GUEST = "of a model that came in after the record was made; accept again to hold it"
+
+
+class Pair(NamedTuple):
+    """A number on record and the same now, each with its bounds."""
+
+    record: Bounded
+    now: Bounded
+    was: float
+    is_now: float
+
+
+def compare(baseline: Baseline, result: CrossCheck) -> Agreement:
+    """Every recorded result against the same result now, one check each.
+
+    ``differ``: it moved beyond its tolerance; ``failed``: one of the two sides does not exist, or
+    was made with other settings; ``unfinished``: it was not judged now. The provenance names the
+    checks that are red as accepted in ``known``.
+    """
+    now = baseline_of(result)
+    findings = [*_verdicts(baseline, now, result.agreement)]
+    findings += _measurements(baseline, now, result.agreement)
+    for name in sorted({*baseline.runs, *now.runs}):
+        findings += _run_findings(name, baseline.runs.get(name), now.runs.get(name), result)
+    known = [_key("verdict", name) for name in sorted(baseline.known)]
+    return Agreement(findings, result.agreement.provenance, baseline.provenance, known)
+
+
+def known_differences(agreement: Agreement) -> list[Finding]:
+    """The checks that are red as they were accepted. agreement: as compare returns it."""
+    return [f for f in agreement.checks if f.about.key in agreement.known and f.verdict == "agree"]
+
+
+def changed_since(agreement: Agreement) -> list[str]:
+    """What differs between the record's surroundings and those now, such as `exudyn 1.13.6 -> 2`.
+
+    agreement: as compare returns it.
+    """
+    then, now = agreement.record, agreement.provenance
+    if then is None or now is None:
+        return []
+    return [
+        f"{name} {_brief(name, was)} -> {_brief(name, is_now)}"
+        for name, was, is_now in differences(_surroundings(then), _surroundings(now))
+    ]
+
+
+def _surroundings(of: Provenance) -> dict[str, str | None]:
+    return of.versions | {
+        "python": of.python,
+        "machine": of.machine,
+        "revision": of.revision,
+        "lock_sha256": of.lock_sha256,
+        "arm_sha256": of.arm_sha256,
+    }
+
+
+def _brief(name: str, value: Any) -> str:
+    return str(value)[:DIGEST] if name.endswith("sha256") else str(value)
+
+
+def _verdicts(baseline: Baseline, now: Baseline, agreement: Agreement) -> Iterator[Finding]:
+    findings = checks_by_id(agreement)
+    for name in sorted({*baseline.checks, *findings}):
+        was, finding = baseline.checks.get(name), findings.get(name)
+        about = _about("verdict", name, finding, "1")
+        if finding is None:
+            yield failed(about, f"{_GONE}; was {was}")
+        elif finding.verdict == "unfinished":
+            yield unfinished(about, outcome(finding))
+        elif was is None:
+            yield _appeared(about, finding)
+        elif was != finding.verdict:
+            yield _turned(about, was, finding)
+        else:
+            yield _unturned(about, baseline.known.get(name), now.known.get(name), finding)
+
+
+def _appeared(about: About, finding: Finding) -> Finding:
+    """A check that is not on record: said, where a model is a guest that was not there then."""
+    said = f"{finding.verdict}: {outcome(finding)}"
+    if finding.verdict == "agree" and _of_guest(finding):
+        note = f"{finding.id}: {_GUEST}; {said}"
+        return measured_only(about, measured=0.0, basis="nothing on record", note=note)
+    return failed(about, f"{_NEW}; {said}")
+
+
+def _of_guest(finding: Finding) -> bool:
+    return any(map(is_guest, (finding.left, finding.right)))
+
+
+def _turned(about: About, was: str, finding: Finding) -> Finding:
+    steps = BEST_FIRST.index(finding.verdict) - BEST_FIRST.index(was)
+    way = "worse" if steps > 0 else "better"
+    note = f"{way}: {was} -> {finding.verdict}: {outcome(finding)}"
+    return _verdict(about, abs(steps), note)
+
+
+def _unturned(about: About, was: Known | None, now: Known | None, finding: Finding) -> Finding:
+    """A check of the same verdict; one that is red must also be red by as much."""
+    if was is None or now is None:
+        return _verdict(about, 0, "")
+    said = f"known difference, {finding.verdict}: {outcome(finding)}"
+    if was.number is not None and now.number is not None:
+        pair = Pair(was.number, now.number, was.number.measured, now.number.measured)
+        found = _number(replace(about, unit=finding.unit), pair, said)
+        if found.kind == "check":
+            return found
+    return _verdict(about, 0, said)
+
+
+def _verdict(about: About, steps: int, note: str) -> Finding:
+    basis = "the same verdict"
+    return checked(about, measured=float(steps), tolerance=0.0, basis=basis, note=note)
+
+
+def _measurements(baseline: Baseline, now: Baseline, agreement: Agreement) -> Iterator[Finding]:
+    findings = measurements_by_id(agreement)
+    unjudged = {finding.id for finding in agreement.red if finding.verdict == "unfinished"}
+    for name in sorted({*baseline.measurements, *now.measurements} - unjudged):
+        record, is_now = baseline.measurements.get(name), now.measurements.get(name)
+        finding = findings.get(name)
+        unit = finding.unit if finding else record.unit if record else ""
+        about = _about("measurement", name, finding, unit)
+        if finding is None or is_now is None:
+            yield failed(about, _GONE)
+        elif record is None and _of_guest(finding):
+            basis = "nothing on record"
+            yield measured_only(about, measured=is_now.measured, basis=basis, note=_GUEST)
+        elif record is None:
+            yield failed(about, _NEW)
+        else:
+            pair = Pair(record, is_now, record.measured, is_now.measured)
+            yield _number(about, pair, "")
+
+
+def _run_findings(
+    name: str, record: Run | None, now: Run | None, result: CrossCheck
+) -> Iterator[Finding]:
+    if record is None and any(str(key) == name and is_guest(key.model) for key in result.runs):
+        basis = "nothing on record"
+        yield measured_only(_run_about(name, "run", "1"), measured=0.0, basis=basis, note=_GUEST)
+    elif record is None:
+        yield failed(_run_about(name, "run", "1"), _NEW)
+    elif now is None:
+        absence = _absence(name, result)
+        stopped = isinstance(absence, Failure) and absence.unfinished
+        missing = unfinished if stopped else failed
+        yield missing(_run_about(name, "run", "1"), f"{_GONE}: {absence}")
+    elif moved := _moved_settings(record, now):
+        note = f"other settings, numbers not compared: {'; '.join(moved)}"
+        yield failed(_run_about(name, "settings", "1"), note)
+    else:
+        before, after = record.tables, now.tables
+        for quantity in sorted({*before, *after}):
+            about = _run_about(name, quantity, UNITS[quantity])
+            yield _table(about, before.get(quantity), after.get(quantity))
+
+
+def _absence(name: str, result: CrossCheck) -> Failure | str:
+    """Why there is no run of this name now."""
+    key = next((key for key in filter(is_recorded, result.runs) if str(key) == name), None)
+    if key is None:
+        return "no longer part of the plan"
+    reduced = reduced_run(key, result)
+    assert isinstance(reduced, Failure)  # for it is not among those recorded
+    return reduced
+
+
+def _moved_settings(record: Run, now: Run) -> list[str]:
+    then, today = (
+        run.model_dump(mode="json", include={"scenario", "switches"}) for run in (record, now)
+    )
+    return [f"{path} {was!r} -> {is_now!r}" for path, was, is_now in differences(then, today)]
+
+
+def _table(
+    about: About, record: Sampled | Extremes | None, now: Sampled | Extremes | None
+) -> Finding:
+    if now is None:
+        return failed(about, f"{_GONE}: the run has no such quantity")
+    if record is None:
+        return failed(about, _NEW)
+    was, is_now = np.array(record.rows), np.array(now.rows)
+    if was.shape != is_now.shape or not np.array_equal(was[:, 0], is_now[:, 0]):
+        return failed(about, "recorded at other times or of another number of joints")
+    with np.errstate(over="ignore"):
+        apart = np.abs(is_now - was)[:, record.values]
+    row, place = map(int, np.unravel_index(int(apart.argmax()), apart.shape))
+    column = record.values[place]
+    pair = Pair(record, now, float(was[row, column]), float(is_now[row, column]))
+    return _number(about, pair, record.place(row, column))
+
+
+def _number(about: About, pair: Pair, where: str) -> Finding:
+    """One number held against another; where: what to say before it."""
+    record, now, was, is_now = pair
+    apart = abs(is_now - was)
+    note = f"{where}: {was:.12g} -> {is_now:.12g}".removeprefix(": ")
+    if record.unit != now.unit:
+        return failed(about, f"recorded in {record.unit!r}, now in {now.unit!r}; {note}")
+    if record.uncertainty is not None and record.uncertainty > (record.tolerance or 0.0):
+        note += f" (numerical uncertainty {record.uncertainty:g})"
+    moved = record.tolerance is not None and apart > record.tolerance
+    if not moved and _is_widened(record, now):
+        said = f"{record.tolerance} on record, {now.tolerance} now; renew the record"
+        return failed(about, f"a tolerance that is not granted: {said}; {note}")
+    if record.tolerance is None:
+        return measured_only(about, measured=apart, basis=record.basis, note=note)
+    return checked(about, measured=apart, tolerance=record.tolerance, basis=record.basis, note=note)
+
+
+def _is_widened(record: Bounded, now: Bounded) -> bool:
+    """Whether a tolerance on record, or the lack of one, is far from what is granted now."""
+    if now.tolerance is None:
+        return False
+    uncompared = math.inf if now.widest is None else now.widest
+    was = uncompared if record.tolerance is None else record.tolerance
+    return was > WIDENED * now.tolerance
+
+
+def _key(what: str, name: str) -> Key:
+    return Key(f"recorded-{what}", name, "", "")
+
+
+def _about(what: str, name: str, finding: Finding | None, unit: str) -> About:
+    models = f" of {finding.left}~{finding.right}" if finding else ""
+    return About(_key(what, name), unit, f"change of the {what}{models}", "the record")
+
+
+def _run_about(name: str, quantity: str, unit: str) -> About:
+    key = Key("recorded-run", name, quantity, "")
+    return About(key, unit, "largest absolute change", "the record")

@@ -1,0 +1,142 @@
+"""Inertia and weight of an arm by first principles, from the content of its file alone.
+
+No validated arm is read here: what goes wrong on the way from the file into the models, in one of
+them or in what all of them share, does not reach these numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+Content = Mapping[str, Any]  # of an arm's file, of either version
+
+
+class Part(NamedTuple):
+    """A body, or what of a body turns by itself.
+
+    mass [kg] at a distance [m] along a link, counted from 0; inertia [kg m^2] about its centre;
+    geared, locked (joints,): how often it turns with every joint, the gears of that joint rolling
+    or standing still on each other.
+    """
+
+    mass: float
+    inertia: float
+    link: int
+    along: float
+    geared: np.ndarray
+    locked: np.ndarray
+
+
+class Pose(NamedTuple):
+    """Where an arm's axes (joints,) and ends of links (joints,) are, and links' directions."""
+
+    axes: np.ndarray
+    ends: np.ndarray
+    directions: np.ndarray
+
+
+def parts_of(content: Content, level: str = "coupled") -> list[Part]:
+    """The bodies that a rigid level has; of ``coupled``, and of a geared arm, all of them."""
+    links, joints = content["links"], content["joints"]
+    after = np.tril(np.ones((len(links), len(links))))  # what turns with link k
+    found = []
+    for k, link in enumerate(links):
+        mass, inertia = _link(link)
+        found.append(Part(mass, inertia, k, float(link["com_m"]), after[k], after[k]))
+    last = len(links) - 1
+    payload, tip = float(content["payload_mass_kg"]), float(links[-1]["length_m"])
+    found.append(Part(payload, 0.0, last, tip, after[last], after[last]))
+    for k, joint in enumerate(joints) if level != "links" else ():
+        found += _at_joint(joint, k, after, level)
+    return found
+
+
+def _link(link: Content) -> tuple[float, float]:
+    """Mass [kg] and inertia about its centre [kg m^2], given or of a slender rod."""
+    if "mass_kg" in link and link["mass_kg"] is not None:
+        return float(link["mass_kg"]), float(link["inertia_kg_m2"])
+    length = float(link["length_m"])
+    mass = length * link["cross_section_m2"] * link["density_kg_per_m3"]
+    return mass, mass * length * length / 12
+
+
+def _at_joint(joint: Content, k: int, after: np.ndarray, level: str) -> Iterator[Part]:
+    """Motor or gears, their masses at the axis."""
+    before, own = after[k] - np.eye(len(after))[k], np.eye(len(after))[k]
+    if joint.get("kind") == "direct":
+        motor, rotor = float(joint["motor_mass_kg"]), float(joint["rotor_inertia_kg_m2"])
+        yield Part(motor, rotor, k, 0.0, after[k], after[k])
+        return
+    count, suns, planets, rings = (int(joint.get(name, 3)) for name in ("planet_count", *TEETH))
+    orbit = (suns + planets) * joint["module_m"] / 2
+    sun, planet, carrier = (gear_inertia(joint, gear) for gear in ("sun", "planet", "carrier"))
+    carried = count * joint["planet_mass_kg"]
+    masses = joint["sun_mass_kg"] + carried + joint["carrier_mass_kg"] + joint["ring_mass_kg"]
+    yield Part(masses, 0.0, k, 0.0, after[k], after[k])
+    yield Part(0.0, carrier + carried * orbit**2, k, 0.0, after[k], after[k])
+    yield Part(0.0, float(joint.get("ring_inertia_kg_m2", 0.0)), k, 0.0, before, before)
+    base = {"armature": 0 * own, "coupled": before}.get(level)
+    if base is not None:
+        yield Part(0.0, sun, k, 0.0, base + (1 + rings / suns) * own, after[k])
+        yield Part(0.0, count * planet, k, 0.0, base + (1 - rings / planets) * own, after[k])
+
+
+TEETH = ("sun_teeth", "planet_teeth", "ring_teeth")
+
+
+def gear_inertia(joint: Content, gear: str) -> float:
+    """J of a sun, a planet or a carrier about its axis [kg m^2], as given or M r^2."""
+    inertia = joint.get(f"{gear}_inertia_kg_m2")
+    if inertia is not None:
+        return float(inertia)
+    teeth = joint["sun_teeth"] + joint["planet_teeth"]
+    teeth = {"sun": joint["sun_teeth"], "planet": joint["planet_teeth"]}.get(gear, teeth)
+    return float(joint[f"{gear}_equivalent_mass_kg"]) * base_radius(joint, teeth) ** 2
+
+
+def base_radius(joint: Content, teeth: int) -> float:
+    """Of a wheel of the joint [m]."""
+    pitch = float(joint["module_m"]) * teeth / 2
+    return pitch * math.cos(math.radians(joint["pressure_angle_deg"]))
+
+
+def posed(content: Content, theta: np.ndarray) -> Pose:
+    """The arm at relative angles theta (joints,) [rad]."""
+    directions = np.exp(1j * np.cumsum(theta))
+    ends = np.cumsum(np.array([float(link["length_m"]) for link in content["links"]]) * directions)
+    return Pose(np.array([0.0, *ends[:-1]]), ends, directions)
+
+
+def inertia(parts: Sequence[Part], pose: Pose, *, locked: bool) -> np.ndarray:
+    """Mass matrix [kg m^2] by the parallel axis theorem, shape (joints, joints).
+
+    locked: twice as large, after the joints with their gears rolling the same with their gears
+    locked, which turns everything beyond an axis as one body.
+    """
+    size = (2 if locked else 1) * len(pose.axes)
+    found = np.zeros((size, size))
+    for part in parts:
+        levers = _levers(part, pose)
+        turns = part.geared
+        if locked:
+            levers, turns = np.tile(levers, 2), np.append(turns, part.locked)
+        found += part.mass * np.outer(np.conj(levers), levers).real
+        found += part.inertia * np.outer(turns, turns)
+    return found
+
+
+def weight(parts: Sequence[Part], pose: Pose, content: Content) -> np.ndarray:
+    """Moment of weight about every axis of the arm [N m], shape (joints,)."""
+    pull = complex(*content.get("gravity_m_per_s2", (0.0, 0.0)))
+    moments = (part.mass * (np.conj(_levers(part, pose)) * pull).imag for part in parts)
+    return np.asarray(sum(moments))
+
+
+def _levers(part: Part, pose: Pose) -> np.ndarray:
+    """From every axis that carries the part to its centre [m], complex, (joints,); else 0."""
+    place = pose.axes[part.link] + part.along * pose.directions[part.link]
+    return np.where(np.arange(len(pose.axes)) <= part.link, place - pose.axes, 0.0)

@@ -1,0 +1,146 @@
+"""Whether one model's inertia and force are those that the data of arm and experiment tell."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from crosscheck.checks.answers import States
+from crosscheck.checks.composite import (
+    Content,
+    base_radius,
+    inertia,
+    parts_of,
+    posed,
+    weight,
+)
+from crosscheck.checks.energy import springs_at
+from crosscheck.checks.invariants import sun_advance, sun_of
+from crosscheck.checks.modes import equivalent_mass, mean_stiffness
+from crosscheck.checks.scales import geared
+from crosscheck.checks.states import EPS, ROUNDINGS, Setting, compare_values
+from crosscheck.findings import About, Finding, checked
+from models.arm.arm import Arm, Planetary
+from models.arm.layout import MESHES, Layout, Meaning
+from models.experiment.scenario import ConstantDrive, PdDrive, Scenario, SinusoidDrive, per_joint
+from models.experiment.switches import Switches
+from models.loading import Case
+
+
+def inertia_as_told(
+    about: About, mass: np.ndarray, setting: Setting, content: Content, level: str
+) -> Finding:
+    """M (count, n, n) against the parallel axis theorem, every joint rolling and locked.
+
+    level: of a rigid model; of a geared one "", which has the joints locked too.
+    """
+    parts, ways = parts_of(content, level or "coupled"), _ways(setting.layout, content)
+    found = []
+    for q, own in zip(setting.states.q, mass, strict=True):
+        pose = posed(content, q[setting.layout.theta])
+        expected = inertia(parts, pose, locked=not level)
+        given = ways[: len(expected)]
+        size = np.sqrt(np.einsum("ki,ij,kj->k", abs(given), abs(own), abs(given)))
+        apart = np.abs(given @ own @ given.T - expected)
+        with np.errstate(divide="ignore", invalid="ignore"):  # without a size there is no number
+            found.append((apart / np.outer(size, size)).max())
+    measured = float(np.max(found))
+    basis = f"{ROUNDINGS} eps of what is summed"
+    return checked(
+        about, measured=measured, tolerance=ROUNDINGS * EPS, basis=basis, relative=measured
+    )
+
+
+def _ways(layout: Layout, content: Content) -> np.ndarray:
+    """Motions (2 joints, n): every joint with its teeth at rest, then with its gears as one body.
+
+    Gears that turn as one body carry the planets along the ring: x_pr changes by -r_r.
+    """
+    joints = content["joints"]
+    rolling = np.eye(len(layout))[layout.theta]
+    locked = rolling.copy()
+    for place, coordinate in enumerate(layout.coordinates):
+        if coordinate.meaning in ("x_pr", "x_s"):
+            joint = joints[coordinate.joint - 1]
+            locked[coordinate.joint - 1, place] = -base_radius(joint, joint["ring_teeth"])
+    return np.vstack([rolling, locked])
+
+
+def force_as_told(
+    about: About,
+    force: np.ndarray,
+    mass: np.ndarray,
+    setting: Setting,
+    case: Case,
+    content: Content,
+    level: str,
+) -> Finding:
+    """Force (count, n): drive, friction, weight of all that each joint carries, and the teeth.
+
+    mass (count, n, n): of the same model, for sizes. With the teeth at rest no mesh does work on a
+    joint, and a motor turns the link alone. level: of a rigid model, or "".
+    """
+    layout, scenario = setting.layout, case.scenario
+    parts = parts_of(content, level or "coupled")
+    friction = np.array([float(j.get("friction_N_m_s_per_rad", 0.0)) for j in content["joints"]])
+    expected = np.zeros_like(force)
+    for row, (t, q, v) in enumerate(zip(*setting.states, strict=True)):
+        theta, rates = q[layout.theta], v[layout.theta]
+        torques = drive_torques(scenario, t, theta, rates)
+        pulled = weight(parts, posed(content, theta), content)
+        expected[row, layout.theta] = torques + pulled - friction * rates
+        for number, joint in geared(setting.arm) if layout.meshing else ():
+            radius, ratio = sun_of(joint)
+            expected[row] += torques[number] / (ratio * radius) * sun_advance(layout, number)
+    if layout.meshing:
+        expected += teeth_forces(setting.arm, case.switches, layout, setting.states)
+    return compare_values(about, expected, force, mass[0], setting)
+
+
+def drive_torques(
+    scenario: Scenario, t: float, theta: np.ndarray, theta_dot: np.ndarray
+) -> np.ndarray:
+    """Output-side torques [N m], shape (joints,), by the scenario's fields."""
+    drive, joints = scenario.drive, len(theta)
+
+    def each(value: float | tuple[float, ...]) -> np.ndarray:
+        return np.array(per_joint(value, joints))
+
+    if isinstance(drive, ConstantDrive):
+        return each(drive.torque_N_m)
+    if isinstance(drive, PdDrive):
+        away = each(drive.target_rad) - theta
+        damped = each(drive.derivative_N_m_s_per_rad) * theta_dot
+        return each(drive.proportional_N_m_per_rad) * away - damped
+    if isinstance(drive, SinusoidDrive):
+        argument = t if drive.argument == "time" else t**0.5
+        return each(drive.amplitude_N_m) * np.sin(each(drive.rate_rad_per_s) * argument)
+    return np.array([np.interp(t, drive.time_s, column) for column in drive.torque_N_m])
+
+
+def teeth_forces(arm: Arm, chosen: Switches, layout: Layout, states: States) -> np.ndarray:
+    """What springs and dampers of all meshes do to the coordinates, shape (count, n).
+
+    With the exact dead zone, dampers that always act and phases by the angle.
+    """
+    found, contacts = np.zeros_like(states.q), springs_at(arm, chosen, layout, states.q)
+    for number, joint in geared(arm):
+        for planet in range(joint.planet_count):
+            for name in MESHES:
+                spring, row = next(contacts), layout.displacement(name, number, planet)
+                pressed = spring.gap - np.clip(spring.gap, -spring.backlash, spring.backlash)
+                force = spring.stiffness * pressed + damping_of(joint, name, planet) * (
+                    states.v @ row
+                )
+                found -= force[:, None] * row
+    return found
+
+
+def damping_of(joint: Planetary, name: Meaning, planet: int) -> float:
+    """Of one planet's mesh [N s/m]: an N-th of that of N planets alike."""
+    sun = name == MESHES[0]
+    mesh, count = (joint.sun_mesh if sun else joint.ring_mesh).of_planet(planet), joint.planet_count
+    if mesh.damping_N_s_per_m is not None:
+        return mesh.damping_N_s_per_m / count
+    own = equivalent_mass(joint, "sun") if sun else count * equivalent_mass(joint, "planet")
+    ratio = mesh.damping_ratio or 0.0
+    return 2 * ratio * float(np.sqrt(count * mean_stiffness(mesh.stiffness) * own)) / count

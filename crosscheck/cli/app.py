@@ -1,0 +1,371 @@
+"""The command line: thin over crosscheck.api; heavy imports wait until a command needs them."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+import traceback
+from enum import StrEnum
+from functools import lru_cache
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+
+from crosscheck import LARGEST_SEED, __version__
+from crosscheck.cli.surroundings import closing_code, prepare
+from crosscheck.entry import loaded, unusable
+from crosscheck.runner.interruption import exit_code, farewell, was_stopped
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    help="Cross-validate hand-derived equations of motion of geared arms.",
+    pretty_exceptions_enable=False,
+)
+
+baseline = typer.Typer(
+    no_args_is_help=True, help="Record a cross-check, and find out later what moved."
+)
+app.add_typer(baseline, name="baseline")
+cache = typer.Typer(no_args_is_help=True, help="What is kept between runs.")
+app.add_typer(cache, name="cache")
+
+ArmName = Annotated[str, typer.Argument(metavar="ARM", help="Built-in name or TOML file.")]
+Quick = Annotated[bool, typer.Option("--quick", help="Fewer states, shorter runs.")]
+Jobs = Annotated[int | None, typer.Option(min=1, max=1000, help="Processes; all cores.")]
+JUnit = Annotated[Path | None, typer.Option("--junit", help="JUnit XML file to write.")]
+Scenarios = Annotated[
+    list[str] | None,
+    typer.Option("--scenario", help="Run this, a name or file, in place of the usual; repeatable."),
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="As arm.joints.*.backlash_m=2e-5."),
+]
+Seed = Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the random states.")]
+Tried = Annotated[
+    str | None,
+    typer.Option("--model", help="Equations to try instead, file.py:name; their code is run."),
+]
+Baselines = Annotated[Path, typer.Option("--dir", help="Folder of the records.")]
+
+
+class Phase(StrEnum):
+    """Phase law of the mesh."""
+
+    angle = "angle"
+    omega_t = "omega_t"
+
+
+class RingRate(StrEnum):
+    """Meshing frequency of the ring mesh."""
+
+    eq13 = "eq13"
+    corrected = "corrected"
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"crosscheck {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show it.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def run(
+    arm: ArmName = "paper-labelled",
+    out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("report"),
+    scenario: Scenarios = None,
+    settings: Settings = None,
+    quick: Quick = False,
+    jobs: Jobs = None,
+    seed: Seed = 0,
+) -> None:
+    """Cross-check all models of an arm; write index.html and agreement.json."""
+    from crosscheck.runner.progress import starting
+
+    with starting():
+        from crosscheck.cli.commands import run_command, wanted
+
+        chosen = wanted(arm, scenario, settings, quick, seed)
+    raise typer.Exit(run_command(chosen, out, jobs or os.cpu_count() or 1))
+
+
+@app.command()
+def validate(
+    arm: ArmName = "paper-labelled",
+    scenario: Scenarios = None,
+    settings: Settings = None,
+    quick: Quick = False,
+    jobs: Jobs = None,
+    seed: Seed = 0,
+    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+    junit: JUnit = None,
+) -> None:
+    """Cross-check all models of an arm, without the report page."""
+    from crosscheck.runner.progress import starting
+
+    with starting():
+        from crosscheck.cli.commands import wanted
+        from crosscheck.cli.validate import validate_command
+
+        chosen = wanted(arm, scenario, settings, quick, seed)
+    code = validate_command(chosen, jobs or os.cpu_count() or 1, json_file, junit)
+    raise typer.Exit(code)
+
+
+@baseline.command()
+def accept(
+    arm: ArmName = "paper-labelled",
+    folder: Baselines = Path("baselines"),
+    scenario: Scenarios = None,
+    settings: Settings = None,
+    quick: Quick = False,
+    jobs: Jobs = None,
+    junit: JUnit = None,
+    model: Tried = None,
+    with_red: Annotated[
+        bool, typer.Option("--with-red", help="Record red checks as known differences.")
+    ] = False,
+) -> None:
+    """Cross-check an arm and record the result, in place of an older record, unless it is red."""
+    from crosscheck.cli.validate import accept_command, recorded
+
+    chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
+    code = accept_command(chosen, folder, jobs or os.cpu_count() or 1, junit, with_red, made)
+    raise typer.Exit(code)
+
+
+@baseline.command()
+def check(
+    arm: ArmName = "paper-labelled",
+    folder: Baselines = Path("baselines"),
+    scenario: Scenarios = None,
+    settings: Settings = None,
+    quick: Quick = False,
+    jobs: Jobs = None,
+    junit: JUnit = None,
+    model: Tried = None,
+) -> None:
+    """Repeat a recorded cross-check and show what moved; exit code 1 if anything did."""
+    from crosscheck.cli.validate import check_command, recorded, renewal
+
+    chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
+    renew = renewal(arm, folder, scenario or [], settings or [], quick, model or "")
+    code = check_command(chosen, folder, jobs or os.cpu_count() or 1, junit, renew, made)
+    raise typer.Exit(code)
+
+
+@app.command()
+def simulate(
+    arm: ArmName,
+    model: Annotated[str, typer.Option(help="See `crosscheck list`.")],
+    scenario: Annotated[str, typer.Option(help="Built-in name or TOML file.")],
+    out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
+    t_end: Annotated[str | None, typer.Option(help="Duration in seconds.")] = None,
+    step: Annotated[str | None, typer.Option(help="Integration step in seconds.")] = None,
+    phase: Annotated[Phase | None, typer.Option(help="Phase law; angle.")] = None,
+    ring_rate: Annotated[RingRate | None, typer.Option(help="Follows the phase law.")] = None,
+    settings: Settings = None,
+    force: Annotated[bool, typer.Option("--force", help="Go on past the stable step.")] = False,
+    rtol: Annotated[
+        float | None,
+        typer.Option(help="Steps of its own to this tolerance, ended at contact changes."),
+    ] = None,
+) -> None:
+    """Simulate one model and write its trajectory."""
+    from crosscheck.cli.simulation import simulate_command
+
+    overrides = list(settings or [])
+    overrides += [f"scenario.duration_s={t_end}"] if t_end is not None else []
+    overrides += [f"scenario.step_s={step}"] if step is not None else []
+    chosen = {"phase": phase, "ring_rate": ring_rate}
+    named = {key: str(value) for key, value in chosen.items() if value is not None}
+    simulate_command(arm, model, scenario, named, overrides, out, force, rtol)
+
+
+@app.command()
+def trial(
+    model: Annotated[
+        str, typer.Argument(metavar="MODEL", help="file.py:name or package.module:name; it is run.")
+    ],
+    arm: ArmName = "paper-labelled",
+    scenario: Annotated[
+        list[str] | None,
+        typer.Option("--scenario", help="Simulate this too, a name or file; repeatable."),
+    ] = None,
+    settings: Settings = None,
+    quick: Quick = False,
+    jobs: Jobs = None,
+    seed: Seed = 0,
+    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+    junit: JUnit = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the page, trial.html.")] = None,
+) -> None:
+    """Check your own equations of motion: which entry is wrong, and in which term."""
+    from crosscheck.trial.command import trial_command
+
+    code = trial_command(
+        model,
+        arm,
+        scenario or [],
+        settings or [],
+        quick=quick,
+        jobs=jobs or os.cpu_count() or 1,
+        seed=seed,
+        json_file=json_file,
+        junit=junit,
+        out=out,
+    )
+    raise typer.Exit(code)
+
+
+@app.command()
+def sweep(
+    study: Annotated[Path, typer.Argument(metavar="STUDY.toml", help="What to vary and measure.")],
+    out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
+    jobs: Jobs = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="tcp://HOST:PORT", help="A Dask scheduler, whose workers run it."),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on where an earlier run was stopped.")
+    ] = False,
+    run_code: Annotated[
+        bool, typer.Option("--run-code", help="Let the study run the functions that it names.")
+    ] = False,
+) -> None:
+    """Run a study, many members of one arm and experiment; write a NetCDF file."""
+    from crosscheck.studies.batches.memory import enough_memory
+
+    with enough_memory():
+        from crosscheck.studies.command import sweep_command
+
+        sweep_command(study, out, jobs or os.cpu_count() or 1, scheduler, resume, run_code)
+
+
+@app.command()
+def plot(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="What `crosscheck sweep` wrote.")],
+    quantity: Annotated[
+        list[str] | None, typer.Option(help="A variable of it; repeatable; all of them.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="PNG file to write; beside FILE by default.")
+    ] = None,
+) -> None:
+    """Draw the result of a study: maps, curves and distributions."""
+    from crosscheck.studies.batches.memory import enough_memory
+
+    with enough_memory():
+        from crosscheck.studies.plot import plot_command
+
+        plot_command(file, quantity or [], out)
+
+
+@app.command("list")
+def list_() -> None:
+    """Show the arms, models and scenarios that come with the project."""
+    from crosscheck.cli.listing import list_command
+
+    list_command()
+
+
+@app.command()
+def init(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="TOML file to write.")],
+    joints: Annotated[int, typer.Option(min=1, max=7, help="Geared joints.")] = 2,
+) -> None:
+    """Write a commented file of an arm to begin with; never over another file."""
+    from crosscheck.cli.template import init_command
+
+    init_command(file, joints)
+
+
+@app.command()
+def show(arm: ArmName) -> None:
+    """Show an arm's values and what follows from them, with units."""
+    from crosscheck.cli.show import show_command
+
+    show_command(arm)
+
+
+@cache.command()
+def clear() -> None:
+    """Remove all that is kept between runs: simulations and compiled code."""
+    from crosscheck.runner.cache import clear_command
+
+    clear_command()
+
+
+COMMANDS = "geararm_crosscheck.commands"  # entry points of other packages
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+PARSERS_INTERRUPTED = 130  # its own way to say that there was a KeyboardInterrupt
+
+
+@lru_cache
+def add_installed() -> None:
+    """Add the commands of installed packages, once.
+
+    Each is a function as Typer takes it, which imports nothing heavy before it is called. Raises
+    InputError for one that cannot be used.
+    """
+    own: Any = typer.main.get_command(app)
+    for offer in sorted(entry_points(group=COMMANDS), key=lambda each: each.name):
+        if offer.name in own.commands:
+            raise unusable(offer, "a command of this name exists already")
+        app.command(offer.name)(loaded(offer))
+
+
+def main() -> NoReturn:
+    """Run the command line; exit codes 0, 1 (differs), 2 (bad input), 3 (no verdict), 130, 143."""
+    try:
+        prepare()
+        add_installed()
+        code: Any = app(standalone_mode=False)
+    except (typer.Abort, KeyboardInterrupt):
+        code = PARSERS_INTERRUPTED
+    except Exception as error:
+        if not was_stopped():
+            _explain(error)
+        code = PARSERS_INTERRUPTED
+    except BaseException as error:  # of no command of ours: code that one of them ran has left
+        said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        _fail(f"came to no verdict: code that was run raised {said}", 3)
+    if code == PARSERS_INTERRUPTED:
+        _fail(farewell(), exit_code())
+    sys.exit(closing_code(code if isinstance(code, int) else 0))
+
+
+def _explain(error: Exception) -> NoReturn:
+    from models.errors import Diverged, InputError, Unfinished
+
+    if isinstance(error, InputError | Diverged):
+        _fail(str(error), 2)
+    if hasattr(error, "format_message"):  # a usage error of typer's own command-line parser
+        _fail(f"{error.format_message()} (see crosscheck --help)", 2)
+    if isinstance(error, OSError) and error.errno in DISK_FULL:
+        _fail(f"a file cannot be written: {error.strerror}", 2)
+    if isinstance(error, Unfinished):
+        _fail(str(error), 3)
+    traceback.print_exception(error)
+    _fail("internal error, please report the lines above", 3)
+
+
+def _fail(line: str, code: int) -> NoReturn:
+    from models.errors import PROGRAM, one_line
+
+    print(one_line(f"{PROGRAM}{line}"), file=sys.stderr)
+    sys.exit(code)

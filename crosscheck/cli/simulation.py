@@ -1,0 +1,91 @@
+"""`crosscheck simulate`: one run of one model, in a process of its own, into a NetCDF file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+
+from crosscheck.kinds import TRAJECTORY
+from crosscheck.output import require_file, write_files
+from crosscheck.provenance import provenance
+from crosscheck.registry import build, entry_of, usable_numbers
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.workers import perform_all
+from models.errors import Diverged, InputError, Unfinished
+from models.loading import Case, load_case
+
+
+@dataclass(frozen=True)
+class Written:
+    """A run as the content of a NetCDF file; how many times it has, theta [rad] at its end."""
+
+    content: bytes
+    times: int
+    theta: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Request:
+    """A run that a user asks for by name; see ``api.simulate``."""
+
+    model: str
+    case: Case
+    force: bool
+    rtol: float | None = None
+
+    @property
+    def key(self) -> Request:
+        """Itself."""
+        return self
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds; a user may well ask for a run of hours."""
+        return 3600.0
+
+    def perform(self) -> Written | InputError | Diverged:
+        """The run as a file, or what is wrong with the request or its run."""
+        from crosscheck.api import simulate
+        from models.trajectory import netcdf
+
+        try:
+            with usable_numbers(self.model, self.case.arm):
+                model = build(self.model, *self.case)
+                run = simulate(model, force=self.force, rtol=self.rtol)
+        except (InputError, Diverged) as error:
+            return error
+        packages = entry_of(self.model).versioned
+        record = provenance(self.case.arm, 0, False, packages=packages)
+        run.attrs |= {"provenance": record.model_dump_json(), "command": record.command}
+        final = tuple(map(float, run["theta"].values[-1]))
+        return Written(netcdf(run), run.sizes["time"], final)
+
+
+def simulate_command(
+    arm: str,
+    model: str,
+    scenario: str,
+    switches: dict[str, str],
+    settings: list[str],
+    out: Path,
+    force: bool,
+    rtol: float | None = None,
+) -> None:
+    """Simulate one model into a NetCDF file."""
+    case = load_case(arm, scenario, switches, settings)
+    entry_of(model)
+    require_file(out, TRAJECTORY, "--out")
+    request = Request(model, case, force, rtol)
+    about = escape(f"{model}, {case.scenario.name}, {case.scenario.duration_s:g} s")
+    with Console(stderr=True).status(about):
+        written = perform_all([request], 1, lambda key: None)[request]
+    if isinstance(written, Failure):
+        raise Unfinished(f"{model}: {written}")
+    if isinstance(written, Exception):
+        raise written
+    write_files({out: written.content})
+    final = ", ".join(f"{angle:.9g}" for angle in written.theta)
+    print(f"wrote {out}: {written.times} times, theta at the end {final} rad")

@@ -1,0 +1,84 @@
+"""What the command line needs around it: streams that take every print, folders for libraries."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from models.errors import InputError
+from models.inputs import forget
+from models.places import home_folder, own_folder, usable
+
+
+def prepare() -> None:
+    """Before anything is read, printed or drawn. Raises InputError without a working folder."""
+    forget()
+    occupy_streams()
+    for descriptor, name in enumerate(("stdin", "stdout", "stderr")):
+        stream = getattr(sys, name)
+        if descriptor and stream is getattr(sys, f"__{name}__"):  # not one that a caller put there
+            setattr(sys, name, _tolerant(descriptor, stream))
+    try:
+        os.getcwd()  # which libraries ask for
+    except OSError as error:
+        raise InputError("working folder", "", None, f"is gone: {error.strerror}") from None
+    _settle_matplotlib()
+
+
+def closing_code(code: int) -> int:
+    """The exit code: 2 in place of 0 if standard output could not all be written, in one line."""
+    sys.stdout.flush()
+    lost = _outlets[1].failure if 1 in _outlets else None
+    if lost is None or isinstance(lost, BrokenPipeError):  # a reader may stop reading
+        return code
+    print(f"crosscheck: standard output: cannot be written: {lost.strerror}", file=sys.stderr)
+    return code or 2
+
+
+class _Outlet(io.FileIO):
+    """A descriptor that remembers why it could not be written, and then takes all for nothing."""
+
+    failure: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        if self.failure is None:
+            try:
+                return super().write(data)
+            except OSError as error:
+                self.failure = error
+        return len(data)
+
+
+_outlets: dict[int, _Outlet] = {}
+
+
+def occupy_streams() -> None:
+    """A closed stream's number would be given to the next file, and engines print into it."""
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
+
+
+def _tolerant(descriptor: int, given: Any) -> io.TextIOWrapper:
+    """In the same encoding, with escapes for what it does not have."""
+    outlet = _outlets[descriptor] = _Outlet(descriptor, "w", closefd=False)
+    return io.TextIOWrapper(
+        io.BufferedWriter(outlet),
+        encoding=getattr(given, "encoding", "utf-8"),
+        errors="backslashreplace",
+        line_buffering=descriptor == 2 or outlet.isatty(),
+    )
+
+
+def _settle_matplotlib() -> None:
+    """Where its own folders cannot be used it would say so at length."""
+    chosen = os.environ.get("MPLCONFIGDIR")
+    homes = {"XDG_CONFIG_HOME": ".config", "XDG_CACHE_HOME": ".cache"}
+    own = [Path(os.environ.get(n) or home_folder() / place) for n, place in homes.items()]
+    if not all(map(usable, [Path(chosen)] if chosen else own)):
+        os.environ["MPLCONFIGDIR"] = str(own_folder() / "matplotlib")

@@ -1,0 +1,214 @@
+"""`crosscheck init`: an arm's file to begin with, every field in the words of the schema."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+from pathlib import Path
+from typing import NamedTuple
+
+from crosscheck.output import require_file, write_text
+from crosscheck.report.words import printable
+from crosscheck.schema import Described, described
+from models.arm.arm import Arm, Direct, Link, Planetary
+from models.arm.mesh import Mesh
+from models.arm.quantities import Data, Printable, short
+from models.arm.stiffness import SineStiffness
+from models.errors import InputError
+
+COLUMN = 44  # where explanations begin
+PLACES = ("shoulder", "elbow", "wrist")
+HEAD = """\
+# An arm to begin with: every number is an example. {joints}, from the base to the tip.
+# SI units, at the ends of the names. The fields of later joints and links mean the same as those of
+# the first. docs/arm-file.md lists all fields with their ranges, and the other stiffness laws.
+"""
+GRAVITY = "# gravity_m_per_s2 = [0.0, -9.81]"
+CAD = "# A link may be a body instead of a rod, with numbers out of a CAD model:"
+DIRECT = (
+    "# A joint may be a motor without gears; it too needs a link, in its place among the links:"
+)
+
+
+class Size(NamedTuple):
+    """What of one joint and its link does not scale with the others; planets: how many."""
+
+    module_m: float
+    sun_teeth: int
+    planet_teeth: int
+    planets: int
+    pressure_angle_deg: float
+    length_m: float
+
+
+# From the shoulder on. An arm of few joints has the first of them.
+SIZES = (
+    Size(0.003, 27, 36, 3, 24.0, 1.0),
+    Size(0.0025, 30, 30, 4, 20.0, 0.75),
+    Size(0.002, 24, 33, 3, 22.0, 0.55),
+    Size(0.00175, 28, 28, 4, 20.0, 0.4),
+    Size(0.0015, 24, 30, 3, 25.0, 0.3),
+    Size(0.00125, 21, 27, 3, 21.0, 0.2),
+    Size(0.001, 30, 24, 3, 23.0, 0.15),
+)
+
+
+def init_command(path: Path, joints: int) -> None:
+    """Write the template of an arm with 1 to 7 joints. Raises InputError, also if it exists."""
+    target = path if os.path.islink(path) else require_file(path)
+    if os.path.lexists(target):  # also a link to a file that is not there
+        raise InputError(str(path), "", None, "exists already; init replaces no file")
+    write_text(path, template(path.stem, joints))
+    print(
+        f"wrote {printable(str(path))}: {_counted(joints)}, every number an example; edit it, then"
+    )
+    for command in ("show", "validate"):
+        print(f"  crosscheck {command} {printable(shlex.quote(str(path)))}")
+
+
+def template(name: str, joints: int) -> str:
+    """The file's text, TOML of the second version; an unprintable name is left to the user."""
+    arm = example_arm(name if Printable(80).allows(name) else "my-arm", joints)
+    lines = [HEAD.format(joints=_counted(joints)), *_fields(arm, True)]
+    for number, joint in enumerate(arm.joints):
+        lines += ["", f"# {_place(number, joints)}", *_joint_lines(joint, number == 0)]
+    lines += ["", DIRECT, *_commented(_joint_lines(_direct(), True))]
+    for number, link in enumerate(arm.links):
+        lines += ["", f"[[links]] # from the {_place(number, joints)} on"]
+        lines += _fields(link, number == 0)
+    lines += ["", CAD, *_commented(["[[links]]", *_fields(_cad_link(), True)])]
+    return "\n".join(lines) + "\n"
+
+
+def example_arm(name: str, joints: int) -> Arm:
+    """An arm that shrinks towards its tip: the gears' masses with the module's square."""
+    chosen = SIZES[:joints]
+    return Arm(
+        schema_version=2,
+        name=name,
+        title=f"An arm of {_counted(joints)}",
+        payload_mass_kg=5.0,
+        joints=tuple(_joint(size) for size in chosen),
+        links=tuple(_link(size) for size in chosen),
+    )
+
+
+def _joint(size: Size) -> Planetary:
+    scale = size.module_m / SIZES[0].module_m
+    area, volume = scale**2, scale**3
+    return Planetary(
+        kind="planetary",
+        sun_teeth=size.sun_teeth,
+        planet_teeth=size.planet_teeth,
+        ring_teeth=size.sun_teeth + 2 * size.planet_teeth,
+        planet_count=size.planets,
+        module_m=size.module_m,
+        pressure_angle_deg=size.pressure_angle_deg,
+        sun_equivalent_mass_kg=_two_digits(0.5 * area),
+        planet_equivalent_mass_kg=_two_digits(0.7 * area),
+        carrier_equivalent_mass_kg=_two_digits(5.5 * area),
+        sun_mass_kg=_two_digits(0.4 * area),
+        planet_mass_kg=_two_digits(0.62 * area),
+        carrier_mass_kg=_two_digits(6.2 * volume),
+        ring_mass_kg=_two_digits(9.5 * volume),
+        ring_inertia_kg_m2=_two_digits(0.18 * volume * area),
+        friction_N_m_s_per_rad=_two_digits(5 * volume),
+        sun_mesh=_mesh(1e8, 45e-6, 6e-6, 0.0, scale),
+        ring_mesh=_mesh(1.2e8, 50e-6, 5e-6, 0.4 + scale, scale),
+    )
+
+
+def _mesh(stiffness: float, backlash: float, error: float, phase: float, scale: float) -> Mesh:
+    """Of the shoulder's numbers: stiffness as the module times its root, lengths as the module."""
+    mean = _two_digits(stiffness * scale**1.5)
+    law = SineStiffness(law="sine", mean_N_per_m=mean, amplitude_N_per_m=_two_digits(0.15 * mean))
+    return Mesh(
+        stiffness=law,
+        backlash_m=_two_digits(backlash * scale),
+        tooth_error_m=_two_digits(error * scale),
+        phase_rad=_two_digits(phase),
+        damping_ratio=0.05,
+    )
+
+
+def _link(size: Size) -> Link:
+    """An aluminium rod, thinner the shorter it is."""
+    return Link(
+        length_m=size.length_m,
+        com_m=_two_digits(0.48 * size.length_m),
+        cross_section_m2=_two_digits(0.01 * size.length_m**0.75),
+        density_kg_per_m3=2700.0,
+    )
+
+
+def _direct() -> Direct:
+    return Direct(
+        kind="direct", motor_mass_kg=4.0, rotor_inertia_kg_m2=0.02, friction_N_m_s_per_rad=1.2
+    )
+
+
+def _cad_link() -> Link:
+    return Link(length_m=0.6, com_m=0.27, mass_kg=11.0, inertia_kg_m2=0.4)
+
+
+def _joint_lines(joint: Planetary | Direct, explained: bool) -> list[str]:
+    """A joint with its meshes; the fields of both meshes are the same, explained once."""
+    lines = ["[[joints]]", *_fields(joint, explained)]
+    if isinstance(joint, Planetary):
+        lines += ["", "[joints.sun_mesh]", *_fields(joint.sun_mesh, explained)]
+        if explained:
+            law = joint.sun_mesh.of_planet(0).stiffness
+            lines += ["", "[joints.sun_mesh.stiffness]", *_fields(law, True)]
+        lines += ["", "[joints.ring_mesh]", *_fields(joint.ring_mesh, False)]
+    return lines
+
+
+def _fields(record: Data, explained: bool) -> list[str]:
+    """The record's own numbers and texts, with their meaning and unit if ``explained``."""
+    lines = []
+    for field in described(type(record)):
+        value = getattr(record, field.name)
+        apart = field.lists or isinstance(value, Mesh) or (explained and isinstance(value, Data))
+        if value is None or apart:
+            continue
+        is_gravity = field.name == "gravity_m_per_s2"
+        line = GRAVITY if is_gravity else f"{field.name} = {_toml(value)}"
+        lines.append(f"{line:<{COLUMN}} # {_explanation(field)}" if explained else line)
+    return lines
+
+
+def _explanation(field: Described) -> str:
+    return f"[{field.unit}] {field.meaning}" if field.unit else field.meaning
+
+
+def _commented(lines: list[str]) -> list[str]:
+    return [f"# {line}" for line in lines]
+
+
+def _toml(value: object) -> str:
+    """A value of a field as TOML."""
+    if isinstance(value, Data):
+        return f"{{ {', '.join(f'{key} = {_toml(entry)}' for key, entry in value)} }}"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, int):
+        return str(value)
+    assert isinstance(value, float)
+    text = short(value)
+    return text if "." in text or "e" in text else f"{text}.0"
+
+
+def _two_digits(value: float) -> float:
+    return float(f"{value:.2g}")
+
+
+def _counted(joints: int) -> str:
+    return f"{joints} geared joint{'s' * (joints > 1)}"
+
+
+def _place(number: int, joints: int) -> str:
+    """What a joint is called, counted from 0."""
+    if number and number == joints - 1 and joints > 2:
+        return PLACES[-1]
+    return PLACES[number] if number < 2 else f"joint {number + 1}"

@@ -1,0 +1,85 @@
+"""Kinds of files that the program writes, told by their content: nothing else is replaced."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+PIECE = 1 << 20  # bytes looked at together
+HDF5 = b"\x89HDF\r\n\x1a\n"
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+class Kind(NamedTuple):
+    """What messages call it, how its content begins, and what stands anywhere in it."""
+
+    said: str
+    begins: bytes
+    holds: tuple[bytes, ...]
+
+
+AGREEMENT = Kind(
+    "a cross-check's JSON file",
+    b'{\n "schema_version": ',
+    (b'\n "findings": [', b'\n "provenance": {'),
+)
+TRIAL = Kind(
+    "a trial's JSON file",
+    b'{\n "schema_version": ',
+    (b'\n "gearing": ', b'\n "ladder": [', b'\n "agreement": {'),
+)
+RECORD = Kind("a record", b'{\n "checks": ', ())  # also a damaged one, which is so renewed
+ERRATA = Kind(
+    "an errata JSON file",
+    b'{\n "schema_version": ',
+    (b'\n "errata": [', b'\n "provenance": {'),
+)
+CLAIMS = Kind(
+    "a file of the paper's claims",
+    b'{\n "schema_version": ',
+    (b'\n "chapters": {', b'\n "provenance": {'),
+)
+JUNIT = Kind(
+    "a cross-check's JUnit file",
+    b'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites tests="',
+    (b'<property name="arm_sha256" ',),
+)
+PAGE = Kind("a cross-check's page", b"<!doctype html>", (b"<title>Cross-check of ",))
+TRIAL_PAGE = Kind("a trial's page", b"<!doctype html>", (b"<title>Trial of ",))
+PAPER_PAGE = Kind(
+    "the paper's page", b"<!doctype html>", (b"<title>The paper, reproduced and judged</title>",)
+)
+SHEET = Kind("an errata sheet", b"# Errata sheet\n", ())
+TRAJECTORY = Kind("a trajectory", HDF5, (b"theta_dot", b"switches", b"step_s", b"joint number"))
+PICTURE = Kind("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))
+
+
+KINDS = (
+    *(AGREEMENT, TRIAL, RECORD, ERRATA, CLAIMS, JUNIT, PAGE, TRIAL_PAGE, PAPER_PAGE, SHEET),
+    *(TRAJECTORY, PICTURE),
+)
+
+
+def kind_of(content: bytes) -> Kind | None:
+    """Which kind a file's content is of."""
+    for kind in KINDS:
+        if content.startswith(kind.begins) and all(mark in content for mark in kind.holds):
+            return kind
+    return None
+
+
+def is_of(path: Path, kind: Kind) -> bool:
+    """Whether a file is of a kind, or empty. Raises OSError."""
+    missing = list(kind.holds)
+    with path.open("rb") as file:
+        piece = file.read(PIECE)
+        if not piece:
+            return True
+        if not piece.startswith(kind.begins):
+            return False
+        overlap = max(map(len, missing), default=1)
+        while piece and missing:
+            missing = [mark for mark in missing if mark not in piece]
+            following = file.read(PIECE)
+            piece = following and piece[-overlap:] + following
+    return not missing

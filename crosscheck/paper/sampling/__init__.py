@@ -1,1 +1,0 @@
-"""Every experiment of the paper from many starts, and what is measured of its runs."""

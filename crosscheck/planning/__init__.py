@@ -1,0 +1,1 @@
+"""What a cross-check runs and compares, planned before anything runs."""

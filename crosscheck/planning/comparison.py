@@ -1,0 +1,100 @@
+"""Comparisons planned before anything runs: each becomes exactly one Finding, whatever happens."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from crosscheck.findings import About, Finding, failed, unfinished
+from crosscheck.runner.outcomes import Failure, Task, failure
+from crosscheck.runner.tasks import Outcome
+
+
+class ModelTask(Task, Protocol):
+    """Work on one model: a run, an evaluation, a question of a trial."""
+
+    @property
+    def model(self) -> str: ...
+
+
+class Unavailable(Exception):
+    """A result that a comparison needs does not exist; says which model failed, and why.
+
+    unfinished: whether that was stopped before it answered.
+    """
+
+    def __init__(self, why: str, unfinished: bool = False) -> None:
+        super().__init__(why)
+        self.unfinished = unfinished
+
+
+class Results:
+    """What the tasks came to."""
+
+    def __init__(self, outcomes: Mapping[Any, Outcome]) -> None:
+        self.outcomes = outcomes
+
+    def need(self, task: ModelTask) -> Any:
+        """A task's array or trajectory. Raises Unavailable."""
+        outcome = self.outcomes.get(task.key, Failure("Lost", "no result came back"))
+        if isinstance(outcome, Failure):
+            raise Unavailable(f"{task.model}: {outcome}", outcome.unfinished)
+        return outcome
+
+    def settled(self, task: ModelTask) -> Any | None:
+        """The same, or None where it failed.
+
+        Raises Unavailable where it is unfinished: what is done without it would hang on how long
+        a model was waited for.
+        """
+        try:
+            return self.need(task)
+        except Unavailable as error:
+            if error.unfinished:
+                raise
+            return None
+
+    def found(self, task: ModelTask) -> Any | None:
+        """The same, or None for whatever reason."""
+        try:
+            return self.need(task)
+        except Unavailable:
+            return None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A Finding to be: what it is about, the tasks it needs, and how to judge their results."""
+
+    about: About
+    needs: tuple[ModelTask, ...]
+    judge: Callable[[About, Results], Finding]
+
+    def finding(self, results: Results) -> Finding:
+        """The Finding; a failed check where a result is missing or cannot be compared.
+
+        One that is unfinished where a model was stopped before it answered.
+        """
+        try:
+            return self.judge(self.about, results)
+        except Unavailable as error:
+            missing = unfinished if error.unfinished else failed
+            return missing(self.about, str(error))
+        except Exception as error:  # a result that no comparison foresaw stays this check's affair
+            return failed(self.about, str(failure(error)))
+
+
+def tasks_of(comparisons: Sequence[Comparison]) -> list[ModelTask]:
+    """Every task that any of them needs, once."""
+    return list(dict.fromkeys(task for each in comparisons for task in each.needs))
+
+
+def findings_of(comparisons: Sequence[Comparison], results: Results) -> Iterator[Finding]:
+    """One Finding each, in their order. Raises ValueError if two would have one id."""
+    ids = [comparison.about.key.id for comparison in comparisons]
+    twice = {id for id in ids if ids.count(id) > 1} if len(set(ids)) < len(ids) else set()
+    if twice:
+        raise ValueError(f"planned twice: {', '.join(sorted(twice))}")
+    for comparison in comparisons:
+        yield comparison.finding(results)

@@ -1,0 +1,105 @@
+"""Whole runs without dampers: kinetic, spring and weight's energy against the motors' work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import xarray as xr
+
+from crosscheck.checks import energy
+from crosscheck.checks.scales import geared, largest_torques
+from crosscheck.findings import About, Finding, Key
+from crosscheck.planning.comparison import Comparison, Results
+from crosscheck.planning.plan import SHORT_RESOLVED, Experiment, resolved_step, without_play
+from crosscheck.planning.sizing import held_torques, made
+from crosscheck.registry import covering, lead, promising, same_integrator
+from crosscheck.runner.tasks import RunKey, Simulation
+from models.arm.arm import Arm
+from models.arm.meshes import damped
+from models.arm.planets import usual_switches
+from models.experiment.scenario import Scenario, Start
+from models.loading import Case
+
+Judge = Callable[[About, xr.Dataset, Case], Finding]
+STEPS, RECORDS = 2000, 50
+# Leaves 2e-11 of the work turned over where teeth meet, 1e-10 leaves 2e-8. One step in some
+# thousand may leap over an edge of play that its error estimate does not see, which costs 1e-8.
+RTOL, FINER_RTOL = 1e-12, 3e-13
+METRIC = "largest change of kinetic, spring and weight's energy less the motors' work"
+
+
+def energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[Comparison]:
+    """Of every model that runs, on an arm whose teeth have no play, and of the lead's reference.
+
+    A step across the edge of play costs a fixed-step integrator more than the check allows; the
+    adaptive one sees the edge. What the paper's law makes out of nothing is measured beside.
+    first: whose torques are tried; limit_s: largest stable step [s] of the arm's models.
+    """
+    if not geared(arm):
+        return
+    scenario = _scenario(arm, first, limit_s)
+    free, lossless = usual_switches(arm, planets="free"), without_losses(arm)
+    springs = free.model_copy(update={"mesh_work": "conservative"})
+    smooth = Experiment("energy", Case(without_play(lossless), scenario, springs))
+    fine = Experiment("energy-fine", smooth.case._replace(scenario=_finer(scenario)))
+    for model in promising("simulate", covering("geared", lossless, springs)):
+        own = smooth if model in same_integrator() else fine
+        yield _balance(own, own.run(model), energy.stays)
+    impacts = Experiment("energy-impacts", Case(lossless, scenario, springs))
+    yield _balance(impacts, _reference(impacts), energy.stays, _finer_reference(impacts))
+    papers = Experiment("energy-paper", impacts.case._replace(switches=free))
+    yield _balance(papers, _reference(papers), energy.strays)
+
+
+def without_losses(arm: Arm) -> Arm:
+    """The arm without mesh damping and friction."""
+    joints = tuple(
+        joint.model_copy(update={"friction_N_m_s_per_rad": 0.0})
+        for joint in damped(arm, 0.0).joints
+    )
+    return arm.model_copy(update={"joints": joints})
+
+
+def _scenario(arm: Arm, first: Experiment, limit_s: float) -> Scenario:
+    """The torques of an experiment, held, on a bent arm."""
+    step = resolved_step(first, limit_s, SHORT_RESOLVED)
+    numbers = np.arange(len(arm.joints))
+    torques = largest_torques(arm, first.case.scenario) * (1 - 0.1 * numbers)
+    return made(
+        "energy",
+        duration_s=STEPS * step,
+        step_s=step,
+        record_every=STEPS // RECORDS,
+        start=Start(theta_rad=tuple(map(float, 0.4 - 0.7 * numbers))),
+        drive=held_torques(torques),
+    )
+
+
+def _finer(scenario: Scenario) -> Scenario:
+    """For integrators of second order: half as long, at a quarter of the step."""
+    update = {"duration_s": scenario.duration_s / 2, "step_s": scenario.step_s / 4}
+    return scenario.model_copy(update=update)
+
+
+def _reference(experiment: Experiment) -> Simulation:
+    return Simulation(RunKey(experiment.name, lead(), "reference"), experiment.case, RTOL)
+
+
+def _finer_reference(experiment: Experiment) -> Simulation:
+    key = RunKey(experiment.name, lead(), "reference-finer")
+    return Simulation(key, experiment.case, FINER_RTOL)
+
+
+def _balance(
+    experiment: Experiment, run: Simulation, judge: Judge, *again: Simulation
+) -> Comparison:
+    """Of a run; or of the better of several, for what a law makes of nothing it makes in all."""
+    key = Key("invariants", experiment.name, "energy", run.model)
+    about = About(key, "J", METRIC, "first principles")
+
+    def judged(about: About, results: Results) -> Finding:
+        found = [judge(about, results.need(each), experiment.case) for each in (run, *again)]
+        return min(found, key=lambda finding: finding.relative or 0.0)
+
+    return Comparison(about, (run, *again), judged)

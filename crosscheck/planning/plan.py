@@ -1,0 +1,395 @@
+"""What a cross-check runs, for any arm: experiments, and the runs of each."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from crosscheck.checks.composite import Content
+from crosscheck.checks.scales import EPS, base_radius, geared, largest_torques, meshes, rounding
+from crosscheck.planning.sizing import Sizes, held_torques, made, pd_scenario, step_scenario
+from crosscheck.planning.stability import Growth
+from crosscheck.registry import MODELS
+from crosscheck.runner.tasks import RunKey, Simulation
+from models.arm.arm import Arm
+from models.arm.meshes import with_meshes
+from models.arm.planets import usual_switches
+from models.errors import InputError
+from models.experiment.scenario import Scenario, SinusoidDrive, Start, per_joint, planet_offsets
+from models.experiment.switches import Switches, switches
+from models.files import raw_arm
+from models.loading import Case, load_arm, load_scenario
+
+# Of the paper's experiments: long enough for its events; the quick plan keeps the start impact and
+# the first drive.
+FULL_S = {"constant-torque": 0.5, "pd": 3.0}
+QUICK_S = {"constant-torque": 0.05, "pd": 0.1}
+# What other experiments may take at most.
+FULL_STEPS, QUICK_STEPS = 300_000, 10_000
+# Steps within the limit of stability. The paper's own of 1e-5 s is a ninth of its arm's limit, and
+# other arms are resolved as finely at least. The tier with constraints is of second order and needs
+# a tenth of that step.
+RESOLVED, SHORT_RESOLVED = 8, 80
+RIGID_STEP_S, RIGID_STEPS = 1e-4, 2000  # at most so long and at least so many on a rigid arm
+REFERENCE_RTOL, COARSE_RTOL = 1e-10, 1e-8
+RIGID_COARSE_RTOL = 1e-11
+# Three steps of which the largest turns the fastest mesh mode by a sixth of a radian: there the
+# order shows. Teeth that start so far apart, of the sun's radius, leave rounding far below.
+ORDER_RESOLVED, ORDER_STEPS, ORDER_LEVELS, ORDER_OFFSET = 16, 512, 3, 1e-3
+SHORT_STEPS, SHORT_RECORDS = 5000, 50
+PROBE_S = 0.05
+# Longer runs than this nobody waits for: an arm that needs them is refused beforehand.
+MOST_STEPS = 20_000_000
+PAPER_PHASE = switches(phase="omega_t")
+OWN_NAMES = ("probe", "order-smooth", "order-impact", "short-contact", "short-crossing")
+
+Adaptive = Literal["reference", "reference-coarse", "precise", "precise-coarse"]
+Coarse = Literal["coarse", "coarse-2", "coarse-3"]
+Variant = Literal["", "nudged", "free", "free-nudged"] | Coarse | Adaptive
+# Steps of coarser runs, as shares of the fine run's. Each meets contacts elsewhere in a step.
+FEWER: dict[str, float] = {"coarse": 0.5, "coarse-2": 0.465, "coarse-3": 0.435}
+# Of runs that choose their own steps.
+RTOL: dict[str, float] = {
+    "reference": REFERENCE_RTOL,
+    "reference-coarse": COARSE_RTOL,
+    "precise": REFERENCE_RTOL,
+    "precise-coarse": COARSE_RTOL,
+}
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One scenario of the plan, with a short name for ids; ``growth`` of an unstable loop."""
+
+    name: str
+    case: Case
+    growth: Growth | None = None
+
+    def run(self, model: str, variant: Variant = "") -> Simulation:
+        """One of a model's runs: at its step, at about twice that, or from a start a rounding away.
+
+        An adaptive model has a looser tolerance instead of a step twice as long; ``reference``
+        is an adaptive run of a model that otherwise takes fixed steps, and ``precise`` one whose
+        steps end where contacts change; ``free`` has a coordinate for every planet, whatever the
+        experiment says.
+        """
+        key = RunKey(self.name, model, variant)
+        if variant in RTOL:
+            return Simulation(key, self.case, RTOL[variant])
+        if MODELS[model].order is None:
+            return Simulation(key, self.case, RIGID_COARSE_RTOL if variant == "coarse" else None)
+        case = with_step(self.case, self._step(model))
+        if variant in FEWER:
+            case = with_fewer_steps(case, FEWER[variant])
+        if variant in ("free", "free-nudged"):
+            laws = self.case.switches.model_copy(update={"planets": "free"})
+            case = case._replace(switches=laws)
+        return Simulation(key, nudged(case) if variant in ("nudged", "free-nudged") else case)
+
+    def _step(self, model: str) -> float:
+        """The rigid arm has no mesh to resolve."""
+        scenario = self.case.scenario
+        if MODELS[model].role != "rigid":
+            return scenario.step_s
+        interval = scenario.step_s * scenario.stride
+        longest = min(RIGID_STEP_S, scenario.duration_s / RIGID_STEPS)
+        return interval / (2 * max(1, np.ceil(interval / (2 * longest) - 1e-9)))
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a user asks to be cross-checked.
+
+    scenarios: their own experiments, in place of the plan's; chosen: laws of all of them, None for
+    the plan's; model: name of equations that are tried in place of the cross-check of all models;
+    told: JSON of what the arm's file holds, settings applied, empty of an arm that is of no file.
+    Raises InputError for scenarios that cannot stand side by side.
+    """
+
+    arm: Arm
+    quick: bool = False
+    seed: int = 0
+    scenarios: tuple[Scenario, ...] = ()
+    chosen: Switches | None = None
+    model: str = ""
+    told: str = ""
+
+    def __post_init__(self) -> None:
+        _require_names(self.scenarios)
+
+    @property
+    def needs_sizes(self) -> bool:
+        """Whether experiments must be made for the arm."""
+        return not self.scenarios and not is_the_papers(self.arm)
+
+    @property
+    def keeps_steps(self) -> bool:
+        """Whether the experiments are the paper's, whose steps and durations are settled."""
+        return not self.scenarios and is_the_papers(self.arm)
+
+
+def mechanism(arm: Arm) -> Switches:
+    """The laws that an arm follows where nothing else is said: phases by the angle."""
+    return usual_switches(arm)
+
+
+def outlined(wanted: Wanted, sizes: Sizes | None) -> list[Experiment]:
+    """The experiments at the steps of their scenarios: what must be known before the plan."""
+    laws = wanted.chosen or mechanism(wanted.arm)
+    if wanted.scenarios:
+        return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in wanted.scenarios]
+    if sizes is not None:
+        scenarios = (step_scenario(sizes), pd_scenario(sizes))
+        return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in scenarios]
+    durations = QUICK_S if wanted.quick else FULL_S
+    found = []
+    for law, duration in durations.items():
+        scenario = load_scenario(law).model_copy(update={"duration_s": duration})
+        found.append(Experiment(law, Case(wanted.arm, scenario, laws)))
+    if wanted.chosen is None:
+        name = f"{found[0].name}-{PAPER_PHASE.phase}"
+        found.append(Experiment(name, found[0].case._replace(switches=PAPER_PHASE)))
+    return found
+
+
+def _require_names(scenarios: Sequence[Scenario]) -> None:
+    """Raise InputError unless each has a name that no other experiment has."""
+    taken = [*OWN_NAMES]
+    for scenario in scenarios:
+        if scenario.name in taken:
+            allowed = "a name that no other experiment of the cross-check has"
+            raise InputError("scenario", "name", scenario.name, allowed)
+        taken.append(scenario.name)
+
+
+def resolved(wanted: Wanted, outline: Sequence[Experiment], limit_s: float) -> list[Experiment]:
+    """The outlined experiments at steps that are well within the limit of stability.
+
+    limit_s: largest stable step [s] of the arm's models. Raises InputError for an arm whose
+    teeth would need a forbidding number of steps.
+    """
+    return [replace(each, case=_resolved(each.case, RESOLVED, limit_s)) for each in outline]
+
+
+def shortened(wanted: Wanted, experiment: Experiment) -> Experiment:
+    """As many of the experiment's first steps as a cross-check has time for.
+
+    Its last state is on the recording grid.
+    """
+    if wanted.keeps_steps:
+        return experiment
+    most = QUICK_STEPS if wanted.quick else FULL_STEPS if wanted.needs_sizes else MOST_STEPS
+    scenario = experiment.case.scenario
+    intervals = min(scenario.steps, max(most, scenario.stride)) // scenario.stride
+    if intervals * scenario.stride == scenario.steps:
+        return experiment
+    duration = intervals * scenario.stride * scenario.step_s
+    case = _with(experiment.case, scenario.model_copy(update={"duration_s": duration}))
+    return replace(experiment, case=case)
+
+
+def finer(experiment: Experiment) -> Experiment:
+    """The experiment at half its step."""
+    return replace(experiment, case=with_step(experiment.case, experiment.case.scenario.step_s / 2))
+
+
+def probe_experiment() -> Experiment:
+    """A drive that depends on time, differently on each joint, on the arm of unequal numbers."""
+    drive = SinusoidDrive(
+        kind="sinusoid",
+        amplitude_N_m=(150.0, 90.0),
+        rate_rad_per_s=(300.0, 170.0),
+        argument="time",
+    )
+    scenario = load_scenario("constant-torque")
+    update = {"name": "probe", "duration_s": PROBE_S, "drive": drive}
+    case = Case(load_arm("probe"), scenario.model_copy(update=update), PAPER_PHASE)
+    return Experiment("probe", case)
+
+
+def _with(case: Case, scenario: Scenario) -> Case:
+    return case._replace(scenario=scenario)
+
+
+def _resolved(case: Case, times: int, limit_s: float) -> Case:
+    """The case with its step halved until so many of them are within the limit [s].
+
+    And until twice the step meets every recorded time. Raises InputError for an arm whose teeth
+    would need a forbidding number of steps.
+    """
+    step, duration = case.scenario.step_s, case.scenario.duration_s
+    halvings = 0
+    while times * step > limit_s or (case.scenario.stride << halvings) % 2:
+        step, halvings = step / 2, halvings + 1
+        if duration / step > MOST_STEPS:
+            allowed = f"the teeth need steps below {limit_s:.2g} s, too many in {duration:g} s"
+            raise InputError(case.arm.name, "joints", None, allowed)
+    return case if step == case.scenario.step_s else with_step(case, step)
+
+
+def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Experiment]:
+    """Some thousand fine steps for the tier with constraints: both flanks of the teeth.
+
+    first: whose torques are tried; limit_s: largest stable step [s] of the arm's models.
+    """
+    step = resolved_step(first, limit_s, SHORT_RESOLVED)
+    duration = SHORT_STEPS * step
+    torques = np.maximum(
+        largest_torques(arm, first.case.scenario), _crossing_torques(arm, duration / 3)
+    )
+    numbers = np.arange(len(arm.joints))
+    bent = Start(theta_rad=tuple(map(float, 0.4 - 0.7 * numbers)))
+    found = []
+    for name, sign in (("short-contact", 1.0), ("short-crossing", -1.0)):
+        scenario = made(
+            name,
+            duration_s=duration,
+            step_s=step,
+            record_every=SHORT_STEPS // SHORT_RECORDS,
+            start=bent,
+            drive=held_torques(sign * torques * (1 - 0.1 * numbers)),
+        )
+        found.append(Experiment(name, Case(arm, scenario, mechanism(arm))))
+    return found
+
+
+def _crossing_torques(arm: Arm, within_s: float) -> np.ndarray:
+    """Torques [N m], (joints,), that take a sun's teeth across their play in this time."""
+    torques = np.zeros(len(arm.joints))
+    for number, joint in geared(arm):
+        play = 4 * max(mesh.backlash_m for mesh in meshes(joint))
+        radius, ratio = base_radius(joint, joint.sun_teeth), 1 + joint.ring_teeth / joint.sun_teeth
+        inertia = joint.sun_inertia_kg_m2 or (joint.sun_equivalent_mass_kg or 0.0) * radius**2
+        torques[number] = 2 * play / within_s**2 / radius * inertia * ratio
+    return torques
+
+
+def resolved_step(first: Experiment, limit_s: float, times: int) -> float:
+    """A step [s] that so many of are within the limit, to two digits, downwards enough."""
+    longest = min(limit_s, 8 * first.case.scenario.step_s) / times
+    return float(f"{0.97 * longest:.1e}")
+
+
+@dataclass(frozen=True)
+class OrderCase:
+    """A short run repeated at h, h/2, h/4 to see the order of an integrator."""
+
+    name: str
+    case: Case
+    smooth: bool
+
+    def runs(self, model: str) -> tuple[Simulation, ...]:
+        """A model's run at each of the steps, the largest first."""
+        step = self.case.scenario.step_s
+        return tuple(
+            Simulation(
+                RunKey(self.name, model, f"level-{level}"), with_step(self.case, step / 2**level)
+            )
+            for level in range(ORDER_LEVELS)
+        )
+
+
+def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
+    """Teeth without clearance, whose force has no kink, and teeth that meet after free play.
+
+    None for an arm without teeth: its motion is so smooth that rounding hides the order.
+    """
+    if not geared(arm):
+        return []
+    step = resolved_step(first, limit_s, ORDER_RESOLVED)
+    stretched = np.zeros(len(arm.joints))
+    for number, joint in geared(arm):
+        stretched[number] = ORDER_OFFSET * base_radius(joint, joint.sun_teeth)
+    start = Start(mesh="centre", sun_planet_offset_m=tuple(map(float, stretched)))
+    scenario = made(
+        "order",
+        duration_s=ORDER_STEPS * step,
+        step_s=step,
+        record_every=8,
+        start=start,
+        drive=held_torques(largest_torques(arm, first.case.scenario)),
+    )
+    return [
+        OrderCase("order-smooth", Case(without_play(arm), scenario, mechanism(arm)), True),
+        OrderCase("order-impact", Case(arm, scenario, mechanism(arm)), False),
+    ]
+
+
+def without_play(arm: Arm) -> Arm:
+    """The arm with teeth that touch on both sides."""
+    return with_meshes(arm, lambda mesh: mesh.model_copy(update={"backlash_m": 0.0}))
+
+
+def with_step(case: Case, step_s: float) -> Case:
+    """The case at another step, recorded at the very same times.
+
+    Raises ValueError unless the recording interval is a multiple of the step.
+    """
+    scenario = case.scenario
+    ratio = scenario.step_s * scenario.stride / step_s
+    if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
+        raise ValueError(f"steps of {step_s:g} s miss the recorded times of {scenario.name}")
+    update = {"step_s": step_s, "record_every": round(ratio)}
+    return _with(case, scenario.model_copy(update=update))
+
+
+def with_fewer_steps(case: Case, share: float) -> Case:
+    """The case with about so many of its steps, recorded at the very same times."""
+    scenario = case.scenario
+    steps = max(1, round(share * scenario.stride))
+    return with_step(case, scenario.step_s * scenario.stride / steps)
+
+
+def nudged(case: Case) -> Case:
+    """The case with every angle and mesh displacement started one rounding further.
+
+    Free planets every other one forth and back.
+    """
+    joints, start = len(case.arm.joints), case.scenario.start
+    update: dict[str, object] = {
+        name: tuple(value + by for value in per_joint(getattr(start, name), joints))
+        for name, by in (
+            ("theta_rad", EPS),
+            ("sun_planet_offset_m", rounding(case.arm)),
+            ("planet_ring_offset_m", rounding(case.arm)),
+        )
+    }
+    if case.switches.planets == "free":
+        update["planet_offset_m"] = _apart(case.arm, start)
+    moved = start.model_copy(update=update)
+    return _with(case, case.scenario.model_copy(update={"start": moved}))
+
+
+def _apart(arm: Arm, start: Start) -> tuple[tuple[float, ...], ...]:
+    counts = [joint.planet_count for joint in arm.joints]
+    return tuple(
+        tuple(
+            offset + rounding(arm) * (1 if planet % 2 else -1)
+            for planet, offset in enumerate(planet_offsets(start, joint, count))
+        )
+        for joint, count in enumerate(counts)
+    )
+
+
+def readings(wanted: Wanted) -> list[tuple[Arm, Content]]:
+    """State checks run for both readings of the paper's table, or for the user's arm alone.
+
+    Each with what its file holds, or with its own fields where it is of none.
+    """
+    if is_the_papers(wanted.arm):
+        return [(arm, raw_arm(arm.name)) for arm in papers_arms()]
+    return [(wanted.arm, json.loads(wanted.told or wanted.arm.model_dump_json()))]
+
+
+def papers_arms() -> list[Arm]:
+    """Both readings of Table I."""
+    return [load_arm(f"paper-{name}") for name in ("labelled", "swapped")]
+
+
+def is_the_papers(arm: Arm) -> bool:
+    """Whether this is the paper's arm, in either reading."""
+    return arm in papers_arms()

@@ -1,0 +1,347 @@
+"""Every comparison of the runs of an experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from crosscheck.checks import convergence, invariants, trajectories
+from crosscheck.checks.records import BY_PLANET
+from crosscheck.checks.scales import Limit, meaningful
+from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair, sensitivity
+from crosscheck.findings import About, Finding, Key, checked, measured_only
+from crosscheck.planning.comparison import Comparison, Results
+from crosscheck.planning.plan import Experiment, OrderCase, mechanism
+from crosscheck.registry import (
+    MODELS,
+    RIGID_LEVELS,
+    about,
+    constrained,
+    lead,
+    names,
+    of_level,
+    promising,
+    refined_alone,
+    same_integrator,
+    second,
+)
+from crosscheck.runner.tasks import Evaluation, Simulation
+from models.arm.arm import Arm
+from models.arm.layout import lumped_layout
+from models.loading import Case
+
+LARGEST = "largest absolute difference"
+MESH = ("theta", "x_sp", "x_pr")
+SENSITIVE = ("theta", "x_sp")
+FORM_QUANTITIES = ("theta", "x_sp", "F_sp", "F_pr")
+ONE_ROUNDING = "one-rounding"  # the family of comparisons that measure sensitivity
+MIDWAY_S = 2.0  # of longer experiments one instant stands on the page for itself
+
+
+def experiment_comparisons(experiment: Experiment) -> list[Comparison]:
+    """Every comparison of this experiment's runs, and each run's own completeness."""
+    found = [*_fixed_steps(experiment), *_under_mechanism(experiment)]
+    if experiment.growth is not None:
+        found = [_forgiving(experiment, comparison) for comparison in found]
+        found.append(_unstable(experiment))
+    return _with_records(found)
+
+
+def short_comparisons(experiment: Experiment) -> list[Comparison]:
+    """The tier with constraints against the tree that the lead is held to at the same step."""
+    first = lead()
+    pair = experiment.run(first), experiment.run(first, "nudged")
+    found = [
+        _of_runs(_about(ONE_ROUNDING, experiment, quantity, (first, first)), pair, sensitivity)
+        for quantity in _of(experiment, SENSITIVE)
+    ]
+    for tier in _about_it(constrained(), experiment.case):
+        sides = [_refinement(experiment, name) for name in (second(), tier)]
+        found += [_refined(experiment, sides, quantity) for quantity in _of(experiment, MESH)]
+    return _with_records(found)
+
+
+def order_comparisons(case: OrderCase) -> list[Comparison]:
+    """Observed order of each fixed-step integrator, smooth and through impacts."""
+    able = _about_it(same_integrator(), case.case)
+    return _with_records([_order(case, model) for model in able])
+
+
+def _order(case: OrderCase, model: str) -> Comparison:
+    runs, formal = case.runs(model), MODELS[model].order
+    assert formal is not None  # of fixed-step models
+    quantity = "x_sp"
+    key = Key("order", case.name, "order-of-convergence", model)
+    against = f"order of convergence {formal}"
+    if case.smooth:
+        metric = f"distance of the observed order in {quantity} from the formal one"
+        return _of_runs(
+            About(key, "1", metric, against),
+            runs,
+            lambda about, *given: convergence.formal_order(about, given, formal, quantity),
+        )
+    return _of_runs(
+        About(key, "1", f"observed order in {quantity} from steps h, h/2, h/4", against),
+        runs,
+        lambda about, *given: convergence.order_through_impacts(about, given, quantity),
+    )
+
+
+def geared_quantities(arm: Arm) -> bool:
+    """Whether runs of an arm's geared models have mesh variables."""
+    return bool(lumped_layout(arm).meshing)
+
+
+def _of(experiment: Experiment, quantities: Sequence[str]) -> Iterator[str]:
+    """Those that runs of the experiment's arm have."""
+    has_meshes = geared_quantities(experiment.case.arm)
+    return (name for name in quantities if has_meshes or name not in BY_PLANET)
+
+
+def _fixed_steps(experiment: Experiment) -> Iterator[Comparison]:
+    """The lead and each model with its integrator, step by step."""
+    first, *others = _about_it(same_integrator(), experiment.case)
+    duration = experiment.case.scenario.duration_s
+    for other in others:
+        runs = [experiment.run(first), experiment.run(other), *_repeated(experiment, other)]
+        for quantity in _of(experiment, SAME_STEP):
+            about = _about("same-step", experiment, quantity, (first, other))
+            yield _of_runs(about, runs, partial(_same_step, experiment))
+        for quantity in _of(experiment, SAME_STEP) if duration > MIDWAY_S else ():
+            about = _about(f"at-{MIDWAY_S:g}-s", experiment, quantity, (first, other))
+            yield _of_runs(about, runs, partial(_same_step, experiment, time_s=MIDWAY_S))
+
+
+def _repeated(experiment: Experiment, model: str) -> tuple[Simulation, Simulation]:
+    """The lead's run and one from a start a rounding away, its planets as free as the model's."""
+    first, lumped = lead(), experiment.case.switches.planets == "lumped"
+    if lumped and MODELS[model].free_planets and geared_quantities(experiment.case.arm):
+        return experiment.run(first, "free"), experiment.run(first, "free-nudged")
+    return experiment.run(first), experiment.run(first, "nudged")
+
+
+def _planets(experiment: Experiment) -> Iterator[Comparison]:
+    """Planets that are alike, counted as one or each for itself: the same until they part."""
+    arm, first = experiment.case.arm, lead()
+    if experiment.case.switches.planets == "free" or not geared_quantities(arm):
+        return
+    lumped, pair = experiment.run(first), _repeated(experiment, second())
+    for quantity in MESH:
+        about = _about("lumped-free", experiment, quantity, (first, first))
+        runs = (lumped, pair[0], *pair)
+        yield _of_runs(about, runs, partial(_same_step, experiment))
+    about = _about(f"{ONE_ROUNDING}-per-planet", experiment, "x_pr", (first, first))
+    yield _of_runs(about, pair, sensitivity)
+
+
+def _same_step(
+    experiment: Experiment,
+    about: About,
+    left: Any,
+    right: Any,
+    run: Any,
+    nudged: Any,
+    time_s: float | None = None,
+) -> Finding:
+    pair, widest = Pair(run, nudged), _widest(experiment, about, run)
+    if time_s is None:
+        return trajectories.same_step(about, left, right, pair, widest)
+    return trajectories.at_time(about, left, right, pair, widest, time_s)
+
+
+def _widest(experiment: Experiment, about: About, run: Any) -> Limit:
+    arm, scenario, _ = experiment.case
+    quantity = about.key.quantity
+    return meaningful(quantity, arm, scenario, trajectories.size(run, quantity))
+
+
+def _under_mechanism(experiment: Experiment) -> Iterator[Comparison]:
+    """What is asked under the default switches alone."""
+    arm, _, laws = experiment.case
+    if laws not in (mechanism(arm), mechanism(arm).model_copy(update={"planets": "free"})):
+        return
+    yield from _against_reference(experiment)
+    first = lead()
+    pair = experiment.run(first), experiment.run(first, "nudged")
+    for quantity in _of(experiment, SENSITIVE):
+        about = _about(ONE_ROUNDING, experiment, quantity, (first, first))
+        yield _of_runs(about, pair, sensitivity)
+    yield from _planets(experiment)
+    yield from _forms(experiment)
+    for level in RIGID_LEVELS:
+        yield from _rigid(experiment, level)
+
+
+def _against_reference(experiment: Experiment) -> Iterator[Comparison]:
+    """The lead's adaptive reference against others' refined steps; its precise run; its energy."""
+    first = lead()
+    reference = experiment.run(first, "reference")
+    for other in (second(), *_about_it(refined_alone(), experiment.case)):
+        sides = [
+            (reference, experiment.run(first, "reference-coarse")),
+            _refinement(experiment, other),
+        ]
+        for quantity in _of(experiment, MESH):
+            yield _refined(experiment, sides, quantity)
+    for quantity in _of(experiment, MESH) if "precise" in MODELS[first].promises else ():
+        precise = experiment.run(first, "precise"), experiment.run(first, "precise-coarse")
+        sides = [precise, _refinement(experiment, first)]
+        yield _refined(experiment, sides, quantity, family="precise")
+    key = Key("invariants", experiment.name, "energy", first)
+    metric = "largest difference of energy gained and work done over the run"
+    about = About(key, "J", metric, "first principles")
+    yield _of_runs(about, (reference,), invariants.energy_over_run)
+
+
+def _refinement(experiment: Experiment, model: str) -> tuple[Simulation, ...]:
+    """A model's run, and the coarser one that tells how good it is; then pairs of the lead.
+
+    These are of the same integrator, whose error hangs on where in a step the teeth meet: two runs
+    may err alike by chance.
+    """
+    own = experiment.run(model), experiment.run(model, "coarse")
+    if model not in same_integrator():
+        return own
+    first = lead()
+    again = [
+        (experiment.run(first), experiment.run(first, variant))
+        for variant in ("coarse", "coarse-2", "coarse-3")
+    ]
+    return *own, *(run for pair in again for run in pair)
+
+
+def _forms(experiment: Experiment) -> Iterator[Comparison]:
+    """How far the paper's own forms are from an engine."""
+    other = second()
+    for form in promising("simulate", _about_it(names("form"), experiment.case)):
+        runs = (experiment.run(form), experiment.run(other))
+        for quantity in FORM_QUANTITIES:
+            about = _about("form", experiment, quantity, (form, other))
+            yield _of_runs(about, runs, trajectories.deviation)
+
+
+def _about_it(models: Sequence[str], case: Case) -> tuple[str, ...]:
+    """Those of some models that are about a case."""
+    return about(models, case.arm, case.switches)
+
+
+def _rigid(experiment: Experiment, level: str) -> Iterator[Comparison]:
+    """A rigid level in its engines, and how far it is from the geared arm: joints, and tip."""
+    able = _about_it(engines_first(level), experiment.case)
+    engines, *others = (_refinement(experiment, name) for name in able)
+    for other in others:
+        yield _refined(experiment, (engines, other), "theta")
+    first, engine = lead(), engines[0]
+    pair, names = (engine, experiment.run(first)), (engine.model, first)
+    tip = partial(trajectories.tip_deviation, arm=experiment.case.arm)
+    yield _of_runs(_about("deviation", experiment, "tip", names), pair, tip)
+    for joint in range(1, len(experiment.case.arm.joints) + 1):
+        for quantity in ("theta", "theta_dot"):
+            about = _about("deviation", experiment, quantity, names, joint)
+            yield _of_runs(about, pair, trajectories.deviation)
+
+
+def engines_first(level: str) -> list[str]:
+    """The rigid models of a level that simulate, those that choose their own steps first."""
+    able = promising("simulate", of_level(level))
+    return sorted(able, key=lambda name: MODELS[name].order is not None)
+
+
+def _refined(
+    experiment: Experiment,
+    sides: Sequence[tuple[Simulation, ...]],
+    quantity: str,
+    family: str = "refined",
+) -> Comparison:
+    names = sides[0][0].model, sides[1][0].model
+    about = _about(family, experiment, quantity, names)
+
+    def judged(about: About, *runs: Any) -> Finding:
+        left, right = runs[: len(sides[0])], runs[len(sides[0]) :]
+        return trajectories.refined(about, left, right, _widest(experiment, about, left[0]))
+
+    return _of_runs(about, (*sides[0], *sides[1]), judged)
+
+
+def _about(
+    family: str,
+    experiment: Experiment,
+    quantity: str,
+    models: tuple[str, str],
+    joint: int | None = None,
+) -> About:
+    return About(Key(family, experiment.name, quantity, *models, joint), UNITS[quantity], LARGEST)
+
+
+def _unstable(experiment: Experiment) -> Comparison:
+    """The growth itself, for the record."""
+    growth = experiment.growth
+    assert growth is not None  # as the caller has seen
+    key = Key("stability", experiment.name, "growth-rate", lead())
+    about = About(key, "1/s", "fastest-growing vibration with every tooth in contact", "stability")
+    return Comparison(
+        about,
+        (),
+        lambda about, results: measured_only(about, measured=growth.rate_per_s, note=str(growth)),
+    )
+
+
+def _forgiving(experiment: Experiment, comparison: Comparison) -> Comparison:
+    """The comparison, said to mean nothing where an unstable loop alone may have moved it."""
+
+    def judged(about: About, results: Results) -> Finding:
+        finding = comparison.judge(about, results)
+        if finding.verdict in ("failed", "unfinished"):
+            return replace(finding, note=f"{finding.note}; {experiment.growth}")
+        if finding.verdict not in ("differ", "unresolved") or finding.measured is None:
+            return finding
+        basis = f"not judged, for {experiment.growth}; else {finding.basis}"
+        return measured_only(
+            about, measured=finding.measured, basis=basis, relative=finding.relative
+        )
+
+    return replace(comparison, judge=judged)
+
+
+def _of_runs(about: About, runs: Sequence[Simulation], judge: Callable[..., Finding]) -> Comparison:
+    """A comparison that is handed the runs, in their order."""
+
+    def judged(about: About, results: Results) -> Finding:
+        return judge(about, *(results.need(run) for run in runs))
+
+    return Comparison(about, tuple(runs), judged)
+
+
+def _with_records(comparisons: Sequence[Comparison]) -> list[Comparison]:
+    """And that each run that they need is whole, and made with stable steps."""
+    needs = dict.fromkeys(task for each in comparisons for task in each.needs)
+    runs = [task for task in needs if isinstance(task, Simulation)]
+    by_step = sorted(runs, key=lambda run: run.case.scenario.step_s)
+    largest = {run.model: run for run in by_step}
+    return [*map(_record, runs), *map(_stable_step, largest.values()), *comparisons]
+
+
+def _record(run: Simulation) -> Comparison:
+    key = Key("record", run.key.experiment, run.key.variant or "run", run.model)
+    about = About(key, "1", "times, joints, planets, variables missing", "complete output")
+
+    def judged(about: About, results: Results) -> Finding:
+        results.need(run)  # only a whole run is handed on; see checks.records
+        return checked(about, measured=0.0, tolerance=0.0, basis="a run is whole or it is none")
+
+    return Comparison(about, (run,), judged)
+
+
+def _stable_step(run: Simulation) -> Comparison:
+    """Of all runs of a model in an experiment, that with the largest step."""
+    task = Evaluation(run.model, run.case, "largest_stable_step")
+    key = Key("stable-step", run.key.experiment, "step", run.model)
+
+    def judged(about: About, results: Results) -> Finding:
+        limit = float(results.need(task))
+        return convergence.stable_step(about, run.case.scenario.step_s, limit)
+
+    about = About(key, "1", "largest step over its limit", "stability limit")
+    return Comparison(about, (task,), judged)

@@ -1,0 +1,167 @@
+"""Experiments that suit an arm: how hard to push it, how stiffly to control it, for how long.
+
+An arm's own clock is its lowest mesh mode. The controller is slower than that by a fixed factor,
+stiff enough to hold the arm against its weight, and gives way until the teeth in contact are stable
+under it by the loop's own eigenvalues. Times and torques follow, so that an arm ten times as small
+and fast is moved through the same angles in a tenth of the time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from crosscheck.checks.composite import inertia, parts_of, posed
+from crosscheck.checks.modes import free_modes
+from crosscheck.checks.scales import geared, largest_weights
+from crosscheck.checks.weights import weight_moments
+from crosscheck.planning.stability import growth_of
+from crosscheck.registry import build, lead, of_level
+from models.arm.arm import Arm
+from models.arm.quantities import Duration, Gain, RateGain, Torque, Within
+from models.experiment.scenario import ConstantDrive, Drive, PdDrive, Scenario, Start
+from models.loading import load_scenario, validated
+
+# The controller's rate over that of the lowest mesh mode, and its rate [rad/s] without gears.
+SLOWER, WITHOUT_GEARS = 2000.0, 4.0
+DAMPING_RATIO = 0.7  # of the controlled rigid arm: brisk, with no overshoot to speak of
+# How far the motion goes [rad], every joint in turn the other way; what a step of torque reaches.
+SWING, STEP_SWING = 0.5, 0.5
+STEP_S, PD_S = 2.0, 8.0  # durations in units of the controller's 1 / rate
+GENTLER = 40  # times that the controller may give way by half
+COARSEST_STEPS, RECORDS = 4000, 1000
+DIGITS = 6  # of gains and torques
+# By which gains and targets of a check differ from joint to joint, so that none stands for another.
+LESS_STIFF, LESS_DAMPED, FURTHER = 0.11, 0.075, 0.1
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """What experiments of an arm are made of, per joint where there are several.
+
+    rate [rad/s]: the arm's clock, and the controller's rate unless it had to give way; inertia
+    [kg m^2]: of the rigid arm, stretched out; proportional [N m/rad] and derivative [N m s/rad]:
+    the controller's gains; step [N m]: a step of torque; mode_Hz: the lowest mesh mode, None
+    without gears.
+    """
+
+    rate: float
+    inertia: tuple[float, ...]
+    proportional: tuple[float, ...]
+    derivative: tuple[float, ...]
+    step: tuple[float, ...]
+    mode_Hz: float | None
+
+    @property
+    def target(self) -> tuple[float, ...]:
+        """Where the controller drives the joints [rad], from a stretched arm."""
+        return tuple(SWING * (-1) ** joint for joint in range(len(self.inertia)))
+
+
+def sizes_of(arm: Arm) -> Sizes:
+    """The sizes of an arm; where no controller keeps its teeth stable, of the gentlest."""
+    still = ConstantDrive(kind="constant", torque_N_m=0.0)
+    mode = _lowest_mode(arm, still)
+    rate = WITHOUT_GEARS if mode is None else 2 * np.pi * mode / SLOWER
+    rigid = build(of_level("coupled")[0], arm, scenario_of("sizing", still, rate, 1.0))
+    inertia = np.diag(rigid.mass_matrix(np.zeros(len(arm.joints))))
+    for halvings in range(GENTLER):
+        sizes = _controlled(arm, inertia, rate, rate / 2**halvings, mode)
+        if growth_of(arm, pd_scenario(sizes)) is None:
+            break
+    return sizes
+
+
+def _lowest_mode(arm: Arm, still: Drive) -> float | None:
+    modes = build(lead(), arm, scenario_of("sizing", still, 1.0, 1.0)).mesh_modes()
+    return float(modes[0]) if modes.size else None
+
+
+def _controlled(
+    arm: Arm, inertia: np.ndarray, rate: float, controllers: float, mode: float | None
+) -> Sizes:
+    proportional = inertia * controllers**2 + 2 * largest_weights(arm)
+    derivative = 2 * DAMPING_RATIO * inertia * controllers
+    held = -weight_moments(arm, np.zeros(inertia.size))
+    step = inertia * rate**2 * STEP_SWING + held
+    own = tuple(map(float, inertia))
+    P, D = _allowed(Gain, proportional), _allowed(RateGain, derivative)
+    return Sizes(rate, own, P, D, _allowed(Torque, step), mode)
+
+
+def _allowed(kind: Any, values: Iterable[float], digits: int = DIGITS) -> tuple[float, ...]:
+    """Values within the range of a kind of number, to so many digits.
+
+    Eigenvalues, of which these are made, end in other digits on other processors.
+    """
+    limit = next(each for each in kind.__metadata__ if isinstance(each, Within))
+    kept = (min(max(float(value), limit.least), limit.most) for value in values)
+    return tuple(float(f"{value:.{digits}g}") for value in kept)
+
+
+def unequal_gains(arm: Arm) -> Scenario:
+    """A controller with other gains and targets at every joint, from the arm's data alone.
+
+    Its rate is below that of the lowest mode of a stage with its carrier locked, as that of Sizes.
+    """
+    content, numbers = arm.model_dump(), np.arange(len(arm.joints))
+    turned = np.diag(inertia(parts_of(content), posed(content, 0.0 * numbers), locked=False))
+    lowest = [float(free_modes(joint)[0]) for _, joint in geared(arm)]
+    rate = 2 * np.pi * min(lowest) / SLOWER if lowest else WITHOUT_GEARS
+    proportional = turned * rate**2 * (1 - LESS_STIFF * numbers)
+    derivative = 2 * DAMPING_RATIO * turned * rate * (1 - LESS_DAMPED * numbers)
+    drive = PdDrive(
+        kind="pd",
+        target_rad=tuple(map(float, SWING + FURTHER * numbers)),
+        proportional_N_m_per_rad=_allowed(Gain, proportional),
+        derivative_N_m_s_per_rad=_allowed(RateGain, derivative),
+    )
+    return load_scenario("pd").model_copy(update={"drive": drive})
+
+
+def at_rest() -> Scenario:
+    """Without any torque, for what no drive takes part in."""
+    drive = ConstantDrive(kind="constant", torque_N_m=0.0)
+    return load_scenario("constant-torque").model_copy(update={"drive": drive})
+
+
+def step_scenario(sizes: Sizes) -> Scenario:
+    """A step of torque on every joint, beside what holds the stretched arm."""
+    drive = ConstantDrive(kind="constant", torque_N_m=sizes.step)
+    return scenario_of("torque-step", drive, sizes.rate, STEP_S)
+
+
+def pd_scenario(sizes: Sizes) -> Scenario:
+    """A motion of every joint under its controller."""
+    drive = PdDrive(
+        kind="pd",
+        target_rad=sizes.target,
+        proportional_N_m_per_rad=sizes.proportional,
+        derivative_N_m_s_per_rad=sizes.derivative,
+    )
+    return scenario_of("pd-motion", drive, sizes.rate, PD_S)
+
+
+def scenario_of(name: str, drive: Drive, rate: float, times: float) -> Scenario:
+    """Of so many times 1 / rate, with steps that a plan makes as short as the teeth need."""
+    (duration,) = _allowed(Duration, [times / rate], digits=3)
+    fields = {"duration_s": duration, "step_s": duration / COARSEST_STEPS, "drive": drive}
+    every = COARSEST_STEPS // RECORDS
+    return made(name, title="sized to the arm", record_every=every, start=Start(), **fields)
+
+
+def made(name: str, **fields: Any) -> Scenario:
+    """An experiment sized to an arm.
+
+    Raises InputError where a number that the arm asks for is outside of what a scenario may have.
+    """
+    data = {"schema_version": 1, "name": name, **fields}
+    return validated(Scenario, data, f"experiment {name}, sized to the arm")
+
+
+def held_torques(torques: Iterable[float]) -> ConstantDrive:
+    """These torques [N m], as large as a scenario's may be at most."""
+    return ConstantDrive(kind="constant", torque_N_m=_allowed(Torque, torques, digits=17))

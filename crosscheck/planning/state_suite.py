@@ -1,0 +1,355 @@
+"""Every comparison that needs no run: states, modes, invariants."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+from itertools import combinations, product
+
+from crosscheck.checks import energy, invariants, scales, states, told
+from crosscheck.checks.answers import (
+    ABILITIES,
+    CHRISTOFFEL,
+    random_states,
+)
+from crosscheck.checks.composite import Content
+from crosscheck.findings import About, Finding, Key, checked, failed
+from crosscheck.planning.comparison import Comparison, ModelTask, Results
+from crosscheck.planning.mode_suite import linearised
+from crosscheck.planning.sizing import unequal_gains
+from crosscheck.planning.stated import FORMS, Stated
+from crosscheck.registry import (
+    MODELS,
+    RIGID_LEVELS,
+    about,
+    covering,
+    lead,
+    of_level,
+)
+from crosscheck.runner.tasks import Evaluation
+from models.arm.arm import Arm
+from models.arm.meshes import damped
+from models.arm.planets import usual_switches
+from models.experiment.switches import Switches, switches
+from models.files import raw_arm
+from models.interface import STATE_ABILITIES
+from models.loading import Case, load_arm
+
+COUNT, QUICK_COUNT = 200, 20
+# Per switch setting; M and bias know no switch, so they are compared under one setting alone.
+SWITCH_COUNT, SWITCHED = 20, ("generalized_force", "acceleration")
+FORM_QUANTITIES = STATE_ABILITIES
+MASS, FORCE = "mass_matrix", "generalized_force"
+
+
+def state_comparisons(
+    arm: Arm, quick: bool, seed: int, content: Content | None = None
+) -> list[Comparison]:
+    """Everything about one arm that needs no run.
+
+    content: what its file holds, its own fields where there is none.
+    """
+    count, content = QUICK_COUNT if quick else COUNT, content or arm.model_dump()
+    found = [*geared(arm, count, seed, content), *rigid(arm, count, seed, content)]
+    if not scales.geared(arm):
+        return found
+    if usual_switches(arm).planets == "lumped":
+        found += free(arm, min(count, SWITCH_COUNT), seed, content)
+    return [*found, *conservative(arm, min(count, SWITCH_COUNT), seed)]
+
+
+def probe_comparisons(arm: Arm, quick: bool, seed: int) -> list[Comparison]:
+    """The same on the arm of unequal numbers, which tells parameters apart; and the switches."""
+    probe = load_arm("probe")
+    if arm == probe:
+        return [] if quick else list(switched(probe, seed))
+    if arm.name == probe.name:  # a user's own of that name
+        probe = probe.model_copy(update={"name": "built-in-probe"})
+    own = state_comparisons(probe, quick, seed, raw_arm("probe"))
+    return own if quick else [*own, *switched(probe, seed)]
+
+
+def rigid(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Comparison]:
+    """States of the rigid levels, analytic against Pinocchio; each level's own invariants."""
+    for level in RIGID_LEVELS:
+        where, case = f"{arm.name}/{level}", _case(arm, usual_switches(arm))
+        able = about(of_level(level), arm, case.switches)
+        spots = [Spot(where, name, case, count, seed) for name in able]
+        for spot in spots:
+            yield from _own(spot)
+            yield from _as_told(spot, content)
+        yield from pairs(spots, STATE_ABILITIES)
+
+
+def switched(arm: Arm, seed: int) -> Iterator[Comparison]:
+    """Forces and accelerations of the geared models under every setting of the switches."""
+    for chosen in all_switches():
+        where, case = f"{arm.name}/{_label(chosen)}", Case(arm, unequal_gains(arm), chosen)
+        spots = [Spot(where, name, case, SWITCH_COUNT, seed) for name in _geared(case)]
+        yield from pairs(spots, SWITCHED)
+
+
+def geared(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Comparison]:
+    """States, balances and modes of the geared models, and what the paper's forms differ by."""
+    where, chosen = f"{arm.name}/geared", usual_switches(arm)
+    case = _case(arm, chosen)
+    spots = [Spot(where, name, case, count, seed) for name in _geared(case)]
+    yield from _of_states(spots, content)
+    yield from _closed_joints(spots)
+    yield from linearised(arm.name, arm, chosen)
+    yield from _forms([spot for spot in spots if spot.model != lead()])
+    for form in covering("form", arm, switches()):
+        yield from _of_form(Spot(where, form, _case(arm, switches()), count, seed), content)
+
+
+def free(arm: Arm, count: int, seed: int, content: Content) -> Iterator[Comparison]:
+    """The same with a coordinate for every planet, of an arm whose planets may be lumped."""
+    where, chosen = f"{arm.name}/free", usual_switches(arm, planets="free")
+    case = _case(arm, chosen)
+    spots = [Spot(where, name, case, count, seed) for name in _geared(case)]
+    yield from _of_states(spots, content)
+    yield from linearised(where, arm, chosen)
+
+
+def conservative(arm: Arm, count: int, seed: int) -> Iterator[Comparison]:
+    """Free planets whose springs are a potential: forces, and energy that closes.
+
+    The meshes are undamped, so that all but drive, friction and weight is a function of state.
+    """
+    if not scales.geared(arm):
+        return
+    chosen = usual_switches(arm, planets="free", mesh_work="conservative")
+    where, case = f"{arm.name}/conservative", _case(damped(arm, 0.0), chosen)
+    spots = [Spot(where, name, case, count, seed) for name in _geared(case)]
+    yield from pairs(spots, SWITCHED)
+    for spot in spots:
+        yield balance(spot, "energy-rate", "W", energy.rate_closes)
+
+
+def _of_states(spots: Sequence[Spot], content: Content) -> Iterator[Comparison]:
+    yield from pairs(spots, STATE_ABILITIES)
+    for spot in spots:
+        yield from _own(spot)
+        yield from _as_told(spot, content)
+        yield from balances(spot)
+
+
+class Spot:
+    """A model at random states: the evaluations that comparisons of it ask for."""
+
+    def __init__(self, where: str, model: str, case: Case, count: int, seed: int) -> None:
+        self.where, self.model, self.case = where, model, case
+        self.count, self.seed = count, seed
+
+    def of(self, quantity: str) -> Evaluation:
+        """The evaluation of a quantity."""
+        return Evaluation(self.model, self.case, quantity, self.count, self.seed)
+
+    @property
+    def setting(self) -> states.Setting:
+        """The states themselves."""
+        arm = self.case.arm
+        layout = MODELS[self.model].layout(arm, self.case.switches)
+        drawn = random_states(layout, arm, self.count, self.seed)
+        return states.Setting(arm, layout, drawn)
+
+
+def pairs(spots: Sequence[Spot], quantities: Sequence[str]) -> Iterator[Comparison]:
+    """A comparison per quantity and pair of models; their coordinates are the same."""
+    for quantity in quantities:
+        for left, right in combinations(spots, 2):
+            yield _pair("states", quantity, left, right, states.compare_values)
+
+
+def _forms(spots: Sequence[Spot]) -> Iterator[Comparison]:
+    """How far each of the paper's own forms is from each engine."""
+    for other in spots:
+        for form in covering("form", other.case.arm, other.case.switches):
+            case = _case(other.case.arm, switches())
+            left = Spot(other.where, form, case, other.count, other.seed)
+            right = Spot(other.where, other.model, case, other.count, other.seed)
+            for quantity in FORM_QUANTITIES:
+                yield _pair("form-states", quantity, left, right, states.measure_values)
+
+
+def _of_form(spot: Spot, content: Content) -> Iterator[Comparison]:
+    """What a form of the paper owes to itself, to the arm's file and to its own symbols.
+
+    Its inertia is none of real bodies; that it is what the paper has, its symbols say.
+    """
+    yield from _own(spot)
+    yield from balances(spot)
+    yield from (c for c in _as_told(spot, content) if c.about.key.quantity == FORCE)
+    for quantity in ("mass_matrix", "bias") if spot.model in FORMS else ():
+        task, symbols = (
+            spot.of(quantity),
+            Stated(spot.model, quantity, spot.case, spot.count, spot.seed),
+        )
+        key = Key("form-symbols", spot.where, quantity, spot.model)
+        metric = f"largest relative difference over {spot.count} random states"
+        about = About(key, "1", metric, "its equations in symbols")
+        needs: dict[ModelTask, None] = dict.fromkeys((task, spot.of("mass_matrix"), symbols))
+        yield Comparison(about, tuple(needs), partial(_as_stated, spot, task, symbols))
+
+
+def _as_stated(
+    spot: Spot, task: Evaluation, symbols: Stated, about: About, results: Results
+) -> Finding:
+    own, stated = results.need(task), results.need(symbols)
+    mass = results.need(spot.of("mass_matrix"))
+    return states.compare_values(about, stated, own, mass[0], spot.setting)
+
+
+def _pair(family: str, quantity: str, left: Spot, right: Spot, judge: states.Judge) -> Comparison:
+    key = Key(family, left.where, quantity, left.model, right.model)
+    metric = f"largest relative difference over {left.count} random states"
+    needs = [spot.of(name) for name in ("mass_matrix", quantity) for spot in (left, right)]
+
+    def judged(about: About, results: Results) -> Finding:
+        one, other = (results.need(spot.of(quantity)) for spot in (left, right))
+        masses = (results.settled(spot.of("mass_matrix")) for spot in (left, right))
+        sizes = (m[0] for m in masses if m is not None and states.usable(m[0]))
+        return judge(about, one, other, next(sizes, None), left.setting)
+
+    return Comparison(About(key, "1", metric), tuple(dict.fromkeys(needs)), judged)
+
+
+def _own(spot: Spot) -> Iterator[Comparison]:
+    """What one model owes to itself."""
+    mass, bias, symbols = (spot.of(name) for name in ("mass_matrix", "bias", CHRISTOFFEL))
+    over = f"{spot.count} random states"
+
+    def key(quantity: str) -> Key:
+        return Key("invariants", spot.where, quantity, spot.model)
+
+    yield Comparison(
+        About(
+            key("inertia"),
+            "1",
+            f"largest relative asymmetry over {over}; positive definite",
+            "first principles",
+        ),
+        (mass,),
+        lambda about, results: invariants.is_inertia(about, results.need(mass)),
+    )
+    yield Comparison(
+        About(
+            key("bias-from-inertia"),
+            "1",
+            f"largest relative difference over {over}",
+            "Christoffel symbols of its own mass matrix",
+        ),
+        (mass, bias, symbols),
+        lambda about, results: invariants.bias_follows(
+            about, results.need(bias), results.need(symbols), results.need(mass), spot.setting
+        ),
+    )
+    yield _promises(spot)
+
+
+def _as_told(spot: Spot, content: Content) -> Iterator[Comparison]:
+    """What a model says of inertia and forces, against the data of arm and experiment alone."""
+    mass, force, level = (
+        spot.of("mass_matrix"),
+        spot.of("generalized_force"),
+        MODELS[spot.model].level,
+    )
+
+    def inertia(about: About, results: Results) -> Finding:
+        return told.inertia_as_told(about, results.need(mass), spot.setting, content, level)
+
+    def forces(about: About, results: Results) -> Finding:
+        given = results.need(force), results.need(mass)
+        return told.force_as_told(about, *given, spot.setting, spot.case, content, level)
+
+    for quantity, needs, judge in (
+        (MASS, (mass,), inertia),
+        (FORCE, (force, mass), forces),
+    ):
+        key = Key("as-told", spot.where, quantity, spot.model)
+        metric = f"largest relative difference over {spot.count} random states"
+        yield Comparison(About(key, "1", metric, "the arm's data"), needs, judge)
+
+
+def _promises(spot: Spot) -> Comparison:
+    """A model must say of itself all that the registry says of it: users ask the model."""
+    task, promised = Evaluation(spot.model, spot.case, ABILITIES), MODELS[spot.model].promises
+
+    def judged(about: About, results: Results) -> Finding:
+        lacking = sorted(promised - set(results.need(task).tolist()))
+        if lacking:
+            return failed(about, f"the model does not claim to have {', '.join(lacking)}")
+        return checked(about, measured=0.0, tolerance=0.0, basis="every promised ability is there")
+
+    key = Key("invariants", spot.where, "abilities", spot.model)
+    return Comparison(
+        About(key, "1", "abilities missing", "declared capabilities"), (task,), judged
+    )
+
+
+def balances(spot: Spot) -> Iterator[Comparison]:
+    """Power and angular momentum, from everything that the model says of a state."""
+    yield balance(spot, "power", "W", invariants.power)
+    yield balance(spot, "angular-momentum-rate", "N m", invariants.angular_momentum)
+
+
+def balance(spot: Spot, name: str, unit: str, law: invariants.Balance) -> Comparison:
+    """One balance of a model."""
+    key = Key("invariants", spot.where, name, spot.model)
+    metric = f"largest residual over {spot.count} random states"
+    needs = tuple(spot.of(quantity) for quantity in STATE_ABILITIES)
+    about = About(key, unit, metric, "first principles")
+    return Comparison(about, needs, partial(_balanced, spot, law))
+
+
+def _balanced(spot: Spot, law: invariants.Balance, about: About, results: Results) -> Finding:
+    given = invariants.Answered(*(results.need(spot.of(name)) for name in STATE_ABILITIES))
+    return law(about, given, spot.setting, spot.case)
+
+
+def _closed_joints(spots: Sequence[Spot]) -> Iterator[Comparison]:
+    for spot in spots:
+        if "constraint_residual" in MODELS[spot.model].promises:
+            task = spot.of("constraint_residual")
+            key = Key("invariants", spot.where, "constraints", spot.model)
+            metric = f"largest gap, rate, acceleration or error of one, {spot.count} random states"
+            yield Comparison(
+                About(key, "1", metric, "closure of its joints"), (task,), partial(_closed, task)
+            )
+
+
+def _closed(task: Evaluation, about: About, results: Results) -> Finding:
+    return invariants.constraints(about, results.need(task))
+
+
+def all_switches() -> list[Switches]:
+    """The sixteen combinations of the paper's four switches, and those that others change."""
+    fields = ("phase", "ring_rate", "dead_zone", "damping")
+    values = (("angle", "omega_t"), ("eq13", "corrected"), ("exact", "tanh"), ("always", "contact"))
+    papers: list[dict[str, str]] = [
+        dict(zip(fields, chosen, strict=True)) for chosen in product(*values)
+    ]
+    single = [{**each, "planets": "free"} for each in papers if each["ring_rate"] == "corrected"]
+    springs = [
+        {**each, "mesh_work": "conservative"}
+        for each in (*papers, *single)
+        if (each["phase"], each["dead_zone"]) == ("angle", "exact")
+    ]
+    return [switches(**chosen) for chosen in (*papers, *single, *springs)]
+
+
+def _label(chosen: Switches) -> str:
+    """Of a setting; the paper's own way with planets and springs goes without saying."""
+    single = ("free",) * (chosen.planets == "free")
+    springs = ("conservative",) * (chosen.mesh_work == "conservative")
+    papers = (chosen.phase, chosen.ring_rate, chosen.dead_zone, chosen.damping)
+    return "-".join((*papers, *single, *springs))
+
+
+def _geared(case: Case) -> tuple[str, ...]:
+    """The geared models that are about a case."""
+    return covering("geared", case.arm, case.switches)
+
+
+def _case(arm: Arm, chosen: Switches) -> Case:
+    return Case(arm, unequal_gains(arm), chosen)

@@ -1,0 +1,228 @@
+"""The three questions that a cross-check answers, from its findings alone.
+
+Do the equations agree with the engines? How far is the rigid arm from the geared one? What was
+checked?
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from crosscheck.findings import Agreement, Finding, Verdict
+from crosscheck.registry import MODELS, lead, names
+from crosscheck.report.matrix import WORST_FIRST
+from crosscheck.report.words import counted, tally
+from models.arm.arm import Arm
+
+STATES, RUNS = ("states", "form-states"), ("same-step", "refined", "form")
+WORDS = {
+    "mass_matrix": "mass matrix",
+    "acceleration": "acceleration",
+    "theta": "joint angle",
+    "F_sp": "mesh force",
+}
+QUANTITIES = tuple(WORDS)
+SMALL = 1e-4  # relative differences from here on are told in per cent
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A model beside all others that it was compared with.
+
+    against: those models; worst: by quantity the Finding of the largest difference on the arm
+    itself; verdict: the worst of all checks between them; of a model that is only measured,
+    ``differ`` where a difference is beyond what the reference model is allowed.
+    """
+
+    model: str
+    against: tuple[str, ...]
+    worst: dict[str, Finding]
+    verdict: Verdict
+
+    @property
+    def title(self) -> str:
+        """What to know of the model."""
+        return MODELS[self.model].title
+
+    def number(self, quantity: str) -> str:
+        """The largest difference, with its unit; empty where it was not compared."""
+        finding = self.worst.get(quantity)
+        return "" if finding is None else amount(finding)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As in crosscheck/schema/agreement.schema.json."""
+        return {
+            "model": self.model,
+            "against": list(self.against),
+            "verdict": self.verdict,
+            "differences": [
+                {"quantity": q, "measured": f.measured, "unit": f.unit, "id": f.id}
+                for q, f in self.worst.items()
+            ],
+        }
+
+
+def amount(finding: Finding) -> str:
+    """A measured difference for reading: relative ones in per cent unless they are tiny."""
+    value = finding.measured
+    if value is None:
+        return "no number"
+    if finding.unit != "1":
+        return f"{value:.2g} {finding.unit}"
+    return f"{100 * value:.2g} %" if value >= SMALL else f"{value:.1g}"
+
+
+def compared(agreement: Agreement, arm: Arm) -> list[Compared]:
+    """The paper's forms, the derivation and the rigid levels beside the engines, as far as they
+    are about this arm.
+    """
+    pairs = [f for f in agreement.findings if f.about.key.right]
+    own = [f for f in pairs if _is_own(f, arm)]
+    found = []
+    for model in (*names("form"), lead(), *_derived_levels()):
+        others = [f for f in own if _with_engine(f, model)]
+        checks = [f for f in pairs if f.kind == "check" and _with_engine(f, model)]
+        if others:
+            found.append(_compared(model, others, checks, own))
+    return found
+
+
+def _derived_levels() -> Iterator[str]:
+    """Rigid models of the derivation's own package."""
+    home = lead().partition(":")[0]
+    return (name for name in names("rigid") if name.partition(":")[0] == home)
+
+
+def _with_engine(finding: Finding, model: str) -> bool:
+    """Whether it compares the model with one of another package."""
+    if model not in (finding.left, finding.right):
+        return False
+    other = finding.right if finding.left == model else finding.left
+    return other.partition(":")[0] != model.partition(":")[0]
+
+
+def _is_own(finding: Finding, arm: Arm) -> bool:
+    """States of this arm, not of the probe's or another reading's; and any run."""
+    key = finding.about.key
+    if key.family in STATES:
+        return key.case.partition("/")[0] == arm.name
+    return key.family in RUNS
+
+
+def _compared(
+    model: str, others: Sequence[Finding], checks: Sequence[Finding], own: Sequence[Finding]
+) -> Compared:
+    worst: dict[str, Finding] = {}
+    for finding in others:
+        quantity, known = finding.quantity, worst.get(finding.quantity)
+        if quantity in QUANTITIES and (known is None or _size(finding) > _size(known)):
+            worst[quantity] = finding
+    against = dict.fromkeys(f.right if f.left == model else f.left for f in others)
+    if checks:
+        verdict = min((f.verdict for f in checks), key=WORST_FIRST.index)
+    else:
+        verdict = "differ" if any(_beyond(f, own) for f in others) else "agree"
+    ordered = {quantity: worst[quantity] for quantity in QUANTITIES if quantity in worst}
+    return Compared(model, tuple(against), ordered, verdict)
+
+
+def _size(finding: Finding) -> float:
+    return float("inf") if finding.measured is None else finding.measured
+
+
+def _beyond(finding: Finding, own: Sequence[Finding]) -> bool:
+    """Whether a measured difference of states is beyond what the reference model is allowed."""
+    allowed = [
+        f.tolerance
+        for f in own
+        if f.kind == "check"
+        and f.about.key.family == "states"
+        and f.quantity == finding.quantity
+        and lead() in (f.left, f.right)
+        and f.tolerance is not None
+    ]
+    return finding.about.key.family in STATES and bool(allowed) and _size(finding) > max(allowed)
+
+
+def headline(rows: Sequence[Compared]) -> str:
+    """The answer to the first question in two sentences at most."""
+    forms = [row for row in rows if MODELS[row.model].role == "form"]
+    rest = [row for row in rows if row not in forms]
+    wrong = [row for row in forms if row.verdict != "agree"]
+    said = []
+    if wrong:
+        sizes = "; ".join(f"{WORDS[q]} off by {wrong[-1].number(q)}" for q in wrong[-1].worst)
+        said.append(f"The paper's equations as printed do not agree with the engines: {sizes}.")
+    elif forms:
+        said.append("The paper's equations as printed agree with the engines.")
+    red = [row.model for row in rest if row.verdict != "agree"]
+    if red:
+        said.append(f"Of the project's own derivation these do not agree: {', '.join(red)}.")
+    elif rest:
+        whose = "corrected derivation" if forms else "derivation"
+        said.append(f"The {whose} agrees with every engine at each level, to rounding.")
+    return " ".join(said)
+
+
+def rigid_from_geared(agreement: Agreement) -> str:
+    """The answer to the second question: how far the tip of the first and the last level is off."""
+    by_case: dict[str, list[Finding]] = {}
+    for finding in agreement.findings:
+        key = finding.about.key
+        if key.family == "deviation" and key.quantity == "tip" and finding.measured is not None:
+            by_case.setdefault(key.case, []).append(finding)
+    if not by_case:
+        return "No rigid model was run beside the geared one."
+    return " ".join(_tips(case, found) for case, found in by_case.items())
+
+
+def _tips(case: str, found: Sequence[Finding]) -> str:
+    """Of one experiment."""
+    ends = [found[0], *found[1:][-1:]]
+    sizes = (f"{1e3 * (f.measured or 0.0):.3g} mm at level {MODELS[f.left].level}" for f in ends)
+    return f"{case}: the tip is off by up to {', '.join(sizes)}."
+
+
+def trust(agreement: Agreement) -> str:
+    """The answer to the third question: what was checked, and what stands behind a check."""
+    alone = sum(not f.about.key.right for f in agreement.checks)
+    return (
+        f"{tally(agreement)}. {counted(alone, 'check')} of them hold one model to first principles,"
+        " to its own records or to the arm's file; the others compare two models that share data"
+        " and no formula."
+    )
+
+
+@dataclass(frozen=True)
+class Answers:
+    """rows: the models behind the first answer; equations, rigid, trust: the answers as text."""
+
+    rows: tuple[Compared, ...]
+    equations: str
+    rigid: str
+    trust: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """As in crosscheck/schema/agreement.schema.json."""
+        models = [row.to_dict() for row in self.rows]
+        return {
+            "equations": {"answer": self.equations, "models": models},
+            "rigid": {"answer": self.rigid},
+            "trust": {"answer": self.trust},
+        }
+
+
+def answers(agreement: Agreement, arm: Arm) -> Answers:
+    """Of a cross-check of an arm."""
+    rows = compared(agreement, arm)
+    return Answers(tuple(rows), headline(rows), rigid_from_geared(agreement), trust(agreement))
+
+
+def agreement_json(agreement: Agreement, arm: Arm) -> str:
+    """As crosscheck/schema/agreement.schema.json has it, the answers before the findings."""
+    whole, found = agreement.to_dict(), answers(agreement, arm).to_dict()
+    document = {"schema_version": whole.pop("schema_version"), "answers": found, **whole}
+    return json.dumps(document, indent=1, allow_nan=False) + "\n"

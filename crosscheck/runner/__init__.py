@@ -1,0 +1,1 @@
+"""Work in other processes: tasks, workers, progress, and results that are kept."""

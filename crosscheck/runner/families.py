@@ -1,0 +1,103 @@
+"""A process with all that it has started: the processor time that they took, and their end.
+
+Known where the system keeps ``/proc``; elsewhere nothing is known of them.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+PROC = Path("/proc")
+PARENT_DEATH_SIGNAL, CHILD_SUBREAPER = 1, 36  # of Linux's prctl
+ROUNDS = 50  # at processes that start others while they are being ended
+
+
+class Member(NamedTuple):
+    """A process: its parent, processor time [s] of its own and of children it waited for."""
+
+    parent: int
+    used_s: float
+    ended: bool
+
+
+Table = Mapping[int, Member]
+
+
+def processes() -> Table:
+    """All processes by number; none where the system does not tell."""
+    return dict(_processes())
+
+
+def _processes() -> Iterator[tuple[int, Member]]:
+    for name in _listed():
+        try:
+            fields = (PROC / name / "stat").read_text(errors="replace").rpartition(")")[2].split()
+        except OSError:  # it has ended since
+            continue
+        ticks = sum(map(int, fields[11:15]))
+        yield int(name), Member(int(fields[1]), ticks / _TICKS_PER_S, fields[0] in "ZX")
+
+
+def _listed() -> list[str]:
+    try:
+        return [name for name in os.listdir(PROC) if name.isdigit()]
+    except OSError:
+        return []
+
+
+_TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+
+
+def descendants(of: int, table: Table) -> list[int]:
+    """The processes that one has started, and those that they have, children before parents."""
+    children: dict[int, list[int]] = {}
+    for number, member in table.items():
+        children.setdefault(member.parent, []).append(number)
+    found, unseen = list[int](), [of]
+    while unseen:
+        own = children.get(unseen.pop(), [])
+        found += own
+        unseen += own
+    return found[::-1]
+
+
+def used_s(of: int, table: Table) -> float | None:
+    """Processor time [s] of a process and all that it has started; None where it is unknown."""
+    members = [table[each] for each in (of, *descendants(of, table)) if each in table]
+    return sum(member.used_s for member in members) if members else None
+
+
+def end_descendants(of: int) -> None:
+    """End all that a process has started; the process itself must not start more meanwhile."""
+    for _ in range(ROUNDS):
+        table = processes()
+        alive = [each for each in descendants(of, table) if not table[each].ended]
+        if not alive:
+            return
+        for each in alive:
+            with suppress(OSError):
+                os.kill(each, signal.SIGKILL)
+        time.sleep(0.002)
+
+
+def adopt() -> None:
+    """From now on whatever this process' descendants leave behind is its own child."""
+    _prctl(CHILD_SUBREAPER, 1)
+
+
+def end_with_parent() -> None:
+    """From now on this process is ended when the thread that forked it ends."""
+    _prctl(PARENT_DEATH_SIGNAL, signal.SIGKILL)
+
+
+def _prctl(option: int, value: int) -> None:
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(option, value)

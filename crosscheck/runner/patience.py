@@ -1,0 +1,52 @@
+"""How long a process may take over a piece of work: by its processor time, whatever else runs.
+
+A machine that is busy with other things makes work last longer, and decides nothing: what counts
+is the processor time of the process and of all that it has started. One that uses none for a
+minute waits for what will not come.
+"""
+
+from __future__ import annotations
+
+import time
+
+from crosscheck.runner.families import Table, used_s
+
+# Work may take so much processor time [s], and so many times its rough cost on top.
+PATIENCE_S, PATIENCE = 60.0, 50.0
+# Without so much processor time [s] in so long a time [s] nothing is being done: a process that
+# shares its core with two hundred busy ones has more.
+IDLE_S, LEAST_S = 60.0, 0.2
+LOOK_S = 1.0  # between one look and the next
+
+
+class Patience:
+    """With one piece of work of a process. cost: rough seconds; table: all processes now."""
+
+    def __init__(self, process: int, cost: float, table: Table) -> None:
+        self.process, self.cost = process, cost
+        self.begun = self.mark = used_s(process, table) or 0.0
+        self.looked = time.monotonic()
+        self.watched = self.idle = 0.0
+
+    def at_its_end(self, table: Table) -> str:
+        """Why the work must be stopped; '' while it need not be. table: all processes now.
+
+        Time in which nobody looked does not count: then this process was stopped as well, or had
+        no processor.
+        """
+        now = time.monotonic()
+        passed, self.looked = min(now - self.looked, 2 * LOOK_S), now
+        self.watched += passed
+        known = used_s(self.process, table)
+        used = self.begun + self.watched if known is None else known
+        self.idle += passed
+        if used - self.mark >= LEAST_S:
+            self.mark, self.idle = used, 0.0
+        # Threads that wait busily use more than passes.
+        spent = min(used - self.begun, self.watched)
+        if spent > PATIENCE_S + PATIENCE * self.cost:
+            about = f"about {self.cost:.2g} s expected"
+            return f"stopped after {spent:.0f} s of processor time, {about}"
+        if self.idle > IDLE_S:
+            return f"stopped after {self.idle:.0f} s without any processor time"
+        return ""

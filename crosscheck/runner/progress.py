@@ -1,0 +1,145 @@
+"""Progress of long work on standard error: a bar on a terminal, lines elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from crosscheck.runner.underway import Told, Underway
+
+# Where there is no terminal: the first line, unless work asks for an earlier one; how often others
+# follow at most [s].
+QUIET_S, EVERY_S = 20.0, 20.0
+IN_MINUTES_S = 100.0  # longer times are told in minutes
+
+
+@contextmanager
+def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
+    """A function to tell what is being done, how much is done, of how much.
+
+    The bar disappears at the end, and is not drawn where nobody would see it move.
+    """
+    with _bar(TimeElapsedColumn()) as told:
+        yield told
+
+
+@contextmanager
+def _bar(*more: ProgressColumn) -> Iterator[Callable[[str, int, int], None]]:
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn())
+    console = Console(stderr=True)
+    hidden = not console.is_interactive
+    bar = Progress(*columns, *more, console=console, transient=True, disable=hidden)
+    with bar as progress:
+        task = progress.add_task("starting", total=None)
+        doing = ""
+
+        def told(what: str, done: int, total: int) -> None:
+            nonlocal doing
+            if what != doing and doing:  # another rate
+                progress.reset(task)
+            doing = what
+            progress.update(task, description=what, completed=done, total=total)
+
+        yield told
+
+
+@contextmanager
+def members_bar() -> Iterator[Callable[[str, int, int], None]]:
+    """The same, with how many are done in a second and the time that is left."""
+    with _bar(_Rate(), TimeRemainingColumn(elapsed_when_finished=True)) as told:
+        yield told
+
+
+class _Rate(ProgressColumn):
+    """How many are done in a second."""
+
+    def render(self, task: Task) -> Text:
+        return Text(f"{task.speed:,.0f}/s" if task.speed else "")
+
+
+@contextmanager
+def starting() -> Iterator[None]:
+    """A first word while libraries load: what comes next shows its own progress."""
+    with Console(stderr=True).status("starting"):
+        yield
+
+
+@contextmanager
+def shown_progress(about: str, quiet_s: float = QUIET_S) -> Iterator[Told]:
+    """What to hand to cross_check as ``told``: a bar on a terminal, elsewhere a line now and then.
+
+    about: what is under way. The first line comes after ``quiet_s`` seconds: whoever keeps the
+    standard error of short work finds nothing in it but what is wrong.
+    """
+    console = Console(stderr=True)
+    with _live(console) if console.is_interactive else _lines(about, quiet_s) as told:
+        yield told
+
+
+@contextmanager
+def _live(console: Console) -> Iterator[Told]:
+    words = TextColumn("{task.description}", markup=False)
+    columns = (BarColumn(), MofNCompleteColumn(), _Left(), words)
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("starting", total=None, until=None)
+
+        def told(now: Underway) -> None:
+            until = None if now.left_s is None else time.monotonic() + now.left_s
+            total = now.total or None
+            progress.update(
+                task, description=now.what, completed=now.done, total=total, until=until
+            )
+
+        yield told
+
+
+class _Left(ProgressColumn):
+    """The time that is left, counted down from when it was last worked out."""
+
+    def render(self, task: Task) -> Text:
+        until = task.fields["until"]
+        return Text("" if until is None else f"{_about(until - time.monotonic())} left")
+
+
+@contextmanager
+def _lines(about: str, quiet_s: float) -> Iterator[Told]:
+    due = time.monotonic() + quiet_s
+
+    def told(now: Underway) -> None:
+        nonlocal due
+        if time.monotonic() >= due:
+            print(f"{about}: {_line(now)}", file=sys.stderr)
+            due = time.monotonic() + EVERY_S
+
+    yield told
+
+
+def _line(now: Underway) -> str:
+    """Such as `34 of 220 done, about 25 s left, simulating pd, exudyn:tree`."""
+    if now.left_s is None:
+        return now.what
+    return f"{now.done} of {now.total} done, {_about(now.left_s)} left, {now.what}"
+
+
+def _about(seconds: float) -> str:
+    """A time that nobody knows well."""
+    if seconds < IN_MINUTES_S:
+        return f"about {max(1, round(seconds))} s"
+    return f"about {round(seconds / 60)} min"

@@ -1,0 +1,131 @@
+"""Results kept between runs: every entry states whose it is, and shows if it was damaged."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import secrets
+import stat
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TypeVar
+
+from crosscheck.output import draft, in_one_line, remove_abandoned
+from models.errors import InputError
+from models.places import make_private
+
+Value = TypeVar("Value")
+MAGIC = b"geararm-crosscheck kept 1"
+SUFFIX = ".kept"
+# The other two suffixes: of entries that carry no checksum.
+ENTRY = re.compile(r"[0-9a-f]{32}\.(kept|json|nc)")
+
+
+class Store:
+    """Contents by key, in a folder that is private to the user.
+
+    A folder that cannot be used costs the keeping, not the work, and one line on standard error.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.usable = True
+        try:
+            make_private(folder)
+            remove_abandoned(folder)
+        except OSError as error:
+            self.give_up(error)
+
+    def give_up(self, error: OSError) -> None:
+        """Keep nothing more, and say why; once."""
+        if self.usable:
+            _say(f"{self.folder}: cannot be written: {error.strerror}; simulations are not kept")
+        self.usable = False
+
+    def get(self, key: str, decoded: Callable[[bytes], Value]) -> Value:
+        """What is kept under a key. Raises KeyError unless something is, and is sound.
+
+        What is not sound costs one line on standard error.
+        """
+        try:
+            if self.usable:
+                return decoded(self._content(key))
+        except FileNotFoundError:
+            pass
+        except Exception as error:
+            reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+            _say(f"{self._path(key)}: does not fit: {reason}; it is made again")
+        raise KeyError(key)
+
+    def put(self, key: str, content: bytes) -> None:
+        """Keep it, in place of what is there. Raises OSError."""
+        if not self.usable:
+            return
+        head = b"\n".join([MAGIC, key.encode(), _digest(key, content), b""])
+        with draft(self.folder, 0o600) as new:
+            new.write(head + content)
+            path = self._path(key)
+            if path.is_dir() and not path.is_symlink():  # nobody's entry: it is left to its owner
+                path.rename(f"{path}.set-aside-{secrets.token_hex(4)}")
+            new.publish(path)
+
+    def remove(self, keys: Iterable[str]) -> None:
+        """What is kept under these keys, if anything. Raises InputError."""
+        with in_one_line(self.folder):
+            for key in keys:
+                self._path(key).unlink(missing_ok=True)
+
+    def _path(self, key: str) -> Path:
+        return self.folder / f"{key}{SUFFIX}"
+
+    def _content(self, key: str) -> bytes:
+        """Raises OSError, and ValueError for what is not this key's entry, whole."""
+        flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+        handle = os.open(self._path(key), flags)
+        try:
+            if not stat.S_ISREG(os.fstat(handle).st_mode):
+                raise ValueError("no ordinary file")
+            with open(handle, "rb", closefd=False) as stream:
+                magic, owner, digest, content = [*stream.read().split(b"\n", 3), b"", b"", b""][:4]
+        finally:
+            os.close(handle)
+        if magic != MAGIC:
+            raise ValueError("not an entry of this store")
+        if owner != key.encode():
+            raise ValueError("another result's entry")
+        if digest != _digest(key, content):
+            raise ValueError("damaged")
+        return content
+
+
+def clear(folder: Path) -> int:
+    """Remove all entries, and the folder if nothing else is in it; returns how many there were.
+
+    Raises InputError.
+    """
+    try:
+        found = entries(folder)
+        for path in found:
+            path.unlink(missing_ok=True)
+        remove_abandoned(folder)
+        if folder.is_dir() and not any(folder.iterdir()):
+            folder.rmdir()
+    except OSError as error:
+        raise InputError(str(folder), "", None, f"cannot be cleared: {error.strerror}") from None
+    return len(found)
+
+
+def entries(folder: Path) -> list[Path]:
+    """All entries of a folder. Raises OSError."""
+    found = [path for path in folder.glob("*") if ENTRY.fullmatch(path.name)]
+    return sorted(path for path in found if path.is_symlink() or not path.is_dir())
+
+
+def _digest(key: str, content: bytes) -> bytes:
+    return hashlib.sha256(key.encode() + b"\n" + content).hexdigest().encode()
+
+
+def _say(line: str) -> None:
+    print(f"crosscheck: {' '.join(line.split())}", file=sys.stderr)

@@ -1,0 +1,215 @@
+"""The command in a process of its own; its exit code is decided here, by what it says last.
+
+Commands run code that is not ours: a user's equations and measures, installed packages' models.
+Such code may end its process at any moment, with any exit code, and may leave processes behind. So
+the program itself runs none of it: it waits for the command's verdict, and without one there is
+no 0.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from typing import Any, NoReturn
+
+from crosscheck.cli.surroundings import occupy_streams
+from crosscheck.runner import patience
+from crosscheck.runner.families import adopt, end_descendants, end_with_parent, processes
+from crosscheck.runner.interruption import SHOW_CURSOR, deaf
+from crosscheck.runner.patience import Patience
+from models.errors import PROGRAM, one_line
+
+BAD_INPUT, NO_VERDICT = 2, 3
+CHUNK = 65536
+CLOSING_S = 5.0  # from the verdict to the end of the process
+SIGNALS = {signal.SIGINT, signal.SIGTERM}
+
+
+@dataclass(frozen=True)
+class _Line:
+    """From the command to whoever waits for it. maker: the command's process, whose word counts."""
+
+    handle: int
+    maker: int
+
+    def say(self, **message: Any) -> None:
+        if os.getpid() == self.maker:
+            with suppress(OSError):  # nobody waits any more
+                os.write(self.handle, json.dumps(message).encode() + b"\n")
+
+
+_lines: list[_Line] = []
+
+
+@contextmanager
+def overseen(whose: str, cost: float = 5.0) -> Iterator[None]:
+    """Code is run here that is not ours: it is to blame if the command's process ends or hangs.
+
+    whose: how an error line begins; cost: rough seconds, see Patience.
+    """
+    _say(begins=whose, cost=cost)
+    try:
+        yield
+    finally:
+        _say(ends=whose)
+
+
+def _say(**message: Any) -> None:
+    for line in _lines:
+        line.say(**message)
+
+
+def supervised(command: Callable[[], NoReturn]) -> int:
+    """Perform a command; returns the exit code of the program.
+
+    The command leaves by SystemExit; it must listen to SIGINT and SIGTERM and unblock them.
+    Whatever it has started is ended.
+    """
+    adopt()
+    occupy_streams()
+    here, there = os.pipe()
+    parent = os.getpid()
+    signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+    child = os.fork()
+    if child == 0:
+        os.close(here)
+        _lines.append(_Line(there, os.getpid()))
+        end_with_parent()
+        if os.getppid() != parent:
+            os._exit(NO_VERDICT)
+        _perform(command)
+    os.close(there)
+    return _Supervision(child, here).exit_code()
+
+
+def _perform(command: Callable[[], NoReturn]) -> NoReturn:
+    try:
+        command()
+    except SystemExit as left:
+        _say(code=left.code if isinstance(left.code, int) else int(left.code is not None))
+        raise
+    raise AssertionError("a command leaves by SystemExit")
+
+
+@dataclass
+class _Supervision:
+    """Of a command's process.
+
+    begun: whose code it runs; said: its verdict; status: of its end; stopped: the signal that came.
+    """
+
+    child: int
+    handle: int
+    begun: list[tuple[str, Patience]] = field(default_factory=list)
+    said: int | None = None
+    status: int | None = None
+    heard: bytes = b""
+    stopped: int | None = None
+
+    def exit_code(self) -> int:
+        """After its end, which is waited for."""
+        wakes, woken = os.pipe()
+        for handle in (wakes, woken, self.handle):
+            os.set_blocking(handle, False)
+        signal.set_wakeup_fd(woken, warn_on_full_buffer=False)
+        for number in SIGNALS:
+            signal.signal(number, self._forward)
+        signal.signal(signal.SIGCHLD, lambda number, frame: None)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+        blame = self._waited_for(wakes)
+        deaf()  # nothing is left to interrupt
+        end_descendants(os.getpid())
+        self._reap()
+        if blame:
+            return self._blamed(blame, BAD_INPUT)
+        if self.said is not None:
+            return self.said
+        if self.stopped is not None:
+            return 128 + self.stopped
+        assert self.status is not None  # it has ended
+        how = _end(self.status)
+        if self.begun:
+            return self._blamed(f"{self.begun[-1][0]}: {how}", BAD_INPUT)
+        return self._blamed(f"came to no verdict: {how}", NO_VERDICT)
+
+    def _forward(self, number: int, frame: object) -> None:
+        self.stopped = self.stopped or number
+        with suppress(OSError):
+            os.kill(self.child, number)
+
+    def _waited_for(self, wakes: int) -> str:
+        """Whom to blame if the process had to be stopped."""
+        until, open_ = float("inf"), [self.handle, wakes]
+        while self.status is None and time.monotonic() < until:
+            ready = select.select(open_, [], [], patience.LOOK_S)[0]
+            if wakes in ready:
+                os.read(wakes, CHUNK)
+            if self.handle in ready and not self._listen():
+                open_.remove(self.handle)
+            if self.said is not None:
+                until = min(until, time.monotonic() + CLOSING_S)
+            elif not ready and (blame := self._impatient()):
+                self._end()
+                return blame
+            self._reap()
+        self._listen()
+        self._end()
+        return ""
+
+    def _listen(self) -> bool:
+        """Hear what has been said; whether anybody may say more."""
+        with suppress(BlockingIOError):
+            while content := os.read(self.handle, CHUNK):
+                *lines, self.heard = (self.heard + content).split(b"\n")
+                for line in lines:
+                    self._hear(json.loads(line))
+            return False
+        return True
+
+    def _hear(self, message: dict[str, Any]) -> None:
+        if "code" in message:
+            self.said = message["code"]
+        elif "begins" in message:
+            waiting = Patience(self.child, message["cost"], processes())
+            self.begun.append((message["begins"], waiting))
+        elif self.begun:
+            self.begun.pop()
+
+    def _impatient(self) -> str:
+        table = processes() if self.begun else {}
+        for whose, waiting in self.begun:
+            if why := waiting.at_its_end(table):
+                return f"{whose}: {why}"
+        return ""
+
+    def _reap(self) -> None:
+        """Of all that have ended; others than the command were left behind by it."""
+        with suppress(ChildProcessError):
+            while (ended := os.waitpid(-1, os.WNOHANG))[0]:
+                if ended[0] == self.child:
+                    self.status = ended[1]
+
+    def _end(self) -> None:
+        if self.status is None:
+            with suppress(OSError):
+                os.kill(self.child, signal.SIGKILL)
+
+    def _blamed(self, line: str, code: int) -> int:
+        shown = SHOW_CURSOR if os.isatty(2) else ""
+        print(f"{shown}{one_line(PROGRAM + line)}", file=sys.stderr)
+        return code
+
+
+def _end(status: int) -> str:
+    """How a process ended by itself, in words."""
+    code = os.waitstatus_to_exitcode(status)
+    if code < 0:
+        return f"its process was ended by {signal.Signals(-code).name}"
+    return f"its process ended with exit code {code}"

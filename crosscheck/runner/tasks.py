@@ -1,0 +1,132 @@
+"""Work on one model, for another process: a run, or one of its functions at many states.
+
+Whatever the model does comes back as an outcome: an array, a trajectory, or the Failure that says
+why there is none. One function of one model is one task, so that a failure stays where it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from crosscheck.checks.answers import answers
+from crosscheck.checks.consistency import require_consistent
+from crosscheck.checks.records import require_complete
+from crosscheck.registry import MODELS, Entry, build
+from crosscheck.runner.outcomes import Failure, failure
+from models.interface import Model
+from models.loading import Case
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+PRECISE = "precise"  # how the names of such runs begin
+
+
+@dataclass(frozen=True)
+class RunKey:
+    """The name of a run: experiment, model and, of its runs there, which."""
+
+    experiment: str
+    model: str
+    variant: str = ""
+
+    def __str__(self) -> str:
+        return "/".join(filter(None, (self.experiment, self.model, self.variant)))
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """One run of one model.
+
+    ``rtol`` asks for its adaptive reference instead of fixed steps, or, of a variant that is called
+    so, for its precise run.
+    """
+
+    key: RunKey
+    case: Case
+    rtol: float | None = None
+
+    @property
+    def model(self) -> str:
+        """Whose run."""
+        return self.key.model
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds, to start the longest first."""
+        steps = self.case.scenario.steps
+        return steps * MODELS[self.model].call_s * (4 if self.rtol else 1)
+
+    def perform(self) -> xr.Dataset | Failure:
+        """The whole trajectory, or what prevented it: a failed check, not a crash."""
+        try:
+            entry, model = MODELS[self.model], built(self.model, self.case)
+            run = self._run(model)
+            own_teeth = entry.role != "handed"
+            meshing = bool(entry.layout(self.case.arm, self.case.switches).meshing)
+            require_complete(run, self.model, self.case, meshing=meshing and own_teeth)
+            constrained = "constraint_residual" in entry.promises
+            if own_teeth:
+                require_consistent(run, model, constrained=constrained)
+        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
+            return failure(error)
+        return run
+
+    @property
+    def is_precise(self) -> bool:
+        """Whether its steps end where contacts change."""
+        return self.key.variant.startswith(PRECISE)
+
+    def _run(self, model: Model) -> xr.Dataset:
+        if self.rtol is None:
+            return model.simulate()
+        return model.precise(self.rtol) if self.is_precise else model.reference(self.rtol)
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """One function of one model at ``count`` random states of a seed; see checks.answers."""
+
+    model: str
+    case: Case
+    quantity: str
+    count: int = 1
+    seed: int = 0
+
+    @property
+    def key(self) -> Evaluation:
+        """Itself."""
+        return self
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds: building the model, then a few calls for every state."""
+        return 0.01 + 10 * self.count * MODELS[self.model].call_s
+
+    def perform(self) -> np.ndarray | Failure:
+        """The answers, state by state along the first axis, or why there are none."""
+        try:
+            model = built(self.model, self.case)
+            expected = MODELS[self.model].layout(self.case.arm, self.case.switches)
+            return answers(model, expected, self.quantity, self.count, self.seed)
+        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
+            return failure(error)
+
+
+Outcome: TypeAlias = "xr.Dataset | np.ndarray | Failure"
+
+
+def built(name: str, case: Case) -> Model:
+    """The model of a case; every process remembers the last few."""
+    return _built(name, MODELS[name], case)
+
+
+@lru_cache(maxsize=8)
+def _built(name: str, entry: Entry, case: Case) -> Model:
+    """By its entry too: one after another, models on trial may have the same name."""
+    return build(name, *case)

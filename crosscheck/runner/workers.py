@@ -1,0 +1,260 @@
+"""Tasks on several processes, none of which can take the others or the program down.
+
+Forked, so that a worker knows every model that its parent does, those made in memory included.
+A worker that dies, by a signal or an engine's own exit, or that takes far more processor time than
+its task should, costs that task alone. Workers never outlive their parent, nor does what they have
+started outlive them, and they are deaf to Ctrl-C, which is for the parent to answer. Pools of the
+standard library give up all tasks when one worker dies.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import multiprocessing
+import os
+import resource
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import ForkProcess
+from types import TracebackType
+from typing import Any, Self
+
+from crosscheck.runner import patience
+from crosscheck.runner.families import Table, adopt, end_descendants, end_with_parent, processes
+from crosscheck.runner.interruption import leftovers
+from crosscheck.runner.outcomes import DIED, Failure, Task, failure
+from crosscheck.runner.patience import Patience
+
+FORK = multiprocessing.get_context("fork")
+CLOSING_S = 5.0  # from the end of a process's pipes to the end of the process
+SIGNALS = {signal.SIGINT, signal.SIGTERM}
+
+
+def perform_all(tasks: Sequence[Task], jobs: int, done: Callable[[Any], None]) -> dict[Any, Any]:
+    """All results by key, in the tasks' order; ``done`` is told each key as it finishes."""
+    unlike = list({task.key: task for task in tasks}.values())
+    with Workers(min(jobs, len(unlike))) as workers:
+        results = workers.perform(unlike, done)
+    return {task.key: results[task.key] for task in unlike}
+
+
+@dataclass
+class _Worker:
+    """A process, the pipe to it, and what it is at; over: why that must be stopped."""
+
+    process: ForkProcess
+    pipe: Connection
+    task: Task | None = None
+    patience: Patience | None = None
+    over: str = ""
+
+    @property
+    def number(self) -> int:
+        """Of the process."""
+        assert self.process.pid is not None  # it has been started
+        return self.process.pid
+
+    def give(self, task: Task) -> None:
+        self.task, self.patience = task, None
+        self.pipe.send(task)
+
+    def is_over(self, table: Table) -> bool:
+        """Whether its task must be stopped; the first look at it begins to count."""
+        assert self.task is not None  # those at work alone are looked at
+        if self.patience is None:
+            self.patience = Patience(self.number, self.task.cost, table)
+        self.over = self.patience.at_its_end(table)
+        return bool(self.over)
+
+    def kill(self) -> None:
+        if self.process.is_alive():
+            with suppress(OSError):
+                os.kill(self.number, signal.SIGSTOP)  # so that it starts no more
+            end_descendants(self.number)
+        self.process.kill()
+        self.process.join()
+        self.pipe.close()
+
+
+class Workers:
+    """Up to ``jobs`` forked processes; as a context, none is left behind."""
+
+    def __init__(self, jobs: int) -> None:
+        self.jobs = jobs
+        self.crew: list[_Worker] = []
+        self.looks = 0.0  # when those at work are looked at next
+
+    def __enter__(self) -> Self:
+        leftovers.append(self._dismiss)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        at: TracebackType | None,
+    ) -> None:
+        leftovers.remove(self._dismiss)
+        self._dismiss()
+
+    def _dismiss(self) -> None:
+        while self.crew:
+            self.crew.pop().kill()
+
+    def perform(self, tasks: Sequence[Task], done: Callable[[Any], None]) -> dict[Any, Any]:
+        """Results by key; ``done`` is told each key as its task ends."""
+        results: dict[Any, Any] = {}
+        for key, result in self.each(tasks, lambda key: None):
+            results[key] = result
+            done(key)
+        return results
+
+    def each(
+        self, tasks: Sequence[Task], begun: Callable[[Any], None]
+    ) -> Iterator[tuple[Any, Any]]:
+        """Each task's key and result as it ends, the longest begun first; see ``stream``."""
+        longest_first = sorted(tasks, key=lambda task: task.cost, reverse=True)
+        return self.stream(iter(longest_first), begun)
+
+    def stream(
+        self, waiting: Iterator[Task], begun: Callable[[Any], None] = lambda key: None
+    ) -> Iterator[tuple[Any, Any]]:
+        """Each task's key and result as it ends; ``begun`` is told the key as it begins.
+
+        A task whose worker died or was too slow has a Failure. Whoever is handed a result may take
+        some time over it: the workers go on meanwhile. A KeyboardInterrupt is raised once what has
+        ended by then is handed on.
+        """
+        given = self._employ(waiting)
+        while any(worker.task is not None for worker in self.crew):
+            for key in given:
+                begun(key)
+            try:
+                finished = self._finished()
+            except KeyboardInterrupt:
+                yield from [*map(self._ended, self._with_results())]
+                raise
+            ended = [*map(self._ended, finished)]
+            given = self._employ(waiting)
+            yield from ended
+            given += self._employ(waiting)  # what whoever was handed a result has added
+
+    def _ended(self, worker: _Worker) -> tuple[Any, Any]:
+        task = worker.task
+        assert task is not None  # only those at work can have finished
+        return task.key, self._result(worker)
+
+    def _employ(self, waiting: Iterator[Task]) -> list[Any]:
+        """Give idle workers the next tasks, hire while there are any. Their keys."""
+        idle = [worker for worker in self.crew if worker.task is None]
+        given = []
+        while idle or len(self.crew) < self.jobs:
+            task = next(waiting, None)
+            if task is None:
+                break
+            worker = idle.pop() if idle else self._hired()
+            with suppress(OSError):  # it has died idle, and will be found dead
+                worker.give(task)
+            given.append(task.key)
+        return given
+
+    def _with_results(self) -> list[_Worker]:
+        return [w for w in self.crew if w.task is not None and w.pipe.poll()]
+
+    def _hired(self) -> _Worker:
+        here, there = FORK.Pipe()
+        process = FORK.Process(target=_serve, args=(there, os.getpid()), daemon=True)
+        # No signal in between, when the child would still answer it as its parent does.
+        signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+        try:
+            process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+        there.close()
+        worker = _Worker(process, here)
+        self.crew.append(worker)
+        return worker
+
+    def _finished(self) -> list[_Worker]:
+        """Those at work that have a result, are dead, or must be stopped: at least one."""
+        busy = [worker for worker in self.crew if worker.task is not None]
+        events = [w.pipe for w in busy] + [w.process.sentinel for w in busy]
+        while True:
+            if time.monotonic() >= self.looks:
+                table, self.looks = processes(), time.monotonic() + patience.LOOK_S
+                if over := [worker for worker in busy if worker.is_over(table)]:
+                    return over
+            ready = wait(events, timeout=max(0.0, self.looks - time.monotonic()))
+            if ready:
+                return [w for w in busy if w.pipe in ready or w.process.sentinel in ready]
+
+    def _result(self, worker: _Worker) -> Any:
+        """What it sent; or why it sent nothing, in which case it is dismissed."""
+        worker.task = None
+        try:
+            if worker.pipe.poll():
+                return worker.pipe.recv()
+        except (EOFError, OSError):
+            pass
+        except Exception as error:  # a result that cannot be put together again here
+            return failure(error)
+        self.crew.remove(worker)
+        worker.process.join(0 if worker.over else CLOSING_S)
+        worker.kill()
+        if worker.over:
+            return Failure("TooSlow", worker.over, unfinished=True)
+        return Failure(DIED, _last_words(worker.process.exitcode))
+
+
+def _last_words(code: int | None) -> str:
+    """Of a process that ended by itself."""
+    if code is not None and code < 0:
+        return f"the process of the model was ended by {signal.Signals(-code).name}"
+    return f"the process of the model ended with exit code {code}"
+
+
+def _serve(pipe: Connection, parent: int) -> None:
+    """A worker's life: tasks in, results out."""
+    settle_down(parent)
+    while True:
+        try:
+            task: Task = pipe.recv()
+        except (EOFError, OSError):
+            os._exit(0)
+        try:
+            result = task.perform()
+        except BaseException as error:  # also what is no Exception ends a task, not a worker
+            result = failure(error)
+        try:
+            pipe.send(result)
+        except Exception as error:  # a result that cannot be sent
+            pipe.send(failure(error))
+
+
+def settle_down(parent: int) -> None:
+    """Die with the parent, leave signals to it, say nothing, leave no core file."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    faulthandler.disable()
+    adopt()
+    end_with_parent()
+    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for stream in (0, 1, 2):
+        os.dup2(nowhere, stream)
+    sys.stdin, sys.stdout, sys.stderr = os.fdopen(0), os.fdopen(1, "w"), os.fdopen(2, "w")
+
+
+def _watch(parent: int) -> None:
+    """End with the parent where the kernel does not see to it."""
+    while os.getppid() == parent:
+        time.sleep(1)
+    os._exit(1)

@@ -1,0 +1,117 @@
+"""Studies from Python: what a study's file says, as arguments; the result as a Dataset."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from crosscheck.studies.batches.run import How, run_study
+from crosscheck.studies.definition.definition import AxisOf, Definition
+from crosscheck.studies.definition.files import study_from
+from crosscheck.studies.definition.quantities import Measured
+from models.arm.arm import Arm
+from models.arm.quantities import Data
+from models.experiment.scenario import Scenario
+from models.files import raw_arm, raw_scenario
+from models.loading import validated
+
+SCHEMA_VERSION = 1
+
+
+def sweep(
+    arm: Arm | str,
+    axes: Mapping[str, Sequence[Any]] | Sequence[AxisOf | Mapping[str, Any]],
+    *,
+    scenario: Scenario | str,
+    measures: Sequence[Measured | Mapping[str, Any]],
+    switches: Mapping[str, str] | None = None,
+    settings: Mapping[str, Any] | None = None,
+    samples: int | Mapping[str, int] | None = None,
+    starts: int | Mapping[str, Any] | None = None,
+    spot_checks: int = 0,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    out: Path | str | None = None,
+    resume: bool = False,
+) -> xr.Dataset:
+    """Run every member of a study; returns what was measured over the axes, in SI units.
+
+    axes: values by path, or axes as a study's file has them, as records or mappings; measures
+    likewise, its quantities. samples, starts: how many, or a mapping that also has the seed. jobs:
+    processes of this machine; scheduler: address of a Dask scheduler in their place. out: file to
+    keep, which with ``resume`` goes on where it was stopped. Functions named in measures are run.
+
+    Raises InputError, and Unfinished where workers keep dying.
+    """
+    given = {
+        "schema_version": SCHEMA_VERSION,
+        "name": "study",
+        "arm": arm if isinstance(arm, str) else arm.name,
+        "scenario": scenario if isinstance(scenario, str) else scenario.name,
+        "switches": dict(switches or {}),
+        "settings": dict(settings or {}),
+        "axes": _axes(axes),
+        "quantities": [_plain(measure) for measure in measures],
+        "samples": _counted(samples),
+        "starts": _counted(starts),
+        "spot_checks": spot_checks,
+    }
+    definition = validated(Definition, given, "sweep")
+    study = study_from(definition, _raw(arm, scenario, switches), Path(), "sweep")
+    how = How(jobs, scheduler, resume)
+    if out is not None:
+        run_study(study, Path(out), how)
+        return _read(Path(out))
+    with tempfile.TemporaryDirectory() as folder:
+        run_study(study, Path(folder, "study.nc"), how)
+        return _read(Path(folder, "study.nc"))
+
+
+def _axes(
+    axes: Mapping[str, Sequence[Any]] | Sequence[AxisOf | Mapping[str, Any]],
+) -> list[dict[str, Any]]:
+    if isinstance(axes, Mapping):
+        return [
+            {"kind": "list", "path": path, "values": [_number(value) for value in values]}
+            for path, values in axes.items()
+        ]
+    return [_plain(axis) for axis in axes]
+
+
+def _number(value: Any) -> Any:
+    """A number of Python's where it is one of NumPy's."""
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _plain(record: Data | Mapping[str, Any]) -> dict[str, Any]:
+    given = dict(record)
+    return {name: _number(value) for name, value in given.items()}
+
+
+def _counted(given: int | Mapping[str, Any] | None) -> dict[str, Any] | None:
+    return {"count": given} if isinstance(given, int) else None if given is None else dict(given)
+
+
+def _raw(
+    arm: Arm | str, scenario: Scenario | str, switches: Mapping[str, str] | None
+) -> dict[str, Any]:
+    """Content of files, or of records in their second version."""
+    return {
+        "arm": raw_arm(arm) if isinstance(arm, str) else _content(arm),
+        "scenario": raw_scenario(scenario) if isinstance(scenario, str) else _content(scenario),
+        "switches": dict(switches or {}),
+    }
+
+
+def _content(record: Arm | Scenario) -> dict[str, Any]:
+    """As a file would have it."""
+    return record.model_dump(mode="json", exclude_none=True)
+
+
+def _read(path: Path) -> xr.Dataset:
+    with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as result:
+        return result.load()

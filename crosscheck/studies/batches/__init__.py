@@ -1,0 +1,1 @@
+"""Batches of members: run here or on a cluster, kept, gathered into a result."""

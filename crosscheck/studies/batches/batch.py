@@ -1,0 +1,108 @@
+"""One batch of a study: consecutive members run side by side, and what is measured of them."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterable, Sequence
+from importlib import import_module
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+import xarray as xr
+
+from crosscheck.registry import build, lead, second
+from crosscheck.studies.measures.columns import DIVERGED, columns
+from crosscheck.studies.measures.observers import SIGNALS, Records, Watched, observer
+from crosscheck.studies.members.members import Study, study_of
+from models.errors import Diverged
+from models.loading import Case
+
+if TYPE_CHECKING:
+    from analytic.model import AnalyticModel
+
+Numbers = dict[str, np.ndarray]  # by column, (members, *the column's shape)
+
+
+def run_batch(text: str, begin: int, end: int) -> Numbers:
+    """The numbers of a study's members from one place to before another.
+
+    text: of the study. All numbers of a member that diverged are nan, but when it did. Raises
+    InputError.
+    """
+    from analytic.ensemble import groups
+
+    study = study_of(text)
+    cases = list(study.cases(begin, end))
+    numbers = _nothing(study, len(cases))
+    for group in groups(models_of(cases)):
+        mine = list(group.members)
+        with np.errstate(invalid="ignore", over="ignore"):  # of members that diverge
+            found = _watch(study, [cases[member] for member in mine], group.chunks())
+        for name, values in found.items():
+            numbers[name][mine] = values
+        _leave_out_diverged(numbers, np.array(mine), group.diverged_s)
+    return numbers
+
+
+def run_check(text: str, place: int) -> Numbers:
+    """The numbers of one member by the engine that runs are held against; nan if it diverged.
+
+    Raises InputError.
+    """
+    study = study_of(text)
+    (case,) = study.cases(place, place + 1)
+    numbers = _nothing(study, 1)
+    try:
+        run = build(second(), *case).simulate()
+    except Diverged as error:
+        numbers[DIVERGED][0] = error.time_s
+        return numbers
+    return numbers | _watch(study, [case], [_AsChunk(run)])
+
+
+def models_of(cases: Sequence[Case]) -> list[AnalyticModel]:
+    """The lead's, whose kernels run side by side. Raises InputError."""
+    return [cast("AnalyticModel", build(lead(), *case)) for case in cases]
+
+
+def made_ready() -> None:
+    """A worker's preparation for its batches: what they import, out of the collector's sight.
+
+    Which would go through a million objects of the libraries again and again (measured: 5 %).
+    """
+    import_module("analytic.ensemble")
+    gc.freeze()
+
+
+class _AsChunk:
+    """A whole run as the only chunk of a group of one."""
+
+    def __init__(self, run: xr.Dataset) -> None:
+        self.run, self.time = run, run["time"].values
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        if name not in SIGNALS:
+            raise AttributeError(name)
+        if name not in self.run:  # an arm without meshes
+            return np.full((self.time.size, self.run.sizes["joint"], 1, 1), np.nan)
+        return self.run[name].values[..., np.newaxis]
+
+
+def _nothing(study: Study, members: int) -> Numbers:
+    return {c.name: np.full((members, *c.shape), np.nan) for c in columns(study)}
+
+
+def _watch(study: Study, cases: list[Case], chunks: Iterable[Records]) -> Numbers:
+    watched = Watched(cases, study.sources, study.file)
+    watching = [observer(quantity, watched) for quantity in study.definition.quantities]
+    for chunk in chunks:
+        for one in watching:
+            one.see(chunk)
+    return {name: values for one in watching for name, values in one.found().items()}
+
+
+def _leave_out_diverged(numbers: Numbers, members: np.ndarray, diverged_s: np.ndarray) -> None:
+    gone = members[~np.isnan(diverged_s)]
+    for values in numbers.values():
+        values[gone] = np.nan
+    numbers[DIVERGED][members] = diverged_s

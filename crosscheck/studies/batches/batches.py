@@ -1,0 +1,113 @@
+"""How a study's members are cut into batches: by the study alone, so that a resumed run fits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.studies.batches.batch import Numbers, run_batch, run_check
+from crosscheck.studies.batches.schedule import Task
+from crosscheck.studies.batches.version import digest_of
+from crosscheck.studies.definition.quantities import (
+    BandRms,
+    Function,
+    RigidDeviation,
+    SpectralPeak,
+    Trajectories,
+)
+from crosscheck.studies.measures.columns import Column
+from crosscheck.studies.members.members import Study
+from models.loading import Case
+
+STEP_S = 1e-8  # roughly, of a step for each mesh of a member among others
+BATCH_S = 3.0  # of work
+FEWEST = 16  # batches, where each still fills the lanes: what several workers share
+LANES = 32
+MOST_BYTES = 200e6  # of signals that are kept whole meanwhile
+
+
+class Batch(NamedTuple):
+    """Members from one place to before another, in C order of the grid; key: by content."""
+
+    key: str
+    begin: int
+    end: int
+
+
+def batches(study: Study, version: str) -> Iterator[Batch]:
+    """All of a study, in order."""
+    size = batch_size(study)
+    for begin in range(0, study.count, size):
+        end = min(begin + size, study.count)
+        yield Batch(digest_of(study.digest, version, begin, end), begin, end)
+
+
+def task_of(study: Study, batch: Batch) -> Task:
+    """Its work."""
+    return Task(batch.key, run_batch, (study.text, batch.begin, batch.end))
+
+
+def checks(study: Study, version: str) -> list[Task]:
+    """The members that a second engine runs again, evenly chosen; arguments: (text, place)."""
+    wanted = min(study.definition.spot_checks, study.count)
+    places = [(2 * number + 1) * study.count // (2 * wanted) for number in range(wanted)]
+    return [
+        Task(digest_of(study.digest, version, "check", p), run_check, (study.text, p))
+        for p in places
+    ]
+
+
+def batch_size(study: Study) -> int:
+    """Members of a batch: some seconds of work, full lanes, bounded memory."""
+    case = study.base
+    meshes = sum(_meshes(case)) or 1
+    for_time = min(BATCH_S / (case.scenario.steps * meshes * STEP_S), study.count / FEWEST)
+    by_memory = MOST_BYTES / max(1.0, _kept_bytes(study))
+    size = max(LANES * math.ceil(for_time / LANES), LANES)
+    return max(1, min(size, int(by_memory), study.count))
+
+
+def _meshes(case: Case) -> list[int]:
+    """Of each joint, that are worked out in a step."""
+    free = case.switches.planets == "free"
+    return [
+        2 * (joint.planet_count if free else 1) for joint in case.arm.joints if joint.planet_count
+    ]
+
+
+def _kept_bytes(study: Study) -> float:
+    """Of one member, while its batch runs."""
+    scenario, joints = study.base.scenario, len(study.base.arm.joints)
+    record = 8.0 * (scenario.steps // scenario.stride + 1) * joints
+    planets = max(1, *(joint.planet_count for joint in study.base.arm.joints))
+    total = 0.0
+    for quantity in study.definition.quantities:
+        if isinstance(quantity, SpectralPeak | BandRms | RigidDeviation):
+            total += 2 * record
+        elif isinstance(quantity, Trajectories):
+            total += 3 * record * len(quantity.signals) * planets
+        elif isinstance(quantity, Function):
+            total += 2 * record * (4 + 6 * planets)
+    return total
+
+
+def packed(numbers: Numbers, columns: Sequence[Column]) -> bytes:
+    """As they are kept: those of one column behind those of another."""
+    arrays = [np.ascontiguousarray(numbers[column.name], np.float64) for column in columns]
+    return b"".join(array.tobytes() for array in arrays)
+
+
+def unpacked(content: bytes, columns: Sequence[Column], members: int) -> Numbers:
+    """What was kept of so many members. Raises ValueError."""
+    sizes = [members * math.prod(column.shape) for column in columns]
+    numbers = np.frombuffer(content, np.float64)
+    if numbers.size != sum(sizes):
+        raise ValueError(f"holds {numbers.size} numbers, {sum(sizes)} are needed")
+    parts = np.split(numbers, np.cumsum(sizes)[:-1])
+    return {
+        column.name: part.reshape(members, *column.shape)
+        for column, part in zip(columns, parts, strict=True)
+    }

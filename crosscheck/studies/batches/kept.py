@@ -1,0 +1,165 @@
+"""Batches kept beside a result while it is made, so that nothing is run twice."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import re
+import shutil
+import stat
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from crosscheck.output import in_one_line
+from crosscheck.runner.store import Store
+from crosscheck.studies.batches.batch import Numbers
+from crosscheck.studies.batches.batches import packed, unpacked
+from crosscheck.studies.batches.opened import identity_of
+from crosscheck.studies.batches.result_file import STUDY, VERSION
+from crosscheck.studies.measures.columns import Column
+from crosscheck.studies.members.members import Study
+from models.errors import InputError
+from models.places import make_private
+
+MARK = "study"  # in a folder of batches, says whose they are, and which
+MARK_BYTES = 100_000_000
+SPARE = 1.1  # of the disk space that is counted on
+
+
+class Kept:
+    """Numbers of batches by key, in a folder whose mark lists what is in it.
+
+    keys: those that are listed; mark: descriptor of the list.
+    """
+
+    def __init__(self, folder: Path, columns: Sequence[Column], mark: int, keys: set[str]) -> None:
+        self.store = Store(folder)
+        self.columns, self.mark, self.keys = columns, mark, keys
+
+    def get(self, key: str, members: int) -> Numbers | None:
+        """Of so many members; None where nothing sound is kept."""
+        if key not in self.keys:
+            return None
+        try:
+            return self.store.get(key, lambda c: unpacked(c, self.columns, members))
+        except KeyError:
+            return None
+
+    def put(self, key: str, numbers: Numbers) -> None:
+        """Raises OSError."""
+        if key not in self.keys:
+            os.write(self.mark, f"{key}\n".encode())
+            self.keys.add(key)
+        self.store.put(key, packed(numbers, self.columns))
+
+    def clear(self) -> None:
+        """Remove all that is listed. Raises InputError."""
+        self.store.remove(self.keys)
+        self.keys.clear()
+
+
+def folder_of(out: Path) -> Path:
+    """Of a result's batches."""
+    return out.with_name(f"{out.name}.batches")
+
+
+def require_room(out: Path, needed: int, members: int) -> None:
+    """Raise InputError unless the disk holds a result and its batches."""
+    free = shutil.disk_usage(out.parent).free
+    wanted = int(2 * SPARE * needed)  # the file, and the batches meanwhile
+    if wanted > free:
+        allowed = (
+            f"{members:,} members need {wanted / 1e9:,.1f} GB while they run,"
+            f" {free / 1e9:,.1f} GB are free"
+        )
+        raise InputError(str(out), "", None, allowed)
+
+
+def is_complete(out: Path, study: Study, version: str, resume: bool) -> bool:
+    """Whether the result is there already. Raises InputError where it may not be made."""
+    if not out.exists():
+        return False
+    if not resume:
+        raise InputError(str(out), "", None, "exists already; name another file, or remove it")
+    theirs, made_by = identity_of(out)
+    if theirs != study.digest:
+        raise InputError(str(out), STUDY, theirs[:12], "is the result of another study")
+    if made_by != version:
+        allowed = "was made by another version; name another file, or remove it"
+        raise InputError(str(out), VERSION, None, allowed)
+    return True
+
+
+@contextmanager
+def batches_of(out: Path, study: Study, columns: Sequence[Column], resume: bool) -> Iterator[Kept]:
+    """The batches that are kept for a result; gone once all went well.
+
+    Nothing is touched that the folder's own mark does not list, and no link is followed. Raises
+    InputError where those of another study are, or of this one without ``resume``, or where another
+    process is at it.
+    """
+    folder = folder_of(out)
+    with in_one_line(folder):
+        if os.path.lexists(folder) and (folder.is_symlink() or not folder.is_dir()):
+            raise InputError(str(folder), "", None, "is no folder; remove it")
+        make_private(folder)
+        if not os.path.lexists(folder / MARK) and any(folder.iterdir()):
+            raise InputError(str(folder), "", None, "is not empty, and holds no batches")
+        mark = _opened(folder / MARK)
+    try:
+        _alone(mark, folder)
+        keys = _listed(mark, folder, study)
+        if keys is not None and not resume:
+            allowed = "holds batches of this study; --resume goes on, or remove the folder"
+            raise InputError(str(folder), "", None, allowed)
+        kept = Kept(folder, columns, mark, keys or set())
+        if keys is None:
+            os.write(mark, f"{study.digest}\n".encode())
+        try:
+            yield kept
+            kept.clear()
+        finally:
+            if not kept.keys:  # all is done, or nothing was begun
+                (folder / MARK).unlink(missing_ok=True)
+                with suppress(OSError):  # something else is in it
+                    folder.rmdir()
+    finally:
+        os.close(mark)
+
+
+def clear_batches(out: Path, study: Study, columns: Sequence[Column]) -> None:
+    """Remove what is kept of a result that is there: its writer was killed before it did."""
+    if folder_of(out).is_dir():
+        with suppress(InputError), batches_of(out, study, columns, resume=True):
+            pass  # those of another study stay
+
+
+def _opened(mark: Path) -> int:
+    """The list of what is kept, to be read and added to. Raises OSError, InputError for no file."""
+    flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+    if os.path.lexists(mark) and not stat.S_ISREG(mark.lstat().st_mode):
+        raise InputError(str(mark), "", None, "is no ordinary file; remove it")
+    return os.open(mark, flags, 0o600)
+
+
+def _listed(mark: int, folder: Path, study: Study) -> set[str] | None:
+    """The keys of what is kept; None where nothing was begun. Raises InputError."""
+    content = os.pread(mark, MARK_BYTES + 1, 0)
+    if not content:
+        return None
+    if not content.endswith(b"\n"):  # its writer was killed
+        os.write(mark, b"\n")
+    digest, *keys = content.decode("ascii", "replace").split("\n")
+    if digest != study.digest:
+        raise InputError(str(folder), "", None, "holds batches of another study")
+    return {key for key in keys if re.fullmatch("[0-9a-f]{32}", key)}
+
+
+def _alone(handle: int, folder: Path) -> None:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise InputError(str(folder), "", None, "is in use by another process") from None
+    except OSError:  # not every network file system has locks
+        pass

@@ -1,0 +1,210 @@
+"""Results of studies as files from outside: opened once, in a process of its own, and checked.
+
+HDF5 ends the process of whoever hands it certain files, or never comes back. So a worker opens
+them, within a time; it looks at every variable's form before it reads one, and follows nothing
+that leads out of the file.
+"""
+
+from __future__ import annotations
+
+import re
+import signal
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import xarray as xr
+
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.workers import perform_all
+from crosscheck.studies.batches.result_file import SCHEMA_VERSION, STUDY, VERSION
+from models.errors import InputError
+from models.inputs import size_of
+
+LONGEST = 2000  # characters of a name or an attribute that is looked at
+MOST_VARIABLES = 5000
+MOST_PACKED = 1_000_000_000  # bytes that compressed variables may become
+OPENING_S, READING_BYTES_PER_S = 3.0, 5e7
+FILTERS = (h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32)
+SCALE = "This is a netCDF dimension but not a netCDF variable"
+Use = Callable[["Opened"], Any]
+
+
+def identity_of(path: Path) -> tuple[str, str]:
+    """Digest of the study, and version, that made a file. Raises InputError for any other file."""
+    identity: tuple[str, str] = used(path, Opened.identity)
+    return identity
+
+
+def used(path: Path, use: Use) -> Any:
+    """What a function makes of a result; it is called in another process. Raises InputError."""
+    try:
+        size = size_of(path)
+    except OSError as error:
+        raise InputError(str(path), "", None, f"cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(str(path), "", None, f"cannot be read: {error}") from None
+    reading = _Reading(path, use, OPENING_S + size / READING_BYTES_PER_S)
+    (found,) = perform_all([reading], 1, lambda key: None).values()
+    if isinstance(found, InputError):
+        raise found
+    if isinstance(found, Failure):
+        reason = "HDF5 cannot read it" if found.kind == "Died" else str(found)
+        raise InputError(str(path), "", None, f"is no result of a study: {reason}") from None
+    return found
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """The task of a worker; within_s: until all is read."""
+
+    path: Path
+    use: Use
+    within_s: float
+    key: str = "reading"
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds."""
+        return 1.0
+
+    def perform(self) -> Any:
+        """What the use makes of it, or an InputError."""
+        signal.setitimer(signal.ITIMER_REAL, self.within_s)  # which ends the process
+        try:
+            with h5py.File(self.path, "r", locking=False) as file:
+                return self.use(Opened(self.path, file))
+        except InputError as error:
+            return error
+
+
+class Opened:
+    """A result whose form has been found to be that of a study's; in a worker."""
+
+    def __init__(self, path: Path, file: h5py.File) -> None:
+        self.path, self.file = path, file
+        version = _only(file, "schema_version")
+        whole = isinstance(version, int | np.integer)
+        self._require(whole and version == SCHEMA_VERSION, "no schema_version")
+        self.study, self.version = self._text(file, STUDY), self._text(file, VERSION)
+        self._require(re.fullmatch("[0-9a-f]{64}", self.study) is not None, STUDY)
+        self._require(len(file) <= MOST_VARIABLES, f"more than {MOST_VARIABLES} variables")
+        packed = 0
+        for name in file:
+            packed += self._require_sound(name)
+        self._require(packed <= MOST_PACKED, f"compressed to less than it may be: {packed} bytes")
+
+    def identity(self) -> tuple[str, str]:
+        """Digest of the study, and version, that made it."""
+        return self.study, self.version
+
+    def names(self) -> list[str]:
+        """The variables, those that only give a dimension its size left out."""
+        return [name for name, data in self.file.items() if not _is_size(data)]
+
+    def variables(self) -> list[str]:
+        """Those that are no coordinates of others."""
+        beside = {
+            one
+            for data in self.file.values()
+            if "coordinates" in data.attrs
+            for one in self._text(data, "coordinates").split()
+        }
+        return [n for n in self.names() if n not in beside and not self.file[n].is_scale]
+
+    def dims(self, name: str) -> tuple[str, ...]:
+        """Of a variable."""
+        data = self.file[name]
+        if data.is_scale and data.ndim == 1:
+            return (name,)
+        return tuple(self._dimension(name, dim) for dim in data.dims)
+
+    def joints(self, name: str) -> int:
+        """Of how many a variable has numbers, each for itself."""
+        sizes = dict(zip(self.dims(name), self.file[name].shape, strict=True))
+        return int(sizes.get("joint", 1))
+
+    def dataset(self, names: Sequence[str]) -> xr.Dataset:
+        """These variables, of numbers, and all that gives places along their dimensions."""
+        dims = {name: self.dims(name) for name in names}
+        along = {dim for each in dims.values() for dim in each}
+        beside = [name for name in self.names() if name in along]
+        drawn = {name: (dims[name], self._numbers(name), self._about(name)) for name in names}
+        coords = {name: (name, self._values(name), self._about(name)) for name in beside}
+        found = xr.Dataset(drawn, coords)
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        return found
+
+    def _numbers(self, name: str) -> np.ndarray:
+        data = self.file[name]
+        self._require(data.dtype.kind in "iuf", f"{name} holds no numbers")
+        return np.asarray(data[()], dtype=np.float64)
+
+    def _values(self, name: str) -> np.ndarray:
+        """Numbers, all finite, or words."""
+        if self.file[name].dtype.kind == "O":
+            return np.array([self._printable(name, word) for word in self.file[name].asstr()[()]])
+        values = self._numbers(name)
+        self._require(bool(np.isfinite(values).all()), f"{name} is not finite")
+        whole = self.file[name].dtype.kind in "iu"
+        return values.astype(np.int64) if whole else values
+
+    def _about(self, name: str) -> dict[str, str]:
+        data = self.file[name]
+        return {key: self._text(data, key) for key in ("units", "long_name") if key in data.attrs}
+
+    def _text(self, node: h5py.HLObject, key: str) -> str:
+        return self._printable(f"{node.name}: {key}", _only(node, key))
+
+    def _printable(self, what: str, text: Any) -> str:
+        self._require(isinstance(text, str), f"{what} is no text")
+        self._require(len(text) <= LONGEST and text.isprintable(), f"{what} is no printable line")
+        return str(text)
+
+    def _dimension(self, name: str, dim: Any) -> str:
+        self._require(len(dim) == 1, f"a dimension of {name} has no scale")
+        scale = str(dim[0].name).removeprefix("/")
+        self._require(scale in self.file, f"a dimension of {name} is {scale}")
+        self._require(self.file[scale].ndim == 1, f"dimension {scale} is not one")
+        return scale
+
+    def _require_sound(self, name: str) -> int:
+        """Of a variable, before it is read; how many bytes it takes, if it is compressed."""
+        self._printable("a variable's name", name)
+        hard = isinstance(self.file.get(name, getlink=True), h5py.HardLink)
+        self._require(hard, f"{name} leads elsewhere")
+        data = self.file[name]
+        self._require(isinstance(data, h5py.Dataset), f"{name} is no variable")
+        plist = data.id.get_create_plist()
+        stored = plist.get_layout() in (h5py.h5d.CONTIGUOUS, h5py.h5d.CHUNKED, h5py.h5d.COMPACT)
+        self._require(stored and not plist.get_external_count(), f"{name} is stored elsewhere")
+        kind = data.dtype.kind
+        plain = kind in "iuf" and data.dtype.itemsize <= 8
+        text = kind == "O" and h5py.check_string_dtype(data.dtype) is not None
+        self._require(plain or text, f"{name} is neither numbers nor text")
+        self._require(data.shape is not None, f"{name} has no values")
+        filters = [plist.get_filter(number)[0] for number in range(plist.get_nfilters())]
+        self._require(set(filters) <= set(FILTERS), f"{name} has a filter")
+        if not filters:
+            fits = _is_size(data) or data.nbytes <= data.id.get_storage_size()
+            self._require(fits, f"{name} is larger than what is stored of it")
+        return int(data.nbytes) if filters else 0
+
+    def _require(self, sound: bool, what: str) -> None:
+        if not sound:
+            raise InputError(str(self.path), "", None, f"is no result of a study: {what}")
+
+
+def _is_size(data: h5py.Dataset) -> bool:
+    """Whether it only gives a dimension its size."""
+    name = data.attrs.get("NAME", b"") if data.is_scale else b""
+    return SCALE in str(name)
+
+
+def _only(node: h5py.HLObject, key: str) -> Any:
+    """An attribute of one value; None for any other."""
+    value: Any = node.attrs.get(key)
+    return value if np.ndim(value) == 0 else value.flat[0] if np.size(value) == 1 else None

@@ -1,0 +1,222 @@
+"""The result of a study as NetCDF: laid out at full size, filled with batches as they come."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import h5netcdf
+import h5py
+import numpy as np
+
+from crosscheck.output import Draft
+from crosscheck.provenance import provenance
+from crosscheck.registry import second
+from crosscheck.studies.batches.batch import Numbers
+from crosscheck.studies.batches.skeleton import laid_out, room
+from crosscheck.studies.definition.axes import SAMPLE, START, TAKEN, Varied
+from crosscheck.studies.measures.columns import DIVERGED, Column
+from crosscheck.studies.members.members import Study
+from models.errors import InputError
+from models.trajectory import recorded_times
+
+SCHEMA_VERSION = 1
+CHECKED = "checked"
+STUDY, VERSION = "study_sha256", "made_by"
+NUMBER_BYTES = 8
+
+
+def expected_bytes(study: Study, columns: Sequence[Column]) -> int:
+    """Size of a result's numbers."""
+    return study.count * sum(map(_size, columns)) * NUMBER_BYTES
+
+
+def _size(column: Column) -> int:
+    """Numbers of a member."""
+    return math.prod(column.shape)
+
+
+def checked_columns(columns: Sequence[Column], engine: str) -> list[Column]:
+    """What a second engine makes of these, over the members that are checked."""
+    return [made for column in columns for made in _checked(column, engine)]
+
+
+def _checked(column: Column, engine: str) -> list[Column]:
+    about = f"{column.name} by {engine}"
+    if "time" in column.dims:
+        worst = f"largest difference of {about} over the run"
+        return [Column(f"{column.name}_difference", column.unit, worst, column.dims[1:],
+                       column.shape[1:])]  # fmt: skip
+    own = [("_checked", column.unit, about), ("_difference", column.unit, f"{about}, distance")]
+    if column.name != DIVERGED:
+        own.append(("_difference_over_spread", "1", f"{about}, distance over spread"))
+    return [
+        Column(column.name + suffix, unit, meaning, column.dims, column.shape)
+        for suffix, unit, meaning in own
+    ]
+
+
+def require_apart(study: Study, columns: Sequence[Column]) -> None:
+    """Raise InputError unless every variable and dimension has a name of its own."""
+    found = [*columns, *checked_columns(columns, second())]
+    of_axes = {name for axis in study.axes for name in (axis.name, f"{axis.name}_entry")}
+    names = [*TAKEN, *of_axes, *(f"{CHECKED}_{one}" for one in study.dimensions)]
+    names += [column.name for column in found]
+    for name in names:
+        if names.count(name) > 1:
+            allowed = "more than one has this name; give each a name of its own"
+            raise InputError(study.file, "quantities", name, allowed)
+
+
+class ResultFile:
+    """A result that is being made in a draft, where all its numbers have their places.
+
+    checks: members that a second engine runs too. Raises OSError where there is no room for it.
+    """
+
+    def __init__(
+        self, new: Draft, study: Study, columns: Sequence[Column], checks: Sequence[int],
+        version: str,
+    ) -> None:  # fmt: skip
+        self.new, self.study, self.checks = new, study, checks
+        self.columns = {column.name: column for column in columns}
+        self.engine = second()
+        extra = checked_columns(columns, self.engine) if checks else []
+        self.over_checks = {column.name: column for column in extra}
+        self.skeleton = laid_out(lambda file: self._fill(file, version))
+        new.reserve(self.skeleton.size)
+        for place, piece in self.skeleton.pieces():
+            new.write_at(place, piece)
+
+    def write(self, begin: int, numbers: Numbers) -> None:
+        """Members from a place on. Raises OSError."""
+        for name, column in self.columns.items():
+            self._put(name, begin * _size(column), numbers[name])
+
+    def add(self, name: str, values: np.ndarray) -> None:
+        """A variable over the members that are checked, (checked, *the column's shape)."""
+        self._put(name, 0, values)
+
+    def spread(self, name: str) -> np.ndarray:
+        """Largest less smallest of what all members have of a column, of the column's shape."""
+        values = self._numbers(name, 0, self.study.count)
+        some = np.isfinite(values).any(axis=0)
+        high = np.where(np.isfinite(values), values, -np.inf).max(axis=0)
+        low = np.where(np.isfinite(values), values, np.inf).min(axis=0)
+        return np.where(some, high, np.nan) - np.where(some, low, np.nan)
+
+    def values_at(self, name: str, place: int) -> np.ndarray:
+        """What a member has of a column."""
+        return self._numbers(name, place, 1)[0]
+
+    def _put(self, name: str, first: int, values: np.ndarray) -> None:
+        """Numbers of a variable, from one of them on; members stand in the grid's C order."""
+        content = np.ascontiguousarray(values, dtype=np.float64).tobytes()
+        self.new.write_at(self.skeleton.places[name] + first * NUMBER_BYTES, content)
+
+    def _numbers(self, name: str, place: int, members: int) -> np.ndarray:
+        """(members, *the column's shape), from a place on."""
+        column = self.columns[name]
+        count = members * _size(column)
+        offset = self.skeleton.places[name] + place * _size(column) * NUMBER_BYTES
+        found = np.fromfile(self.new.path, np.float64, count, offset=offset)
+        return found.reshape(members, *column.shape)
+
+    def _fill(self, file: h5netcdf.File, version: str) -> list[str]:
+        """All but the numbers; the names of these variables."""
+        self.file = file
+        file.attrs.update(_attributes(self.study, version))
+        self._coordinates()
+        if self.checks:
+            self._check_places()
+        for column in self.columns.values():
+            self._variable(column, tuple(self.study.dimensions))
+        for column in self.over_checks.values():
+            self._variable(column, (CHECKED,))
+        return [*self.columns, *self.over_checks]
+
+    def _check_places(self) -> None:
+        """Which members a second engine runs."""
+        self.file.dimensions[CHECKED] = len(self.checks)
+        meaning = f"member that {self.engine} ran too"
+        self._coordinate(CHECKED, (CHECKED,), np.array(self.checks), "", meaning)
+        for dimension in self.study.dimensions:
+            points = np.array([self.study.points(place)[dimension] for place in self.checks])
+            meaning = f"its place along {dimension}, from 0"
+            self._coordinate(f"{CHECKED}_{dimension}", (CHECKED,), points, "", meaning)
+
+    def _coordinates(self) -> None:
+        study, file = self.study, self.file
+        for dimension, size in study.dimensions.items():
+            file.dimensions[dimension] = size
+        for axis in study.axes:
+            self._axis(axis)
+        if SAMPLE in study.dimensions:
+            count = np.arange(study.dimensions[SAMPLE])
+            self._coordinate(SAMPLE, (SAMPLE,), count, "", "number of the sample, from 0")
+        starts = study.definition.starts
+        if starts is not None:
+            seeds = starts.seed + np.arange(starts.count)
+            about = f"seed of the start's perturbation of up to {starts.size_m:g} m"
+            self._coordinate(START, (START,), seeds, "", about)
+        own = {d: s for c in self.columns.values() for d, s in zip(c.dims, c.shape, strict=True)}
+        file.dimensions.update(own)
+        for name in ("joint", "planet"):
+            if name in own:
+                self._coordinate(name, (name,), 1 + np.arange(own[name]), "", f"{name} number")
+        if "time" in own:
+            time = recorded_times(study.base.scenario)
+            self._coordinate("time", ("time",), time, "s", "time")
+
+    def _axis(self, axis: Varied) -> None:
+        values = _as_array(axis)
+        dims: tuple[str, ...] = (axis.dimension,)
+        if values.ndim == 2:  # entries that are given unlike values
+            entry = f"{axis.name}_entry"
+            self.file.dimensions[entry] = values.shape[1]
+            dims = (*dims, entry)
+        self._coordinate(axis.name, dims, values, axis.unit, axis.path)
+
+    def _coordinate(
+        self, name: str, dims: tuple[str, ...], values: np.ndarray, unit: str, meaning: str
+    ) -> None:
+        text = values.dtype == object
+        dtype = h5py.string_dtype() if text else values.dtype
+        made = self.file.create_variable(name, dims, dtype=dtype)
+        made[...] = values
+        made.attrs.update({"long_name": meaning, **({"units": unit} if unit else {})})
+
+    def _variable(self, column: Column, over: tuple[str, ...]) -> None:
+        dims = (*over, *column.dims)
+        made = room(self.file, column.name, dims)
+        made.attrs.update({"units": column.unit, "long_name": column.meaning})
+        beside = [a.name for a in self.study.axes if a.dimension == SAMPLE and SAMPLE in dims]
+        if beside:  # by which readers find the samples' values
+            made.attrs["coordinates"] = " ".join(beside)
+
+
+def _as_array(axis: Varied) -> np.ndarray:
+    """An axis' values: (points,) where all entries are given the same, words where no numbers."""
+    if isinstance(axis.values, np.ndarray):
+        return axis.values[:, 0] if axis.values.shape[1] == 1 else axis.values
+    column = [row[0] for row in axis.values]
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in column):
+        return np.array(column)
+    words = [value if isinstance(value, str) else json.dumps(value) for value in column]
+    return np.array(words, dtype=object)
+
+
+def _attributes(study: Study, version: str) -> dict[str, Any]:
+    base, definition = study.base, study.definition
+    record = provenance(base.arm, 0, False, [base.scenario], base.switches)
+    return {
+        "Conventions": "CF-1.11",
+        "schema_version": SCHEMA_VERSION,
+        "title": definition.title or definition.name,
+        "study": definition.model_dump_json(),
+        STUDY: study.digest,
+        VERSION: version,
+        "provenance": record.model_dump_json(),
+    }

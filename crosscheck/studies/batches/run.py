@@ -1,0 +1,166 @@
+"""Running a study: what is kept already is taken over, the rest is run and kept, batch by batch."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from crosscheck.output import draft, in_one_line, remove_abandoned, require_file
+from crosscheck.registry import second
+from crosscheck.runner.interruption import advice, finished_first
+from crosscheck.studies.batches.batch import Numbers
+from crosscheck.studies.batches.batches import Batch, batches, checks, task_of
+from crosscheck.studies.batches.kept import (
+    Kept,
+    batches_of,
+    clear_batches,
+    is_complete,
+    require_room,
+)
+from crosscheck.studies.batches.result_file import ResultFile, expected_bytes, require_apart
+from crosscheck.studies.batches.schedule import Place, Task, cluster, here
+from crosscheck.studies.batches.version import fingerprint
+from crosscheck.studies.measures.columns import DIVERGED, Column, columns
+from crosscheck.studies.members.members import Study, require_members
+
+Told = Callable[[str, int, int], None]
+RESUME = "the same with --resume goes on where it stopped"
+
+
+def _unsaid(what: str, done: int, total: int) -> None:
+    pass
+
+
+@dataclass(frozen=True)
+class How:
+    """How a study is run. scheduler: address of Dask's, else ``jobs`` processes of this machine."""
+
+    jobs: int = 1
+    scheduler: str | None = None
+    resume: bool = False
+    told: Told = _unsaid
+
+    def place(self) -> AbstractContextManager[Place]:
+        """Where its batches are run."""
+        return cluster(self.scheduler) if self.scheduler is not None else here(self.jobs)
+
+
+def run_study(study: Study, out: Path, how: How) -> int:
+    """Make the result of a study, a file; returns how many members were run for it.
+
+    Raises InputError, Unfinished, and OSError where the disk is full.
+    """
+    target = require_file(out, option="--out")
+    wanted, version = columns(study), fingerprint()
+    require_apart(study, wanted)
+    if is_complete(target, study, version, how.resume):
+        clear_batches(target, study, wanted)
+        return 0
+    remove_abandoned(target.parent)
+    require_room(target, expected_bytes(study, wanted), study.count)
+    with (
+        how.place() as place,
+        batches_of(target, study, wanted, how.resume) as kept,
+        draft(target.parent) as new,
+    ):
+        require_members(study)
+        also = checks(study, version)
+        with in_one_line(target):
+            places = [task.arguments[1] for task in also]
+            result = ResultFile(new, study, wanted, places, version)
+        with _advised():
+            making = _Making(study, result, kept, how.told)
+            making.run(list(batches(study, version)), place)
+            making.check(also, place, wanted)
+            os.fsync(new.handle)
+        new.publish(target)
+    return making.ran
+
+
+@contextmanager
+def _advised() -> Iterator[None]:
+    """Whoever interrupts is told how to go on."""
+    advice.append(RESUME)
+    try:
+        yield
+        advice.remove(RESUME)
+    except Exception:
+        advice.remove(RESUME)
+        raise
+
+
+@dataclass
+class _Making:
+    """A result under way; ran: members so far."""
+
+    study: Study
+    result: ResultFile
+    kept: Kept
+    told: Told
+    ran: int = 0
+
+    def run(self, all_batches: Sequence[Batch], place: Place) -> None:
+        """All members: those kept, then those missing."""
+        done, missing = 0, []
+        for batch in all_batches:
+            numbers = self.kept.get(batch.key, batch.end - batch.begin)
+            if numbers is None:
+                missing.append(batch)
+            else:
+                self.result.write(batch.begin, numbers)
+                done += batch.end - batch.begin
+        self.told(self.study.definition.name, done, self.study.count)
+        by_key = {batch.key: batch for batch in missing}
+        work = (task_of(self.study, batch) for batch in missing)
+        for task, numbers in place(work):
+            batch = by_key[task.key]
+            with finished_first():
+                self.kept.put(batch.key, numbers)
+                self.result.write(batch.begin, numbers)
+            done += batch.end - batch.begin
+            self.ran += batch.end - batch.begin
+            self.told(self.study.definition.name, done, self.study.count)
+
+    def check(self, tasks: Sequence[Task], place: Place, wanted: Sequence[Column]) -> None:
+        """The members that a second engine runs too, and how far it is from them."""
+        if not tasks:
+            return
+        found: dict[str, Numbers] = {}
+        for task in tasks:
+            numbers = self.kept.get(task.key, 1)
+            if numbers is not None:
+                found[task.key] = numbers
+        what = f"spot checks by {second()}"
+        self.told(what, len(found), len(tasks))
+        left = [task for task in tasks if task.key not in found]
+        for task, numbers in place(left):
+            with finished_first():
+                self.kept.put(task.key, numbers)
+            found[task.key] = numbers
+            self.told(what, len(found), len(tasks))
+        for column in wanted:
+            self._compare(column, [found[task.key] for task in tasks])
+
+    def _compare(self, column: Column, theirs: Sequence[Numbers]) -> None:
+        """What the second engine has of a column, and the differences."""
+        name = column.name
+        said = np.stack([numbers[name][0] for numbers in theirs])
+        ours = np.stack([self.result.values_at(name, place) for place in self.result.checks])
+        difference = np.abs(said - ours)
+        if "time" in column.dims:
+            known = np.isfinite(difference)
+            worst = np.where(known, difference, -np.inf).max(axis=1)
+            difference = np.where(known.any(axis=1), worst, np.nan)
+        else:
+            self.result.add(f"{name}_checked", said)
+        self.result.add(f"{name}_difference", difference)
+        if "time" in column.dims or name == DIVERGED:
+            return
+        spread = self.result.spread(name)
+        over = np.divide(difference, spread, where=spread > 0, out=np.full_like(said, np.nan))
+        self.result.add(f"{name}_difference_over_spread", over)

@@ -1,0 +1,60 @@
+"""What the numbers of a batch depend on besides the study: packages and the project's own code."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Callable
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from crosscheck import __version__
+from crosscheck.registry import MODELS, lead, second
+from crosscheck.runner.sources import code_hash
+from models.errors import InputError
+
+BATCH = "crosscheck.studies.batches.batch"
+
+
+@cache
+def fingerprint() -> str:
+    """Of this process: equal where the same study gives the same numbers."""
+    packages = sorted({*MODELS[lead()].versioned, *MODELS[second()].versioned})
+    parts = [
+        f"python {platform.python_version()} {platform.machine()}",
+        *(f"{name} {_version(name)}" for name in packages),
+        f"crosscheck {__version__} {code_hash((BATCH, 'run_batch'), (BATCH, 'run_check'))[:16]}",
+    ]
+    return ", ".join(parts)
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "missing"
+
+
+def digest_of(*parts: object) -> str:
+    """A name for what depends on all of these."""
+    return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:32]
+
+
+def differs(ours: str, theirs: str) -> str:
+    """Of two fingerprints what is unlike, in words."""
+    pairs = zip(ours.split(", "), theirs.split(", "), strict=False)
+    return "; ".join(f"{a} here, {b} there" for a, b in pairs if a != b) or "another one"
+
+
+def require_same(ours: str, theirs: str, worker: str) -> None:
+    """Raise InputError unless a worker's fingerprint is the one that is expected."""
+    if ours != theirs:
+        allowed = f"runs another version: {differs(ours, theirs)}"
+        raise InputError("--scheduler", "", worker, allowed)
+
+
+def performed_as(expected: str, function: Callable[..., Any], *arguments: Any) -> Any:
+    """What a function gives, where the versions are those that are expected. Raises InputError."""
+    require_same(expected, fingerprint(), f"a worker on {platform.node()}")
+    return function(*arguments)

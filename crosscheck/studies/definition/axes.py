@@ -1,0 +1,175 @@
+"""The axes of a study with their values: which entries each varies, and what they are given."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from crosscheck.studies.definition.definition import (
+    Axis,
+    GridAxis,
+    HypercubeAxis,
+    ListAxis,
+    NormalAxis,
+    Sampled,
+    SampledAxis,
+    Samples,
+)
+from crosscheck.studies.definition.units import unit_of
+from models.errors import InputError
+from models.paths import Place, is_path, places, shown, value_at
+
+SAMPLE, START = "sample", "start"
+TAKEN = {SAMPLE, START, "joint", "planet", "time", "checked"}  # dimensions of every result
+
+
+@dataclass(frozen=True)
+class Varied:
+    """An axis put into numbers: what each of its entries is given, at each of its places.
+
+    name: of the result's coordinate; dimension: along which it varies, its own name or SAMPLE;
+    values: (points, 1) where all entries are given the same, else (points, entries).
+    """
+
+    name: str
+    dimension: str
+    path: str
+    unit: str
+    entries: tuple[Place, ...]
+    values: np.ndarray | tuple[tuple[Any, ...], ...]
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def given(self, point: int) -> Sequence[Any]:
+        """What each entry is given at a point of the axis, as a file would have it."""
+        row = self.values[point]
+        plain = row.tolist() if isinstance(row, np.ndarray) else row
+        return plain if len(plain) == len(self.entries) else list(plain) * len(self.entries)
+
+
+def varied(
+    axes: Sequence[Axis], samples: Samples | None, data: dict[str, Any], file: str
+) -> list[Varied]:
+    """All axes of a study; data: what ``raw_case`` gave. file: the study's. Raises InputError."""
+    found: list[Varied] = []
+    for number, axis in enumerate(axes):
+        entries = _entries(axis, data, f"{file}: axes[{number}]")
+        found.append(_varied(axis, entries, samples, data, f"{file}: axes[{number}]"))
+    _require_apart(found, file)
+    return found
+
+
+def _entries(axis: Axis, data: dict[str, Any], where: str) -> tuple[Place, ...]:
+    found: list[Place] = []
+    for path in axis.paths:
+        if not is_path(path):
+            allowed = "must be the path of an entry, beginning with arm, scenario, switches"
+            raise InputError(where, "path", path, allowed)
+        found += places(data, path, f"{where}: path")
+    return tuple(found)
+
+
+def _varied(
+    axis: Axis,
+    entries: tuple[Place, ...],
+    samples: Samples | None,
+    data: dict[str, Any],
+    where: str,
+) -> Varied:
+    name = axis.name or str(next(k for k in reversed(entries[0]) if isinstance(k, str)))
+    values: np.ndarray | tuple[tuple[Any, ...], ...]
+    if isinstance(axis, ListAxis):
+        values = tuple((value,) for value in axis.values)
+    elif isinstance(axis, GridAxis):
+        space = np.geomspace if axis.spacing == "log" else np.linspace
+        values = space(axis.start, axis.stop, axis.count)[:, np.newaxis]
+    else:
+        assert samples is not None  # the definition's own validation
+        values = _sampled(axis, entries, samples, data, where)
+    dimension = SAMPLE if isinstance(axis, Sampled) else name
+    return Varied(
+        name, dimension, ", ".join(axis.paths), unit_of(entries[0], data), entries, values
+    )
+
+
+def _sampled(
+    axis: SampledAxis,
+    entries: tuple[Place, ...],
+    samples: Samples,
+    data: dict[str, Any],
+    where: str,
+) -> np.ndarray:
+    columns = len(entries) if axis.each else 1
+    generator = np.random.default_rng([samples.seed, _stream(axis)])
+    if isinstance(axis, HypercubeAxis):
+        return _hypercube(axis, samples.count, columns, generator)
+    centres = _centres(axis.centre, entries, data, where)
+    if len(set(centres.tolist())) == 1:
+        centres = centres[: columns if axis.each else 1]
+    if isinstance(axis, NormalAxis):
+        draws = _normal(samples.count, columns, axis.within_sd, generator)
+        width, relative = axis.sd, axis.relative_sd
+    else:
+        draws = generator.uniform(-1, 1, (samples.count, columns))
+        width, relative = axis.tolerance, axis.relative_tolerance
+    widths = np.abs(centres) * relative if relative is not None else width
+    return centres + draws * widths
+
+
+def _stream(axis: SampledAxis) -> int:
+    """What sets an axis' random numbers apart: others may come and go beside it."""
+    return int.from_bytes(hashlib.sha256("\n".join(axis.paths).encode()).digest()[:8])
+
+
+def _hypercube(
+    axis: HypercubeAxis, count: int, columns: int, generator: np.random.Generator
+) -> np.ndarray:
+    """One sample in each of ``count`` equal parts of the range, (count, columns)."""
+    parts = generator.permuted(np.tile(np.arange(count), (columns, 1)), axis=1).T
+    share = (parts + generator.uniform(size=(count, columns))) / count
+    if axis.spacing == "log":
+        return axis.low * (axis.high / axis.low) ** share
+    return axis.low + (axis.high - axis.low) * share
+
+
+def _normal(
+    count: int, columns: int, within: float | None, generator: np.random.Generator
+) -> np.ndarray:
+    """Standard normal deviates, (count, columns), those beyond ``within`` drawn again."""
+    draws = generator.standard_normal((count, columns))
+    while within is not None and (far := np.abs(draws) > within).any():
+        draws[far] = generator.standard_normal(int(far.sum()))
+    return draws
+
+
+def _centres(
+    centre: float | None, entries: tuple[Place, ...], data: dict[str, Any], where: str
+) -> np.ndarray:
+    """About which the entries are drawn, (entries,): the file's own values unless given."""
+    if centre is not None:
+        return np.full(len(entries), centre)
+    found = [value_at(data, entry) for entry in entries]
+    for entry, value in zip(entries, found, strict=True):
+        if not isinstance(value, int | float) or isinstance(value, bool):
+            allowed = "the file has no number there to vary about; give the centre"
+            raise InputError(where, shown(entry), value, allowed)
+    return np.array(found, dtype=float)
+
+
+def _require_apart(axes: Sequence[Varied], file: str) -> None:
+    """Raise InputError unless every axis has a name and entries of its own."""
+    seen: dict[Place, str] = {}
+    names: set[str] = set(TAKEN)
+    for axis in axes:
+        if axis.name in names:
+            raise InputError(file, "axes", axis.name, "is taken; give the axis a name of its own")
+        names |= {axis.name, f"{axis.name}_entry"}
+        for entry in axis.entries:
+            if entry in seen:
+                raise InputError(file, "axes", shown(entry), f"is varied by {seen[entry]} already")
+            seen[entry] = axis.name

@@ -1,0 +1,236 @@
+"""The study's file as data: what is varied over which arm and experiment, and what is measured."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import Discriminator, Field, JsonValue, Tag, model_validator
+
+from crosscheck import LARGEST_SEED
+from crosscheck.studies.definition.quantities import QUANTITY_KINDS, Called, Quantity
+from crosscheck.studies.members.starts import PERTURBATION_M
+from models.arm.quantities import Data, Limit, Name, Printable, Title, Within
+
+Path = Annotated[str, Printable(200)]
+Value = Annotated[float, Within(-1e15, 1e15)]
+Amount = Annotated[int, Within(1, 1e7)]
+Seed = Annotated[int, Within(0, LARGEST_SEED)]
+Perturbation = Annotated[float, Within(0, 0.1, "m")]
+
+
+class Entries(Limit):
+    """Metadata of a table whose keys are the user's to choose."""
+
+    def __init__(self, said: str) -> None:
+        self.said = said
+
+    def __str__(self) -> str:
+        return self.said
+
+    def allows(self, value: object) -> bool:
+        """Anything: what the entries may be, their own reader says."""
+        return True
+
+
+def _one_or_more(value: object) -> str:
+    return "list" if isinstance(value, list | tuple) else "word"
+
+
+Paths = Annotated[
+    Annotated[Path, Tag("word")]
+    | Annotated[tuple[Path, ...], Field(min_length=1, max_length=100, strict=False), Tag("list")],
+    Discriminator(_one_or_more),
+]
+Tolerance = Annotated[float, Within(0, 1e15)]
+
+
+class AxisOf(Data):
+    """What every axis has: the entries that it varies."""
+
+    path: Paths
+    """Entries as --set names them; all of a list of paths are given the same."""
+    name: Called | None = None
+    """What the result calls the axis; the last key of its path."""
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The path, or all of them."""
+        return self.path if isinstance(self.path, tuple) else (self.path,)
+
+
+class ListAxis(AxisOf):
+    """The values themselves: numbers, words, or lists of one value per joint or planet."""
+
+    kind: Literal["list"]
+    """Which sort of axis this is."""
+    values: Annotated[
+        tuple[JsonValue, ...],
+        Entries("a list of 1 to 100000 values that the entry may have"),
+        Field(min_length=1, max_length=100_000, strict=False),
+    ]
+    """One after the other."""
+
+
+class GridAxis(AxisOf):
+    """Equally spaced values, both ends among them."""
+
+    kind: Literal["grid"]
+    """Which sort of axis this is."""
+    start: Value
+    """The first."""
+    stop: Value
+    """The last."""
+    count: Amount
+    """How many."""
+    spacing: Literal["linear", "log"] = "linear"
+    """Equal differences, or equal ratios."""
+
+    @model_validator(mode="after")
+    def _has_logarithms(self) -> Self:
+        if self.spacing == "log" and (self.start <= 0 or self.stop <= 0):
+            raise ValueError("spacing|log needs start and stop above 0")
+        return self
+
+
+class Sampled(AxisOf):
+    """What axes along the study's samples have in common."""
+
+    each: bool = False
+    """Whether every entry that the path names draws its own; else one draw serves all."""
+
+
+class HypercubeAxis(Sampled):
+    """Latin hypercube: one sample in each of as many equal parts of the range as samples."""
+
+    kind: Literal["latin_hypercube"]
+    """Which sort of axis this is."""
+    low: Value
+    """Where the range begins."""
+    high: Value
+    """Where it ends."""
+    spacing: Literal["linear", "log"] = "linear"
+    """Parts of equal width, or of equal ratio."""
+
+    @model_validator(mode="after")
+    def _is_a_range(self) -> Self:
+        if self.high <= self.low:
+            raise ValueError(f"high|must be above low = {self.low:g}")
+        if self.spacing == "log" and self.low <= 0:
+            raise ValueError("spacing|log needs low above 0")
+        return self
+
+
+class NormalAxis(Sampled):
+    """Normally distributed about the file's own value, entry by entry."""
+
+    kind: Literal["normal"]
+    """Which sort of axis this is."""
+    centre: Value | None = None
+    """Mean in place of the file's own values."""
+    sd: Tolerance | None = None
+    """Standard deviation, in the entry's unit; this or relative_sd."""
+    relative_sd: Tolerance | None = None
+    """Standard deviation over the magnitude of the mean."""
+    within_sd: Annotated[float, Within(0.1, 100)] | None = None
+    """Draws further than so many standard deviations off are drawn again."""
+
+    @model_validator(mode="after")
+    def _one_width(self) -> Self:
+        if (self.sd is None) == (self.relative_sd is None):
+            raise ValueError("sd|give either this or relative_sd")
+        return self
+
+
+class UniformAxis(Sampled):
+    """Equally likely anywhere within a tolerance of the file's own value, entry by entry."""
+
+    kind: Literal["uniform"]
+    """Which sort of axis this is."""
+    centre: Value | None = None
+    """Middle in place of the file's own values."""
+    tolerance: Tolerance | None = None
+    """Plus or minus, in the entry's unit; this or relative_tolerance."""
+    relative_tolerance: Tolerance | None = None
+    """Plus or minus, over the magnitude of the middle."""
+
+    @model_validator(mode="after")
+    def _one_width(self) -> Self:
+        if (self.tolerance is None) == (self.relative_tolerance is None):
+            raise ValueError("tolerance|give either this or relative_tolerance")
+        return self
+
+
+SampledAxis = HypercubeAxis | NormalAxis | UniformAxis
+Axis = Annotated[
+    ListAxis | GridAxis | HypercubeAxis | NormalAxis | UniformAxis, Field(discriminator="kind")
+]
+
+
+AXIS_KINDS = frozenset({"list", "grid", "latin_hypercube", "normal", "uniform"})
+
+
+class Samples(Data):
+    """How often the axes with a distribution are drawn, all of them at once."""
+
+    count: Amount
+    """Number of samples."""
+    seed: Seed = 0
+    """Of the random numbers."""
+
+
+class Starts(Data):
+    """Every member again from starts that differ by next to nothing."""
+
+    count: Amount
+    """How many."""
+    seed: Seed = 0
+    """Of the first; the others have those after it."""
+    size_m: Perturbation = PERTURBATION_M
+    """Largest change of a mesh displacement, added to what the scenario says."""
+
+
+class Definition(Data):
+    """A study. Axes of values span a grid, over which samples and starts are repeated.
+
+    Nothing of arm, scenario and switches is changed but at the paths of settings and axes.
+    """
+
+    union_tags: ClassVar[frozenset[str]] = AXIS_KINDS | QUANTITY_KINDS
+
+    schema_version: Annotated[int, Within(1, 1)]
+    """Version of the file."""
+    name: Name
+    """What progress, results and drawings call the study."""
+    title: Title = ""
+    """One line about it."""
+    arm: Path
+    """Built-in name, or TOML file beside this one."""
+    scenario: Path
+    """Built-in name, or TOML file beside this one."""
+    switches: Annotated[
+        dict[str, str], Field(default_factory=dict), Entries("words by the switches' names")
+    ]
+    """Choices of law, as those of --set switches.phase=omega_t."""
+    settings: Annotated[
+        dict[str, JsonValue], Field(default_factory=dict), Entries("values by path")
+    ]
+    """Other values, each by its path in quotes as --set names it."""
+    axes: Annotated[tuple[Axis, ...], Field(max_length=50, strict=False)] = ()
+    """What is varied; without any, the study has one member, or one for each start."""
+    samples: Samples | None = None
+    """Needed by axes with a distribution."""
+    starts: Starts | None = None
+    """Perturbed starts; without them each member starts as the scenario says."""
+    quantities: Annotated[tuple[Quantity, ...], Field(min_length=1, max_length=200, strict=False)]
+    """What is measured of every member."""
+    spot_checks: Annotated[int, Within(0, 1000)] = 0
+    """Members that a second engine runs again, evenly chosen."""
+
+    @model_validator(mode="after")
+    def _samples_serve_axes(self) -> Self:
+        drawn = [place for place, axis in enumerate(self.axes) if isinstance(axis, Sampled)]
+        if drawn and self.samples is None:
+            raise ValueError("samples|is missing; axes with a distribution need its count")
+        if self.samples is not None and not drawn:
+            raise ValueError("samples|needs an axis with a distribution")
+        return self

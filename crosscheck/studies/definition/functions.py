@@ -1,0 +1,120 @@
+"""Functions of the user's that measure a run: where their code is, and calling them.
+
+Their files go with the study as text, so that a worker on another machine needs none of them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import sys
+from collections.abc import Callable
+from functools import lru_cache, partial
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from crosscheck.runner.interruption import was_stopped
+from crosscheck.runner.supervision import overseen
+from crosscheck.studies.definition.quantities import Function
+from models.errors import InputError
+from models.files import LARGEST_FILE
+from models.inputs import content_of
+
+Measuring = Callable[[xr.Dataset], dict[str, float]]
+
+
+def source_of(function: str, folder: Path) -> str:
+    """The text of the file that a function is in; folder: of the study. Raises InputError."""
+    where, colon, name = function.rpartition(":")
+    if not colon or not name.isidentifier() or not where:
+        raise InputError("function", "", function, "must be module:function or file.py:function")
+    try:
+        path = folder / where if where.endswith(".py") else _origin(where)
+        return content_of(path, LARGEST_FILE).decode("utf-8")
+    except (OSError, ValueError, ImportError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError("function", "", function, f"cannot be read: {reason}") from None
+
+
+def _origin(module: str) -> Path:
+    with overseen(module):  # a package that it is in is imported
+        found = importlib.util.find_spec(module)
+    if found is None or not found.origin or not found.origin.endswith(".py"):
+        raise ImportError(f"no module {module} with a source file")
+    return Path(found.origin)
+
+
+@lru_cache(maxsize=64)
+def function_of(function: str, source: str) -> Measuring:
+    """The function itself; its file is run. Raises InputError."""
+    where, _, name = function.rpartition(":")
+    load = (
+        partial(_run, where, source)
+        if where.endswith(".py")
+        else partial(importlib.import_module, where)
+    )
+    module, raised = _outcome(load)
+    if raised:
+        raise InputError("function", "", function, f"cannot be loaded: {raised}")
+    found = getattr(module, name, None)
+    if not callable(found):
+        raise InputError("function", "", function, f"{where} has no function {name}")
+    return found
+
+
+def _outcome(call: Callable[[], Any]) -> tuple[Any, str]:
+    """What the user's code returns, and what it raised if anything, in words.
+
+    The exception itself does not go on: elsewhere nobody may know its class.
+    """
+    try:
+        return call(), ""
+    except BaseException as error:
+        if was_stopped():
+            raise
+        return None, in_words(error)
+
+
+def _run(file: str, source: str) -> ModuleType:
+    name = f"crosscheck_measures_{hashlib.sha256(source.encode()).hexdigest()[:16]}"
+    module = ModuleType(name)
+    module.__file__ = file
+    sys.modules[name] = module  # which records defined in it look for
+    exec(compile(source, file, "exec"), module.__dict__)
+    return module
+
+
+def returned(quantity: Function, source: str, run: xr.Dataset) -> dict[str, float]:
+    """What the function says of a run, nan for None. Raises InputError for anything else."""
+    function = function_of(quantity.function, source)
+    answer, raised = _outcome(partial(function, run))
+    if raised:
+        raise InputError("function", "", quantity.function, f"raised {raised}")
+    try:
+        given = [answer[name] for name in quantity.returns]
+        sound = len(answer) == len(given)
+    except Exception:  # whatever it returned may raise whatever it likes
+        sound = False
+    if not sound:
+        allowed = f"must return numbers by the names {', '.join(quantity.returns)}"
+        raise InputError("function", "", quantity.function, allowed)
+    try:
+        numbers = [np.nan if n is None else float(n) for n in given]
+    except Exception:
+        allowed = "must return plain numbers a double can hold, or None"
+        raise InputError("function", "", quantity.function, allowed) from None
+    return dict(zip(quantity.returns, numbers, strict=True))
+
+
+def in_words(error: BaseException) -> str:
+    """Kind and text of what a user's code raised, which may have no text."""
+    kind = type(error).__name__
+    try:
+        return f"{kind}: {error}" if str(error) else kind
+    except Exception:
+        return kind

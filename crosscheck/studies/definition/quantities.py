@@ -1,0 +1,286 @@
+"""What a study measures of every member, as data: of which signal, where and when."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from models.arm.quantities import Data, Limit, Printable, Within
+
+Signal = Literal[
+    "theta",
+    "theta_dot",
+    "theta_ddot",
+    "torque",
+    "x_sp",
+    "x_pr",
+    "x_sp_dot",
+    "x_pr_dot",
+    "F_sp",
+    "F_pr",
+]
+MeshForce = Literal["F_sp", "F_pr"]
+OF_JOINTS = ("theta", "theta_dot", "theta_ddot", "torque")
+Second = Annotated[float, Within(0, 1e6, "s")]
+Hertz = Annotated[float, Within(0, 1e9, "Hz")]
+Level = Annotated[float, Within(-1e15, 1e15)]
+Pair = Field(strict=False)
+
+
+class Word(Limit):
+    """Metadata of a name that stands in files: letters, digits and what never needs quotes."""
+
+    def __str__(self) -> str:
+        return "1 to 80 letters, digits, or _ . + -"
+
+    def allows(self, value: object) -> bool:
+        """Whether a text is such."""
+        return not isinstance(value, str) or bool(re.fullmatch(r"[A-Za-z_][\w.+-]{0,79}", value))
+
+
+Called = Annotated[str, Word()]
+
+
+class Units(Limit):
+    """Metadata of the table of what a function returns."""
+
+    def __str__(self) -> str:
+        return "units by name, as { ripple = 'rad/s^2' }"
+
+    def allows(self, value: object) -> bool:
+        """At least one; the schema sees to their form."""
+        return bool(value) or not isinstance(value, dict)
+
+
+def _rising(field: str, pair: tuple[float, float] | None) -> None:
+    if pair is not None and pair[1] <= pair[0]:
+        raise ValueError(f"{field}|must end after it begins")
+
+
+class Measured(Data):
+    """What every quantity has: its name in the result."""
+
+    name: Called | None = None
+    """What the result calls it; made of signal and kind."""
+
+    @property
+    def usual_name(self) -> str:
+        """Where the user gives none."""
+        raise NotImplementedError
+
+    @property
+    def called(self) -> str:
+        """Its name in the result."""
+        return self.name or self.usual_name
+
+
+class InWindow(Measured):
+    """Of a joint, in a part of the run."""
+
+    joint: Annotated[int, Within(1, 7)] | None = None
+    """Number of the joint; without it, of every joint."""
+    window_s: Annotated[tuple[Second, Second], Pair] | None = None
+    """From the first time on, until before the second; the whole run."""
+
+    @model_validator(mode="after")
+    def _window_rises(self) -> Self:
+        _rising("window_s", self.window_s)
+        return self
+
+    def _named(self, *parts: str) -> str:
+        return "_".join([*parts, *([f"joint{self.joint}"] if self.joint else [])])
+
+
+class OfSignal(InWindow):
+    """Of one of a run's signals."""
+
+    signal: Signal
+    """Which: angles and torques are the joint's, displacements and forces of its meshes."""
+    planet: Annotated[int, Within(1, 8)] = 1
+    """Number of the planet, of signals of meshes; lumped, all are the same."""
+
+
+class Size(OfSignal):
+    """A number of a signal: largest magnitude, largest less smallest, mean, RMS or last value."""
+
+    kind: Literal["peak", "peak_to_peak", "mean", "rms", "final"]
+    """Which of them."""
+
+    @property
+    def usual_name(self) -> str:
+        return self._named(self.signal, self.kind)
+
+
+class BandRms(OfSignal):
+    """Root mean square of what lies in a band of frequencies, less the mean; Hann window."""
+
+    kind: Literal["band_rms"]
+    """Which quantity this is."""
+    band_Hz: Annotated[tuple[Hertz, Hertz], Pair]
+    """From the first frequency on, until below the second."""
+
+    @model_validator(mode="after")
+    def _band_rises(self) -> Self:
+        _rising("band_Hz", self.band_Hz)
+        return self
+
+    @property
+    def usual_name(self) -> str:
+        return self._named(self.signal, self.kind)
+
+
+class SpectralPeak(OfSignal):
+    """The largest line in a band: its frequency, and its amplitude; Hann window."""
+
+    kind: Literal["spectral_peak"]
+    """Which quantity this is."""
+    band_Hz: Annotated[tuple[Hertz, Hertz], Pair] = (0.0, 1e9)
+    """From the first frequency on, until below the second."""
+
+    @model_validator(mode="after")
+    def _band_rises(self) -> Self:
+        _rising("band_Hz", self.band_Hz)
+        return self
+
+    @property
+    def usual_name(self) -> str:
+        return self._named(self.signal, self.kind)
+
+
+class FinalError(Measured):
+    """Angle at the end less the PD drive's target [rad]."""
+
+    kind: Literal["final_error"]
+    """Which quantity this is."""
+    joint: Annotated[int, Within(1, 7)] | None = None
+    """Number of the joint; without it, of every joint."""
+
+    @property
+    def usual_name(self) -> str:
+        return "_".join(["theta", self.kind, *([f"joint{self.joint}"] if self.joint else [])])
+
+
+class Crossing(OfSignal):
+    """When a signal is first above, or below, a level [s]."""
+
+    kind: Literal["crossing"]
+    """Which quantity this is."""
+    level: Level
+    """In the signal's unit."""
+    side: Literal["above", "below"]
+    """On which side of the level."""
+
+    @property
+    def usual_name(self) -> str:
+        return self._named(self.signal, self.side, f"{self.level:g}")
+
+
+class Settling(InWindow):
+    """When an angle is within a band about a target for good [s]."""
+
+    kind: Literal["settling"]
+    """Which quantity this is."""
+    band_rad: Annotated[float, Within(1e-15, 1e4, "rad")]
+    """Largest distance from the target."""
+    target_rad: Annotated[float, Within(-1e4, 1e4, "rad")] | None = None
+    """In place of the PD drive's target."""
+
+    @property
+    def usual_name(self) -> str:
+        return self._named("theta", self.kind)
+
+
+class ContactLoss(InWindow):
+    """When a mesh that carried a force first carries none [s]."""
+
+    kind: Literal["contact_loss"]
+    """Which quantity this is."""
+    signal: MeshForce
+    """Of which mesh: F_sp the sun's, F_pr the ring's."""
+    planet: Annotated[int, Within(1, 8)] = 1
+    """Number of the planet; lumped, all are the same."""
+
+    @property
+    def usual_name(self) -> str:
+        return self._named(self.signal, self.kind)
+
+
+class ApartShare(InWindow):
+    """Share of the time in which a mesh carries no force."""
+
+    kind: Literal["apart_share"]
+    """Which quantity this is."""
+    signal: MeshForce
+    """Of which mesh: F_sp the sun's, F_pr the ring's."""
+    planet: Annotated[int, Within(1, 8)] = 1
+    """Number of the planet; lumped, all are the same."""
+
+    @property
+    def usual_name(self) -> str:
+        return self._named(self.signal, self.kind)
+
+
+class RigidDeviation(InWindow):
+    """Largest distance of an angle from that of the rigid arm in the same experiment [rad]."""
+
+    kind: Literal["rigid_deviation"]
+    """Which quantity this is."""
+    level: Annotated[str, Printable(40)] = "coupled"
+    """What of the gears' inertia the rigid arm has: links, carriers, armature or coupled."""
+
+    @property
+    def usual_name(self) -> str:
+        return self._named("theta", self.kind, self.level)
+
+
+class Function(Measured):
+    """Numbers that a function of the user's returns of a member's run, a Dataset."""
+
+    kind: Literal["user_function"]
+    """Which quantity this is."""
+    function: Annotated[str, Printable(200)]
+    """Whose code is run: module:function, or file.py:function beside the study's file."""
+    returns: Annotated[dict[Called, str], Units()]
+    """The numbers that it returns by name, with their units."""
+
+    @property
+    def usual_name(self) -> str:
+        return self.function.rpartition(":")[2]
+
+
+class Trajectories(Measured):
+    """Signals over the whole run, of every joint, and of meshes of every planet."""
+
+    kind: Literal["trajectories"]
+    """Which quantity this is."""
+    signals: Annotated[tuple[Signal, ...], Field(min_length=1, max_length=10, strict=False)]
+    """Which signals are kept whole."""
+
+    @property
+    def usual_name(self) -> str:
+        return "trajectories"
+
+
+Quantity = Annotated[
+    Size
+    | BandRms
+    | SpectralPeak
+    | FinalError
+    | Crossing
+    | Settling
+    | ContactLoss
+    | ApartShare
+    | RigidDeviation
+    | Function
+    | Trajectories,
+    Field(discriminator="kind"),
+]
+QUANTITY_KINDS = frozenset(
+    {
+        *("peak", "peak_to_peak", "mean", "rms", "final", "band_rms", "spectral_peak"),
+        *("final_error", "crossing", "settling", "contact_loss", "apart_share"),
+        *("rigid_deviation", "user_function", "trajectories"),
+    }
+)

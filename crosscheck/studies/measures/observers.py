@@ -1,0 +1,288 @@
+"""Who watches the members go by, chunk after chunk, and says in the end what was asked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from crosscheck import signals
+from crosscheck.studies.definition.functions import returned
+from crosscheck.studies.definition.quantities import (
+    OF_JOINTS,
+    ApartShare,
+    ContactLoss,
+    Crossing,
+    FinalError,
+    Function,
+    OfSignal,
+    Quantity,
+    RigidDeviation,
+    Settling,
+    Size,
+    SpectralPeak,
+    Trajectories,
+)
+from crosscheck.studies.definition.quantities import BandRms as BandOf
+from crosscheck.studies.measures.columns import require_measurable
+from crosscheck.studies.measures.folds import (
+    Average,
+    BandRms,
+    First,
+    FirstLoss,
+    Fold,
+    LargestLine,
+    Last,
+    Peak,
+    Range,
+    Settled,
+    Share,
+)
+from crosscheck.studies.members.rigid import rigid_angles
+from models.experiment.scenario import PdDrive, per_joint
+from models.loading import Case
+from models.trajectory import recorded
+
+MESH_SIGNALS = ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr")
+SIGNALS = (*OF_JOINTS, *MESH_SIGNALS)
+
+
+class Records(Protocol):
+    """What is asked of a chunk; see analytic.ensemble.Chunk."""
+
+    @property
+    def time(self) -> np.ndarray: ...
+
+
+class Observer(Protocol):
+    """Watches members that run side by side."""
+
+    def see(self, chunk: Records) -> None:
+        """The next chunk in the order of time."""
+
+    def found(self) -> Mapping[str, np.ndarray]:
+        """By the names of columns, (members, *the column's shape)."""
+
+
+class Watched(NamedTuple):
+    """Members side by side, what the user's functions are called and where their text is."""
+
+    cases: Sequence[Case]
+    sources: Mapping[str, str]
+    file: str
+
+
+def observer(quantity: Quantity, watched: Watched) -> Observer:
+    """Who sees to a quantity. Raises InputError where it means nothing for a member."""
+    for case in watched.cases:
+        require_measurable(quantity, case, watched.file)
+    if isinstance(quantity, Function):
+        return _Called(quantity, watched)
+    if isinstance(quantity, Trajectories):
+        return _Kept(quantity, watched.cases)
+    if isinstance(quantity, RigidDeviation):
+        return _Deviation(quantity, watched.cases)
+    return _Folded(quantity, watched.cases)
+
+
+class _Folded:
+    """A signal of one joint, or of all, folded over a window."""
+
+    def __init__(self, quantity: Quantity, cases: Sequence[Case]) -> None:
+        self.name, self.window = quantity.called, getattr(quantity, "window_s", None)
+        self.signal = getattr(quantity, "signal", "theta")
+        self.planet = getattr(quantity, "planet", 1)
+        self.joints = _joints(quantity, cases)
+        self.fold, self.less = _fold(quantity, cases, self.joints)
+        # Where the last value alone counts, what comes before is not even looked at.
+        scenario = cases[0].scenario
+        late = scenario.step_s * (scenario.steps - scenario.stride / 2)
+        self.after_s = late if self.fold.ends and self.window is None else -np.inf
+
+    def see(self, chunk: Records) -> None:
+        part = _inside(chunk.time, self.window)
+        if part.stop > part.start and chunk.time[-1] > self.after_s:
+            values = _signal(chunk, self.signal, self.planet)[part, self.joints]
+            self.fold.take(chunk.time[part], values)
+
+    def found(self) -> Mapping[str, np.ndarray]:
+        numbers = self.fold.numbers()
+        named = zip(self.fold.parts, numbers, strict=True)
+        return {self.name + part: (value - self.less).T for part, value in named}
+
+
+class _Deviation:
+    """How far an angle gets from the rigid arm's."""
+
+    def __init__(self, quantity: RigidDeviation, cases: Sequence[Case]) -> None:
+        self.name, self.window = quantity.called, quantity.window_s
+        self.joints = _joints(quantity, cases)
+        self.angles, self.whose = rigid_angles(quantity.level, cases)
+        self.fold = Peak(_columns(self.joints, cases))
+        self.seen = 0
+
+    def see(self, chunk: Records) -> None:
+        part = _inside(chunk.time, self.window)
+        if part.stop > part.start:
+            theta = _signal(chunk, "theta", 1)[part, self.joints]
+            here = slice(self.seen + part.start, self.seen + part.stop)
+            rigid = np.moveaxis(self.angles[:, here][self.whose][..., self.joints], 0, -1)
+            self.fold.take(chunk.time[part], theta - rigid)
+        self.seen += chunk.time.size
+
+    def found(self) -> Mapping[str, np.ndarray]:
+        (value,) = self.fold.numbers()
+        return {self.name: value.T}
+
+
+class _Whole:
+    """Keeps signals as they are, (records, joints, [planets,] members) each."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self.time: list[np.ndarray] = []
+        self.values: dict[str, list[np.ndarray]] = {name: [] for name in names}
+
+    def see(self, chunk: Records) -> None:
+        self.time.append(chunk.time.copy())
+        for name, pieces in self.values.items():
+            pieces.append(getattr(chunk, name).copy())
+
+    def joined(self, name: str, planets: Sequence[int]) -> np.ndarray:
+        """A signal, as often as a joint has planets where one stands for all; nan beyond these."""
+        whole = np.concatenate(self.values[name])
+        return whole if whole.ndim == 3 else _each(whole, planets)
+
+
+class _Kept(_Whole):
+    """Trajectories for the result."""
+
+    def __init__(self, quantity: Trajectories, cases: Sequence[Case]) -> None:
+        super().__init__(quantity.signals)
+        self.prefix = f"{quantity.name}_" if quantity.name else ""
+        self.planets = _planets(cases[0])
+
+    def found(self) -> Mapping[str, np.ndarray]:
+        if not self.time:
+            return {}
+        return {
+            self.prefix + name: np.moveaxis(self.joined(name, self.planets), -1, 0)
+            for name in self.values
+        }
+
+
+class _Called(_Whole):
+    """Runs for a function of the user's."""
+
+    def __init__(self, quantity: Function, watched: Watched) -> None:
+        super().__init__(SIGNALS)
+        self.quantity, self.watched = quantity, watched
+
+    def found(self) -> Mapping[str, np.ndarray]:
+        if not self.time:
+            return {}
+        time, source = np.concatenate(self.time), self.watched.sources[self.quantity.function]
+        answers: dict[str, list[float]] = {name: [] for name in self.quantity.returns}
+        planets = _planets(self.watched.cases[0])  # of all alike, as they stand side by side
+        wanted = SIGNALS if any(planets) else OF_JOINTS
+        whole = {name: self.joined(name, planets) for name in wanted}
+        for place, (arm, scenario, chosen) in enumerate(self.watched.cases):
+            own = {name: values[..., place] for name, values in whole.items()}
+            run = recorded("ensemble", arm, scenario, chosen, time, **own)
+            known = np.isfinite(run["theta"].values).all()
+            said = returned(self.quantity, source, run) if known else {}
+            for name, numbers in answers.items():
+                numbers.append(said.get(name, np.nan))
+        return {name: np.array(numbers) for name, numbers in answers.items()}
+
+
+def _fold(
+    quantity: Quantity, cases: Sequence[Case], joints: slice | int
+) -> tuple[Fold, np.ndarray | float]:
+    """The fold of a quantity, and what its number is less."""
+    columns = _columns(joints, cases)
+    if isinstance(quantity, FinalError):
+        return Last(columns), _targets(cases)[joints]
+    if isinstance(quantity, Settling):
+        aim = quantity.target_rad
+        targets = _targets(cases)[joints] if aim is None else np.full(columns, aim)
+        return Settled(targets, quantity.band_rad), 0.0
+    if isinstance(quantity, ContactLoss):
+        return FirstLoss(columns), 0.0
+    if isinstance(quantity, ApartShare):
+        return Share(columns), 0.0
+    assert isinstance(quantity, OfSignal)
+    return _of_signal(quantity, columns), 0.0
+
+
+def _of_signal(quantity: OfSignal, columns: tuple[int, ...]) -> Fold:
+    if isinstance(quantity, BandOf):
+        return BandRms(columns, *quantity.band_Hz)
+    if isinstance(quantity, SpectralPeak):
+        return LargestLine(columns, *quantity.band_Hz)
+    if isinstance(quantity, Crossing):
+        level = quantity.level
+        if quantity.side == "above":
+            return First(columns, lambda values: values > level)
+        return First(columns, lambda values: values < level)
+    assert isinstance(quantity, Size)
+    if quantity.kind == "final":
+        return Last(columns)
+    if quantity.kind in ("peak", "peak_to_peak"):
+        return Peak(columns) if quantity.kind == "peak" else Range(columns)
+    return Average(columns, squared=quantity.kind == "rms")
+
+
+def _joints(quantity: Quantity, cases: Sequence[Case]) -> slice | int:
+    """Of a quantity: all, or one."""
+    joint = getattr(quantity, "joint", None)
+    return slice(None) if joint is None else int(joint) - 1
+
+
+def _columns(joints: slice | int, cases: Sequence[Case]) -> tuple[int, ...]:
+    if isinstance(joints, int):
+        return (len(cases),)
+    return len(cases[0].arm.joints), len(cases)
+
+
+def _planets(case: Case) -> list[int]:
+    """How many each joint has."""
+    return [joint.planet_count for joint in case.arm.joints]
+
+
+def _targets(cases: Sequence[Case]) -> np.ndarray:
+    """Of PD drives [rad], (joints, members)."""
+    found = []
+    for case in cases:
+        assert isinstance(case.scenario.drive, PdDrive)  # as was required
+        found.append(per_joint(case.scenario.drive.target_rad, len(case.arm.joints)))
+    return np.array(found).T
+
+
+def _inside(time: np.ndarray, window: tuple[float, float] | None) -> slice:
+    return slice(0, time.size) if window is None else signals.window(time, *window)
+
+
+def _signal(chunk: Records, name: str, planet: int) -> np.ndarray:
+    """(records, joints, members) of a chunk."""
+    values: np.ndarray = getattr(chunk, name)
+    if name in OF_JOINTS:
+        return values
+    if values.shape[2] == 1:
+        return values[:, :, 0]
+    if planet > values.shape[2]:  # none of that number, or no meshes at all
+        return np.full((values.shape[0], values.shape[1], values.shape[3]), np.nan)
+    return values[:, :, planet - 1]
+
+
+def _each(values: np.ndarray, counts: Sequence[int]) -> np.ndarray:
+    """(records, joints, planets, members) of a planet that stands for all, or of each.
+
+    counts: of every joint's planets; beyond them, and where there are no meshes, all is nan.
+    """
+    planets = max(1, *counts)
+    found = np.full((*values.shape[:2], planets, values.shape[3]), np.nan)
+    for joint, count in enumerate(counts):
+        alone = values.shape[2] == 1
+        found[:, joint, :count] = values[:, joint, : 1 if alone else count]
+    return found

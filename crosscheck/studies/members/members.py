@@ -1,0 +1,204 @@
+"""The members of a study: counted through its grid, made into cases one after the other."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import json
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+
+from crosscheck.studies.definition.axes import SAMPLE, START, Varied, varied
+from crosscheck.studies.definition.definition import Definition
+from crosscheck.studies.members.starts import perturbed
+from models.arm.arm import Arm
+from models.errors import InputError
+from models.experiment.scenario import Scenario
+from models.loading import Case, case_of, require_fitting, switches_of, validated
+from models.paths import assign
+
+LOOKED_AT = 500  # members that are checked before any of them is run
+Raw = dict[str, Any]  # by section, what an arm's and a scenario's files hold
+
+
+@dataclass(frozen=True)
+class Study:
+    """A definition with all that it names: everything that its result depends on besides code.
+
+    data: content of arm and scenario, and switches, settings applied; sources: text of the user's
+    files of functions, by the names that the definition has for them. file: the study's, for
+    messages.
+    """
+
+    definition: Definition
+    data: Raw
+    sources: dict[str, str]
+    file: str
+
+    @cached_property
+    def text(self) -> str:
+        """All of it, for another process."""
+        fields = {"definition": self.definition.model_dump(mode="json"), "file": self.file}
+        return json.dumps({**fields, "data": self.data, "sources": self.sources}, sort_keys=True)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of what decides its numbers: not of the names of files."""
+        unsaid = {"arm", "scenario", "name", "title"}
+        defined = self.definition.model_dump(mode="json", exclude=unsaid)
+        text = json.dumps([defined, self.data, self.sources], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    @cached_property
+    def base(self) -> Case:
+        """What the axes start from. Raises InputError."""
+        return case_of(self.data, self.definition.arm, self.definition.scenario)
+
+    @cached_property
+    def axes(self) -> list[Varied]:
+        """With their values. Raises InputError."""
+        definition = self.definition
+        return varied(definition.axes, definition.samples, self.data, self.file)
+
+    @cached_property
+    def dimensions(self) -> dict[str, int]:
+        """Of the members' grid with their sizes: the axes' own, then samples, then starts."""
+        own = {axis.name: len(axis) for axis in self.axes if axis.dimension != SAMPLE}
+        samples, starts = self.definition.samples, self.definition.starts
+        drawn = {SAMPLE: samples.count} if samples is not None else {}
+        return {**own, **drawn, **({START: starts.count} if starts is not None else {})}
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the members' grid."""
+        return tuple(self.dimensions.values())
+
+    @property
+    def count(self) -> int:
+        """Number of members."""
+        return math.prod(self.shape)
+
+    def cases(self, begin: int, end: int, step: int = 1) -> Iterator[Case]:
+        """The members from one place to before another, in C order. Raises InputError."""
+        maker = _Maker(self)
+        for place in range(begin, end, step):
+            yield maker.case(place)
+
+    def points(self, place: int) -> dict[str, int]:
+        """Where a member is along every dimension."""
+        where = np.unravel_index(place, self.shape) if self.shape else ()
+        return dict(zip(self.dimensions, map(int, where), strict=True))
+
+
+@lru_cache(maxsize=4)
+def study_of(text: str) -> Study:
+    """The study that ``Study.text`` is of."""
+    read = json.loads(text)
+    definition = Definition.model_validate(read["definition"])
+    return Study(definition, read["data"], read["sources"], read["file"])
+
+
+class _Maker:
+    """Puts values into one copy of the files' content; a section that stayed is not read again."""
+
+    def __init__(self, study: Study) -> None:
+        self.study, self.data = study, copy.deepcopy(study.data)
+        self.of_section = {
+            section: [axis for axis in study.axes if any(e[0] == section for e in axis.entries)]
+            for section in ("arm", "scenario", "switches")
+        }
+        self.points: dict[str, tuple[int, ...]] = {}
+        self.made: Case | None = None
+
+    def case(self, place: int) -> Case:
+        """A member's. Raises InputError."""
+        points = self.study.points(place)
+        try:
+            case = self._case(points)
+        except InputError as error:
+            raise blamed(self.study, place, error) from None
+        starts = self.study.definition.starts
+        if starts is None:
+            return case
+        return perturbed(case, starts.seed + points[START], starts.size_m)
+
+    def _case(self, points: dict[str, int]) -> Case:
+        changed = {section: self._put(section, points) for section in self.of_section}
+        if self.made is not None and not any(changed.values()):
+            return self.made
+        before, names = self.made, self.study.definition
+        self.made = None
+        arm = scenario = chosen = None
+        if before is not None:
+            arm, scenario, chosen = before
+        if arm is None or changed["arm"]:
+            arm = validated(Arm, self.data["arm"], names.arm)
+        if scenario is None or changed["scenario"]:
+            scenario = validated(Scenario, self.data["scenario"], names.scenario)
+        if chosen is None or changed["switches"] or changed["arm"]:
+            chosen = switches_of(self.data["switches"], arm)
+        case = Case(arm, scenario, chosen)
+        require_fitting(case, names.arm, names.scenario)
+        self.made = case
+        return case
+
+    def _put(self, section: str, points: dict[str, int]) -> bool:
+        """A section's values at these points into the data; whether they are other ones."""
+        axes = self.of_section[section]
+        now = tuple(points[axis.dimension] for axis in axes)
+        if self.points.get(section) == now:
+            return False
+        self.points[section] = now
+        for axis, point in zip(axes, now, strict=True):
+            for entry, value in zip(axis.entries, axis.given(point), strict=True):
+                assign(self.data, entry, value)
+        return True
+
+
+def require_members(study: Study) -> None:
+    """Raise InputError for a member that is refused, as far as few of them can tell.
+
+    Those where an axis has its least and largest values, and some spread over all; what else is
+    wrong with two values only together shows when their batch is made.
+    """
+    extremes = {place for axis in study.axes for place in _extremes(study, axis)}
+    spread = np.linspace(0, study.count - 1, min(LOOKED_AT, study.count)).astype(int)
+    maker = _Maker(study)
+    for place in sorted(extremes | set(map(int, spread))):
+        maker.case(place)
+
+
+def _extremes(study: Study, axis: Varied) -> Iterator[int]:
+    """The first members at which an axis has its least and its largest values, or each word."""
+    points: Iterable[int] = range(len(axis))
+    if isinstance(axis.values, np.ndarray):
+        points = {*axis.values.argmin(axis=0).tolist(), *axis.values.argmax(axis=0).tolist()}
+    stride = math.prod(study.shape[list(study.dimensions).index(axis.dimension) + 1 :])
+    return (point * stride for point in points)
+
+
+def blamed(study: Study, place: int, error: InputError) -> InputError:
+    """Of a member that is refused: which axis' value is to blame, alone or with the others."""
+    points = study.points(place)
+    for axis in study.axes:
+        data = copy.deepcopy(study.data)
+        given = axis.given(points[axis.dimension])
+        for entry, value in zip(axis.entries, given, strict=True):
+            assign(data, entry, value)
+        try:
+            case_of(data, study.definition.arm, study.definition.scenario)
+        except InputError as alone:
+            return InputError(
+                f"{study.file}: axis {axis.path}",
+                "",
+                alone.value,
+                f"{alone.field}: {alone.allowed}",
+            )
+    return InputError(
+        f"{study.file}: member {place}", error.field, error.value, f"{error.allowed}, as varied"
+    )

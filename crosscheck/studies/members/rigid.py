@@ -1,0 +1,59 @@
+"""The rigid arm in the experiments of geared ones: what they are held against."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from crosscheck.registry import MODELS, build, of_level
+from models.arm.arm import Arm
+from models.arm.mesh import Mesh
+from models.arm.meshes import with_meshes
+from models.arm.stiffness import SineStiffness
+from models.errors import Diverged
+from models.experiment.scenario import Scenario, Start
+from models.loading import Case
+
+COARSER = 10  # steps of the geared arm in one of the rigid arm, which is smooth
+
+# In place of all meshes, which a rigid arm has none of.
+ANY_MESH = Mesh(
+    stiffness=SineStiffness(law="sine", mean_N_per_m=1.0, amplitude_N_per_m=0.0),
+    backlash_m=0.0,
+    tooth_error_m=0.0,
+    damping_ratio=0.0,
+)
+
+
+def rigid_angles(level: str, cases: Sequence[Case]) -> tuple[np.ndarray, np.ndarray]:
+    """Angles [rad] of unlike rigid arms, (arms, records, joints), and which is whose, (cases,).
+
+    On the geared runs' own recording grid; nan where a run diverged. Members that differ in their
+    meshes alone share one.
+    """
+    model = next(name for name in of_level(level) if MODELS[name].order is not None)
+    places: dict[tuple[Arm, Scenario], int] = {}
+    whose = [places.setdefault(without_meshes(case), len(places)) for case in cases]
+    return np.stack([_angles(model, *unlike) for unlike in places]), np.array(whose)
+
+
+def without_meshes(case: Case) -> tuple[Arm, Scenario]:
+    """Arm and experiment with nothing left that is a mesh's own, in steps for a smooth motion."""
+    scenario = case.scenario
+    longer = next(n for n in range(COARSER, 0, -1) if scenario.stride % n == 0)
+    given = {name: getattr(scenario.start, name) for name in ("theta_rad", "theta_dot_rad_per_s")}
+    changed = {
+        "step_s": scenario.step_s * longer,
+        "record_every": scenario.stride // longer,
+        "start": Start(**given),
+    }
+    return with_meshes(case.arm, lambda mesh: ANY_MESH), scenario.model_copy(update=changed)
+
+
+def _angles(model: str, arm: Arm, scenario: Scenario) -> np.ndarray:
+    try:
+        return build(model, arm, scenario).simulate()["theta"].values
+    except Diverged:
+        records = scenario.steps // scenario.stride + 1
+        return np.full((records, len(arm.joints)), np.nan)

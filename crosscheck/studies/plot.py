@@ -1,0 +1,240 @@
+"""`crosscheck plot`: a study's result drawn as its axes ask for: curves, maps, distributions."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from crosscheck.kinds import PICTURE
+from crosscheck.output import require_file, write_files
+from crosscheck.report.words import printable
+from crosscheck.studies.batches.opened import Opened, used
+from crosscheck.studies.batches.result_file import CHECKED
+from crosscheck.studies.definition.axes import SAMPLE, START
+from crosscheck.studies.measures.columns import DIVERGED
+from models.errors import InputError
+from models.inputs import remember
+
+REPEATED = (SAMPLE, START)  # dimensions along which a member is made again by chance
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+FEW = 0.02
+TWO_STATES = 0.5  # of the range: a gap so wide, empty, parts members into two states
+MOST_DRAWN = 40  # drawings, one above the other
+MOST_WORDS = 40  # along an axis
+LONGEST = 90  # characters of a title or label
+STYLE: dict[Any, Any] = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "text.parse_math": False,  # words of files are no formulas
+}
+WIDTH, HEIGHT = 6.4, 3.6  # inches of a drawing
+DPI = 140
+
+
+def plot_command(file: Path, quantities: Sequence[str], out: Path | None) -> None:
+    """Draw quantities of a result into a PNG file. Raises InputError."""
+    remember(file)
+    target = require_file(out or file.with_suffix(".png"), PICTURE, "--out")
+    write_files({target: used(file, partial(_picture, list(quantities)))})
+    print(f"wrote {printable(str(target))}")
+
+
+def drawable(result: Opened) -> list[str]:
+    """The quantities of a result that drawings are made of."""
+    return [
+        name
+        for name in result.variables()
+        if name != DIVERGED and not {CHECKED, "time"} & set(result.dims(name))
+    ]
+
+
+def _picture(quantities: list[str], result: Opened) -> bytes:
+    """PNG of these, or of all that can be drawn. Raises InputError."""
+    known = drawable(result)
+    for name in quantities:
+        if name not in known:
+            allowed = f"not in {result.path}; there are {', '.join(known)}"
+            raise InputError("--quantity", "", name, allowed)
+    wanted = list(dict.fromkeys(quantities)) or known
+    panels = sum(result.joints(name) for name in wanted)
+    if not 0 < panels <= MOST_DRAWN:
+        allowed = f"{panels} drawings, 1 to {MOST_DRAWN} are possible; name some by --quantity"
+        raise InputError(str(result.path), "", None, allowed)
+    return drawn(result.dataset(wanted), wanted)
+
+
+def drawn(result: xr.Dataset, names: Sequence[str]) -> bytes:
+    """PNG of a drawing for each quantity, and each joint of it."""
+    panels = [panel for name in names for panel in _by_joint(result[name])]
+    rows = len(panels)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, HEIGHT * rows), layout="constrained")
+        places = figure.subplots(rows, 1, squeeze=False)[:, 0]
+        for axes, values in zip(places, panels, strict=True):
+            _draw(axes, values)
+        stream = io.BytesIO()
+        figure.savefig(stream, format="png", dpi=DPI, metadata={"Software": "geararm-crosscheck"})
+    return stream.getvalue()
+
+
+def _by_joint(values: xr.DataArray) -> list[xr.DataArray]:
+    if "joint" not in values.dims:
+        return [values]
+    return [values.sel(joint=joint) for joint in values["joint"].values]
+
+
+def _draw(axes: Axes, values: xr.DataArray) -> None:
+    """As its dimensions ask for: one axis a curve, two a map, none a distribution."""
+    own = [str(dim) for dim in values.dims if dim not in REPEATED and values.sizes[dim] > 1]
+    single = [dim for dim in values.dims if dim not in (*own, *REPEATED)]
+    values = values.isel(dict.fromkeys(single, 0))
+    axes.set_title(_about(values), fontsize=9)
+    if not np.isfinite(values.values).any():
+        axes.text(0.5, 0.5, "undefined in every member", transform=axes.transAxes, ha="center")
+    elif not own:
+        _distribution(axes, values)
+    elif len(own) == 1:
+        _curve(axes, values, own[0])
+    else:
+        _map(axes, values, own)
+
+
+def _about(values: xr.DataArray) -> str:
+    joint = f", joint {int(values['joint'])}" if "joint" in values.coords else ""
+    return f"{_cut(str(values.attrs.get('long_name', values.name)))}{joint}"
+
+
+def _labelled(values: xr.DataArray) -> str:
+    unit = values.attrs.get("units", "")
+    return _cut(f"{values.name} [{unit}]" if unit not in ("", "1") else f"{values.name}")
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
+
+
+def _repeats(values: xr.DataArray, *own: str) -> np.ndarray:
+    """(*own, all repetitions)."""
+    ordered = values.transpose(*own, ...).values
+    return ordered.reshape(*ordered.shape[: len(own)], -1)
+
+
+def _distribution(axes: Axes, values: xr.DataArray) -> None:
+    """Histogram, and the share of members that are below."""
+    known = values.values[np.isfinite(values.values)]
+    axes.hist(known, bins=min(max(10, math.isqrt(known.size)), 100), color="0.75")
+    axes.set_xlabel(_labelled(values))
+    axes.set_ylabel(f"members, of {values.size:,}")
+    shares = axes.twinx()
+    shares.ecdf(known, color="C0")
+    shares.set_ylabel("share below")
+    shares.spines["right"].set_visible(True)
+
+
+def _curve(axes: Axes, values: xr.DataArray, own: str) -> None:
+    """Over the axis: the median and bands of what is repeated; the share of two states, if so."""
+    repeats, at = _repeats(values, own), values[own]
+    x = _positions(at)
+    with np.errstate(all="ignore"):
+        low, lower, middle, upper, high = _quantiles(repeats)
+    axes.plot(x, middle, "o-" if at.size < 30 else "-", color="C0", markersize=3, label="median")
+    if repeats.shape[1] > 1:
+        axes.fill_between(x, low, high, color="C0", alpha=0.15, label="5 to 95 %")
+        axes.fill_between(x, lower, upper, color="C0", alpha=0.25, label="25 to 75 %")
+        axes.legend(fontsize=7)
+        _states(axes, x, repeats)
+    _mark(at, axes.set_xscale, axes.set_xticks)
+    axes.set_xlabel(_labelled(at))
+    axes.set_ylabel(_labelled(values))
+
+
+def _quantiles(repeats: np.ndarray) -> np.ndarray:
+    """QUANTILES of each row, (quantiles, rows); nan where nothing is defined."""
+    found = np.full((len(QUANTILES), len(repeats)), np.nan)
+    for place, row in enumerate(repeats):
+        known = row[np.isfinite(row)]
+        if known.size:
+            found[:, place] = np.quantile(known, QUANTILES)
+    return found
+
+
+def _states(axes: Axes, x: np.ndarray, repeats: np.ndarray) -> None:
+    """Where members fall into two states apart from each other, the share in the upper one."""
+    between = two_states(repeats)
+    if between is None:
+        return
+    known = np.isfinite(repeats).sum(axis=1)
+    above = np.where(known > 0, (repeats > between).sum(axis=1) / np.maximum(known, 1), np.nan)
+    share = axes.twinx()
+    share.plot(x, above, "s--", color="C1", markersize=3)
+    share.set_ylim(-0.05, 1.05)
+    share.set_ylabel(f"share above {between:.3g}", color="C1")
+
+
+def two_states(values: np.ndarray) -> float | None:
+    """A number between two states that members fall into; None if there are no such two.
+
+    What a few members do, fewer than FEW of all at either end, is no state.
+    """
+    known = np.sort(values[np.isfinite(values)])
+    few = int(FEW * known.size)
+    known = known[few : known.size - few]
+    if known.size < 4 or known[-1] == known[0]:
+        return None
+    gaps = np.diff(known)
+    widest = int(gaps.argmax())
+    if gaps[widest] < TWO_STATES * (known[-1] - known[0]):
+        return None
+    return float(known[widest] + known[widest + 1]) / 2
+
+
+def _map(axes: Axes, values: xr.DataArray, own: Sequence[str]) -> None:
+    """Medians over the last two axes, at the first point of any other."""
+    down, across = own[-2:]
+    fixed = dict.fromkeys(own[:-2], 0)
+    part = values.isel(fixed)
+    repeats = _repeats(part, down, across)
+    grid = _quantiles(repeats.reshape(-1, repeats.shape[-1]))[2].reshape(repeats.shape[:2])
+    x, y = _positions(part[across]), _positions(part[down])
+    colours = axes.pcolormesh(x, y, grid, shading="nearest")
+    _mark(part[across], axes.set_xscale, axes.set_xticks)
+    _mark(part[down], axes.set_yscale, axes.set_yticks)
+    axes.set_xlabel(_labelled(part[across]))
+    axes.set_ylabel(_labelled(part[down]))
+    if fixed:
+        rest = ", ".join(f"{name} = {values[name].values[0]}" for name in fixed)
+        axes.set_title(f"{_about(values)}; {rest}", fontsize=9)
+    bar = axes.figure.colorbar(colours, ax=axes)
+    bar.set_label(_labelled(values))
+
+
+def _mark(at: xr.DataArray, scale: Callable[[str], Any], ticks: Callable[..., Any]) -> None:
+    """Words in place of numbers, or a logarithmic scale, where an axis of a drawing needs them."""
+    if at.dtype.kind not in "if":
+        shown = np.arange(0, at.size, math.ceil(at.size / MOST_WORDS))
+        ticks(shown, [_cut(str(word)) for word in at.values[shown]])
+    elif _is_logarithmic(at.values):
+        scale("log")
+
+
+def _positions(at: xr.DataArray) -> np.ndarray:
+    return at.values if at.dtype.kind in "if" else np.arange(at.size)
+
+
+def _is_logarithmic(x: np.ndarray) -> bool:
+    """Whether the points are spaced by equal ratios rather than equal differences."""
+    if x.size < 3 or (x <= 0).any():
+        return False
+    ratios, steps = np.diff(np.log(x)), np.diff(x)
+    return bool(np.ptp(ratios) < 1e-6 * abs(ratios.mean()) and np.ptp(steps) > 1e-6 * abs(steps[0]))

@@ -1,1 +1,0 @@
-"""Studies of thousands of members: what is varied, what is measured, run in batches anywhere."""

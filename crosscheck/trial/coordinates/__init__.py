@@ -1,0 +1,1 @@
+"""A user's coordinates beside the project's."""

@@ -1,0 +1,237 @@
+"""A user's coordinates x beside the project's q: q = phi(x), q' = J(x) x'."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any, Literal, get_args
+
+import numpy as np
+import sympy as sp
+
+from analytic.derivation.chain import Chain, exact_chain
+from analytic.derivation.stage import Stage
+from analytic.derivation.symbols import arm_chain
+from analytic.paper.kinematics import mesh_displacements
+from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
+from crosscheck.trial.input.equations import Coordinates, Gearing
+from models.arm.arm import Arm
+from models.arm.layout import Coordinate, Layout, free_layout, lumped_layout, rigid_layout
+from models.errors import InputError
+
+WHERE = "coordinates"
+WORST_CONDITION = 1e12  # of J, rows and columns scaled: beyond it x says too little of q
+LARGEST_DENOMINATOR = 1000  # of what is taken for a ratio of whole numbers
+LAYOUTS = {"rigid": rigid_layout, "lumped": lumped_layout, "free": free_layout}
+FoundBy = Literal["linear", "sympy", "given", "complex step", "differences"]
+
+
+@dataclass(frozen=True, eq=False)
+class Frame(ABC):
+    """The map from x (n,), called ``names``, to the coordinates q (n,) of ``layout``.
+
+    found_by: where the Jacobian comes from. matrix: where the map is linear, q = matrix @ x.
+    symbolic: the same in symbols of ``analytic.derivation.symbols``, of named and of rational maps.
+    """
+
+    layout: Layout
+    names: tuple[str, ...]
+    found_by: FoundBy
+    matrix: np.ndarray | None = field(default=None, kw_only=True)
+    symbolic: sp.ImmutableMatrix | None = field(default=None, kw_only=True)
+
+    @abstractmethod
+    def position(self, x: np.ndarray) -> np.ndarray:
+        """q (n,)."""
+
+    @abstractmethod
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """J = dq/dx (n, n). Raises InputError where it is singular."""
+
+    @abstractmethod
+    def drift(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """J' u (n,) at rates u = x': what q'' has beside J x''. Raises InputError."""
+
+    @abstractmethod
+    def place(self, q: np.ndarray) -> np.ndarray:
+        """An x (n,) that gives this q. Raises InputError where there is none."""
+
+    def nearest(self, q: np.ndarray, known: np.ndarray) -> np.ndarray:
+        """An x that gives this q, or one on the way to it from that of a known x."""
+        return self.place(q)
+
+
+@dataclass(frozen=True, eq=False)
+class LinearFrame(Frame):
+    """q = matrix @ x."""
+
+    matrix: np.ndarray = field(kw_only=True)
+
+    def position(self, x: np.ndarray) -> np.ndarray:
+        """matrix @ x."""
+        return self.matrix @ x
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """The matrix, in every pose."""
+        return self.matrix.copy()
+
+    def drift(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Zeros: J does not change."""
+        return np.zeros(len(self.names))
+
+    def place(self, q: np.ndarray) -> np.ndarray:
+        """The one x."""
+        return np.linalg.solve(self.matrix, q)
+
+
+def frame_of(coordinates: Coordinates, arm: Arm) -> Frame:
+    """The frame of a user's coordinates. Raises InputError."""
+    from crosscheck.trial.coordinates.curved import curved_frame
+
+    _require_known(coordinates)
+    layout = LAYOUTS[coordinates.gearing](arm)
+    if coordinates.function is not None:
+        return curved_frame(coordinates, layout, arm)
+    if coordinates.matrix is not None:
+        return _own_frame(coordinates, layout, arm)
+    return _named_frame(coordinates, layout, arm)
+
+
+def _require_known(coordinates: Coordinates) -> None:
+    """Raise InputError for a word that is none of those, or for two maps at once."""
+    allowed = {
+        "gearing": get_args(Gearing),
+        "links": ("relative", "absolute"),
+        "gears": ("displacements", "angles"),
+    }
+    for name, words in allowed.items():
+        word = getattr(coordinates, name)
+        if word not in words:
+            raise InputError(WHERE, name, word, f"must be one of {', '.join(words)}")
+    if coordinates.matrix is not None and coordinates.function is not None:
+        raise InputError(WHERE, "matrix", None, "give either matrix or function")
+    own = "matrix" if coordinates.matrix is not None else "function"
+    mapped = coordinates.matrix is not None or coordinates.function is not None
+    usual = Coordinates()
+    for name in ("links", "gears", "order"):
+        if mapped and getattr(coordinates, name) != getattr(usual, name):
+            reason = f"is for named coordinates; {own} alone says what x is"
+            raise InputError(WHERE, name, getattr(coordinates, name), reason)
+    for name in ("jacobian", "symbols"):
+        if coordinates.function is None and getattr(coordinates, name) not in (None, ()):
+            raise InputError(WHERE, name, None, "needs function beside")
+
+
+def _named_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
+    usual = [_named(coordinates, coordinate) for coordinate in layout.coordinates]
+    order = [usual.index(name) for name in _ordered(coordinates.order, usual)]
+    symbolic = _rows(arm_chain(arm, layout), coordinates)[:, order]
+    numbers = _rows(exact_chain(arm, layout), coordinates)[:, order].astype(np.float64)
+    names = names_of(coordinates, [usual[place] for place in order])
+    return LinearFrame(
+        layout, names, "linear", matrix=numbers, symbolic=sp.ImmutableMatrix(symbolic)
+    )
+
+
+def _named(coordinates: Coordinates, meant: Coordinate) -> str:
+    """What x has in the place of this coordinate of the layout."""
+    if meant.is_angle:
+        return f"{'phi' if coordinates.links == 'absolute' else 'theta'}_{meant.joint}"
+    if coordinates.gears == "displacements":
+        return meant.name
+    gear = f"theta_{'p' if meant.meaning == 'x_pr' else 's'}{meant.joint}"
+    return gear + (f"_{meant.planet}" if meant.planet else "")
+
+
+def _ordered(order: Sequence[str], usual: Sequence[str]) -> Sequence[str]:
+    """The user's order, if each name is there once. Raises InputError."""
+    if not order:
+        return usual
+    missing = [name for name in usual if name not in order]
+    unknown = [name for name in order if name not in usual]
+    twice = [name for name, count in Counter(order).items() if count > 1]
+    said = {"is without": missing, "has unknown": unknown, "has twice": twice}
+    wrong = [f"{what} {', '.join(map(str, names))}" for what, names in said.items() if names]
+    if wrong:
+        reason = f"{' and '.join(wrong)}; must be all of {', '.join(usual)}"
+        raise InputError(WHERE, "order", None, reason)
+    return order
+
+
+def _rows(chain: Chain, coordinates: Coordinates) -> np.ndarray:
+    """Rows over x that give q, x in the layout's order; numbers or symbols, as the chain's are."""
+    own = [chain.row(c.meaning, c.joint, c.planet) for c in chain.layout.coordinates]
+    turns = {joint: chain.row("theta", joint) for joint in chain.numbers}
+    if coordinates.links == "absolute":
+        turns |= {joint: turns[joint] - turns[joint - 1] for joint in chain.numbers if joint > 1}
+    if coordinates.gears == "displacements":
+        pairs = zip(chain.layout.coordinates, own, strict=True)
+        return np.array([turns[c.joint] if c.is_angle else row for c, row in pairs])
+    return np.array([_row_by_angles(chain, turns, c) for c in chain.layout.coordinates])
+
+
+def _row_by_angles(chain: Chain, turns: dict[int, np.ndarray], meant: Coordinate) -> np.ndarray:
+    """Row of a coordinate over link angles and the angles of sun and planets (Eqs. 2-3)."""
+    turn, stage = turns[meant.joint], chain.stages[meant.joint - 1]
+    if meant.is_angle:
+        return turn
+    assert isinstance(stage, Stage)
+    theta_s = chain.row("x_s" if chain.layout.free else "x_sp", meant.joint)
+    theta_p = chain.row("x_pr", meant.joint, meant.planet)
+    x_sp, x_pr = mesh_displacements(theta_s, theta_p, turn, stage.r_s, stage.r_p, stage.r_cp)
+    rows: dict[str, np.ndarray] = {"x_sp": x_sp, "x_pr": x_pr, "x_s": x_sp + x_pr}
+    return rows[meant.meaning]
+
+
+def _own_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
+    """Of a user's matrix."""
+    n = len(layout)
+    try:
+        matrix = numbers_of(coordinates.matrix, (n, n))
+    except NotNumbers as error:
+        reason = f"{error}, for {counted(coordinates, n, arm)}"
+        raise InputError(WHERE, "matrix", None, reason) from None
+    require_invertible(matrix, "matrix")
+    names = names_of(coordinates, [f"x_{k + 1}" for k in range(n)])
+    return LinearFrame(layout, names, "linear", matrix=matrix, symbolic=rational(matrix))
+
+
+def counted(coordinates: Coordinates, n: int, arm: Arm) -> str:
+    """Why x must be as long as it must be."""
+    return f"the {n} {coordinates.gearing} coordinates of {arm.name}, {len(arm.joints)} joints"
+
+
+def names_of(coordinates: Coordinates, usual: Sequence[str]) -> tuple[str, ...]:
+    """The user's names of x, or the usual ones. Raises InputError."""
+    names = tuple(coordinates.names) or tuple(usual)
+    if len(names) != len(usual):
+        reason = f"must be {len(usual)}, one for each coordinate; are {len(names)}"
+        raise InputError(WHERE, "names", names, reason)
+    if not all(isinstance(name, str) and name for name in names) or len(set(names)) < len(names):
+        raise InputError(WHERE, "names", names, "must be words unlike each other")
+    return names
+
+
+def rational(matrix: np.ndarray) -> sp.ImmutableMatrix | None:
+    """The matrix in ratios of whole numbers, if it is made of such."""
+    ratios = [Fraction(value).limit_denominator(LARGEST_DENOMINATOR) for value in matrix.flat]
+    if any(float(ratio) != value for ratio, value in zip(ratios, matrix.flat, strict=True)):
+        return None
+    exact: list[Any] = [sp.Rational(ratio.numerator, ratio.denominator) for ratio in ratios]
+    return sp.ImmutableMatrix(*matrix.shape, exact)
+
+
+def require_invertible(matrix: np.ndarray, what: str, x: np.ndarray | None = None) -> None:
+    """Raise InputError, naming the state if there is one, for a matrix that is singular."""
+    columns = np.abs(matrix).max(axis=0)
+    condition = np.inf
+    if columns.all():
+        scaled = matrix / columns
+        rows = np.abs(scaled).max(axis=1)
+        condition = np.linalg.cond(scaled / rows[:, None]) if rows.all() else np.inf
+    if not condition < WORST_CONDITION:
+        place = "" if x is None else f" at x = {shown(x)}"
+        raise InputError(WHERE, what, None, f"is singular{place}: other x give the same q")

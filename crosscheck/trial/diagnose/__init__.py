@@ -1,0 +1,1 @@
+"""Which term of a wrong entry is wrong."""

@@ -1,0 +1,226 @@
+"""Laws of the mesh that a user's force may follow in place of those on trial."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple, get_args
+
+import numpy as np
+from pydantic import ValidationError
+
+from analytic.paper.stiffness import mean_stiffness
+from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.diagnose.dictionary import Dictionary, dictionary_of
+from crosscheck.trial.diagnose.explain import UNEXPLAINED, Observed, explain
+from crosscheck.trial.diagnose.force_terms import States, rate_name, signal_columns
+from crosscheck.trial.diagnose.values import values_of
+from crosscheck.trial.diagnose.waves import Fitting, entry_values
+from crosscheck.trial.judge.places import Explanation, Place, Slip, Term
+from models.arm.arm import Arm, Planetary
+from models.arm.mesh import Mesh
+from models.arm.stiffness import SineStiffness
+from models.experiment.switches import Switches
+
+SIDES = {"sp": "sun_mesh", "pr": "ring_mesh"}
+SWITCHED = ("phase", "ring_rate", "dead_zone", "damping", "mesh_work")
+NEARLY = 1e-6  # of a difference squared: what two laws may leave of it, before it is looked at
+MOST_TOLD = 6
+
+
+class Alternate(NamedTuple):
+    """Another arm or other switches: what law that is, and in place of which."""
+
+    yours: str
+    right: str
+    meshes: str
+    arm: Arm
+    switches: Switches
+
+
+def _each(value: Any, change: Callable[[Any], Any]) -> Any:
+    """Of one value for all planets, or of each planet's."""
+    return tuple(map(change, value)) if isinstance(value, tuple) else change(value)
+
+
+def _constant(law: Any) -> SineStiffness:
+    return SineStiffness(law="sine", mean_N_per_m=mean_stiffness(law), amplitude_N_per_m=0.0)
+
+
+# What is changed, into what; as it is told: yours, and what belongs there.
+CHANGES: tuple[tuple[str, Callable[[Any], Any], str, str], ...] = (
+    ("backlash_m", lambda b: 0.0, "backlash 0", "b"),
+    ("backlash_m", lambda b: 2 * b, "2 b", "b"),
+    ("backlash_m", lambda b: b / 2, "b/2", "b"),
+    ("tooth_error_m", lambda e: 0.0, "no tooth error", "E"),
+    ("tooth_error_m", lambda e: 2 * e, "2 E", "E"),
+    ("tooth_error_phase_rad", lambda p: p + math.pi, "-E", "E"),
+    ("tooth_error_phase_rad", lambda p: 0.0, "no phase of the tooth error", "its phase"),
+    ("static_error_m", lambda e: 0.0, "no static error", "e_0"),
+    ("static_error_m", lambda e: -e, "-e_0", "e_0"),
+    ("stiffness", _constant, "constant mean stiffness", "k over the mesh phase"),
+    ("phase_rad", lambda p: 0.0, "no phase_rad", "phase_rad"),
+    ("phase_rad", lambda p: p if isinstance(p, str) else -p, "-phase_rad", "phase_rad"),
+)
+
+
+def alternates(arm: Arm, chosen: Switches) -> Iterator[Alternate]:
+    """Other switches; then each change of all meshes, and of a single one."""
+    for name in SWITCHED:
+        own = getattr(chosen, name)
+        for other in get_args(Switches.model_fields[name].annotation):
+            try:
+                switches = Switches.model_validate(chosen.model_dump() | {name: other})
+            except ValidationError:  # two laws that do not go together
+                continue
+            if other != own:
+                yield Alternate(f"{name} = {other}", f"{name} = {own}", "", arm, switches)
+    geared = [j for j, joint in enumerate(arm.joints) if isinstance(joint, Planetary)]
+    single = [(joint, pair) for joint in geared for pair in SIDES]
+    for field, change, yours, right in CHANGES:
+        for where in (single, *([one] for one in single)) if len(single) > 1 else (single,):
+            other_arm = _changed(arm, where, field, change)
+            if other_arm != arm:
+                meshes = ", ".join(f"{pair}{joint + 1}" for joint, pair in where)
+                yield Alternate(yours, right, meshes, other_arm, chosen)
+
+
+def _changed(
+    arm: Arm, where: Sequence[tuple[int, str]], field: str, change: Callable[[Any], Any]
+) -> Arm:
+    joints = list(arm.joints)
+    for place, pair in where:
+        mesh: Mesh = getattr(joints[place], SIDES[pair])
+        other = mesh.model_copy(update={field: _each(getattr(mesh, field), change)})
+        joints[place] = joints[place].model_copy(update={SIDES[pair]: other})
+    return arm.model_copy(update={"joints": tuple(joints)})
+
+
+class ForceDifferences:
+    """Explains force entries from differences at the same states.
+
+    states: in the layout's coordinates; rates (K, n): the user's.
+    """
+
+    def __init__(
+        self,
+        frame: Frame,
+        arm: Arm,
+        chosen: Switches,
+        states: States,
+        rates: np.ndarray,
+        level: str = "",
+    ) -> None:
+        self.frame, self.arm, self.switches, self.states = frame, arm, chosen, states
+        self.dictionary = dictionary_of(frame, arm, chosen, level)
+        self.values = values_of(arm)
+        self.angles = states.q[:, frame.layout.theta]
+        self.rates = {rate_name(own): rates[:, k] for k, own in enumerate(frame.names)}
+        self.signals = self._signals(arm, chosen)
+        self.fitting = Fitting.of_forces(self.dictionary, self.angles, self.signals)
+
+    def _signals(self, arm: Arm, chosen: Switches) -> dict[str, np.ndarray]:
+        return {**signal_columns(arm, self.frame.layout, chosen, self.states), **self.rates}
+
+    def observed(self, difference: np.ndarray, scale: float) -> Observed:
+        """A difference (K,), yours minus right, of a force whose size is this scale."""
+        fit = self.fitting.fit(difference, scale)
+        return Observed(self.values, fit.coefficients, fit.noise, fit.left_over)
+
+    def explain(
+        self, place: Place, difference: np.ndarray, scale: float, more: Sequence[Observed] = ()
+    ) -> Explanation | None:
+        """Slips in its terms, or another law of the mesh, beside such slips if need be.
+
+        more: the same entry on other arms.
+        """
+        observed = self.observed(difference, scale)
+        found = explain(place, [observed, *more], self.dictionary)
+        if found or observed.left_over <= UNEXPLAINED:
+            return found
+        return self._by_law(place, difference, scale)
+
+    @cached_property
+    def _laws(self) -> list[tuple[Alternate, Dictionary, dict[str, np.ndarray]]]:
+        found = []
+        for other in alternates(self.arm, self.switches):
+            same = other.switches == self.switches
+            known = (
+                self.dictionary if same else dictionary_of(self.frame, other.arm, other.switches)
+            )
+            found.append((other, known, self._signals(other.arm, other.switches)))
+        return found
+
+    def _by_law(self, place: Place, difference: np.ndarray, scale: float) -> Explanation | None:
+        """The law, or the two laws, that leave nothing but slips of terms."""
+        right = entry_values(self.dictionary.entry(place), self.values, self.angles, self.signals)
+        changes = [
+            entry_values(known.entry(place), self.values, self.angles, signals) - right
+            for _, known, signals in self._laws
+        ]
+        moved = [number for number, change in enumerate(changes) if np.abs(change).any()]
+        tried = [(number,) for number in moved]
+        fits = self._fitting_laws(tried, changes, difference, scale)
+        fits = fits or self._fitting_laws(
+            self._pairs(moved, changes, difference), changes, difference, scale
+        )
+        if not fits:
+            return None
+        told = [self._told(place, laws, changes, difference, scale) for laws in fits[:MOST_TOLD]]
+        (slips, left_over), *others = told
+        return Explanation(slips, left_over, tuple(other for other, _ in others))
+
+    def _fitting_laws(
+        self,
+        tried: Iterable[tuple[int, ...]],
+        changes: Sequence[np.ndarray],
+        difference: np.ndarray,
+        scale: float,
+    ) -> list[tuple[int, ...]]:
+        """Those that leave nothing but waves and signals; first those that leave nothing at all."""
+        found = []
+        for laws in tried:
+            rest = difference - sum(changes[number] for number in laws)
+            fit = self.fitting.fit(rest, scale)
+            left = fit.left_over * float(np.linalg.norm(rest))
+            if left <= UNEXPLAINED * float(np.linalg.norm(difference)):
+                found.append((len(fit.found), len(laws), laws))
+        return [laws for _, _, laws in sorted(found)]
+
+    def _pairs(
+        self, moved: Sequence[int], changes: Sequence[np.ndarray], difference: np.ndarray
+    ) -> list[tuple[int, ...]]:
+        """Two laws that together may leave little: by what of them no wave and signal makes."""
+        rest = self.fitting.unexplained(difference)
+        parts = np.array([self.fitting.unexplained(changes[number]) for number in moved])
+        if len(parts) < 2:
+            return []
+        single = ((parts - rest) ** 2).sum(axis=1) - rest @ rest
+        total = rest @ rest + single[:, None] + single[None, :] + 2 * parts @ parts.T
+        close = np.argwhere(np.triu(total <= NEARLY * (rest @ rest), 1))
+        return [(moved[a], moved[b]) for a, b in close.tolist()]
+
+    def _told(
+        self,
+        place: Place,
+        laws: Sequence[int],
+        changes: Sequence[np.ndarray],
+        difference: np.ndarray,
+        scale: float,
+    ) -> tuple[tuple[Slip, ...], float]:
+        """Slips of these laws, and of terms in what they leave."""
+        rest = difference - sum(changes[number] for number in laws)
+        slips = tuple(_slip(self._laws[number][0]) for number in laws)
+        size = float(np.linalg.norm(difference))
+        left = float(np.linalg.norm(rest)) / size
+        observed = self.observed(rest, scale)
+        beside = explain(place, [observed], self.dictionary)
+        if beside is None:
+            return slips, left
+        return (*slips, *beside.slips), left * max(beside.left_over, observed.left_over)
+
+
+def _slip(other: Alternate) -> Slip:
+    term = Term(f"mesh force {other.meshes}" if other.meshes else "mesh force")
+    return Slip("swapped", term, other.yours, other.right)

@@ -1,0 +1,192 @@
+"""The reference's own terms of every entry, in the user's coordinates and the arm's symbols."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from analytic.derivation.bodies import all_bodies
+from analytic.derivation.chain import Chain
+from analytic.derivation.lagrange import MassTerms, mass_terms
+from analytic.derivation.rigid import rigid_bodies
+from analytic.derivation.symbols import arm_chain
+from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.diagnose.force_terms import Forces, forces, rate_name
+from crosscheck.trial.diagnose.keys import Entry, Key, Product, Wave
+from crosscheck.trial.diagnose.polynomial import (
+    Polynomial,
+    constant,
+    from_sympy,
+    symbol,
+    tidied,
+)
+from crosscheck.trial.judge.places import Place
+from models.arm.arm import Arm
+from models.arm.layout import Layout
+from models.experiment.switches import Switches
+
+
+@dataclass(frozen=True, eq=False)
+class Dictionary:
+    """For every place the terms that belong there, in the coordinates ``names``.
+
+    Bias: of v_j v_k, j <= k, both halves together. angles (joints, n): d theta / d x. A place that
+    is not in ``entries`` is 0.
+    """
+
+    names: tuple[str, ...]
+    angles: np.ndarray
+    entries: Mapping[Place, Entry]
+
+    @property
+    def joints(self) -> int:
+        """Of the arm."""
+        return len(self.angles)
+
+    def entry(self, place: Place) -> Entry:
+        """The terms of a place, none where it is 0."""
+        return self.entries.get(place, ())
+
+    @cached_property
+    def waves(self) -> tuple[Wave, ...]:
+        """Every angle sum that occurs anywhere, 0 first."""
+        found = {product.key.wave for entry in self.entries.values() for product in entry}
+        return tuple(sorted(found | {(0,) * self.joints}, key=lambda w: (sum(map(abs, w)), w)))
+
+    @cached_property
+    def signals(self) -> tuple[str, ...]:
+        """Every signal of the force's entries."""
+        found = (product.key.signal for entry in self.entries.values() for product in entry)
+        return tuple(dict.fromkeys(filter(None, found)))
+
+
+def dictionary_of(frame: Frame, arm: Arm, chosen: Switches, level: str = "") -> Dictionary:
+    """Of a geared model, or a rigid one at a level. Raises ValueError if the map is not linear."""
+    chain, columns = polynomial_chain(arm, frame.layout), _columns(frame)
+    bodies = all_bodies(chain) if frame.layout.meshing else rigid_bodies(chain, level or "coupled")
+    mass = _mapped(mass_terms(bodies, chain.angles[1:]), columns, frame.layout)
+    turns = columns[frame.layout.theta]
+    entries = _mass_entries(mass) | _bias_entries(mass, turns)
+    force = forces(chain, bodies, arm, chosen)
+    entries |= _force_entries(force, columns, frame)
+    angles = np.array([[_number(entry) for entry in row] for row in turns])
+    return Dictionary(frame.names, angles, entries)
+
+
+def _number(entry: Any) -> float:
+    """Of an entry of dtheta/dx, of which symbols are no part."""
+    return float(sum(monomial.number for monomial in constant(entry).monomials))
+
+
+def _force_entries(found: Forces, columns: np.ndarray, frame: Frame) -> dict[Place, Entry]:
+    """S^T f, rates by those of x."""
+    total: defaultdict[tuple[int, Key], Any] = defaultdict(lambda: 0)
+    for (a, key), coefficient in found.driven.items():
+        for i in _filled(columns[a]):
+            total[i, key] += coefficient * columns[a, i]
+    still = (0,) * len(frame.layout.theta)
+    for a, b, coefficient in found.damped:
+        for i in _filled(columns[a]):
+            left = coefficient * columns[a, i]
+            for k in _filled(columns[b]):
+                total[i, Key(still, signal=rate_name(frame.names[k]))] += left * columns[b, k]
+    entries: defaultdict[Place, list[tuple[Key, Any]]] = defaultdict(list)
+    for (i, key), coefficient in _kept(total).items():
+        entries[Place("force", i)].append((key, coefficient))
+    return {place: _products(parts) for place, parts in entries.items()}
+
+
+def polynomial_chain(arm: Arm, layout: Layout) -> Chain:
+    """analytic.derivation.symbols.arm_chain in polynomials in place of sympy's symbols."""
+    known = arm_chain(arm, layout)
+    stages = [
+        stage._replace(**{n: _polynomial(value) for n, value in stage._asdict().items()})
+        for stage in known.stages
+    ]
+    return Chain(tuple(stages), _polynomial(known.payload), layout)
+
+
+def _polynomial(value: sp.Expr) -> Any:
+    return symbol(value.name) if value.is_Symbol else int(value)
+
+
+def _columns(frame: Frame) -> np.ndarray:
+    """dq/dx (n, n) of numbers or polynomials."""
+    if frame.symbolic is not None:
+        found = [from_sympy(entry) for entry in frame.symbolic]
+        if all(entry is not None for entry in found):
+            return np.array([_plain(entry) for entry in found], dtype=object).reshape(
+                frame.symbolic.shape
+            )
+    if frame.matrix is None:
+        raise ValueError("the map is not linear")
+    return np.array([[_whole(entry) for entry in row] for row in frame.matrix], dtype=object)
+
+
+def _plain(polynomial: Polynomial | None) -> Any:
+    """A number where it is one."""
+    assert polynomial is not None
+    return sum(polynomial.terms.values()) if set(polynomial.terms) <= {()} else polynomial
+
+
+def _whole(value: float) -> int | float:
+    return int(value) if float(value).is_integer() else float(value)
+
+
+def _mapped(mass: MassTerms, columns: np.ndarray, layout: Layout) -> MassTerms:
+    """S^T M S, its waves over the joint angles alone."""
+    total: defaultdict[tuple[int, int, Wave], Any] = defaultdict(lambda: 0)
+    for (a, b, wave), coefficient in mass.items():
+        turned = tuple(wave[place] for place in layout.theta)
+        for i in _filled(columns[a]):
+            left = coefficient * columns[a, i]
+            for j in _filled(columns[b]):
+                total[i, j, turned] += left * columns[b, j]
+    return _kept(total)
+
+
+def _filled(row: np.ndarray) -> list[int]:
+    return [place for place, entry in enumerate(row) if entry]
+
+
+def _kept(total: Mapping[Any, Any]) -> dict[Any, Polynomial]:
+    """Without what cancelled."""
+    each = [abs(float(m.number)) for entry in total.values() for m in constant(entry).monomials]
+    scale = max(each, default=0.0)
+    found = {place: tidied(entry, scale) for place, entry in total.items()}
+    return {place: entry for place, entry in found.items() if entry}
+
+
+def _products(parts: Iterable[tuple[Key, Any]]) -> Entry:
+    return tuple(
+        Product(key, monomial) for key, entry in parts for monomial in constant(entry).monomials
+    )
+
+
+def _mass_entries(mass: MassTerms) -> dict[Place, Entry]:
+    found: defaultdict[Place, list[tuple[Key, Any]]] = defaultdict(list)
+    for (i, j, wave), coefficient in sorted(mass.items(), key=lambda item: item[0]):
+        found[Place("mass_matrix", i, j)].append((Key(wave), coefficient))
+    return {place: _products(parts) for place, parts in found.items()}
+
+
+def _bias_entries(mass: MassTerms, turns: np.ndarray) -> dict[Place, Entry]:
+    """Christoffel's symbols of the mass matrix, as ``derivation.lagrange`` has them, of any x."""
+    total: defaultdict[tuple[int, int, int, Wave], Any] = defaultdict(lambda: 0)
+    for (i, j, wave), coefficient in mass.items():
+        slopes = sum(entry * turns[joint] for joint, entry in enumerate(wave) if entry)
+        for k in _filled(slopes) if any(wave) else ():
+            slope = -1 * coefficient * slopes[k]
+            total[i, min(j, k), max(j, k), wave] += slope
+            total[k, min(i, j), max(i, j), wave] += slope * Fraction(-1, 2)
+    found: defaultdict[Place, list[tuple[Key, Any]]] = defaultdict(list)
+    for (i, j, k, wave), coefficient in sorted(_kept(total).items(), key=lambda item: item[0]):
+        found[Place("bias", i, rates=(j, k))].append((Key(wave, "sin"), coefficient))
+    return {place: _products(parts) for place, parts in found.items()}

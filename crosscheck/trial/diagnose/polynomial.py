@@ -1,0 +1,154 @@
+"""Sums of products of an arm's quantities, as fast as its derivation needs them.
+
+They take the place of symbols or fractions in ``analytic.derivation.chain.Chain``, so that
+Lagrange's equations come out as monomials, without sympy's simplifications.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+import sympy as sp
+
+Number = int | Fraction | float
+Powers = tuple[tuple[str, int], ...]  # (symbol, power), by name; powers may be negative
+SHORTEST = 1e-13  # of the largest: a float coefficient below it is what cancellation left
+
+
+class Monomial(NamedTuple):
+    """number * product of symbols to their powers."""
+
+    number: Number
+    powers: Powers
+
+    def value(self, values: Mapping[str, Any]) -> Any:
+        """With numbers (or arrays of numbers) for the symbols."""
+        product: Any = float(self.number)
+        for symbol, power in self.powers:
+            product = product * values[symbol] ** power
+        return product
+
+
+@dataclass(frozen=True, eq=False)
+class Polynomial:
+    """A Laurent polynomial: what adds up for each product of symbols; nothing is 0."""
+
+    terms: Mapping[Powers, Number]
+
+    @property
+    def monomials(self) -> Iterator[Monomial]:
+        """Its terms."""
+        return (Monomial(number, powers) for powers, number in self.terms.items())
+
+    def __bool__(self) -> bool:
+        return bool(self.terms)
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, int | Fraction | float):
+            return dict(self.terms) == ({(): other} if other else {})
+        return isinstance(other, Polynomial) and dict(self.terms) == dict(other.terms)
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self.terms.items()))
+
+    def __add__(self, other: Any) -> Polynomial:
+        if isinstance(other, np.ndarray):
+            return NotImplemented
+        total = dict(self.terms)
+        for powers, number in constant(other).terms.items():
+            total[powers] = total.get(powers, 0) + number
+        return Polynomial({powers: number for powers, number in total.items() if number})
+
+    def __mul__(self, other: Any) -> Polynomial:
+        if isinstance(other, np.ndarray):
+            return NotImplemented
+        total: dict[Powers, Number] = {}
+        for left, a in self.terms.items():
+            for right, b in constant(other).terms.items():
+                powers = _product(left, right)
+                total[powers] = total.get(powers, 0) + a * b
+        return Polynomial({powers: number for powers, number in total.items() if number})
+
+    def __truediv__(self, other: Any) -> Polynomial:
+        if isinstance(other, np.ndarray):
+            return NotImplemented
+        return self * constant(other) ** -1
+
+    def __rtruediv__(self, other: Any) -> Polynomial:
+        return constant(other) * self**-1
+
+    def __pow__(self, power: int) -> Polynomial:
+        if power >= 0:
+            result = constant(1)
+            for _ in range(power):
+                result = result * self
+            return result
+        ((powers, number),) = self.terms.items()  # of one term, or this is none
+        inverse = number**power if isinstance(number, float) else Fraction(number) ** power
+        return Polynomial({tuple((s, p * power) for s, p in powers): inverse})
+
+    def __neg__(self) -> Polynomial:
+        return self * -1
+
+    def __sub__(self, other: Any) -> Polynomial:
+        return self + -1 * constant(other)
+
+    def __rsub__(self, other: Any) -> Polynomial:
+        return constant(other) - self
+
+    __radd__, __rmul__ = __add__, __mul__
+
+
+def symbol(name: str) -> Polynomial:
+    """A quantity itself."""
+    return Polynomial({((name, 1),): 1})
+
+
+def constant(value: Any) -> Polynomial:
+    """A number as a polynomial; one stays as it is."""
+    if isinstance(value, Polynomial):
+        return value
+    value = value if isinstance(value, int | Fraction) else float(value)
+    return Polynomial({(): value} if value else {})
+
+
+def from_sympy(expression: sp.Expr) -> Polynomial | None:
+    """Of a sympy expression, or None where it is no sum of products."""
+    total = constant(0)
+    for part in sp.Add.make_args(sp.expand(expression)):
+        product = constant(1)
+        for factor in sp.Mul.make_args(part):
+            base, power = factor.as_base_exp()
+            if not power.is_Integer or not (base.is_Symbol or base.is_number):
+                return None
+            of_base = symbol(base.name) if base.is_Symbol else constant(_number(base))
+            product = product * of_base ** int(power)
+        total = total + product
+    return total
+
+
+def tidied(polynomial: Any, scale: float) -> Polynomial:
+    """Without float coefficients that rounding left, beside a largest one of this scale."""
+    kept = {
+        powers: number
+        for powers, number in constant(polynomial).terms.items()
+        if not isinstance(number, float) or abs(number) > SHORTEST * scale
+    }
+    return Polynomial(kept)
+
+
+def _number(value: sp.Expr) -> Number:
+    return Fraction(int(value.p), int(value.q)) if value.is_Rational else float(value)
+
+
+def _product(left: Powers, right: Powers) -> Powers:
+    if not left or not right:
+        return left or right
+    powers = dict(left)
+    for name, power in right:
+        powers[name] = powers.get(name, 0) + power
+    return tuple(sorted((name, power) for name, power in powers.items() if power))

@@ -1,0 +1,106 @@
+"""An arm of the same structure with unequal numbers: it shows slips that equal ones hide."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+from pydantic import ValidationError
+
+from models.arm.arm import Arm, Direct, Link, Planetary
+from models.arm.mesh import Mesh
+from models.errors import InputError
+
+TEETH_PER_PLANET = 20  # of sun and planet together
+WIDEST = 0.65  # share of the planet in these
+OF_WIDEST = (0.75, 0.9, 0.55, 0.82, 0.65)  # planets of unlike joints
+DRAWS = 100
+
+
+def probe_arms(arm: Arm, count: int) -> list[Arm]:
+    """So many arms of the same structure: kinds of joints, planets, stiffness laws, descriptions.
+
+    Seeded, so the same every time. A mass, inertia or error that is 0 in the arm is not in them;
+    weight and friction are as absent as they were. Raises InputError where none can be made.
+    """
+    return [_probe(arm, number) for number in range(1, count + 1)]
+
+
+def _probe(arm: Arm, number: int) -> Arm:
+    for draw in range(DRAWS):
+        generator = random.Random(1000 * number + draw)
+        try:
+            return Arm.model_validate(_arm(arm, generator, number))
+        except ValidationError:
+            continue
+    raise InputError(arm.name, "", None, "no arm of its structure with other numbers can be made")
+
+
+def _arm(arm: Arm, generator: random.Random, number: int) -> dict[str, Any]:
+    joints = [
+        _planetary(joint, generator, number + place)
+        if isinstance(joint, Planetary)
+        else _direct(joint, generator)
+        for place, joint in enumerate(arm.joints)
+    ]
+    return {
+        **arm.model_dump(),
+        "name": f"probe {number} of {arm.name}"[:80],
+        "payload_mass_kg": _near(arm.payload_mass_kg or 3.0, generator),
+        "gravity_m_per_s2": [_near(value, generator) for value in arm.gravity_m_per_s2],
+        "joints": joints,
+        "links": [_link(link, generator) for link in arm.links],
+    }
+
+
+def _near(value: float, generator: random.Random) -> float:
+    return value * generator.uniform(0.7, 1.4)
+
+
+def _scaled(record: Any, generator: random.Random, **instead_of_0: float) -> dict[str, Any]:
+    """The fields of a record, its numbers moved; zeros become what is given for them."""
+    found: dict[str, Any] = record.model_dump()
+    for name, value in found.items():
+        if isinstance(value, float):
+            found[name] = _near(value or instead_of_0.get(name, 0.0), generator)
+    return found
+
+
+def _direct(joint: Direct, generator: random.Random) -> dict[str, Any]:
+    return _scaled(joint, generator, motor_mass_kg=2.0, rotor_inertia_kg_m2=0.3)
+
+
+def _link(link: Link, generator: random.Random) -> dict[str, Any]:
+    return _scaled(link, generator, com_m=0.3 * link.length_m)
+
+
+def _planetary(joint: Planetary, generator: random.Random, place: int) -> dict[str, Any]:
+    """place: of its gear set among others, so that joints differ."""
+    zeros = {f"{gear}_mass_kg": 1.0 for gear in ("sun", "planet", "carrier", "ring")}
+    found = _scaled(joint, generator, **zeros, ring_inertia_kg_m2=0.1)
+    sun, planet = _gear_set(joint, OF_WIDEST[place % len(OF_WIDEST)])
+    teeth = {"sun_teeth": sun, "planet_teeth": planet, "ring_teeth": sun + 2 * planet}
+    meshes = {name: _mesh(getattr(joint, name), generator) for name in ("sun_mesh", "ring_mesh")}
+    return {**found, **teeth, **meshes, "pressure_angle_deg": generator.uniform(18, 25)}
+
+
+def _gear_set(joint: Planetary, of_widest: float) -> tuple[int, int]:
+    """Teeth of sun and planet for the joint's planets.
+
+    Their sum is a multiple of the planets, so that these can be assembled at equal distances, and
+    tips stay apart by a tooth. The sun's teeth leave the same remainder as the joint's, so that
+    planets mesh in the same order and phases that are given stay right.
+    """
+    planets = joint.planet_count
+    together = TEETH_PER_PLANET * planets
+    widest = min(WIDEST * together, together * math.sin(math.pi / planets) - 3)
+    planet = int(of_widest * widest)
+    planet -= (planet + joint.sun_teeth) % planets
+    return together - planet, planet
+
+
+def _mesh(mesh: Mesh, generator: random.Random) -> dict[str, Any]:
+    """Its law and lists stay; single numbers move."""
+    found = _scaled(mesh, generator, backlash_m=1e-5, tooth_error_m=1e-5)
+    return {**found, "stiffness": mesh.model_dump()["stiffness"]}

@@ -1,0 +1,75 @@
+"""The same slip in several entries told once, and a bias that only follows from a wrong M."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from crosscheck.trial.diagnose.explain import NOISES, Observed
+from crosscheck.trial.diagnose.keys import Key
+from crosscheck.trial.judge.places import Place, Slip, Wrong
+
+Entries = Mapping[tuple[int, int], Mapping[Key, float]]
+FOLLOWS = 1e-9  # of a bias entry's difference, beside its noise
+
+
+@dataclass(frozen=True)
+class Told:
+    """Wrong entries that one and the same slips explain (none: nothing does)."""
+
+    slips: tuple[Slip, ...]
+    wrong: tuple[Wrong, ...]
+
+
+def told_once(wrong: Sequence[Wrong]) -> list[Told]:
+    """In the order of their first entries; each that nothing explains by itself."""
+    found: defaultdict[object, list[Wrong]] = defaultdict(list)
+    for number, each in enumerate(wrong):
+        slips = each.explanation.slips if each.explanation else ()
+        found[tuple(map(_alike, slips)) or number].append(each)
+    return [
+        Told(group[0].explanation.slips if group[0].explanation else (), tuple(group))
+        for group in found.values()
+    ]
+
+
+def _alike(slip: Slip) -> object:
+    """What slips in other entries must share: of a swap, what is swapped; else the term too."""
+    if slip.kind == "swapped":
+        return slip.kind, slip.yours, slip.right
+    term = slip.term.coefficient.removeprefix("-")
+    return slip.kind, slip.yours, slip.right, slip.by, term, slip.term.angle
+
+
+def bias_of(mass: Entries, turns: np.ndarray) -> dict[Place, dict[Key, float]]:
+    """What differences of M, cosines and sines alone, do to a bias that follows from M.
+
+    turns (joints, n): d theta / d x.
+    """
+    total: defaultdict[Place, defaultdict[Key, float]] = defaultdict(lambda: defaultdict(float))
+    for (i, j), waves in mass.items():
+        for key, coefficient in waves.items():
+            other = Key(key.wave, "sin" if key.function == "cos" else "cos")
+            sign = -1 if key.function == "cos" else 1
+            slopes = sign * coefficient * (np.array(key.wave) @ turns)
+            for k in map(int, np.flatnonzero(slopes)):
+                total[Place("bias", i, rates=_pair(j, k))][other] += slopes[k]
+                total[Place("bias", k, rates=_pair(i, j))][other] -= slopes[k] / 2
+    return {place: dict(waves) for place, waves in total.items()}
+
+
+def _pair(j: int, k: int) -> tuple[int, int]:
+    return min(j, k), max(j, k)
+
+
+def follows(observed: Observed, expected: Mapping[Key, float]) -> bool:
+    """Whether a bias entry's difference is what the differences of M make it."""
+    keys = {*observed.coefficients, *expected}
+    return all(
+        abs(observed.coefficients.get(key, 0.0) - expected.get(key, 0.0))
+        <= NOISES * observed.noise.get(key, 0.0) + FOLLOWS * abs(expected.get(key, 0.0))
+        for key in keys
+    )

@@ -1,0 +1,204 @@
+"""The numbers behind an arm's symbols, and what people put where a symbol belongs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from analytic.derivation.gears import damping
+from analytic.derivation.symbols import parameter_values
+from analytic.paper.kinematics import stage_geometry
+from models.arm.arm import Arm, Planetary
+
+Values = Mapping[str, Any]  # numbers, or arrays of numbers: one for each arm
+KINDS = {
+    "count": ("N",),
+    "ratio": ("n",),
+    "mass": ("m_payload", "m", "m_s", "m_p", "m_c", "m_r", "m_m", "M_s", "M_p", "M_c"),
+    "inertia": ("I_l", "J_r", "J_m"),
+    "damping": ("d_sp", "d_pr", "c"),
+    "gravity": ("g_x", "g_y"),
+    "length": ("L", "d", "r_s", "r_p", "r_c", "r_cp", "r_r"),
+}
+KIND_OF = {stem: kind for kind, stems in KINDS.items() for stem in stems}
+ORDER = {stem: place for place, stem in enumerate(KIND_OF)}
+GEAR_PARTS = frozenset(("N", "n", "m_s", "m_p", "m_c", "m_r", "M_s", "M_p", "M_c", "J_r"))
+RADII = frozenset(("r_s", "r_p", "r_c", "r_cp", "r_r"))
+# A ratio n = z_r / z_s + 1 of the wrong teeth, as code and as text: sun, planet, ring.
+RATIOS: tuple[tuple[str, Callable[[Any, Any, Any], Any]], ...] = (
+    ("z_r/z_p + 1", lambda s, p, r: r / p + 1),
+    ("z_p/z_s + 1", lambda s, p, r: p / s + 1),
+    ("z_r/z_s", lambda s, p, r: r / s),
+    ("z_r/z_s - 1", lambda s, p, r: r / s - 1),
+    ("1 - z_r/z_s", lambda s, p, r: 1 - r / s),
+    ("z_s/z_r + 1", lambda s, p, r: s / r + 1),
+    ("z_r/z_p", lambda s, p, r: r / p),
+    ("z_p/z_s", lambda s, p, r: p / s),
+    ("z_s/z_p + 1", lambda s, p, r: s / p + 1),
+    ("z_p/z_r + 1", lambda s, p, r: p / r + 1),
+)
+# A carrier radius by the wrong teeth, in base radii r_s, r_p, r_r of these.
+CARRIERS: tuple[tuple[str, Callable[[Any, Any, Any], Any]], ...] = (
+    ("z_s + z_r", lambda s, p, r: s + r),
+    ("z_p + z_r", lambda s, p, r: p + r),
+    ("z_s - z_p", lambda s, p, r: s - p),
+    ("z_s + 2 z_p", lambda s, p, r: s + 2 * p),
+)
+
+
+class Named(NamedTuple):
+    """A symbol's stem and its joint (0: none), ``d_sp2_1`` being d_sp of joint 2."""
+
+    stem: str
+    joint: int
+    rest: str = ""
+
+
+class Alternative(NamedTuple):
+    """What may stand where a symbol belongs: as text, its value, and how far-fetched it is."""
+
+    text: str
+    value: Any
+    cost: float
+
+
+def named(symbol: str) -> Named:
+    """Of a symbol's name."""
+    found = re.fullmatch(r"(.*?)(\d+)(_\d+)?", symbol)
+    return Named(found[1], int(found[2]), found[3] or "") if found else Named(symbol, 0)
+
+
+def values_of(arm: Arm) -> dict[str, float]:
+    """Every quantity of an arm in SI units, by the names of ``derivation.symbols`` and a few more.
+
+    ``z_s1``, ``z_p1``, ``z_r1``: teeth; ``r_r1``: base radius of the ring; ``d_sp1``, ``d_pr1``
+    (``d_sp1_2`` of planet 2, if planets differ): damping of all planets; ``c1``: friction;
+    ``g_x``, ``g_y``: gravity.
+    """
+    found = {symbol.name: float(value) for symbol, value in parameter_values(arm).items()}
+    found["g_x"], found["g_y"] = arm.gravity_m_per_s2
+    for number, joint in enumerate(arm.joints, start=1):
+        found[f"c{number}"] = joint.friction_N_m_s_per_rad
+        if isinstance(joint, Planetary):
+            found |= _of_gears(joint, number)
+    return found
+
+
+def _of_gears(joint: Planetary, number: int) -> dict[str, float]:
+    geometry = stage_geometry(joint)
+    found = {
+        f"z_s{number}": float(joint.sun_teeth),
+        f"z_p{number}": float(joint.planet_teeth),
+        f"z_r{number}": float(joint.ring_teeth),
+        f"r_r{number}": geometry.r_s + 2 * geometry.r_p,
+    }
+    for planet in range(joint.planet_count):
+        for pair, d in zip(("sp", "pr"), damping(joint, planet), strict=True):
+            found[damper_name(pair, joint, number, planet)] = d
+    return found
+
+
+def damper_name(pair: str, joint: Planetary, number: int, planet: int) -> str:
+    """Of a mesh's damping: one for all planets where they are alike."""
+    alike = len({damping(joint, p) for p in range(joint.planet_count)}) == 1
+    return f"d_{pair}{number}" + ("" if alike else f"_{planet + 1}")
+
+
+def unrelated(symbols: Iterable[str], seed: int = 0) -> dict[str, float]:
+    """Other numbers for the same symbols, none of which has to do with another.
+
+    Two slips that differ with these are two slips, whatever they come to on an arm at hand.
+    """
+    seeds = {name: [seed, *name.encode()] for name in symbols}
+    return {n: float(np.random.default_rng(own).uniform(0.5, 2.0)) for n, own in seeds.items()}
+
+
+def together(each: list[Mapping[str, float]]) -> dict[str, np.ndarray]:
+    """One array (arms,) for each symbol."""
+    return {name: np.array([values[name] for values in each]) for name in each[0]}
+
+
+def alternatives(symbol: str, values: Values) -> Iterator[Alternative]:
+    """All that one might write where this symbol belongs, likeliest first."""
+    own = named(symbol)
+    yield from _of_teeth(own, values)
+    kind = KIND_OF.get(own.stem)
+    for name in values:
+        other = named(name)
+        if kind and name != symbol and KIND_OF.get(other.stem) == kind:
+            yield Alternative(name, values[name], _distance(own, other))
+    if own.stem == "N":
+        for text, shift in ((f"{symbol} - 1", -1), (f"{symbol} + 1", 1)):
+            yield Alternative(text, values[symbol] + shift, 0.4)
+
+
+def _distance(own: Named, other: Named) -> float:
+    """Of the same joint, of the neighbour, anything: what is confused rather than other things."""
+    cost = 0.1 if own.joint == other.joint else 0.3
+    if {own.stem, other.stem} == {"L", "d"} and own.joint == other.joint:
+        return 0.05 - 1e-3 * own.joint  # a body's own lever is that of its last link
+    if own.stem != other.stem:
+        cost += 0.05 if own.stem in RADII else 0.15
+        cost += 0.3 if (own.stem in RADII) != (other.stem in RADII) else 0.0
+        cost += 0.1 if (own.stem in GEAR_PARTS) != (other.stem in GEAR_PARTS) else 0.0
+        cost += 0.3 if own.joint != other.joint else 0.0
+    return cost
+
+
+def _of_teeth(own: Named, values: Values) -> Iterator[Alternative]:
+    """The same quantity by other teeth."""
+    j = own.joint
+    if own.stem == "n":
+        teeth = [values[f"{z}{j}"] for z in ("z_s", "z_p", "z_r")]
+        for text, ratio in RATIOS:
+            yield Alternative(_numbered(text, j), ratio(*teeth), 0.1)
+    if own.stem in ("r_c", "r_cp") and f"r_r{j}" in values:
+        radii = [values[f"{r}{j}"] for r in ("r_s", "r_p", "r_r")]
+        share = values[f"{own.stem}{j}"] / (radii[0] + radii[1])
+        for text, sum_of in CARRIERS:
+            name = f"{own.stem}{j} by {_numbered(text, j)}"
+            yield Alternative(name, share * sum_of(*radii), 0.2)
+
+
+def _numbered(text: str, joint: int) -> str:
+    return re.sub(r"(z_[spr])", rf"\g<1>{joint}", text)
+
+
+def related(values: Values, seed: int) -> dict[str, float]:
+    """Other numbers for the same symbols, teeth and radii fitting each other; what is 0 remains.
+
+    For an arm of the same structure that no measure of length, mass or teeth can be told from.
+    """
+    generator = np.random.default_rng(seed)
+    found = {
+        name: float(generator.uniform(0.5, 2.0)) if value else 0.0 for name, value in values.items()
+    }
+    for name in values:
+        own = named(name)
+        if own.stem == "N":
+            found[name] = float(generator.integers(2, 9))
+        if own.stem in ("J_r", "J_m", "m_m", "m_payload"):  # may be left out, but not untold
+            found[name] = float(generator.uniform(0.5, 2.0))
+        if own.stem == "r_s":
+            found |= _radii(own.joint, generator)
+    return found
+
+
+def _radii(joint: int, generator: np.random.Generator) -> dict[str, float]:
+    sun, planet = (int(teeth) for teeth in generator.integers(15, 46, 2))
+    size, cosine = generator.uniform(0.01, 0.1), generator.uniform(0.88, 0.97)
+    ring = sun + 2 * planet
+    return {
+        f"z_s{joint}": float(sun),
+        f"z_p{joint}": float(planet),
+        f"z_r{joint}": float(ring),
+        f"r_s{joint}": size * sun * cosine,
+        f"r_p{joint}": size * planet * cosine,
+        f"r_r{joint}": size * ring * cosine,
+        f"r_c{joint}": size * (sun + planet),
+        f"r_cp{joint}": size * (sun + planet) * cosine,
+        f"n{joint}": ring / sun + 1,
+    }

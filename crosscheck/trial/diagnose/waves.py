@@ -1,0 +1,174 @@
+"""An entry's difference at many states as cosines and sines of joint angle sums, and signals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product as combinations
+
+import numpy as np
+
+from crosscheck.trial.diagnose.dictionary import Dictionary
+from crosscheck.trial.diagnose.keys import Entry, Key, Wave
+
+EPS = float(np.finfo(float).eps)
+ROUNDINGS = 16  # in a value of the natural size, at the least
+SIGNIFICANT = 16  # standard errors: a coefficient below is none
+FULL = 3  # joints up to which every sum of few angles is tried
+LEAST_STATES = 50
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Coefficients before keys, and the standard error of each.
+
+    left_over: what none of the keys explains, beyond rounding, relative to the values.
+    """
+
+    coefficients: Mapping[Key, float]
+    noise: Mapping[Key, float]
+    left_over: float
+
+    @property
+    def found(self) -> dict[Key, float]:
+        """Those that are not 0."""
+        return {
+            key: value
+            for key, value in self.coefficients.items()
+            if abs(value) > SIGNIFICANT * self.noise[key]
+        }
+
+
+def waves_tried(dictionary: Dictionary) -> tuple[Wave, ...]:
+    """0, the reference's own, and sums and differences of two joint or link angles.
+
+    Of few joints also every sum of joint angles, each up to twice.
+    """
+    single = _angles(dictionary.joints)
+    pairs = [a + sign * b for a in single for b in single for sign in (1, -1)]
+    found = [*dictionary.waves, *map(tuple, single), *map(tuple, pairs)]
+    if dictionary.joints <= FULL:
+        found += list(combinations(range(-2, 3), repeat=dictionary.joints))
+    return tuple(dict.fromkeys(map(_upward, found)))
+
+
+def links_tried(dictionary: Dictionary) -> tuple[Wave, ...]:
+    """0, joint angles and link angles, once and twice: what weight may be thought to hang on.
+
+    Of few joints also every sum of joint angles, each once or not at all.
+    """
+    single = _angles(dictionary.joints)
+    own = [(0,) * dictionary.joints, *dictionary.waves, *map(tuple, single)]
+    own += map(tuple, 2 * single)
+    if dictionary.joints <= FULL:
+        own += list(combinations((-1, 0, 1), repeat=dictionary.joints))
+    return tuple(dict.fromkeys(map(_upward, own)))
+
+
+def _angles(joints: int) -> np.ndarray:
+    """Joint angles, then absolute angles of links."""
+    return np.vstack([np.eye(joints), np.tril(np.ones((joints, joints)))]).astype(int)
+
+
+def _upward(wave: Iterable[int]) -> Wave:
+    whole = tuple(int(entry) for entry in wave)
+    first = next((entry for entry in whole if entry), 1)
+    return whole if first > 0 else tuple(-entry for entry in whole)
+
+
+def states_wanted(dictionary: Dictionary) -> int:
+    """How many states leave enough beside all waves and signals to see what none explains."""
+    still = 2 * len(links_tried(dictionary)) + len(dictionary.signals) + len(dictionary.names)
+    return LEAST_STATES + 2 * max(2 * len(waves_tried(dictionary)), still)
+
+
+def keys_of(waves: Iterable[Wave]) -> list[Key]:
+    """Cosine and sine of each, of 0 the cosine alone."""
+    both = [(wave, function) for wave in waves for function in ("cos", "sin")]
+    return [Key(wave, function) for wave, function in both if any(wave) or function == "cos"]
+
+
+class Fitting:
+    """Least squares on the same states for many entries.
+
+    angles (K, joints): joint angles of q at the states; signals: their values (K,) by name.
+    """
+
+    def __init__(
+        self,
+        keys: Sequence[Key],
+        angles: np.ndarray,
+        signals: Mapping[str, np.ndarray] | None = None,
+    ) -> None:
+        columns = [_column(key, angles, signals or {}) for key in keys]
+        sizes = [float(np.sqrt(np.mean(column**2))) for column in columns]
+        there = [place for place, size in enumerate(sizes) if size > 0]
+        self.keys = [keys[place] for place in there]
+        self.sizes = np.array([sizes[place] for place in there])
+        table = np.array([columns[place] for place in there]).reshape(len(there), len(angles))
+        self.table = (table / self.sizes[:, None]).T
+
+    @classmethod
+    def of_waves(cls, dictionary: Dictionary, angles: np.ndarray) -> Fitting:
+        """For entries of M, and of the bias."""
+        return cls(keys_of(waves_tried(dictionary)), angles)
+
+    @classmethod
+    def of_forces(
+        cls, dictionary: Dictionary, angles: np.ndarray, signals: Mapping[str, np.ndarray]
+    ) -> Fitting:
+        """For entries of the force: each signal, and weight."""
+        still = (0,) * dictionary.joints
+        driven = [Key(still, signal=name) for name in signals]
+        return cls([*driven, *keys_of(links_tried(dictionary))], angles, signals)
+
+    @cached_property
+    def _inverse(self) -> np.ndarray:
+        return np.linalg.pinv(self.table, rcond=1e-10)
+
+    def unexplained(self, values: np.ndarray) -> np.ndarray:
+        """What no column makes of values (K,)."""
+        return values - self.table @ (self._inverse @ values)
+
+    def fit(self, values: np.ndarray, scale: float) -> Fit:
+        """Of values (K,) whose rounding is that of numbers of this scale.
+
+        Where a value or its square is beyond what floats hold, nothing explains anything.
+        """
+        if not np.isfinite(values @ values):
+            return Fit({}, {}, float("inf"))
+        solved = self._inverse @ values
+        solved = solved + self._inverse @ (values - self.table @ solved)
+        rest = float(np.linalg.norm(values - self.table @ solved))
+        free = max(len(values) - len(self.keys), 1)
+        error = max(rest / np.sqrt(free), ROUNDINGS * EPS * scale)
+        spread = np.maximum(np.linalg.norm(self._inverse, axis=1), EPS)
+        floor = ROUNDINGS * EPS * scale  # rounding of what hangs on no state is no noise
+        noise = np.maximum(error * spread, floor / 4) / self.sizes
+        size = float(np.linalg.norm(values))
+        beyond = max(rest - ROUNDINGS * EPS * scale * np.sqrt(len(values)), 0.0)
+        return Fit(
+            dict(zip(self.keys, (solved / self.sizes).tolist(), strict=True)),
+            dict(zip(self.keys, noise.tolist(), strict=True)),
+            beyond / size if size else 0.0,
+        )
+
+
+def _column(key: Key, angles: np.ndarray, signals: Mapping[str, np.ndarray]) -> np.ndarray:
+    angle = angles @ np.array(key.wave, dtype=float)
+    wave = np.sin(angle) if key.function == "sin" else np.cos(angle)
+    return wave * signals[key.signal] if key.signal else wave
+
+
+def entry_values(
+    entry: Entry,
+    values: Mapping[str, float],
+    angles: np.ndarray,
+    signals: Mapping[str, np.ndarray] | None = None,
+) -> np.ndarray:
+    """An entry (K,) at joint angles (K, joints), with an arm's quantities and signals (K,)."""
+    total = np.zeros(len(angles))
+    for product in entry:
+        total += product.monomial.value(values) * _column(product.key, angles, signals or {})
+    return total

@@ -1,0 +1,243 @@
+"""Terms, slips and explanations as people write them, and as TeX."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+
+from crosscheck.trial.diagnose.dictionary import Dictionary
+from crosscheck.trial.diagnose.keys import Entry, Key, Product
+from crosscheck.trial.diagnose.polynomial import Monomial, Number, Powers
+from crosscheck.trial.diagnose.suspects import Suspect
+from crosscheck.trial.diagnose.values import ORDER, named
+from crosscheck.trial.judge.places import Explanation, Slip, Term
+
+MOST_TERMS = 4  # of a sum that is written out
+GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega", "q")
+
+
+def slip_of(suspect: Suspect, dictionary: Dictionary) -> Slip:
+    """A suspect as it is told."""
+    term, yours, right = term_of(suspect.products, dictionary), suspect.yours, suspect.right
+    if suspect.kind == "angle" and suspect.key is not None:
+        yours, right = _trig(suspect.key, dictionary), _trig(suspect.products[0].key, dictionary)
+        yours = yours if suspect.by == 1.0 else f"-{yours}"
+    elif suspect.key is not None:
+        yours, right = suspect.key.signal, suspect.products[0].key.signal
+    return Slip(suspect.kind, term, yours, right, suspect.by)
+
+
+def term_of(products: Entry, dictionary: Dictionary) -> Term:
+    """Of terms that belong together, before one wave or (their angle then untold) several."""
+    keys = list(dict.fromkeys(product.key for product in products))
+    if len(keys) > 1:
+        text = " + ".join(_whole(p, dictionary) for p in products[:MOST_TERMS])
+        return Term(_cut(text, products), latex=_sum_latex(products, dictionary))
+    key, shared = keys[0], _shared(products)
+    text = coefficient_text(products, shared)
+    sign, angle = angle_text(key, dictionary)
+    if key.function == "sin" and sign < 0:
+        text = text[1:] if text.startswith("-") else f"-{text}"
+    wave = key.function if angle else ""
+    latex = _sum_latex(products, dictionary)
+    return Term(text, "cos" if wave == "cos" else "sin" if wave else "", angle, key.signal, latex)
+
+
+def coefficient_text(products: Entry, shared: Powers) -> str:
+    """A sum, what all its terms have in common before it."""
+    if len(products) == 1:
+        return monomial_text(products[0].monomial)
+    rests = [_over(p.monomial, shared) for p in products[:MOST_TERMS]]
+    inside = _cut(_joined(monomial_text(rest) for rest in rests), products)
+    common = monomial_text(Monomial(1, shared)) if shared else ""
+    return f"{common} ({inside})".strip()
+
+
+def monomial_text(monomial: Monomial) -> str:
+    """Number, masses, lengths: 2 m_payload L1 d2."""
+    above = [_power(name, power) for name, power in _sorted(monomial.powers) if power > 0]
+    below = [_power(name, -power) for name, power in _sorted(monomial.powers) if power < 0]
+    number = number_text(monomial.number)
+    if above and number in ("1", "-1"):
+        number = number[:-1]
+    text = (number + " " if number not in ("", "-") else number) + " ".join(above)
+    under = " ".join(below)
+    return text.strip() + (f"/({under})" if len(below) > 1 else f"/{under}" if below else "")
+
+
+def number_text(number: Number) -> str:
+    """Whole numbers and fractions as such."""
+    return str(Fraction(number)) if not isinstance(number, float) else f"{number:.6g}"
+
+
+def angle_text(key: Key, dictionary: Dictionary) -> tuple[int, str]:
+    """The angle sum in the user's coordinates, first positive, and the sign that a sine takes."""
+    if not any(key.wave):
+        return 1, ""
+    turned, names = np.array(key.wave) @ dictionary.angles, dictionary.names
+    if not np.allclose(turned, np.round(turned)):
+        turned, names = np.array(key.wave), tuple(f"theta_{j + 1}" for j in range(len(key.wave)))
+    whole = [round(entry) for entry in turned.tolist()]
+    sign = 1 if next((entry for entry in whole if entry), 1) > 0 else -1
+    parts = [(sign * entry, name) for entry, name in zip(whole, names, strict=True) if entry]
+    return sign, _joined(_multiple(number, name) for number, name in parts)
+
+
+def _multiple(number: int, name: str) -> str:
+    if abs(number) == 1:
+        return name if number > 0 else f"-{name}"
+    return f"{number} {name}"
+
+
+def _joined(parts: Iterable[str]) -> str:
+    """A sum of texts that may begin with a minus."""
+    return " + ".join(parts).replace("+ -", "- ")
+
+
+def _cut(text: str, products: Entry) -> str:
+    more = len(products) - MOST_TERMS
+    return f"{text} + {more} more" if more > 0 else text
+
+
+def _shared(products: Entry) -> Powers:
+    """What all of them have at least."""
+    first, *others = (dict(product.monomial.powers) for product in products)
+    least = {
+        name: min(power, *(other.get(name, 0) for other in others)) if others else power
+        for name, power in first.items()
+    }
+    return tuple((name, power) for name, power in least.items() if power > 0)
+
+
+def _over(monomial: Monomial, shared: Powers) -> Monomial:
+    powers = dict(monomial.powers)
+    for name, power in shared:
+        powers[name] -= power
+    return Monomial(monomial.number, tuple((n, p) for n, p in powers.items() if p))
+
+
+def _sorted(powers: Powers) -> list[tuple[str, int]]:
+    def order(power: tuple[str, int]) -> tuple[int, int]:
+        own = named(power[0])
+        return ORDER.get(own.stem, len(ORDER)), own.joint
+
+    return sorted(powers, key=order)
+
+
+def _power(name: str, power: int) -> str:
+    return name if power == 1 else f"{name}^{power}"
+
+
+def _trig(key: Key, dictionary: Dictionary) -> str:
+    sign, angle = angle_text(key, dictionary)
+    if not angle:
+        return "1"
+    return f"{'-' if key.function == 'sin' and sign < 0 else ''}{key.function}({angle})"
+
+
+def _whole(product: Product, dictionary: Dictionary) -> str:
+    """A term with its wave and signal."""
+    term = term_of((product,), dictionary)
+    return written(term)
+
+
+def written(term: Term) -> str:
+    """A term in one line: m_payload L1 d2 cos(theta_2)."""
+    coefficient = "" if term.coefficient == "1" and (term.wave or term.signal) else term.coefficient
+    wave = f"{term.wave}({term.angle})" if term.wave else ""
+    return " ".join(filter(None, (coefficient, wave, term.signal)))
+
+
+def latex_name(name: str) -> str:
+    """A symbol or coordinate as TeX: m_{payload}, L_{1}, \\theta_{1}, F_{sp1}; a rate dotted."""
+    if name.endswith("'"):
+        return rf"\dot{{{latex_name(name[:-1])}}}"
+    stem, _, index = name.partition("_")
+    number = re.search(r"\d+$", stem)
+    if number:
+        stem, index = stem[: number.start()], number.group() + (f",{index}" if index else "")
+    index = index.replace("_", ",")
+    base = rf"\{stem}" if stem in GREEK else stem
+    return f"{base}_{{{index}}}" if index else base
+
+
+def monomial_latex(monomial: Monomial) -> str:
+    """As TeX that matplotlib can set."""
+    parts = [
+        latex_name(name) + (f"^{{{power}}}" if power != 1 else "")
+        for name, power in _sorted(monomial.powers)
+    ]
+    if isinstance(monomial.number, float):
+        return rf"{monomial.number:.6g}\," + r"\,".join(parts)
+    number = Fraction(monomial.number)
+    sign, size = "-" if number < 0 else "", abs(number)
+    front = rf"\frac{{{size.numerator}}}{{{size.denominator}}}"
+    if size.denominator == 1:
+        front = "" if size == 1 and parts else str(size.numerator)
+    return sign + r"\,".join(filter(None, (front, *parts)))
+
+
+def key_latex(key: Key, dictionary: Dictionary) -> str:
+    """Wave and signal as TeX, without the sign of a sine."""
+    _, angle = angle_text(key, dictionary)
+    turned = re.sub(r"[A-Za-z]\w*", lambda found: latex_name(found[0]), angle)
+    wave = rf"\{key.function}({turned})" if angle else ""
+    return r"\,".join(filter(None, (wave, latex_name(key.signal) if key.signal else "")))
+
+
+def product_latex(product: Product, dictionary: Dictionary) -> str:
+    """A term as TeX."""
+    monomial, (sign, angle) = product.monomial, angle_text(product.key, dictionary)
+    if angle and product.key.function == "sin" and sign < 0:
+        monomial = Monomial(-1 * monomial.number, monomial.powers)
+    wave = key_latex(product.key, dictionary)
+    plain = monomial_latex(monomial)
+    if wave and plain in ("1", "-1"):
+        return plain[:-1] + wave
+    return r"\,".join(filter(None, (plain, wave)))
+
+
+def _sum_latex(products: Entry, dictionary: Dictionary) -> str:
+    parts = _joined(product_latex(p, dictionary) for p in products[:MOST_TERMS])
+    return parts + (r" + \dots" if len(products) > MOST_TERMS else "")
+
+
+def told(slip: Slip) -> str:
+    """A slip in words, yours against what is right."""
+    term = written(slip.term)
+    if slip.kind == "dropped":
+        return f"yours is short of {term}"
+    if slip.kind == "sign":
+        return f"yours has {term} with the opposite sign"
+    if slip.kind == "factor":
+        by = f"{slip.by:g}" if slip.by is not None else slip.yours
+        return f"yours has {term} times {by}"
+    if slip.kind == "angle":
+        return f"yours has {slip.yours} where {slip.right} belongs, in {term}"
+    if slip.kind == "extra":
+        return f"yours has {term} too much"
+    short = _short_of(slip)
+    return f"{short}{slip.yours} where {slip.right} belongs" + ("" if short else f", in {term}")
+
+
+def _short_of(slip: Slip) -> str:
+    """yours is short of m (L2 - d2) L1: where one symbol stands for another in one product."""
+    coefficient = slip.term.coefficient
+    found = re.search(rf"(?<!\S){re.escape(slip.right)}(\^\d+)?(?!\S)", coefficient)
+    if found is None or "(" in coefficient or not slip.yours.isidentifier():
+        return ""
+    power = found[1] or ""
+    inside = f"({slip.right}{power} - {slip.yours}{power})"
+    short = coefficient[: found.start()] + inside + coefficient[found.end() :]
+    return f"yours is short of {written(replace(slip.term, coefficient=short))}; "
+
+
+def guess(explanation: Explanation | None) -> str:
+    """What is wrong in an entry, as a question, for it is a guess."""
+    if explanation is None:
+        return "no slip in few of its terms makes this difference"
+    return "; and ".join(map(told, explanation.slips)) + "?"

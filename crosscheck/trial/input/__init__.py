@@ -1,0 +1,1 @@
+"""The equations that a user supplies, loaded and called."""

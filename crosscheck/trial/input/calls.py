@@ -1,0 +1,224 @@
+"""A user's functions behind fixed signatures: arguments by name, answers checked."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from crosscheck.checks.answers import BadAnswer
+from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
+from crosscheck.trial.input.equations import Equations
+from models.arm.arm import Arm
+from models.errors import CannotDo, InputError, one_line
+
+Arguments = Mapping[str, Any]
+# What parameters of a user's functions may be called, and what they get.
+SYNONYMS = {
+    "t": ("t", "time"),
+    "x": ("x", "q"),
+    "v": ("v", "qd", "dq", "q_dot", "qdot", "xd", "dx", "x_dot", "xdot"),
+    "a": ("a", "qdd", "ddq", "q_ddot", "qddot", "xdd", "ddx", "x_ddot", "xddot"),
+    "torque": ("torque", "torques", "tau", "T"),
+}
+MEANT = {word: argument for argument, words in SYNONYMS.items() for word in words}
+# What each function may ask for, in the order in which one without names gets it.
+TAKES: dict[str, tuple[str, ...]] = {
+    "mass_matrix": ("x",),
+    "bias": ("x", "v"),
+    "coriolis": ("x", "v"),
+    "force": ("t", "x", "v", "torque"),
+    "acceleration": ("t", "x", "v", "torque"),
+    "inverse_dynamics": ("x", "v", "a"),
+}
+MATRICES = ("mass_matrix", "coriolis")
+LAMBDIFIED = "<lambdifygenerated"  # what sympy calls the file of a function that it writes
+
+
+@dataclass(frozen=True)
+class Handed:
+    """Equations of an arm, each part by its fixed signature; what can be worked out is.
+
+    given: parts that the user's functions are; has: these and what follows from them. A method
+    whose part is not there raises CannotDo. Arrays are float64: x, v, a (n,) in the user's
+    coordinates; torque (joints,) [N m] on the output side. Raises BadAnswer for an answer that is
+    no array of finite numbers of the right shape, and whatever the user's function raises.
+    """
+
+    equations: Equations
+    arm: Arm
+    frame: Frame
+    given: frozenset[str]
+    has: frozenset[str]
+    calls: Mapping[str, Callable[[Arguments], Any]] = field(repr=False)
+
+    def mass_matrix(self, x: np.ndarray) -> np.ndarray:
+        """M(x), shape (n, n)."""
+        if "mass_matrix" in self.given:
+            return self._answer("mass_matrix", x=x)
+        zero, units = np.zeros(len(x)), np.eye(len(x))
+        rest = self._answer("inverse_dynamics", x=x, v=zero, a=zero)
+        columns = [self._answer("inverse_dynamics", x=x, v=zero, a=unit) - rest for unit in units]
+        return np.stack(columns, axis=1)
+
+    def bias(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """C(x, v) v, shape (n,), on the left of the equation."""
+        if "bias" in self.given:
+            return self._answer("bias", x=x, v=v)
+        if "coriolis" in self.given:
+            return self._answer("coriolis", x=x, v=v) @ v
+        return self._answer("inverse_dynamics", x=x, v=v, a=np.zeros(len(x)))
+
+    def force(self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """All forces at time t [s], shape (n,), on the right of the equation."""
+        return self._answer("force", t=t, x=x, v=v, torque=torque)
+
+    def acceleration(
+        self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray
+    ) -> np.ndarray:
+        """x'' at time t [s], shape (n,). Raises numpy's LinAlgError where M is singular."""
+        if "acceleration" in self.given:
+            return self._answer("acceleration", t=t, x=x, v=v, torque=torque)
+        balance = self.force(t, x, v, torque) - self.bias(x, v)
+        mass = self.mass_matrix(x)
+        # The units of x must not choose the pivots.
+        size = np.sqrt(np.abs(np.diag(mass)))
+        size = np.where(size > 0, size, 1.0)
+        return np.linalg.solve(mass / np.outer(size, size), balance / size) / size
+
+    def inverse_dynamics(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """M(x) a + bias(x, v), shape (n,)."""
+        if "inverse_dynamics" in self.given:
+            return self._answer("inverse_dynamics", x=x, v=v, a=a)
+        return self.mass_matrix(x) @ a + self.bias(x, v)
+
+    def _answer(self, part: str, **arguments: Any) -> np.ndarray:
+        """Of the user's function, with copies of the arguments."""
+        if part not in self.given:
+            raise CannotDo(f"the equations have no {part}")
+        copies: dict[str, Any] = {name: np.array(value) for name, value in arguments.items()}
+        if "t" in arguments:
+            copies["t"] = float(arguments["t"])
+        n = len(self.frame.names)
+        try:
+            raw = self.calls[part](copies)
+        except BaseException as error:  # also SystemExit
+            error.add_note(f"{part}{_state(arguments)}")
+            raise
+        try:
+            return numbers_of(raw, (n, n) if part in MATRICES else (n,))
+        except NotNumbers as error:
+            raise BadAnswer(one_line(f"{part} {error}{_state(arguments)}")) from None
+
+
+def _state(arguments: Arguments) -> str:
+    """Where a function was asked, for an error line."""
+    vectors = {name: shown(np.atleast_1d(value)) for name, value in arguments.items()}
+    return f" at {', '.join(f'{name} = {text}' for name, text in vectors.items())}"
+
+
+def handed(equations: Equations, arm: Arm, frame: Frame) -> Handed:
+    """The equations, bound to an arm and in a frame of it. Raises InputError."""
+    functions = {part: getattr(equations, part) for part in TAKES}
+    given = {part: own for part, own in functions.items() if own is not None}
+    calls = {part: by_name(own, part) for part, own in given.items()}
+    return Handed(equations, arm, frame, frozenset(given), _following(set(given)), calls)
+
+
+def _following(given: set[str]) -> frozenset[str]:
+    """The parts that are there or follow."""
+    has = set(given)
+    if given & {"coriolis", "inverse_dynamics"}:
+        has.add("bias")
+    if "inverse_dynamics" in given:
+        has.add("mass_matrix")
+    if has >= {"mass_matrix", "bias"}:
+        has.add("inverse_dynamics")
+    if has >= {"mass_matrix", "bias", "force"}:
+        has.add("acceleration")
+    return frozenset(has)
+
+
+def by_name(own: Any, part: str) -> Callable[[Arguments], Any]:
+    """A user's function as one of all its arguments by name. Raises InputError."""
+    if not callable(own):
+        reason = f"is a {type(own).__name__}; must be a function of {', '.join(TAKES[part])}"
+        raise InputError("equations", part, None, reason)
+    if callable(getattr(own, "name_in", None)):  # a casadi Function
+        return _by_position(own, _casadi_arguments(own, part))
+    try:
+        parameters = list(inspect.signature(own).parameters.values())
+    except (TypeError, ValueError):  # a builtin, or an extension's function
+        return _by_position(own, TAKES[part])
+    fixed = own.keywords if isinstance(own, functools.partial) else {}
+    parameters = [p for p in parameters if p.name not in fixed and p.kind != p.VAR_KEYWORD]
+    if any(p.kind == p.VAR_POSITIONAL for p in parameters):
+        return _by_position(own, TAKES[part])
+    required = [p for p in parameters if p.default is p.empty]
+    if _nameless(own, required):
+        return _by_position(own, _first(part, len(required)))
+    return _by_keyword(own, part, parameters)
+
+
+def _nameless(own: Any, required: Sequence[inspect.Parameter]) -> bool:
+    """Whether the names of parameters mean nothing: sympy's lambdify and C functions make them."""
+    known = [parameter.name in MEANT for parameter in required]
+    code = getattr(own, "__code__", None)
+    if code is not None and code.co_filename.startswith(LAMBDIFIED):
+        return not all(known)
+    by_place = all(parameter.kind == parameter.POSITIONAL_ONLY for parameter in required)
+    return bool(required) and by_place and not any(known)
+
+
+def _by_keyword(
+    own: Callable[..., Any], part: str, parameters: Sequence[inspect.Parameter]
+) -> Callable[[Arguments], Any]:
+    wanted = [p for p in parameters if p.default is p.empty or MEANT.get(p.name) in TAKES[part]]
+    for parameter in wanted:
+        _require_meaning(parameter.name, part)
+    before = [MEANT[p.name] for p in wanted if p.kind == p.POSITIONAL_ONLY]
+    named = {p.name: MEANT[p.name] for p in wanted if p.kind != p.POSITIONAL_ONLY}
+
+    def call(arguments: Arguments) -> Any:
+        by_keyword = {name: arguments[meant] for name, meant in named.items()}
+        return own(*(arguments[meant] for meant in before), **by_keyword)
+
+    return call
+
+
+def _require_meaning(name: str, part: str) -> None:
+    if MEANT.get(name) in TAKES[part]:
+        return
+    allowed = "; ".join(" or ".join(SYNONYMS[argument]) for argument in TAKES[part])
+    raise InputError("equations", part, None, f"takes {name}, which is none of {allowed}")
+
+
+def _by_position(own: Callable[..., Any], order: Sequence[str]) -> Callable[[Arguments], Any]:
+    return lambda arguments: own(*(arguments[name] for name in order))
+
+
+def _first(part: str, count: int) -> tuple[str, ...]:
+    """The arguments of a part in their order; torque, the last, may be left out."""
+    order = TAKES[part]
+    if count != len(order) and order[:count] != tuple(name for name in order if name != "torque"):
+        reason = f"takes {count} arguments without names, must take {', '.join(order)}"
+        raise InputError("equations", part, None, reason)
+    return order[:count]
+
+
+def _casadi_arguments(own: Any, part: str) -> Sequence[str]:
+    """By the names of its inputs, or by their order where they were given none (i0, i1)."""
+    names = list(own.name_in())
+    if own.n_out() != 1:
+        reason = f"gives {own.n_out()} outputs, must be one"
+        raise InputError("equations", part, None, reason)
+    if names == [f"i{k}" for k in range(len(names))]:
+        return _first(part, len(names))
+    for name in names:
+        _require_meaning(name, part)
+    return [MEANT[name] for name in names]

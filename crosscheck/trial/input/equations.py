@@ -1,0 +1,112 @@
+"""What a user hands over: functions that are equations of motion, and the coordinates they use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from models.arm.arm import Arm
+from models.experiment.scenario import Scenario
+from models.experiment.switches import Switches
+
+Function = Callable[..., Any]
+Gearing = Literal["rigid", "lumped", "free"]
+Level = Literal["", "links", "carriers", "armature", "coupled"]
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """What the user's coordinates x (n,) are, of an arm.
+
+    gearing: ``rigid``, a coordinate per joint; ``lumped``, each geared joint has two more, for all
+    its planets together; ``free``, one more for its sun and one for each planet. The project's own
+    coordinates q of these are those of ``crosscheck.trial.coordinates.frame``: joint angles [rad]
+    relative to the previous link, and mesh displacements [m].
+
+    x are these with absolute link angles where links is ``absolute``, and with the angles of sun
+    and planets [rad], relative to the ring's body (theta_s and theta_p of Eqs. 2-3), in place of
+    displacements where gears is ``angles``; in this order by ``order`` (names as in the frame), if
+    given. Or anything: q = matrix @ x, or q = function(x), its Jacobian dq/dx (n, n) given or found
+    (complex step); ``function`` may be a sympy Matrix over ``symbols``, in which the arm's
+    quantities (``r_s1``) stand for their numbers. names: of x, for the report.
+    """
+
+    gearing: Gearing = "rigid"
+    links: Literal["relative", "absolute"] = "relative"
+    gears: Literal["displacements", "angles"] = "displacements"
+    order: tuple[str, ...] = ()
+    matrix: np.ndarray | Sequence[Sequence[float]] | None = None
+    function: Any = None
+    symbols: tuple[Any, ...] = ()
+    jacobian: Function | None = None
+    names: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Symbolic:
+    """The sympy expressions behind Equations, for a difference that can be typeset.
+
+    x, v, torque: symbols of coordinates (n,), rates (n,) and output torques (joints,); t: of time.
+    values: what each other symbol is, a number or the name of a quantity of the arm (``L1``,
+    ``r_s2``, ``m_payload``: ``analytic.derivation.symbols``); one of such a name needs none.
+    """
+
+    x: tuple[Any, ...]
+    v: tuple[Any, ...]
+    torque: tuple[Any, ...] = ()
+    t: Any = None
+    values: Mapping[Any, float | str] = field(default_factory=dict)
+    mass_matrix: Any = None
+    bias: Any = None
+    force: Any = None
+
+
+@dataclass(frozen=True)
+class Equations:
+    """M(x) x'' + bias(x, v) = force(t, x, v, torque): any of these alone is judged.
+
+    Functions take arrays (n,) by these names, in any order, of which each takes those it needs:
+    ``t`` [s], ``q`` or ``x`` (the coordinates), ``v``, ``a``, ``torque`` (joints,), the drive's
+    torques [N m] on the output side. They return arrays of floats, or what numpy makes arrays of.
+
+    mass_matrix (n, n); bias (n,) = C(x, v) v, or coriolis (n, n) = C itself; force (n,): drive,
+    meshes, dampers, friction and weight; acceleration (n,) by (t, x, v[, torque]);
+    inverse_dynamics (n,) = M a + bias by (x, v, a). level: which rigid level a rigid model is meant
+    to be, one of ``links``, ``carriers``, ``armature``, ``coupled``; '' lets the trial find out.
+    switches: laws that the model follows, where not those of the command line. rebuild: makes them
+    anew for an arm and a scenario, of equations that know how. any_arm: whether that is worth doing
+    for another arm; else, and once a part of them is replaced, they are of one alone.
+    """
+
+    mass_matrix: Function | None = None
+    bias: Function | None = None
+    coriolis: Function | None = None
+    force: Function | None = None
+    acceleration: Function | None = None
+    inverse_dynamics: Function | None = None
+    coordinates: Coordinates = Coordinates()
+    level: Level = ""
+    switches: Switches | None = None
+    symbolic: Symbolic | None = None
+    rebuild: Callable[[Arm, Scenario | None], Equations] | None = None
+    any_arm: bool = False
+    rebuilt_as: tuple[Any, ...] = field(default=(), repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """What was put in the place of something else since is not what ``rebuild`` makes."""
+        functions = (self.mass_matrix, self.bias, self.coriolis, self.force, self.acceleration)
+        whole = (*functions, self.inverse_dynamics, self.coordinates, self.level, self.switches)
+        before = self.rebuilt_as
+        if not before or before[0] is not self.rebuild:
+            object.__setattr__(self, "rebuilt_as", (self.rebuild, *whole))
+        elif any(now is not then for now, then in zip(whole, before[1:], strict=True)):
+            object.__setattr__(self, "rebuild", None)
+            object.__setattr__(self, "symbolic", None)
+            object.__setattr__(self, "any_arm", False)
+
+    def on(self, arm: Arm, scenario: Scenario | None = None) -> Equations:
+        """These equations with the numbers of an arm. Raises InputError."""
+        return self if self.rebuild is None else self.rebuild(arm, scenario)

@@ -1,0 +1,271 @@
+"""Equations from a user's own file or package: this runs the user's code."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import importlib
+import importlib.util
+import inspect
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any, get_args
+
+import crosscheck
+from crosscheck.runner.interruption import was_stopped
+from crosscheck.runner.supervision import overseen
+from crosscheck.trial.input.calls import MEANT, TAKES, by_name
+from crosscheck.trial.input.equations import Coordinates, Equations, Level
+from models.arm.arm import Arm
+from models.errors import InputError
+from models.experiment.scenario import Scenario
+from models.experiment.switches import Switches
+
+OURS = ("crosscheck", "analytic", "models")
+EXPECTED = "file.py:name or package.module:name"
+ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
+MOST_NAMED = 5
+Maker = Callable[..., Any]
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a user's equations are: the text on the command line, its two halves, a folder."""
+
+    text: str
+    module: str
+    name: str
+    folder: Path
+
+    @property
+    def file(self) -> Path | None:
+        """The Python file, if it is not a package's module."""
+        return Path(self.module) if self.module.endswith(".py") or "/" in self.module else None
+
+
+def handed_over(text: str, arm: Arm, scenario: Scenario | None) -> Equations:
+    """The equations that a user names, with the numbers of an arm.
+
+    text: ``file.py:name`` or ``package.module:name``; the name is of Equations, of an object with
+    functions called like theirs, or of a function or class that takes none, one or both of arm and
+    scenario and gives either. Raises InputError for whatever is wrong with it, in one line.
+    """
+    source = _source(text)
+    with overseen(source.text):
+        found = _named(_module(source), source)
+        return made(found, arm, scenario, source.text, source.folder)
+
+
+def made(
+    found: Any, arm: Arm, scenario: Scenario | None, where: str, folder: Path | None = None
+) -> Equations:
+    """Equations out of what a user gave, see handed_over; folder: beside which the code is."""
+    beside = (folder or Path.cwd()).resolve()
+    if isinstance(found, Equations):
+        return _whole(found.on(arm, scenario), where)
+    if not callable(found) or (_has_parts(found) and not isinstance(found, type)):
+        return _whole(_from_object(found, where).on(arm, scenario), where)
+    by_arm = _arguments(found, where)
+
+    def rebuilt(other: Arm, drive: Scenario | None) -> Equations:
+        with _told(where, beside):
+            answer = _called(found, by_arm, other, drive or scenario)
+        if isinstance(answer, type) or (callable(answer) and not _has_parts(answer)):
+            kind = type(answer).__name__
+            raise InputError(where, "", None, f"returned a {kind}; must return {ACCEPTED}")
+        own = answer if isinstance(answer, Equations) else _from_object(answer, where, "returned")
+        whole = _whole(own.on(other, drive), where)
+        any_arm = whole.any_arm or "arm" in by_arm.values()
+        return replace(whole, rebuild=rebuilt, any_arm=any_arm)
+
+    return rebuilt(arm, scenario)
+
+
+def _source(text: str) -> Source:
+    module, colon, name = text.rpartition(":")
+    if not colon or not module or not name:
+        raise InputError(text, "", None, f"must be {EXPECTED}")
+    folder = Path(module).resolve().parent if module.endswith(".py") else Path.cwd().resolve()
+    return Source(text, module, name, folder)
+
+
+def _module(source: Source) -> ModuleType:
+    if source.file is None:
+        with _told(source.text, source.folder), _findable(source.folder):
+            return importlib.import_module(source.module)
+    if not source.file.is_file():
+        raise InputError(source.text, "", None, f"no such file; must be {EXPECTED}")
+    if source.file.suffix != ".py":
+        raise InputError(source.text, "", None, f"is no Python file; must be {EXPECTED}")
+    return _from_file(source, source.file.resolve())
+
+
+def _from_file(source: Source, path: Path) -> ModuleType:
+    """The file as a module of a private name, which cannot hide another one."""
+    name = f"_crosscheck_trial_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None  # a .py file always has a loader
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses and pickles look their module up
+    with _told(source.text, source.folder), _findable(source.folder):
+        spec.loader.exec_module(module)
+    return module
+
+
+@contextmanager
+def _findable(folder: Path) -> Iterator[None]:
+    """What stands in a folder can be imported, after everything else."""
+    sys.path.append(str(folder))
+    try:
+        yield
+    finally:
+        sys.path.remove(str(folder))
+
+
+@contextmanager
+def _told(where: str, folder: Path) -> Iterator[None]:
+    """Whatever the user's code raises, as one line with its own line number."""
+    try:
+        yield
+    except InputError:
+        raise
+    except SyntaxError as error:
+        place = f"{Path(error.filename or where).name}, line {error.lineno}"
+        raise InputError(where, "", None, f"is not Python: {error.msg} ({place})") from error
+    except BaseException as error:
+        if was_stopped():
+            raise
+        said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        reason = f"raises {said}{_line(error, folder)}{_shadowed(error, folder)}"
+        raise InputError(where, "", None, reason) from error
+
+
+def _line(error: BaseException, folder: Path) -> str:
+    """File and line of what raised: the last of the user's own, else the last of anybody's."""
+    ours = Path(crosscheck.__file__).parent
+    frames = [
+        (Path(frame.filename), frame.lineno)
+        for frame in traceback.extract_tb(error.__traceback__)
+        if ours not in Path(frame.filename).parents and not frame.filename.startswith("<frozen")
+    ]
+    own = [
+        (path, line)
+        for path, line in frames
+        if folder in path.parents and "site-packages" not in path.parts
+    ]
+    path, line = (own or frames or [(Path(), None)])[-1]
+    return f" ({path.name}, line {line})" if line else ""
+
+
+def _shadowed(error: BaseException, folder: Path) -> str:
+    """Says so where the code wanted a module of its own that is called like one of ours."""
+    module = getattr(error, "name", None) if isinstance(error, ImportError) else None
+    if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):
+        module = error.obj.__name__
+    taken = str(module or "").partition(".")[0]
+    beside = (folder / taken).is_dir() or (folder / f"{taken}.py").is_file()
+    if taken not in OURS or not beside:
+        return ""
+    return f"; the name {taken} is taken by the project, so give your own {taken} another one"
+
+
+def _named(module: ModuleType, source: Source) -> Any:
+    found: Any = module
+    for part in source.name.split("."):
+        if isinstance(getattr(found, part, sys), ModuleType):  # or there, once it is imported
+            names = [name for name in vars(module) if not name.startswith("_")]
+            near = difflib.get_close_matches(part, names, n=MOST_NAMED, cutoff=0.5) or names
+            there = f"; there is {', '.join(near[:MOST_NAMED])}" if near else ""
+            raise InputError(source.text, "", None, f"no {part} in {source.module}{there}")
+        found = getattr(found, part)
+    return found
+
+
+def _has_parts(found: Any) -> bool:
+    return any(callable(getattr(found, part, None)) for part in TAKES)
+
+
+def _from_object(found: Any, where: str, verb: str = "is") -> Equations:
+    """Of an object whose functions are called like those of Equations."""
+    if not _has_parts(found):
+        kind = "None" if found is None else f"a {type(found).__name__}"
+        raise InputError(where, "", None, f"{verb} {kind}; must be {ACCEPTED}")
+    names = {entry.name for entry in fields(Equations)} - {"rebuild", "rebuilt_as", "any_arm"}
+    own = {name: getattr(found, name) for name in names if getattr(found, name, None) is not None}
+    return Equations(**own)
+
+
+def _arguments(found: Maker, where: str) -> dict[str, str]:
+    """What a factory's parameters get: arm or scenario, by name or as the first ones."""
+    try:
+        parameters = inspect.signature(found).parameters.values()
+    except (TypeError, ValueError):
+        raise InputError(where, "", None, f"is a builtin; must be {ACCEPTED}") from None
+    meant = {p.name: p.name for p in parameters if p.name in ("arm", "scenario")}
+    ours = [name for name in ("arm", "scenario") if name not in meant]
+    variadic = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+    for parameter in parameters:
+        if parameter.name in meant or parameter.kind in variadic:
+            continue
+        if parameter.default is not parameter.empty:
+            continue
+        if MEANT.get(parameter.name) in ("t", "x", "v", "torque"):
+            functions = "hand functions over as Equations(mass_matrix=..., bias=...)"
+            raise InputError(where, "", None, f"takes {parameter.name}, no arm; {functions}")
+        if not ours or parameter.kind == parameter.KEYWORD_ONLY:
+            reason = f"takes {parameter.name}; may take arm and scenario alone"
+            raise InputError(where, "", None, reason)
+        meant[parameter.name] = ours.pop(0)
+    return meant
+
+
+def _called(found: Maker, by_arm: dict[str, str], arm: Arm, scenario: Scenario | None) -> Any:
+    """The factory's answer; what may only be given by place comes first."""
+    parameters = inspect.signature(found).parameters
+    values = {"arm": arm, "scenario": scenario}
+    before = [
+        values[meant]
+        for name, meant in by_arm.items()
+        if parameters[name].kind == inspect.Parameter.POSITIONAL_ONLY
+    ]
+    named = list(by_arm.items())[len(before) :]
+    return found(*before, **{name: values[meant] for name, meant in named})
+
+
+def _whole(equations: Equations, where: str) -> Equations:
+    """Raise InputError unless something usable is handed over."""
+    given = [part for part in TAKES if getattr(equations, part) is not None]
+    if not given:
+        raise InputError(where, "", None, f"hands nothing over; needs one of {', '.join(TAKES)}")
+    if equations.bias is not None and equations.coriolis is not None:
+        raise InputError(where, "coriolis", None, "give either bias or coriolis")
+    if not isinstance(equations.coordinates, Coordinates):
+        kind = type(equations.coordinates).__name__
+        raise InputError(where, "coordinates", None, f"is a {kind}; must be Coordinates")
+    _require_level(equations, where)
+    try:
+        for part in given:
+            by_name(getattr(equations, part), part)
+    except InputError as error:
+        raise InputError(where, error.field, error.value, error.allowed) from None
+    return equations
+
+
+def _require_level(equations: Equations, where: str) -> None:
+    """Raise InputError for a level that is none, or of a model with gears; for strange switches."""
+    level, gearing = equations.level, equations.coordinates.gearing
+    if level not in get_args(Level):
+        allowed = ", ".join(filter(None, get_args(Level)))
+        raise InputError(where, "level", level, f"must be one of {allowed}, or left out")
+    if level and gearing != "rigid":
+        reason = f"is of rigid models; coordinates.gearing is {gearing}"
+        raise InputError(where, "level", level, reason)
+    if not isinstance(equations.switches, Switches | None):
+        kind = type(equations.switches).__name__
+        raise InputError(where, "switches", None, f"is a {kind}; must be Switches")

@@ -1,0 +1,1 @@
+"""Supplied equations compared with themselves and with the engines."""

@@ -1,0 +1,82 @@
+"""One of a stage's two kinds of tooth contact as data: of all planets alike, or of each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+from pydantic import model_validator
+
+from models.arm.quantities import (
+    Damping,
+    DampingRatio,
+    Data,
+    Offset,
+    PerPlanet,
+    Phase,
+    Phases,
+    Play,
+    Sharpness,
+)
+from models.arm.stiffness import StiffnessLaw
+
+FROM_TEETH = "from-teeth"
+
+
+@dataclass(frozen=True)
+class PlanetMesh:
+    """One planet's tooth contact with sun or ring: that of ``Mesh``, a single number each.
+
+    phase_rad: None where the teeth say it.
+    """
+
+    stiffness: StiffnessLaw
+    backlash_m: float
+    tooth_error_m: float
+    tooth_error_phase_rad: float
+    static_error_m: float
+    phase_rad: float | None
+    damping_ratio: float | None
+    damping_N_s_per_m: float | None
+    tanh_sharpness_per_m: float
+
+
+class Mesh(Data):
+    """One of a stage's two kinds of tooth contact: alike for every planet, or a list of each.
+
+    The phase is added to that of the mesh's sines. Damping counts N planets alike together:
+    directly, or as the ratio zeta of 2 zeta sqrt(N k M), k the mean stiffness and M the equivalent
+    mass of the sun, or that of all planets for the ring mesh; in a list, each planet damps an N-th.
+    """
+
+    stiffness: PerPlanet[StiffnessLaw]
+    """k of one planet's contact over the mesh phase, by one of the laws."""
+    backlash_m: PerPlanet[Play]
+    """b, half the clearance 2 b between the teeth, along the line of action."""
+    tooth_error_m: PerPlanet[Play]
+    """E of the tooth profile error, a wave E sin(phase + tooth_error_phase_rad)."""
+    tooth_error_phase_rad: PerPlanet[Phase] = 0.0
+    """Added to the phase of the tooth error alone."""
+    static_error_m: PerPlanet[Offset] = 0.0
+    """Added to e: a runout that stands still, a planet out of its place."""
+    phase_rad: Phases = 0.0
+    """Added to the mesh's phase; from-teeth is what each planet's place and the teeth make it."""
+    damping_ratio: PerPlanet[DampingRatio] | None = None
+    """zeta of d = 2 zeta sqrt(N k M); this or damping_N_s_per_m."""
+    damping_N_s_per_m: PerPlanet[Damping] | None = None
+    """d itself, of N planets alike together; this or damping_ratio."""
+    tanh_sharpness_per_m: Sharpness = 1e8
+    """Sharpness of the corners of Eq. 6, used with the switch dead_zone = tanh alone."""
+
+    def of_planet(self, place: int) -> PlanetMesh:
+        """Of a planet, counted from 0; damping is that of N planets like it together."""
+        own = {name: value[place] if isinstance(value, tuple) else value for name, value in self}
+        if own["phase_rad"] == FROM_TEETH:
+            own["phase_rad"] = None
+        return PlanetMesh(**own)
+
+    @model_validator(mode="after")
+    def _one_way_to_damp(self) -> Self:
+        if (self.damping_ratio is None) == (self.damping_N_s_per_m is None):
+            raise ValueError("damping_ratio|give either this or the damping itself, in N s/m")
+        return self

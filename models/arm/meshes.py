@@ -1,0 +1,55 @@
+"""An arm with other teeth: what is changed in all its meshes at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from models.arm.arm import Arm, Direct, Planetary
+from models.arm.mesh import Mesh
+from models.arm.stiffness import SineStiffness, SquareStiffness
+from models.errors import InputError
+
+SINGLE_SINE_RATIO = 1.5  # the contact ratio at which Eq. 7's fundamental is a sine without phase
+
+
+def with_meshes(arm: Arm, change: Callable[[Mesh], Mesh]) -> Arm:
+    """The arm with both meshes of every geared joint changed; direct joints as they are."""
+    joints = tuple(_with_meshes(joint, change) for joint in arm.joints)
+    return arm.model_copy(update={"joints": joints})
+
+
+def _with_meshes(joint: Planetary | Direct, change: Callable[[Mesh], Mesh]) -> Planetary | Direct:
+    if isinstance(joint, Direct):
+        return joint
+    meshes = {"sun_mesh": change(joint.sun_mesh), "ring_mesh": change(joint.ring_mesh)}
+    return joint.model_copy(update=meshes)
+
+
+def damped(arm: Arm, zeta: float) -> Arm:
+    """This damping ratio in place of whatever damps the meshes. Raises ValidationError."""
+    update = {"damping_ratio": zeta, "damping_N_s_per_m": None}
+    return with_meshes(arm, lambda mesh: Mesh.model_validate({**dict(mesh), **update}))
+
+
+def squared(arm: Arm, harmonics: int) -> Arm:
+    """The arm with the square wave of Fig. 5 whose mean and fundamental are those of Eq. 8.
+
+    By so many harmonics of Eq. 7. Raises InputError for a mesh that has not Eq. 8's stiffness.
+    """
+    return with_meshes(arm, lambda mesh: _squared(arm, mesh, harmonics))
+
+
+def _squared(arm: Arm, mesh: Mesh, harmonics: int) -> Mesh:
+    law = mesh.of_planet(0).stiffness
+    if not isinstance(law, SineStiffness):
+        raise InputError(arm.name, "stiffness", law.law, "must be sine, the paper's Eq. 8")
+    half = math.pi / 4 * law.amplitude_N_per_m
+    wave = SquareStiffness(
+        law="square",
+        contact_ratio=SINGLE_SINE_RATIO,
+        least_N_per_m=law.mean_N_per_m - half,
+        largest_N_per_m=law.mean_N_per_m + half,
+        harmonics=harmonics,
+    )
+    return mesh.model_copy(update={"stiffness": wave})

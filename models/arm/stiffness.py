@@ -1,0 +1,174 @@
+"""Laws of time-varying mesh stiffness as data: k over the mesh phase, one period per tooth pitch.
+
+The phase is that of the sine law (Eqs. 8, 12, 13). Every engine works a law out by itself; the
+arithmetic here only decides whether it stays positive.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+from pydantic import FailFast, Field, model_validator
+
+from models.arm.quantities import (
+    ContactRatio,
+    Cycles,
+    Data,
+    Harmonics,
+    Stiffness,
+    StiffnessPart,
+    Wave,
+)
+
+Waves = Field(max_length=50, strict=False)
+Rows = Field(min_length=5, max_length=2000, strict=False)
+SAMPLES_PER_WAVE = 64  # where a sum of waves is looked at: it misses 1e-3 of the highest's size
+
+
+class SineStiffness(Data):
+    """k = mean + amplitude sin(phase), the paper's Eq. 8."""
+
+    law: Literal["sine"]
+    """Which law this is."""
+    mean_N_per_m: Stiffness
+    """k_m, the mean."""
+    amplitude_N_per_m: StiffnessPart
+    """k_a of the wave, below the mean."""
+
+    @model_validator(mode="after")
+    def _stays_positive(self) -> Self:
+        if self.amplitude_N_per_m >= self.mean_N_per_m:
+            mean = f"{self.mean_N_per_m:g} N/m"
+            raise ValueError(f"amplitude_N_per_m|must be below the mean stiffness, {mean}")
+        return self
+
+
+class FourierStiffness(Data):
+    """k = mean + sum over n = 1, 2, ... of cosine_n cos(n phase) + sine_n sin(n phase)."""
+
+    law: Literal["fourier"]
+    """Which law this is."""
+    mean_N_per_m: Stiffness
+    """The mean."""
+    cosine_N_per_m: Annotated[tuple[Wave, ...], Waves, FailFast()] = ()
+    """Cosine amplitudes, of the mesh frequency, of twice that, and so on."""
+    sine_N_per_m: Annotated[tuple[Wave, ...], Waves, FailFast()] = ()
+    """Sine amplitudes, likewise; the lists may differ in length."""
+
+    @model_validator(mode="after")
+    def _stays_positive(self) -> Self:
+        waves = max(len(self.cosine_N_per_m), len(self.sine_N_per_m), 1)
+        least = min(self._at(2 * math.pi * place) for place in _places(waves))
+        if least <= 0:
+            raise ValueError(
+                f"mean_N_per_m|must keep the stiffness positive; it falls to {least:.3g} N/m"
+            )
+        return self
+
+    def _at(self, phase: float) -> float:
+        cosines = sum(c * math.cos(n * phase) for n, c in enumerate(self.cosine_N_per_m, 1))
+        sines = sum(s * math.sin(n * phase) for n, s in enumerate(self.sine_N_per_m, 1))
+        return self.mean_N_per_m + cosines + sines
+
+
+class SquareStiffness(Data):
+    """The square wave of Fig. 5 by the given number of harmonics of its series, Eq. 7.
+
+    The contact ratio is the paper's e; the phase is 2 pi t / T of Eq. 7.
+    """
+
+    law: Literal["square"]
+    """Which law this is."""
+    contact_ratio: ContactRatio
+    """Mean number of tooth pairs in contact: two carry for contact_ratio - 1 of a period."""
+    least_N_per_m: Stiffness
+    """While one pair carries."""
+    largest_N_per_m: Stiffness
+    """While two pairs carry."""
+    harmonics: Harmonics
+    """Terms of the series; the more, the steeper the steps."""
+
+    @model_validator(mode="after")
+    def _stays_positive(self) -> Self:
+        if self.largest_N_per_m < self.least_N_per_m:
+            raise ValueError(
+                f"largest_N_per_m|must be at least least_N_per_m = {self.least_N_per_m:g}"
+            )
+        least = min(self._at(2 * math.pi * place) for place in _places(self.harmonics))
+        if least <= 0:
+            raise ValueError(
+                "least_N_per_m|must keep the series positive, which undershoots it; the stiffness"
+                f" falls to {least:.3g} N/m"
+            )
+        return self
+
+    def _at(self, phase: float) -> float:
+        swing, overlap = self.largest_N_per_m - self.least_N_per_m, self.contact_ratio - 1
+        waves = sum(
+            (math.sin(i * (2 * math.pi * overlap - phase)) + math.sin(i * phase)) / (i * math.pi)
+            for i in range(1, self.harmonics + 1)
+        )
+        return self.least_N_per_m + swing * (overlap + waves)
+
+
+class TableStiffness(Data):
+    """k through rows of a table over one period, by the periodic cubic spline (C2).
+
+    ``phase_cycles`` rises from 0 to 1; the last stiffness is the first again.
+    """
+
+    law: Literal["table"]
+    """Which law this is."""
+    phase_cycles: Annotated[tuple[Cycles, ...], Rows, FailFast()]
+    """Phase over 2 pi of every row, rising from 0 to 1."""
+    stiffness_N_per_m: Annotated[tuple[Stiffness, ...], Rows, FailFast()]
+    """k of every row; the last one repeats the first."""
+
+    @model_validator(mode="after")
+    def _is_periodic(self) -> Self:
+        cycles, stiffness = self.phase_cycles, self.stiffness_N_per_m
+        if (cycles[0], cycles[-1]) != (0.0, 1.0):
+            raise ValueError("phase_cycles|must run from 0 to 1")
+        if any(later - earlier < 1e-6 for earlier, later in pairwise(cycles)):
+            raise ValueError("phase_cycles|must increase, by at least 1e-6 each")
+        if len(stiffness) != len(cycles):
+            raise ValueError(f"stiffness_N_per_m|needs {len(cycles)} values, as phase_cycles")
+        if stiffness[0] != stiffness[-1]:
+            raise ValueError(
+                f"stiffness_N_per_m|must be periodic: ends at {stiffness[-1]:g}, begins at"
+                f" {stiffness[0]:g}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _stays_positive(self) -> Self:
+        least = _least_of_spline(self.phase_cycles, self.stiffness_N_per_m)
+        if least <= 0:
+            raise ValueError(
+                "stiffness_N_per_m|must keep the spline through it positive; it falls to"
+                f" {least:.3g} N/m between rows"
+            )
+        return self
+
+
+StiffnessLaw = Annotated[
+    SineStiffness | FourierStiffness | SquareStiffness | TableStiffness,
+    Field(discriminator="law"),
+]
+
+
+def _places(waves: int) -> list[float]:
+    """Phases in cycles at which so many waves are looked at."""
+    count = SAMPLES_PER_WAVE * waves
+    return [place / count for place in range(count)]
+
+
+def _least_of_spline(cycles: tuple[float, ...], stiffness: tuple[float, ...]) -> float:
+    """Smallest value of the periodic cubic spline through the rows, looked at 16 times a row."""
+    from numpy import linspace
+    from scipy.interpolate import CubicSpline  # a third of a second, for tables alone
+
+    spline = CubicSpline(cycles, stiffness, bc_type="periodic")
+    return float(min(spline(linspace(a, b, 17)).min() for a, b in pairwise(cycles)))

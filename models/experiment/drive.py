@@ -1,0 +1,96 @@
+"""The drive law as numbers: the same experiment for every model."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from models.experiment.scenario import ConstantDrive, PdDrive, Scenario, SinusoidDrive, per_joint
+
+CONSTANT, PD, SINE_OF_TIME, SINE_OF_SQRT_TIME, TABLE = range(5)
+
+
+class DriveData(NamedTuple):
+    """A drive law as flat arrays.
+
+    code: one of the constants above. gains (joints, 3): per joint what the law needs.
+    table_time (rows,) [s] and table_torque (joints, rows) [N m]: the table, else one row of zeros.
+    """
+
+    code: int
+    gains: np.ndarray
+    table_time: np.ndarray
+    table_torque: np.ndarray
+
+
+def drive_data(scenario: Scenario, joints: int) -> DriveData:
+    """Flatten the scenario's drive for an arm with this many joints."""
+    drive = scenario.drive
+    table_time, table_torque = np.zeros(1), np.zeros((joints, 1))
+    columns: tuple[float | tuple[float, ...], ...] = ()
+    if isinstance(drive, ConstantDrive):
+        code, columns = CONSTANT, (drive.torque_N_m,)
+    elif isinstance(drive, PdDrive):
+        code = PD
+        columns = (
+            drive.target_rad,
+            drive.proportional_N_m_per_rad,
+            drive.derivative_N_m_s_per_rad,
+        )
+    elif isinstance(drive, SinusoidDrive):
+        code = SINE_OF_TIME if drive.argument == "time" else SINE_OF_SQRT_TIME
+        columns = (drive.amplitude_N_m, drive.rate_rad_per_s)
+    else:
+        code = TABLE
+        table_time, table_torque = np.array(drive.time_s), np.array(drive.torque_N_m)
+    gains = np.zeros((joints, 3))
+    for column, value in enumerate(columns):
+        gains[:, column] = per_joint(value, joints)
+    return DriveData(code, gains, table_time, table_torque)
+
+
+def joint_torque(
+    code: int,
+    gains: np.ndarray,
+    table_time: np.ndarray,
+    table_torque: np.ndarray,
+    t: float,
+    theta: float,
+    theta_dot: float,
+) -> float:
+    """Output-side torque [N m] of one joint at time t [s], angle [rad] and rate [rad/s].
+
+    gains (3,) and table_torque (rows,) are the joint's rows of DriveData. An engine may compile it.
+    """
+    if code == CONSTANT:
+        return gains[0]
+    if code == PD:
+        return gains[1] * (gains[0] - theta) - gains[2] * theta_dot
+    if code == SINE_OF_TIME:
+        return gains[0] * np.sin(gains[1] * t)
+    if code == SINE_OF_SQRT_TIME:
+        return gains[0] * np.sin(gains[1] * np.sqrt(t))
+    return np.interp(t, table_time, table_torque)
+
+
+def torques_along(
+    drive: DriveData, time: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray
+) -> np.ndarray:
+    """Output-side torques [N m] at time (times,) [s] by angles and rates, all (times, joints)."""
+    gains, clock = drive.gains.T, time[:, None]
+    if drive.code == CONSTANT:
+        return np.broadcast_to(gains[0], theta.shape).copy()
+    if drive.code == PD:
+        return gains[1] * (gains[0] - theta) - gains[2] * theta_dot
+    if drive.code == SINE_OF_TIME:
+        return gains[0] * np.sin(gains[1] * clock)
+    if drive.code == SINE_OF_SQRT_TIME:
+        return gains[0] * np.sin(gains[1] * np.sqrt(clock))
+    return table_torques(drive, time)
+
+
+def table_torques(drive: DriveData, time: np.ndarray | float) -> np.ndarray:
+    """Output-side torques [N m] of a table at time (...,) [s], shape (..., joints)."""
+    columns = [np.interp(time, drive.table_time, torque) for torque in drive.table_torque]
+    return np.stack(columns, axis=-1)

@@ -1,0 +1,240 @@
+"""The experiment as data: drive law, duration, start, step. Shared by every model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+from pydantic import FailFast, Field, model_validator
+
+from models.arm.quantities import (
+    Angle,
+    AngularRate,
+    Count,
+    Data,
+    DriveRate,
+    Duration,
+    Gain,
+    Name,
+    Offset,
+    OfPlanets,
+    PerJoint,
+    RateGain,
+    SchemaVersion,
+    Step,
+    TableTime,
+    Title,
+    Torque,
+    UpToSeven,
+    short,
+)
+
+MOST_STEPS = 1e9  # an hour of the compiled integrator
+# A state takes 430 bytes of a run for the paper's arm, 2.6 kB for seven joints with eight planets.
+MOST_RECORDS = 1e6
+# Of a sinusoid's phase in a step [rad], six steps a period: with fewer the integrators with a fixed
+# step see another drive than the adaptive ones.
+MOST_TURN = 1.0
+Rows = Field(min_length=2, max_length=50_000, strict=False)
+
+
+class ConstantDrive(Data):
+    """T = const, output side."""
+
+    kind: Literal["constant"]
+    """Which drive law this is."""
+    torque_N_m: PerJoint[Torque]
+    """T, on the output side of the gears."""
+
+
+class PdDrive(Data):
+    """Eq. 23: T = P (target - theta) - D theta', sensing the link."""
+
+    kind: Literal["pd"]
+    """Which drive law this is."""
+    target_rad: PerJoint[Angle]
+    """Joint angle to reach."""
+    proportional_N_m_per_rad: PerJoint[Gain]
+    """P."""
+    derivative_N_m_s_per_rad: PerJoint[RateGain]
+    """D."""
+
+
+class SinusoidDrive(Data):
+    """T = A sin(rate * t), or A sin(rate * sqrt(t)) as Section 4.1 prints it."""
+
+    kind: Literal["sinusoid"]
+    """Which drive law this is."""
+    amplitude_N_m: PerJoint[Torque]
+    """A, on the output side of the gears."""
+    rate_rad_per_s: PerJoint[DriveRate]
+    """Angular frequency; over sqrt(s) instead of s where the argument is sqrt_time."""
+    argument: Literal["time", "sqrt_time"]
+    """What the rate is multiplied with: t or its square root."""
+
+
+class TableDrive(Data):
+    """T interpolated linearly between rows of a table, one column per joint."""
+
+    kind: Literal["table"]
+    """Which drive law this is."""
+    time_s: Annotated[tuple[TableTime, ...], Rows, FailFast()]
+    """Of every row, rising, from 0 or before to the duration or after it."""
+    torque_N_m: Annotated[
+        tuple[Annotated[tuple[Torque, ...], Rows, FailFast()], ...], UpToSeven, FailFast()
+    ]
+    """T of every row, one list for each joint, on the output side of the gears."""
+
+    @model_validator(mode="after")
+    def _is_a_table(self) -> Self:
+        if any(later <= earlier for earlier, later in pairwise(self.time_s)):
+            raise ValueError("time_s|must increase")
+        if any(len(column) != len(self.time_s) for column in self.torque_N_m):
+            raise ValueError(f"torque_N_m|each joint needs {len(self.time_s)} values, as time_s")
+        return self
+
+
+Drive = ConstantDrive | PdDrive | SinusoidDrive | TableDrive
+
+
+class Start(Data):
+    """State at t = 0. Mesh displacements start at first contact (x = b) or at x = 0.
+
+    Contact counts the static error. Of free planets every ring mesh touches, and the sun is
+    advanced until the first of its meshes does. The offsets, added to them, are for starts
+    perturbed on purpose.
+    """
+
+    mesh: Literal["contact", "centre"] = "contact"
+    """Displacements of the meshes: at first contact (x = b + static error), or x = 0."""
+    theta_rad: PerJoint[Angle] = 0.0
+    """Joint angles, each relative to the previous link."""
+    theta_dot_rad_per_s: PerJoint[AngularRate] = 0.0
+    """Joint rates."""
+    sun_planet_offset_m: PerJoint[Offset] = 0.0
+    """Added to x_sp."""
+    planet_ring_offset_m: PerJoint[Offset] = 0.0
+    """Added to x_pr."""
+    planet_offset_m: Annotated[
+        tuple[OfPlanets[Offset], ...], Field(max_length=7, strict=False), FailFast()
+    ] = ()
+    """Of each planet, one list for each joint: added to its x_pr and taken from its x_sp."""
+
+
+class Scenario(Data):
+    """One experiment on an arm.
+
+    ``step_s`` is the step of the fixed-step integrators and the base of the recording grid: a state
+    is kept every ``record_every`` steps, or every largest common divisor of that and the number of
+    steps, so that the last state is always on the grid.
+    """
+
+    schema_version: SchemaVersion
+    """Version of the file."""
+    name: Name
+    """What reports, records and messages call the experiment."""
+    title: Title = ""
+    """One line about it."""
+    duration_s: Duration
+    """How long it is simulated."""
+    step_s: Step
+    """Step of the fixed-step integrators; it divides the duration."""
+    record_every: Count = 10
+    """Steps between two recorded states."""
+    start: Start = Start()
+    """State at t = 0."""
+    drive: Annotated[Drive, Field(discriminator="kind")]
+    """Law of the torques on the joints."""
+
+    @property
+    def steps(self) -> int:
+        """Number of steps in the duration."""
+        return round(self.duration_s / self.step_s)
+
+    @property
+    def stride(self) -> int:
+        """Steps between two recorded states."""
+        return math.gcd(self.steps, self.record_every)
+
+    @model_validator(mode="after")
+    def _whole_steps(self) -> Self:
+        steps = self.duration_s / self.step_s
+        if steps > MOST_STEPS:
+            raise ValueError(
+                f"step_s|is too small: {steps:.3g} steps, at most {short(MOST_STEPS)} are allowed"
+            )
+        if round(steps) < 1 or abs(steps - round(steps)) > 1e-6 * max(1.0, steps):
+            raise ValueError(f"step_s|must divide duration_s = {self.duration_s:g}")
+        return self
+
+    @model_validator(mode="after")
+    def _recording_can_be_kept(self) -> Self:
+        if self.steps // self.stride > MOST_RECORDS:
+            raise ValueError(
+                f"record_every|keeps every {self.stride} of {self.steps} steps;"
+                f" at most {short(MOST_RECORDS)} states are allowed"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _steps_resolve_the_drive(self) -> Self:
+        drive = self.drive
+        if isinstance(drive, SinusoidDrive):
+            advance = self.step_s if drive.argument == "time" else math.sqrt(self.step_s)
+            fastest = max(map(abs, _numbers(drive.rate_rad_per_s)))
+            if fastest * advance > MOST_TURN:
+                most, step = short(MOST_TURN / advance), short(self.step_s)
+                raise ValueError(
+                    f"drive.rate_rad_per_s|must be at most {most} for a step_s of {step}: six steps"
+                    " a period"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _table_covers_the_run(self) -> Self:
+        drive = self.drive
+        if isinstance(drive, TableDrive) and (
+            drive.time_s[0] > 0 or drive.time_s[-1] < self.duration_s
+        ):
+            raise ValueError(f"drive.time_s|must cover 0 to duration_s = {self.duration_s:g}")
+        return self
+
+
+def _numbers(value: float | tuple[float, ...]) -> tuple[float, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
+def per_joint(value: float | tuple[float, ...], joints: int) -> tuple[float, ...]:
+    """The value for each joint: one number is repeated. Raises ValueError on another length."""
+    if isinstance(value, tuple):
+        if len(value) != joints:
+            raise ValueError(f"needs 1 or {joints} values, has {len(value)}")
+        return value
+    return (value,) * joints
+
+
+def planet_offsets(start: Start, joint: int, planets: int) -> tuple[float, ...]:
+    """``planet_offset_m`` of a joint, counted from 0, for each of so many planets."""
+    given = start.planet_offset_m
+    return given[joint] if given else (0.0,) * planets
+
+
+def first_misfit(scenario: Scenario, planets: Sequence[int]) -> tuple[str, object, str] | None:
+    """(field, value, what is allowed) of the first list that does not fit an arm.
+
+    planets: how many every joint has.
+    """
+    joints = len(planets)
+    for section, record in (("drive", scenario.drive), ("start", scenario.start)):
+        for field, value in record:
+            absent = field == "planet_offset_m" and value == ()
+            if not isinstance(value, tuple) or field == "time_s" or absent or len(value) == joints:
+                continue
+            return f"{section}.{field}", value, f"needs {joints} values, has {len(value)}"
+    for joint, offsets in enumerate(scenario.start.planet_offset_m):
+        if len(offsets) != planets[joint]:
+            needed = f"needs {planets[joint]} values, one for each planet; has {len(offsets)}"
+            return f"start.planet_offset_m[{joint}]", offsets, needed
+    return None

@@ -1,0 +1,1 @@
+"""Models of the arm in Exudyn: a kinematic tree, and separate bodies on constraints."""

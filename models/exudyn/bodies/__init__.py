@@ -1,0 +1,1 @@
+"""Separate bodies on revolute joints with contacts found from their poses."""

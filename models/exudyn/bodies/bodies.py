@@ -1,0 +1,394 @@
+"""Exudyn model: every link, sun and planet a free rigid body, held by joints, pushed by teeth.
+
+Bodies and their poses are in ``models.exudyn.bodies.poses``, the contact of two gears, which sees
+nothing but poses, in ``models.exudyn.bodies.contact``. The engine holds the bodies together by
+constraints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from models.arm.arm import Arm, Joint, Planetary
+from models.arm.layout import geared_layout
+from models.errors import Diverged
+from models.experiment.drive import DriveData, drive_data, joint_torque
+from models.experiment.scenario import Scenario, per_joint, planet_offsets
+from models.experiment.switches import Switches
+from models.exudyn.bodies.contact import (
+    Mesh,
+    Side,
+    meshes_with,
+    push_bodies,
+    readings,
+    torque_rounding,
+    touching,
+)
+from models.exudyn.bodies.engine import BodyEngine, Connector
+from models.exudyn.bodies.poses import (
+    GROUND,
+    PoseMap,
+    Stage,
+    bodies_of,
+    gear_inertia,
+    ring_places,
+    ring_seat,
+    stages_of,
+)
+from models.exudyn.bodies.stiffness import Spring
+from models.interface import STATE_ABILITIES, Model, require_finite
+from models.trajectory import recorded_times, trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+STANDS = (0.0, 0.0, 0.0)  # pose and velocity of the ground
+
+# Of the largest acceleration or squared rate: a linear solve leaves 1e-12 between equal planets.
+MOVES_ALIKE = 1e-9
+
+
+class Toothed(NamedTuple):
+    """A mesh and its four bodies: planet, carrier, wheel, previous link (for a ring, three)."""
+
+    mesh: Mesh
+    bodies: tuple[int, ...]
+
+
+def meshes_of(arm: Arm, chosen: Switches) -> list[list[list[Toothed]]]:
+    """The meshes by joint, side (sun, ring; none of a direct joint) and planet."""
+    stages = zip(stages_of(arm), arm.joints, strict=True)
+    return [
+        _sides(stage, joint, chosen, ring_seat(arm, number)) if isinstance(joint, Planetary) else []
+        for number, (stage, joint) in enumerate(stages)
+    ]
+
+
+def _sides(stage: Stage, joint: Planetary, chosen: Switches, ring_at: float) -> list[list[Toothed]]:
+    return [
+        [
+            Toothed(mesh, (planet, stage.link, *wheel, stage.previous))
+            for planet, mesh in zip(
+                stage.planets, meshes_with(joint, chosen, side, ring_at), strict=True
+            )
+        ]
+        for side, wheel in wheels(stage)
+    ]
+
+
+def wheels(stage: Stage) -> tuple[tuple[Side, tuple[int, ...]], ...]:
+    """The central wheels of a joint and their own bodies; the ring is the previous link's."""
+    return ("sun", (stage.driven,)), ("ring", ())
+
+
+def teeth(toothed: Toothed) -> Connector:
+    """The connector of one mesh; what it does to the ground the ground bears."""
+    moving = tuple(body for body in toothed.bodies if body != GROUND)
+    mesh, ground, size = toothed.mesh, STANDS * (GROUND in toothed.bodies), 3 * len(moving)
+
+    def force(_: object, t: float, _item: int, q: list[float], q_t: list[float]) -> list[float]:
+        forces = push_bodies(mesh, t, np.array([*q, *ground]), np.array([*q_t, *ground]))
+        return forces[:size].tolist()
+
+    return Connector(moving, force)
+
+
+def motor(stage: Stage, joint: Joint, law: DriveData, place: int) -> Connector:
+    """T / n on what the motor turns, friction on the link, both back on the previous body.
+
+    T and friction are those of the link's angle and rate.
+    """
+    ratio = joint.ring_teeth / joint.sun_teeth + 1 if isinstance(joint, Planetary) else 1.0
+    grounded, friction = stage.previous == GROUND, joint.friction_N_m_s_per_rad
+    turning = tuple(dict.fromkeys((stage.driven, stage.link)))
+    moving = turning if grounded else (*turning, stage.previous)
+    link = 3 * len(turning) - 1
+    gains, table = law.gains[place], law.table_torque[place]
+
+    def force(_: object, t: float, _item: int, q: list[float], q_t: list[float]) -> list[float]:
+        theta, theta_dot = q[link], q_t[link]
+        if not grounded:
+            theta, theta_dot = theta - q[-1], theta_dot - q_t[-1]
+        torque = joint_torque(law.code, gains, law.table_time, table, t, theta, theta_dot)
+        on_driven, drag = torque / ratio, friction * theta_dot
+        torques = [0.0] * len(q)
+        torques[2] += on_driven
+        torques[link] -= drag
+        if not grounded:
+            torques[-1] = drag - on_driven
+        return torques
+
+    return Connector(moving, force)
+
+
+class ExudynBodies(Model):
+    """The geared arm in redundant coordinates: three per body, and two constraints per joint.
+
+    Coordinates are the paper's (Eq. 20), or those of free planets; a state has all joints closed,
+    and lumped planets of a stage alike. The bodies' mass matrix, forces, constraints and motion are
+    the engine's.
+    """
+
+    name = "exudyn:bodies"
+    abilities = frozenset({*STATE_ABILITIES, "simulate", "constraint_residual"})
+
+    def __init__(
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
+    ) -> None:
+        super().__init__(arm, scenario, chosen_switches)
+        self.layout = geared_layout(arm, self.switches)
+        self.stages = stages_of(arm)
+        self.poses = PoseMap(arm, self.layout)
+        self.meshes = meshes_of(arm, self.switches)
+
+    @cached_property
+    def free(self) -> BodyEngine:
+        """The bodies on their joints without any force."""
+        return self._engine([], gravity=(0.0, 0.0))
+
+    @cached_property
+    def driven(self) -> BodyEngine:
+        """The bodies on their joints with meshes, motors, friction and gravity."""
+        law = drive_data(self.scenario, len(self.stages))
+        motors = [
+            motor(stage, joint, law, place)
+            for place, (stage, joint) in enumerate(zip(self.stages, self.arm.joints, strict=True))
+        ]
+        contacts = [teeth(toothed) for joint in self.meshes for side in joint for toothed in side]
+        return self._engine(motors + contacts, self.arm.gravity_m_per_s2)
+
+    def _engine(self, connectors: Sequence[Connector], gravity: tuple[float, float]) -> BodyEngine:
+        zero = self.poses.pose(np.zeros(len(self.layout)))
+        return BodyEngine(bodies_of(self.arm), connectors, gravity, zero)
+
+    def _placed(self, engine: BodyEngine, t: float, q: np.ndarray, v: np.ndarray) -> BodyEngine:
+        engine.place(t, self.poses.pose(q), self.poses.velocity(q, v))
+        return engine
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        """M(q) = J^T M J, shape (n, n), J the derivative of the poses by q."""
+        jacobian = self.poses.jacobian(q)
+        mass = self._placed(self.free, 0.0, q, np.zeros_like(q)).mass_matrix()
+        return jacobian.T @ mass @ jacobian
+
+    def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """C(q, v) v = J^T (M J' v - f), shape (n,), f the engine's inertial forces."""
+        engine = self._placed(self.free, 0.0, q, v)
+        swing = self.poses.acceleration(q, v, np.zeros_like(v))
+        inertial = engine.mass_matrix() @ swing - engine.right_hand_side()
+        return self.poses.jacobian(q).T @ inertial
+
+    def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Drive, meshes, dampers, friction and gravity at t [s], shape (n,)."""
+        return self.poses.jacobian(q).T @ self.body_forces(t, q, v)
+
+    def body_forces(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Forces [N], and torques [N m] about their origins, on the bodies, (3 bodies,).
+
+        Of teeth, motors, friction and gravity.
+        """
+        driven, free = (self._placed(engine, t, q, v) for engine in (self.driven, self.free))
+        return driven.right_hand_side() - free.right_hand_side()
+
+    def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """q'' at t [s], shape (n,), from the engine's constrained equations of all bodies.
+
+        Raises ArithmeticError should lumped planets not move alike.
+        """
+        turning, rates = self.body_accelerations(t, q, v)[2::3], self.poses.velocity(q, v)[2::3]
+        if not self.layout.free:
+            size = max(abs(turning).max(), (rates**2).max())
+            self.poses.require_alike(turning, MOVES_ALIKE * size + self._rounding(q, v))
+        return self.poses.back(turning)
+
+    def _rounding(self, q: np.ndarray, v: np.ndarray) -> float:
+        """What roundings of the meshes' forces may do to a planet [rad/s^2]."""
+        pose, velocity = self.poses.pose(q)[None], self.poses.velocity(q, v)[None]
+        felt = [
+            torque_rounding(mesh, largest, _seen(pose, bodies)[0], _seen(velocity, bodies)[0])
+            / inertia
+            for (mesh, bodies), largest, inertia in self._stiffest
+        ]
+        return max(felt, default=0.0)
+
+    @cached_property
+    def _stiffest(self) -> list[tuple[Toothed, float, float]]:
+        """One mesh of each kind, its largest stiffness [N/m], its planet's inertia [kg m^2].
+
+        Lumped planets have the same ones.
+        """
+        return [
+            (side[0], _spring(side[0].mesh).largest, gear_inertia(joint, "planet"))
+            for joint, sides in zip(self.arm.joints, self.meshes, strict=True)
+            if isinstance(joint, Planetary)
+            for side in sides
+        ]
+
+    def body_accelerations(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Accelerations of x, y and angle of every body at t [s], shape (3 bodies,)."""
+        return self.driven.solve(t, self.poses.pose(q), self.poses.velocity(q, v))[0]
+
+    def joint_forces(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """What its revolute joint does to every body at t [s], ground frame [N], (bodies, 2)."""
+        engine, pose = self.driven, self.poses.pose(q)
+        reactions = engine.solve(t, pose, self.poses.velocity(q, v))[1].reshape(-1, 2)
+        sign = np.diag(engine.joint_jacobian()[::2, ::3])  # of its own body in the gap: +1 or -1
+        return -sign[:, None] * reactions
+
+    def constraint_residual(
+        self, q: np.ndarray, v: np.ndarray, a: np.ndarray, opened: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """How far open the joints are at q, v, a: gaps [m], rates, accelerations, (2 joints,) each.
+
+        The engine evaluates its own constraints at this model's poses, or with the bodies moved
+        apart so far, without turning.
+        """
+        engine, pose, velocity = self.free, self.poses.pose(q), self.poses.velocity(q, v)
+        acceleration = self.poses.acceleration(q, v, a)
+        swing = engine.swing(0.0, pose, velocity)
+        engine.place(0.0, pose, velocity)
+        jacobian = engine.joint_jacobian()
+        if opened is not None:
+            along = np.arange(pose.size) % 3 != 2  # x and y of every body, one joint for each
+            apart = np.zeros((3, pose.size))
+            apart[:, along] = np.linalg.solve(jacobian[:, along], opened.T).T
+            pose, velocity = pose + apart[0], velocity + apart[1]
+            acceleration = acceleration + apart[2]
+            engine.place(0.0, pose, velocity)
+        gaps, rates = engine.joints(), engine.joints(velocity_level=True)
+        return gaps, rates, jacobian @ acceleration + swing
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """q and v at t = 0; no mesh slides."""
+        start, layout, joints = self.scenario.start, self.layout, len(self.stages)
+        q, v = np.zeros(len(layout)), np.zeros(len(layout))
+        for place in layout.meshing:
+            self._place_planets(q, place)
+        q[layout.theta] = per_joint(start.theta_rad, joints)
+        v[layout.theta] = per_joint(start.theta_dot_rad_per_s, joints)
+        return q, v
+
+    def _place_planets(self, q: np.ndarray, place: int) -> None:
+        """Every ring mesh touches, and the first of the sun's, or all are centred; then offsets."""
+        start, layout, joints = self.scenario.start, self.layout, len(self.stages)
+        x_sp, x_pr = (
+            (start.mesh == "contact") * np.array([touching(toothed.mesh) for toothed in side])
+            for side in self.meshes[place]
+        )
+        offsets = start.sun_planet_offset_m, start.planet_ring_offset_m
+        apart, from_ring = (per_joint(offset, joints)[place] for offset in offsets)
+        rings = ring_places(layout, place)
+        q[rings] = x_pr[: len(rings)] + from_ring
+        if layout.free:
+            q[rings] += planet_offsets(start, place, len(rings))
+            q[layout.at("x_s", place)] = (x_pr + x_sp).min() + apart + from_ring
+        else:
+            q[layout.at("x_sp", place)] = x_sp[0] + apart
+
+    def simulate(self) -> xr.Dataset:
+        """The trapezoidal rule at the scenario's step, all of it in the engine.
+
+        Meant for some milliseconds: 4.5 kHz are resolved to 1e-4 at 1 us. Mesh variables, if any
+        joint has gears, hold one value per planet, NaN where a joint has fewer planets than
+        another. Raises Diverged at the first recorded time with a value that is not finite, or
+        where the solver gave up.
+        """
+        run, (q, v) = self.scenario, self.start()
+        time = recorded_times(run)
+        pose, velocity = self.poses.pose(q), self.poses.velocity(q, v)
+        states = self.driven.run(pose, velocity, run.steps, run.step_s, run.stride)
+        require_finite(self.name, time[: len(states)], states)
+        if len(states) < len(time):
+            raise Diverged(self.name, float(time[len(states)]))
+        pose, velocity = states.swapaxes(0, 1)
+        accelerations, energy = np.empty((len(time), states.shape[2])), np.empty(len(time))
+        for row, (t, state) in enumerate(zip(time, states, strict=True)):
+            accelerations[row] = self.driven.solve(t, *state)[0]
+            energy[row] = state[1] @ self.driven.mass_matrix() @ state[1] / 2
+        return self._trajectory(time, pose, velocity, accelerations, energy)
+
+    def _trajectory(
+        self,
+        time: np.ndarray,
+        pose: np.ndarray,
+        velocity: np.ndarray,
+        acceleration: np.ndarray,
+        energy: np.ndarray,
+    ) -> xr.Dataset:
+        theta, theta_dot, theta_ddot = (
+            np.diff(values[:, 2::3][:, self.poses.links], axis=1, prepend=0.0)
+            for values in (pose, velocity, acceleration)
+        )
+        return trajectory(
+            self,
+            time,
+            theta=theta,
+            theta_dot=theta_dot,
+            theta_ddot=theta_ddot,
+            torque=self._torques(time, theta, theta_dot),
+            **self._mesh_records(time, pose, velocity),
+            kinetic_energy=energy,
+        )
+
+    def _mesh_records(
+        self, time: np.ndarray, pose: np.ndarray, velocity: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """The trajectory's mesh variables by name, (times, joints, planets); none without gears."""
+        if not self.layout.meshing:
+            return {}
+        planets = max(len(stage.planets) for stage in self.stages)
+        read = np.full((2, 3, len(time), len(self.stages), planets), np.nan)
+        for joint, sides in enumerate(self.meshes):
+            for side, toothed in enumerate(sides):
+                for planet, (mesh, bodies) in enumerate(toothed):
+                    seen = [_seen(values, bodies) for values in (pose, velocity)]
+                    read[side, :, :, joint, planet] = readings(mesh, time, *seen)
+        return {
+            "x_sp": read[0, 0],
+            "x_pr": read[1, 0],
+            "x_sp_dot": read[0, 2],
+            "x_pr_dot": read[1, 2],
+            "F_sp": read[0, 1],
+            "F_pr": read[1, 1],
+        }
+
+    def _torques(self, time: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
+        """Output-side torques [N m], shape (times, joints)."""
+        law = drive_data(self.scenario, len(self.stages))
+        torques = np.empty_like(theta)
+        for row, joint in np.ndindex(*theta.shape):
+            torques[row, joint] = joint_torque(
+                law.code,
+                law.gains[joint],
+                law.table_time,
+                law.table_torque[joint],
+                float(time[row]),
+                float(theta[row, joint]),
+                float(theta_dot[row, joint]),
+            )
+        return torques
+
+    def largest_stable_step(self) -> float:
+        """inf: the trapezoidal rule lets no decaying mode grow, whatever the step.
+
+        Accuracy sets the step instead: at h the rule slows a mode of omega by (omega h)^2 / 12.
+        """
+        return float("inf")
+
+
+def _spring(mesh: Mesh) -> Spring:
+    return Spring(mesh.kind, mesh.mean, mesh.numbers)
+
+
+def _seen(values: np.ndarray, bodies: Sequence[int]) -> np.ndarray:
+    """Columns of a mesh's bodies, the ground's zero, out of (times, 3 bodies)."""
+    by_body = values.reshape(len(values), -1, 3)
+    columns: list[Any] = [
+        np.zeros((len(values), 3)) if body == GROUND else by_body[:, body] for body in bodies
+    ]
+    return np.concatenate(columns, axis=1)

@@ -1,0 +1,278 @@
+"""The geared arm as separate bodies in the plane, and generalized coordinates as their poses.
+
+Frames: x, y in the plane, the ground's origin at the shoulder; angles are absolute, about z,
+counter-clockwise. The origin of every body lies on the axis of its own revolute joint: a link's on
+the joint that drives it, a gear's at its centre. At zero all bodies' x axes are parallel. Points of
+the plane are complex numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from models.arm.arm import Arm, Link, Planetary
+from models.arm.layout import MESHES, Layout
+
+Gear = Literal["sun", "planet", "carrier"]
+GROUND = -1
+
+
+class Part(NamedTuple):
+    """A rigid piece of a body: mass [kg], centre of mass on the x axis [m], inertia about it."""
+
+    mass: float
+    x: float
+    inertia: float
+
+
+class RigidBody(NamedTuple):
+    """Parts in one frame, and the joint: the frame's origin sits on a point [m] of another body."""
+
+    parts: tuple[Part, ...]
+    seat_body: int
+    seat: complex
+
+
+class Stage(NamedTuple):
+    """Numbers of one joint's bodies; ``previous`` carries ring or motor and may be GROUND.
+
+    driven: what the motor turns, the sun; of a direct joint, which has no planets, the link.
+    """
+
+    previous: int
+    link: int
+    driven: int
+    planets: tuple[int, ...]
+
+
+def pitch_radius(joint: Planetary, teeth: int) -> float:
+    """Radius [m] of a wheel of the joint where it rolls without sliding."""
+    return joint.module_m * teeth / 2
+
+
+def stages_of(arm: Arm) -> list[Stage]:
+    """Bodies are counted joint by joint: link, and of a geared joint sun and planets."""
+    stages, previous, number = [], GROUND, 0
+    for joint in arm.joints:
+        link, driven = number, number
+        if isinstance(joint, Planetary):
+            driven += 1
+        number = driven + 1 + joint.planet_count
+        stages.append(Stage(previous, link, driven, tuple(range(driven + 1, number))))
+        previous = link
+    return stages
+
+
+def body_count(arm: Arm) -> int:
+    """How many bodies move."""
+    last = stages_of(arm)[-1]
+    return last.driven + 1 + len(last.planets)
+
+
+def bodies_of(arm: Arm) -> list[RigidBody]:
+    """Every moving body of the arm, in the order of ``stages_of``."""
+    bodies = []
+    for place, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True)):
+        axis = ring_seat(arm, place) + 0j
+        bodies.append(RigidBody(link_parts(arm, place), stage.previous, axis))
+        if isinstance(joint, Planetary):
+            sun = (Part(joint.sun_mass_kg, 0.0, gear_inertia(joint, "sun")),)
+            planet = (Part(joint.planet_mass_kg, 0.0, gear_inertia(joint, "planet")),)
+            bodies.append(RigidBody(sun, stage.previous, axis))
+            bodies += [RigidBody(planet, stage.link, seat) for seat in planet_seats(joint)]
+    return bodies
+
+
+def ring_seat(arm: Arm, place: int) -> float:
+    """How far along its body's x axis a joint's ring or motor is centred [m]: 0 on the ground."""
+    return arm.links[place - 1].length_m if place else 0.0
+
+
+def planet_seats(joint: Planetary) -> list[complex]:
+    """Centres of the planets on their carrier [m], the first on its x axis."""
+    radius = pitch_radius(joint, joint.sun_teeth) + pitch_radius(joint, joint.planet_teeth)
+    turns = np.arange(joint.planet_count) / joint.planet_count
+    return [complex(seat) for seat in radius * np.exp(2j * np.pi * turns)]
+
+
+def link_parts(arm: Arm, place: int) -> tuple[Part, ...]:
+    """Link, carrier or rotor, and at the far end the next joint's ring or motor, or the payload."""
+    joint, end = arm.joints[place], arm.links[place].length_m
+    if isinstance(joint, Planetary):
+        hub = Part(joint.carrier_mass_kg, 0.0, gear_inertia(joint, "carrier"))
+    else:
+        hub = Part(0.0, 0.0, joint.rotor_inertia_kg_m2)
+    tip = Part(arm.payload_mass_kg, end, 0.0)
+    if place + 1 < len(arm.joints):
+        outer = arm.joints[place + 1]
+        if isinstance(outer, Planetary):
+            tip = Part(outer.ring_mass_kg, end, outer.ring_inertia_kg_m2)
+        else:
+            tip = Part(outer.motor_mass_kg, end, 0.0)
+    return _bare_link(arm.links[place]), hub, tip
+
+
+def _bare_link(link: Link) -> Part:
+    mass, inertia = link.mass_kg, link.inertia_kg_m2
+    if link.cross_section_m2 is not None and link.density_kg_per_m3 is not None:
+        mass = link.length_m * link.cross_section_m2 * link.density_kg_per_m3
+        inertia = mass * link.length_m**2 / 12
+    assert mass is not None
+    assert inertia is not None
+    return Part(mass, link.com_m, inertia)
+
+
+def gear_inertia(joint: Planetary, gear: Gear) -> float:
+    """J [kg m^2], or the M [kg] given instead times the square of ``base_radius``."""
+    inertia, mass = _given(joint, gear)
+    if mass is not None:
+        return mass * base_radius(joint, gear) ** 2
+    assert inertia is not None
+    return inertia
+
+
+def equivalent_mass(joint: Planetary, gear: Gear) -> float:
+    """M [kg], or the J [kg m^2] given instead over the square of ``base_radius``."""
+    inertia, mass = _given(joint, gear)
+    if inertia is not None:
+        return inertia / base_radius(joint, gear) ** 2
+    assert mass is not None
+    return mass
+
+
+def _given(joint: Planetary, gear: Gear) -> tuple[float | None, float | None]:
+    """J and M, one of them."""
+    return {
+        "sun": (joint.sun_inertia_kg_m2, joint.sun_equivalent_mass_kg),
+        "planet": (joint.planet_inertia_kg_m2, joint.planet_equivalent_mass_kg),
+        "carrier": (joint.carrier_inertia_kg_m2, joint.carrier_equivalent_mass_kg),
+    }[gear]
+
+
+def base_radius(joint: Planetary, gear: Gear) -> float:
+    """Of a gear [m]; of the carrier r_c cos(alpha)."""
+    teeth = {
+        "sun": joint.sun_teeth,
+        "planet": joint.planet_teeth,
+        "carrier": joint.sun_teeth + joint.planet_teeth,
+    }[gear]
+    return pitch_radius(joint, teeth) * float(np.cos(np.radians(joint.pressure_angle_deg)))
+
+
+def turns_of(arm: Arm, layout: Layout) -> np.ndarray:
+    """Absolute angles of the bodies over the layout's coordinates, shape (bodies, n).
+
+    Eqs. 2 and 3 give the wheels' angles relative to the previous link, planets against the carrier:
+    r_p theta_p = x_pr + r_cp theta_c and r_s theta_s = x_sp + r_p theta_p + r_cp theta_c.
+    """
+    turns, unit = np.zeros((body_count(arm), len(layout))), np.eye(len(layout))
+    for place, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True)):
+        base = turns[stage.previous] if place else np.zeros(len(layout))
+        theta = unit[layout.at("theta", place)]
+        turns[stage.link] = base + theta
+        if isinstance(joint, Planetary):
+            r_s, r_p = base_radius(joint, "sun"), base_radius(joint, "planet")
+            x_sp, x_pr = (
+                np.array([layout.displacement(mesh, place, p) for p in range(joint.planet_count)])
+                for mesh in MESHES
+            )
+            along_planets = x_pr + (r_s + r_p) * theta
+            turns[list(stage.planets)] = base - along_planets / r_p
+            along_sun = x_sp[0] + along_planets[0] + (r_s + r_p) * theta  # by any of the planets
+            turns[stage.driven] = base + along_sun / r_s
+    return turns
+
+
+def turned_back(arm: Arm, layout: Layout) -> np.ndarray:
+    """The layout's coordinates over absolute angles, shape (n, bodies); mean of lumped planets.
+
+    Solved for by hand: a pseudo-inverse leaves of a link's small acceleration what rounding of the
+    gears' large ones does.
+    """
+    unit = np.eye(body_count(arm))
+    paper = np.zeros((len(layout), len(unit)))
+    for place, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True)):
+        base = unit[stage.previous] if place else np.zeros(len(unit))
+        theta = unit[stage.link] - base
+        paper[layout.at("theta", place)] = theta
+        if isinstance(joint, Planetary):
+            r_s, r_p = base_radius(joint, "sun"), base_radius(joint, "planet")
+            turning = unit[list(stage.planets)]
+            told = turning if layout.free else turning.mean(axis=0, keepdims=True)
+            along_planets, carried = r_p * (base - told), (r_s + r_p) * theta
+            paper[ring_places(layout, place)] = along_planets - carried
+            along_sun = r_s * (unit[stage.driven] - base)
+            if layout.free:
+                paper[layout.at("x_s", place)] = along_sun - 2 * carried
+            else:
+                paper[layout.at("x_sp", place)] = along_sun - along_planets[0] - carried
+    return paper
+
+
+def ring_places(layout: Layout, place: int) -> list[int]:
+    """Places of a joint's x_pr: one of lumped planets, or one for each; joints count from 0."""
+    found = enumerate(layout.coordinates)
+    return [k for k, c in found if c.meaning == "x_pr" and c.joint == place + 1]
+
+
+def levers_of(bodies: Sequence[RigidBody], links: Sequence[int]) -> np.ndarray:
+    """Complex levers L [m], (bodies, links): a body's origin is sum L exp(i angle of the link)."""
+    levers = np.zeros((len(bodies), len(links)), dtype=complex)
+    for number, body in enumerate(bodies):
+        if body.seat_body != GROUND:
+            levers[number] = levers[body.seat_body]
+            levers[number, links.index(body.seat_body)] += body.seat
+    return levers
+
+
+class PoseMap:
+    """q, v, a of a geared arm's layout as poses of all bodies, and the way back.
+
+    Poses, velocities and accelerations of the bodies have shape (3 bodies,): x, y [m] and angle
+    [rad] of body after body.
+    """
+
+    def __init__(self, arm: Arm, layout: Layout) -> None:
+        self.links = [stage.link for stage in stages_of(arm)]
+        self.turns = turns_of(arm, layout)
+        self.levers = levers_of(bodies_of(arm), self.links)
+        self._back = turned_back(arm, layout)
+
+    def pose(self, q: np.ndarray) -> np.ndarray:
+        """Where the bodies are."""
+        return _flat(self.levers @ self._directions(q), self.turns @ q)
+
+    def velocity(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """How they move at rates v."""
+        spin = self.turns @ v
+        return _flat(self.levers @ (1j * spin[self.links] * self._directions(q)), spin)
+
+    def acceleration(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """How they accelerate at rates v and accelerations a."""
+        spin, turning = (self.turns @ v)[self.links], self.turns @ a
+        swing = (1j * turning[self.links] - spin**2) * self._directions(q)
+        return _flat(self.levers @ swing, turning)
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        """Derivative of ``pose``, shape (3 bodies, n)."""
+        swing = 1j * self._directions(q)[:, None] * self.turns[self.links]
+        return _flat(self.levers @ swing, self.turns)
+
+    def back(self, turning: np.ndarray) -> np.ndarray:
+        """q (n,) of the bodies' angles, or its rates or accelerations of theirs, (bodies,)."""
+        return self._back @ turning
+
+    def require_alike(self, turning: np.ndarray, close: float) -> None:
+        """Raise ArithmeticError if lumped planets differ by more than is called close."""
+        if not np.allclose(self.turns @ self.back(turning), turning, rtol=0, atol=close):
+            raise ArithmeticError("equal planets do not move alike")
+
+    def _directions(self, q: np.ndarray) -> np.ndarray:
+        return np.exp(1j * (self.turns @ q)[self.links])
+
+
+def _flat(at: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    return np.stack([at.real, at.imag, angle], axis=1).reshape(-1, *angle.shape[1:])

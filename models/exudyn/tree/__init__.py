@@ -1,0 +1,1 @@
+"""The kinematic tree in minimal coordinates with custom mesh springs."""

@@ -1,0 +1,156 @@
+"""The numbers of the Exudyn tree's meshes, planet by planet, out of the arm's.
+
+(Eq. n) refers to the paper the arm is taken from.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from models.arm.arm import Planetary
+from models.arm.mesh import PlanetMesh
+from models.experiment.switches import Switches
+from models.exudyn.tree.mesh import GearStage, MeshLaw, Stage
+from models.exudyn.tree.stiffness import constant, curve_of
+
+Side = Literal["sun", "ring"]
+Gear = Literal["sun", "planet", "carrier"]
+
+
+def base_radius(joint: Planetary, teeth: int) -> float:
+    """Radius [m] of the circle the involutes of a wheel with this many teeth unwind from."""
+    return joint.module_m * teeth / 2 * float(np.cos(np.radians(joint.pressure_angle_deg)))
+
+
+def inertia(joint: Planetary, gear: Gear) -> float:
+    """J [kg m^2] of a gear or the carrier, as given or M r^2."""
+    mass, given, radius = _gear(joint, gear)
+    if given is not None:
+        return given
+    assert mass is not None
+    return mass * radius**2
+
+
+def equivalent_mass(joint: Planetary, gear: Gear) -> float:
+    """M [kg] of a gear or the carrier, as given or J / r^2."""
+    mass, given, radius = _gear(joint, gear)
+    if mass is not None:
+        return mass
+    assert given is not None
+    return given / radius**2
+
+
+def _gear(joint: Planetary, gear: Gear) -> tuple[float | None, float | None, float]:
+    """M or J, whichever is given, and r [m], of the carrier r_c cos(alpha)."""
+    mass, given, teeth = {
+        "sun": (joint.sun_equivalent_mass_kg, joint.sun_inertia_kg_m2, joint.sun_teeth),
+        "planet": (joint.planet_equivalent_mass_kg, joint.planet_inertia_kg_m2, joint.planet_teeth),
+        "carrier": (
+            joint.carrier_equivalent_mass_kg,
+            joint.carrier_inertia_kg_m2,
+            joint.sun_teeth + joint.planet_teeth,
+        ),
+    }[gear]
+    return mass, given, base_radius(joint, teeth)
+
+
+def gear_stage(place: int, bodies: Stage, joint: Planetary, chosen: Switches) -> GearStage:
+    """What is known of a geared joint, the place-th from 0."""
+    planets = range(joint.planet_count)
+    return GearStage(
+        place,
+        bodies,
+        inertia(joint, "planet"),
+        tuple(mesh_law(joint, chosen, "sun", planet) for planet in planets),
+        tuple(mesh_law(joint, chosen, "ring", planet) for planet in planets),
+    )
+
+
+def mesh_law(joint: Planetary, chosen: Switches, side: Side, planet: int) -> MeshLaw:
+    """The law of the mesh of a planet, counted from 0, with sun or ring."""
+    sun = side == "sun"
+    mesh = (joint.sun_mesh if sun else joint.ring_mesh).of_planet(planet)
+    planet_radius, curve = base_radius(joint, joint.planet_teeth), curve_of(mesh.stiffness)
+    return MeshLaw(
+        wheel_radius=base_radius(joint, joint.sun_teeth if sun else joint.ring_teeth),
+        planet_radius=planet_radius if sun else -planet_radius,
+        backlash=mesh.backlash_m,
+        damping=_damping(joint, side, mesh, curve.mean),
+        sharpness=mesh.tanh_sharpness_per_m,
+        smooth=float(chosen.dead_zone == "tanh"),
+        damped_in_contact_only=float(chosen.damping == "contact"),
+        tooth_error=mesh.tooth_error_m,
+        error_phase=mesh.tooth_error_phase_rad,
+        static_error=mesh.static_error_m,
+        phase_rate=_phase_rate(joint, chosen, side),
+        phase_offset=_phase_offset(joint, side, planet, mesh.phase_rad),
+        clock_phase=float(chosen.phase == "omega_t"),
+        curve=curve,
+    )
+
+
+def stiffest(law: MeshLaw) -> MeshLaw:
+    """The linear law that bounds this one: in contact everywhere, at its largest stiffness."""
+    return _linear(law, law.curve.largest)
+
+
+def mean_spring(law: MeshLaw) -> MeshLaw:
+    """The law's mean stiffness alone: in contact everywhere, undamped."""
+    return _linear(law, law.curve.mean)._replace(damping=0.0)
+
+
+def _linear(law: MeshLaw, stiffness: float) -> MeshLaw:
+    return law._replace(
+        curve=constant(stiffness),
+        tooth_error=0.0,
+        backlash=0.0,
+        smooth=0.0,
+        damped_in_contact_only=0.0,
+    )
+
+
+def _damping(joint: Planetary, side: Side, mesh: PlanetMesh, stiffness: float) -> float:
+    """Damping [N s/m] of one mesh: 1/N of 2 zeta sqrt(N k_m * mass), or of what is given."""
+    planets = joint.planet_count
+    if mesh.damping_N_s_per_m is not None:
+        return mesh.damping_N_s_per_m / planets
+    assert mesh.damping_ratio is not None
+    sun_mass, planet_mass = equivalent_mass(joint, "sun"), equivalent_mass(joint, "planet")
+    mass = sun_mass if side == "sun" else planets * planet_mass
+    return 2 * mesh.damping_ratio * float(np.sqrt(planets * stiffness * mass)) / planets
+
+
+def _phase_rate(joint: Planetary, chosen: Switches, side: Side) -> float:
+    """Teeth passing one planet per radian of the carrier: z_r on both sides, but for Eq. 13."""
+    if side == "sun" or chosen.ring_rate == "corrected":
+        return float(joint.ring_teeth)
+    planet = base_radius(joint, joint.planet_teeth)
+    carrier = base_radius(joint, joint.sun_teeth + joint.planet_teeth)  # r_c cos(alpha)
+    return joint.planet_teeth * (carrier / planet - 1)
+
+
+def _phase_offset(joint: Planetary, side: Side, planet: int, given: float | None) -> float:
+    """Added to the mesh's phase [rad]: as given, or as the teeth say."""
+    if given is not None:
+        return given
+    turn = 2 * np.pi * passed(joint, side, planet)
+    if side == "ring":
+        turn += joint.sun_mesh.of_planet(0).phase_rad or 0.0
+    return float(turn % (2 * np.pi))
+
+
+def passed(joint: Planetary, side: Side, planet: int) -> float:
+    """Part of a pitch, 0 to 1, by which a planet's mesh is ahead of the first planet's sun mesh.
+
+    On its way round the ring a planet passes z_r teeth per turn forwards, and those of the sun,
+    which overtakes it, backwards: so many it has passed more that stands n / N of a turn further.
+    From the planet's flank at the sun to that at the ring are z_p / 2 - 1/2 pitches, half a turn
+    but for the tooth's own thickness. Counted in whole 2N-ths of a pitch, so without rounding.
+    """
+    parts = 2 * joint.planet_count
+    if side == "sun":
+        return -2 * joint.sun_teeth * planet % parts / parts
+    across = (joint.planet_teeth - 1) * joint.planet_count
+    return (2 * joint.ring_teeth * planet + across) % parts / parts

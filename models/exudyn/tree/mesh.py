@@ -1,0 +1,337 @@
+"""Gear meshes of the Exudyn tree: the force law of each, compiled, on the tree's coordinates.
+
+Seen from the carrier every planet turns about a fixed axis, so the belts along the two lines of
+action give, with w the rotation of the central wheel and p that of the planet, both relative to
+the carrier, and R and r the base radii,
+
+    external mesh with the sun:   x = R w + r p
+    internal mesh with the ring:  x = R w - r p
+
+x > 0 when the teeth press on the side that drives the carrier forward. One law covers both, with a
+signed planet radius. (Eq. n) refers to the paper the arm is taken from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from models.exudyn.tree.stiffness import Curve, Number, stiffness_at
+from models.jitted import njit
+
+EPSILON = float(np.finfo(float).eps)
+ROUNDINGS = 10  # in a deflection: sums of three products, and maps of coordinates before
+STEP = 1e-50  # of an angle's imaginary part: nothing beside 1, and so is its square beside it
+
+
+class MeshLaw(NamedTuple):
+    """One mesh in SI units; ``array`` lays it out for the compiled functions in this order.
+
+    wheel_radius, planet_radius: base radii of the deflection above, the latter negative for the
+    ring. damping [N s/m]: of this one mesh, 1/N of the stage's. smooth, damped_in_contact_only and
+    clock_phase are switches, 1.0 or 0.0. From tooth_error on: all that ``variation`` reads, where
+    phase_rate is radians of mesh phase per radian of joint angle, and curve the stiffness.
+    """
+
+    wheel_radius: float
+    planet_radius: float
+    backlash: float
+    damping: float
+    sharpness: float
+    smooth: float
+    damped_in_contact_only: float
+    tooth_error: float
+    error_phase: float
+    static_error: float
+    phase_rate: float
+    phase_offset: float
+    clock_phase: float
+    curve: Curve
+
+    @property
+    def array(self) -> np.ndarray:
+        """The fields as float64, those of the curve from place CURVE on."""
+        return np.concatenate([self[:CURVE], self.curve.array])
+
+    def varies_as(self, other: MeshLaw) -> bool:
+        """Whether both have the same stiffness and error at every time and angle."""
+        return np.array_equal(self.array[ERROR:], other.array[ERROR:])
+
+
+_FIELDS = {name: place for place, name in enumerate(MeshLaw._fields)}
+WHEEL_RADIUS, PLANET_RADIUS = _FIELDS["wheel_radius"], _FIELDS["planet_radius"]
+BACKLASH, DAMPING = _FIELDS["backlash"], _FIELDS["damping"]
+SHARPNESS, SMOOTH = _FIELDS["sharpness"], _FIELDS["smooth"]
+CONTACT_ONLY, ERROR = _FIELDS["damped_in_contact_only"], _FIELDS["tooth_error"]
+ERROR_PHASE, STATIC = _FIELDS["error_phase"], _FIELDS["static_error"]
+RATE, OFFSET = _FIELDS["phase_rate"], _FIELDS["phase_offset"]
+BY_CLOCK, CURVE = _FIELDS["clock_phase"], _FIELDS["curve"]
+
+
+@njit(cache=True)
+def clearance(x: float, b: float) -> float:
+    """Eq. 5: f_k [m] of a deflection x [m] in a clearance 2 b [m]."""
+    if x > b:
+        return x - b
+    if x <= -b:
+        return x + b
+    return 0.0
+
+
+@njit(cache=True)
+def smooth_clearance(x: float, b: float, sharpness: float) -> float:
+    """Eq. 6: f_k [m] with tanh corners of the given sharpness [1/m]."""
+    upper, lower = np.tanh(sharpness * (x - b)), np.tanh(sharpness * (x + b))
+    return x + x / 2 * (upper - lower) - b / 2 * (upper + lower)
+
+
+@njit(cache=True)
+def variation(law: np.ndarray, t: float, theta: Number, theta_dot: float) -> tuple[Number, Number]:
+    """k [N/m] and e [m] at time t [s], joint angle [rad] and rate [rad/s] (Eqs. 8, 14)."""
+    angle = theta_dot * t if law[BY_CLOCK] else theta
+    phase = law[RATE] * angle + law[OFFSET]
+    sine = np.sin(phase)
+    runout = np.sin(phase + law[ERROR_PHASE]) if law[ERROR_PHASE] else sine
+    return stiffness_at(law, CURVE, phase, sine), law[STATIC] + law[ERROR] * runout
+
+
+@njit(cache=True)
+def elastic_force(law: np.ndarray, x: float, stiffness: float, error: float) -> float:
+    """Spring force [N] along the line of action (Eqs. 4, 8, 14, 15)."""
+    gap = x - error
+    if law[SMOOTH]:
+        travel = smooth_clearance(gap, law[BACKLASH], law[SHARPNESS])
+    else:
+        travel = clearance(gap, law[BACKLASH])
+    return stiffness * travel
+
+
+@njit(cache=True)
+def damping_force(law: np.ndarray, x: float, x_dot: float, error: float) -> float:
+    """Damper force [N] along the line of action."""
+    if law[CONTACT_ONLY] and abs(x - error) <= law[BACKLASH]:
+        return 0.0
+    return law[DAMPING] * x_dot
+
+
+@njit(cache=True)
+def stretch(law: np.ndarray, wheel: float, planet: float, carrier: float) -> float:
+    """x [m] of angles [rad], or x' [m/s] of rates.
+
+    wheel and carrier turn relative to the previous link, planet relative to the carrier.
+    """
+    return law[WHEEL_RADIUS] * (wheel - carrier) + law[PLANET_RADIUS] * planet
+
+
+@njit(cache=True)
+def turning_torque(law: np.ndarray, x: float, stiffness: complex, error: complex) -> float:
+    """-dV/dtheta [N m] of V = k (f_k)^2 / 2, x held: what the spring's potential does to the link.
+
+    The slope of V itself, by a complex step: V(theta + i h) = V + i h dV/dtheta, and h^2 is
+    nothing. stiffness, error: of ``variation`` at theta + i STEP. For the exact clearance and
+    phases by the angle.
+    """
+    gap = x - error
+    travel = complex(clearance(gap.real, law[BACKLASH]), gap.imag)  # f_k' = 1, or f_k is 0
+    potential = stiffness * travel * travel / 2
+    return -potential.imag / STEP
+
+
+@njit(cache=True)
+def elastic_forces(
+    law: np.ndarray, t: np.ndarray, x: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray
+) -> np.ndarray:
+    """Spring forces [N] of one mesh along a trajectory; x [m] and all others of shape (times,)."""
+    forces = np.empty_like(x)
+    for row in range(len(t)):
+        stiffness, error = variation(law, t[row], theta[row], theta_dot[row])
+        forces[row] = elastic_force(law, x[row], stiffness, error)
+    return forces
+
+
+class Stage(NamedTuple):
+    """Places of one joint's bodies among the tree coordinates.
+
+    driven: what the motor turns, the sun; of a direct joint, which has no planets, the link.
+    """
+
+    link: int
+    driven: int
+    planets: tuple[int, ...]
+
+    @property
+    def after(self) -> int:
+        """The place after its last body."""
+        return max((self.driven, *self.planets)) + 1
+
+
+class GearStage(NamedTuple):
+    """A geared joint, counted from 0, its bodies, a planet's inertia [kg m^2] and its mesh laws.
+
+    sun, ring: of every planet.
+    """
+
+    joint: int
+    bodies: Stage
+    planet_inertia: float
+    sun: tuple[MeshLaw, ...]
+    ring: tuple[MeshLaw, ...]
+
+
+class Gearing(NamedTuple):
+    """All gear stages of an arm as flat arrays.
+
+    sun_laws, ring_laws (planets, longest law): MeshLaw.array, zeros behind it, one stage's planets
+    after another's; new (planets, 2): whether the mesh with sun or ring varies otherwise than that
+    of the planet before; places (stages, 4): tree coordinates of link, sun and first planet, and
+    the one after the last planet; conservative: whether the springs' potential acts on links.
+    """
+
+    sun_laws: np.ndarray
+    ring_laws: np.ndarray
+    new: np.ndarray
+    places: np.ndarray
+    conservative: bool
+
+
+def gearing(gears: Sequence[GearStage], conservative: bool) -> Gearing:
+    """The stages with their laws."""
+    stages = [gear.bodies for gear in gears]
+    places = [(s.link, s.driven, s.planets[0], s.planets[-1] + 1) for s in stages]
+    new = [flags for gear in gears for flags in zip(_new(gear.sun), _new(gear.ring), strict=True)]
+    suns = [law.array for gear in gears for law in gear.sun]
+    rings = [law.array for gear in gears for law in gear.ring]
+    sun_laws, ring_laws = np.split(_rows(suns + rings), 2)
+    return Gearing(
+        sun_laws,
+        ring_laws,
+        np.array(new, dtype=np.bool_).reshape(-1, 2),
+        np.array(places, dtype=np.int64).reshape(-1, 4),
+        conservative,
+    )
+
+
+def _new(laws: Sequence[MeshLaw]) -> list[bool]:
+    return [True, *(not law.varies_as(before) for before, law in pairwise(laws))]
+
+
+def _rows(arrays: Sequence[np.ndarray]) -> np.ndarray:
+    rows = np.zeros((len(arrays), max((array.size for array in arrays), default=0)))
+    for row, array in zip(rows, arrays, strict=True):
+        row[: array.size] = array
+    return rows
+
+
+@njit(cache=True)
+def add_sun_mesh(
+    law: np.ndarray,
+    stiffness: float,
+    error: float,
+    q: np.ndarray,
+    q_t: np.ndarray,
+    link: int,
+    sun: int,
+    planet: int,
+    forces: np.ndarray,
+) -> None:
+    """Spring and damper of one sun-planet mesh, onto the forces [N m] of the three it couples.
+
+    stiffness, error: of ``variation``.
+    """
+    x = stretch(law, q[sun], q[planet], q[link])
+    x_dot = stretch(law, q_t[sun], q_t[planet], q_t[link])
+    pull = elastic_force(law, x, stiffness, error) + damping_force(law, x, x_dot, error)
+    forces[link] += law[WHEEL_RADIUS] * pull
+    forces[sun] -= law[WHEEL_RADIUS] * pull
+    forces[planet] -= law[PLANET_RADIUS] * pull
+
+
+@njit(cache=True)
+def add_ring_mesh(
+    law: np.ndarray,
+    stiffness: float,
+    error: float,
+    q: np.ndarray,
+    q_t: np.ndarray,
+    link: int,
+    planet: int,
+    forces: np.ndarray,
+) -> None:
+    """One ring-planet mesh, as ``add_sun_mesh``: the ring rests on the previous link."""
+    x = stretch(law, 0.0, q[planet], q[link])
+    x_dot = stretch(law, 0.0, q_t[planet], q_t[link])
+    pull = elastic_force(law, x, stiffness, error) + damping_force(law, x, x_dot, error)
+    forces[link] += law[WHEEL_RADIUS] * pull
+    forces[planet] -= law[PLANET_RADIUS] * pull
+
+
+@njit(cache=True, inline="always")
+def add_meshes(
+    gears: Gearing, t: float, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray
+) -> None:
+    """Every mesh spring of the arm at time t [s], onto the forces [N m] of the tree coordinates."""
+    sun_k, sun_e, ring_k, ring_e, row = 0.0, 0.0, 0.0, 0.0, 0
+    for stage in range(len(gears.places)):
+        link, sun, first, after = gears.places[stage]
+        for planet in range(first, after):
+            of_sun, of_ring = gears.sun_laws[row], gears.ring_laws[row]
+            if gears.new[row, 0]:
+                sun_k, sun_e = variation(of_sun, t, q[link], q_t[link])
+            if gears.new[row, 1]:
+                ring_k, ring_e = variation(of_ring, t, q[link], q_t[link])
+            add_sun_mesh(of_sun, sun_k, sun_e, q, q_t, link, sun, planet, forces)
+            add_ring_mesh(of_ring, ring_k, ring_e, q, q_t, link, planet, forces)
+            row += 1
+
+
+@njit(cache=True, inline="always")
+def add_turning_torques(gears: Gearing, q: np.ndarray, forces: np.ndarray) -> None:
+    """What every spring's potential does to the links, onto the forces [N m].
+
+    A link's coordinate is its angle against the previous link: the torques are pairs between both.
+    """
+    sun_k, sun_e, ring_k, ring_e, row = 0j, 0j, 0j, 0j, 0
+    for stage in range(len(gears.places)):
+        link, sun, first, after = gears.places[stage]
+        theta = complex(q[link], STEP)
+        for planet in range(first, after):
+            of_sun, of_ring = gears.sun_laws[row], gears.ring_laws[row]
+            if gears.new[row, 0]:
+                sun_k, sun_e = variation(of_sun, 0.0, theta, 0.0)
+            if gears.new[row, 1]:
+                ring_k, ring_e = variation(of_ring, 0.0, theta, 0.0)
+            x_sp = stretch(of_sun, q[sun], q[planet], q[link])
+            x_pr = stretch(of_ring, 0.0, q[planet], q[link])
+            forces[link] += turning_torque(of_sun, x_sp, sun_k, sun_e)
+            forces[link] += turning_torque(of_ring, x_pr, ring_k, ring_e)
+            row += 1
+
+
+def deflection(
+    law: MeshLaw, stage: Stage, planet: int, q: np.ndarray, with_sun: bool
+) -> np.ndarray:
+    """x [m] of a planet's mesh with sun or ring, shape (times,), from (times, bodies).
+
+    planet: counted from 0. Linear: angles give displacements, and their rates the displacements'
+    rates.
+    """
+    wheel = q[:, stage.driven] if with_sun else 0.0
+    turn = law.wheel_radius * (wheel - q[:, stage.link])
+    return np.asarray(turn + law.planet_radius * q[:, stage.planets[planet]])
+
+
+def torque_rounding(law: MeshLaw, stage: Stage, q: np.ndarray, q_t: np.ndarray) -> float:
+    """What roundings of a linear law's deflection and rate may change on a planet [N m].
+
+    q, q_t: tree coordinates and rates (bodies,), all planets alike.
+    """
+
+    def path(turned: np.ndarray) -> float:  # what a deflection is the small difference of
+        link, wheel, planet = abs(turned[[stage.link, stage.driven, stage.planets[0]]])
+        return law.wheel_radius * float(link + wheel) + abs(law.planet_radius) * float(planet)
+
+    force = law.curve.mean * path(q) + law.damping * path(q_t)
+    return ROUNDINGS * EPSILON * abs(law.planet_radius) * force

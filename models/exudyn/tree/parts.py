@@ -1,0 +1,151 @@
+"""The Exudyn tree's bodies, and its coordinates as linear maps of the paper's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from models.arm.arm import Arm, Link, Planetary
+from models.arm.layout import Layout
+from models.exudyn.engine import Body
+from models.exudyn.tree.laws import base_radius, inertia
+from models.exudyn.tree.mesh import Stage
+
+# [kg] For a body without mass, whose inertia may still count: the engine divides by a body's mass.
+# No sum with a number of an arm notices so little.
+NO_MASS = 1e-200
+PartOfBody = tuple[float, float, float]  # mass [kg], place [m], inertia about its own com [kg m^2]
+
+
+def stages_of(arm: Arm) -> list[Stage]:
+    """Bodies are counted joint by joint: link, and of a geared joint sun and planets."""
+    stages, first = [], 0
+    for joint in arm.joints:
+        driven = first + isinstance(joint, Planetary)
+        stage = Stage(first, driven, tuple(range(driven + 1, driven + 1 + joint.planet_count)))
+        stages.append(stage)
+        first = stage.after
+    return stages
+
+
+def bodies_of(arm: Arm) -> list[Body]:
+    """Every body of the arm in the order of the tree coordinates."""
+    bodies, parent, axis = [], -1, (0.0, 0.0)
+    for place, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True)):
+        bodies.append(Body(parent, axis, *_composite(_link_parts(arm, place))))
+        if isinstance(joint, Planetary):
+            mass = joint.sun_mass_kg or NO_MASS
+            bodies.append(Body(parent, axis, mass, 0.0, inertia(joint, "sun")))
+            bodies += _planets(joint, stage.link)
+        parent, axis = stage.link, (arm.links[place].length_m, 0.0)
+    return bodies
+
+
+def _composite(parts: Sequence[PartOfBody]) -> PartOfBody:
+    """Mass, com and inertia about it of rigidly joined parts."""
+    mass, x, own = np.array(parts).T
+    com = mass @ x / mass.sum()
+    return float(mass.sum()), float(com), float(own.sum() + mass @ (x - com) ** 2)
+
+
+def _link_parts(arm: Arm, place: int) -> list[PartOfBody]:
+    """The link, what its joint fixes to it, and at its far end the next one's part or payload."""
+    joint = arm.joints[place]
+    if isinstance(joint, Planetary):
+        turned = (joint.carrier_mass_kg, 0.0, inertia(joint, "carrier"))
+    else:
+        turned = (0.0, 0.0, joint.rotor_inertia_kg_m2)
+    return [_link(arm.links[place]), turned, _far_end(arm, place)]
+
+
+def _link(link: Link) -> PartOfBody:
+    if link.mass_kg is not None and link.inertia_kg_m2 is not None:
+        return link.mass_kg, link.com_m, link.inertia_kg_m2
+    assert link.density_kg_per_m3 is not None
+    assert link.cross_section_m2 is not None
+    rod = link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
+    return rod, link.com_m, rod * link.length_m**2 / 12
+
+
+def _far_end(arm: Arm, place: int) -> PartOfBody:
+    """Ring or motor of the next joint, or the payload."""
+    at = arm.links[place].length_m
+    if place + 1 == len(arm.joints):
+        return arm.payload_mass_kg, at, 0.0
+    outer = arm.joints[place + 1]
+    if isinstance(outer, Planetary):
+        return outer.ring_mass_kg, at, outer.ring_inertia_kg_m2
+    return outer.motor_mass_kg, at, 0.0
+
+
+def _planets(joint: Planetary, carrier: int) -> list[Body]:
+    radius = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
+    own = inertia(joint, "planet")
+    angles = 2 * np.pi * np.arange(joint.planet_count) / joint.planet_count
+    mass = joint.planet_mass_kg or NO_MASS
+    return [Body(carrier, (radius * np.cos(a), radius * np.sin(a)), mass, 0.0, own) for a in angles]
+
+
+def tree_from_paper(arm: Arm, layout: Layout) -> np.ndarray:
+    """A, shape (bodies, n): tree coordinates of the paper's.
+
+    From x_sp = r_s (sun - link) + r_p planet and x_pr = -r_r link - r_p planet. The paper's planet
+    angle, counted against the carrier, is -(link + planet) here. Lumped planets are all alike.
+    """
+    stages = stages_of(arm)
+    matrix = np.zeros((stages[-1].after, len(layout)))
+    for place, (stage, joint) in enumerate(zip(stages, arm.joints, strict=True)):
+        theta = layout.at("theta", place)
+        matrix[stage.link, theta] = 1
+        if isinstance(joint, Planetary):
+            sun, planet, ring = _radii(joint)
+            advance = layout.displacement("x_sp", place, 0) + layout.displacement("x_pr", place, 0)
+            matrix[stage.driven] = advance / sun
+            matrix[stage.driven, theta] = (sun + ring) / sun
+            for number, body in enumerate(stage.planets):
+                matrix[body] = -layout.displacement("x_pr", place, number) / planet
+                matrix[body, theta] = -ring / planet
+    return matrix
+
+
+def paper_from_tree(arm: Arm, layout: Layout) -> np.ndarray:
+    """The way back, shape (n, bodies), with the mean over the planets of a stage if lumped."""
+    stages = stages_of(arm)
+    matrix = np.zeros((len(layout), stages[-1].after))
+    for place, (stage, joint) in enumerate(zip(stages, arm.joints, strict=True)):
+        matrix[layout.at("theta", place), stage.link] = 1
+        if isinstance(joint, Planetary):
+            fill = _free_rows if layout.free else _lumped_rows
+            fill(matrix, layout, place, stage, joint)
+    return matrix
+
+
+def _lumped_rows(
+    matrix: np.ndarray, layout: Layout, place: int, stage: Stage, joint: Planetary
+) -> None:
+    sun, planet, ring = _radii(joint)
+    x_sp, x_pr = layout.at("x_sp", place), layout.at("x_pr", place)
+    matrix[x_sp, [stage.driven, stage.link]] = sun, -sun
+    matrix[x_sp, list(stage.planets)] = planet / joint.planet_count
+    matrix[x_pr, stage.link] = -ring
+    matrix[x_pr, list(stage.planets)] = -planet / joint.planet_count
+
+
+def _free_rows(
+    matrix: np.ndarray, layout: Layout, place: int, stage: Stage, joint: Planetary
+) -> None:
+    """In x_s = x_sp + x_pr the planet's turn is gone."""
+    sun, planet, ring = _radii(joint)
+    matrix[layout.at("x_s", place), [stage.driven, stage.link]] = sun, -(sun + ring)
+    for number, body in enumerate(stage.planets):
+        matrix[layout.at("x_pr", place, number), [stage.link, body]] = -ring, -planet
+
+
+def _radii(joint: Planetary) -> tuple[float, float, float]:
+    """Base radii of sun, planet and ring [m]."""
+    sun, planet, ring = (
+        base_radius(joint, teeth)
+        for teeth in (joint.sun_teeth, joint.planet_teeth, joint.ring_teeth)
+    )
+    return sun, planet, ring

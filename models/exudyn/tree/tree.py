@@ -1,0 +1,299 @@
+"""Exudyn model: a kinematic tree of real bodies with a custom mesh-spring connector.
+
+Tree coordinates, in the order of ``stages_of``: of every joint the link's angle relative to the
+previous link, and of a geared one the sun's relative to the previous link and each planet's
+relative to its carrier (the link), all counter-clockwise [rad]. The ring of a joint is part of the
+previous link, as a direct joint's motor is; the carrier, or the rotor, of the link. The engine
+computes the mass matrix, the inertial forces, gravity and the motion; the mesh springs are in
+``models.exudyn.tree.mesh``; one user function of the engine's tree holds all of them, motors and
+friction, for a call from the engine into Python takes longer than to work out every mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from models.arm.arm import Arm, Planetary
+from models.arm.layout import geared_layout
+from models.errors import Diverged
+from models.experiment.drive import drive_data, joint_torque
+from models.experiment.scenario import Scenario, per_joint, planet_offsets
+from models.experiment.switches import Switches
+from models.exudyn.engine import Engine
+from models.exudyn.tree.laws import gear_stage, mean_spring, stiffest
+from models.exudyn.tree.loads import joints_of, loads, packed
+from models.exudyn.tree.mesh import (
+    GearStage,
+    MeshLaw,
+    deflection,
+    elastic_forces,
+    gearing,
+    torque_rounding,
+)
+from models.exudyn.tree.parts import bodies_of, paper_from_tree, stages_of, tree_from_paper
+from models.interface import STATE_ABILITIES, Model, require_finite
+from models.trajectory import recorded_times, trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+# Of the largest acceleration, or squared rate: equal planets differ by the rounding of one linear
+# solve, and of centrifugal forces where those are all there is.
+PLANETS_AGREE = 1e-9
+
+
+class ExudynTree(Model):
+    """The geared arm as a tree of real bodies: links, suns and every single planet.
+
+    Coordinates are the paper's (Eq. 20), all planets of a stage alike, or with free planets as many
+    as there are bodies. All sums over bodies, the inertial forces and the integration (RK44, fixed
+    step) are the engine's.
+    """
+
+    name = "exudyn:tree"
+    abilities = frozenset({*STATE_ABILITIES, "simulate", "mesh_modes"})
+
+    def __init__(
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
+    ) -> None:
+        super().__init__(arm, scenario, chosen_switches)
+        self.layout = geared_layout(arm, self.switches)
+        self.stages = stages_of(arm)
+        self.from_paper = tree_from_paper(arm, self.layout)
+        self.to_paper = paper_from_tree(arm, self.layout)
+        self.gears = [
+            gear_stage(place, stage, joint, self.switches)
+            for place, (stage, joint) in enumerate(zip(self.stages, arm.joints, strict=True))
+            if isinstance(joint, Planetary)
+        ]
+
+    @cached_property
+    def _free(self) -> Engine:
+        """The bodies without any force."""
+        return Engine(bodies_of(self.arm), None, [0.0], gravity=(0.0, 0.0))
+
+    @cached_property
+    def _driven(self) -> Engine:
+        """The bodies with meshes, motors, friction and gravity."""
+        return self._engine(self.gears)
+
+    def _engine(self, gears: Sequence[GearStage]) -> Engine:
+        bodies, clock = bodies_of(self.arm), [0.0]
+        drive = drive_data(self.scenario, len(self.stages))
+        joints = joints_of(self.arm, self.stages)
+        teeth = gearing(gears, self.switches.mesh_work == "conservative")
+        force = loads(packed(teeth, drive, joints), len(bodies), clock)
+        return Engine(bodies, force, clock, self.arm.gravity_m_per_s2)
+
+    def _placed(self, engine: Engine, t: float, q: np.ndarray, v: np.ndarray) -> Engine:
+        engine.place(t, self.from_paper @ q, self.from_paper @ v)
+        return engine
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        """M(q), shape (n, n)."""
+        mass = self._placed(self._free, 0.0, q, np.zeros_like(q)).mass_matrix()
+        return self.from_paper.T @ mass @ self.from_paper
+
+    def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """C(q, v) v, shape (n,): minus the engine's right-hand side without forces."""
+        return -self.from_paper.T @ self._placed(self._free, 0.0, q, v).right_hand_side()
+
+    def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Drive, meshes, dampers, friction and gravity at t [s], shape (n,), beside the bias."""
+        force = self._placed(self._driven, t, q, v).right_hand_side()
+        return self.from_paper.T @ force + self.bias(q, v)
+
+    def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """q'' at t [s], shape (n,), of the whole tree.
+
+        Raises ArithmeticError should lumped planets not move alike.
+        """
+        engine = self._placed(self._driven, t, q, v)
+        tree = np.linalg.solve(engine.mass_matrix(), engine.right_hand_side())
+        paper = self.to_paper @ tree
+        if not self.layout.free:
+            self._require_alike(self.from_paper @ paper, tree, q, v)
+        return paper
+
+    def _require_alike(
+        self, alike: np.ndarray, tree: np.ndarray, q: np.ndarray, v: np.ndarray
+    ) -> None:
+        rates = self.from_paper @ v
+        size = max(abs(tree).max(), (rates**2).max())
+        close = PLANETS_AGREE * size + self._rounding(self.from_paper @ q, rates)
+        if not np.allclose(alike, tree, rtol=0, atol=close):
+            raise ArithmeticError(f"{self.name}: equal planets do not accelerate alike")
+
+    def _rounding(self, q: np.ndarray, q_t: np.ndarray) -> float:
+        """What roundings of the meshes' forces may do to a lumped planet [rad/s^2]."""
+        felt = [
+            torque_rounding(law, gear.bodies, q, q_t) / gear.planet_inertia
+            for gear in self.stiffest
+            for law in (gear.sun[0], gear.ring[0])
+        ]
+        return max(felt, default=0.0)
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """Tree coordinates and rates at t = 0, shape (bodies,) each; no mesh slides."""
+        start, joints = self.scenario.start, len(self.stages)
+        q, v = np.zeros(len(self.layout)), np.zeros(len(self.layout))
+        for gear in self.gears:
+            self._place_teeth(gear, q)
+        q[self.layout.theta] = per_joint(start.theta_rad, joints)
+        v[self.layout.theta] = per_joint(start.theta_dot_rad_per_s, joints)
+        return self.from_paper @ q, self.from_paper @ v
+
+    def _place_teeth(self, gear: GearStage, q: np.ndarray) -> None:
+        """Mesh displacements [m] of a stage at t = 0; the sun turns until it meets a planet."""
+        start, at, joint = self.scenario.start, self.layout.at, gear.joint
+        contact = float(start.mesh == "contact")
+        sun, ring = (
+            contact * np.array([law.backlash + law.static_error for law in laws])
+            for laws in (gear.sun, gear.ring)
+        )
+        by_sun = per_joint(start.sun_planet_offset_m, len(self.stages))[joint]
+        by_ring = per_joint(start.planet_ring_offset_m, len(self.stages))[joint]
+        if not self.layout.free:
+            q[at("x_sp", joint)], q[at("x_pr", joint)] = sun[0] + by_sun, ring[0] + by_ring
+            return
+        q[at("x_s", joint)] = min(sun + ring) + by_sun + by_ring
+        for planet, offset in enumerate(planet_offsets(start, joint, len(ring))):
+            q[at("x_pr", joint, planet)] = ring[planet] + by_ring + offset
+
+    def simulate(self) -> xr.Dataset:
+        """RK44 at the scenario's step, all of it in the engine.
+
+        Mesh variables, if any joint has gears, hold one value per planet, NaN where a joint has
+        fewer planets than another.
+        Raises Diverged at the first recorded time with a value that is not finite.
+        """
+        engine, run = self._driven, self.scenario
+        time = recorded_times(run)
+        q, v = self.start()
+        states = np.empty((len(time), 3, len(q)))
+        energy = np.empty(len(time))
+        with np.errstate(over="ignore", invalid="ignore"):  # told by require_finite
+            for row, t in enumerate(time):
+                if row:
+                    q, v = self._advanced(engine, t)
+                engine.place(t, q, v)
+                mass = engine.mass_matrix()
+                states[row] = q, v, np.linalg.solve(mass, engine.right_hand_side())
+                energy[row] = v @ mass @ v / 2
+        require_finite(self.name, time, states, energy)
+        return self._trajectory(time, states, energy)
+
+    def _advanced(self, engine: Engine, t: float) -> tuple[np.ndarray, np.ndarray]:
+        """The state at the next recorded time, t [s]. Raises Diverged."""
+        try:
+            return engine.advance(self.scenario.stride, self.scenario.step_s)
+        except FloatingPointError:
+            raise Diverged(self.name, float(t)) from None
+
+    def _trajectory(self, time: np.ndarray, states: np.ndarray, energy: np.ndarray) -> xr.Dataset:
+        q, v, a = states.swapaxes(0, 1)
+        links = [stage.link for stage in self.stages]
+        theta, theta_dot = q[:, links], v[:, links]
+        return trajectory(
+            self,
+            time,
+            theta=theta,
+            theta_dot=theta_dot,
+            theta_ddot=a[:, links],
+            torque=self._torques(time, theta, theta_dot),
+            **self._mesh_records(time, q, v),
+            kinetic_energy=energy,
+        )
+
+    def _mesh_records(
+        self, time: np.ndarray, q: np.ndarray, v: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """The trajectory's mesh variables by name, (times, joints, planets); none without gears."""
+        if not self.gears:
+            return {}
+        planets = max(len(stage.planets) for stage in self.stages)
+        x = np.full((2, len(time), len(self.stages), planets), np.nan)
+        x_dot, force = x.copy(), x.copy()
+        for gear in self.gears:
+            stage, link = gear.bodies, gear.bodies.link
+            for side, planet in np.ndindex(2, len(stage.planets)):
+                law = (gear.sun, gear.ring)[side][planet]
+                at = side, slice(None), gear.joint, planet
+                x[at] = deflection(law, stage, planet, q, with_sun=side == 0)
+                x_dot[at] = deflection(law, stage, planet, v, with_sun=side == 0)
+                force[at] = elastic_forces(law.array, time, x[at], q[:, link], v[:, link])
+        return {
+            "x_sp": x[0],
+            "x_pr": x[1],
+            "x_sp_dot": x_dot[0],
+            "x_pr_dot": x_dot[1],
+            "F_sp": force[0],
+            "F_pr": force[1],
+        }
+
+    def _torques(self, time: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
+        """Output-side torques [N m], shape (times, joints)."""
+        law = drive_data(self.scenario, len(self.stages))
+        torques = np.empty_like(theta)
+        for row, joint in np.ndindex(*theta.shape):
+            gains, table = law.gains[joint], law.table_torque[joint]
+            angle, rate = float(theta[row, joint]), float(theta_dot[row, joint])
+            torques[row, joint] = joint_torque(
+                law.code, gains, law.table_time, table, float(time[row]), angle, rate
+            )
+        return torques
+
+    def largest_stable_step(self) -> float:
+        """Largest step [s] of RK44 that lets no mode of the stiffest meshes grow by itself.
+
+        The engine linearises its own tree, all meshes in contact at their largest stiffness, in the
+        start pose.
+        """
+        return min(_stable_step(mode) for mode in self._eigenvalues(self.stiffest))
+
+    def mesh_modes(self) -> np.ndarray:
+        """Undamped modes [Hz] in the start pose, ascending: of suns and planets, the fastest."""
+        count = sum(1 + joint.planet_count for joint in self.arm.joints if joint.planet_count)
+        modes = self._eigenvalues(_linear(self.gears, mean_spring)).imag
+        return np.sort(modes)[modes.size - count :] / (2 * np.pi)
+
+    @cached_property
+    def stiffest(self) -> list[GearStage]:
+        """The stages with every mesh in contact at its largest stiffness."""
+        return _linear(self.gears, stiffest)
+
+    def _eigenvalues(self, gears: Sequence[GearStage]) -> np.ndarray:
+        """Eigenvalues [1/s] of the engine's own linearisation in the start pose."""
+        engine = self._engine(gears)
+        q, _ = self.start()
+        engine.place(0.0, q, np.zeros_like(q))
+        mass, stiffness, damping = engine.linearized()
+        size = len(mass)
+        system = np.block(
+            [
+                [np.zeros((size, size)), np.eye(size)],
+                [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)],
+            ]
+        )
+        return np.linalg.eigvals(system)
+
+
+def _linear(gears: Sequence[GearStage], law: Callable[[MeshLaw], MeshLaw]) -> list[GearStage]:
+    return [
+        gear._replace(sun=tuple(map(law, gear.sun)), ring=tuple(map(law, gear.ring)))
+        for gear in gears
+    ]
+
+
+def _stable_step(eigenvalue: complex) -> float:
+    """Largest h [s] up to which RK4 lets a mode grow no faster than it does in truth."""
+    h = np.linspace(0.0, 4 / max(abs(eigenvalue), 1e-300), 40001)  # |R| > 1 all round at |z| = 4
+    z = h * eigenvalue
+    growth = abs(1 + z * (1 + z / 2 * (1 + z / 3 * (1 + z / 4))))
+    grows = growth > np.maximum(1.0, np.exp(z.real)) * (1 + 1e-9)
+    return float(h[max(int(np.argmax(grows)) - 1, 0)]) if grows.any() else float("inf")

@@ -1,0 +1,69 @@
+"""Files that a user names: opened in one place, which remembers what is read."""
+
+from __future__ import annotations
+
+import os
+import stat
+from contextlib import suppress
+from pathlib import Path
+from typing import BinaryIO
+
+_inputs: set[str] = set()
+
+
+def content_of(path: Path, largest: int, remembered: bool = True) -> bytes:
+    """What a file holds; links are followed, and nothing is waited for.
+
+    remembered: whether it is an input, which nothing may be written onto. Raises OSError, and
+    ValueError for what is no file, or larger than so many bytes.
+    """
+    with _opened(path) as file:
+        content = file.read(largest + 1)
+    if len(content) > largest:
+        raise ValueError(f"more than {largest // 1_000_000} MB")
+    if remembered:
+        remember(path)
+    return content
+
+
+def size_of(path: Path) -> int:
+    """Bytes of a file that another process is going to read: an input.
+
+    Raises OSError, and ValueError for what is no file.
+    """
+    with _opened(path) as file:
+        remember(path)
+        return os.fstat(file.fileno()).st_size
+
+
+def _opened(path: Path) -> BinaryIO:
+    # A pipe without a writer would be waited for, and a device may never end.
+    handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    if stat.S_ISREG(os.fstat(handle).st_mode):
+        return os.fdopen(handle, "rb")
+    os.close(handle)
+    raise ValueError("not a regular file")
+
+
+def remember(path: Path) -> None:
+    """From here on the file is an input."""
+    _inputs.add(os.path.abspath(path))
+
+
+def forget() -> None:
+    """No file is an input any more: another command begins."""
+    _inputs.clear()
+
+
+def is_input(path: Path) -> bool:
+    """Whether a file is one of the inputs, by any of its names."""
+    with suppress(OSError, ValueError):
+        own = path.stat()
+        return any(_is(own, known) for known in _inputs)
+    return False
+
+
+def _is(own: os.stat_result, path: str) -> bool:
+    with suppress(OSError, ValueError):
+        return os.path.samestat(own, os.stat(path))
+    return False

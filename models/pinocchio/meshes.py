@@ -1,0 +1,174 @@
+"""The tooth contacts of Pinocchio's gear tree as numbers, each planet's from its own mesh."""
+
+from __future__ import annotations
+
+from math import atan2, cos, pi, radians, sin, sqrt, tau
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from models.arm.arm import Arm, Planetary
+from models.arm.mesh import PlanetMesh
+from models.experiment.switches import Switches
+from models.pinocchio.stiffness import MeshStiffness, curve_of, mesh_stiffness
+from models.pinocchio.tree import Stage, base_radii, equivalent_masses
+
+BODIES = ("central", "planet", "link")  # those fields of Meshes that are no numbers but bodies
+
+
+class Contact(NamedTuple):
+    """Where a planet of a joint touches its sun (side +1) or its ring (side -1).
+
+    ``planet`` is its body, ``place`` [rad] where that sits on the carrier, from the first planet's.
+    """
+
+    joint: Planetary
+    stage: Stage
+    planet: int
+    place: float
+    side: int
+    mesh: PlanetMesh
+
+    @property
+    def external(self) -> bool:
+        """Whether it is the sun's."""
+        return self.side > 0
+
+
+class Meshes(NamedTuple):
+    """All meshes of the arm, as columns of shape (meshes,), each of a planet and a central gear.
+
+    ``side`` is +1 where the central gear is the sun (external mesh), -1 where it is the ring.
+    ``central`` is the body that carries the central gear's teeth. Radii [m] are base radii.
+    """
+
+    side: np.ndarray
+    central: np.ndarray
+    planet: np.ndarray
+    link: np.ndarray
+    central_radius: np.ndarray
+    planet_radius: np.ndarray
+    pitch: np.ndarray  # pitch point over centre distance, from the central gear
+    cosine: np.ndarray  # of the pressure angle
+    sine: np.ndarray
+    rate: np.ndarray  # mesh phase over joint angle
+    phase: np.ndarray
+    error: np.ndarray
+    error_phase: np.ndarray
+    static_error: np.ndarray
+    backlash: np.ndarray
+    sharpness: np.ndarray
+    damping: np.ndarray
+
+
+def contacts_of(arm: Arm, stages: list[Stage], tree: pin.Model) -> list[Contact]:
+    """All meshes of the arm, joint by joint and planet by planet."""
+    return [
+        Contact(joint, stage, planet, _place(tree, planet), side, mesh.of_planet(number))
+        for joint, stage in zip(arm.joints, stages, strict=True)
+        if isinstance(joint, Planetary)
+        for number, planet in enumerate(stage.planets)
+        for side, mesh in ((+1, joint.sun_mesh), (-1, joint.ring_mesh))
+    ]
+
+
+def _place(tree: pin.Model, planet: int) -> float:
+    """Angle [rad] of a planet's axis in the carrier's frame, in which the first one's is 0."""
+    x, y, _ = tree.jointPlacements[planet].translation
+    return atan2(y, x)
+
+
+def meshes_of(contacts: list[Contact], chosen: Switches) -> Meshes:
+    """Their numbers, in the contacts' order."""
+    rows = [_mesh(contact, chosen) for contact in contacts]
+    return Meshes(
+        **{
+            field: np.array([row[field] for row in rows], dtype=int if field in BODIES else float)
+            for field in Meshes._fields
+        }
+    )
+
+
+def _mesh(contact: Contact, chosen: Switches) -> dict[str, float]:
+    """The numbers of one mesh by the field's name."""
+    joint, stage, planet, _, side, mesh = contact
+    external = contact.external
+    r_s, r_p, r_r = base_radii(joint)
+    teeth = joint.sun_teeth if external else joint.ring_teeth
+    alpha = radians(joint.pressure_angle_deg)
+    return {
+        "side": side,
+        "central": stage.driven if external else stage.previous,
+        "planet": planet,
+        "link": stage.link,
+        "central_radius": r_s if external else r_r,
+        "planet_radius": r_p,
+        "pitch": teeth / (joint.sun_teeth + joint.planet_teeth),
+        "cosine": cos(alpha),
+        "sine": sin(alpha),
+        "rate": _sun_mesh_rate(joint) if external else _ring_mesh_rate(joint, chosen),
+        "phase": _phase_from_teeth(contact) if mesh.phase_rad is None else mesh.phase_rad,
+        "error": mesh.tooth_error_m,
+        "error_phase": mesh.tooth_error_phase_rad,
+        "static_error": mesh.static_error_m,
+        "backlash": mesh.backlash_m,
+        "sharpness": mesh.tanh_sharpness_per_m,
+        "damping": _stage_damping(contact) / joint.planet_count,
+    }
+
+
+def stiffness_of(contacts: list[Contact]) -> MeshStiffness:
+    """k of every mesh, in the contacts' order."""
+    return mesh_stiffness([contact.mesh.stiffness for contact in contacts])
+
+
+def _phase_from_teeth(contact: Contact) -> float:
+    """Mesh phase [rad] of a planet at theta = 0, from where its body sits.
+
+    Had the first planet's carrier turned there, with the sun and the ring at rest, the sun's teeth
+    would have fallen back behind it by that angle, and it would have passed the ring's.
+    """
+    joint = contact.joint
+    if contact.external:
+        return -joint.sun_teeth * contact.place % tau
+    given = joint.sun_mesh.of_planet(0).phase_rad or 0.0
+    return (joint.ring_teeth * contact.place + _across_planet(joint) + given) % tau
+
+
+def _across_planet(joint: Planetary) -> float:
+    """Phase [rad] of a planet's ring mesh after its sun mesh.
+
+    Sun and ring push the same way on either side of the planet, hence on opposite flanks: from one
+    to the other it is half a turn of pitches, less the half pitch that a tooth is thick.
+    """
+    return pi * (joint.planet_teeth - 1)
+
+
+def _sun_mesh_rate(joint: Planetary) -> int:
+    """Teeth of the sun that pass a planet per turn of the link: z_s (z_r / z_s + 1 - 1)."""
+    return joint.ring_teeth
+
+
+def _ring_mesh_rate(joint: Planetary, chosen: Switches) -> int:
+    """Teeth of the ring that pass a planet per turn of the link; or what Eq. 13 has in its place.
+
+    Eq. 13: z_p (r_cp / r_p - 1), and r_cp / r_p = (z_s + z_p) / z_p.
+    """
+    return joint.ring_teeth if chosen.ring_rate == "corrected" else joint.sun_teeth
+
+
+def _stage_damping(contact: Contact) -> float:
+    """Damping [N s/m] of all contacts of its kind in a joint together, were all like this one.
+
+    From a damping ratio: 2 zeta sqrt(k m) of all meshes' mean stiffness over the sun's, or all the
+    planets', equivalent mass.
+    """
+    joint, mesh = contact.joint, contact.mesh
+    if mesh.damping_ratio is None:
+        return mesh.damping_N_s_per_m or 0.0
+    sun, planet = equivalent_masses(joint)
+    planets = joint.planet_count
+    mass = sun if contact.external else planets * planet
+    mean = curve_of(mesh.stiffness).mean
+    return 2 * mesh.damping_ratio * sqrt(planets * mean * mass)

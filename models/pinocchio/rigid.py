@@ -1,0 +1,361 @@
+"""The rigid arm in Pinocchio: the paper's baseline (Eq. 1) and three steps towards its gears.
+
+Each level is a kinematic tree of bodies in the plane, frames at the joints, z the joint axis, x
+along the link. What each level adds is stated by its class; no formula of the arm's dynamics
+stands here, Pinocchio works them out. Gears turn without slip and without play; only the joints
+have friction. Motors of joints without gears are dead weight, from the second level on.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import cos, pi, radians, sin
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+from scipy.integrate import solve_ivp
+
+from models.arm.arm import Arm, Direct, Link, Planetary
+from models.arm.layout import rigid_layout
+from models.errors import Diverged, InputError
+from models.experiment.drive import drive_data, joint_torque
+from models.experiment.scenario import Scenario, TableDrive, per_joint
+from models.experiment.switches import Switches
+from models.interface import STATE_ABILITIES, Model, require_finite
+from models.trajectory import recorded_times, trajectory
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+# Of DOP853. Inside its steps, which can be 10 ms long, recorded states are interpolated at a lower
+# order: in the 0.5 s runs of the paper's arm 1e-13 keeps 2e-13 rad and 3e-12 rad/s on the whole
+# grid and 2e-14 rad at the end; 1e-12 leaves 2e-13 rad at the end, and a twelfth digit turns.
+RELATIVE_TOLERANCE = 1e-13
+# Absolute over relative tolerance [rad, rad/s]: angles under 1e-3 rad count as small. Values from 1
+# to 1e-8 all leave errors of the same size in those runs: the arm is at rest for one instant only.
+SMALL = 1e-3
+# [rad/s] No arm turns so fast; a run away grows exponentially, while its steps shrink as fast.
+FASTEST = 1e5
+# Of the equations of motion in one run, about a minute: the paper's arm under constant torque takes
+# one million for 20 s, under a drive of 1e6 rad/s thirty million for every second.
+MOST_EVALUATIONS = 3_000_000
+
+
+class PinocchioLinks(Model):
+    """Links and payload only: rods or other bodies with a point mass at the tip.
+
+    Coordinates: joint angles [rad], each relative to the previous link.
+    """
+
+    name = "pinocchio:links"
+    abilities = frozenset({*STATE_ABILITIES, "simulate", "reference"})
+
+    def __init__(
+        self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
+    ) -> None:
+        super().__init__(arm, scenario, chosen_switches)
+        self.layout = rigid_layout(arm)
+        self._drive = drive_data(scenario, len(arm.joints))
+        self._friction = np.array([joint.friction_N_m_s_per_rad for joint in arm.joints])
+        self._weightless = self._build()
+        self._tree = self._weightless.copy()
+        self._tree.gravity.linear = np.array([*arm.gravity_m_per_s2, 0.0])
+        self._data = self._tree.createData()
+        if not self._tree.check(self._data):
+            raise RuntimeError(f"{self.name}: joints of the tree are not in depth-first order")
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        """M(q) [kg m^2], shape (n, n), by the composite rigid body algorithm."""
+        upper = np.triu(pin.crba(self._tree, self._data, q))
+        return upper + np.triu(upper, 1).T
+
+    def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Coriolis and centrifugal torque [N m], shape (n,), by recursive Newton-Euler."""
+        return np.array(pin.nle(self._weightless, self._data, q, v))
+
+    def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Drive, friction and gravity [N m] at time t [s], shape (n,)."""
+        still = np.zeros_like(v)
+        # At rest, the joints must hold the weights.
+        return self._joint_torques(t, q, v) - pin.rnea(self._tree, self._data, q, still, still)
+
+    def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """theta'' [rad/s^2] at time t [s], shape (n,), by the articulated body algorithm."""
+        return np.array(pin.aba(self._tree, self._data, q, v, self._joint_torques(t, q, v)))
+
+    def driving_torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Output-side torques [N m] of the motors at time t [s], shape (n,)."""
+        law, gains, table_time, table_torque = self._drive
+        return np.array(
+            [
+                joint_torque(law, gains[i], table_time, table_torque[i], t, q[i], v[i])
+                for i in range(len(gains))
+            ]
+        )
+
+    def simulate(self) -> xr.Dataset:
+        """Run the scenario from its start by DOP853, recorded on the scenario's grid.
+
+        Returns theta, theta_dot, theta_ddot, torque and kinetic_energy. Raises Diverged.
+        """
+        return self.reference(RELATIVE_TOLERANCE)
+
+    def reference(self, rtol: float) -> xr.Dataset:
+        """``simulate`` at another relative tolerance, at least 2.3e-14. Raises Diverged."""
+        scenario = self.scenario
+        time = recorded_times(scenario)
+        theta, theta_dot = np.split(self._integrate(time, rtol), 2, axis=1)
+        require_finite(self.name, time, theta, theta_dot)
+        states = list(zip(time, theta, theta_dot, strict=True))
+        return trajectory(
+            self,
+            time,
+            theta=theta,
+            theta_dot=theta_dot,
+            theta_ddot=np.array([self.acceleration(*state) for state in states]),
+            torque=np.array([self.driving_torques(*state) for state in states]),
+            kinetic_energy=np.array([0.5 * v @ self.mass_matrix(q) @ v for _, q, v in states]),
+        )
+
+    def _build(self) -> pin.Model:
+        """The tree; each level adds its bodies to that of the level below."""
+        return _links_and_payload(self.arm)
+
+    def _joint_torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """What acts in the joints [N m], drive and friction, shape (n,)."""
+        return self.driving_torques(t, q, v) - self._friction * v
+
+    def _integrate(self, time: np.ndarray, rtol: float) -> np.ndarray:
+        """States (theta, theta') at the given times [s], shape (times, 2 n)."""
+        joints, start = len(self.arm.joints), self.scenario.start
+        state = np.array(
+            [
+                *per_joint(start.theta_rad, joints),
+                *per_joint(start.theta_dot_rad_per_s, joints),
+            ]
+        )
+        states = np.empty((len(time), len(state)))
+        self._evaluations = 0
+        for begin, end in pairwise(self._smooth_pieces(time[-1])):
+            run = solve_ivp(
+                self._rate,
+                (begin, end),
+                state,
+                method="DOP853",
+                dense_output=True,
+                rtol=rtol,
+                atol=SMALL * rtol,
+            )
+            if not run.success:
+                raise Diverged(self.name, float(run.t[-1]))
+            inside = (begin <= time) & (time <= end)
+            states[inside] = run.sol(time[inside]).T
+            state = run.y[:, -1]
+        return states
+
+    def _smooth_pieces(self, end: float) -> np.ndarray:
+        """Times between which the drive is smooth: a step might leap over a short pulse.
+
+        The square root of time is singular at 0 alone, where step control starts small enough:
+        theta grows as t^(5/2), and the first 0.1 s of the back-and-forth run keep 1e-13 rad.
+        """
+        drive = self.scenario.drive
+        kinks = np.array(drive.time_s if isinstance(drive, TableDrive) else ())
+        return np.array([0.0, *kinks[(kinks > 0) & (kinks < end)], end])
+
+    def _rate(self, t: float, state: np.ndarray) -> np.ndarray:
+        """d(theta, theta')/dt.
+
+        Raises Diverged where step control would never come to an end, InputError where it would
+        not within MOST_EVALUATIONS.
+        """
+        self._evaluations += 1
+        if self._evaluations > MOST_EVALUATIONS:
+            allowed = f"{self.name} came to t = {t:.3g} s in {MOST_EVALUATIONS:,} evaluations"
+            where = self.scenario.name
+            raise InputError(where, "duration_s", self.scenario.duration_s, f"{allowed}, the most")
+        theta, theta_dot = np.split(state, 2)
+        if not np.abs(theta_dot).max() < FASTEST:  # nor if it is not a number
+            raise Diverged(self.name, t)
+        return np.concatenate((theta_dot, self.acceleration(t, theta, theta_dot)))
+
+
+class PinocchioCarriers(PinocchioLinks):
+    """``links`` and the gears as dead weight: joint masses, carriers, planets' orbits.
+
+    The joint mass m_s + N m_p + m_c + m_r sits at the end of the previous link (on the base for the
+    first joint), I_c + N m_p r_c^2 turns with the carrier's link, the ring with the previous link.
+    Without gears it is the motor's mass that sits there, and its rotor that turns with the link.
+    """
+
+    name = "pinocchio:carriers"
+
+    def _build(self) -> pin.Model:
+        tree = super()._build()
+        for number, joint in enumerate(self.arm.joints, 1):
+            if isinstance(joint, Direct):
+                _attach_motor(tree, number, joint)
+                continue
+            orbit = joint.planet_count * joint.planet_mass_kg * _carrier_radius(joint) ** 2
+            _attach(tree, number, 0.0, _carrier_inertia(joint) + orbit)
+            _attach_to_previous(tree, number, _joint_mass(joint), joint.ring_inertia_kg_m2)
+        return tree
+
+
+class PinocchioArmature(PinocchioCarriers):
+    """``carriers`` and the reflected inertia of sun and planets, as if the previous body stood."""
+
+    name = "pinocchio:armature"
+
+    def _build(self) -> pin.Model:
+        tree = super()._build()
+        tree.armature = np.array([_reflected_inertia(joint) for joint in self.arm.joints])
+        return tree
+
+
+class PinocchioCoupled(PinocchioLinks):
+    """Every sun and planet as a body on a mimic joint: spins couple with the base's rotation."""
+
+    name = "pinocchio:coupled"
+
+    def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """theta'' [rad/s^2] at time t [s], shape (n,); aba does not know mimic joints."""
+        resisting = pin.nle(self._tree, self._data, q, v)  # velocities and weights
+        return np.linalg.solve(self.mass_matrix(q), self._joint_torques(t, q, v) - resisting)
+
+    def _build(self) -> pin.Model:
+        tree = super()._build()
+        ratios: dict[int, tuple[int, float]] = {}
+        # From the tip inwards, each link's own gears close its subtree: depth-first.
+        for number, joint in reversed(list(enumerate(self.arm.joints, 1))):
+            if isinstance(joint, Direct):
+                _attach_motor(tree, number, joint)
+                continue
+            _attach(tree, number, joint.carrier_mass_kg, _carrier_inertia(joint))
+            _attach_to_previous(tree, number, joint.ring_mass_kg, joint.ring_inertia_kg_m2)
+            for gear, ratio in _add_gears(tree, number, joint):
+                ratios[gear] = number, ratio
+        for gear, (number, ratio) in ratios.items():
+            tree = pin.transformJointIntoMimic(tree, number, gear, ratio, 0.0)
+        return tree
+
+
+def _links_and_payload(arm: Arm) -> pin.Model:
+    """Joint i turns body i, a link; numbers from 1, body 0 is the base. No gravity."""
+    tree = pin.Model()
+    tree.gravity.linear = np.zeros(3)
+    reach = 0.0
+    for number, link in enumerate(arm.links, 1):
+        _add_joint(tree, number - 1, (reach, 0.0), f"link_{number}")
+        _attach(tree, number, *_mass_and_inertia(link), link.com_m)
+        reach = link.length_m
+    _attach(tree, len(arm.links), arm.payload_mass_kg, 0.0, reach)
+    return tree
+
+
+def _add_gears(tree: pin.Model, number: int, joint: Planetary) -> list[tuple[int, float]]:
+    """Planets and sun of a joint, as body number and turns, relative to what bears it, per turn.
+
+    Rolling inside the ring, the planet turns -z_r / z_p times in its carrier; the sun, driven by
+    planets whose far side stands on the ring, turns 1 + z_r / z_s times in the ring's body.
+    """
+    gears = []
+    radius = _carrier_radius(joint)
+    for index in range(joint.planet_count):
+        angle = 2 * pi * index / joint.planet_count
+        centre = radius * cos(angle), radius * sin(angle)
+        planet = _add_joint(tree, number, centre, f"planet_{number}_{index + 1}")
+        _attach(tree, planet, joint.planet_mass_kg, _planet_inertia(joint))
+        gears.append((planet, -joint.ring_teeth / joint.planet_teeth))
+    x, y, _ = tree.jointPlacements[number].translation
+    sun = _add_joint(tree, tree.parents[number], (x, y), f"sun_{number}")
+    _attach(tree, sun, joint.sun_mass_kg, _sun_inertia(joint))
+    return [*gears, (sun, 1 + joint.ring_teeth / joint.sun_teeth)]
+
+
+def _attach_motor(tree: pin.Model, number: int, joint: Direct) -> None:
+    """The motor's mass at the end of the previous link, its rotor on the link."""
+    _attach(tree, number, 0.0, joint.rotor_inertia_kg_m2)
+    _attach_to_previous(tree, number, joint.motor_mass_kg, 0.0)
+
+
+def _add_joint(tree: pin.Model, parent: int, place: tuple[float, float], name: str) -> int:
+    """A joint about z at (x, y) [m] of its parent body; returns its number."""
+    placement = pin.SE3(np.eye(3), np.array([*place, 0.0]))
+    return tree.addJoint(parent, pin.JointModelRZ(), placement, name)
+
+
+def _attach(tree: pin.Model, number: int, mass: float, inertia: float, x: float = 0.0) -> None:
+    """Add mass [kg] at x [m] along a body, with inertia [kg m^2] about z there.
+
+    In the plane only the inertia about z matters.
+    """
+    body = pin.Inertia(mass, np.array([x, 0.0, 0.0]), np.diag([0.0, 0.0, inertia]))
+    tree.appendBodyToJoint(number, body, pin.SE3.Identity())
+
+
+def _attach_to_previous(tree: pin.Model, number: int, mass: float, inertia: float) -> None:
+    """Add mass [kg] and inertia [kg m^2] to the body before joint ``number``, where that sits."""
+    place = tree.jointPlacements[number].translation[0]
+    _attach(tree, tree.parents[number], mass, inertia, place)
+
+
+def _joint_mass(joint: Planetary) -> float:
+    """The paper's m_j [kg]."""
+    planets = joint.planet_count * joint.planet_mass_kg
+    return joint.sun_mass_kg + planets + joint.carrier_mass_kg + joint.ring_mass_kg
+
+
+def _reflected_inertia(joint: Planetary | Direct) -> float:
+    """Inertia [kg m^2] that spinning sun and planets add to their carrier on a standing ring.
+
+    None without gears: there the rotor has the link's rate.
+    """
+    if isinstance(joint, Direct):
+        return 0.0
+    sun = 1 + joint.ring_teeth / joint.sun_teeth
+    planet = 1 - joint.ring_teeth / joint.planet_teeth
+    return _sun_inertia(joint) * sun**2 + joint.planet_count * _planet_inertia(joint) * planet**2
+
+
+def _carrier_radius(joint: Planetary) -> float:
+    return joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
+
+
+def _base_radius(joint: Planetary, teeth: int) -> float:
+    return joint.module_m * teeth / 2 * cos(radians(joint.pressure_angle_deg))
+
+
+def _sun_inertia(joint: Planetary) -> float:
+    radius = _base_radius(joint, joint.sun_teeth)
+    return _inertia(joint.sun_inertia_kg_m2, joint.sun_equivalent_mass_kg, radius)
+
+
+def _planet_inertia(joint: Planetary) -> float:
+    radius = _base_radius(joint, joint.planet_teeth)
+    return _inertia(joint.planet_inertia_kg_m2, joint.planet_equivalent_mass_kg, radius)
+
+
+def _carrier_inertia(joint: Planetary) -> float:
+    radius = _carrier_radius(joint) * cos(radians(joint.pressure_angle_deg))
+    return _inertia(joint.carrier_inertia_kg_m2, joint.carrier_equivalent_mass_kg, radius)
+
+
+def _inertia(given: float | None, equivalent_mass: float | None, radius: float) -> float:
+    """J [kg m^2]: as it is given, else M r^2."""
+    if given is not None:
+        return given
+    assert equivalent_mass is not None  # the arm has one of them
+    return equivalent_mass * radius**2
+
+
+def _mass_and_inertia(link: Link) -> tuple[float, float]:
+    """Mass [kg] of a link, and inertia [kg m^2] about its centre of mass."""
+    if link.mass_kg is not None and link.inertia_kg_m2 is not None:
+        return link.mass_kg, link.inertia_kg_m2
+    assert link.density_kg_per_m3 is not None
+    assert link.cross_section_m2 is not None
+    mass = link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
+    return mass, mass * link.length_m**2 / 12

@@ -1,0 +1,168 @@
+"""The bodies of the geared arm in Pinocchio: links, suns and planets, without meshes or gravity.
+
+The tree's own joint angles (link relative to link, planet relative to its carrier, sun relative to
+the previous link) are mapped linearly to those of a layout (Eqs. 2, 3, 20).
+"""
+
+from __future__ import annotations
+
+from math import cos, pi, radians, sin
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from models.arm.arm import Arm, Direct, Link, Planetary
+from models.arm.layout import Layout
+
+
+class Stage(NamedTuple):
+    """Bodies of one joint in the tree; 0 is the base. Body b turns by tree coordinate b - 1.
+
+    ``driven`` is the body that the motor turns against the previous one: the sun or, without gears,
+    the link itself.
+    """
+
+    previous: int
+    link: int
+    planets: tuple[int, ...]
+    driven: int
+
+
+def build_tree(arm: Arm) -> tuple[pin.Model, list[Stage]]:
+    """The tree without gravity: all links, then each joint's gears from the tip inwards.
+
+    In this order every subtree is complete before the next begins (depth-first).
+    """
+    tree = pin.Model()
+    tree.gravity.linear = np.zeros(3)
+    places = [0.0, *(link.length_m for link in arm.links)]
+    for body, place in enumerate(places[:-1]):
+        _add_body(tree, body, (place, 0.0), f"link_{body + 1}")
+    for body, link in enumerate(arm.links, 1):
+        _load(tree, body, link.com_m, *_mass_and_inertia(link))
+    _load(tree, len(arm.links), places[-1], arm.payload_mass_kg, 0.0)
+    stages = [
+        _add_drive(tree, arm.joints[number], number, places[number])
+        for number in reversed(range(len(arm.joints)))
+    ]
+    return tree, stages[::-1]
+
+
+def map_to_tree(arm: Arm, stages: list[Stage], layout: Layout) -> np.ndarray:
+    """Matrix from a layout's coordinates to the tree's angles, shape (angles, coordinates).
+
+    The sun turns by theta_s; the planet, by -theta_p in the previous body, turns by -theta_p -
+    theta in its carrier. Eqs. 2 and 3 give r_p theta_p = x_pr + r_cp theta and r_s theta_s =
+    x_sp + x_pr + 2 r_cp theta, with r_cp = r_s + r_p; ratios of radii are those of tooth numbers.
+    There is one sun: by whichever planet it is reckoned, x_sp + x_pr is the same.
+    """
+    matrix = np.zeros((sum(map(_angles, stages)), len(layout)))
+    for i, (joint, stage) in enumerate(zip(arm.joints, stages, strict=True)):
+        theta = layout.at("theta", i)
+        matrix[stage.link - 1, theta] = 1
+        if isinstance(joint, Direct):
+            continue
+        r_s, r_p, _ = base_radii(joint)
+        advance = layout.displacement("x_sp", i, 0) + layout.displacement("x_pr", i, 0)
+        matrix[stage.driven - 1] = advance / r_s
+        matrix[stage.driven - 1, theta] = sun_turns(joint)
+        for number, planet in enumerate(stage.planets):
+            matrix[planet - 1] = -layout.displacement("x_pr", i, number) / r_p
+            matrix[planet - 1, theta] = -joint.ring_teeth / joint.planet_teeth
+    return matrix
+
+
+def sun_turns(joint: Planetary) -> float:
+    """Turns of the sun in the ring's body per turn of the link, on rolling gears."""
+    return 1 + joint.ring_teeth / joint.sun_teeth
+
+
+def base_radii(joint: Planetary) -> tuple[float, float, float]:
+    """Base radii [m] of sun, planet and ring."""
+    half = joint.module_m / 2 * cos(radians(joint.pressure_angle_deg))
+    return half * joint.sun_teeth, half * joint.planet_teeth, half * joint.ring_teeth
+
+
+def _angles(stage: Stage) -> int:
+    """How many coordinates of the tree a joint has."""
+    return len({stage.link, stage.driven, *stage.planets})
+
+
+def _add_drive(tree: pin.Model, joint: Planetary | Direct, previous: int, place: float) -> Stage:
+    """Motor or gears of a joint at ``place`` [m] along the previous body."""
+    if isinstance(joint, Planetary):
+        return _add_gears(tree, joint, previous, place)
+    link = previous + 1
+    _load(tree, previous, place, joint.motor_mass_kg, 0.0)
+    _load(tree, link, 0.0, 0.0, joint.rotor_inertia_kg_m2)
+    return Stage(previous, link, (), link)
+
+
+def _add_gears(tree: pin.Model, joint: Planetary, previous: int, place: float) -> Stage:
+    """Carrier, planets, ring and sun of a joint at ``place`` [m] along the previous body."""
+    link = previous + 1
+    sun_inertia, planet_inertia, carrier_inertia = _inertias(joint)
+    _load(tree, link, 0.0, joint.carrier_mass_kg, carrier_inertia)
+    _load(tree, previous, place, joint.ring_mass_kg, joint.ring_inertia_kg_m2)
+    radius = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
+    planets: list[int] = []
+    for turn in 2 * pi * np.arange(joint.planet_count) / joint.planet_count:
+        centre = radius * cos(turn), radius * sin(turn)
+        planets.append(_add_body(tree, link, centre, f"planet_{link}_{len(planets) + 1}"))
+        _load(tree, planets[-1], 0.0, joint.planet_mass_kg, planet_inertia)
+    sun = _add_body(tree, previous, (place, 0.0), f"sun_{link}")
+    _load(tree, sun, 0.0, joint.sun_mass_kg, sun_inertia)
+    return Stage(previous, link, tuple(planets), sun)
+
+
+def _inertias(joint: Planetary) -> tuple[float, float, float]:
+    """Of sun, planet and carrier [kg m^2], each given or M r^2 of its equivalent mass M."""
+    r_s, r_p, _ = base_radii(joint)
+    return (
+        _given_or(joint.sun_inertia_kg_m2, joint.sun_equivalent_mass_kg, r_s**2),
+        _given_or(joint.planet_inertia_kg_m2, joint.planet_equivalent_mass_kg, r_p**2),
+        _given_or(joint.carrier_inertia_kg_m2, joint.carrier_equivalent_mass_kg, (r_s + r_p) ** 2),
+    )
+
+
+def equivalent_masses(joint: Planetary) -> tuple[float, float]:
+    """M = J / r^2 [kg] of the sun and of one planet."""
+    r_s, r_p, _ = base_radii(joint)
+    return (
+        _given_or(joint.sun_equivalent_mass_kg, joint.sun_inertia_kg_m2, 1 / r_s**2),
+        _given_or(joint.planet_equivalent_mass_kg, joint.planet_inertia_kg_m2, 1 / r_p**2),
+    )
+
+
+def _given_or(given: float | None, other: float | None, factor: float) -> float:
+    """What is given, else the other of the two forms times the factor between them."""
+    if given is not None:
+        return given
+    assert other is not None  # the arm has one of them
+    return other * factor
+
+
+def _mass_and_inertia(link: Link) -> tuple[float, float]:
+    """Of a link [kg], and about its centre of mass [kg m^2]; a rod is slender and uniform."""
+    if link.mass_kg is not None and link.inertia_kg_m2 is not None:
+        return link.mass_kg, link.inertia_kg_m2
+    assert link.density_kg_per_m3 is not None
+    assert link.cross_section_m2 is not None
+    mass = link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
+    return mass, mass * link.length_m**2 / 12
+
+
+def _add_body(tree: pin.Model, parent: int, place: tuple[float, float], name: str) -> int:
+    """A body turning about z at (x, y) [m] of its parent; returns its number."""
+    placement = pin.SE3(np.eye(3), np.array([*place, 0.0]))
+    return tree.addJoint(parent, pin.JointModelRZ(), placement, name)
+
+
+def _load(tree: pin.Model, body: int, x: float, mass: float, inertia: float) -> None:
+    """Add mass [kg] at x [m] of a body, with inertia [kg m^2] about z there.
+
+    In the plane only the inertia about z matters.
+    """
+    added = pin.Inertia(mass, np.array([x, 0.0, 0.0]), np.diag([0.0, 0.0, inertia]))
+    tree.appendBodyToJoint(body, added, pin.SE3.Identity())

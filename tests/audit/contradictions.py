@@ -1,0 +1,53 @@
+"""What two places of a page say of one quantity in one setting, where both cannot be."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from itertools import permutations
+
+from audit.claims.rule import Limits, State
+from audit.page.said import Said
+
+
+def contradictions(said: Iterable[Said]) -> list[str]:
+    """Pairs with other states at the same limits, or narrower limits that hold where wider do not.
+
+    A choice of a free parameter makes another quantity, so its name decides nothing.
+    """
+    groups: dict[tuple[object, ...], list[Said]] = defaultdict(list)
+    for one in said:
+        groups[one.quantity, *one.place[:3]].append(one)
+    return sorted({text for group in groups.values() for text in _within(group)})
+
+
+def _within(group: list[Said]) -> Iterator[str]:
+    for one, other in permutations(group, 2):
+        if _same(one.limits, other.limits):
+            if one.state != other.state:
+                yield _told(*sorted((one, other), key=lambda said: (said.where, said.state)))
+        elif _inside(one.limits, other.limits) and not _possible(one.state, other.state):
+            yield _told(one, other)
+
+
+def _same(one: Limits, other: Limits) -> bool:
+    return (one.low, one.high) == (other.low, other.high)
+
+
+def _inside(one: Limits, other: Limits) -> bool:
+    return other.low <= one.low and one.high <= other.high
+
+
+def _possible(narrow: State, wide: State) -> bool:
+    """A share within wider limits is not smaller; what is undefined is so at any limits."""
+    order = (State.NO, State.BISTABLE, State.YES)
+    if State.UNDEFINED in (narrow, wide):
+        return narrow == wide
+    return order.index(narrow) <= order.index(wide)
+
+
+def _told(one: Said, other: Said) -> str:
+    return (
+        f"{one.quantity} at {one.place}: {one.where} says {one.state} to {one.limits},"
+        f" {other.where} says {other.state} to {other.limits}"
+    )

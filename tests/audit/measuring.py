@@ -1,0 +1,13 @@
+"""A measure's numbers of a variant, without a study."""
+
+from __future__ import annotations
+
+from audit.experiments.study import Comparison, Measure, Numbers, Variant
+from audit.experiments.variant import simulate
+
+
+def numbers_of(variant: Variant, measure: Measure | Comparison) -> Numbers:
+    """What the measure says of the variant's run, beside those that it is held against."""
+    if not isinstance(measure, Comparison):
+        return measure(simulate(variant))
+    return measure.numbers(simulate(variant), tuple(map(simulate, measure.others(variant))))

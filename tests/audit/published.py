@@ -1,0 +1,68 @@
+"""Everything that is published, made for real from runs of a few milliseconds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from audit.claims import settings
+from audit.experiments.scale import Scale
+from audit.experiments.study import Asked, Comparison, Study
+from audit.page.chapter import Chapter
+from tests.audit.markup import strict_json
+
+BRIEF = Scale(longest_s=0.002, most_starts=2)
+Name = tuple[str, str]  # a module, and what is defined there
+
+
+@contextmanager
+def few_settings() -> Iterator[None]:
+    """Every experiment of the full plan, at the figures' two dampings in place of twelve."""
+    with pytest.MonkeyPatch.context() as patch:
+        few = replace(settings.FULL, zetas=(0.005, 0.02), shaken=(0.02,))
+        patch.setattr(settings, "FULL", few)
+        yield
+
+
+@dataclass
+class Noting(Study):
+    """A study that notes whose code its keys hang on: kinds of questions, measures, reductions."""
+
+    names: set[Name] = field(default_factory=set)
+
+    def note(self, makers: Iterable[Callable[..., object]]) -> None:
+        self.names |= {(one.__module__, one.__qualname__.partition(".")[0]) for one in makers}
+
+    def answers(self, questions, what):
+        self.note(type(question) for question in questions)
+        return super().answers(questions, what)
+
+    def numbers(self, asked: Sequence[Asked], what: str):
+        measures = {one.measure for one in asked}
+        self.note(m.numbers if isinstance(m, Comparison) else m for m in measures)
+        return super().numbers(asked, what)
+
+    def runs(self, variants, what="runs", keep=None):
+        self.note([] if keep is None else [keep])
+        return super().runs(variants, what, keep)
+
+
+class Published(NamedTuple):
+    """What `crosscheck paper` leaves behind."""
+
+    study: Noting
+    out: Path
+    chapters: dict[str, Chapter]
+
+    @property
+    def html(self) -> str:
+        return (self.out / "paper.html").read_text(encoding="utf-8")
+
+    @property
+    def json(self) -> dict[str, Any]:
+        return strict_json((self.out / "claims.json").read_text(encoding="utf-8"))

@@ -1,0 +1,201 @@
+"""The catalogue of claims: every one can say yes and no, is made of known numbers, has reasons."""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from audit.claims.catalogue import BY_ID, CLAIMS, RETIRED
+from audit.claims.measured import MEASURED
+from audit.claims.quantities import Known, NotSimulatedError
+from audit.claims.rule import Claim, State, answers
+from audit.claims.settings import FULL
+from audit.claims.statements.statics import Statics
+from audit.experiments.cells import PRINTED, Cell
+from audit.experiments.experiments import (
+    BACKLASH,
+    DEFAULT_B_UM,
+    DEFAULT_E_UM,
+    ERROR,
+    PLANTED,
+    STATIC,
+    Family,
+    Source,
+)
+from audit.experiments.pool import Sample, samples
+from audit.experiments.scale import Scale
+from audit.experiments.study import Study
+
+IDS = [claim.id for claim in CLAIMS]
+DRAWS = 2000
+CELL = Cell(PRINTED, FULL.shaken[0])
+BRIEF = Scale(longest_s=0.002, most_starts=2)
+
+
+@cache
+def sources() -> tuple[Source, ...]:
+    """Every experiment of the full page."""
+    made = dict.fromkeys(FULL.sources(CELL))
+    return (*made, BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM), STATIC, PLANTED)
+
+
+class Drawn(Sample):
+    """Made-up numbers near the limits of a claim, of either sign, small and large, or undefined.
+
+    Those of a family rise or fall with its size, but for some.
+    """
+
+    def __init__(self, claim: Claim, source: Source, seed: int) -> None:
+        super().__init__({}, np.zeros(DRAWS, dtype=bool))
+        ends = [end for end in (claim.limits.low, claim.limits.high) if math.isfinite(end)]
+        scales = [*ends, *(-end for end in ends), 1.0, 10.0, 100.0, 1000.0]
+        object.__setattr__(self, "scales", np.array(scales))
+        object.__setattr__(self, "source", source)
+        object.__setattr__(self, "seed", seed)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        assert name in MEASURED
+        shared = np.random.default_rng([self.seed, *name.encode(), *self.source.kind.encode()])
+        trend = shared.choice([-1.0, -0.3, 0.0, 0.3, 1.0], DRAWS)
+        base = shared.choice(self.scales, DRAWS)
+        size = 1.0 if self.source.size_um is None else max(self.source.size_um, 0.1) / 50
+        own = np.random.default_rng([self.seed, *name.encode(), *str(self.source).encode()])
+        noise = np.exp(own.choice([1e-4, 0.1, 2.0], DRAWS) * own.normal(size=DRAWS))
+        found = base * noise * size**trend
+        found[own.random(DRAWS) < 0.02] = math.nan
+        return found
+
+
+def _drawn(claim: Claim) -> Known:
+    return Known({source: Drawn(claim, source, 1) for source in sources()})
+
+
+@pytest.mark.parametrize("claim", CLAIMS, ids=IDS)
+def test_threshold_has_two_sides(claim):
+    for end, inward in ((claim.limits.low, 1), (claim.limits.high, -1)):
+        if math.isfinite(end):
+            step = 1e-6 * max(abs(end), 1e-12)
+            inside, outside = claim.limits.yes(np.array([end + inward * step, end - inward * step]))
+            assert inside
+            assert not outside
+    assert not claim.limits.yes(np.array([math.nan]))[0]
+
+
+@pytest.mark.parametrize("claim", CLAIMS, ids=IDS)
+def test_claim_can_be_answered_both_ways(claim):
+    """By some numbers that its experiments could give; by divergence where that is the question."""
+    if "diverge" in claim.choices[next(iter(claim.choices))].id:
+        for fate in (0.0, 1.0):
+            assert claim.limits.yes(np.array([fate]))[0] == bool(fate)
+        return
+    known = _drawn(claim)
+    for quantity in claim.choices.values():
+        values = quantity(known)
+        defined = np.isfinite(values)
+        yes = claim.limits.yes(values[defined])
+        assert yes.any()
+        assert not yes.all()
+
+
+def test_ids_are_sections_with_a_number_and_never_used_twice():
+    retired = [name for name, _ in RETIRED]
+    assert len({*IDS, *retired}) == len(IDS) + len(retired)
+    for name in (*IDS, *retired):
+        assert re.fullmatch(r"(Abstract|\d(\.\d)?)-\d\d", name)
+    assert dict(zip(IDS, CLAIMS, strict=True)) == BY_ID
+
+
+def test_every_limit_has_a_reason_and_every_quantity_words():
+    for claim in CLAIMS:
+        assert claim.limits.because, claim.id
+        for quantity in claim.choices.values():
+            assert quantity.words, claim.id
+            assert quantity.unit, claim.id
+
+
+def test_what_one_quantity_is_called_is_its_own():
+    """Equal ids are equal quantities: the same numbers whatever they are made of."""
+    known = _drawn(CLAIMS[0])
+    first: dict[str, np.ndarray] = {}
+    for claim in CLAIMS:
+        for quantity in claim.choices.values():
+            try:
+                values = quantity(known)
+            except NotSimulatedError:
+                continue
+            assert np.array_equal(first.setdefault(quantity.id, values), values, equal_nan=True)
+
+
+def test_figures_are_the_papers():
+    assert len(CLAIMS) >= 155
+    assert all(claim.figure is None or 4 <= claim.figure <= 20 for claim in CLAIMS)
+
+
+def test_a_static_claim_is_asked_once_per_reading_and_choice():
+    claim = next(claim for claim in CLAIMS if claim.static)
+    known = Known(
+        dict.fromkeys(
+            (STATIC, PLANTED), Sample({n: np.array([1.0]) for n in MEASURED}, np.zeros(1, bool))
+        )
+    )
+    cells = [Cell(PRINTED, zeta) for zeta in (0.005, 0.05)]
+    found = answers(claim, [(cell, known) for cell in cells])
+    assert len(found) == len(claim.choices)
+    assert all(answer.starts == 1 for answer in found)
+
+
+class Asked(Known):
+    """Notes which experiments are looked up."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.sources: set[Source] = set()
+
+    def __missing__(self, source: Source) -> Sample:
+        self.sources.add(source)
+        return Drawn(CLAIMS[0], source, 1)
+
+    def members(self, family: Family) -> list[Source]:
+        found = [source for source in sources() if source.kind == family.kind]
+        return sorted(found, key=lambda source: source.size_um or 0.0)
+
+
+@pytest.mark.parametrize("claim", CLAIMS, ids=IDS)
+def test_every_claim_has_its_experiments_in_the_full_plan(claim):
+    for quantity in claim.choices.values():
+        asked = Asked()
+        quantity(asked)
+        assert asked.sources
+        assert asked.sources <= set(sources())
+
+
+@pytest.fixture(scope="module")
+def brief(kept: Path) -> Known:
+    """Every experiment of a setting, in runs of two milliseconds."""
+    study = Study(kept)
+    found = samples(study, BRIEF, [(CELL, source) for source in FULL.sources(CELL)], "test")
+    return Known({source: sample for (_, source), sample in found.items()})
+
+
+@pytest.mark.slow
+def test_what_a_run_is_too_short_for_is_undefined_and_no_answer(brief):
+    (answer,) = answers(BY_ID["3.2-28"], [(CELL, brief)])
+    assert (answer.state, answer.undefined) == (State.UNDEFINED, BRIEF.most_starts)
+
+
+@pytest.mark.slow
+def test_an_experiment_measures_what_the_catalogue_says(brief, kept: Path):
+    """Every number of every experiment has a meaning, and every meaning is measured."""
+    (static,) = Study(kept).answers([Statics(CELL.arm)], "test")
+    measured = {name for sample in brief.values() for name in sample.numbers}
+    assert {*measured, *static, "planted_shown"} == set(MEASURED)
+
+
+def test_the_full_plan_has_thirty_two_starts_in_every_setting():
+    assert len(Scale().seeds) >= 32
+    assert {cell.planets for cell in FULL.settings()} == {"free"}

@@ -1,0 +1,38 @@
+"""What two places of a page say of one quantity in one setting is compared as it should be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from audit.claims.rule import Limits, Place, State
+from audit.experiments.cells import LABELLED, LAWS
+from audit.page.said import Said
+from tests.audit.contradictions import contradictions
+
+ONE = Said("here", "pd: third", Limits(low=10.0), Place(LAWS[0], LABELLED, 0.005, ""), State.YES)
+
+
+@pytest.mark.parametrize(
+    ("other", "found"),
+    [
+        (ONE, 0),
+        (replace(ONE, where="there", state=State.NO), 1),
+        (replace(ONE, where="there", state=State.UNDEFINED), 1),
+        (replace(ONE, state=State.NO, place=Place(LAWS[1], LABELLED, 0.005, "")), 0),
+        (replace(ONE, state=State.NO, quantity="pd: first"), 0),
+        (replace(ONE, limits=Limits(low=5.0), state=State.NO), 1),
+        (replace(ONE, limits=Limits(low=5.0), state=State.BISTABLE), 1),
+        (replace(ONE, limits=Limits(low=20.0), state=State.NO), 0),
+        (replace(ONE, limits=Limits(low=20.0, high=30.0), state=State.YES), 0),
+        (replace(ONE, limits=Limits(high=5.0), state=State.YES), 0),  # neither is in the other
+    ],
+)
+def test_a_contradiction_is_seen(other: Said, found: int) -> None:
+    assert len(contradictions([ONE, other])) == found
+
+
+def test_a_free_parameters_choice_is_part_of_the_quantity() -> None:
+    other = replace(ONE, place=ONE.place._replace(choice="first"), state=State.NO)
+    assert len(contradictions([ONE, other])) == 1

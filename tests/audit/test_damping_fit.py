@@ -1,0 +1,117 @@
+"""The damping fit: which settings are told apart from the best, and what is said of the claims."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from audit.claims.catalogue import BY_ID
+from audit.claims.quantities import Known
+from audit.claims.rule import Place, State
+from audit.experiments.cells import INTEGRAL, PRINTED, Cell
+from audit.experiments.experiments import CONSTANT, PD
+from audit.experiments.pool import Sample
+from audit.experiments.scale import Scale
+from audit.experiments.study import Study
+from audit.experiments.variant import Variant, simulate
+from audit.hypotheses.evidence.fit import (
+    ALPHA,
+    NUMBERS,
+    Fit,
+    chance,
+    each_left_out,
+    equally_good,
+    fit_of,
+    fits,
+    said,
+    span,
+    tells_nothing,
+)
+from audit.hypotheses.evidence.reversals import torque_reversals
+from audit.page.material import Material
+
+CLAIMS = [BY_ID[name] for name in NUMBERS]
+
+
+def test_chance_by_counting_every_way():
+    best, other = np.array([3, 5, 5]), np.array([4, 2, 5])
+    pooled = [*best, *other]
+    sums = [sum(pooled[i] for i in chosen) for chosen in combinations(range(6), 3)]
+    expected = np.mean([total >= best.sum() for total in sums])
+    assert chance(best, other) == pytest.approx(expected, rel=1e-12)  # sums of few floats
+
+
+def _fit(zeta: float, *explained: list[int]) -> Fit:
+    yes = {f"claim {k}": np.array(row, bool) for k, row in enumerate(explained)}
+    return Fit(Cell(PRINTED, zeta), yes, {})
+
+
+STARTS = 32
+ALL, NONE = [1] * STARTS, [0] * STARTS
+HALF = [1, 0] * (STARTS // 2)
+
+
+def test_a_setting_a_hair_behind_is_as_good_and_one_far_behind_is_not():
+    hair = [1] * (STARTS - 1) + [0]
+    found = [
+        _fit(0.004, ALL, ALL),
+        _fit(0.005, ALL, hair),
+        _fit(0.006, ALL, HALF),
+        _fit(0.1, ALL, NONE),
+    ]
+    assert chance(found[0].counts, found[2].counts) < ALPHA / 3
+    assert equally_good(found) == found[:2]
+    assert span(equally_good(found)).zetas == (0.004, 0.005)
+
+
+def test_all_settings_alike_are_all_equally_good():
+    found = [_fit(zeta, HALF) for zeta in (0.004, 0.005, 0.006)]
+    assert len(equally_good(found)) == 3
+
+
+def test_what_the_set_hangs_on_shows_when_it_is_left_out():
+    found = [_fit(0.004, ALL, ALL), _fit(0.1, ALL, NONE)]
+    assert [one.settings for one in each_left_out(found)] == [1, 2]
+
+
+@pytest.fixture(scope="module")
+def material(tmp_path_factory: pytest.TempPathFactory) -> Material:
+    folder = tmp_path_factory.mktemp("kept")
+    return Material(Study(folder), Scale(quick=True, longest_s=0.01, most_starts=3))
+
+
+def test_what_a_run_is_too_short_for_explains_nothing(material: Material):
+    found = fits(material, CLAIMS)
+    assert {fit.cell.planets for fit in found} == {"free", "lumped"}
+    for fit in found:
+        assert not fit.explained["3.2-16"].any()  # no side changes in 10 ms
+        assert fit.answers["3.2-16"].state == State.UNDEFINED
+    assert "3.2-16" not in tells_nothing(found)[State.NO]
+
+
+def test_what_is_said_has_the_claims_own_limits_and_quantities():
+    sample = {name: np.full(STARTS, 30.0) for name in ("first", "second", "third", "frequency_Hz")}
+    cell = Cell(INTEGRAL, 0.02)
+    claim = BY_ID["3.2-27"]
+    known = Known(
+        {PD: Sample(sample, np.zeros(STARTS, bool)), CONSTANT: Sample({}, np.zeros(1, bool))}
+    )
+    fit = fit_of(cell, known, [claim])
+    (one,) = said([fit], [claim])
+    assert (one.quantity, one.limits) == ("pd: first", claim.limits)
+    assert one.place == Place(INTEGRAL, "paper-labelled", 0.02, "")
+    assert one.state == State.YES
+    assert fit.mean == 1
+
+
+def test_the_first_reversals_of_a_rigid_arm_under_pd():
+    """The torque begins at P pi / 6 > 0, and the arm overshoots once: from first principles > 0."""
+    run = simulate(Variant(model="analytic:coupled", record_every=100))
+    found = torque_reversals(run)
+    torque = run["torque"].values[:, 0]
+    time = run["time"].values
+    first, second = found["first_s"], found["second_s"]
+    assert (torque[time < first] > 0).all()
+    assert (torque[(time > first) & (time < second)] < 0).all()

@@ -1,0 +1,76 @@
+"""Chapters of which every run diverges: they say so, and are whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from audit.experiments.scale import Scale
+from audit.experiments.study import Study, Variant
+from audit.measures.undefined import UNDEFINED
+from audit.page import report
+from audit.page.material import Material
+from tests.audit.markup import page_problems, strict_json
+from tests.audit.published import few_settings
+
+pytestmark = pytest.mark.slow
+
+
+class Unstable(Scale):
+    """Every run at a step that no integrator survives for five milliseconds."""
+
+    def cut(self, variant: Variant) -> Variant:
+        shorter = super().cut(variant)
+        return replace(shorter, settings=(*shorter.settings, "scenario.step_s=2e-4"))
+
+
+@pytest.fixture(scope="module")
+def material(kept: Path) -> Iterator[Material]:
+    """Of all chapters: what one has asked, the others read."""
+    with few_settings():
+        yield Material(Study(kept), Unstable(longest_s=0.01, most_starts=2))
+
+
+def test_that_a_run_diverges_is_itself_an_answer(material: Material) -> None:
+    made = report._chapter(material, "claims.chapter")
+    verdicts = {record["id"]: record["verdict"] for record in made.records}
+    assert verdicts["2.1-08"] == "holds"  # Eq. 5 may make a run diverge
+    assert verdicts["4.1-27"] == UNDEFINED
+    assert verdicts["3.2-11"] == UNDEFINED
+
+
+def _undefined(record: dict[str, Any]) -> bool:
+    """Of a verdict, of a figure that is not drawn, of a sample in which no start has a number.
+
+    Or a fit that explains nothing.
+    """
+    if record.get("verdict") == UNDEFINED or record.get("drawn") is False:
+        return True
+    if record.get("mean") == 0.0:
+        return True
+    return "starts" in record and record["starts"] == record.get("undefined")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "front.chapter",
+        "claims.chapter",
+        "phase.chapter",
+        "planets.chapter",
+        "hypotheses.ladder",
+        "figures.chapter",
+        "hypotheses.accumulation",
+        "hypotheses.controller",
+        "hypotheses.damping_fit",
+    ],
+)
+def test_every_chapter_survives_runs_that_diverge(name: str, material: Material) -> None:
+    made = report._chapter(material, name)
+    assert any(map(_undefined, made.records))
+    strict_json(report.records_json([made], material.study))
+    assert page_problems(report.page([made], material.study)) == []

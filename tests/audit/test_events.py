@@ -1,0 +1,89 @@
+"""Events of made-up signals, and the rigid arm that runs are held against."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from audit.experiments.study import Variant
+from audit.measures import events
+from audit.measures.rigid import COUPLED, beside_every_level, rigid_arm, without_gears
+from crosscheck.registry import RIGID_LEVELS
+
+TIME = np.arange(0, 1.5, 1e-3)
+
+
+def test_the_third_fluctuations_onset_and_peak():
+    excess = np.where(TIME < 0.8, 0.1, np.exp((TIME - 0.8) / 0.1))
+    window = events.third_window(TIME)
+    onset = events.third_onset(TIME, excess, window)
+    assert onset == pytest.approx(1.199 - 0.1 * np.log(2), abs=2e-3)
+    near = events.third_peak(TIME, excess, window)
+    assert TIME[near.start] == pytest.approx(1.199 - events.PEAK_S, abs=2e-3)
+    assert TIME[near.stop - 1] <= 1.199
+
+
+def test_the_third_fluctuation_of_a_run_that_ends_before_is_empty():
+    assert TIME[:400][events.third_window(TIME[:400])].size == 0
+
+
+def test_any_contact_counts_from_earlier_on_than_a_side_change():
+    force = np.where((TIME > 0.21) & (TIME < 0.22), -1.0, 1.0)
+    assert events.opposite_contact(TIME, force, events.ANY_CONTACT_AFTER_S) == pytest.approx(0.211)
+    assert events.side_change(TIME, force) is None
+
+
+def test_settling_and_overshoot_are_over_the_step():
+    angle = 0.5 * (1 - np.exp(-TIME / 0.1) * np.cos(2 * np.pi * TIME / 0.2))
+    settled = events.settling(TIME, angle, 0.5, 0.02)
+    assert settled is not None
+    assert (np.abs(angle[settled <= TIME] - 0.5) <= 0.01).all()
+    assert events.overshoot(angle, 0.5) == pytest.approx(angle.max() / 0.5 - 1)
+    assert events.settling(TIME, 0.9 * angle, 0.5, 0.02) is None
+
+
+def test_geared_runs_share_their_rigid_arm():
+    some = Variant(zeta=0.01, phase="omega_t", seed=3, meshes=("arm.joints.*.backlash_m=0.0",))
+    assert rigid_arm(some) == rigid_arm(Variant()) == rigid_arm(Variant(record_every=7))
+    assert [v.model for v in beside_every_level(some)] == [
+        rigid_arm(some, level).model for level in RIGID_LEVELS
+    ]
+
+
+def test_what_is_no_mesh_stays_in_the_rigid_arm():
+    two = Variant(settings=("arm.joints.*.planet_count=2",), duration_s=0.5)
+    assert rigid_arm(two, COUPLED).case().arm == two.case().arm
+    assert rigid_arm(two).case().scenario.duration_s == 0.5
+    assert without_gears(two).case().scenario == two.case().scenario
+
+
+def test_a_side_change_is_that_of_the_load_not_of_a_vibration():
+    turning = np.where(TIME < 0.35, 1.0, np.where(TIME < 0.36, 0.0, -1.0))
+    side = events.side_change(TIME, turning)
+    assert side is not None
+    assert (side.left_s, side.met_s) == pytest.approx((0.349, 0.36), abs=2e-3)
+    assert events.side_change(TIME, np.cos(2 * np.pi * TIME / 0.01)) is None
+    early = np.where((TIME > 0.3) & (TIME < 0.302), -1.0, turning)
+    assert events.side_change(TIME, early) is None
+
+
+def test_the_third_fluctuation_waits_for_the_last_side_change():
+    early, late = (np.where(at > TIME, 1.0, -1.0) for at in (0.35, 0.6))
+    begin = TIME[events.third_after(TIME, early, late)][0]
+    assert begin == pytest.approx(0.6 + events.IMPACT_S, abs=2e-3)
+    assert events.third_after(TIME, early) == events.third_window(TIME)
+
+
+def test_bouncing_ends_with_the_last_loss_of_contact():
+    force = np.where((TIME > 0.42) & (TIME < 0.43), 0.0, -1.0)
+    assert events.bouncing(TIME, force, 0.4) == pytest.approx(0.029, abs=2e-3)
+    assert events.bouncing(TIME, force, 0.5) == 0
+
+
+def test_way_back_and_late_distance_are_over_the_step():
+    angle = np.where(TIME < 0.5, 0.4 * TIME, 0.15 + 0.1 * (TIME - 0.5))
+    assert events.setback(angle, 0.5) == pytest.approx(0.1, abs=2e-3)
+    assert events.setback(TIME, 0.5) == 0
+    late = events.distance_from(TIME, angle, 0.5, 1.0)
+    assert late == pytest.approx(0.3 / 0.5, abs=1e-3)
+    assert np.isnan(events.distance_from(TIME, angle, 0.5, 2.0))

@@ -1,0 +1,203 @@
+"""The figures' chapter: what is drawn is what the claims were asked, and measures of known runs."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from analytic.model import PhysicalModel
+from analytic.paper.backlash import dead_zone_tanh
+from audit.claims.catalogue import CLAIMS
+from audit.experiments.bands import Bands, shoulder
+from audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED, Cell
+from audit.experiments.experiments import (
+    BACK,
+    BACKLASH,
+    CONSTANT,
+    ERROR,
+    PD,
+    question,
+)
+from audit.experiments.scale import Scale
+from audit.experiments.study import Study, Variant
+from audit.experiments.variant import simulate
+from audit.figures import chapter as figures
+from audit.figures.beside import rows, said
+from audit.figures.control import figure_14
+from audit.figures.laws import figure_4, figure_5, limits, ratio_row, sharpness
+from audit.figures.runs import LOW_ZETA, drawn
+from audit.figures.shelf import Shelf
+from audit.figures.store import reduced, stored_runs
+from audit.figures.sweeps import energy_peak
+from audit.figures.torque import statics
+from audit.measures.course import course_of
+from audit.measures.reductions import first_planets
+from audit.page.material import Material
+from crosscheck.studies.members.starts import perturbed
+from models.loading import load_arm
+
+TIME = np.arange(30000) * 4e-5
+BRIEF = Scale(quick=True, longest_s=0.002, most_starts=2)
+
+
+def shelf_in(folder: Path, scale: Scale = BRIEF) -> Shelf:
+    return Shelf(Material(Study(folder), scale))
+
+
+def test_every_figure_has_its_plate() -> None:
+    assert tuple(range(4, 21)) == figures.NUMBERS
+    assert set(figures.QUICK_NUMBERS) <= set(figures.NUMBERS)
+    assert {claim.figure for claim in CLAIMS} - {None} <= set(figures.NUMBERS)
+
+
+@pytest.mark.parametrize("source", [PD, CONSTANT, BACKLASH(5), ERROR(1.6), BACK(100)], ids=str)
+def test_what_is_drawn_is_a_start_of_what_the_claims_were_asked(source) -> None:
+    cell = Cell(PRINTED, LOW_ZETA)
+    asked = perturbed(question(source, cell, (3,)).variant.case(), 3)
+    shown = drawn(source, cell, 3, 7).case()
+    scenario = shown.scenario.model_copy(update={"record_every": asked.scenario.record_every})
+    assert shown._replace(scenario=scenario) == asked
+
+
+def test_all_starts_lie_in_the_band() -> None:
+    variant = replace(drawn(PD, Cell(PRINTED, LOW_ZETA), None), duration_s=5e-3)
+    seeds = (4, 5, 6)
+    between = Bands(variant, seeds, 20).answer()
+    assert (between.starts, len(between.time)) == (3, 20)
+    runs = [course_of(simulate(replace(variant, seed=seed))) for seed in seeds]
+    for name, band in between.bands.items():
+        values = np.array([shoulder(run, name) for run in runs])
+        assert max(band.high) == pytest.approx(values.max(), rel=1e-9)
+        assert min(band.low) == pytest.approx(values.min(), rel=1e-9)
+
+
+@pytest.mark.parametrize("number", [4, 8, 14])
+def test_beside_a_figure_stand_its_claims_as_they_were_judged(kept: Path, number: int) -> None:
+    shelf = shelf_in(kept, replace(BRIEF, longest_s=0.03))
+    zeta = figures.ZETAS.get(number, figures.ZETA)
+    found = rows(shelf, number, zeta)
+    assert [row.claim for row in found] == [c for c in CLAIMS if c.figure == number]
+    for row in found:
+        judged = shelf.material.judged[row.claim.id]
+        assert row.verdict == judged.verdict
+        own = {a.place.law: a for a in judged.answers if _at(a.place, zeta, row.choice)}
+        assert row.found == own
+        assert len(row.cells) == len(LAWS)
+    assert len(said(number, found)) == sum(len(row.found) for row in found) > 0
+
+
+def _at(place, zeta: float, choice: str) -> bool:
+    return (place.arm, place.choice) == (LABELLED, choice) and place.zeta in (None, zeta)
+
+
+def test_a_figure_alone_asks_for_no_more_than_its_claims(tmp_path: Path) -> None:
+    """Fig. 4: what needs no run, and the PD run, which Eq. 5 could make diverge, by three laws."""
+    study = Study(tmp_path)
+    found = rows(Shelf(Material(study, BRIEF), whole=False), 4, figures.ZETA)
+    assert {row.verdict for row in found} == {None}
+    assert study.made == 1 + len(LAWS)
+
+
+def test_what_a_figure_alone_is_told_is_what_the_page_is_told(kept: Path) -> None:
+    material = Material(Study(kept), BRIEF)
+    page, alone = (Shelf(material, whole=whole) for whole in (True, False))
+    for own, same in zip(rows(page, 16, LOW_ZETA), rows(alone, 16, LOW_ZETA), strict=True):
+        assert own.found == same.found
+
+
+def test_drive_work_of_a_rigid_turn() -> None:
+    """A constant torque on an angle: work is torque times angle, up to the energy's peak."""
+    theta = np.column_stack([TIME**2, 0 * TIME])
+    still = np.zeros((TIME.size, 2, 1))
+    run = xr.Dataset(
+        {
+            "theta": (("time", "joint"), theta),
+            "torque": (("time", "joint"), np.full_like(theta, 5.0)),
+            "x_sp": (("time", "joint", "planet"), still),
+            "x_pr": (("time", "joint", "planet"), still),
+            "kinetic_energy": ("time", TIME),
+        },
+        {"time": TIME},
+        {"arm": load_arm(LABELLED).model_dump_json()},
+    )
+    energy, work = energy_peak(run)
+    assert energy == TIME[-1]
+    assert work == pytest.approx(5 * TIME[-1] ** 2)
+
+
+def test_statics_of_a_pressed_mesh() -> None:
+    """physics.md: under 100 N m x_sp lies near 52 um."""
+    run = course_of(simulate(Variant("constant-torque", duration_s=1e-3)))
+    assert statics(run)["static_um"] == pytest.approx(52, abs=0.1)
+
+
+@pytest.mark.parametrize("contact_ratio", [1.2, 1.5, 1.7])
+def test_limits_give_the_fundamental_its_size(contact_ratio: float) -> None:
+    low, high = limits(1e8, 2e7, contact_ratio)
+    row = ratio_row(contact_ratio, 1e8, 2e7)
+    assert row.swing_N_per_m == high - low
+    assert row.mean_N_per_m == pytest.approx(1e8)
+    assert (row.phase_deg == 0) is (contact_ratio == 1.5)
+    if contact_ratio == 1.5:
+        assert row.swing_N_per_m == pytest.approx(np.pi * 2e7 / 2)
+
+
+def test_eq6_pulls_where_nothing_touches() -> None:
+    b, sigma = 50e-6, 2e5
+    x = np.linspace(-3 * b, 3 * b, 3001)
+    row = sharpness(x, b, sigma)
+    inside = (x > 0) & (x < b)
+    assert row.pull_m == -dead_zone_tanh(x[inside], b, sigma).min() > 0
+    assert row.gap_m * sigma == pytest.approx(0.139, abs=1e-3)  # physics.md
+
+
+def test_drawn_laws_are_deterministic(kept: Path) -> None:
+    shelf = shelf_in(kept)
+    for draw in (figure_4, figure_5):
+        plate = draw(shelf)
+        assert plate.html([]) == draw(shelf).html([])
+        assert all(svg.startswith("<svg") for svg, _ in plate.drawings)
+    assert figure_5(shelf).numbers["eq8_is_the_fundamental"] is True
+
+
+def test_a_figure_says_how_many_starts_are_severe(kept: Path) -> None:
+    plate = figure_14(shelf_in(kept))
+    assert plate.numbers["severe"] == {name: [0, 0] for name in plate.numbers["severe"]}
+    assert len(plate.numbers["severe"]) == len(LAWS)
+
+
+def test_reduction_keeps_windows_and_extrema() -> None:
+    generator = np.random.default_rng(3)
+    data = generator.standard_normal((TIME.size, 2, 3))
+    whole = xr.Dataset({"F_sp": (("time", "joint", "planet"), data)}, {"time": TIME})
+    run = first_planets(whole)
+    assert run.sizes["planet"] == 1
+    small = reduced(run, {"third": (0.8, 0.85)}, bin_s=0.01)
+    assert small.sizes["time"] < run.sizes["time"] / 5
+    inside = small.sel(time=slice(0.8, 0.85 - 1e-9))
+    assert inside.sizes["time"] == run.sel(time=slice(0.8, 0.85 - 1e-9)).sizes["time"]
+    for begin in (0.0, 0.33, 1.19):
+        part = slice(begin, begin + 0.01 - 1e-9)
+        whole, kept = (r["F_sp"].sel(time=part).isel(planet=0) for r in (run, small))
+        assert (kept.max("time") == whole.max("time")).all()
+        assert (kept.min("time") == whole.min("time")).all()
+    assert json.loads(small.attrs["windows_s"]) == {"third": [0.8, 0.85]}
+
+
+def test_stored_runs_have_free_planets_and_the_scales_first_start() -> None:
+    for name, variant in stored_runs(Scale(first_seed=17)).items():
+        if variant.model == PhysicalModel.name:
+            assert (variant.seed, variant.planets) == (17, "free"), name
+
+
+def test_shelf_reads_a_run_once(tmp_path: Path) -> None:
+    shelf = shelf_in(tmp_path)
+    variant = drawn(CONSTANT, Cell(INTEGRAL, LOW_ZETA), 1)
+    first = shelf.courses([variant], 8)[variant]
+    assert shelf.courses([variant], 9)[variant] is first
+    assert (shelf.material.study.made, shelf.material.study.found) == (1, 0)

@@ -1,0 +1,183 @@
+"""What is measured of a PD run, on made-up runs whose numbers are known; the preloaded start."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analytic.derivation.stage import equivalent_masses
+from analytic.paper.kinematics import stage_geometry
+from audit.claims.quantities import Known, rank_among
+from audit.experiments.cells import INTEGRAL, PRINTED, Cell
+from audit.experiments.experiments import BACKLASH, PRELOADED, WIDE, question
+from audit.experiments.pd import MULTIPLES, transient, whole
+from audit.experiments.pool import Sample
+from audit.experiments.preload import resting_offsets
+from audit.experiments.variant import Variant
+from audit.measures.course import Course
+from audit.measures.rigid import rigid_arm
+from audit.measures.stage import geared_joint
+from crosscheck.registry import build
+from models.loading import load_case
+
+STEP_S = 5e-5
+TIME = np.arange(0, 3, STEP_S)
+CASE = load_case("paper-labelled", "pd", {}, [])
+TARGET, K_M = np.pi / 6, 1e8  # rad; N/m, Table I
+LEFT_S, MET_S, RETURN_S = 0.35, 0.36, 1.5
+ON_DRIVING = np.where((TIME < LEFT_S) | (TIME > RETURN_S), 100.0, 0.0)
+FORCE = ON_DRIVING - 100.0 * ((TIME >= MET_S) & (TIME < RETURN_S - 0.005))
+
+
+def made(
+    excess: np.ndarray, force: np.ndarray = FORCE, elbow: np.ndarray = FORCE, angle: float = 1.0
+) -> tuple[Course, Course]:
+    """A run and the rigid arm beside it, which has no acceleration but the constant 0.5."""
+    way = angle * TARGET * (1 - np.exp(-3 * TIME))
+    theta = np.column_stack([way, way])
+    rate = np.gradient(theta, TIME, axis=0)
+    joints = (theta, rate, np.full(theta.shape, 0.5), np.ones_like(theta))
+    x = np.where(force > 0, 50e-6, np.where(force < 0, -50e-6, 0.0))
+    outer = np.column_stack([elbow, elbow])
+    rigid = Course(CASE, TIME, *joints, x, x, force, force, outer)
+    return replace(rigid, theta_ddot=rigid.theta_ddot + excess[:, None] * (1, 4)), rigid
+
+
+def burst(begin_s: float, end_s: float, size: float, frequency_Hz: float = 1500.0) -> np.ndarray:
+    """A vibration of this size in a part of the run."""
+    inside = (begin_s <= TIME) & (end_s > TIME)
+    return np.where(inside, size * np.sin(2 * np.pi * frequency_Hz * TIME), 0.0)
+
+
+def test_the_three_fluctuations_and_the_fourth():
+    excess = burst(0, 0.02, 40) + burst(0.36, 0.38, 20) + burst(0.9, 1.1, 300) + burst(1.5, 1.6, 2)
+    numbers = whole(*made(excess))
+    sizes = [numbers[name] for name in ("first", "second", "third", "fourth")]
+    # Thirteen samples a period miss a sine's peak by at most 3 %.
+    assert sizes == pytest.approx([40, 20, 300, 2], rel=0.03)
+    assert numbers["side_change_s"] == pytest.approx(MET_S, abs=STEP_S)
+    assert numbers["flight_s"] == pytest.approx(MET_S - LEFT_S, abs=2 * STEP_S)
+    assert numbers["jump_um"] == pytest.approx(100)
+    assert numbers["second_delay_s"] == pytest.approx(0, abs=1e-3)
+    assert numbers["opposite_share"] == 1
+    assert numbers["return_s"] == pytest.approx(RETURN_S, abs=2 * STEP_S)
+
+
+def test_what_was_there_before_a_side_change_is_no_second_fluctuation():
+    numbers = transient(*made(burst(0, 0.8, 5)))
+    assert numbers["second_over_before"] == pytest.approx(1, rel=0.03)
+    assert transient(*made(burst(0, 0.35, 1) + burst(0.35, 0.8, 5)))["second_over_before"] > 4
+
+
+def test_a_late_impact_of_the_elbow_is_no_third_fluctuation():
+    late = np.where(TIME < 0.6, 100.0, -100.0)
+    impact = burst(0.6, 0.65, 50)
+    assert transient(*made(impact, elbow=late))["third"] == 0
+    assert transient(*made(impact))["third"] == pytest.approx(50, rel=0.03)
+
+
+def test_multiples_that_stand_out_are_counted():
+    noise = 0.3 * np.random.default_rng(1).standard_normal(TIME.size)
+    pure = burst(0.5, 1.2, 50) + noise
+    assert transient(*made(pure))["overtones"] == 0
+    for count, multiple in enumerate(MULTIPLES, start=1):
+        pure = pure + burst(0.5, 1.2, 2, multiple * 1500.0)
+        assert transient(*made(pure))["overtones"] == count
+
+
+def test_lines_shares_and_frequencies_of_both_joints():
+    numbers = transient(*made(burst(0.5, 1.2, 50)))
+    assert numbers["frequency_Hz"] == pytest.approx(1500, abs=1)
+    assert numbers["line_elbow"] / numbers["line"] == pytest.approx(4)
+    assert numbers["line_share"] == pytest.approx(1, abs=1e-3)
+    assert numbers["static_over_line"] == pytest.approx(0.5 / 50, rel=0.02)
+    low = transient(*made(burst(0.5, 1.2, 50, 200.0)))
+    assert low["low_share"] == pytest.approx(1, abs=1e-3)
+
+
+def test_too_small_a_vibration_has_no_frequency():
+    numbers = transient(*made(burst(0.5, 1.2, 0.2)))
+    assert numbers["frequency_Hz"] is numbers["overtones"] is numbers["line_share"] is None
+    assert numbers["line"] == pytest.approx(0.2, rel=0.03)
+
+
+def test_zero_acceleration_and_open_teeth():
+    everywhere = burst(0, 1.2, 5)
+    open_ = np.where(np.abs(np.diff(FORCE, prepend=100.0)) > 0, FORCE, 0.0)
+    closed = transient(*made(everywhere))
+    assert closed["zero_windows"] == 3
+    # The force is zero nowhere but in the 10 ms of flight, of 1.06 s of windows.
+    assert closed["apart_at_zero"] == pytest.approx(0.010 / 1.06, rel=0.1)
+    assert closed["apart_windows"] == 1
+    assert transient(*made(everywhere, force=open_))["apart_at_zero"] > 0.99
+    assert transient(*made(0 * everywhere))["zero_windows"] == 0
+
+
+def test_the_way_to_the_target():
+    ended = whole(*made(np.zeros(TIME.size)))
+    assert ended["late_distance_1"] == pytest.approx(np.exp(-3 * 2.6), rel=1e-3)
+    assert ended["setback_1"] == 0
+    assert whole(*made(np.zeros(TIME.size), angle=1.1))["overshoot_1"] > 0.09
+    run, rigid = made(np.zeros(TIME.size))
+    shaken = replace(run, theta=run.theta - 0.01 * TARGET * np.sin(np.pi * TIME / 0.1)[:, None])
+    # A hundredth either way, where the way has become flat.
+    assert whole(shaken, rigid)["setback_1"] == pytest.approx(0.02, rel=0.01)
+    assert whole(shaken, rigid)["gap_end_rad"] < 1e-4
+
+
+PD = question(PRELOADED, Cell(INTEGRAL, 0.02), (1,)).variant
+
+
+def test_the_preloaded_start_bears_the_drive():
+    """Newton for the shoulder's sun, which turns 2 r_cp / r_s times as fast as its carrier."""
+    model = build("analytic:physical", *Variant("pd").case())
+    rigid = build("analytic:coupled", *rigid_arm(Variant("pd")).case())
+    acceleration, _ = rigid.acceleration(0.0, *rigid.start())
+    joint = geared_joint(model.arm)
+    geometry = stage_geometry(joint)
+    motor = 1000 * TARGET / geometry.n
+    on_sun = motor / geometry.r_s - 2 * geometry.r_cp * acceleration * equivalent_masses(joint)[0]
+    force = on_sun / joint.planet_count
+    sun = resting_offsets(model)[0]
+    # Both sides are exact; 1e-9 is rounding.
+    assert K_M * sun == pytest.approx(force, rel=1e-9)
+
+
+def test_no_mesh_of_a_preloaded_start_accelerates():
+    model = build(PD.model, *PD.case())
+    idle = build(PD.model, *replace(PD, meshes=()).case())
+    meshes = ~model.layout.angular
+    left, without = (np.abs(m.acceleration(0.0, *m.start())[meshes]).max() for m in (model, idle))
+    assert left < 1e-9 * without
+
+
+def test_the_widest_clearance_is_run_to_the_end():
+    asked = question(WIDE, Cell(PRINTED, 0.02), (1,))
+    case = asked.variant.case()
+    assert case.scenario.duration_s == 3
+    assert geared_joint(case.arm).sun_mesh.of_planet(0).backlash_m == 3e-3
+
+
+def test_a_rank_is_taken_among_members_that_have_the_event():
+    frequency = {5: 1600.0, 10: 1500.0, 25: 1400.0, 50: 9000.0, 500: np.nan}
+    third = {5: 300.0, 10: 200.0, 25: 100.0, 50: 0.1, 500: 100.0}
+    known = Known(
+        {
+            BACKLASH(b): Sample(
+                {
+                    "frequency_Hz": np.array([frequency[b]]),
+                    "third": np.array(
+                        [
+                            third[b],
+                        ]
+                    ),
+                },
+                np.zeros(1, dtype=bool),
+            )
+            for b in third
+        }
+    )
+    assert rank_among(BACKLASH, "frequency_Hz", "third", 10.0)(known) == pytest.approx([-1])
+    assert np.isnan(rank_among(BACKLASH, "frequency_Hz", "third", 150.0)(known)).all()

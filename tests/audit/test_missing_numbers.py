@@ -1,0 +1,115 @@
+"""Claims about numbers that are missing: no verdict falls over them, and none is made of them."""
+
+from __future__ import annotations
+
+import json
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+
+from audit.claims.catalogue import CLAIMS
+from audit.claims.chapter import Row
+from audit.claims.judged import Judged
+from audit.claims.measured import MEASURED
+from audit.claims.quantities import Known, Quantity, difference, of, over, rank, spread
+from audit.claims.records import record
+from audit.claims.rule import Kind, State, answers, verdict
+from audit.claims.settings import FULL
+from audit.claims.words import page
+from audit.experiments.cells import LAWS, Cell
+from audit.experiments.experiments import BACKLASH, ERROR, PLANTED, STATIC, Source
+from audit.experiments.pool import Sample
+from audit.experiments.scale import Scale
+
+ODD = (math.nan, math.nan, math.inf, -math.inf, 0.0, -0.0)
+STARTS = 6
+
+
+def _drawn(generator: np.random.Generator) -> Sample:
+    """Numbers of an experiment: one in four diverged everywhere, a number in four is odd."""
+    if generator.integers(4) == 0:
+        return Sample({}, np.ones(STARTS, dtype=bool))
+    return Sample({name: _numbers(generator) for name in MEASURED}, np.zeros(STARTS, dtype=bool))
+
+
+def _numbers(generator: np.random.Generator) -> np.ndarray:
+    sizes = generator.choice([-1, 1], STARTS) * 10 ** generator.uniform(-6, 6, STARTS)
+    return np.where(generator.random(STARTS) < 0.25, generator.choice(ODD, STARTS), sizes)
+
+
+def _known(generator: np.random.Generator) -> Known:
+    """An experiment in four is missing."""
+    return Known({source: _drawn(generator) for source in _sources() if generator.integers(4)})
+
+
+@cache
+def _sources() -> tuple[Source, ...]:
+    cell = Cell(LAWS[0], FULL.shaken[0])
+    return (*FULL.sources(cell), BACKLASH(50), ERROR(5), STATIC, PLANTED)
+
+
+@settings(max_examples=8, deadline=None, print_blob=True, phases=(Phase.reuse, Phase.generate))
+@given(seed=st.integers(0, 2**63))
+def test_every_claim_gets_a_verdict_whatever_is_missing(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    cells = [Cell(law, zeta) for law in LAWS for zeta in (0.006, 0.05)]
+    asked = [(cell, _known(generator)) for cell in cells]
+    found = [Judged(claim, tuple(answers(claim, asked))) for claim in CLAIMS]
+    for judged in found:
+        for answer in judged.answers:
+            assert all(map(math.isfinite, answer.values))
+            assert answer.undefined + len(answer.values) == answer.starts
+            assert (answer.state == State.UNDEFINED) == (answer.share is None)
+    json.dumps([record(judged, ()) for judged in found], allow_nan=False)
+    html = page([Row(judged, ()) for judged in found], FULL, Scale())
+    assert html.count('class="claim"') == len(CLAIMS)
+
+
+@pytest.mark.parametrize("fate", ["diverged", "nothing"])
+def test_a_setting_without_any_number_supports_nothing(fate: str) -> None:
+    """Every run diverged, or none has anything to tell: nothing but the arm's data is left."""
+    nothing = {} if fate == "diverged" else {name: np.full(STARTS, math.nan) for name in MEASURED}
+    sample = Sample(nothing, np.full(STARTS, fate == "diverged"))
+    known = Known(dict.fromkeys(_sources(), sample))
+    for claim in CLAIMS:
+        found = answers(claim, [(Cell(law, 0.05), known) for law in LAWS])
+        assert found
+        if not claim.static and "diverge" not in next(iter(claim.choices.values())).id:
+            assert {answer.state for answer in found} == {State.UNDEFINED}
+            assert verdict(found).kind == Kind.UNDEFINED
+
+
+def _sweep(diverged: Source) -> Known:
+    """Of four backlashes, one start of which diverged at one of them."""
+    known = Known()
+    for b in (5, 50, 500, 3000):
+        fate = np.array([False, BACKLASH(b) == diverged])
+        values = {"third": 1.0 / b, "second_force_N": float(b), "third_force_N": 2.0}
+        numbers = {name: np.where(fate, math.nan, value) for name, value in values.items()}
+        known[BACKLASH(b)] = Sample(numbers, fate)
+    return known
+
+
+@pytest.mark.parametrize("quantity", [rank(BACKLASH, "third"), spread(BACKLASH, "third")])
+def test_a_diverged_member_leaves_that_starts_sweep_undefined(quantity: Quantity) -> None:
+    whole, broken = quantity(_sweep(BACKLASH(3000)))
+    assert math.isfinite(whole)
+    assert math.isnan(broken)
+
+
+def test_ratios_and_differences_with_nothing_are_undefined() -> None:
+    a, b = Source("a"), Source("b")
+    known = Known(
+        {
+            a: Sample({"first": np.array([1.0]), "second": np.array([0.0])}, np.zeros(1, bool)),
+            b: Sample({}, np.ones(1, bool)),
+        }
+    )
+    for made in (over, difference):
+        assert np.isfinite(made(of(a, "first"), of(a, "first"))(known)).all()
+        assert np.isnan(made(of(a, "first"), of(b, "first"))(known)).all()
+    assert not np.isfinite(over(of(a, "first"), of(a, "second"))(known)).any()

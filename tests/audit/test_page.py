@@ -1,0 +1,71 @@
+"""The paper's page and its command."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from audit.experiments.scale import Scale
+from audit.experiments.study import Study
+from audit.page.chapter import Chapter
+from audit.page.command import paper_command
+from audit.page.report import page, paper_files, records_json
+from models.errors import InputError
+from tests.processes import command_line
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path
+
+
+@pytest.mark.parametrize("number", [3, 21, -1])
+def test_unknown_figures_are_refused_before_anything_is_written(number: int, cache: Path):
+    with pytest.raises(InputError, match="must be 4 to 20"):
+        paper_command([4, number], cache / "out", 1)
+    assert not (cache / "out").exists()
+
+
+def test_a_seed_that_cannot_be_one_is_refused_before_anything_is_written(cache: Path):
+    with pytest.raises(InputError, match="--first-seed"):
+        paper_command([4], cache / "out", 1, -1)
+    assert not (cache / "out").exists()
+    answer = command_line("paper", "--first-seed", "-1", "--out", cache / "out")
+    assert (answer.returncode, answer.stderr.count("\n")) == (2, 1)
+    assert "must be 0 or more" in answer.stderr
+    assert not (cache / "out").exists()
+
+
+def test_another_first_seed_names_the_same_files(tmp_path: Path):
+    assert paper_files(tmp_path, Scale(first_seed=99)) == paper_files(tmp_path)
+    assert set(Scale(first_seed=99).seeds).isdisjoint(Scale().seeds)
+
+
+def test_one_figure_alone_makes_a_self_contained_page(cache: Path):
+    """Its script and its style are in it; nothing is asked of any other place."""
+    paper_command([4], cache / "out", 1, 5)
+    html = (cache / "out" / "paper.html").read_text(encoding="utf-8")
+    assert 'id="figure-4"' in html
+    assert "<svg" in html
+    assert re.search(r"\bsrc=|<link\b|@import|url\(http|\bfetch\(", html) is None
+
+
+def test_the_contents_name_every_chapter_in_order(tmp_path: Path):
+    made = [Chapter(name, name.upper(), f"<p>{name}</p>", outcome="So.") for name in "abc"]
+    html = page(made, Study(tmp_path))
+    contents, _, rest = html.partition("</nav>")
+    assert re.findall(r'href="#(\w+)"', contents) == ["a", "b", "c", "provenance"]
+    assert re.findall(r'<h2 id="(\w+)"', rest) == ["a", "b", "c", "provenance"]
+    assert rest.count('<p class="outcome">So.</p>') == 3
+
+
+def test_records_are_identical_but_for_the_provenance(tmp_path: Path):
+    made = [Chapter("x", "X", "<p>x</p>", [{"id": "x/1", "value": np.float64(1.5)}])]
+    first, second = (json.loads(records_json(made, Study(tmp_path))) for _ in range(2))
+    assert first["chapters"] == second["chapters"] == {"x": [{"id": "x/1", "value": 1.5}]}
+    assert "X" in page(made, Study(tmp_path))

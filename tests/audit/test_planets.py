@@ -1,0 +1,235 @@
+"""Hypothesis H7: Hill's equation from first principles, samples, and what is made of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analytic.model import PhysicalModel
+from audit.claims.quantities import of
+from audit.claims.rule import Answer, Claim, Place, State, above
+from audit.experiments.cells import LAWS, PRINTED, Cell
+from audit.experiments.experiments import PD
+from audit.experiments.study import Variant
+from audit.measures.third import APART_M, Third
+from audit.phase.runs.experiments import pd_run
+from audit.planets import growth as growths
+from audit.planets import hill
+from audit.planets.features import Feature
+from audit.planets.freed import Freed, effects_by_law
+from audit.planets.parting import Course, FirstPartings, Parted, Partings, alike
+from audit.planets.verdict import PREDICTED, Effect, Survival
+from models.loading import Case
+
+ABOVE, BELOW = 1.01, 0.99
+CELL = Cell(PRINTED, 0.005)
+SHORT = replace(pd_run(CELL, 0.02), seed=1, record_every=10)
+
+
+def _model(planets: str, variant: Variant = SHORT) -> PhysicalModel:
+    arm, scenario, switches = variant.case()
+    lumped = alike(variant.case()) if planets == "lumped" else (arm, scenario, switches)
+    return PhysicalModel(*lumped)
+
+
+def _contacts() -> list[tuple[float, float]]:
+    """x_sp and x_pr [m] of all planets: both meshes in contact, one of them, none."""
+    b = 50e-6
+    return [(b + 9e-6, b + 8e-6), (b + 9e-6, 0.0), (0.0, -b - 8e-6), (0.0, 0.0)]
+
+
+@pytest.mark.parametrize("damping", ["always", "contact"])
+@pytest.mark.parametrize("law", ["omega_t", "angle"])
+@pytest.mark.parametrize("joint", [0, 1])
+@pytest.mark.parametrize("x", _contacts())
+def test_hills_equation_is_the_free_models_own(
+    law: str, joint: int, damping: str, x: tuple[float, float]
+) -> None:
+    """A difference that adds up to 0 is accelerated by itself alone, as the equation says."""
+    arm, scenario, chosen = replace(SHORT, phase=law).case()
+    model = PhysicalModel(arm, scenario, chosen.model_copy(update={"damping": damping}))
+    q, v = _pose(model, x)
+    mode = np.zeros(q.size)
+    rows = [model.layout.at("x_pr", joint, planet) for planet in range(3)]
+    mode[rows] = (2.0, -0.5, -1.5)
+    stages = hill.stages_of(model)
+    spring, damper, _, _ = hill.coefficients(model.gears, stages.mesh[joint], 0.3, q, v)
+    for by, step, expected in (("q", 1e-9, spring), ("v", 1e-6, damper)):
+        moved = _slope(model, q, v, mode, by, step)
+        wanted = -expected / stages.mass[joint] * mode
+        assert moved == pytest.approx(wanted, rel=1e-6, abs=1e-6 * stages.frequency[joint] ** 2)
+
+
+def _pose(model: PhysicalModel, x: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Both joints in the same contacts, moving."""
+    q, v = np.zeros((2, len(model.layout)))
+    q[model.layout.theta], v[model.layout.theta] = (0.2, -0.4), (1.1, 0.7)
+    q[model.layout.of("x_s")], q[model.layout.of("x_pr")] = sum(x), x[1]
+    return q, v
+
+
+def _slope(
+    model: PhysicalModel, q: np.ndarray, v: np.ndarray, mode: np.ndarray, by: str, step: float
+) -> np.ndarray:
+    """Derivative of all accelerations along a mode of q or v, by central differences."""
+    move = {"q": (mode, 0 * mode), "v": (0 * mode, mode)}[by]
+    ahead, back = (
+        model.acceleration(0.3, q + sign * step * move[0], v + sign * step * move[1])
+        for sign in (1, -1)
+    )
+    return (ahead - back) / (2 * step)
+
+
+@pytest.mark.parametrize("base", ["lumped", "free"])
+def test_a_tiny_difference_follows_the_equation(base: str) -> None:
+    """Through the first impacts, in which teeth part; started pressed in, not at the very edge."""
+    case = _pressed_in(SHORT.case())
+    model = PhysicalModel(*(alike(case) if base == "lumped" else case))
+    start = np.ptp(np.array(case.scenario.start.planet_offset_m), axis=1)
+    (run,) = hill.followed([model], start[None])
+    found = run.by_contact
+    spread = np.ptp(PhysicalModel(*case).simulate()["x_pr"].values, axis=2)
+    assert (np.abs(spread - np.exp(found.part)) < 1e-3 * np.exp(found.size)).all()
+    assert run.pressed.size.max() < np.log(3e-12)
+
+
+@pytest.mark.parametrize("base", ["lumped", "free"])
+def test_the_motion_that_is_followed_is_the_models_own_run(base: str) -> None:
+    """Bit for bit, whichever starts are followed beside it: the same steps of the same kernel."""
+    cases = [replace(SHORT, seed=seed).case() for seed in range(1, 11)]
+    models = [PhysicalModel(*(alike(case) if base == "lumped" else case)) for case in cases]
+    found = hill.followed(models, np.full((10, 2), 1e-12))
+    for one, run in zip(found, PhysicalModel.simulate_together(models), strict=True):
+        assert (one.time == run["time"].values).all()
+        for joint, x_pr in enumerate(one.x_pr):
+            assert (x_pr == run["x_pr"].values[:, joint, : x_pr.shape[1]]).all()
+
+
+def _pressed_in(case: Case) -> Case:
+    """Every mesh by 1e-7 m."""
+    start = case.scenario.start
+    moved = {
+        name: tuple(offset + 1e-7 for offset in getattr(start, name))
+        for name in ("sun_planet_offset_m", "planet_ring_offset_m")
+    }
+    scenario = case.scenario.model_copy(update={"start": start.model_copy(update=moved)})
+    return case._replace(scenario=scenario)
+
+
+def test_the_mean_of_the_planets_starts_the_lumped_run() -> None:
+    free, lumped = _model("free"), _model("lumped")
+    (q, _), (p, _) = free.start(), lumped.start()
+    for joint in (0, 1):
+        x_pr = [q[free.layout.at("x_pr", joint, planet)] for planet in range(3)]
+        assert p[lumped.layout.at("x_pr", joint)] == pytest.approx(np.mean(x_pr), abs=1e-19)
+        both = p[lumped.layout.at("x_sp", joint)] + p[lumped.layout.at("x_pr", joint)]
+        assert both == pytest.approx(q[free.layout.at("x_s", joint)], abs=1e-19)
+
+
+def test_rounding_adds_up_until_damping_takes_as_much() -> None:
+    decay, step, x = 90.0, 1e-5, 50e-6
+    generator = np.random.default_rng(1)
+    steps = generator.uniform(-0.5, 0.5, 400_000) * np.spacing(x)
+    level, levels = 0.0, []
+    for one in steps:
+        level = level * np.exp(-decay * step) + one
+        levels.append(level)
+    floor = hill.rounding_floor(np.array(x), np.array(decay), step)
+    assert float(np.std(levels[20_000:])) == pytest.approx(float(floor), rel=0.15)
+
+
+def test_seeds_of_lumped_planets_are_those_of_free_ones_and_more() -> None:
+    lumped, free = (
+        replace(SHORT, planets=planets).case().scenario.start for planets in ("lumped", "free")
+    )
+    assert lumped.sun_planet_offset_m == free.sun_planet_offset_m
+    assert lumped.planet_ring_offset_m == free.planet_ring_offset_m
+    assert lumped.planet_offset_m == ()
+    offsets = np.array(free.planet_offset_m)
+    assert offsets.shape == (2, 3)
+    assert 0 < np.abs(offsets).max() <= 1e-12
+    assert len(set(offsets.ravel())) == 6
+
+
+def test_pairs_of_samples_say_what_they_are() -> None:
+    def third(size: float) -> Third:
+        found = np.full(8, size)
+        return Third(found, found, found, found, 0)
+
+    weaker = Freed(CELL, third(400.0), third(20.0), 2)
+    assert weaker.effect == Effect.WEAKER
+    assert effects_by_law([weaker])[PRINTED] == {Effect.WEAKER: 1}
+    assert set(effects_by_law([])) == set(LAWS)
+
+
+def test_a_statement_about_a_figure_may_rest_on_planets_held_alike() -> None:
+    limits = above(100.0, "")
+    claim = Claim("3.2-99", 14, "", of(PD, "third"), limits)
+    place = Place(PRINTED, CELL.arm, 0.005, "")
+    true, false = (Answer(place, (size,) * 16, 16, limits) for size in (200.0, 20.0))
+    lost = Feature(claim, place, true, false, 1)
+    assert (lost.survives, lost.changed) == (Survival.LOST, True)
+    assert Feature(claim, place, true, true, 1).changed is False
+    assert lost.free.state == State.NO
+
+
+def _parted(measured: float | None, lumped: float | None, strayed: float | None = None) -> Parted:
+    """The elbow parts; the shoulder does not."""
+    times = tuple(0.005 * k for k in range(8))
+    flat = tuple(-12.0 for _ in times)
+    rising = tuple(-12.0 + k for k in range(8))
+
+    def course(parting: float | None) -> Course:
+        return Course((flat, rising), (None, parting))
+
+    none = Course((flat, flat), (None, None))
+    courses = course(measured), course(lumped), course(measured)
+    return Parted(times, *courses, none, (None, strayed))
+
+
+def _foretold(found: list[Parted]) -> growths.Foretold:
+    courses = [one.by_lumped for one in found]
+    return growths._first_parting("lumped", len(found) + 1, found, courses)
+
+
+def test_the_first_parting_is_foretold_start_by_start() -> None:
+    found = [_parted(0.1, 0.1 * (1 + BELOW * PREDICTED)), _parted(0.1, 0.1), _parted(None, None)]
+    told = _foretold(found)
+    assert (told.starts, told.right, told.all_right, told.strayed) == (2, 2, True, 0)
+    late = 0.1 * (1 + ABOVE * PREDICTED)
+    worse = _foretold([*found, _parted(0.1, late, 0.1 * BELOW), _parted(0.1, late, 0.1 * ABOVE)])
+    assert (worse.right, worse.starts, worse.all_right) == (2, 4, False)
+    assert (worse.strayed, worse.right_unless_strayed) == (1, 2)
+    assert (told.asked, told.diverged, told.courses_part) == (4, 1, 2)
+    assert (told.earliest_s, told.latest_s) == (0.1, 0.1)
+    assert _foretold([]).all_right is None
+    assert replace(told, diverged=2).all_right is True
+    assert replace(told, diverged=3).all_right is None
+    assert not told.always_parts
+    assert replace(told, courses_part=3).always_parts
+    elbow = growths._predictions(found, 1)
+    assert (elbow.parted, elbow.first, elbow.median_s, elbow.lumped_right) == (2, 2, 0.1, 3)
+    assert elbow.largest_growth_per_s == pytest.approx(np.log(10) / 0.005)
+    shoulder = growths._predictions(found, 0)
+    assert (shoulder.parted, shoulder.median_s) == (0, None)
+
+
+def test_parting_is_measured_where_planets_pass_a_micrometre() -> None:
+    variant = replace(SHORT, settings=(), duration_s=0.002)
+    (parted,) = Partings((variant,)).answer()
+    assert parted is not None
+    assert parted.measured.parting_s == parted.by_lumped.parting_s == (None, None)
+    assert parted.measured.spread[0][0] == pytest.approx(-12, abs=0.4)
+    assert APART_M == 1e-6
+
+
+def test_first_partings_are_those_of_the_run_itself() -> None:
+    """At the smallest damping planets part within the first tenth of a second."""
+    variant = pd_run(Cell(PRINTED, 0.003), 0.08)
+    times = FirstPartings(variant, (1, 2)).answer()
+    run = PhysicalModel(*replace(variant, seed=2).case()).simulate()
+    spread = np.ptp(run["x_pr"].values, axis=2).max(axis=1)
+    assert times[1] == run["time"].values[np.argmax(spread >= APART_M)]
+    assert FirstPartings(pd_run(CELL, 0.002), (1,)).answer() == [None]

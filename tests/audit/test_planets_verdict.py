@@ -1,0 +1,92 @@
+"""What decides H7: both sides of every threshold."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from audit.claims.rule import State
+from audit.measures.shares import Share
+from audit.measures.third import Third
+from audit.measures.thresholds import EVIDENT
+from audit.measures.twosamples import SIGNIFICANT, TwoTests
+from audit.planets.verdict import (
+    PREDICTED,
+    Effect,
+    Survival,
+    effect,
+    h7_verdict,
+    is_changed,
+    parting_is_predicted,
+    survival,
+)
+
+ABOVE, BELOW = 1.01, 0.99
+
+
+def third(*sizes: float) -> Third:
+    """Starts of these sizes."""
+    found = np.array(sizes)
+    return Third(found, found, found, found, 0)
+
+
+def test_the_effect_of_freeing_planets() -> None:
+    large, small = third(*[400.0] * 5), third(*[20.0] * 5)
+    told, untold = 0.5 * SIGNIFICANT / 48, 1.5 * SIGNIFICANT / 48
+    assert effect(large, small, TwoTests(told, 1.0), 48) == Effect.WEAKER
+    assert effect(small, large, TwoTests(told, 1.0), 48) == Effect.STRONGER
+    assert effect(large, small, TwoTests(untold, untold), 48) == Effect.NONE
+    assert effect(large, small, TwoTests(None, told), 48) == Effect.UNKNOWN
+    larger = third(*[440.0] * 5)
+    assert effect(large, larger, TwoTests(1.0, told), 48) == Effect.STRONGER
+    assert effect(larger, large, TwoTests(1.0, told), 48) == Effect.WEAKER
+
+
+def test_sizes_that_are_no_fluctuation_have_no_effect() -> None:
+    p = TwoTests(1.0, 0.0)
+    for by, expected in ((BELOW, Effect.NONE), (ABOVE, Effect.STRONGER)):
+        assert effect(third(*[1.0] * 5), third(*[by * EVIDENT] * 5), p, 48) == expected
+
+
+def test_parting_is_predicted_within_a_tenth() -> None:
+    assert parting_is_predicted(None, None)
+    assert not parting_is_predicted(0.1, None)
+    assert not parting_is_predicted(None, 0.1)
+    assert parting_is_predicted(1 + BELOW * PREDICTED, 1.0)
+    assert not parting_is_predicted(1 + ABOVE * PREDICTED, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("lumped", "free", "expected"),
+    [
+        (State.YES, State.YES, Survival.YES),
+        (State.NO, State.NO, Survival.NO),
+        (State.YES, State.NO, Survival.LOST),
+        (State.NO, State.YES, Survival.APPEARS),
+        (State.BISTABLE, State.YES, Survival.BISTABLE),
+        (State.NO, State.BISTABLE, Survival.BISTABLE),
+        (State.UNDEFINED, State.YES, Survival.UNKNOWN),
+        (State.BISTABLE, State.UNDEFINED, Survival.UNKNOWN),
+    ],
+)
+def test_what_survives(lumped: State, free: State, expected: Survival) -> None:
+    assert survival(lumped, free) == expected
+
+
+def test_an_answer_is_changed_where_its_shares_are_told_apart() -> None:
+    """12 of 16 against 2 of 16 has p = 0.0011, against 3 of 16 p = 0.0038."""
+    some = Share(12, 16)
+    assert is_changed(some, Share(2, 16), 38) is True
+    assert is_changed(some, Share(3, 16), 38) is False
+    assert is_changed(some, some, 1) is False
+    all_of_them, none = Share(4, 4), Share(0, 4)
+    assert is_changed(all_of_them, none, 1) is True
+    assert is_changed(all_of_them, none, 2) is None
+    assert is_changed(None, none, 1) is is_changed(none, None, 1) is None
+
+
+def test_verdict_of_h7() -> None:
+    assert h7_verdict([Effect.NONE, Effect.WEAKER]) == "holds"
+    assert h7_verdict([Effect.STRONGER, Effect.UNKNOWN]) == "holds"
+    assert h7_verdict([Effect.NONE, Effect.UNKNOWN]) == "not seen"
+    assert h7_verdict([Effect.UNKNOWN]) == h7_verdict([]) == "undefined"

@@ -1,0 +1,159 @@
+"""Everything that is published, made for real from runs of a few milliseconds.
+
+Nothing that the paper speaks of happens in them: what is left is to say so, everywhere.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from audit.claims.catalogue import CLAIMS
+from audit.claims.quantities import of
+from audit.experiments.experiments import PD
+from audit.experiments.scale import FULL
+from audit.figures.chapter import NUMBERS
+from audit.figures.store import stored_runs
+from audit.measures.undefined import UNDEFINED
+from audit.page import report
+from crosscheck.runner import sources
+from models.files import HERE
+from models.trajectory import read_netcdf
+from tests.audit import edited_views
+from tests.audit.markup import SVG, axis_problems, page_problems, uneven_tables
+from tests.audit.published import BRIEF, Name, Noting, Published, few_settings
+from tests.audit.views import is_view
+from tests.processes import command_line
+
+pytestmark = pytest.mark.slow
+ROOT = HERE.parent
+
+
+@pytest.fixture(scope="module")
+def published(tmp_path_factory: pytest.TempPathFactory, kept: Path) -> Published:
+    """The whole page; every test that looks at it is in this module, so that it is made once."""
+    study, out = Noting(kept), tmp_path_factory.mktemp("published")
+    with few_settings():
+        made = report.write_paper(study, out, BRIEF)
+    return Published(study, out, {chapter.id: chapter for chapter in made})
+
+
+def test_every_chapter_says_something(published: Published) -> None:
+    assert len(published.chapters) == len(report.CHAPTERS)
+    for chapter in published.chapters.values():
+        assert chapter.title
+        assert chapter.outcome.endswith(".")
+        ids = [record["id"] for record in chapter.records]
+        assert len(set(ids)) == len(ids) > 0
+
+
+def test_the_page_is_well_formed(published: Published) -> None:
+    assert page_problems(published.html) == []
+    assert uneven_tables(published.html) == []
+
+
+def test_every_axis_says_what_it_shows_in_which_unit(published: Published) -> None:
+    drawings = SVG.findall(published.html)
+    assert len(drawings) > len(NUMBERS)
+    assert [problem for svg in drawings for problem in axis_problems(svg)] == []
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_every_figure_has_its_parameters_below(published: Published, number: int) -> None:
+    head = f'<h3 id="figure-{number}">'
+    _, _, after = published.chapters["figures"].html.partition(head)
+    caption = after.split("<figcaption>")[1].split("</figcaption>")[0]
+    assert any(unit in caption for unit in ("µm", "N/m"))
+
+
+def test_the_records_are_strict_json_and_those_of_the_chapters(published: Published) -> None:
+    chapters = published.json["chapters"]
+    assert list(chapters) == list(published.chapters)
+    assert [r["id"] for r in chapters["figures"]] == [f"figure-{number}" for number in NUMBERS]
+    assert len(chapters["claims"]) == len(CLAIMS)
+
+
+def test_every_file_is_there_and_whole(published: Published) -> None:
+    runs = stored_runs(FULL)
+    names = {"paper.html", "claims.json", "errata.md", *(f"{name}.nc" for name in runs)}
+    assert {path.name for path in published.out.iterdir()} == names
+    for name, variant in runs.items():
+        run = read_netcdf(published.out / f"{name}.nc")
+        assert run["time"].values[-1] == pytest.approx(BRIEF.longest_s)
+        assert run.attrs["model"] == variant.model
+        assert all(np.isfinite(values).all() for values in run.data_vars.values())
+
+
+def test_the_errata_sheet_is_made_of_even_tables(published: Published) -> None:
+    text = (published.out / "errata.md").read_text(encoding="utf-8").replace(r"\|", "")
+    tables = [part for part in text.split("\n\n") if part.startswith("| ")]
+    assert sum(table.count("\n") for table in tables) > 40
+    for table in tables:
+        assert len({line.count("|") for line in table.strip().splitlines()}) == 1, table
+
+
+@pytest.mark.parametrize(
+    ("chapter", "name"),
+    [
+        ("phase", "H1"),
+        ("planets", "H7"),
+        ("accumulation", "H3"),
+        ("controller", "H6"),
+        ("controller", "controller/growth"),
+    ],
+)
+def test_what_needs_a_longer_run_is_undefined(
+    published: Published, chapter: str, name: str
+) -> None:
+    (record,) = (r for r in published.chapters[chapter].records if r["id"] == name)
+    assert record["verdict"] == UNDEFINED
+
+
+def test_claims_about_later_events_are_undefined_and_say_so(published: Published) -> None:
+    records = {record["id"]: record for record in published.chapters["claims"].records}
+    later = of(PD, "third").id
+    asked = [c.id for c in CLAIMS if {q.id for q in c.choices.values()} == {later}]
+    assert asked
+    for record in (records[name] for name in asked):
+        assert record["verdict"] == UNDEFINED
+        assert {(one["state"], one["yes"]) for one in record["settings"]} == {(UNDEFINED, None)}
+        assert all(one["undefined"] == one["starts"] == 2 for one in record["settings"])
+    static = [records[claim.id] for claim in CLAIMS if claim.static]
+    assert {one["undefined"] for record in static for one in record["settings"]} == {0}
+
+
+@pytest.fixture
+def names(published: Published) -> list[Name]:
+    """Of all that a page is made from."""
+    return sorted(published.study.names)
+
+
+def test_no_result_hangs_on_a_view(names: list[Name]) -> None:
+    assert len(names) > 5
+    hanging = {
+        (name, path.relative_to(ROOT).as_posix())
+        for name in names
+        for path in sources.walked(name).files
+        if path.is_relative_to(ROOT) and is_view(path.relative_to(ROOT))
+    }
+    assert hanging == set()
+
+
+def test_an_edit_of_every_text_and_drawing_changes_no_key(
+    names: list[Name], tmp_path: Path
+) -> None:
+    """A changed caption or template makes no result anew."""
+    for package in (*sources.OWN, "tests"):
+        without = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=without)
+    listed = tmp_path / "names.json"
+    listed.write_text(json.dumps(names), encoding="utf-8")
+    env = {"PYTHONPATH": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
+    script = str(Path(edited_views.__file__))
+    answer = command_line(listed, python=(script,), env=env, timeout=300)
+    assert answer.returncode == 0, answer.stderr
+    assert json.loads(answer.stdout) == []

@@ -1,0 +1,112 @@
+"""A few settings from eight starts, every run as long as it should be: the page's own answers."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from audit.claims.catalogue import CLAIMS
+from audit.claims.rule import State
+from audit.claims.settings import settings
+from audit.errata.notes import notes
+from audit.errata.sheet import ErrataSheet, markdown
+from audit.experiments.cells import INTEGRAL, PRINTED, REPAIRED_RATE
+from audit.experiments.scale import QUICK
+from audit.experiments.study import Study
+from audit.figures.chapter import QUICK_NUMBERS
+from audit.page import report
+from audit.page.chapter import Chapter
+from audit.page.material import Material
+from audit.phase.stability import CELLS
+from tests.audit.contradictions import contradictions
+from tests.audit.markup import page_problems, strict_json
+
+pytestmark = pytest.mark.slow
+CHAPTERS = (
+    "front.chapter",
+    "front.words",
+    "phase.chapter",
+    "hypotheses.ladder",
+    "hypotheses.controller",
+    "figures.chapter",
+    "claims.chapter",
+    "errata.sheet",
+)
+
+
+@pytest.fixture(scope="module")
+def material(kept: Path) -> Material:
+    """Of all chapters: what one has asked, the others read."""
+    return Material(Study(kept), QUICK)
+
+
+@pytest.fixture(scope="module")
+def chapters(material: Material) -> dict[str, Chapter]:
+    """By id."""
+    made = [report._chapter(material, name) for name in CHAPTERS]
+    return {chapter.id: chapter for chapter in made}
+
+
+def test_the_page_contradicts_itself_nowhere(chapters: dict[str, Chapter]) -> None:
+    said = [one for chapter in chapters.values() for one in chapter.said]
+    told = Counter((one.quantity, *one.place[:3]) for one in said)
+    assert max(told.values()) > 1  # else there was nothing to compare
+    assert contradictions(said) == []
+
+
+def test_the_page_is_well_formed(material: Material, chapters: dict[str, Chapter]) -> None:
+    made: Sequence[Chapter] = list(chapters.values())
+    assert page_problems(report.page(made, material.study)) == []
+    strict_json(report.records_json(made, material.study))
+
+
+def test_claims(material: Material, chapters: dict[str, Chapter]) -> None:
+    made = chapters["claims"]
+    assert [record["id"] for record in made.records] == [claim.id for claim in CLAIMS]
+    json.dumps(made.records, allow_nan=False)
+    verdicts = {record["id"]: record["verdict"] for record in made.records}
+    assert verdicts["2.2-10"] == "does not hold"  # Eq. 13, from the teeth alone
+    assert verdicts["3.1-09"] == "holds"  # x_sp converges to 52 um
+    assert 'href="#figure-14"' in made.html
+    assert settings(material.study, QUICK)[0][0] == material.settings[0][0]
+
+
+def test_phase(chapters: dict[str, Chapter]) -> None:
+    made = chapters["phase"]
+    assert made.records[0]["verdict"] == "holds"
+    assert made.html.count("<svg") == 2
+    assert {r["id"] for r in made.records} >= {f"stability/{cell.id}" for cell in CELLS}
+    assert {(one.place.law, one.state) for one in made.said if one.place.zeta == 0.02} == {
+        (PRINTED, State.NO),
+        (REPAIRED_RATE, State.YES),
+        (INTEGRAL, State.NO),
+    }
+
+
+def test_figures(chapters: dict[str, Chapter]) -> None:
+    made = chapters["figures"]
+    json.dumps(made.records, allow_nan=False)
+    numbers = [str(number) for number in QUICK_NUMBERS]
+    assert [record["id"] for record in made.records] == [f"figure-{n}" for n in numbers]
+    assert re.findall(r'<h3 id="figure-(\d+)"', made.html) == numbers
+    assert made.said
+
+
+def test_errata_sheet_says_the_same_as_a_page_and_as_markdown(chapters: dict[str, Chapter]) -> None:
+    sheet = chapters["errata"]
+    assert isinstance(sheet, ErrataSheet)
+    errata, text = [slip.erratum for slip in sheet.slips], markdown(sheet.slips)
+    ids = [f"erratum/paper-labelled/{erratum.id}" for erratum in errata]
+    assert [record["id"] for record in sheet.records][: len(ids)] == ids
+    for note in (*notes().contradictions, *notes().gaps):
+        assert any(str(record["id"]).endswith(f"/{note.id}") for record in sheet.records)
+    for erratum in errata:
+        assert erratum.where.replace("|", r"\|") in text
+    assert sheet.html.count("<svg") == sum(
+        bool(tex) for erratum in errata for tex in (erratum.printed_tex, erratum.derived_tex)
+    )

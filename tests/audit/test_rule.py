@@ -1,0 +1,232 @@
+"""From starts to a verdict: shares, thresholds, laws, what a verdict depends on and turns at."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from audit.claims.judged import Judged
+from audit.claims.quantities import Quantity
+from audit.claims.rule import (
+    DAMPING,
+    FEW,
+    LAW,
+    MOST,
+    READING,
+    Answer,
+    Claim,
+    Kind,
+    Limits,
+    Place,
+    State,
+    ends,
+    kind_of,
+    state,
+    verdict_of,
+)
+from audit.experiments.cells import (
+    CONSERVATIVE,
+    INTEGRAL,
+    LABELLED,
+    LAWS,
+    PRINTED,
+    REPAIRED_RATE,
+    SWAPPED,
+    Law,
+)
+from audit.measures.shares import Share
+
+ZETAS = (0.003, 0.005, 0.01, 0.05)
+YES, NO, EITHER, NONE = State.YES, State.NO, State.BISTABLE, State.UNDEFINED
+Said = dict[Law, State]
+
+
+def _stated(by_law: Said, zetas=ZETAS, arms=(LABELLED, SWAPPED)):
+    return [
+        (Place(law, arm, zeta, ""), said)
+        for (law, said), arm, zeta in product(by_law.items(), arms, zetas)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("said", "kind", "laws"),
+    [
+        ((YES, YES, YES), Kind.HOLDS, ()),
+        ((NO, NO, NO), Kind.FAILS, ()),
+        ((YES, NO, NO), Kind.ONLY, (PRINTED,)),
+        ((YES, YES, NO), Kind.ONLY, (PRINTED, REPAIRED_RATE)),
+        ((NO, NO, YES), Kind.ONLY, (INTEGRAL,)),
+        ((YES, YES, NONE), Kind.ONLY, (PRINTED, REPAIRED_RATE)),
+        ((NO, NO, NONE), Kind.FAILS, ()),
+        ((NONE, NONE, NONE), Kind.UNDEFINED, ()),
+        ((YES, YES, EITHER), Kind.BISTABLE, ()),
+        ((NO, EITHER, NO), Kind.BISTABLE, ()),
+        ((EITHER, EITHER, EITHER), Kind.BISTABLE, ()),
+    ],
+)
+def test_laws_decide_the_verdict(said, kind, laws):
+    found = verdict_of(_stated(dict(zip(LAWS, said, strict=True))))
+    assert (found.kind, found.laws) == (kind, laws)
+
+
+def test_no_setting_at_all_is_not_simulated():
+    assert verdict_of([]).kind == Kind.NOT_SIMULATED
+
+
+def test_a_bistable_setting_beside_clear_ones_of_both_kinds_changes_nothing():
+    given = _stated(dict.fromkeys(LAWS, NO))
+    given[0] = (given[0][0], YES)
+    clear = verdict_of(given)
+    given[1] = (given[1][0], EITHER)
+    assert clear.kind == Kind.ONLY
+    assert verdict_of(given)[:2] == clear[:2]
+
+
+def _flipped(given, flips):
+    return [(place, flips.get(place, said)) for place, said in given]
+
+
+@pytest.mark.parametrize(
+    ("flips", "expected"),
+    [
+        (lambda p: p.zeta == 0.003, (DAMPING,)),
+        (lambda p: p.arm == SWAPPED, (READING,)),
+        (lambda p: p.law == INTEGRAL and p.zeta == 0.003, (LAW, DAMPING)),
+        (lambda p: p.zeta == 0.003 and p.arm == SWAPPED, (READING, DAMPING)),
+    ],
+)
+def test_dependence_names_what_decides(flips, expected):
+    every = _stated(dict.fromkeys(LAWS, YES))
+    given = _flipped(every, {place: NO for place, _ in every if flips(place)})
+    found = verdict_of(given)
+    assert found.kind == Kind.DEPENDS
+    assert found.depends_on == expected
+
+
+def test_within_the_laws_of_only_the_others_decide_nothing():
+    every = _stated({PRINTED: YES, REPAIRED_RATE: NO, INTEGRAL: NO})
+    found = verdict_of(_flipped(every, {p: NO for p, _ in every if p.zeta == 0.05}))
+    assert (found.kind, found.laws, found.depends_on) == (Kind.ONLY, (PRINTED,), (DAMPING,))
+
+
+states = st.lists(st.sampled_from(list(State)), min_size=6, max_size=6)
+
+
+@settings(max_examples=300, deadline=None)
+@given(said=states, at=st.integers(0, 5))
+def test_between_clear_and_bistable_a_verdict_moves_only_to_or_from_bistable(said, at):
+    """What other seeds can do to one setting moves no verdict between two clear ones."""
+    places = [Place(law, LABELLED, zeta, "") for law in LAWS for zeta in ZETAS[:2]]
+    if said[at] not in (YES, NO):
+        return
+    before = kind_of(list(zip(places, said, strict=True)))
+    said = [*said[:at], EITHER, *said[at + 1 :]]
+    after = kind_of(list(zip(places, said, strict=True)))
+    assert after[:2] == before[:2] or Kind.BISTABLE in (after.kind, before.kind)
+
+
+@pytest.mark.parametrize(
+    ("yes", "of", "said"),
+    [
+        (32, 32, YES),
+        (25, 32, YES),  # of nine in ten, 25 or fewer come up in more than 2.5 % of the cases
+        (24, 32, EITHER),
+        (8, 32, EITHER),
+        (7, 32, NO),
+        (0, 32, NO),
+        (1, 1, YES),
+        (1, 2, EITHER),  # shows nothing
+    ],
+)
+def test_a_share_has_three_answers(yes, of, said):
+    assert state(Share(yes, of)) == said
+
+
+def test_the_interval_of_a_share_is_clopper_and_pearsons():
+    """Closed form at the ends: (alpha / 2)^(1 / n)."""
+    low, high = Share(32, 32).interval
+    assert low == pytest.approx(0.025 ** (1 / 32), rel=1e-9)
+    assert high == 1.0
+
+
+def _answer(values, low=10.0, law=PRINTED, zeta=0.005):
+    defined = tuple(sorted(v for v in values if math.isfinite(v)))
+    return Answer(Place(law, LABELLED, zeta, ""), defined, len(values), Limits(low=low))
+
+
+def test_undefined_starts_have_no_say():
+    answer = _answer([20.0] * 18 + [1.0] * 2 + [math.nan] * 12)
+    assert (answer.undefined, answer.share) == (12, Share(18, 20))
+    assert answer.state == YES
+
+
+def test_an_event_of_few_starts_says_nothing():
+    assert _answer([20.0] * 16 + [math.nan] * 16).state == YES
+    assert _answer([20.0] * 15 + [math.nan] * 17).state == NONE
+    assert _answer([math.nan] * 32).quantiles is None
+
+
+def _claim(low: float) -> Claim:
+    quantity = Quantity("made", "made up", "1", lambda known: np.empty(0))
+    return Claim("0-01", None, "made up", quantity, Limits(low=low))
+
+
+def _judged(values_by_zeta, low=10.0):
+    """The same numbers under all laws."""
+    found = [
+        _answer(values, low, law, zeta) for law in LAWS for zeta, values in values_by_zeta.items()
+    ]
+    return Judged(_claim(low), tuple(found))
+
+
+SPREAD = [float(value) for value in range(11, 31)]  # twenty starts, all above 10
+
+
+def test_a_verdict_turns_where_too_few_starts_are_left():
+    judged = _judged({0.005: SPREAD})
+    assert judged.verdict.kind == Kind.HOLDS
+    down, up = judged.turning.low
+    assert down is None
+    _, least_yes = ends(20)
+    assert up == SPREAD[20 - least_yes]  # above it are too few
+    moved = Limits(low=np.nextafter(up, math.inf))
+    others = tuple(replace(answer, limits=moved) for answer in judged.answers)
+    assert Judged(_claim(moved.low), others).verdict.kind != Kind.HOLDS
+    assert judged.turning.high == (None, None)
+
+
+def test_turning_downwards():
+    judged = _judged({0.005: [value - 10 for value in SPREAD]}, low=25.0)  # 1 to 20, none above
+    assert judged.verdict.kind == Kind.FAILS
+    most_no, _ = ends(20)
+    assert judged.turning.low[0] == 20.0 - most_no  # below it, one too many is above
+
+
+def test_what_hangs_on_one_start_is_told():
+    firm = _judged({0.005: [20.0] * 32})
+    assert not firm.hangs_on_a_start
+    brittle = _judged({0.005: [20.0] * 25 + [1.0] * 7})
+    assert state(Share(25, 33)) != YES
+    assert brittle.verdict.kind == Kind.HOLDS
+    assert brittle.hangs_on_a_start
+
+
+def test_a_verdict_that_one_damping_ratio_makes_is_moved_by_a_coarser_grid():
+    same = {zeta: [20.0] * 8 for zeta in ZETAS}
+    assert not _judged(same).moved_by_a_coarser_grid
+    assert _judged({**same, 0.01: [1.0] * 8}).moved_by_a_coarser_grid
+
+
+def test_the_bounds_of_a_share_are_the_rules_own():
+    assert 0 < FEW < 0.5 < MOST < 1
+
+
+def test_a_law_beside_the_three_is_judged_by_itself():
+    given = _stated({CONSERVATIVE: YES})
+    assert kind_of(given).kind == Kind.HOLDS

@@ -1,0 +1,103 @@
+"""A scale cuts runs and nothing else; signals that are too short for a number have none."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from audit.experiments.cells import INTEGRAL, Cell
+from audit.experiments.experiments import (
+    BACK,
+    CONSTANT,
+    NO_ERROR,
+    PD,
+    Source,
+    question,
+)
+from audit.experiments.scale import FULL, Scale
+from audit.experiments.study import Comparison, Measure, Study, Variant
+from audit.hypotheses.evidence.linear_limits import growth_rate
+from audit.hypotheses.evidence.reversals import torque_reversals
+from audit.phase.handover import CELLS, HEIRS, handover
+from audit.phase.runs.experiments import vibration
+from audit.phase.stability import stability
+from crosscheck import signals
+from tests.audit.measuring import numbers_of
+
+
+@pytest.mark.parametrize(
+    ("longest", "own", "cut"), [(1.0, 0.5, 0.5), (1.0, 3.0, 1.0), (math.inf, 3.0, 3.0)]
+)
+def test_a_run_is_cut_if_it_is_longer(longest: float, own: float, cut: float) -> None:
+    scale = Scale(longest_s=longest)
+    assert scale.cut(Variant(duration_s=own)).case().scenario.duration_s == cut
+    assert scale.seconds(own) == cut
+
+
+def test_the_scenarios_own_duration_is_cut_as_well() -> None:
+    assert Scale(longest_s=1.0).cut(Variant()) == Variant(duration_s=1.0)
+    assert Scale(longest_s=1.0).cut(Variant("constant-torque")).duration_s == 0.5
+    assert FULL.cut(Variant()) == Variant()
+
+
+NOTHING = np.empty(0)
+
+
+def test_nothing_has_no_size_and_no_event() -> None:
+    for size in (signals.amplitude, signals.peak_to_peak, signals.middle, signals.mean):
+        assert math.isnan(size(NOTHING))
+    assert signals.onset(NOTHING, NOTHING) is None
+    assert signals.first_below(NOTHING, NOTHING, 0.0) is None
+    assert signals.settling_time(NOTHING, NOTHING, 0.0, 1.0) is None
+    assert math.isnan(signals.dominant_frequency(NOTHING, NOTHING))
+    assert vibration(np.arange(10) * 1e-5, np.ones(10)).size == 10
+
+
+def test_a_still_signal_has_no_frequency_and_an_unknown_target_is_not_reached() -> None:
+    time = np.arange(100) * 1e-3
+    assert math.isnan(signals.dominant_frequency(time, np.ones(100)))
+    assert signals.settling_time(time, np.ones(100), math.nan, 1.0) is None
+
+
+@pytest.mark.parametrize(
+    ("measure", "scenario"),
+    [
+        (growth_rate, "pd"),
+        (torque_reversals, "pd"),
+    ],
+)
+def test_a_measure_has_the_same_numbers_for_a_run_of_any_length(
+    measure: Measure | Comparison, scenario: str
+) -> None:
+    variants = [Variant(scenario, duration_s=d, record_every=2) for d in (0.002, 0.02, 0.3)]
+    found = [numbers_of(variant, measure) for variant in variants]
+    assert set(found[0]) == set(found[1]) == set(found[2])
+    for numbers in found:
+        assert all(value is None or math.isfinite(value) for value in numbers.values())
+
+
+@pytest.mark.parametrize("source", [PD, NO_ERROR, CONSTANT, BACK(50)], ids=str)
+def test_an_experiment_measures_the_same_numbers_whatever_its_length(source: Source) -> None:
+    asked = question(source, Cell(INTEGRAL, 0.05), (1,))
+    names = [
+        set(replace(asked, variant=replace(asked.variant, duration_s=d)).answer().numbers)
+        for d in (0.002, 0.02, 0.3)
+    ]
+    assert names[0] == names[1] == names[2]
+
+
+@pytest.mark.slow
+def test_a_vibration_that_is_reached_is_followed_and_handed_over(tmp_path_factory) -> None:
+    """Just past half a second there is something to linearise and to hand over, if not much."""
+    study = Study(tmp_path_factory.mktemp("kept"))
+    scale = Scale(longest_s=0.55, most_starts=2)
+    followed, handed = stability(study, scale), handover(study, scale)
+    assert all(one.largest is not None for one in followed.cells.values())
+    assert all(one.begun and one.begins is not None for one in followed.cells.values())
+    assert len(handed.fates) == len(HEIRS) * len(CELLS)
+    assert all(fate.asked == 2 for fate in handed.fates)
+    before = [fate.before[1] for fate in handed.fates if fate.dying is not None]
+    assert all(size is not None and size > 0 for size in before)

@@ -1,0 +1,122 @@
+"""One experiment from many starts: each is the run that it would be alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from audit.experiments.cells import CONSERVATIVE, LAWS, PRINTED, Cell
+from audit.experiments.experiments import (
+    BACK,
+    BACKLASH,
+    CONSTANT,
+    CONSTANT_NO_ERROR,
+    ERROR,
+    NO_BACKLASH,
+    NO_ERROR,
+    PD,
+    question,
+)
+from audit.experiments.pd import transient
+from audit.experiments.pool import Sample, samples
+from audit.experiments.scale import Scale
+from audit.experiments.starts import Measured, TransientPd
+from audit.experiments.study import Study
+from audit.experiments.variant import simulate
+from audit.measures.course import course_of, courses
+from audit.measures.rigid import COUPLED, rigid_arm
+from crosscheck.registry import build
+
+CELL = Cell(PRINTED, 0.005)
+BRIEF_S = 0.02
+
+
+def _brief(source, seeds=(1, 2, 3), cell=CELL):
+    asked = question(source, cell, seeds)
+    return replace(asked, variant=replace(asked.variant, duration_s=BRIEF_S))
+
+
+@pytest.mark.parametrize("planets", ["free", "lumped"])
+def test_a_start_measures_what_its_run_alone_does(planets):
+    """To rounding, for the kernel of one member adds in another order than that of lanes."""
+    asked = TransientPd(replace(_brief(NO_ERROR).variant, planets=planets), (4, 5, 6))
+    found = asked.answer()
+    run = course_of(simulate(replace(asked.variant, seed=5)))
+    rigid = course_of(simulate(rigid_arm(asked.variant, COUPLED))).at(run.time)
+    alone = transient(run, rigid)
+    defined = {name: value for name, value in alone.items() if value is not None}
+    assert {"first", "mesh_over_gross", "planets_apart_m"} <= set(defined)
+    own = {name: values[1] for name, values in found.numbers.items() if values[1] is not None}
+    assert own == pytest.approx(defined, rel=1e-6, abs=1e-12)
+    assert found.diverged_s == [None] * 3
+
+
+def test_a_course_holds_what_the_trajectory_does():
+    """To rounding, as above."""
+    variant = replace(_brief(PD).variant, seed=3)
+    (course,) = courses([build(variant.model, *variant.case())])
+    run = course_of(simulate(variant))
+    for name in ("time", "theta", "theta_dot", "theta_ddot", "torque", "x_sp", "x_pr"):
+        one, other = getattr(course, name), getattr(run, name)
+        assert one == pytest.approx(other, rel=1e-9, abs=1e-9 * np.abs(other).max())
+    assert course.planets_apart_m == pytest.approx(run.planets_apart_m, rel=1e-6)
+    assert course.planets_apart_m > 0
+
+
+def test_starts_differ_and_are_the_same_again():
+    asked = _brief(PD)
+    one, other = asked.answer(), asked.answer()
+    assert one == other
+    apart = one.numbers["planets_apart_m"]
+    assert len(set(apart)) == len(apart)
+
+
+def test_every_experiment_changes_what_it_says():
+    """Looked up in the case that is run."""
+
+    def mesh(source):
+        arm = question(source, CELL, (1,)).variant.case().arm
+        mesh = arm.joints[1].ring_mesh.of_planet(0)
+        return mesh.backlash_m, mesh.tooth_error_m
+
+    assert mesh(PD) == mesh(CONSTANT) == (50e-6, 5e-6)
+    assert mesh(NO_BACKLASH) == mesh(BACK(0)) == (0.0, 5e-6)
+    assert mesh(NO_ERROR) == mesh(CONSTANT_NO_ERROR) == (50e-6, 0.0)
+    assert mesh(BACKLASH(500))[0] == pytest.approx(5e-4)
+    assert mesh(ERROR(6.3))[1] == pytest.approx(6.3e-6)
+
+
+@pytest.mark.parametrize("law", [*LAWS, CONSERVATIVE], ids=lambda law: law.id)
+def test_a_setting_is_run_under_its_law(law):
+    case = question(PD, Cell(law, 0.02, "paper-swapped"), (1,)).variant.case()
+    chosen = case.switches
+    assert (chosen.phase, chosen.ring_rate, chosen.mesh_work) == law
+    assert chosen.planets == "free"
+    assert case.arm.name == "paper-swapped"
+    assert case.arm.joints[0].sun_mesh.damping_ratio == 0.02
+
+
+def test_other_seeds_are_other_starts(tmp_path):
+    study, wanted = Study(tmp_path), [(CELL, NO_ERROR)]
+    first, other = (
+        samples(study, Scale(longest_s=BRIEF_S, most_starts=2, first_seed=seed), wanted, "test")
+        for seed in (1, 3)
+    )
+    ((one,), (two,)) = (found.values() for found in (first, other))
+    assert set(one["planets_apart_m"]).isdisjoint(two["planets_apart_m"])
+
+
+def test_a_start_that_diverged_has_no_numbers():
+    sample = Sample.of(Measured({"third": [1.0, None]}, [None, 0.3]))
+    assert sample["third"][0] == 1.0
+    assert np.isnan(sample["third"][1])
+    assert list(sample.diverged) == [False, True]
+    with pytest.raises(KeyError):
+        sample["thrid"]
+
+
+def test_where_all_diverged_every_number_is_undefined():
+    sample = Sample.of(Measured({}, [0.1, 0.2]))
+    assert np.isnan(sample["third"]).all()

@@ -1,0 +1,316 @@
+"""What is kept is private, is what was put there, or is made again with one line that says so."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from audit.experiments.study import Study
+from crosscheck.runner.store import Store, clear
+from models.errors import InputError
+from models.places import cache_folder
+from tests.processes import in_child, reachable
+
+KEY, OTHER = "0" * 32, "f" * 32
+CONTENT = json.dumps(list(range(5000))).encode()  # several blocks of a disk
+
+
+@dataclass(frozen=True)
+class Square:
+    """A question without a simulation."""
+
+    number: float
+    cost: float = 0.0
+
+    @property
+    def inputs(self) -> str:
+        return repr(self.number)
+
+    def answer(self) -> dict[str, float]:
+        return {"square": self.number**2}
+
+
+def asked(folder: Path, *numbers: float) -> list[float]:
+    """The squares, by way of the folder."""
+    found = Study(folder).answers([Square(number) for number in numbers], "squares")
+    return [answer["square"] for answer in found]
+
+
+def entry(folder: Path) -> Path:
+    (kept,) = folder.glob("*.kept")
+    return kept
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A store with one entry."""
+    assert asked(tmp_path / "store", 3.0) == [9.0]
+    return tmp_path / "store"
+
+
+def test_folder_and_entries_are_the_users_alone(folder):
+    assert folder.stat().st_mode & 0o777 == 0o700
+    assert entry(folder).stat().st_mode & 0o777 == 0o600
+    folder.chmod(0o777)
+    asked(folder, 3.0)
+    assert folder.stat().st_mode & 0o777 == 0o700
+
+
+def truncated(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-1])
+
+
+def longer(path: Path) -> None:
+    path.write_bytes(path.read_bytes() + b" ")
+
+
+def another_number(path: Path) -> None:
+    path.write_bytes(path.read_bytes().replace(b"9", b"8"))
+
+
+def empty(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+def garbage(path: Path) -> None:
+    path.write_bytes(random.Random(7).randbytes(5000))
+
+
+def headless(path: Path) -> None:
+    path.write_bytes(b'{"square": 8.0}')
+
+
+def a_folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+    (path / "of mine").touch()
+
+
+def a_pipe(path: Path) -> None:
+    path.unlink()
+    os.mkfifo(path)
+
+
+def a_link(path: Path) -> None:
+    path.rename(path.with_name("elsewhere"))
+    path.symlink_to("elsewhere")
+
+
+def a_dead_link(path: Path) -> None:
+    path.unlink()
+    path.symlink_to("nowhere")
+
+
+def a_device(path: Path) -> None:
+    path.unlink()
+    path.symlink_to("/dev/zero")
+
+
+def of_another_result(path: Path) -> None:
+    asked(path.parent, 2.0)
+    (other,) = (kept for kept in path.parent.glob("*.kept") if kept != path)
+    path.write_bytes(other.read_bytes())
+
+
+DAMAGES = [
+    truncated,
+    longer,
+    another_number,
+    empty,
+    garbage,
+    headless,
+    a_folder,
+    a_pipe,
+    a_link,
+    a_dead_link,
+    a_device,
+    of_another_result,
+]
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_what_does_not_fit_is_made_again_with_one_line(
+    folder, capfd, damage: Callable[[Path], None]
+):
+    path = entry(folder)
+    damage(path)
+    signal.alarm(20)  # a pipe must not hang it
+    assert asked(folder, 3.0) == [9.0]
+    signal.alarm(0)
+    said = capfd.readouterr().err
+    assert said.count("\n") == 1
+    assert said.startswith(f"crosscheck: {path}: does not fit: ")
+    assert asked(folder, 3.0) == [9.0]
+    assert path.is_file()
+    assert not path.is_symlink()
+    assert capfd.readouterr().err == ""
+
+
+def test_what_others_put_in_place_of_an_entry_is_set_aside(folder):
+    path = entry(folder)
+    a_folder(path)
+    asked(folder, 3.0)
+    (aside,) = folder.glob("*.set-aside-*")
+    assert (aside / "of mine").exists()
+
+
+def test_no_single_byte_can_change_unseen(tmp_path, capfd):
+    """One block of zeros or one byte, anywhere, drawn anew each time."""
+    seed = random.SystemRandom().randrange(2**32)
+    print(f"seed {seed}")
+    draw = random.Random(seed)
+    store = Store(tmp_path)
+    for _ in range(200):
+        store.put(KEY, CONTENT)
+        path = tmp_path / f"{KEY}.kept"
+        whole = path.read_bytes()
+        at = draw.randrange(len(whole))
+        size, byte = draw.choice([(1, draw.randrange(256)), (512, 0)])
+        broken = (whole[:at] + bytes([byte]) * size + whole[at + size :])[: len(whole)]
+        path.write_bytes(broken)
+        if broken == whole:
+            assert store.get(KEY, bytes) == CONTENT
+        else:
+            with pytest.raises(KeyError):
+                store.get(KEY, bytes)
+
+
+def test_what_cannot_be_decoded_is_missing(tmp_path, capsys):
+    store = Store(tmp_path)
+    store.put(KEY, b"no JSON")
+    with pytest.raises(KeyError):
+        store.get(KEY, json.loads)
+    assert capsys.readouterr().err.count("\n") == 1
+    with pytest.raises(KeyError):
+        store.get(OTHER, json.loads)
+    assert capsys.readouterr().err == ""
+
+
+def test_an_unreadable_entry_is_made_again(tmp_path):
+    folder = reachable(tmp_path) / "store"
+    tmp_path.chmod(0o777)
+
+    def remade() -> None:
+        asked(folder, 3.0)
+        entry(folder).chmod(0)
+        assert asked(folder, 3.0) == [9.0]
+        assert entry(folder).stat().st_mode & 0o777 == 0o600
+
+    assert in_child(remade, nobody=True)
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a folder away")
+def test_another_users_folder_is_not_trusted(folder, capfd):
+    os.chown(folder, 65534, -1)
+    assert asked(folder, 3.0) == [9.0]
+    said = capfd.readouterr().err
+    assert said.count("\n") == 1
+    assert "belongs to another user; simulations are not kept" in said
+
+
+def test_a_folder_that_cannot_be_made_costs_the_keeping_alone(tmp_path, capfd):
+    (tmp_path / "file").touch()
+    study = Study(tmp_path / "file" / "store")
+    assert study.answers([Square(2.0), Square(3.0)], "squares") == [{"square": 4}, {"square": 9}]
+    assert study.answers([Square(2.0)], "squares") == [{"square": 4}]
+    assert (study.made, study.found) == (3, 0)
+    line = f"crosscheck: {tmp_path}/file/store: cannot be written: Not a directory"
+    assert capfd.readouterr().err == f"{line}; simulations are not kept\n"
+
+
+def test_a_disk_that_becomes_full_costs_the_keeping_alone(tmp_path, capfd):
+    folder = tmp_path / "store"
+    study = Study(folder)
+    folder.chmod(0o700)
+    folder.rmdir()  # nothing can be written there any more
+    assert study.answers([Square(2.0), Square(3.0)], "squares") == [{"square": 4}, {"square": 9}]
+    assert study.answers([Square(5.0)], "squares") == [{"square": 25}]
+    line = f"crosscheck: {folder}: cannot be written: No such file or directory"
+    assert capfd.readouterr().err == f"{line}; simulations are not kept\n"
+
+
+def test_two_studies_may_keep_the_same_at_once(tmp_path):
+    folder = tmp_path / "store"
+
+    def keep() -> None:
+        store = Store(folder)
+        until = time.monotonic() + 0.5
+        while time.monotonic() < until:
+            store.put(KEY, CONTENT)
+            assert store.get(KEY, bytes) == CONTENT
+
+    child = os.fork()
+    if child == 0:
+        os._exit(0 if in_child(keep) else 1)
+    keep()
+    assert os.waitpid(child, 0)[1] == 0
+    assert [path.name for path in folder.iterdir()] == [f"{KEY}.kept"]
+
+
+def test_what_a_killed_study_left_goes_when_the_store_is_opened(tmp_path):
+    script = f"""
+import os, signal
+from pathlib import Path
+from crosscheck import output
+from crosscheck.runner.store import Store
+output.os.replace = lambda *names: os.kill(os.getpid(), signal.SIGKILL)
+Store(Path({str(tmp_path)!r})).put({KEY!r}, b"half")
+"""
+    killed = subprocess.run([sys.executable, "-c", script], timeout=60, check=False)
+    assert killed.returncode == -signal.SIGKILL
+    assert len(list(tmp_path.iterdir())) == 1
+    Store(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_clearing_removes_what_is_the_stores_own(folder):
+    mine = [folder / "notes.txt", folder / "report.json", folder / f"{KEY}.kept.bak"]
+    for path in mine:
+        path.touch()
+    (folder / f"{KEY}.kept").mkdir()
+    (folder / f"{OTHER}.json").touch()  # of an earlier version
+    elsewhere = folder.parent / "elsewhere"
+    elsewhere.touch()
+    (folder / f"{OTHER}.nc").symlink_to(elsewhere)
+    assert clear(folder) == 3
+    assert sorted(folder.iterdir()) == sorted([*mine, folder / f"{KEY}.kept"])
+    assert elsewhere.exists()
+    assert clear(folder) == 0
+
+
+def test_clearing_an_emptied_store_leaves_nothing(folder):
+    assert clear(folder) == 1
+    assert not folder.exists()
+    assert clear(folder) == 0
+
+
+def test_clearing_what_is_not_ours_is_one_line(tmp_path):
+    def refused() -> None:
+        with pytest.raises(InputError, match="cannot be cleared: Permission denied"):
+            clear(tmp_path)
+
+    reachable(tmp_path).chmod(0o755)
+    (tmp_path / f"{KEY}.kept").touch()
+    if os.geteuid() != 0:
+        tmp_path.chmod(0o555)
+    assert in_child(refused, nobody=True)
+    tmp_path.chmod(0o755)
+
+
+@pytest.mark.parametrize("given", ["", "relative/cache"])
+def test_the_store_is_in_the_users_cache_folder(monkeypatch, tmp_path, given):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_CACHE_HOME", given)
+    assert cache_folder() == tmp_path / ".cache" / "geararm-crosscheck"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "x"))
+    assert cache_folder() == tmp_path / "x" / "geararm-crosscheck"

@@ -1,0 +1,328 @@
+"""Simulations are kept by everything that they depend on, and by nothing else."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from audit.experiments import study as study_module
+from audit.experiments import work
+from audit.experiments.study import Asked, Comparison, Numbers, Study, Variant, run_key
+from audit.experiments.variant import integration, simulate
+from audit.experiments.work import Piece, integrations
+from crosscheck.registry import MODELS
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.store import Store
+from models.errors import Diverged, InputError, Unfinished
+from models.files import HERE
+from models.loading import load_arm
+
+SHORT = Variant(scenario="constant-torque", duration_s=0.002)
+
+
+def final_angle(run: xr.Dataset) -> Numbers:
+    """Of the shoulder."""
+    return {"theta_1": float(run["theta"].values[-1, 0])}
+
+
+def largest_acceleration(run: xr.Dataset) -> Numbers:
+    """Of both joints."""
+    return {"theta_ddot": float(np.abs(run["theta_ddot"]).max())}
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> Study:
+    return Study(tmp_path)
+
+
+def test_a_finished_simulation_is_found_again(study: Study):
+    first = study.measures([SHORT], final_angle)
+    second = study.measures([SHORT], final_angle)
+    assert first == second
+    assert (study.made, study.found) == (1, 1)
+
+
+def test_an_interrupted_study_makes_only_what_is_missing(study: Study, tmp_path: Path):
+    study.measures([SHORT], final_angle)
+    other = Variant(scenario="constant-torque", duration_s=0.002, zeta=0.02)
+    resumed = Study(tmp_path)
+    resumed.measures([SHORT, other], final_angle)
+    assert (resumed.made, resumed.found) == (1, 1)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"zeta": 0.0500001},
+        {"phase": "omega_t"},
+        {"arm": "paper-swapped"},
+        {"seed": 1},
+        {"settings": ("arm.joints.0.backlash_m=51e-6",)},
+        {"duration_s": 0.003},
+        {"record_every": 1},
+        {"model": "analytic:energies"},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_every_input_is_part_of_the_key(change: dict[str, object]):
+    changed = Variant(**{"scenario": "constant-torque", "duration_s": 0.002, **change})
+    assert run_key(changed) != run_key(SHORT)
+
+
+def test_another_measure_has_another_key():
+    keys = {run_key(SHORT, measure) for measure in (None, final_angle, largest_acceleration)}
+    assert len(keys) == 3
+
+
+def test_code_and_versions_are_part_of_the_key(monkeypatch: pytest.MonkeyPatch):
+    before = run_key(SHORT)
+    monkeypatch.setattr(study_module, "code_hash", lambda *names: "changed")
+    changed_code = run_key(SHORT)
+    monkeypatch.undo()
+    seen: list[str] = []
+
+    def versions(*packages: str) -> tuple[str, ...]:
+        seen.extend(packages)
+        return ("numpy 0.0",)
+
+    monkeypatch.setattr(study_module, "_versions", versions)
+    assert len({before, changed_code, run_key(SHORT)}) == 3
+    assert set(seen) >= {"numpy", "llvmlite", "h5py"}
+    assert "exudyn" not in seen  # which has no part in an analytic run
+
+
+def test_a_kept_run_is_the_run(study: Study):
+    kept = study.runs([SHORT])[SHORT]
+    again = study.runs([SHORT])[SHORT]
+    fresh = simulate(SHORT)
+    for run in (kept, again):
+        assert np.array_equal(run["theta"].values, fresh["theta"].values)
+
+
+def records(run: xr.Dataset) -> Numbers:
+    """How many there are."""
+    return {"records": float(run["time"].size)}
+
+
+def apart(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
+    """At the end, from one other run."""
+    (other,) = others
+    return {"theta_1": float(run["theta"].values[-1, 0] - other["theta"].values[-1, 0])}
+
+
+def rigid(variant: Variant) -> tuple[Variant, ...]:
+    """The arm without gears, in the same experiment."""
+    return (replace(variant, model="analytic:coupled"),)
+
+
+def test_one_integration_serves_all_that_is_asked_of_it(study: Study):
+    seldom = replace(SHORT, record_every=40)
+    asked = [Asked(SHORT, final_angle), Asked(SHORT, records), Asked(seldom, records)]
+    angle, often, few = study.numbers(asked, "numbers")
+    assert study.made == 1
+    assert (often["records"], few["records"]) == (101, 6)
+    again = Study(study.folder)
+    assert again.measures([SHORT], final_angle) == [angle]
+    assert again.measures([seldom], records) == [few]
+    assert (again.made, again.found) == (0, 2)
+
+
+def test_a_run_recorded_seldom_is_that_run_whoever_shared_its_integration(study: Study):
+    variants = [replace(SHORT, record_every=number) for number in (3, 8, 20)]
+    runs = study.runs(variants)
+    assert study.made == 1
+    for variant in variants:
+        assert runs[variant].identical(simulate(variant))
+
+
+def test_an_engine_whose_states_hang_on_the_records_runs_for_each():
+    tree = replace(SHORT, model="exudyn:tree")
+    assert integration(tree) != integration(replace(tree, record_every=7))
+    assert integration(SHORT) == integration(replace(SHORT, record_every=7))
+    assert integration(SHORT) != integration(replace(SHORT, zeta=0.01))
+
+
+def test_runs_side_by_side_are_those_that_run_alone(study: Study):
+    """Whatever stands beside a run, be it one that diverges; bit for bit."""
+    starts = [replace(SHORT, seed=seed, zeta=0.01 * seed) for seed in range(1, 11)]
+    wild = replace(SHORT, meshes=("arm.joints.*.mesh_stiffness_N_per_m=1e12",))
+    beside = [*starts, wild, replace(starts[0], record_every=5)]
+    assert len(integrations([Piece(repr(v), v, repr) for v in beside], study.store)) == 1
+    together = study.measures(beside, final_angle)
+    assert study.made == 11
+    assert together[10].keys() == {"diverged_s"}
+    for variant, found in zip(starts, together, strict=False):
+        assert found == final_angle(simulate(variant))
+
+
+def test_side_by_side_is_what_has_one_model_law_grid_and_drive(study: Study):
+    others = [
+        replace(SHORT, phase="omega_t"),
+        replace(SHORT, duration_s=0.003),
+        replace(SHORT, planets="free"),
+        replace(SHORT, model="analytic:coupled"),
+        replace(SHORT, scenario="pd"),
+    ]
+    pieces = [Piece(repr(v), v, repr) for v in (SHORT, replace(SHORT, zeta=0.1), *others)]
+    assert [task.runs for task in integrations(pieces, study.store)] == [2, 1, 1, 1, 1, 1]
+    assert [task.runs for task in integrations(pieces, study.store, jobs=2)] == [1] * 7
+
+
+def test_no_task_holds_more_records_than_fit(study: Study, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(work, "MOST_AT_ONCE", 250)  # SHORT has 101
+    pieces = [Piece(str(k), replace(SHORT, zeta=0.01 * k), repr) for k in range(1, 6)]
+    assert [task.runs for task in integrations(pieces, study.store)] == [2, 2, 1]
+
+
+def test_a_divergence_is_found_at_the_runs_own_records(study: Study):
+    wild = Variant("constant-torque", duration_s=0.1, settings=("scenario.step_s=1e-3",))
+    variants = [replace(wild, record_every=number) for number in (1, 5, 20)]
+    together = study.measures(variants, final_angle)
+    assert together == [Study(study.folder / "own").measures([v], final_angle)[0] for v in variants]
+    assert study.made == 1
+
+
+def test_a_run_held_against_another_has_it_run_once(study: Study):
+    variants = [SHORT, replace(SHORT, model="analytic:energies")]
+    found = study.measures(variants, Comparison(apart, rigid))
+    own = study.runs([*variants, *rigid(SHORT)])
+    assert study.made == 5
+    for variant, numbers in zip(variants, found, strict=True):
+        assert numbers == apart(own[variant], (own[rigid(SHORT)[0]],))
+
+
+def test_what_a_run_is_held_against_is_part_of_the_key():
+    compared = Comparison(apart, rigid)
+    keys = {run_key(SHORT, made) for made in (compared, Comparison(apart, lambda v: (v,)), apart)}
+    assert len(keys) == 3
+
+
+def test_a_longer_run_of_a_slower_model_costs_more():
+    slow = replace(SHORT, model="exudyn:tree")
+    costs = [integrations([Piece("", v, repr)], Store(Path()))[0].cost for v in (SHORT, slow)]
+    assert costs == [200 * MODELS[v.model].call_s for v in (SHORT, slow)]
+
+
+def test_a_diverging_run_is_a_number_not_a_crash(study: Study):
+    wild = Variant(
+        scenario="constant-torque",
+        duration_s=0.1,
+        settings=("scenario.step_s=1e-3",),
+        record_every=1,
+    )
+    (numbers,) = study.measures([wild], final_angle)
+    assert 0 < numbers["diverged_s"] <= 0.1
+
+
+def test_seeds_move_the_start_by_less_than_a_picometre():
+    start = Variant(seed=3).case().scenario.start
+    offsets = np.array([start.sun_planet_offset_m, start.planet_ring_offset_m])
+    assert 0 < np.abs(offsets).max() <= 1e-12
+    assert Variant(seed=3).case() == Variant(seed=3).case()
+    assert Variant(seed=3).case() != Variant(seed=4).case()
+
+
+@dataclass(frozen=True)
+class Square:
+    """A question without a simulation."""
+
+    number: float
+    cost: float = 0.0
+
+    @property
+    def inputs(self) -> str:
+        return repr(self.number)
+
+    def answer(self) -> float:
+        return self.number**2
+
+
+def test_an_answer_is_worked_out_once_for_its_inputs(study: Study):
+    assert study.answers([Square(2.0), Square(3.0)], "squares") == [4.0, 9.0]
+    assert study.answers([Square(3.0), Square(4.0)], "squares") == [9.0, 16.0]
+    assert (study.made, study.found) == (3, 1)
+
+
+@dataclass(frozen=True)
+class Root:
+    """An answer that is a record."""
+
+    value: float | None
+    of: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Roots:
+    """A question that is answered in records."""
+
+    numbers: tuple[float, ...]
+    cost: float = 0.0
+
+    @property
+    def inputs(self) -> str:
+        return repr(self.numbers)
+
+    def answer(self) -> list[Root]:
+        return [Root(n**0.5 if n >= 0 else None, (n, 0.1 * n)) for n in self.numbers]
+
+
+def test_an_answer_in_records_is_kept_as_json_and_comes_back_in_records(study: Study):
+    asked = Roots((2.0, -1.0))
+    assert study.answers([asked], "roots") == [asked.answer()]
+    assert Study(study.folder).answers([asked], "roots") == [asked.answer()]
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A question whose answer raises."""
+
+    error: type[Exception]
+    inputs: str = ""
+    cost: float = 0.0
+
+    def answer(self) -> None:
+        raise self.error("m", 1.0) if self.error is Diverged else self.error("two\nlines")
+
+
+def test_what_has_no_result_is_one_clear_error(study: Study):
+    with pytest.raises(Unfinished, match=r"^squares: Broken: ValueError: two lines$"):
+        study.answers([Square(2.0), Broken(ValueError)], "squares")
+    assert Study(study.folder).answers([Square(2.0)], "squares") == [4.0]
+    with pytest.raises(Diverged, match="m: diverged at t = 1 s"):
+        study.answers([Broken(Diverged)], "squares")
+
+
+def test_a_worker_that_died_is_one_clear_error(study: Study, monkeypatch: pytest.MonkeyPatch):
+    def died(tasks: list[Any], jobs: int, done: object) -> dict[str, Failure]:
+        return {task.key: Failure("Died", "ended by SIGKILL") for task in tasks}
+
+    monkeypatch.setattr(study_module, "perform_all", died)
+    with pytest.raises(Unfinished, match=r"^runs: analytic:physical: Died: ended by SIGKILL$"):
+        study.runs([SHORT])
+
+
+@pytest.mark.parametrize("error", [InputError("file", "field", 1, "allowed"), Diverged("m", 1.0)])
+def test_errors_come_whole_out_of_another_process(error: Exception):
+    again = pickle.loads(pickle.dumps(error))
+    assert (str(again), vars(again)) == (str(error), vars(error))
+
+
+def test_an_arms_own_damping_stays_unless_another_is_given(tmp_path: Path):
+    text = (HERE / "arms" / "paper-labelled.toml").read_text(encoding="utf-8")
+    direct = "sun_planet_damping_N_s_per_m = 7.0\nplanet_ring_damping_N_s_per_m = 8.0"
+    for name, damping in (("ratio", "damping_ratio = 0.03"), ("direct", direct)):
+        changed = text.replace("damping_ratio = 0.05", damping)
+        assert changed != text
+        (tmp_path / f"{name}.toml").write_text(changed, encoding="utf-8")
+        file = str(tmp_path / f"{name}.toml")
+        assert Variant(arm=file).case().arm == load_arm(file)
+        for joint in Variant(arm=file, zeta=0.2).case().arm.joints:
+            for mesh in (joint.sun_mesh, joint.ring_mesh):
+                assert (mesh.damping_ratio, mesh.damping_N_s_per_m) == (0.2, None)
+    assert Variant(zeta=0.05).case() == Variant().case()

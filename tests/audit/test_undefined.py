@@ -1,0 +1,94 @@
+"""What is not known decides nothing: no verdict falls over it, and none is made of it."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from audit.hypotheses import controller
+from audit.hypotheses.evidence import flights, shaking
+from audit.hypotheses.evidence.attribution import LadderVerdict
+from audit.hypotheses.evidence.linear_limits import growth_agrees
+from audit.hypotheses.evidence.rungs import GROUPS, INERTIA
+from audit.measures.undefined import UNDEFINED, all_of, any_of, recorded, shown
+from audit.phase.maps import Presence
+from audit.phase.verdict import h1_verdict
+
+UNHURRIED = settings(deadline=None)
+
+
+NUMBER = st.one_of(st.none(), st.floats())
+NUMBERS = st.lists(NUMBER, min_size=4, max_size=4)
+SIZES = [1.0, 2.0, 3.0, 4.0]
+YES = st.sampled_from([True, False, None])
+SCALARS: list[tuple[Callable[..., Any], int]] = [
+    (shaking.is_linear, 1),
+    (shaking.is_ordered, 1),
+    (growth_agrees, 2),
+]
+
+
+@pytest.mark.parametrize(
+    ("decide", "count"), SCALARS, ids=lambda value: getattr(value, "__qualname__", None)
+)
+@UNHURRIED
+@given(data=st.data())
+def test_a_decision_about_numbers_is_open_where_one_is_undefined(
+    decide: Callable[..., Any], count: int, data: st.DataObject
+) -> None:
+    numbers = [data.draw(NUMBER) for _ in range(count)]
+    known = [number is not None and math.isfinite(number) for number in numbers]
+    found = decide(*numbers)
+    assert found in (True, False, None)
+    assert (found is None) == (not all(known))
+
+
+@UNHURRIED
+@given(one=YES, other=YES, third=YES)
+def test_open_decisions_in_words(one: bool | None, other: bool | None, third: bool | None) -> None:
+    answer = h1_verdict(Presence.PRINTED, {"a": one, "b": other, "c": third})
+    assert (answer == "holds") == (one is other is third is True)
+    assert all_of((one, other, third)) in (True, False, None)
+    assert any_of((one, other)) == (one if one == other else one or other or None)
+    assert controller._in_words([one, other, third]) in (
+        "holds",
+        "holds in part",
+        "does not hold",
+        UNDEFINED,
+    )
+
+
+@UNHURRIED
+@given(data=st.data())
+def test_nothing_else_falls_over_what_is_missing(data: st.DataObject) -> None:
+    values = [math.nan if value is None else value for value in data.draw(NUMBERS)]
+    assert shaking.is_own(*values[:3]) in (True, False, None)
+    spans = {group: (value, value) for group, value in zip(GROUPS, values, strict=True)}
+    verdict = LadderVerdict((), spans, spans, ())
+    assert (verdict.holds is None) == (not np.isfinite(spans[INERTIA]).all())
+    assert verdict.papers in (True, False, None)
+    errors = np.abs(values) + 1e-9
+    needed = flights.needed_ratio(np.array(SIZES), errors, 0.03)
+    assert needed is None or np.isfinite(errors).any()
+
+
+@UNHURRIED
+@given(value=NUMBER | NUMBERS | st.dictionaries(st.sampled_from("ab"), NUMBERS))
+def test_records_are_json_and_texts_words(value: Any) -> None:
+    json.dumps(recorded(value), allow_nan=False)
+    if value is None or isinstance(value, float):
+        assert (shown(value) == UNDEFINED) == (value is None or not math.isfinite(value))
+
+
+def test_a_record_takes_numpys_numbers_and_nothing_foreign() -> None:
+    numbers = {"a": np.float64(1.5), "b": np.bool_(True), "c": (np.int64(2), np.float32("nan"))}
+    assert recorded(numbers) == {"a": 1.5, "b": True, "c": [2, None]}
+    with pytest.raises(TypeError, match="not JSON"):
+        recorded({"a": object()})

@@ -1,0 +1,299 @@
+"""Which files a kept result hangs on, found out twice: by editing every file, and by looking.
+
+Run in a copy of the project, ``python traced_results.py ROOT``; prints JSON: for every result in
+RESULTS the files whose edit changes its key, those that were read or had a function that ran while
+it was made, and those that were imported for it.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import ctypes
+import importlib
+import importlib.machinery
+import json
+import os
+import sys
+from collections.abc import Callable
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(sys.argv[1] if __name__ == "__main__" else __file__)
+OWN = ("models", "analytic", "crosscheck", "audit")
+SHORT = {"scenario": "constant-torque", "duration_s": 2e-3, "record_every": 1}
+PAPER = "audit"
+# What cuts a measure or a question to milliseconds: constants of modules, (module, name) -> value.
+CUTS: dict[tuple[str, str], Any] = {
+    (f"{PAPER}.measures.events", "THIRD_S"): (0.0, 2e-3),
+    (f"{PAPER}.hypotheses.evidence.flights", "RATIOS"): (10.0,),
+    (f"{PAPER}.hypotheses.evidence.handed", "HANDED_S"): 1e-3,
+    (f"{PAPER}.hypotheses.evidence.handed", "AFTER_S"): 1e-3,
+    (f"{PAPER}.phase.resonance", "RAMP_S"): 0.01,
+    (f"{PAPER}.phase.runs.linear", "BASE_STEP_S"): 0.01,
+    (f"{PAPER}.phase.objections", "THIRD_EVERY"): 10,
+}
+called: set[str] = set()
+builtins.called_files = called  # type: ignore[attr-defined]
+Result = tuple[Callable[[], str], Callable[[], object]]
+
+
+def run(keep: str | None = None, **variant: Any) -> Callable[[], Result]:
+    """A simulation, or what a function makes of it."""
+
+    def result() -> Result:
+        studies = importlib.import_module("audit.experiments.study")
+        variants = importlib.import_module("audit.experiments.variant")
+        one = variants.Variant(**(SHORT | variant))
+        function = found(keep) if keep is not None else None
+        others = function.others(one) if isinstance(function, studies.Comparison) else ()
+
+        def made() -> object:
+            this, *beside = map(variants.simulate, (one, *others))
+            if function is None:
+                return this
+            return function.numbers(this, tuple(beside)) if beside else function(this)
+
+        return partial(studies.run_key, one, function), made
+
+    return result
+
+
+def question(kind: str, *values: Any) -> Callable[[], Result]:
+    """An answer."""
+
+    def result() -> Result:
+        asked = found(kind)(*values)
+        studies = importlib.import_module("audit.experiments.study")
+        return partial(studies.question_key, asked), asked.answer
+
+    return result
+
+
+def found(name: str) -> Any:
+    module, _, attribute = name.rpartition(".")
+    return getattr(importlib.import_module(f"{PAPER}.{module}"), attribute)
+
+
+def parting() -> Result:
+    variant = importlib.import_module("audit.experiments.variant").Variant(
+        **SHORT, planets="free", seed=1
+    )
+    return question("planets.parting.Partings", (variant,))()
+
+
+def variant() -> Any:
+    """The shortest."""
+    return importlib.import_module("audit.experiments.variant").Variant(**SHORT)
+
+
+def cell() -> Any:
+    """The paper's law at a small damping, planets free."""
+    cells = importlib.import_module(f"{PAPER}.experiments.cells")
+    return cells.Cell(cells.PRINTED, 0.005)
+
+
+def changed() -> Result:
+    return question("phase.runs.experiments.Changed", variant(), (1,), (1.0, 1.0), True)()
+
+
+def exudyn_starts() -> Result:
+    studies = importlib.import_module("audit.experiments.variant")
+    one = studies.Variant(**SHORT, model="exudyn:tree", planets="free")
+    return question("experiments.starts.TransientPd", one, (1,))()
+
+
+def back_and_forth() -> Result:
+    return question("experiments.starts.BackAndForth", variant(), (1, 2))()
+
+
+def clock() -> Result:
+    return question("phase.clock.ClockTest", cell().law, 2e-3, 2e-3, (1,))()
+
+
+def growth() -> Result:
+    return question("phase.objections.Growth", cell(), 1.3)()
+
+
+def vibrations() -> Result:
+    return question("hypotheses.evidence.flutter.Vibrations", variant(), (1,), True)()
+
+
+def handed_over() -> Result:
+    return question("hypotheses.evidence.handed.Handover", variant(), (1,))()
+
+
+def bands() -> Result:
+    return question("experiments.bands.Bands", variant(), (1, 2), 20)()
+
+
+RESULTS: dict[str, Callable[[], Result]] = {
+    "analytic run": run(),
+    "rigid run": run(model="analytic:coupled"),
+    "printed run, one planet": run("measures.reductions.first_planets", model="analytic:printed"),
+    "exudyn run": run(model="exudyn:tree"),
+    "pinocchio run": run(model="pinocchio:coupled"),
+    "starts of exudyn": exudyn_starts,
+    "parting": parting,
+    "bands of all starts": bands,
+    "back and forth beside rigid arms": back_and_forth,
+    "floating base": question("hypotheses.evidence.flights.Flights", "pd", 2.0, 1e-3),
+    "errata": question("errata.finder.Errata", "paper-labelled", 1e-4),
+    "statics": question("claims.statements.statics.Statics", "paper-labelled"),
+    "planet spin": question("hypotheses.evidence.spin.SpinCost", "paper-labelled", "pd", 1e-3),
+    "back and forth": question("hypotheses.evidence.shaking.Shaking", "time", 0.05, (1,), 1e-3),
+    "vibrations": vibrations,
+    "handed over": handed_over,
+    "run-up": question("phase.resonance.RunUp", 0.02, 0.01, (1,)),
+    "growth": growth,
+    "changed run": changed,
+    "clock test": clock,
+}
+
+
+class Traced(importlib.machinery.SourceFileLoader):
+    """Loads the project's files so that every function notes its file when it is called."""
+
+    def get_code(self, fullname: str) -> Any:
+        return noting(Path(self.get_filename(fullname)))
+
+
+@cache
+def noting(path: Path) -> Any:
+    """The code of one of the project's files, with the note in every function."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    note = ast.parse(f"called_files.add({str(path.relative_to(ROOT))!r})").body
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            node.body[:0] = note
+    return compile(ast.fix_missing_locations(tree), str(path), "exec")
+
+
+def traced() -> dict[str, dict[str, list[str]]]:
+    """Files called and files imported, result by result, each in a process of its own."""
+    for library in ("xarray", "sympy", "scipy.signal", "scipy.optimize", "numba", "pydantic",
+                    "h5netcdf", "matplotlib.figure", "pinocchio", "exudyn", "rich.table",
+                    "jinja2", "scipy.integrate", "scipy.ndimage"):  # fmt: skip
+        importlib.import_module(library)
+    numba = importlib.import_module("numba")
+    # The only intrinsic there is takes an address.
+    pointer = partial(ctypes.cast, typ=ctypes.POINTER(ctypes.c_double))
+    numba.extending.intrinsic = lambda typed: pointer
+    numba.njit, numba.vectorize = uncompiled, lambda **_: importlib.import_module("numpy").vectorize
+    sys.path_hooks.insert(0, finder)
+    sys.path_importer_cache.clear()
+    for package in OWN:  # compiled once for all children
+        for path in (ROOT / package).rglob("*.py"):
+            noting(path)
+    return {name: in_child(partial(looked_at, result)) for name, result in RESULTS.items()}
+
+
+def finder(folder: str) -> Any:
+    """For the project's folders alone."""
+    if ROOT not in (Path(folder), *Path(folder).parents):
+        raise ImportError
+    suffixes = importlib.machinery.SOURCE_SUFFIXES
+    return importlib.machinery.FileFinder(folder, (Traced, suffixes))
+
+
+def uncompiled(*given: Any, **_: Any) -> Any:
+    """In place of numba's decorator: a call of a function is seen."""
+
+    def left(function: Any) -> Any:
+        function.compile = lambda signature: function
+        return function
+
+    return left(given[0]) if given and callable(given[0]) else left
+
+
+def looked_at(result: Callable[[], Result]) -> dict[str, list[str]]:
+    _, make = result()
+    for (module, name), value in CUTS.items():
+        if module in sys.modules:
+            assert hasattr(sys.modules[module], name)
+            setattr(sys.modules[module], name, value)
+    called.clear()  # importing is not running
+    sys.addaudithook(note_data)
+    make()
+    modules = [module for name, module in sys.modules.items() if name.split(".")[0] in OWN]
+    files = [Path(str(module.__file__)).relative_to(ROOT) for module in modules]
+    return {"called": sorted(called), "imported": sorted(map(str, files))}
+
+
+def note_data(event: str, arguments: tuple[Any, ...]) -> None:
+    if event == "open" and str(arguments[0]).endswith(".toml"):
+        called.add(str(Path(arguments[0]).relative_to(ROOT)))
+
+
+def in_child(work: Callable[[], Any]) -> Any:
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(reading)
+        with os.fdopen(writing, "w") as stream:
+            json.dump(work(), stream)
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as stream:
+        text = stream.read()
+    os.waitpid(child, 0)
+    return json.loads(text)
+
+
+def edited() -> dict[str, list[str]]:
+    """Result -> the files whose edit changes its key."""
+    keys = {name: result()[0] for name, result in RESULTS.items()}
+    sources = importlib.import_module("crosscheck.runner.sources")
+    walks: dict[tuple[tuple[str, str], ...], Any] = {}
+    walked = sources.walked
+
+    def remembered(*names: tuple[str, str]) -> Any:
+        """A comment or a title more leads nowhere else: only what is read there is another."""
+        if names not in walks:
+            walks[names] = walked(*names)
+        return walks[names]
+
+    sources.walked = remembered
+
+    def all_keys() -> dict[str, str]:
+        sources.code_hash.cache_clear()
+        return {name: key() for name, key in keys.items()}
+
+    before = all_keys()
+    assert before == all_keys()
+
+    def changed_by(*paths: Path) -> list[str]:
+        """Results whose keys are others while all these files are edited."""
+        texts = {path: path.read_text(encoding="utf-8") for path in paths}
+        for path, text in texts.items():
+            path.write_text(other(path, text), encoding="utf-8")
+        after = all_keys()
+        for path, text in texts.items():
+            path.write_text(text, encoding="utf-8")
+        return [name for name in keys if after[name] != before[name]]
+
+    kinds = (".py", ".toml", ".j2", ".css", ".json")
+    every = {path for package in OWN for path in (ROOT / package).rglob("*.*")}
+    files = sorted(path for path in every if path.suffix in kinds)
+    counting = set().union(*(walk.files for walk in walks.values()))
+    rest = [path for path in files if path not in counting]
+    assert changed_by(*rest) == []  # nor, therefore, does one of them
+    changes: dict[str, list[str]] = {name: [] for name in keys}
+    for path in files:
+        for name in changed_by(path) if path in counting else ():
+            changes[name].append(str(path.relative_to(ROOT)))
+    return changes
+
+
+def other(path: Path, text: str) -> str:
+    """Code, and data without a title, with a comment more; data with another title."""
+    if 'title = "' not in text or path.suffix != ".toml":
+        return f"{text}\n# edited\n"
+    return text.replace('title = "', 'title = "edited ', 1)
+
+
+if __name__ == "__main__":
+    looked = traced()
+    changes = in_child(edited)
+    json.dump({name: looked[name] | {"edited": changes[name]} for name in RESULTS}, sys.stdout)

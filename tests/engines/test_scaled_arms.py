@@ -1,0 +1,61 @@
+"""Checks of poles on arms of any size: what their gains and tolerances follow."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from crosscheck.checks import poles
+from crosscheck.findings import About, Finding, Key
+from crosscheck.planning.comparison import Results, findings_of, tasks_of
+from crosscheck.planning.mode_suite import pole_comparisons
+from models.arm.arm import Arm
+from models.arm.planets import usual_switches
+from tests.arms import PAPER
+
+HALF, GEARS = 0.05, 2e-4  # metres
+
+
+def shrunk(arm: Arm, length_m: float, module_m: float) -> Arm:
+    """The arm with its first link so long, all its lengths and masses to scale."""
+    scale = length_m / arm.links[0].length_m
+    content = arm.model_dump()
+    content["payload_mass_kg"] *= scale**3
+    for joint in content["joints"]:
+        joint["module_m"] = module_m
+        for name in (n for n in joint if n.endswith("mass_kg") and joint[n]):
+            joint[name] *= scale**3
+    for link in content["links"]:
+        for name, power in (("length_m", 1), ("com_m", 1), ("cross_section_m2", 2)):
+            link[name] *= scale**power
+    return Arm.model_validate(content | {"name": "shrunk"})
+
+
+def found(arm: Arm, planets: str) -> list[Finding]:
+    comparisons = list(pole_comparisons(arm.name, arm, usual_switches(arm, planets=planets)))
+    outcomes = {task.key: task.perform() for task in tasks_of(comparisons)}
+    return list(findings_of(comparisons, Results(outcomes)))
+
+
+@pytest.mark.parametrize("planets", ["lumped", "free"])
+def test_poles_of_a_small_arm_are_known_as_well_as_of_a_large_one(planets):
+    """Gains of an arm of a metre would put a pole of one of 5 cm where no difference has digits."""
+    findings = found(shrunk(PAPER, HALF, GEARS), planets)
+    assert [f.verdict for f in findings] == ["agree"] * 3
+    assert max(f.measured for f in findings) < 1e-9
+
+
+def test_the_tolerance_of_poles_follows_their_differences():
+    about = About(Key("modes", "here", "contact-poles", "one", "other"), "1", "distance")
+    mass, own = np.eye(1), np.array([[-4.0, -0.4]])
+    right = np.linalg.eigvals(np.array([[0.0, 1.0], [-4.0, -0.4]]))
+
+    def verdict(error: float, rounding: float) -> str:
+        slopes = np.array([own, own * (1 + rounding)])
+        return poles.poles_follow(about, right * (1 + error), mass, slopes).verdict
+
+    assert verdict(5e-8, 0.0) == "agree"
+    assert verdict(5e-7, 0.0) == "differ"
+    assert verdict(5e-7, 1e-6) == "agree"
+    assert verdict(5e-7, 1e-3) == "unresolved"
+    assert verdict(5e-2, 1e-3) == "differ"

@@ -1,0 +1,350 @@
+"""Every way in which a method of a model might answer wrongly, and what a cross-check makes of it.
+
+All tasks of a plan are performed once, unharmed. A mutant then answers for one method of one model;
+only the tasks that call that method are performed again, through the same code. At states it
+answers wrongly of the plan's own arm alone, with its planets lumped or free, and of runs in one
+experiment alone: all else would make it easier to see.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from crosscheck.checks.answers import CHRISTOFFEL, FORCE_SLOPES, START_MASS
+from crosscheck.findings import Finding
+from crosscheck.planning import plan
+from crosscheck.planning.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
+from crosscheck.planning.preparation import prepared
+from crosscheck.registry import MODELS, model_class
+from crosscheck.run import planned
+from crosscheck.runner.tasks import Outcome, Simulation
+from crosscheck.runner.workers import Workers
+from models.arm.arm import Arm
+from models.experiment.switches import Switches, switches
+
+BRIEF_S = 0.02
+Mutate = Callable[[Any], Any]
+ARRAYS = ("mass_matrix", "bias", "generalized_force", "acceleration")
+RUNS = ("simulate", "reference", "precise")
+VARIABLES = (
+    "theta",
+    "theta_dot",
+    "theta_ddot",
+    "torque",
+    "kinetic_energy",
+    "x_sp",
+    "x_pr",
+    "x_sp_dot",
+    "x_pr_dot",
+    "F_sp",
+    "F_pr",
+)
+FACTOR = 1 + 1e-6
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One method of one model with another answer; ``change`` is given the right one.
+
+    laws: the switches under which it answers wrongly at states.
+    """
+
+    model: str
+    method: str
+    name: str
+    change: Mutate
+    laws: Switches
+
+    def __str__(self) -> str:
+        return f"{self.model} {self.method}, planets {self.laws.planets}: {self.name}"
+
+
+def _raising(error: BaseException) -> Mutate:
+    def change(answer: object) -> object:
+        raise error
+
+    return change
+
+
+ANY: dict[str, Mutate] = {
+    "raises": _raising(ZeroDivisionError("no such luck")),
+    "ends the program": _raising(SystemExit(0)),
+    "interrupts": _raising(KeyboardInterrupt()),
+    "cannot": _raising(NotImplementedError()),
+    "None": lambda answer: None,
+    "text": lambda answer: "ready",
+    "a list": lambda answer: [0.0],
+}
+
+
+def _entry(place: tuple[int, ...], value: float) -> Mutate:
+    def change(answer: np.ndarray) -> np.ndarray:
+        changed = answer.copy()
+        changed[place] = value
+        return changed
+
+    return change
+
+
+def _off(place: tuple[int, ...]) -> Mutate:
+    """One entry 1 % off; one that is zero, by 1 % of what its row and column, or its like, are."""
+
+    def change(answer: np.ndarray) -> np.ndarray:
+        changed = answer.copy()
+        size = abs(answer[place])
+        if answer.ndim == 2 and size < 1e-9 * np.sqrt(answer[place[0]] @ answer[place[0]]):
+            size = np.sqrt(answer[place[0], place[0]] * answer[place[1], place[1]])
+        elif answer.ndim == 1 and size < 1e-9 * abs(answer).max():
+            size = abs(answer).max()
+        changed[place] += 0.01 * size
+        return changed
+
+    return change
+
+
+def _joints_swapped(per: int) -> Mutate:
+    return lambda answer: np.roll(answer, [per] * answer.ndim, axis=tuple(range(answer.ndim)))
+
+
+ARRAY: dict[str, Mutate] = {
+    "NaN": lambda a: a * np.nan,
+    "inf": lambda a: a + np.inf,
+    "one NaN": lambda a: _entry((-1,) * a.ndim, np.nan)(a),
+    "wrong shape": lambda a: a[..., :-1],
+    "no shape": lambda a: a.sum(),
+    "another dimension": lambda a: a[None],
+    "complex": lambda a: a + 0j,
+    "objects": lambda a: a.astype(object),
+    "single precision": lambda a: a.astype(np.float32),
+}
+
+
+def _select(**index: Any) -> Mutate:
+    return lambda run: run.isel(**{k: v for k, v in index.items() if k in run.dims})
+
+
+def _with(name: str, change: Mutate) -> Mutate:
+    return lambda run: run.assign({name: (run[name].dims, change(run[name].values))})
+
+
+def _half(run: xr.Dataset) -> xr.Dataset:
+    return run.isel(time=slice(run.sizes["time"] // 2))
+
+
+def _gap(run: xr.Dataset) -> xr.Dataset:
+    return run.isel(time=[k for k in range(run.sizes["time"]) if k != 1])
+
+
+def _late(run: xr.Dataset) -> xr.Dataset:
+    return run.assign_coords(time=run["time"] + 1e-6)
+
+
+def _without_planets(run: xr.Dataset) -> xr.Dataset:
+    return run.where(run["planet"] == 1) if "planet" in run.dims else run.isel(joint=[0])
+
+
+RUN: dict[str, Mutate] = {
+    "half a run": _half,
+    "a time missing": _gap,
+    "all times late": _late,
+    "a joint missing": _select(joint=[0]),
+    "joints in another order": _select(joint=[1, 0]),
+    "a planet missing": lambda run: _select(planet=[0, 1])(run.isel(joint=[0])),
+    "planets 2 and 3 without values": _without_planets,
+    "no attributes": lambda run: run.drop_attrs(),
+    "another's attributes": lambda run: run.assign_attrs(model="somebody"),
+    "an array": lambda run: run["theta"],
+}
+VARIABLE: dict[str, Mutate] = {
+    "NaN at one time": lambda v: np.where(
+        np.arange(len(v)).reshape(-1, *[1] * (v.ndim - 1)) == 2, np.nan, v
+    ),
+    "single precision": lambda v: v.astype(np.float32),
+    "sign": lambda v: -v,
+    "factor 1 + 1e-6": lambda v: v * FACTOR,
+    "the other joint's": lambda v: np.roll(v, 1, axis=1) if v.ndim > 1 else v * 2,
+}
+SCALAR: dict[str, Mutate] = {
+    "NaN": lambda step: float("nan"),
+    "zero": lambda step: 0.0,
+    "sign": lambda step: -step,
+    "a thousandth": lambda step: 1e-3 * min(step, 1e-3),
+}
+
+MODES: dict[str, Mutate] = {
+    "empty": lambda modes: modes[:0],
+    "one missing": lambda modes: modes[1:],
+    "descending": lambda modes: modes[::-1],
+    "one NaN": lambda modes: _entry((0,), np.nan)(modes),
+    "sign": lambda modes: -modes,
+    "factor 1 + 1e-6": lambda modes: modes * FACTOR,
+    "one 1 % off": lambda modes: np.sort(_off((0,))(modes)),
+}
+POLES: dict[str, Mutate] = {
+    "empty": lambda poles: poles[:0],
+    "one missing": lambda poles: poles[1:],
+    "real parts alone": lambda poles: poles.real,
+    "one NaN": lambda poles: _entry((0,), np.nan)(poles),
+    "sign": lambda poles: -poles,
+    "without damping": lambda poles: 1j * poles.imag,
+    "factor 1 + 1e-6": lambda poles: poles * FACTOR,
+    "one 1 % off": lambda poles: _off((0,))(poles),
+    "one for all": lambda poles: np.full_like(poles, poles[0]),
+}
+
+
+def _residual(at: int, change: Mutate) -> Mutate:
+    return lambda parts: tuple(change(p) if k == at else p for k, p in enumerate(parts))
+
+
+RESIDUAL: dict[str, Mutate] = {
+    f"{part} {name}": _residual(at, change)
+    for at, part in enumerate(("gaps", "rates", "accelerations"))
+    for name, change in (
+        ("NaN", lambda p: p * np.nan),
+        ("off", lambda p: p + 1e-9 * max(1.0, float(abs(p).max()))),
+        ("zero", lambda p: 0 * p),
+        ("missing", lambda p: p[:0]),
+        ("complex", lambda p: p + 0j),
+    )
+}
+
+
+OTHERS = {
+    "mesh_modes": MODES,
+    "contact_poles": POLES,
+    "largest_stable_step": SCALAR,
+    "constraint_residual": RESIDUAL,
+}
+
+
+def changes(method: str, role: str, size: int) -> Iterator[tuple[str, Mutate]]:
+    """Every mutation that applies to a method's answer, of a model of so many coordinates."""
+    yield from ANY.items()
+    if method in ARRAYS:
+        yield from ARRAY.items()
+        yield from _values(method, role, size).items()
+    elif method in RUNS:
+        yield from RUN.items()
+        for name in VARIABLES[:5] if role == "rigid" else VARIABLES:
+            yield f"no {name}", partial(_without, name)
+            yield from ((f"{name}: {what}", _with(name, c)) for what, c in VARIABLE.items())
+    else:
+        yield from OTHERS[method].items()
+        if method == "largest_stable_step" and role in ("geared", "form"):
+            yield "tenfold", lambda step: 10 * step if np.isfinite(step) else 1e-12
+
+
+def _without(name: str, run: xr.Dataset) -> xr.Dataset:
+    return run.drop_vars(name)
+
+
+def _values(method: str, role: str, size: int) -> dict[str, Mutate]:
+    """Wrong numbers in an array of the right form."""
+    places = np.ndindex(*([size] * (2 if method == "mass_matrix" else 1)))
+    return {
+        "zero": lambda a: a * 0,
+        "sign": lambda a: -a,
+        "factor 1 + 1e-6": lambda a: a * FACTOR,
+        "the other joint's": _joints_swapped(1 if role == "rigid" else 3),
+        **{f"entry {place} 1 % off": _off(place) for place in places},
+    }
+
+
+def mutants(model: str, arm: Arm) -> list[Mutant]:
+    """Of every method that the model promises; of states also with a coordinate per planet."""
+    entry, lumped, free = MODELS[model], switches(), switches(planets="free")
+    methods = [*sorted(entry.promises), *["largest_stable_step"] * ("simulate" in entry.promises)]
+    asked = [(method, lumped) for method in methods]
+    if entry.role == "geared":
+        asked += [(method, free) for method in methods if method in ARRAYS]
+    return [
+        Mutant(model, method, name, change, laws)
+        for method, laws in asked
+        for name, change in changes(method, entry.role, len(entry.layout(arm, laws)))
+    ]
+
+
+CALLS = {
+    CHRISTOFFEL: "mass_matrix",
+    START_MASS: "mass_matrix",
+    FORCE_SLOPES: "generalized_force",
+}
+
+
+def calls(task: ModelTask) -> str:
+    """The method of the model that a task calls."""
+    if isinstance(task, Simulation):
+        if task.rtol is None:
+            return "simulate"
+        return "precise" if task.is_precise else "reference"
+    return CALLS.get(task.quantity, task.quantity)
+
+
+Asked = tuple[str, str, Switches]  # a model, its method, and the laws at states
+
+
+def _of_one_experiment(tasks: Sequence[ModelTask]) -> list[ModelTask]:
+    """Those that run no experiment, and of the others those of the hardest one that is among them.
+
+    That is the one whose joints are driven unlike each other.
+    """
+    named = {task.key.experiment for task in tasks if isinstance(task, Simulation)}
+    hardest = "pd" if "pd" in named else min(named, default="")
+    return [t for t in tasks if not isinstance(t, Simulation) or t.key.experiment == hardest]
+
+
+class Campaign:
+    """A plan, performed unharmed once, against which mutants are held."""
+
+    def __init__(self, arm: Arm) -> None:
+        self.concerned: dict[Asked, tuple[list[ModelTask], list[Comparison]]] = {}
+        self.arm = arm
+        wanted = plan.Wanted(arm, quick=True)
+        with Workers(2) as workers:
+            self.comparisons = planned(wanted, prepared(wanted, workers))
+            self.outcomes = workers.perform(tasks_of(self.comparisons), lambda key: None)
+        findings = findings_of(self.comparisons, Results(self.outcomes))
+        self.red = [f for f in findings if f.kind == "check" and f.verdict != "agree"]
+
+    def findings(self, mutant: Mutant, patch: pytest.MonkeyPatch) -> list[Finding]:
+        """All that the mutant has a part in."""
+        touched, asked = self._concerned((mutant.model, mutant.method, mutant.laws))
+        changed = {task.key: self._performed(task, mutant, patch) for task in touched}
+        return list(findings_of(asked, Results(self.outcomes | changed)))
+
+    def _concerned(self, asked: Asked) -> tuple[list[ModelTask], list[Comparison]]:
+        """The tasks that call a method of a model, and the comparisons that need them."""
+        if asked not in self.concerned:
+            of_it = [task for task in tasks_of(self.comparisons) if self._is_of(task, asked)]
+            keys = set(_of_one_experiment(of_it))
+            found = [c for c in self.comparisons if not keys.isdisjoint(c.needs)]
+            self.concerned[asked] = [task for task in of_it if task in keys], found
+        return self.concerned[asked]
+
+    def _is_of(self, task: ModelTask, asked: Asked) -> bool:
+        model, method, laws = asked
+        if task.model != model or calls(task) != method:
+            return False
+        return task.case.arm == self.arm and (method not in ARRAYS or task.case.switches == laws)
+
+    def _performed(self, task: ModelTask, mutant: Mutant, patch: pytest.MonkeyPatch) -> Outcome:
+        owner = model_class(task.model)
+        right = getattr(owner, mutant.method)
+        if isinstance(task, Simulation):
+            kept = self.outcomes[task.key]  # the run itself need not be made again
+            right = lambda self, *arguments: kept  # noqa: E731
+
+        def wrong(self: object, *arguments: object) -> object:
+            return mutant.change(right(self, *arguments))
+
+        with patch.context() as harmed:
+            harmed.setattr(owner, mutant.method, wrong)
+            return task.perform()

@@ -1,0 +1,181 @@
+"""A number of the arm or the experiment that a model has wrong is seen in that model alone.
+
+So it is seen whichever other models have it wrong as well: no check that is asked here holds one
+model against another.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from crosscheck.checks.answers import AT_STATE, random_states
+from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
+from crosscheck.planning.sizing import unequal_gains
+from crosscheck.planning.state_suite import QUICK_COUNT, state_comparisons
+from crosscheck.registry import MODELS, build, covering, names
+from crosscheck.runner.tasks import Evaluation
+from models.arm.planets import usual_switches
+from models.files import raw_arm
+from models.loading import Case, load_arm
+
+OFF, UNLIKE, DIRECT, APART = 1.001, "three-unlike", "direct-between", "planets-apart"
+JUDGES = ("as-told", "invariants", "form-symbols")
+STATES = QUICK_COUNT
+QUANTITIES = ("mass_matrix", "generalized_force")
+
+
+class Wrong(NamedTuple):
+    """A field, by its path, that models of an arm have off by OFF; or by ``more``, if not 0."""
+
+    path: str
+    arm: str = UNLIKE
+    more: float = 0.0
+
+
+WRONG = [
+    *(Wrong("arm.payload_mass_kg", arm) for arm in ("paper-labelled", "paper-swapped", UNLIKE)),
+    Wrong("arm.gravity_m_per_s2.0", more=1e-3),
+    Wrong("arm.gravity_m_per_s2.1", more=1e-3),
+    *(Wrong(f"arm.links.*.{name}") for name in ("length_m", "com_m")),
+    *(Wrong(f"arm.links.*.{name}") for name in ("mass_kg", "inertia_kg_m2")),
+    *(Wrong(f"arm.links.*.{name}", "probe") for name in ("cross_section_m2", "density_kg_per_m3")),
+    *(Wrong(f"arm.joints.*.{name}") for name in ("module_m", "pressure_angle_deg")),
+    *(Wrong(f"arm.joints.*.{gear}_teeth", more=1) for gear in ("sun", "planet", "ring")),
+    *(Wrong(f"arm.joints.*.{gear}_mass_kg") for gear in ("sun", "planet", "carrier", "ring")),
+    *(Wrong(f"arm.joints.*.{g}_equivalent_mass_kg", "probe") for g in ("sun", "planet", "carrier")),
+    *(Wrong(f"arm.joints.*.{g}_inertia_kg_m2") for g in ("sun", "planet", "carrier")),
+    Wrong("arm.joints.*.ring_inertia_kg_m2", more=1e-3),
+    Wrong("arm.joints.*.friction_N_m_s_per_rad"),
+    Wrong("arm.joints.1.motor_mass_kg", DIRECT),
+    Wrong("arm.joints.1.rotor_inertia_kg_m2", DIRECT),
+    Wrong("arm.joints.*.ring_mesh.damping_N_s_per_m", DIRECT),
+    *(Wrong(f"arm.joints.*.{side}_mesh.backlash_m", "probe") for side in ("sun", "ring")),
+    *(Wrong(f"arm.joints.*.{side}_mesh.tooth_error_m", "probe") for side in ("sun", "ring")),
+    *(
+        Wrong(f"arm.joints.*.{side}_mesh.{name}", "probe")
+        for side in ("sun", "ring")
+        for name in ("stiffness.mean_N_per_m", "stiffness.amplitude_N_per_m", "damping_ratio")
+    ),
+    *(
+        Wrong(f"arm.joints.*.{side}_mesh.{name}", "probe", more)
+        for side in ("sun", "ring")
+        for name, more in (
+            ("phase_rad", 1e-3),
+            ("static_error_m", 1e-8),
+            ("tooth_error_phase_rad", 1e-3),
+        )
+    ),
+    *(Wrong(f"arm.joints.*.sun_mesh.{name}", APART) for name in ("backlash_m", "tooth_error_m")),
+    *(
+        Wrong(f"scenario.drive.{name}")
+        for name in ("target_rad", "proportional_N_m_per_rad", "derivative_N_m_s_per_rad")
+    ),
+]
+
+
+def moved(value: Any, path: list[str], fault: Wrong) -> Any:
+    """The record, list or number with what stands at a path off; what has no such field as is."""
+    if value is None:
+        return None
+    if not path:
+        if isinstance(value, tuple):
+            return tuple(moved(each, path, fault) for each in value)
+        if isinstance(value, int) and not fault.more:
+            return value
+        return value + int(fault.more) if isinstance(value, int) else _off(value, fault)
+    first, *rest = path
+    if isinstance(value, tuple):
+        chosen = range(len(value)) if first == "*" else [int(first)]
+        if first == "*" or first.isdigit():
+            return tuple(moved(v, rest, fault) if k in chosen else v for k, v in enumerate(value))
+        return tuple(moved(each, path, fault) for each in value)
+    if not hasattr(value, first):
+        return value
+    return value.model_copy(update={first: moved(getattr(value, first), rest, fault)})
+
+
+def _off(value: float, fault: Wrong) -> float:
+    return value + fault.more if fault.more else value * OFF
+
+
+def harmed(case: Case, fault: Wrong) -> Case:
+    """The case that models with the fault are made of."""
+    section, *path = fault.path.split(".")
+    return case._replace(**{section: moved(getattr(case, section), path, fault)})
+
+
+@lru_cache
+def plan_of(name: str) -> list[Comparison]:
+    """All comparisons that look at one model alone, of the arm as its file has it."""
+    arm = load_arm(name)
+    found = state_comparisons(arm, True, 0, raw_arm(name))
+    where = f"{arm.name}/geared", *(f"{arm.name}/{e.level}" for e in MODELS.values() if e.level)
+    return [
+        c
+        for c in found
+        if c.about.key.family in JUDGES
+        and c.about.key.case in where
+        and c.about.key.quantity in (*QUANTITIES, "power", "bias")
+        and not c.about.key.right
+    ]
+
+
+def answered(name: str, case: Case, made_of: Case, quantity: str) -> np.ndarray:
+    """A model's answers, made of one case, at the states of another."""
+    layout = MODELS[name].layout(case.arm, case.switches)
+    states = random_states(layout, case.arm, STATES, 0)
+    model = build(name, *made_of)
+    return np.array([AT_STATE[quantity](model, *state) for state in zip(*states, strict=True)])
+
+
+right = lru_cache(answered)
+
+
+@pytest.mark.parametrize("fault", WRONG, ids=lambda fault: f"{fault.arm} {fault.path}")
+def test_a_wrong_number_is_seen_in_every_model_that_has_it(fault):
+    arm = load_arm(fault.arm)
+    case = Case(arm, unequal_gains(arm), usual_switches(arm))
+    has_it, unseen = [], []
+    for name in (*covering("geared", arm, case.switches), *names("rigid")):
+        if not _differs(name, case, harmed(case, fault)):
+            continue
+        has_it.append(name)
+        if not _is_seen(name, case, harmed(case, fault)):
+            unseen.append(name)
+    assert unseen == []
+    assert len(has_it) > 3
+
+
+def _differs(name: str, case: Case, wrong: Case) -> bool:
+    for quantity in QUANTITIES:
+        one, other = right(name, case, case, quantity), answered(name, case, wrong, quantity)
+        if np.abs(one - other).max() > 1e-9 * np.abs(one).max():
+            return True
+    return False
+
+
+def _is_seen(name: str, case: Case, wrong: Case) -> bool:
+    own = [c for c in plan_of(case.arm.name) if c.about.key.left == name]
+    own = [c for c in own if all(isinstance(t, Evaluation) and t.model == name for t in c.needs)]
+    outcomes = {t.key: answered(name, case, wrong, t.quantity) for t in tasks_of(own)}
+    return any(f.verdict == "differ" for f in findings_of(own, Results(outcomes)))
+
+
+@pytest.mark.parametrize("name", ["paper-labelled", UNLIKE])
+def test_an_arm_that_is_not_what_its_file_says_is_seen(name):
+    """Whatever went wrong between the file and the arm, every model has it."""
+    arm = load_arm(name)
+    heavier = arm.model_copy(update={"payload_mass_kg": OFF * arm.payload_mass_kg})
+    judged = [
+        c
+        for c in state_comparisons(heavier, True, 0, raw_arm(name))
+        if c.about.key.family == "as-told" and c.about.key.quantity == "mass_matrix"
+    ]
+    outcomes = {t.key: t.perform() for t in tasks_of(judged)}
+    verdicts = {f.left: f.verdict for f in findings_of(judged, Results(outcomes))}
+    assert set(verdicts.values()) == {"differ"}
+    assert {*names("geared"), *names("rigid")} == set(verdicts)

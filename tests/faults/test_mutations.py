@@ -1,0 +1,54 @@
+"""No model that answers wrongly passes: every method x every model x every kind of wrong answer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from crosscheck.findings import Agreement
+from crosscheck.registry import MODELS, model_class, names
+from crosscheck.report.junit import junit_xml
+from models.interface import Model
+from tests.arms import PAPER
+from tests.brief import brief
+from tests.faults.mutations import BRIEF_S, Campaign, Mutant, mutants
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def campaign() -> Iterator[Campaign]:
+    """The paper's arm, unharmed."""
+    with pytest.MonkeyPatch.context() as patch:
+        brief(patch, BRIEF_S)
+        yield Campaign(PAPER)
+
+
+def test_the_unharmed_models_pass(campaign):
+    assert campaign.red == []
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_wrong_answer_of_a_model_turns_a_check_of_it_red(campaign, model, monkeypatch):
+    wrong = mutants(model, PAPER)
+    unseen = [str(mutant) for mutant in wrong if not _is_seen(campaign, mutant, monkeypatch)]
+    assert unseen == []
+    assert len(wrong) > 100
+
+
+def _is_seen(campaign: Campaign, mutant: Mutant, patch: pytest.MonkeyPatch) -> bool:
+    """In a red check that names the model; and the views can show it."""
+    agreement = Agreement(campaign.findings(mutant, patch))
+    assert agreement.to_json()
+    assert junit_xml(agreement)
+    named = [f for f in agreement.red if mutant.model in (f.left, f.right)]
+    return bool(named) and agreement.exit_code == 1
+
+
+@pytest.mark.parametrize("form", names("form"))
+def test_a_form_of_the_paper_has_no_method_of_its_own(form):
+    methods = {name for name, value in vars(Model).items() if callable(value)} - {"__init__"}
+    own = model_class(form).__mro__
+    between = own[: own.index(model_class("analytic:physical").__mro__[1])]
+    assert not methods & {name for owner in between for name in vars(owner)}

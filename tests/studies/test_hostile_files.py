@@ -1,0 +1,252 @@
+"""Damaged and hostile results cost one line, exit code 2, and no time."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import crosscheck
+from tests.draws import DRAWS, fresh_seed
+
+WITHIN_S = 5.0
+UNIFORM = {"kind": "uniform", "relative_tolerance": 0.2}
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A result with words, numbers, samples and joints."""
+    out = tmp_path_factory.mktemp("result") / "out.nc"
+    crosscheck.sweep(
+        "paper-labelled",
+        [
+            {"path": "switches.phase", "kind": "list", "values": ["angle", "omega_t"]},
+            {"path": "arm.joints.*.backlash_m", "each": True, **UNIFORM},
+        ],
+        scenario="pd",
+        settings={"scenario.duration_s": 0.001},
+        measures=[{"kind": "peak", "signal": "theta"}],
+        samples=3,
+        out=out,
+    )
+    return out
+
+
+def _again(file: h5py.File, **options: object) -> None:
+    """The quantity as another variable of the same name."""
+    old = file["theta_peak"]
+    scales = [dim[0] for dim in old.dims]
+    kept, values = dict(old.attrs), old[()]
+    del file["theta_peak"]
+    wanted = {"data": values, **options}
+    if "shape" in wanted or "external" in wanted:
+        wanted = {"shape": values.shape, "dtype": "f8", **options}
+    made = file.create_dataset("theta_peak", **wanted)
+    for key, value in kept.items():
+        if key not in ("DIMENSION_LIST", "_Netcdf4Coordinates"):
+            made.attrs[key] = value
+    for dim, scale in zip(made.dims, scales, strict=False):
+        dim.attach_scale(scale)
+
+
+def _wrong_sum(file: h5py.File) -> None:
+    _again(file, fletcher32=True, chunks=(1, 3, 2))
+    made = file["theta_peak"]
+    place = made.id.get_chunk_info(0).byte_offset
+    file.flush()
+    with open(file.filename, "r+b") as raw:
+        raw.seek(place)
+        raw.write(b"\xff" * 4)
+
+
+def _huge(file: h5py.File) -> None:
+    _again(file, shape=(2, 3, 10**15), chunks=(1, 1, 1000), dtype="f8")
+
+
+def _bomb(file: h5py.File) -> None:
+    _again(file, shape=(2, 3, 10**9), chunks=(1, 1, 10**6), dtype="f8", compression="gzip")
+
+
+def _external(file: h5py.File) -> None:
+    _again(file, external=[("/etc/passwd", 0, 96)])
+
+
+def _external_link(file: h5py.File) -> None:
+    file["other"] = h5py.ExternalLink("/etc/passwd", "/x")
+
+
+def _soft_loop(file: h5py.File) -> None:
+    file["loop"] = h5py.SoftLink("/loop")
+
+
+def _hard_loop(file: h5py.File) -> None:
+    file.create_group("group")["up"] = file["/"]
+
+
+def _virtual(file: h5py.File) -> None:
+    layout = h5py.VirtualLayout(shape=(3,), dtype="f8")
+    layout[:] = h5py.VirtualSource("/etc/passwd", "x", shape=(3,))
+    file.create_virtual_dataset("virtual", layout)
+
+
+def _words(file: h5py.File) -> None:
+    _again(file, data=np.full((2, 3, 2), b"text", dtype=object), dtype=h5py.string_dtype())
+
+
+def _compound(file: h5py.File) -> None:
+    _again(file, data=np.zeros((2, 3, 2), dtype=[("a", "f8"), ("b", "i4")]))
+
+
+def _many(file: h5py.File) -> None:
+    for number in range(700):
+        made = file.create_dataset(f"number{number}", data=np.arange(3.0))
+        made.dims[0].attach_scale(file["sample"])
+
+
+def _no_scales(file: h5py.File) -> None:
+    file.create_dataset("bare", data=np.arange(3.0))
+
+
+def _attribute(name: str, value: object) -> Callable[[h5py.File], None]:
+    def changed(file: h5py.File) -> None:
+        file["theta_peak"].attrs[name] = value
+
+    return changed
+
+
+def _root(name: str, value: object) -> Callable[[h5py.File], None]:
+    def changed(file: h5py.File) -> None:
+        file.attrs[name] = value
+
+    return changed
+
+
+def _reference(file: h5py.File) -> None:
+    del file["theta_peak"].attrs["DIMENSION_LIST"]
+    file["theta_peak"].attrs["DIMENSION_LIST"] = 7
+
+
+def _infinite(file: h5py.File) -> None:
+    file["sample"][...] = 7
+    file["theta_peak"][...] = np.array([1e308, -1e308, 1e308]).reshape(1, 3, 1)
+
+
+HARM: dict[str, Callable[[h5py.File], None]] = {
+    "wrong checksum": _wrong_sum,
+    "huge shape": _huge,
+    "bomb": _bomb,
+    "external storage": _external,
+    "external link": _external_link,
+    "soft loop": _soft_loop,
+    "hard loop": _hard_loop,
+    "virtual": _virtual,
+    "words": _words,
+    "compound": _compound,
+    "hundreds of variables": _many,
+    "no scales": _no_scales,
+    "units of numbers": _attribute("units", 7.0),
+    "units of lines": _attribute("units", "m\n\x1b[31m"),
+    "long label": _attribute("long_name", "x" * 100_000),
+    "many labels": _attribute("long_name", np.arange(1000)),
+    "coordinates": _attribute("coordinates", [b"\xff\xfe"]),
+    "no study": _root("study_sha256", "nobody's"),
+    "study of numbers": _root("study_sha256", np.arange(64)),
+    "another format": _root("schema_version", 99),
+    "format of words": _root("schema_version", "one"),
+    "references": _reference,
+}
+HARMLESS = {
+    "formula": _attribute("long_name", "$\\frac{1}{0"),
+    "seconds": _attribute("units", "seconds"),
+    "days": _attribute("units", "days since yesterday"),
+    "range": _infinite,
+}
+
+
+def _told(answer: tuple[int, str, str], began: float, about: str = "") -> None:
+    code, out, err = answer
+    assert (code, out, err.count("\n")) == (2, "", 1), (about, answer)
+    assert err.startswith("crosscheck: "), about
+    assert err[:-1].isprintable(), about
+    assert time.monotonic() - began < WITHIN_S, about
+
+
+@pytest.mark.parametrize("harm", HARM)
+def test_a_hostile_file_is_refused_in_one_line(result, tmp_path, command, harm):
+    file = tmp_path / "bad.nc"
+    shutil.copy(result, file)
+    with h5py.File(file, "r+") as opened:
+        HARM[harm](opened)
+    began = time.monotonic()
+    _told(command("plot", file), began)
+    assert [path.name for path in tmp_path.iterdir()] == ["bad.nc"]
+
+
+@pytest.mark.parametrize("change", HARMLESS)
+def test_words_and_sizes_of_any_kind_are_drawn(result, tmp_path, command, change):
+    file = tmp_path / "good.nc"
+    shutil.copy(result, file)
+    with h5py.File(file, "r+") as opened:
+        HARMLESS[change](opened)
+    code, _, err = command("plot", file)
+    assert code == 0 or err.count("\n") == 1
+
+
+@pytest.mark.parametrize("what", ["folder", "pipe", "nothing", "dangling", "loop", "device"])
+def test_what_is_no_file_is_one_line(tmp_path, command, what):
+    file = tmp_path / "it.nc"
+    if what == "folder":
+        file.mkdir()
+    elif what == "pipe":
+        os.mkfifo(file)
+    elif what != "nothing":
+        target = {"dangling": "nowhere", "loop": "it.nc", "device": "/dev/zero"}[what]
+        file.symlink_to(target)
+    began = time.monotonic()
+    _told(command("plot", file), began)
+
+
+@pytest.mark.campaign
+def test_any_damage_is_drawn_or_refused_in_one_line(result, tmp_path, command, capsys):
+    sound, refused = result.read_bytes(), 0
+    seed = fresh_seed()
+    capsys.readouterr()
+    generator = random.Random(seed)
+    for number in range(DRAWS):
+        file = tmp_path / f"{number}.nc"
+        file.write_bytes(_damaged(sound, generator))
+        began = time.monotonic()
+        code, out, err = command("plot", file)
+        about = f"seed {seed}, draw {number}: {err}"
+        if code:
+            refused += 1
+            _told((code, out, err), began, about)
+        else:
+            assert err == "", about
+        file.unlink()
+    print(f"plot: seed {seed}, {DRAWS} damaged files, {refused} refused")
+
+
+def _damaged(sound: bytes, generator: random.Random) -> bytes:
+    content = bytearray(sound)
+    for _ in range(generator.choice((1, 1, 3, 30))):
+        place = generator.randrange(len(content))
+        what = generator.choice(("flip", "flip", "zeros", "ones", "torn", "moved"))
+        if what == "flip":
+            content[place] ^= 1 << generator.randrange(8)
+        elif what == "torn":
+            del content[max(place, 8) :]
+        elif what == "moved":
+            other = generator.randrange(len(content))
+            content[place : place + 8] = content[other : other + 8]
+        else:
+            length = generator.choice((1, 2, 4, 8))
+            content[place : place + length] = (b"\0" if what == "zeros" else b"\xff") * length
+    return bytes(content)

@@ -1,0 +1,195 @@
+"""Numbers gathered from chunks are those of the whole signal, however it is cut."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from crosscheck import signals
+from crosscheck.registry import build, lead
+from crosscheck.studies.batches.batch import run_batch, run_check
+from crosscheck.studies.definition.files import study_from
+from crosscheck.studies.measures import folds
+from crosscheck.studies.members.members import Study
+from models.loading import raw_case
+from tests.studies.studies import study
+
+STEP = 1e-3
+
+
+def _fed(fold: folds.Fold, time: np.ndarray, values: np.ndarray, cuts: list[int]):
+    """The fold's numbers of a signal (times, columns) that comes in pieces."""
+    edges = sorted({0, time.size, *(cut for cut in cuts if cut < time.size)})
+    for begin, end in pairwise(edges):
+        fold.take(time[begin:end], values[begin:end])
+    return fold.numbers()
+
+
+def _none(value: float | None) -> float:
+    return np.nan if value is None else value
+
+
+@st.composite
+def pieces(draw: st.DrawFn):
+    """Time, a signal of few values so that levels are met and left, and where it is cut."""
+    count = draw(st.integers(1, 40))
+    row = st.lists(st.integers(-2, 2), min_size=count, max_size=count)
+    values = np.array([draw(row), draw(row)], dtype=float).T
+    cuts = draw(st.lists(st.integers(1, 39), max_size=6))
+    return STEP * np.arange(count), values, cuts
+
+
+FOLDS = {
+    "peak": (lambda: folds.Peak((2,)), lambda t, v: signals.amplitude(v)),
+    "range": (lambda: folds.Range((2,)), lambda t, v: signals.peak_to_peak(v)),
+    "mean": (lambda: folds.Average((2,), False), lambda t, v: signals.mean(v)),
+    "rms": (lambda: folds.Average((2,), True), lambda t, v: np.sqrt(np.mean(v**2))),
+    "last": (lambda: folds.Last((2,)), lambda t, v: v[-1]),
+    "above": (
+        lambda: folds.First((2,), lambda v: v > 1),
+        lambda t, v: _none(signals.first_above(t, v, 1)),
+    ),
+    "below": (
+        lambda: folds.First((2,), lambda v: v < -1),
+        lambda t, v: _none(signals.first_below(t, v, -1)),
+    ),
+    "settled": (
+        lambda: folds.Settled(np.array([1.0, 1.0]), 1.0),
+        lambda t, v: _none(signals.settling_time(t, v, 1.0, 1.0)),
+    ),
+    "share": (lambda: folds.Share((2,)), lambda t, v: np.mean(v == 0)),
+    "loss": (lambda: folds.FirstLoss((2,)), lambda t, v: _lost(t, v)),
+    "band": (lambda: folds.BandRms((2,), 100, 400), lambda t, v: signals.band_rms(t, v, 100, 400)),
+    "line": (
+        lambda: folds.LargestLine((2,), 100, 400),
+        lambda t, v: signals.largest_line(t, v, 100, 400).frequency_Hz,
+    ),
+}
+
+
+def _lost(time: np.ndarray, force: np.ndarray) -> float:
+    carried = np.flatnonzero(force)
+    if not carried.size:
+        return np.nan
+    after = np.flatnonzero(force[carried[0] :] == 0)
+    return time[carried[0] + after[0]] if after.size else np.nan
+
+
+@pytest.mark.parametrize("name", FOLDS)
+@given(pieces())
+def test_a_fold_is_the_number_of_the_whole_signal(name, signal):
+    time, values, cuts = signal
+    make, whole = FOLDS[name]
+    found = _fed(make(), time, values, cuts)[0]
+    expected = [whole(time, np.ascontiguousarray(column)) for column in values.T]
+    # sums are taken in another order: two roundings of 40 terms
+    assert found == pytest.approx(expected, rel=1e-14, abs=1e-14, nan_ok=True)
+
+
+def test_a_sine_has_its_rms_in_the_band_that_it_is_in():
+    time = 1e-4 * np.arange(20_000)
+    values = 3 * np.sin(2 * np.pi * 123.4 * time) + 5 * np.sin(2 * np.pi * 700 * time) + 7
+    # a Hann window leaks less than 1e-4 past ten of its lines
+    assert signals.band_rms(time, values, 100, 150) == pytest.approx(3 / np.sqrt(2), rel=1e-4)
+    assert signals.band_rms(time, values, 600, 800) == pytest.approx(5 / np.sqrt(2), rel=1e-4)
+    assert signals.band_rms(time, values, 200, 600) < 1e-3
+    line = signals.largest_line(time, values, 100, 600)
+    assert line.frequency_Hz == pytest.approx(123.4, abs=0.05)  # a tenth of a line's width
+
+
+EVERY = [
+    {"kind": "peak", "signal": "theta_ddot", "window_s": [0.001, 0.004]},
+    {"kind": "rms", "signal": "F_sp", "joint": 1},
+    {"kind": "final_error"},
+    {"kind": "apart_share", "signal": "F_pr", "joint": 2},
+    {"kind": "spectral_peak", "signal": "theta_ddot", "joint": 1},
+    {"kind": "rigid_deviation"},
+    {"kind": "trajectories", "signals": ["theta", "x_sp"]},
+]
+
+
+@pytest.mark.parametrize(
+    ("arm", "planets"),
+    [("paper-labelled", "lumped"), ("paper-labelled", "free"), ("three-unlike", "lumped")],
+)
+def test_a_member_has_the_numbers_of_a_run_by_itself(arm, planets):
+    axes = [{"path": "arm.payload_mass_kg", "kind": "list", "values": [3.0, 4.0, 5.0]}]
+    settings = {"scenario.duration_s": 0.005}
+    made = study(axes, EVERY, arm, switches={"planets": planets}, settings=settings)
+    found = run_batch(made.text, 0, 3)
+    for place, case in enumerate(made.cases(0, 3)):
+        run = build(lead(), *case).simulate()
+        part = signals.window(run["time"].values, 0.001, 0.004)
+        force, apart = run["F_sp"].values[:, 0, 0], run["F_pr"].values[:, 1, 0]
+        time = run["time"].values
+        expected = {
+            "theta_ddot_peak": np.abs(run["theta_ddot"].values[part]).max(axis=0),
+            "F_sp_rms_joint1": np.sqrt(np.mean(force**2)),
+            "theta_final_error": run["theta"].values[-1] - case.scenario.drive.target_rad,
+            "F_pr_apart_share_joint2": np.nan if np.isnan(apart).any() else np.mean(apart == 0),
+            "theta_ddot_spectral_peak_joint1_frequency": signals.dominant_frequency(
+                time, run["theta_ddot"].values[:, 0], 0.0
+            ),
+            "theta_rigid_deviation_coupled": np.abs(run["theta"].values - _rigid(case)).max(axis=0),
+            "theta": run["theta"].values,
+            "x_sp": run["x_sp"].values,
+        }
+        for name, value in expected.items():
+            # the ensemble's rounding, of 500 steps, against the plain kernel's
+            limit = 1e-9 * np.nanmax(np.abs(value)) if np.isfinite(value).any() else 0
+            if name.startswith("theta_rigid"):
+                limit = 1e-11  # rad: the rigid arm's error at ten times the step, seen to be 3e-12
+            close = pytest.approx(np.asarray(value), rel=1e-9, abs=limit, nan_ok=True)
+            assert found[name][place] == close, name
+
+
+def _rigid(case) -> np.ndarray:
+    """The rigid arm at the geared arm's own step."""
+    arm, scenario, _ = case
+    return build("analytic:coupled", arm, scenario).simulate()["theta"].values
+
+
+def test_a_second_engine_has_every_quantity_too():
+    made = study([], EVERY, settings={"scenario.duration_s": 0.005})
+    ours, theirs = run_batch(made.text, 0, 1), run_check(made.text, 0)
+    assert ours.keys() == theirs.keys()
+    for name, value in ours.items():
+        scale = np.nanmax(np.abs(value)) if np.isfinite(value).any() else 0
+        # the same steps in other coordinates: rounding growth over 500 of them
+        assert theirs[name] == pytest.approx(value, rel=1e-8, abs=1e-8 * scale, nan_ok=True), name
+
+
+def test_a_diverged_member_has_no_numbers_but_when():
+    axes = [{"path": "scenario.drive.derivative_N_m_s_per_rad", "kind": "list"}]
+    axes[0]["values"] = [400.0, -1e12, 300.0]
+    made = study(axes, [{"kind": "peak", "signal": "theta"}, {"kind": "final", "signal": "torque"}])
+    found = run_batch(made.text, 0, 3)
+    assert np.isnan(found["diverged_s"]).tolist() == [True, False, True]
+    for name in ("theta_peak", "torque_final"):
+        assert np.isnan(found[name]).any(axis=1).tolist() == [False, True, False]
+    alone = run_batch(made.text, 2, 3)
+    assert np.array_equal(alone["theta_peak"][0], found["theta_peak"][2])
+
+
+def _with_function(tmp_path: Path, code: str, returns: dict[str, str]) -> Study:
+    (tmp_path / "mine.py").write_text(code, encoding="utf-8")
+    plain = study([])
+    quantity = {"kind": "user_function", "function": "mine.py:measure", "returns": returns}
+    given = {**plain.definition.model_dump(), "quantities": [quantity]}
+    definition = type(plain.definition).model_validate(given)
+    return study_from(definition, raw_case("paper-labelled", "pd"), tmp_path, "study.toml")
+
+
+def test_a_function_of_the_users_measures_a_run_as_a_model_records_it(tmp_path):
+    code = "def measure(run):\n    return {'x': run.x_sp[-1, 1, 2], 'n': run.attrs['step_s']}\n"
+    made = _with_function(tmp_path, code, {"x": "m", "n": "s"})
+    run = build(lead(), *made.base).simulate()
+    found = run_batch(made.text, 0, 1)
+    assert found["n"][0] == made.base.scenario.step_s
+    # the ensemble's rounding, of 200 steps, against the plain kernel's
+    assert found["x"][0] == pytest.approx(float(run.x_sp[-1, 1, 2]), rel=1e-9)

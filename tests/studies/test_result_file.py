@@ -1,0 +1,139 @@
+"""Every number of a result has its place, whatever order batches come in, or fails as a line."""
+
+from __future__ import annotations
+
+import errno
+import io
+import resource
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+from crosscheck.output import draft
+from crosscheck.studies.batches.memory import enough_memory
+from crosscheck.studies.batches.result_file import ResultFile
+from crosscheck.studies.batches.skeleton import PAGE, _Sparse
+from crosscheck.studies.measures.columns import columns
+from models.errors import InputError
+from tests.processes import command_line, in_child
+from tests.studies.studies import study
+
+AXES = [
+    {"path": "arm.payload_mass_kg", "kind": "grid", "start": 5, "stop": 15, "count": 3},
+    {"path": "switches.phase", "kind": "list", "values": ["angle", "omega_t"]},
+]
+QUANTITIES = [{"kind": "peak", "signal": "theta"}, {"kind": "trajectories", "signals": ["F_sp"]}]
+STUDY = """\
+schema_version = 1
+name = "small"
+arm = "paper-labelled"
+scenario = "pd"
+settings = { "scenario.duration_s" = 0.001 }
+quantities = [{ kind = "peak", signal = "theta" }]
+starts = { count = 2 }
+"""
+
+
+@given(st.lists(st.tuples(st.integers(0, 3 * PAGE), st.binary(max_size=PAGE + 9)), max_size=6))
+def test_a_file_in_memory_is_like_any_other(writes):
+    sparse, plain = _Sparse(), io.BytesIO()
+    for place, data in writes:
+        for file in (sparse, plain):
+            file.seek(place)
+            if data:
+                file.write(data)
+    sparse.seek(0)
+    assert sparse.readall() == plain.getvalue()
+    sparse.seek(0, io.SEEK_END)
+    assert sparse.tell() == len(plain.getvalue())
+
+
+@pytest.mark.parametrize("starts", [None, {"count": 4}])
+def test_numbers_are_where_they_belong_whatever_comes_first(tmp_path, starts):
+    more = {} if starts is None else {"starts": starts}
+    made = study(AXES, QUANTITIES, spot_checks=2, **more)
+    wanted = columns(made)
+    generator = np.random.default_rng(1)
+    numbers = {c.name: generator.normal(size=(made.count, *c.shape)) for c in wanted}
+    out = tmp_path / "out.nc"
+    with draft(tmp_path) as new:
+        result = ResultFile(new, made, wanted, [1, 4], "version")
+        cuts = [0, *sorted(generator.choice(range(1, made.count), 3, replace=False)), made.count]
+        parts = list(pairwise(cuts))
+        for number in generator.permutation(len(parts)):
+            begin, end = parts[number]
+            result.write(begin, {name: values[begin:end] for name, values in numbers.items()})
+        for column in wanted:
+            assert np.array_equal(result.values_at(column.name, 4), numbers[column.name][4])
+            spread = np.ptp(numbers[column.name], axis=0)
+            assert np.array_equal(result.spread(column.name), spread)
+        new.publish(out)
+    with xr.open_dataset(out) as found:
+        for column in wanted:
+            expected = numbers[column.name].reshape(*made.shape, *column.shape)
+            assert np.array_equal(found[column.name].values, expected)
+            assert found[column.name].attrs["units"] == column.unit
+        assert found.checked.values.tolist() == [1, 4]
+
+
+def test_a_study_of_one_member_has_its_numbers_too(tmp_path):
+    made = study([], QUANTITIES)
+    with draft(tmp_path) as new:
+        result = ResultFile(new, made, columns(made), [], "version")
+        result.write(0, {c.name: np.full((1, *c.shape), 7.0) for c in columns(made)})
+        new.publish(tmp_path / "out.nc")
+    with xr.open_dataset(tmp_path / "out.nc") as found:
+        assert found.diverged_s == 7.0
+        assert found.theta_peak.values.tolist() == [7.0, 7.0]
+
+
+@pytest.mark.parametrize("kilobytes", [1, 9])
+def test_a_disk_that_is_full_is_one_line(tmp_path, kilobytes):
+    (tmp_path / "study.toml").write_text(STUDY)
+
+    def small_disk() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000 * kilobytes, 1000 * kilobytes))
+
+    out = tmp_path / "out.nc"
+    arguments = ("sweep", tmp_path / "study.toml", "--out", out, "--jobs", 1)
+    answer = command_line(*arguments, preexec_fn=small_disk)
+    assert (answer.returncode, answer.stdout, answer.stderr.count("\n")) == (2, "", 1)
+    assert "File too large" in answer.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
+
+
+@pytest.mark.parametrize("megabytes", [200, 500])
+def test_a_limit_of_memory_is_one_line(tmp_path, megabytes):
+    (tmp_path / "study.toml").write_text(STUDY)
+
+    def little_memory() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (megabytes * 10**6, megabytes * 10**6))
+
+    arguments = ("sweep", tmp_path / "study.toml", "--out", tmp_path / "out.nc")
+    answer = command_line(*arguments, preexec_fn=little_memory)
+    assert (answer.returncode, answer.stdout, answer.stderr.count("\n")) == (2, "", 1)
+    assert "crosscheck: memory: " in answer.stderr
+
+
+@pytest.mark.parametrize("error", [MemoryError("big"), OSError(errno.ENOMEM, "no memory")])
+def test_memory_that_runs_out_is_one_line(error):
+    with pytest.raises(InputError, match=r"is not enough: (big|no memory)"), enough_memory():
+        raise error
+
+
+def test_room_is_taken_before_anything_is_written(tmp_path: Path):
+    def refused() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
+        with draft(tmp_path) as new, pytest.raises(OSError, match="too large"):
+            new.reserve(5001)
+        with draft(tmp_path) as new:
+            new.reserve(5000)
+            new.write_at(4000, bytes(1000))
+            assert new.path.stat().st_size == 5000
+
+    assert in_child(refused)

@@ -1,0 +1,173 @@
+"""What a study's result says: of its members, its axes, a second engine; and its drawings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+import xarray as xr
+
+import crosscheck
+from crosscheck.registry import build, lead, second
+from crosscheck.studies.batches.opened import used
+from crosscheck.studies.plot import drawable, two_states
+from models.loading import load_arm, load_case, load_scenario
+from models.trajectory import recorded_times
+from tests.studies.studies import content
+
+PEAKS = [{"kind": "peak", "signal": "theta_ddot"}]
+SHORT = {"scenario.duration_s": 0.002}
+UNIFORM = {"kind": "uniform", "relative_tolerance": 0.2}
+BACKLASH = "arm.joints.*.backlash_m"
+
+
+def _made(out: Path, jobs: int) -> Path:
+    """Of two grid axes, one of words, samples and starts."""
+    crosscheck.sweep(
+        "paper-labelled",
+        [
+            {"path": "arm.payload_mass_kg", "kind": "grid", "start": 5, "stop": 15, "count": 3},
+            {"path": "switches.phase", "kind": "list", "values": ["angle", "omega_t"]},
+            {"path": "arm.joints.*.damping_ratio", **UNIFORM},
+            {"path": BACKLASH, "each": True, **UNIFORM},
+        ],
+        scenario="pd",
+        settings=SHORT,
+        measures=[*PEAKS, {"kind": "trajectories", "signals": ["theta", "F_sp"]}],
+        samples={"count": 2, "seed": 3},
+        starts=2,
+        spot_checks=2,
+        jobs=jobs,
+        out=out,
+    )
+    return out
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return _made(tmp_path_factory.mktemp("result") / "out.nc", 1)
+
+
+def test_every_number_is_where_its_axes_say(result):
+    with xr.open_dataset(result) as found:
+        assert dict(found.theta_ddot_peak.sizes) == {
+            "payload_mass_kg": 3,
+            "phase": 2,
+            "sample": 2,
+            "start": 2,
+            "joint": 2,
+        }
+        one = found.isel(sample=1, start=1).sel(payload_mass_kg=10, phase="omega_t")
+        settings = [
+            f"arm.joints.{joint}.backlash_m={float(one.backlash_m[joint])!r}" for joint in (0, 1)
+        ]
+        settings += [
+            "scenario.duration_s=0.002",
+            f"arm.joints.*.damping_ratio={float(one.damping_ratio)!r}",
+        ]
+        case = load_case("paper-labelled", "pd", {"phase": "omega_t"}, settings)
+        run = build(lead(), *case).simulate()
+        # its start is perturbed by 1e-12 m, which the teeth's stiffness makes 1e-4 N
+        assert one.theta.values == pytest.approx(run.theta.values, abs=1e-12)
+        assert one.F_sp.values == pytest.approx(run.F_sp.values, abs=1e-2)
+        assert one.theta_ddot_peak.values == pytest.approx(
+            np.abs(run.theta_ddot.values).max(axis=0), rel=1e-5
+        )
+
+
+def test_axes_carry_units_and_what_they_vary(result):
+    with xr.open_dataset(result) as found:
+        assert found.payload_mass_kg.attrs["units"] == "kg"
+        assert found.backlash_m.attrs == {"units": "m", "long_name": BACKLASH}
+        assert found.theta_ddot_peak.attrs["units"] == "rad s-2"
+        assert list(found.phase.values) == ["angle", "omega_t"]
+        assert {"backlash_m", "damping_ratio"} <= set(found.coords)
+        scenario = load_case(
+            "paper-labelled", "pd", settings=["scenario.duration_s=0.002"]
+        ).scenario
+        assert np.array_equal(found.time.values, recorded_times(scenario))
+
+
+def test_spot_checks_are_the_second_engines_numbers(result):
+    with xr.open_dataset(result) as found:
+        assert found.checked.values.tolist() == [6, 18]
+        assert second() in found.checked.attrs["long_name"]
+        assert found.checked_phase.values.tolist() == [1, 0]
+        ours = found.theta_ddot_peak.values.reshape(24, 2)[[6, 18]]
+        theirs = found.theta_ddot_peak_checked.values
+        assert np.array_equal(found.theta_ddot_peak_difference.values, np.abs(ours - theirs))
+        # the same steps in other coordinates: rounding growth over 200 of them
+        assert theirs == pytest.approx(ours, rel=1e-8)
+        assert 0 < found.theta_ddot_peak_difference_over_spread.values.max() < 1e-6
+        assert found.theta_difference.values.max() < 1e-12
+
+
+def test_a_result_is_the_same_again(result, tmp_path):
+    again = content(_made(tmp_path / "out.nc", 2))
+    assert {"theta_ddot_peak", "backlash_m", "sample", "start", "diverged_s", "checked"} <= set(
+        again
+    )
+    assert again == content(result)
+
+
+def test_what_the_user_gives_as_records_is_taken_as_it_is():
+    arm, scenario = load_arm("three-unlike"), load_scenario("constant-torque")
+    found = crosscheck.sweep(arm, {}, scenario=scenario, settings=SHORT, measures=PEAKS)
+    case = load_case("three-unlike", "constant-torque", settings=["scenario.duration_s=0.002"])
+    run = build(lead(), *case).simulate()
+    # the ensemble's rounding against that of one run
+    assert found.theta_ddot_peak.values == pytest.approx(
+        np.abs(run.theta_ddot.values).max(axis=0), rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("quantity", [[], ["--quantity", "theta_ddot_peak"]])
+def test_a_result_is_drawn(result, tmp_path, command, quantity):
+    out = tmp_path / "out.png"
+    code, said, err = command("plot", result, "--out", out, *quantity)
+    assert (code, err) == (0, "")
+    assert str(out) in said
+    picture = matplotlib.image.imread(out)
+    assert picture.shape[0] > picture.shape[1]  # one drawing above the other, of two joints
+    assert np.ptp(picture) > 0.5
+
+
+def test_an_axis_alone_and_samples_alone_are_drawn_too(tmp_path, command):
+    for name, axes, more in (
+        ("curve", [{"path": BACKLASH, "kind": "list", "values": [1e-5, 1e-4]}], {"starts": 3}),
+        ("spread", [{"path": "arm.payload_mass_kg", **UNIFORM}], {"samples": 5}),
+        ("single", [], {}),
+    ):
+        out = tmp_path / f"{name}.nc"
+        crosscheck.sweep(
+            *("paper-labelled", axes),
+            **{"scenario": "pd", "settings": SHORT, "measures": PEAKS, "out": out, **more},
+        )
+        code, _, err = command("plot", out)
+        assert (code, err) == (0, "")
+        assert out.with_suffix(".png").stat().st_size > 10_000
+
+
+def test_what_cannot_be_drawn_is_said(result, tmp_path, command):
+    code, _, err = command("plot", result, "--quantity", "nothing", "--out", tmp_path / "a.png")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "theta_ddot_peak" in err
+    other = tmp_path / "other.nc"
+    other.write_text("nothing")
+    code, _, err = command("plot", other)
+    assert (code, err.count("\n")) == (2, 1)
+    code, _, err = command("plot", tmp_path / "nowhere.nc")
+    assert (code, err.count("\n")) == (2, 1)
+    assert used(result, drawable) == ["theta_ddot_peak"]
+
+
+def test_two_states_are_told_from_one():
+    generator = np.random.default_rng(1)
+    one = generator.uniform(size=200)
+    assert two_states(one) is None
+    assert two_states(np.where(one > 0.5, one + 3, one)) == pytest.approx(2, abs=0.6)
+    assert two_states(np.array([1.0, np.nan])) is None
+    far = np.append(np.where(one > 0.5, one + 3, one).ravel(), 1e5)
+    assert two_states(far) == pytest.approx(2, abs=0.6)

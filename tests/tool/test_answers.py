@@ -1,0 +1,114 @@
+"""What a cross-check answers follows its findings, and turns with them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+import pytest
+
+from crosscheck.findings import About, Agreement, Finding, Key, checked, failed, measured_only
+from crosscheck.kinds import AGREEMENT, kind_of
+from crosscheck.report.answers import (
+    agreement_json,
+    answers,
+    compared,
+    headline,
+    rigid_from_geared,
+    trust,
+)
+
+PRINTED, LEAD, ENGINE, LINKS = (
+    "analytic:printed",
+    "analytic:physical",
+    "pinocchio:gears",
+    "analytic:links",
+)
+CASE = "paper-labelled/geared"
+
+
+def about(left: str, right: str, quantity: str, family: str, case: str, unit: str = "1") -> About:
+    return About(Key(family, case, quantity, left, right), unit, "largest")
+
+
+def state(left: str, measured: float, case: str = CASE) -> Finding:
+    subject = about(left, ENGINE, "mass_matrix", "states", case)
+    return checked(subject, measured=measured, tolerance=1e-12, basis="rounding")
+
+
+def printed(measured: float) -> Finding:
+    subject = about(PRINTED, ENGINE, "mass_matrix", "form-states", CASE)
+    return measured_only(subject, measured=measured)
+
+
+def tip(level: str, metres: float) -> Finding:
+    subject = about(f"pinocchio:{level}", LEAD, "tip", "deviation", "pd", "m")
+    return measured_only(subject, measured=metres)
+
+
+def said(findings: Sequence[Finding], arm: object) -> str:
+    return headline(compared(Agreement(findings), arm))
+
+
+def test_printed_equations_that_differ_are_said_first_with_their_size(labelled):
+    answer = said([state(LEAD, 1e-15), printed(0.0127)], labelled)
+    assert answer == (
+        "The paper's equations as printed do not agree with the engines: mass matrix off by 1.3 %."
+        " The corrected derivation agrees with every engine at each level, to rounding."
+    )
+
+
+def test_printed_equations_within_what_the_derivation_is_allowed_agree(labelled):
+    answer = said([state(LEAD, 1e-15), printed(1e-14)], labelled)
+    assert answer.startswith("The paper's equations as printed agree with the engines.")
+
+
+def test_a_derivation_that_differs_is_named(labelled):
+    answer = said([state(LEAD, 1e-3), state(LINKS, 1e-15)], labelled)
+    assert answer == f"Of the project's own derivation these do not agree: {LEAD}."
+
+
+def test_a_comparison_that_failed_is_no_agreement(labelled):
+    findings = [state(LEAD, 1e-15), failed(about(LEAD, "exudyn:tree", "bias", "states", CASE), "")]
+    assert "do not agree" in said(findings, labelled)
+
+
+def test_another_arms_states_count_for_the_verdict_and_not_for_the_sizes(labelled):
+    rows = compared(Agreement([state(LEAD, 1e-15), state(LEAD, 1e-3, "probe/geared")]), labelled)
+    assert [(row.model, row.verdict, row.number("mass_matrix")) for row in rows] == [
+        (LEAD, "differ", "1e-15")
+    ]
+
+
+@pytest.mark.parametrize(("size", "agrees"), [(1e-15, True), (1e-3, False)])
+def test_a_check_of_any_kind_between_the_two_turns_the_answer(size, agrees, labelled):
+    modes = checked(
+        about(LEAD, ENGINE, "mesh-modes", "modes", CASE), measured=size, tolerance=1e-9, basis=""
+    )
+    assert ("do not agree" not in said([state(LEAD, 1e-15), modes], labelled)) is agrees
+
+
+def test_rigid_levels_are_told_from_the_first_to_the_last():
+    levels = [tip("links", 0.039), tip("carriers", 7e-5), tip("coupled", 1.7e-6)]
+    expected = "pd: the tip is off by up to 39 mm at level links, 0.0017 mm at level coupled."
+    assert rigid_from_geared(Agreement(levels)) == expected
+    assert "No rigid model" in rigid_from_geared(Agreement([]))
+
+
+@pytest.mark.parametrize(("size", "count"), [(1e-15, "2 of 2"), (1e-3, "1 of 2")])
+def test_what_was_checked_is_counted(size, count):
+    findings = [state(LEAD, 1e-15), state(LINKS, size)]
+    assert trust(Agreement(findings)).startswith(f"{count} checks agree")
+
+
+def test_the_answers_come_before_the_findings_in_json(labelled):
+    agreement = Agreement([state(LEAD, 1e-15), printed(0.0127)])
+    text = agreement_json(agreement, labelled)
+    data = json.loads(text)
+    assert list(data)[:2] == ["schema_version", "answers"]
+    found = answers(agreement, labelled)
+    texts = [found.equations, found.rigid, found.trust]
+    assert [data["answers"][name]["answer"] for name in ("equations", "rigid", "trust")] == texts
+    assert kind_of(text.encode()) is AGREEMENT  # else the next run could not replace it
+    first = data["answers"]["equations"]["models"][0]
+    assert (first["model"], first["verdict"]) == (PRINTED, "differ")

@@ -1,0 +1,98 @@
+"""What an engine that is missing, raises or takes its process down does to a cross-check."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+import crosscheck as package
+from crosscheck import registry
+from crosscheck.provenance import ROOT
+from models.files import HERE
+from tests.arms import arm_of
+
+SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def arm_file(tmp_path: Path) -> Path:
+    """A user's arm: the paper's shoulder alone."""
+    head, shoulder, _, link, _ = re.split(
+        r"(?=\[\[)", (HERE / "arms" / "paper-labelled.toml").read_text()
+    )
+    file = tmp_path / "mine.toml"
+    file.write_text(head.replace('"paper-labelled"', '"mine"') + shoulder + link)
+    return file
+
+
+@pytest.mark.parametrize(
+    ("model", "module"),
+    [
+        ("pinocchio:gears", "models.no_such_engine"),
+        ("exudyn:tree", "models.no_such_engine"),
+        ("analytic:physical", "models.no_such_engine"),
+    ],
+)
+@pytest.mark.usefixtures("brief_plan")
+def test_engine_that_cannot_be_imported_is_a_failed_check(monkeypatch, model, module):
+    entry = replace(registry.MODELS[model], module=module, attribute="Nothing")
+    monkeypatch.setitem(registry.MODELS, model, entry)
+    agreement = package.check(arm_of(1), quick=True)
+    failed = [f for f in agreement.findings if f.verdict == "failed" and model in (f.left, f.right)]
+    assert failed
+    assert all(f.kind == "check" for f in failed)
+    assert "no_such_engine" in failed[0].note
+    assert agreement.exit_code == 1
+
+
+@pytest.mark.usefixtures("brief_plan")
+def test_engine_that_raises_is_a_failed_check_and_the_report_is_written(
+    crosscheck, monkeypatch, tmp_path, arm_file
+):
+    from models.exudyn.tree.tree import ExudynTree
+
+    def raising(*state: object) -> None:
+        raise ValueError("singular")
+
+    monkeypatch.setattr(ExudynTree, "acceleration", raising)
+    answer = crosscheck("run", arm_file, "--quick", "--jobs", 1, "--out", tmp_path / "report")
+    assert answer.code == 1
+    assert "ValueError: singular" in answer.out
+    agreement = json.loads((tmp_path / "report" / "agreement.json").read_text())
+    jsonschema.validate(agreement, SCHEMA, jsonschema.Draft202012Validator)
+    assert {f["verdict"] for f in agreement["findings"]} >= {"agree", "failed"}
+    assert "singular" in (tmp_path / "report" / "index.html").read_text()
+
+
+def _crashing(*state: object) -> None:
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def _leaving(*state: object) -> None:
+    raise SystemExit(0)
+
+
+@pytest.mark.parametrize(("harm", "jobs"), [(_crashing, 2), (_leaving, 1)])
+@pytest.mark.usefixtures("brief_plan")
+def test_engine_that_crashes_or_leaves_costs_its_own_checks_alone(monkeypatch, harm, jobs):
+    """And a model harmed in memory is harmed in every process."""
+    from models.exudyn.tree.tree import ExudynTree
+
+    monkeypatch.setattr(ExudynTree, "bias", harm)
+    agreement = package.check(arm_of(1), quick=True, jobs=jobs)
+    assert agreement.exit_code == 1
+    assert {f.verdict for f in agreement.red} == {"failed"}
+    assert all("exudyn:tree" in (f.left, f.right) for f in agreement.red)
+    assert all(f.note.startswith("exudyn:tree: ") for f in agreement.red)
+    # Whatever needs no bias of the tree is as before.
+    agreeing = {f.quantity for f in agreement.findings if f.left == "exudyn:tree"}
+    assert agreeing >= {"inertia", "locked-stage", "abilities"}

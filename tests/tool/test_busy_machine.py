@@ -1,0 +1,155 @@
+"""What a cross-check finds does not hang on how busy the machine is, nor on what was lost."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import jsonschema
+import pytest
+
+import crosscheck as package
+from crosscheck.findings import About, Agreement, Finding, Key, checked
+from crosscheck.planning import preparation
+from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
+from crosscheck.planning.plan import Experiment, Wanted
+from crosscheck.planning.preparation import _is_fine, prepared
+from crosscheck.provenance import ROOT, provenance
+from crosscheck.report.junit import junit_xml
+from crosscheck.report.words import tally
+from crosscheck.run import performed, planned
+from crosscheck.runner import patience
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.tasks import Evaluation, Simulation
+from crosscheck.runner.underway import unsaid
+from crosscheck.runner.workers import Workers
+from models.errors import Diverged, Unfinished
+from models.experiment.switches import switches
+from models.loading import Case, load_scenario
+from tests.arms import arm_of
+
+SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
+OTHERS = 8
+FAMILIES = ("same-step", "refined", "invariants")
+
+
+@contextmanager
+def others_at_work() -> Iterator[None]:
+    """Processes that compute without end."""
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(OTHERS)]
+    try:
+        yield
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("brief_plan")
+def test_the_same_is_found_alone_and_beside_busy_processes():
+    wanted = Wanted(arm_of(1, direct=[0]), quick=True)
+
+    def found() -> list[dict[str, object]]:
+        with Workers(2) as crew:
+            comparisons = planned(wanted, prepared(wanted, crew))
+            some = [each for each in comparisons if each.about.key.family in FAMILIES]
+            results = performed(crew, tasks_of(some), unsaid)
+        return [finding.to_dict() for finding in findings_of(some, results)]
+
+    alone = found()
+    assert {finding["verdict"] for finding in alone} == {"agree"}
+    with others_at_work():
+        assert found() == alone
+
+
+def _never(*given: object) -> None:
+    while True:
+        time.sleep(1)
+
+
+def _dying(*given: object) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def _raising(*given: object) -> None:
+    raise ValueError("no such root")
+
+
+@pytest.mark.parametrize("lost", ["settled", "growth_of", "sizes_of"])
+@pytest.mark.parametrize(("work", "why"), [(_never, "TooSlow: stopped"), (_dying, "SIGKILL")])
+def test_a_preparation_that_did_not_come_back_ends_the_command(monkeypatch, lost, work, why):
+    monkeypatch.setattr(preparation, lost, work)
+    monkeypatch.setattr(patience, "IDLE_S", 2.0)
+    monkeypatch.setattr(patience, "LEAST_S", 0.01)
+    monkeypatch.setattr(patience, "LOOK_S", 0.1)
+    quantity = {"settled": "step", "growth_of": "growth-rate", "sizes_of": "sizes"}[lost]
+    with Workers(2) as crew, pytest.raises(Unfinished) as error:
+        prepared(Wanted(arm_of(1), quick=True), crew)
+    assert f": {quantity} by analytic:physical: " in str(error.value)
+    assert why in str(error.value)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lost", ["settled", "growth_of", "sizes_of"])
+@pytest.mark.usefixtures("brief_plan")
+def test_a_preparation_that_fails_is_a_failed_check(monkeypatch, lost):
+    monkeypatch.setattr(preparation, lost, _raising)
+    agreement = package.check(arm_of(1, direct=[0]), quick=True, jobs=2)
+    failed = [f for f in agreement.red if f.about.key.family == "preparation"]
+    assert failed
+    assert {(f.verdict, f.note) for f in failed} == {
+        ("failed", "analytic:physical: ValueError: no such root")
+    }
+    assert agreement.exit_code == 1
+
+
+@pytest.mark.parametrize(("diverging", "fine"), [("", True), ("coarse", False)])
+def test_only_a_finer_step_is_sought_where_one_may_help(monkeypatch, diverging, fine):
+    def runs(task: Simulation) -> None:
+        assert task.key.variant in ("", diverging)
+        if task.key.variant == diverging:
+            raise Diverged(task.model, 0.1)
+
+    monkeypatch.setattr(preparation, "_run", runs)
+    case = Case(arm_of(1), load_scenario("constant-torque"), switches())
+    assert _is_fine(Experiment("constant-torque", case)) is fine
+
+
+ABOUT = About(Key("states", "arm", "bias", "one", "other"), "1", "largest difference")
+
+
+def _stopped(task: Evaluation) -> Agreement:
+    """Of one check that needs a task whose worker was stopped, and of one that agrees."""
+
+    def judged(about: About, results: Results) -> Finding:
+        results.settled(task)
+        return checked(about, measured=0.0, tolerance=0.0, basis="none needed")
+
+    other = replace(ABOUT, key=replace(ABOUT.key, quantity="force"))
+    comparisons = [
+        Comparison(ABOUT, (task,), judged),
+        Comparison(other, (), lambda about, _: checked(about, measured=0, tolerance=0, basis="")),
+    ]
+    results = Results({task.key: Failure("TooSlow", "stopped", unfinished=True)})
+    return Agreement([*findings_of(comparisons, results)])
+
+
+def test_what_was_stopped_is_neither_an_agreement_nor_a_difference():
+    case = Case(arm_of(1), load_scenario("constant-torque"), switches())
+    agreement = _stopped(Evaluation("one", case, "bias"))
+    assert [finding.verdict for finding in agreement.findings] == ["unfinished", "agree"]
+    assert agreement.exit_code == 3
+    assert tally(agreement) == "1 of 2 checks agree; 1 unfinished, not judged"
+    assert 'failures="0" errors="1"' in junit_xml(agreement)
+    whole = replace(agreement, provenance=provenance(arm_of(1), 0, True)).to_dict()
+    jsonschema.validate(whole, SCHEMA, jsonschema.Draft202012Validator)
+    differing = checked(ABOUT, measured=1.0, tolerance=0.0, basis="none")
+    assert replace(agreement, findings=[*agreement.findings, differing]).exit_code == 1

@@ -1,0 +1,133 @@
+"""What every command has in common: help, version, speed of start, exit codes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from crosscheck import __version__
+from crosscheck.cli import listing
+from crosscheck.registry import MODELS
+from models.exudyn.tree import loads as exudyn_tree_loads
+from models.files import builtin_arms, builtin_scenarios
+from tests.processes import ENGINES, HEAVY, modules_loaded_by
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["--version"], ["simulate", "--help"], ["run", "--help"], ["list"]]
+)
+def test_help_and_lists_load_no_engine_and_no_numbers(arguments):
+    loaded = modules_loaded_by(*arguments)
+    assert "crosscheck.cli.app" in loaded
+    assert HEAVY.isdisjoint(loaded)
+
+
+@pytest.mark.parametrize("arm", ["paper-labelled", "three-unlike"])
+def test_an_arm_is_shown_without_engines_and_files(arm):
+    loaded = modules_loaded_by("show", arm)
+    assert "crosscheck.cli.show" in loaded
+    assert ENGINES.isdisjoint(loaded)
+
+
+def test_a_list_reads_titles_without_the_schema():
+    assert {"models.arm.arm", "models.experiment.scenario"}.isdisjoint(modules_loaded_by("list"))
+
+
+def test_package_runs_as_a_module():
+    command = [sys.executable, "-m", "crosscheck", "--version"]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    assert answer.stdout == f"crosscheck {__version__}\n"
+
+
+def test_version_is_printed(crosscheck):
+    assert crosscheck("--version") == (0, f"crosscheck {__version__}\n", "")
+
+
+@pytest.mark.parametrize("command", ["run", "simulate", "list", "init", "show"])
+def test_help_of_every_command(crosscheck, command):
+    answer = crosscheck(command, "--help")
+    assert (answer.code, answer.err) == (0, "")
+    assert "Usage:" in answer.out
+
+
+def test_list_names_all_arms_models_and_scenarios(crosscheck):
+    answer = crosscheck("list")
+    assert (answer.code, answer.err) == (0, "")
+    words = answer.out.split()
+    assert set(words) >= {*builtin_arms(), *MODELS, *builtin_scenarios()}
+
+
+def test_show_derives_the_papers_numbers(crosscheck):
+    answer = crosscheck("show", "paper-labelled")
+    assert (answer.code, answer.err) == (0, "")
+    # Base radii [m], ratio and total dampings [N s/m] of the paper's arm.
+    for number in ("0.0368240", "0.0490987", "0.0859228", "4.66666", "1224.74", "2437.21"):
+        assert number in answer.out
+    for unit in ("kg m^2", "N s/m", "N/m", "Hz", "rad", "deg"):
+        assert f" {unit}" in answer.out
+
+
+def test_show_knows_joints_without_gears_and_other_laws(crosscheck):
+    answer = crosscheck("show", "direct-between")
+    assert (answer.code, answer.err) == (0, "")
+    for row in ("rotor_inertia_kg_m2", "reflected inertia of the rotor", "joint 3, ring mesh"):
+        assert row in answer.out
+    assert "table" in answer.out
+    assert answer.out.count("mesh mode ") == 4
+    # The ratio that the damping of the wrist's ring mesh comes to, and the controller's rate.
+    assert "0.0532808" in answer.out
+    assert "5.71759" in answer.out
+
+
+def test_an_arm_that_swings_under_its_weight_has_no_mesh_modes(crosscheck, tmp_path):
+    text = """
+        schema_version = 2
+        name = "hanging"
+        payload_mass_kg = 2.0
+        gravity_m_per_s2 = [9.81, 0.0]
+        joints = [{ kind = "direct", motor_mass_kg = 2.0, rotor_inertia_kg_m2 = 0.01 }]
+        links = [{ length_m = 0.5, com_m = 0.2, mass_kg = 3.0, inertia_kg_m2 = 0.1 }]
+    """
+    (tmp_path / "hanging.toml").write_text(text, encoding="utf-8")
+    answer = crosscheck("show", str(tmp_path / "hanging.toml"))
+    assert (answer.code, answer.err) == (0, "")
+    assert "mesh mode" not in answer.out
+    assert "15.696" in answer.out  # (3 x 0.2 + 2 x 0.5) x 9.81 N m
+
+
+def test_interruption_is_exit_code_130(crosscheck, monkeypatch):
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(listing, "list_command", interrupted)
+    assert crosscheck("list") == (130, "", "crosscheck: interrupted\n")
+
+
+def test_interruption_that_an_engine_makes_up_is_its_own_failure(short, monkeypatch, tmp_path):
+    """Ctrl-C is for the program to answer; a worker never sees it."""
+    calls = []
+
+    def interrupted(*numbers: object) -> None:
+        calls.append(numbers)
+        if len(calls) > 50:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(exudyn_tree_loads, "_entry", lambda *_: interrupted)
+    answer = short(model="exudyn:tree")
+    assert answer.code == 3
+    assert answer.err == "crosscheck: exudyn:tree: KeyboardInterrupt\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_internal_error_is_exit_code_3_with_its_traceback(crosscheck, monkeypatch):
+    def broken() -> None:
+        raise RuntimeError("a bug")
+
+    monkeypatch.setattr(listing, "list_command", broken)
+    answer = crosscheck("list")
+    assert answer.code == 3
+    assert "Traceback" in answer.err
+    assert "RuntimeError: a bug" in answer.err
+    assert "internal error" in answer.err.splitlines()[-1]

@@ -1,0 +1,107 @@
+"""What the drawings of the meshes show is the arm's geometry, by the signs of Eqs. 2 and 3."""
+
+from __future__ import annotations
+
+import math
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from analytic.paper.kinematics import mesh_displacements, stage_geometry
+from models.arm.arm import Planetary
+from models.loading import load_arm
+from tools import drawings
+from tools.drawings import DOCS, SIDES, drawing, write_drawings
+from tools.mesh_geometry import MeshGeometry, flank, mesh_geometry, teeth
+
+JOINTS = [
+    joint
+    for name in ("paper-labelled", "probe", "three-unlike")
+    for joint in load_arm(name).joints
+    if isinstance(joint, Planetary)
+]
+CASES = [pytest.param(joint, side) for joint in JOINTS for side in SIDES]
+
+
+def cross(a: complex, b: complex) -> float:
+    return (np.conj(a) * b).imag
+
+
+@pytest.mark.parametrize(("joint", "side"), CASES)
+def test_line_of_action_touches_both_base_circles(joint, side):
+    mesh, radii = mesh_geometry(joint, side), stage_geometry(joint)
+    assert mesh.planet.base_radius == pytest.approx(radii.r_p, rel=1e-14)
+    central = radii.r_s if side == "sun" else radii.r_cp + radii.r_p
+    assert mesh.wheel.base_radius == pytest.approx(central, rel=1e-14)
+    assert abs(mesh.push) == pytest.approx(1, rel=1e-14)
+    for wheel in (mesh.wheel, mesh.planet):
+        touching = mesh.tangent_point(wheel)
+        assert abs(touching - wheel.centre) == pytest.approx(wheel.base_radius, rel=1e-13)
+        assert cross(mesh.push, touching - mesh.pitch_point) == pytest.approx(0, abs=1e-15)
+
+
+@pytest.mark.parametrize(("joint", "side"), CASES)
+def test_pitch_circles_touch_at_the_pitch_point(joint, side):
+    mesh = mesh_geometry(joint, side)
+    assert mesh.planet.centre == pytest.approx(stage_geometry(joint).r_c, rel=1e-14)
+    for wheel in (mesh.wheel, mesh.planet):
+        distance = abs(mesh.pitch_point - wheel.centre)
+        assert distance == pytest.approx(wheel.pitch_radius, rel=1e-13)
+    tangent = math.degrees(abs(np.angle(mesh.push / 1j)))
+    assert tangent == pytest.approx(joint.pressure_angle_deg, rel=1e-13)
+
+
+def approach(mesh: MeshGeometry, sun: float, planet: float, carrier: float) -> float:
+    """Rate at which the teeth at the pitch point close, from rates of the gears' angles."""
+    lever = mesh.pitch_point - mesh.planet.centre
+    wheel = 1j * sun * mesh.pitch_point if mesh.side == "sun" else 0j
+    on_planet = 1j * carrier * mesh.planet.centre - 1j * planet * lever  # counted clockwise
+    return (np.conj(mesh.push) * (wheel - on_planet)).real
+
+
+@pytest.mark.parametrize(("joint", "side"), CASES)
+def test_arrows_count_as_the_papers_displacements(joint, side):
+    mesh, radii = mesh_geometry(joint, side), stage_geometry(joint)
+    for rates in np.eye(3):
+        expected = mesh_displacements(*rates, radii.r_s, radii.r_p, radii.r_cp)
+        assert approach(mesh, *rates) == pytest.approx(expected[SIDES.index(side)], abs=1e-14)
+
+
+@pytest.mark.parametrize(("joint", "side"), CASES)
+def test_flanks_meet_at_the_pitch_point_across_the_line_of_action(joint, side):
+    mesh = mesh_geometry(joint, side)
+    counter_clockwise = {mesh.wheel: True, mesh.planet: side == "sun"}
+    for wheel, which in counter_clockwise.items():
+        at = float(np.angle(mesh.pitch_point - wheel.centre))
+        points = wheel.centre + flank(wheel, at, which)
+        place = int(np.argmin(abs(points - mesh.pitch_point)))
+        along = points[place + 1] - points[place - 1]
+        steepness = abs((np.conj(along / abs(along)) * mesh.push).real)
+        assert abs(points[place] - mesh.pitch_point) < 0.25 * joint.module_m
+        assert steepness < 0.06
+        assert abs(cross(along / abs(along), mesh.push)) > 0.99
+
+
+@pytest.mark.parametrize(("joint", "side"), CASES)
+def test_carrying_teeth_are_on_either_side_of_the_contact(joint, side):
+    mesh = mesh_geometry(joint, side)
+    for wheel, sign in ((mesh.wheel, -1), (mesh.planet, 1)):
+        (outline,) = teeth(mesh, wheel, 0)
+        ahead = (np.conj(mesh.push) * (outline.mean() - mesh.pitch_point)).real
+        assert sign * ahead > 0
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_drawing_is_the_same_every_time(side):
+    assert drawing(side) == drawing(side)
+
+
+def test_drawings_are_written_beside_the_equations(tmp_path, monkeypatch):
+    monkeypatch.setattr(drawings, "DOCS", tmp_path)
+    write_drawings()
+    names = {f"{side}-mesh.svg" for side in SIDES}
+    assert {path.name for path in tmp_path.iterdir()} == names
+    for name in names:
+        for folder in (tmp_path, DOCS):
+            assert ElementTree.parse(folder / name).getroot().tag.endswith("svg")

@@ -1,0 +1,87 @@
+"""docs/ci/github-actions.yml: its commands do, with the wheel alone, what the workflow says."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+
+from tests.tool.handed import model_file
+
+ROOT = Path(__file__).parents[2]
+FILE = ROOT / "docs" / "ci" / "github-actions.yml"
+SLIPPED = """
+right = two_link
+
+
+def two_link(arm):
+    return replace(right(arm), force=lambda torque: -np.asarray(torque))
+"""
+
+
+def steps() -> list[dict]:
+    return yaml.safe_load(FILE.read_text(encoding="utf-8"))["jobs"]["trial"]["steps"]
+
+
+def test_workflow_is_whole():
+    workflow = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+    assert workflow[True] == ["push", "pull_request"]  # YAML 1.1 reads `on` so
+    assert all(("uses" in step) != ("run" in step) for step in steps())
+    kept = steps()[-1]
+    assert kept["if"] == "always()"
+    assert kept["with"]["path"] == "report"
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory) -> Path:
+    """A folder with the wheel, an arm and a model, and an environment that knows neither."""
+    folder = tmp_path_factory.mktemp("project")
+    wheel = ["-m", "hatchling", "build", "-t", "wheel", "-d", str(folder / "wheels")]
+    subprocess.run([sys.executable, *wheel], cwd=ROOT, check=True, capture_output=True)
+    subprocess.run([sys.executable, "-m", "venv", str(folder / "venv")], check=True)
+    (site,) = (folder / "venv").glob("lib/python3*/site-packages")
+    elsewhere = sysconfig.get_path("purelib")  # with the .pth files that are there
+    (site / "dependencies.pth").write_text(f"import site; site.addsitedir({elsewhere!r})\n")
+    model_file(folder, name="my_model.py")
+    return folder
+
+
+def run(project: Path, command: str) -> subprocess.CompletedProcess[str]:
+    """As the build server does it, without a network and with the dependencies there."""
+    environment = {
+        **{key: value for key, value in os.environ.items() if key != "PYTHONPATH"},
+        "PATH": f"{project / 'venv' / 'bin'}{os.pathsep}{os.environ['PATH']}",
+        "PIP_NO_INDEX": "1",
+        "PIP_NO_DEPS": "1",
+        "PIP_FORCE_REINSTALL": "1",
+        "PIP_DISABLE_PIP_VERSION_CHECK": "1",
+    }
+    words = ["bash", "-e", "-o", "pipefail", "-c", command]
+    return subprocess.run(
+        words, cwd=project, env=environment, capture_output=True, text=True, check=False
+    )
+
+
+@pytest.mark.slow
+def test_commands_work_with_the_wheel_alone(project):
+    install, trial = (step["run"] for step in steps() if "run" in step)
+    installed = run(project, install)
+    assert installed.returncode == 0, installed.stderr
+    where = run(project, 'python -c "import crosscheck; print(crosscheck.__file__)"').stdout
+    assert str(project / "venv") in where
+    arm = run(project, "crosscheck init my-arm.toml && sed -i /friction/d my-arm.toml")
+    assert arm.returncode == 0, arm.stderr
+    green = run(project, trial)
+    assert green.returncode == 0, green.stdout + green.stderr
+    model_file(project, SLIPPED, "my_model.py")
+    red = run(project, trial)
+    assert red.returncode == 1, red.stdout + red.stderr
+    assert {*os.listdir(project / "report")} == {"trial.xml", "trial.json", "trial.html"}
+    suite = ElementTree.parse(project / "report" / "trial.xml").getroot()
+    assert int(suite.get("failures", "0")) > 0

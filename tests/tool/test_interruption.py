@@ -1,0 +1,138 @@
+"""Ctrl-C and termination: one line, 130 or 143 within two seconds, nothing left."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from itertools import product
+from pathlib import Path
+
+import pytest
+
+from crosscheck.provenance import ROOT
+from tests.draws import DRAWS, SAMPLE, fresh_seed
+
+COMMANDS = {
+    "validate": ["validate", "--quick", "--jobs", "2", "--json", "out/a.json"],
+    "run": ["run", "--quick", "--jobs", "1", "--out", "out"],
+    "simulate": [
+        *["simulate", "paper-labelled", "--model", "exudyn:tree", "--scenario", "pd"],
+        *["--out", "out/run.nc"],
+    ],
+    "paper": ["paper", "--figure", "10", "--out", "out", "--jobs", "2"],
+}
+WHOM = ("group", "program", "twice")
+SAID = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+
+
+def _start(command: str, folder: Path) -> subprocess.Popen[str]:
+    """The command in a folder of its own, with a group of processes of its own."""
+    (folder / "out").mkdir()
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(folder / "cache")}
+    return subprocess.Popen(
+        [sys.executable, "-m", "crosscheck", *COMMANDS[command]],
+        cwd=folder,
+        env=environment,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
+
+
+def _listens(pid: int) -> bool:
+    """Whether a process has a handler for SIGTERM, which Python itself has none for."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    caught = int(status.partition("SigCgt:")[2].split()[0], 16)
+    return bool(caught >> (signal.SIGTERM - 1) & 1)
+
+
+def _members(group: int) -> list[int]:
+    """Processes of a group that are still there."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            state, _, its_group = stat.read_text().rpartition(")")[2].split()[:3]
+        except OSError:
+            continue
+        if int(its_group) == group and state != "Z":
+            found.append(int(stat.parent.name))
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.campaign
+@pytest.mark.parametrize(
+    ("command", "whom", "first"),
+    [(*pair, place % 2) for place, pair in enumerate(product(COMMANDS, WHOM))],
+)
+def test_a_signal_at_any_moment_ends_the_program_in_one_line(command, whom, first, tmp_path):
+    """Both signals take turns, each time at another moment; first: the place of that of the first.
+
+    One time takes a few seconds: there is one of them for a whole sample of other campaigns.
+    """
+    draw = random.Random(fresh_seed())
+    for time_ in range(max(1, DRAWS // SAMPLE)):
+        folder = tmp_path / str(time_)
+        folder.mkdir()
+        delay = draw.choice([draw.uniform(0.0, 1.0), draw.uniform(1.0, 4.0)])
+        number = [*SAID][(first + time_) % 2]
+        _ends_in_one_line(command, whom, number, delay, folder)
+
+
+def _ends_in_one_line(
+    command: str, whom: str, number: signal.Signals, delay: float, folder: Path
+) -> None:
+    program = _start(command, folder)
+    while not _listens(program.pid):  # until then it is the interpreter's own start
+        time.sleep(0.002)
+    time.sleep(delay)
+    began = time.monotonic()
+    send = os.killpg if whom == "group" else os.kill
+    send(program.pid, number)
+    if whom == "twice":
+        time.sleep(0.05)
+        if program.poll() is None:
+            os.kill(program.pid, number)
+    out, err = program.communicate(timeout=20)
+    assert time.monotonic() - began < 4, delay  # 2 s on a machine that does nothing else
+    assert (program.returncode, out, err) == (128 + number, "", f"crosscheck: {SAID[number]}\n"), (
+        delay
+    )
+    assert list((folder / "out").iterdir()) == []
+    until = time.monotonic() + 2
+    while _members(program.pid) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert _members(program.pid) == []
+
+
+SWALLOWED = """
+import os, signal, time, weakref
+from crosscheck.runner.interruption import listen
+class Thing: pass
+def at_its_end(_):
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(0.1)
+listen()
+thing = Thing()
+reference = weakref.ref(thing, at_its_end)
+del thing
+time.sleep(20)
+"""
+
+
+def test_an_interrupt_that_python_can_only_report_ends_the_program_in_one_line():
+    # Imports have such callbacks: where KeyboardInterrupt is raised in one, Python goes on.
+    ended = subprocess.run(
+        [sys.executable, "-c", SWALLOWED],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        text=True,
+        capture_output=True,
+        timeout=20,
+        check=False,
+    )
+    assert (ended.returncode, ended.stderr) == (143, "crosscheck: terminated\n")

@@ -1,0 +1,187 @@
+"""Outputs replace results of their own kind and nothing else, least of all what is read."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+from audit.page import command as paper
+from audit.page.report import paper_files
+from crosscheck import kinds
+from crosscheck.cli import commands, simulation, validate
+from crosscheck.findings import Agreement
+from crosscheck.kinds import KINDS, is_of, kind_of
+from crosscheck.output import write_files
+from crosscheck.provenance import provenance
+from crosscheck.report.junit import junit_xml
+from crosscheck.trial import command as trial
+from models.files import HERE
+from tests.tool.conftest import Command
+from tests.tool.test_bad_input import assert_one_line
+
+MODEL = """\
+from crosscheck.trial.input.equations import Coordinates, Equations
+
+def model(arm):
+    return Equations(bias=lambda q, v: 0 * q, coordinates=Coordinates(gearing="rigid"))
+"""
+SIMULATE = ("simulate", "arm.toml", "--model", "analytic:physical", "--scenario", "pd.toml")
+WRITERS = {
+    "validate --json": ("validate", "arm.toml", "--scenario", "pd.toml", "--json"),
+    "validate --junit": ("validate", "arm.toml", "--scenario", "pd.toml", "--junit"),
+    "simulate": (*SIMULATE, "--out"),
+    "simulate --force": (*SIMULATE, "--force", "--out"),
+    "errata": ("errata", "arm.toml", "--json"),
+    "trial --json": ("trial", "mine.py:model", "arm.toml", "--scenario", "pd.toml", "--json"),
+    "trial --junit": ("trial", "mine.py:model", "arm.toml", "--scenario", "pd.toml", "--junit"),
+    "sweep": ("sweep", "study.toml", "--out"),
+}
+STUDY = """\
+schema_version = 1
+name = "mine"
+arm = "arm.toml"
+scenario = "pd.toml"
+settings = { "scenario.duration_s" = 0.001 }
+quantities = [{ kind = "peak", signal = "theta" }]
+"""
+INPUTS = ("arm.toml", "pd.toml", "mine.py", "study.toml")
+
+
+@pytest.fixture
+def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder, the working one, with a file of each kind that is read; no work is done."""
+    shutil.copy(HERE / "arms" / "paper-labelled.toml", tmp_path / "arm.toml")
+    shutil.copy(HERE / "scenarios" / "pd.toml", tmp_path / "pd.toml")
+    (tmp_path / "mine.py").write_text(MODEL)
+    (tmp_path / "study.toml").write_text(STUDY)
+    for module, work in (
+        (simulation, "perform_all"),
+        (commands, "cross_check"),
+        (validate, "checked_aloud"),
+        (paper, "errata_records"),
+        (trial, "tried"),
+    ):
+        monkeypatch.setattr(module, work, None)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize("name", INPUTS)
+@pytest.mark.parametrize("writer", WRITERS)
+def test_no_input_is_written_onto(crosscheck: Command, inputs: Path, writer: str, name: str):
+    (inputs / "linked").symlink_to(name)
+    os.link(name, "hard")
+    before = contents(inputs)
+    for file in (name, "linked", "hard"):
+        assert_one_line(crosscheck(*WRITERS[writer], file))
+    assert contents(inputs) == before
+
+
+@pytest.mark.parametrize("writer", WRITERS)
+def test_no_file_of_another_kind_is_replaced(crosscheck: Command, inputs: Path, writer: str):
+    (inputs / "letter").write_text('{\n "schema_version": 1,\n "dear": "reader"\n}\n')
+    before = contents(inputs)
+    assert_one_line(crosscheck(*WRITERS[writer], "letter"), "letter", "exists")
+    assert contents(inputs) == before
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [(("run", "--quick"), "index.html"), (("run", "--quick"), "agreement.json")]
+    + [(("paper",), name) for name in ("paper.html", "claims.json", "errata.md")],
+)
+def test_a_folder_of_somebody_elses_files_is_left_alone(crosscheck, inputs, command, name):
+    (inputs / "out").mkdir()
+    (inputs / "out" / name).write_text("<!doctype html><title>mine</title>")
+    assert_one_line(crosscheck(*command, "--out", "out"), name, "exists and is not")
+    assert [path.name for path in (inputs / "out").iterdir()] == [name]
+
+
+def test_a_record_is_no_place_for_another_file_and_no_letter_is_a_record(crosscheck, inputs):
+    shutil.copy(HERE.parent / "baselines" / "paper-labelled-quick.json", inputs)
+    for option in ("--json", "--junit"):
+        answer = crosscheck("validate", option, "paper-labelled-quick.json")
+        assert_one_line(answer, "paper-labelled-quick.json", "exists and is not")
+    (inputs / "paper-labelled-quick.json").write_text("a letter")
+    answer = crosscheck("baseline", "accept", "--quick", "--dir", ".")
+    assert_one_line(answer, "paper-labelled-quick.json", "exists and is not a record")
+
+
+def test_a_result_of_the_same_kind_is_replaced(short, crosscheck, tmp_path, monkeypatch):
+    monkeypatch.setattr(paper, "errata_records", lambda *_: [])
+    run, errata = tmp_path / "run.nc", tmp_path / "errata.json"
+    for _ in range(2):
+        assert short().code == crosscheck("errata", "--json", errata).code == 0
+    assert kind_of(run.read_bytes()) is kinds.TRAJECTORY
+    assert kind_of(errata.read_bytes()) is kinds.ERRATA
+    assert_one_line(crosscheck("errata", "--json", run), "run.nc", "exists")
+
+
+def test_what_a_cross_check_writes_is_told_by_its_content(labelled):
+    agreement = Agreement([], provenance(labelled, 0, True))
+    baselines = HERE.parent / "baselines"
+    assert kind_of(agreement.to_json().encode()) is kinds.AGREEMENT
+    assert kind_of(junit_xml(agreement).encode()) is kinds.JUNIT
+    for path in baselines.glob("*.json"):
+        assert kind_of(path.read_bytes()) is kinds.RECORD
+    pages = {"page": kinds.PAGE, "trial": kinds.TRIAL_PAGE, "paper": kinds.PAPER_PAGE}
+    for name, kind in pages.items():
+        file = HERE.parent / "crosscheck" / "report" / "templates" / f"{name}.html.j2"
+        assert kind_of(file.read_bytes()) is kind
+
+
+def test_a_mark_between_two_pieces_of_a_file_is_seen(tmp_path, monkeypatch):
+    kind, file = KINDS[0], tmp_path / "file"
+    for piece in range(60, 90):
+        monkeypatch.setattr("crosscheck.kinds.PIECE", piece)
+        file.write_bytes(kind.begins + b"x" * 60 + kind.holds[0] + b"y" * 100 + kind.holds[1])
+        assert is_of(file, kind)
+        file.write_bytes(kind.begins + b"x" * 60 + kind.holds[0])
+        assert not is_of(file, kind)
+
+
+def test_what_became_another_file_meanwhile_is_not_replaced(tmp_path):
+    content = KINDS[0].begins + b"".join(KINDS[0].holds)
+    write_files({tmp_path / "a": content})
+    write_files({tmp_path / "a": content})
+    (tmp_path / "a").write_text("mine")
+    with pytest.raises(ValueError, match="exists and is not"):
+        write_files({tmp_path / "a": content})
+
+
+def test_a_pipe_is_written_into(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    content, found = KINDS[0].begins + b"".join(KINDS[0].holds), []
+    reader = threading.Thread(target=lambda: found.append((tmp_path / "pipe").read_bytes()))
+    reader.start()
+    write_files({tmp_path / "pipe": content})
+    reader.join(10)
+    assert found == [content]
+
+
+def test_standard_output_is_written_into_whatever_it_is(tmp_path):
+    script = "from pathlib import Path; from crosscheck.output import write_files\n"
+    script += "from crosscheck.kinds import KINDS; print('before')\n"
+    script += "write_files({Path('/dev/stdout'): KINDS[0].begins + b''.join(KINDS[0].holds)})\n"
+    script += "print('after')"
+    command = [sys.executable, "-c", script]
+    piped = subprocess.run(command, capture_output=True, check=True).stdout
+    with (tmp_path / "file").open("wb") as file:
+        subprocess.run(command, stdout=file, check=True)
+    assert (tmp_path / "file").read_bytes() == piped
+    assert piped.startswith(b"before\n" + KINDS[0].begins)
+    assert piped.endswith(b"after\n")
+
+
+def test_every_file_of_the_papers_folder_has_a_kind(tmp_path):
+    assert set(paper_files(tmp_path).values()) <= set(KINDS)

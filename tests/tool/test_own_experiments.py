@@ -1,0 +1,185 @@
+"""Experiments of an arm's own: sized to it, or chosen, and named when their loop is unstable."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from crosscheck.api import check
+from crosscheck.planning.plan import Wanted
+from crosscheck.planning.preparation import prepared
+from crosscheck.planning.sizing import pd_scenario, sizes_of, step_scenario
+from crosscheck.planning.stability import growth_of
+from crosscheck.registry import build, lead
+from crosscheck.runner.workers import Workers
+from models.loading import load_arm, load_scenario
+
+# One link on a motor: all models, in the least time.
+DIRECT = """
+schema_version = 2
+name = "one-motor"
+payload_mass_kg = 1.0
+gravity_m_per_s2 = [0.0, -9.81]
+
+[[joints]]
+kind = "direct"
+motor_mass_kg = 2.0
+rotor_inertia_kg_m2 = 0.01
+
+[[links]]
+length_m = 0.5
+com_m = 0.2
+mass_kg = 3.0
+inertia_kg_m2 = 0.08
+"""
+SWING = """
+schema_version = 1
+name = "swing"
+duration_s = 0.02
+step_s = 1e-4
+
+[drive]
+kind = "constant"
+torque_N_m = 0.0
+"""
+
+
+@pytest.fixture
+def files(tmp_path):
+    """Names of an arm's and a scenario's file."""
+    arm, scenario = tmp_path / "arm.toml", tmp_path / "swing.toml"
+    arm.write_text(DIRECT)
+    scenario.write_text(SWING)
+    return str(arm), str(scenario)
+
+
+@pytest.mark.parametrize("joints", [1, 4, 7])
+def test_sized_controllers_hold_the_teeth_stable(crosscheck, tmp_path, joints):
+    file = tmp_path / "arm.toml"
+    assert crosscheck("init", str(file), "--joints", str(joints)).code == 0
+    arm = load_arm(str(file))
+    sizes = sizes_of(arm)
+    for scenario in (step_scenario(sizes), pd_scenario(sizes)):
+        poles = build(lead(), arm, scenario).contact_poles()
+        assert poles.real.max() <= 1e-9 * np.abs(poles).max()
+
+
+def test_sizes_follow_the_arm():
+    """An arm whose teeth are 4 times as stiff moves twice as fast, under 4 times the torques."""
+    arm = load_arm("direct-between")
+    stiffer = arm.model_copy(update={"joints": tuple(map(_stiffer, arm.joints))})
+    one, other = sizes_of(arm), sizes_of(stiffer)
+    assert other.mode_Hz == pytest.approx(2 * one.mode_Hz, rel=1e-9)
+    assert other.rate == pytest.approx(2 * one.rate, rel=1e-9)
+    # Both are rounded to six digits.
+    assert other.step == pytest.approx(4 * np.array(one.step), rel=1e-5)
+    assert pd_scenario(other).duration_s == pytest.approx(pd_scenario(one).duration_s / 2, rel=1e-2)
+
+
+def _stiffer(joint):
+    if joint.kind == "direct":
+        return joint
+    meshes = {}
+    for name in ("sun_mesh", "ring_mesh"):
+        mesh = getattr(joint, name)
+        scaled = {
+            field: tuple(4 * value for value in number) if isinstance(number, tuple) else 4 * number
+            for field, number in mesh.stiffness
+            if field.endswith("N_per_m")
+        }
+        meshes[name] = mesh.model_copy(
+            update={"stiffness": mesh.stiffness.model_copy(update=scaled)}
+        )
+    return joint.model_copy(update=meshes)
+
+
+def test_an_unstable_loop_is_named_before_it_runs():
+    arm, scenario = load_arm("three-unlike"), load_scenario("pd")
+    growth = growth_of(arm, scenario)
+    poles = build(lead(), arm, scenario).contact_poles()
+    worst = poles[np.argmax(poles.real)]
+    assert growth is not None
+    assert growth.rate_per_s >= worst.real > 100
+    with Workers(1) as workers:
+        found = prepared(Wanted(arm, quick=True, scenarios=(scenario,)), workers)
+    assert found.remarks == (f"pd: {growth}",)
+    assert "unstable while teeth touch: +" in found.remarks[0]
+    assert " 1/s at " in found.remarks[0]
+
+
+def test_the_papers_own_loop_is_stable():
+    assert growth_of(load_arm("paper-labelled"), load_scenario("pd")) is None
+
+
+def test_a_scenario_of_ones_own_replaces_the_usual_ones(crosscheck, files, tmp_path):
+    arm, scenario = files
+    out = tmp_path / "agreement.json"
+    answer = crosscheck("validate", arm, "--quick", "--scenario", scenario, "--json", str(out))
+    assert answer.code == 0, answer.out
+    content = json.loads(out.read_text())
+    cases = {finding["case"] for finding in content["findings"]}
+    assert "swing" in cases
+    assert not {"pd", "pd-motion", "torque-step", "constant-torque"} & cases
+    assert [recorded["name"] for recorded in content["provenance"]["scenarios"]] == ["swing"]
+
+
+def test_settings_change_arm_and_scenario(crosscheck, files, tmp_path):
+    arm, scenario = files
+    out = tmp_path / "agreement.json"
+    settings = ["--set", "arm.payload_mass_kg=0.5", "--set", "scenario.duration_s=0.01"]
+    answer = crosscheck(
+        "validate", arm, "--quick", "--scenario", scenario, *settings, "--json", str(out)
+    )
+    assert answer.code == 0, answer.out
+    provenance = json.loads(out.read_text())["provenance"]
+    assert provenance["arm"]["payload_mass_kg"] == 0.5
+    assert provenance["scenarios"][0]["duration_s"] == 0.01
+
+
+def test_a_record_is_of_its_scenarios(crosscheck, files, tmp_path):
+    arm, scenario = files
+    chosen = [arm, "--quick", "--dir", str(tmp_path), "--scenario", scenario]
+    assert crosscheck("baseline", "accept", *chosen).code == 0
+    assert (tmp_path / "one-motor+swing-quick.json").is_file()
+    answer = crosscheck("baseline", "check", *chosen)
+    assert answer.code == 0, answer.out
+    assert "0 of " in answer.out
+    other = crosscheck("baseline", "check", *chosen, "--set", "scenario.duration_s=0.01")
+    assert other.code == 2
+    assert "made with other scenarios than these" in other.err
+
+
+def test_sized_experiments_of_an_arm_without_gears(files, tmp_path):
+    agreement = check(load_arm(files[0]), quick=True, jobs=2)
+    assert agreement.exit_code == 0, [finding.note for finding in agreement.red]
+    assert {"torque-step", "pd-motion"} <= {f.about.key.case for f in agreement.findings}
+    remarks = agreement.provenance.remarks
+    assert remarks[0] == "experiments sized to the arm: no gears, controller at 4 rad/s"
+
+
+def test_the_python_interface_takes_scenarios(files):
+    agreement = check(load_arm(files[0]), scenarios=[files[1]], quick=True)
+    assert agreement.exit_code == 0
+    assert "swing" in {finding.about.key.case for finding in agreement.findings}
+
+
+def test_a_light_wrist_gives_way_until_its_teeth_are_stable():
+    """With hardly any damping the first controller would shake the teeth."""
+    arm = load_arm("three-unlike")
+    joints = tuple(_damped(joint, 1e-4) for joint in arm.joints)
+    sizes = sizes_of(arm.model_copy(update={"joints": joints}))
+    usual = sizes_of(arm)
+    assert np.less(sizes.derivative, np.array(usual.derivative) / 2).all()
+    assert sizes.rate == usual.rate  # the arm's clock is its own
+
+
+def _damped(joint, ratio):
+    meshes = {
+        name: getattr(joint, name).model_copy(
+            update={"damping_ratio": ratio, "damping_N_s_per_m": None}
+        )
+        for name in ("sun_mesh", "ring_mesh")
+    }
+    return joint.model_copy(update=meshes)

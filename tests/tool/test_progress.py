@@ -1,0 +1,168 @@
+"""What a command says while it works, and how long it thinks that it still takes."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from crosscheck.registry import RIGID_LEVELS, build
+from crosscheck.report.charts import Charts
+from crosscheck.run import in_words, performed
+from crosscheck.runner import progress, underway
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.progress import shown_progress
+from crosscheck.runner.tasks import Evaluation, RunKey
+from crosscheck.runner.underway import Expectation, Underway
+from crosscheck.runner.workers import Workers
+from models.loading import load_case
+
+CASE = load_case("paper-labelled", "constant-torque")
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A task that takes no time."""
+
+    key: object
+    cost: float = 1.0
+    model: str = "none"
+
+    def perform(self) -> str:
+        return f"did {self.key}"
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """A time [s] that a test sets."""
+    now = [100.0]
+    for module in (progress, underway):
+        monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    return now
+
+
+def test_the_time_left_is_that_of_the_declared_costs_at_first(clock):
+    expected = Expectation([Piece("a", 30.0), Piece("b", 10.0)], 2)
+    assert expected.left_s == pytest.approx(20.0)
+
+
+def test_the_time_left_follows_what_was_seen(clock):
+    """Ten times as slow as declared: half is done, the other half takes as long again."""
+    expected = Expectation([Piece("a", 50.0), Piece("b", 50.0)], 1)
+    clock[0] += 500.0
+    expected.finish("a")
+    assert expected.left_s == pytest.approx(500.0, rel=0.1)
+    expected.finish("b")
+    assert expected.left_s == 0.0
+
+
+def test_work_tells_every_task_as_it_begins_and_ends():
+    tasks = [Piece(RunKey("pd", f"model-{n}"), cost=n) for n in range(5)]
+    told, ended = [], []
+    with Workers(2) as workers:
+        results = performed(workers, tasks, told.append, lambda *of: ended.append(of))
+    assert dict(ended) == results.outcomes == {task.key: task.perform() for task in tasks}
+    assert [now.what for now in told] == [f"simulating pd, model-{n}" for n in (4, 3, 2, 1, 0)]
+    assert {now.total for now in told} == {5}
+    counts, left = [now.done for now in told], [now.left_s for now in told]
+    assert counts == sorted(counts)
+    assert counts[-1] >= 3
+    assert None not in left
+    assert left[-1] < left[0]
+
+
+def test_what_is_done_is_said_in_words():
+    assert in_words(RunKey("pd", "exudyn:tree", "coarse")) == "simulating pd, exudyn:tree"
+    asked = Evaluation("exudyn:tree", CASE, "bias", 3)
+    assert in_words(asked.key) == "evaluating bias, exudyn:tree"
+
+
+def test_where_there_is_no_terminal_a_line_comes_now_and_then(clock, capsys):
+    with shown_progress("cross-checking mine", quiet_s=20.0) as told:
+        told(Underway("preparing the experiments"))
+        clock[0] += 19.0
+        told(Underway("simulating pd, exudyn:tree", 1, 9, 50.0))
+        assert capsys.readouterr() == ("", "")
+        clock[0] += 2.0
+        told(Underway("simulating pd, exudyn:tree", 3, 9, 25.4))
+        clock[0] += 1.0
+        told(Underway("simulating pd, exudyn:bodies", 4, 9, 20.0))
+        clock[0] += 20.0
+        told(Underway("simulating pd, exudyn:bodies", 5, 9, 600.0))
+        clock[0] += 20.0
+        told(Underway("comparing"))
+    assert capsys.readouterr().err.splitlines() == [
+        "cross-checking mine: 3 of 9 done, about 25 s left, simulating pd, exudyn:tree",
+        "cross-checking mine: 5 of 9 done, about 10 min left, simulating pd, exudyn:bodies",
+        "cross-checking mine: comparing",
+    ]
+
+
+def test_on_a_terminal_there_is_a_bar_that_goes(monkeypatch, capsys):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TTY_INTERACTIVE", "1")
+    with shown_progress("cross-checking mine") as told:
+        told(Underway("simulating pd, exudyn:tree", 3, 9, 25.4))
+    shown = capsys.readouterr().err
+    assert re.search(r"3/9.*about 25 s left.*simulating pd, exudyn:tree", shown)
+    assert shown.rstrip().endswith("\x1b[2K")
+
+
+def test_a_whole_check_says_at_once_what_it_does(tmp_path):
+    """Also where there is no terminal."""
+    often = "import crosscheck.runner.progress as p; p.EVERY_S = 1.0"
+    script = f"{often}; import crosscheck.__main__ as c; c.main()"
+    program = subprocess.Popen(
+        [sys.executable, "-c", script, "validate"],
+        cwd=tmp_path,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert program.stderr is not None
+    try:
+        said = [program.stderr.readline() for _ in range(2)]
+    finally:
+        program.terminate()
+        program.communicate(timeout=20)
+    assert said[0] == "cross-checking paper-labelled: preparing the experiments\n"
+    counted = r"cross-checking paper-labelled: \d+ of \d+ done, about \d+ (s|min) left, .*\n"
+    assert re.fullmatch(counted, said[1])
+
+
+@pytest.fixture(scope="module")
+def runs() -> dict[RunKey, xr.Dataset]:
+    """A millisecond of an experiment by each model that a drawing is of; another has one run."""
+    models = ("analytic:physical", "exudyn:tree", *(f"pinocchio:{level}" for level in RIGID_LEVELS))
+    short = load_case("paper-labelled", "constant-torque", None, ["scenario.duration_s=0.001"])
+    found = {RunKey("one", model): build(model, *short).simulate() for model in models}
+    return found | {RunKey("another", models[0]): found[RunKey("one", models[0])]}
+
+
+def test_a_drawing_is_made_as_soon_as_its_runs_are_there(runs):
+    charts = Charts()
+    drawn = []
+    for key, run in runs.items():
+        charts.show(key, run)
+        drawn.append([kind for _, kind in charts.drawn])
+    assert drawn == [[], ["runs"], ["runs"], ["runs"], ["runs"], *2 * [["runs", "levels"]]]
+    (chart,) = charts.made()
+    assert chart.name == "one"
+    assert (chart.runs, chart.levels) == tuple(charts.drawn.values())
+
+
+def test_drawings_do_not_hang_on_which_run_ends_first(runs):
+    one, other = Charts(), Charts()
+    for key in runs:
+        one.show(key, runs[key])
+    for key in reversed(runs):
+        other.show(key, runs[key])
+    other.show(RunKey("one", "exudyn:bodies"), Failure("Died", "in vain"))
+    other.show("no run", np.zeros(3))
+    assert one.made() == other.made()

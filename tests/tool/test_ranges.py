@@ -1,0 +1,225 @@
+"""Every number of an arm or a scenario has a range that the schema states and the errors repeat."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from pydantic import BaseModel
+
+from crosscheck.registry import build
+from models.arm.arm import Arm, Direct, Link, Planetary
+from models.arm.mesh import Mesh
+from models.arm.quantities import Within
+from models.arm.stiffness import FourierStiffness, SineStiffness, SquareStiffness
+from models.errors import InputError
+from models.experiment.scenario import Scenario
+from models.loading import load_arm, load_case, load_scenario
+from models.pinocchio import rigid as pinocchio_rigid
+from tests.draws import range_of, ranges_of
+from tests.tool.test_bad_input import assert_one_line
+
+ARM, SCENARIO = "paper-labelled", "constant-torque"
+
+
+def leaves(node: Any) -> Iterator[dict[str, Any]]:
+    """Every number and text of a JSON schema."""
+    if isinstance(node, dict):
+        if node.get("type") in ("number", "integer", "string") and "enum" not in node:
+            yield node
+        for inner in node.values():
+            yield from leaves(inner)
+    elif isinstance(node, list):
+        for inner in node:
+            yield from leaves(inner)
+
+
+@pytest.mark.parametrize("record", [Arm, Scenario])
+def test_schema_describes_every_number_and_text(record):
+    found = [leaf for leaf in leaves(record.model_json_schema()) if "const" not in leaf]
+    assert len(found) > 10
+    assert [leaf for leaf in found if not leaf.get("description")] == []
+
+
+RECORDS: list[tuple[str, str, type[BaseModel]]] = [
+    ("three-unlike", "arm.joints.0", Planetary),
+    ("three-unlike", "arm.joints.1", Planetary),
+    ("three-unlike", "arm.joints.0.sun_mesh", Mesh),
+    ("three-unlike", "arm.joints.1.ring_mesh", Mesh),
+    ("three-unlike", "arm.joints.0.sun_mesh.stiffness", SineStiffness),
+    ("three-unlike", "arm.joints.0.ring_mesh.stiffness", FourierStiffness),
+    ("three-unlike", "arm.joints.1.sun_mesh.stiffness", SquareStiffness),
+    ("direct-between", "arm.joints.1", Direct),
+    ("three-unlike", "arm.links.0", Link),
+    ("three-unlike", "arm.links.1", Link),
+    ("three-unlike", "arm", Arm),
+]
+
+
+def limits() -> Iterator[tuple[str, str, Within]]:
+    """Arm, path and range of every number of an arm, and of a scenario with one drive."""
+    for arm, path, record in RECORDS:
+        for name, limit in ranges_of(record).items():
+            if name not in ("schema_version", "name", "title"):
+                yield arm, f"{path}.{name}", limit
+    for name in ("duration_s", "step_s", "record_every"):
+        yield "three-unlike", f"scenario.{name}", range_of(Scenario.model_fields[name])
+    for place in (0, 1):
+        yield "three-unlike", f"arm.gravity_m_per_s2.{place}", Within(-1e3, 1e3, "m/s^2")
+
+
+def _last(path: str) -> str:
+    """Of a path, as messages write it."""
+    *_, name = path.split(".")
+    return f"[{name}]" if name.isdigit() else name
+
+
+OUTSIDE = ("1e308", "1e155", "-1e308", "nan", "inf", "-inf", "9" * 400)
+LIMITS = {f"{arm} {path}": (arm, path, limit) for arm, path, limit in limits()}
+
+
+@pytest.mark.parametrize("number", LIMITS)
+def test_number_outside_its_range_is_refused_at_its_field(number):
+    arm, path, limit = LIMITS[number]
+    least = [] if limit.or_zero or limit.least <= 0 else ["0", "-0.0"]
+    below = [] if limit.least <= 0 else ["5e-324", "1e-308", "-5e-324", repr(0.5 * limit.least)]
+    for value in (*OUTSIDE, *least, *below, repr(2 * limit.most), repr(-2 * limit.most)):
+        with pytest.raises(InputError) as refused:
+            load_case(arm, SCENARIO, {}, [f"{path}={value}"])
+        assert refused.value.field.endswith(_last(path))
+        if isinstance(refused.value.value, float):
+            assert refused.value.allowed == f"must be {limit}"
+
+
+@pytest.mark.parametrize("number", LIMITS)
+def test_ends_of_a_range_are_inside(number):
+    """Other promises (of whole teeth, of gears beside each other) may still refuse them."""
+    arm, path, limit = LIMITS[number]
+    for value in (limit.least, limit.most, *([0.0] if limit.or_zero else [])):
+        reason = ""
+        try:
+            load_case(arm, SCENARIO, {}, [f"{path}={value!r}"])
+        except InputError as refused:
+            reason = refused.allowed
+        assert reason != f"must be {limit}"
+
+
+@pytest.mark.parametrize("scenario", ["pd", "back-and-forth"])
+def test_numbers_of_drive_and_start_are_held_to_ranges(scenario):
+    given = load_scenario(scenario)
+    records = {"drive": given.drive, "start": given.start}
+    for section, record in records.items():
+        for field, value in record:
+            if isinstance(value, float):
+                for bad in ("1e308", "[1e308, 0.0]", "nan", "9" * 300):
+                    with pytest.raises(InputError, match="must be -") as refused:
+                        load_case(ARM, scenario, {}, [f"scenario.{section}.{field}={bad}"])
+                    assert refused.value.field.startswith(f"{section}.{field}")
+
+
+BESIDE_EACH_OTHER = {
+    "ring of 150 m": (
+        "joints[0].module_m",
+        ("joints.0.module_m=1.0", "joints.0.ring_teeth=309", "joints.0.planet_teeth=141"),
+    ),
+    "sun that is all axle": ("joints[0].sun_equivalent_mass_kg", ("joints.0.sun_mass_kg=1e5",)),
+    "planet that is all axle": (
+        "joints[0].planet_equivalent_mass_kg",
+        ("joints.0.planet_mass_kg=1e5",),
+    ),
+    "planet that is nothing beside the sun": (
+        "joints[1].planet_equivalent_mass_kg",
+        ("joints.1.sun_equivalent_mass_kg=1e7",),
+    ),
+    "gears that are nothing beside the arm": (
+        "links",
+        ("links.0.length_m=999.0", "joints.1.module_m=1e-5"),
+    ),
+    "rod that is nothing beside its load": (
+        "links[0]",
+        ("links.0.density_kg_per_m3=1e-3", "links.0.cross_section_m2=1e-6"),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BESIDE_EACH_OTHER)
+def test_numbers_that_cannot_stand_beside_each_other_are_refused(case):
+    field, settings = BESIDE_EACH_OTHER[case]
+    with pytest.raises(InputError) as refused:
+        load_case(ARM, SCENARIO, {}, [f"arm.{setting}" for setting in settings])
+    assert refused.value.field == field
+    assert refused.value.allowed.startswith("must ")
+
+
+def sinusoid(rate: float, argument: str) -> str:
+    """A setting of the drive."""
+    return (
+        f'scenario.drive={{kind = "sinusoid", amplitude_N_m = 1.0, rate_rad_per_s = {rate!r},'
+        f' argument = "{argument}"}}'
+    )
+
+
+@pytest.mark.parametrize(
+    ("step", "argument", "most"), [("1e-5", "time", 1e5), ("1e-4", "sqrt_time", 100.0)]
+)
+def test_drive_that_the_steps_cannot_follow_is_refused(step, argument, most):
+    settings = [f"scenario.step_s={step}"]
+    load_case(ARM, SCENARIO, {}, [*settings, sinusoid(0.99 * most, argument)])
+    with pytest.raises(InputError, match="six steps a period") as refused:
+        load_case(ARM, SCENARIO, {}, [*settings, sinusoid(-1.01 * most, argument)])
+    assert (refused.value.field, refused.value.value) == ("drive.rate_rad_per_s", -1.01 * most)
+
+
+def test_recording_that_no_memory_holds_is_refused():
+    """Of 99,999,971 steps, a prime number, none but every single one can be kept."""
+    settings = ["scenario.step_s=1e-8", "scenario.record_every=10"]
+    load_case(ARM, SCENARIO, {}, [*settings[:1], "scenario.record_every=100"])
+    with pytest.raises(InputError, match="at most 1e6 states"):
+        load_case(ARM, SCENARIO, {}, settings)
+    with pytest.raises(InputError, match="keeps every 1 of 99999971 steps"):
+        load_case(ARM, SCENARIO, {}, [*settings, "scenario.duration_s=0.99999971"])
+
+
+def test_adaptive_run_without_end_says_how_far_it_came(short, monkeypatch, tmp_path):
+    monkeypatch.setattr(pinocchio_rigid, "MOST_EVALUATIONS", 100)
+    answer = short("--scenario", "pd", model="pinocchio:links")
+    assert_one_line(answer, "duration_s = 3.0", "pinocchio:links came to t = ", "100 evaluations")
+    assert list(tmp_path.iterdir()) == []
+
+
+NAMES = {
+    "control character": "a\\u0007b",
+    "line break": "a\\nb",
+    "colour": "\\u001b[31mred",
+    "right to left": "a\\u202eb",
+    "blanks": "   ",
+    "too long": "a" * 81,
+}
+
+
+@pytest.mark.parametrize("case", NAMES)
+def test_name_that_cannot_be_printed_is_refused_and_shown_escaped(short, case):
+    for section in ("arm", "scenario"):
+        answer = short("--set", f'{section}.name="{NAMES[case]}"')
+        assert_one_line(answer, "name = '", "1 to 80 printable characters")
+
+
+def test_title_may_be_empty_and_has_200_characters():
+    for title in ('""', "a" * 200):
+        load_case(ARM, SCENARIO, {}, [f"arm.title={title}", f"scenario.title={title}"])
+    with pytest.raises(InputError, match="must be 0 to 200 printable"):
+        load_case(ARM, SCENARIO, {}, [f"arm.title={'a' * 201}"])
+
+
+def test_numbers_that_break_the_arithmetic_name_model_and_arm(monkeypatch):
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr("crosscheck.registry.model_class", lambda name: broken)
+    with pytest.raises(InputError) as refused:
+        build("analytic:physical", load_arm(ARM), load_scenario(SCENARIO))
+    assert str(refused.value) == (
+        "paper-labelled: analytic:physical cannot use its numbers:"
+        " ZeroDivisionError: division by zero"
+    )

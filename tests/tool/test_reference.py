@@ -1,0 +1,87 @@
+"""What the docs say of the two kinds of file is what the schema says, and their examples load."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from crosscheck.schema import described, records_below
+from crosscheck.studies.definition.files import read_study
+from models.loading import load_arm, load_scenario
+from tools import reference
+from tools.reference import DOCS, FILES, HEADINGS, renewed, write_reference
+
+LOAD = {
+    "arm-file.md": load_arm,
+    "scenario-file.md": load_scenario,
+    "studies.md": lambda file: read_study(Path(file)).definition,
+}
+RECORDS = [record for top in FILES.values() for record in records_below(top)]
+BLOCKS = [
+    pytest.param(name, block, id=f"{name} {number}")
+    for name in FILES
+    for number, block in enumerate(
+        re.findall(r"```toml\n(.*?)```", (DOCS / name).read_text(encoding="utf-8"), flags=re.S)
+    )
+]
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_tables_are_those_of_the_schema(name):
+    text = (DOCS / name).read_text(encoding="utf-8")
+    assert text == renewed(name), "stale: run python -m tools.reference"
+
+
+def test_stale_tables_are_renewed(tmp_path, monkeypatch):
+    current = {name: renewed(name) for name in FILES}
+    for name, text in current.items():
+        (tmp_path / name).write_text(text.replace("required", "whatever"), encoding="utf-8")
+    monkeypatch.setattr(reference, "DOCS", tmp_path)
+    write_reference()
+    for name, text in current.items():
+        table = text[text.index(reference.BEGIN) :]
+        assert (tmp_path / name).read_text(encoding="utf-8").endswith(table)
+
+
+@pytest.mark.parametrize(("name", "block"), BLOCKS)
+def test_every_example_is_a_whole_file(tmp_path: Path, name, block):
+    file = tmp_path / "example.toml"
+    file.write_text(block, encoding="utf-8")
+    assert LOAD[name](str(file)).name
+
+
+def test_both_versions_of_the_arm_are_shown():
+    for version in (1, 2):
+        assert any(f"schema_version = {version}\n" in param.values[1] for param in BLOCKS)
+
+
+@pytest.mark.parametrize("record", RECORDS)
+def test_every_field_has_a_meaning_and_a_range(record):
+    assert record in HEADINGS
+    for field in described(record):
+        assert re.fullmatch(r"\S.*\.", field.meaning), field.name
+        assert field.allowed or field.records, field.name
+
+
+@pytest.mark.parametrize("record", RECORDS)
+def test_the_unit_ends_the_name(record):
+    for field in described(record):
+        unit = field.unit.replace("1/", " per ").replace("/", " per ").replace("^", "")
+        assert field.name.endswith("_".join(unit.split())), field.name
+
+
+@pytest.mark.parametrize("path", sorted(DOCS.glob("*.md")), ids=lambda path: path.name)
+def test_links_lead_somewhere(path: Path):
+    for target in re.findall(r"\]\(([^)]+)\)", path.read_text(encoding="utf-8")):
+        where, _, anchor = target.partition("#")
+        there = DOCS / where if where else path
+        assert there.exists(), target
+        assert not anchor or anchor in anchors(there), target
+
+
+def anchors(path: Path) -> set[str]:
+    """Of a page's headings, as web pages make them."""
+    headings = re.findall(r"^#+ (.*)$", path.read_text(encoding="utf-8"), flags=re.M)
+    return {re.sub(r"[^\w -]", "", heading).lower().replace(" ", "-") for heading in headings}

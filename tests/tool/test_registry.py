@@ -1,0 +1,188 @@
+"""Models that are not the program's own: of installed packages, and registered for a while."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from analytic.model import RigidLinks
+from crosscheck.planning.plan import Experiment
+from crosscheck.planning.run_suite import experiment_comparisons
+from crosscheck.planning.state_suite import state_comparisons
+from crosscheck.registry import (
+    BUILT_IN,
+    ENTRY_POINTS,
+    MODELS,
+    STATES,
+    build,
+    covering,
+    is_guest,
+    names,
+    packages,
+    register,
+    same_integrator,
+    second,
+)
+from crosscheck.runner.tasks import Evaluation
+from crosscheck.runner.workers import perform_all
+from models.arm.planets import usual_switches
+from models.errors import InputError
+from models.loading import Case, load_arm, load_case
+from tests.processes import command_line
+
+GUEST = """
+from crosscheck.registry import STATES, Entry
+
+ENTRY = Entry("guest_model", "Guest", "geared", STATES, ("some-engine",), title="as a test [x]")
+"""
+ARM = load_arm("probe")
+
+
+def offered(folder: Path, text: str, value: str = "guest_model:ENTRY", name: str = "guest") -> str:
+    """A distribution, as an installer leaves it, that offers a model; returns the path to it."""
+    (folder / "guest_model.py").write_text(text, encoding="utf-8")
+    info = folder / "guest_engine-1.5.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: guest-engine\nVersion: 1.5\n")
+    (info / "entry_points.txt").write_text(f"[{ENTRY_POINTS}]\n{name} = {value}\n")
+    return os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
+
+
+def test_an_installed_packages_model_is_listed(tmp_path):
+    path = offered(tmp_path, GUEST)
+    answer = command_line("list", env={"PYTHONPATH": path, "COLUMNS": "200"})
+    assert (answer.returncode, answer.stderr) == (0, "")
+    (line,) = (line.split() for line in answer.stdout.splitlines() if " guest " in line)
+    assert line == ["model", "guest", "states", "only,", "as", "a", "test", "[x]"]
+
+
+def test_its_distribution_counts_for_its_results(tmp_path):
+    code = "from crosscheck.registry import MODELS; print(*MODELS['guest'].versioned)"
+    path = offered(tmp_path, GUEST)
+    answer = command_line(env={"PYTHONPATH": path}, python=("-c", code))
+    assert {"numpy", "some-engine", "guest-engine"} <= set(answer.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("text", "offer", "said"),
+    [
+        ("import no_such_engine", {}, "ModuleNotFoundError: No module named 'no_such_engine'"),
+        ("raise SystemExit('of\\nits own')", {}, "SystemExit: of its own"),
+        ("", {}, "AttributeError: module 'guest_model' has no attribute 'ENTRY'"),
+        ("ENTRY = 3", {}, "must be a crosscheck.registry.Entry, is int"),
+        (GUEST, {"name": "exudyn:tree"}, "a model of this name exists already"),
+    ],
+)
+def test_an_unusable_offer_is_one_line_that_says_whose(tmp_path, text, offer, said):
+    path = offered(tmp_path, text, **offer)
+    answer = command_line("list", env={"PYTHONPATH": path})
+    assert answer.returncode == 2
+    (line,) = answer.stderr.splitlines()
+    name = offer.get("name", "guest")
+    assert f"package guest-engine: entry point {name} = 'guest_model:ENTRY'" in line
+    assert said in line
+
+
+def test_commands_without_models_do_not_look_at_it(tmp_path):
+    path = offered(tmp_path, "import no_such_engine")
+    answer = command_line("--version", env={"PYTHONPATH": path})
+    assert (answer.returncode, answer.stderr) == (0, "")
+
+
+class Twice(RigidLinks):
+    """Heavier than it should be."""
+
+    name = "mine:twice"
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        return 2 * super().mass_matrix(q)
+
+
+TWICE = replace(MODELS["analytic:links"], made=Twice, packages=("pytest",))
+
+
+def test_a_model_made_in_memory_takes_part_for_a_while():
+    case = Case(ARM, load_case("probe", "pd", {}, []).scenario, usual_switches(ARM))
+    task = Evaluation("mine:twice", case, "mass_matrix", 2)
+    whole = Evaluation("analytic:links", case, "mass_matrix", 2)
+    with register("mine:twice", TWICE):
+        assert isinstance(build("mine:twice", ARM, case.scenario), Twice)
+        assert is_guest("mine:twice")
+        assert "pytest" in packages()
+        found = perform_all([task, whole], 2, lambda key: None)
+        np.testing.assert_array_equal(found[task], 2 * found[whole])
+    assert "mine:twice" not in MODELS
+    assert not is_guest("mine:twice")
+
+
+def test_one_name_may_stand_for_one_model_after_another():
+    case = Case(ARM, load_case("probe", "pd", {}, []).scenario, usual_switches(ARM))
+    task = Evaluation("mine", case, "mass_matrix", 1)
+    with register("mine", TWICE):
+        first = task.perform()
+    with register("mine", replace(TWICE, made=RigidLinks)):
+        np.testing.assert_array_equal(first, 2 * task.perform())
+
+
+@pytest.mark.parametrize("name", ["exudyn:tree", "mine"])
+def test_a_name_stands_for_one_model_at_a_time(name):
+    with register("mine", TWICE):
+        with pytest.raises(InputError, match="exists already"), register(name, TWICE):
+            pass
+        assert MODELS["mine"] is TWICE
+
+
+def compared(found: list, model: str) -> set[str]:
+    """Families of comparisons between a model and another."""
+    keys = [comparison.about.key for comparison in found]
+    return {key.family for key in keys if key.right and model in (key.left, key.right)}
+
+
+def experiment() -> Experiment:
+    return Experiment("pd", load_case("probe", "pd", {}, []))
+
+
+def test_a_geared_guest_that_promises_states_alone():
+    with register("mine", replace(MODELS["pinocchio:gears"])):
+        assert names("geared")[-1] == "mine"
+        assert compared(state_comparisons(ARM, True, 0), "mine") >= {"states", "modes"}
+        assert compared(experiment_comparisons(experiment()), "mine") == set()
+
+
+@pytest.mark.parametrize(("order", "family"), [(4, "same-step"), (2, "refined"), (None, "refined")])
+def test_a_geared_guest_that_simulates_is_compared_by_its_integrator(order, family):
+    before = {c.about.key.id for c in experiment_comparisons(experiment())}
+    with register("mine", replace(MODELS["exudyn:tree"], order=order)):
+        found = experiment_comparisons(experiment())
+        assert second() == "exudyn:tree"
+        assert same_integrator()[0] == "analytic:physical"
+        assert compared(found, "mine") - {"at-2-s"} == {family}
+    assert before < {c.about.key.id for c in found}
+
+
+@pytest.mark.parametrize("promises", [STATES, BUILT_IN["analytic:links"].promises])
+def test_a_rigid_guest_is_compared_with_its_level(promises):
+    before = {c.about.key.id for c in experiment_comparisons(experiment())}
+    with register("mine", replace(TWICE, promises=promises)):
+        found = experiment_comparisons(experiment())
+        assert compared(state_comparisons(ARM, True, 0), "mine") == {"states"}
+        runs = "simulate" in promises
+        assert compared(found, "mine") == ({"refined"} if runs else set())
+    assert before <= {c.about.key.id for c in found}
+
+
+def test_a_guest_is_asked_about_what_it_covers_alone():
+    lumped = replace(
+        MODELS["pinocchio:gears"], covers=lambda arm, chosen: chosen.planets == "lumped"
+    )
+    with register("mine", lumped):
+        free = usual_switches(ARM, planets="free")
+        assert "mine" in covering("geared", ARM, usual_switches(ARM))
+        assert "mine" not in covering("geared", ARM, free)
+        tasks = [task for c in state_comparisons(ARM, True, 0) for task in c.needs]
+        asked = {task.case.switches.planets for task in tasks if task.model == "mine"}
+        assert asked == {"lumped"}

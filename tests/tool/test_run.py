@@ -1,0 +1,115 @@
+"""`crosscheck run`: the Agreement, its schema, the page, and what a broken engine does to them."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from typing import NamedTuple
+
+import jsonschema
+import pytest
+
+from crosscheck import registry
+from crosscheck.provenance import ROOT
+from models.arm.arm import Arm
+from models.files import HERE
+from tests.arms import PAPER
+from tests.audit.markup import SVG, axis_problems, page_problems
+
+SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
+
+
+class Report(NamedTuple):
+    """What a cross-check left behind."""
+
+    code: int
+    out: str
+    agreement: dict
+    page: str
+
+
+@pytest.fixture(scope="session")
+def quick_report(tmp_path_factory: pytest.TempPathFactory) -> Report:
+    """The paper's arm through ``crosscheck run --quick``."""
+    folder = tmp_path_factory.mktemp("quick")
+    command = [sys.executable, "-m", "crosscheck", "run", "--quick", "--out", str(folder)]
+    answer = subprocess.run(command, capture_output=True, text=True, timeout=500, check=False)
+    agreement = json.loads((folder / "agreement.json").read_text())
+    assert sorted(path.name for path in folder.iterdir()) == ["agreement.json", "index.html"]
+    return Report(answer.returncode, answer.stdout, agreement, (folder / "index.html").read_text())
+
+
+@pytest.mark.slow
+def test_every_check_of_the_papers_arm_agrees(quick_report):
+    red = [
+        f["id"]
+        for f in quick_report.agreement["findings"]
+        if f["verdict"] not in ("agree", "measured")
+    ]
+    assert red == []
+    assert quick_report.code == 0
+    count = sum(f["kind"] == "check" for f in quick_report.agreement["findings"])
+    assert f"{count} of {count} checks agree" in quick_report.out
+
+
+@pytest.mark.slow
+def test_agreement_follows_its_schema(quick_report):
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+    jsonschema.validate(quick_report.agreement, SCHEMA, jsonschema.Draft202012Validator)
+
+
+@pytest.mark.slow
+def test_the_page_is_well_formed_and_its_axes_have_units(quick_report):
+    assert page_problems(quick_report.page) == []
+    assert [axis for svg in SVG.findall(quick_report.page) for axis in axis_problems(svg)] == []
+
+
+@pytest.mark.slow
+def test_identifiers_are_unique_and_every_tolerance_has_a_basis(quick_report):
+    findings = quick_report.agreement["findings"]
+    assert len({finding["id"] for finding in findings}) == len(findings)
+    bare = [f["id"] for f in findings if f["tolerance"] is not None and not f["basis"]]
+    assert bare == []
+
+
+@pytest.mark.slow
+def test_all_models_take_part(quick_report):
+    findings = quick_report.agreement["findings"]
+    named = {side for f in findings if f["kind"] == "check" for side in (f["left"], f["right"])}
+    rigid = {
+        f"{engine}:{level}"
+        for engine in ("analytic", "pinocchio")
+        for level in registry.RIGID_LEVELS
+    }
+    assert named >= {*registry.names("geared"), *rigid}
+
+
+@pytest.mark.slow
+def test_provenance_holds_the_arm_and_no_path_of_this_machine(quick_report):
+    provenance = quick_report.agreement["provenance"]
+    assert Arm.model_validate(provenance["arm"]) == PAPER
+    assert provenance["versions"].keys() >= {"pin", "exudyn", "numpy"}
+    assert None not in provenance["versions"].values()
+    assert str(ROOT) not in json.dumps(quick_report.agreement)
+    assert str(HERE) not in quick_report.page
+
+
+@pytest.mark.slow
+def test_page_needs_nothing_from_elsewhere(quick_report):
+    page = quick_report.page
+    assert "<svg" in page
+    # Names of XML vocabularies are no links: nothing is loaded from them.
+    addresses = re.findall(
+        r"""(?:src|href|action|url)\s*[=(]\s*["']?\s*(?!#|data:)([^"')\s>]+)""", page
+    )
+    assert [address for address in addresses if not address.startswith("#")] == []
+    assert not re.search(r"<(script|link|iframe|img)[^>]+(src|href)=", page)
+    assert "@import" not in page
+
+
+@pytest.mark.slow
+def test_the_papers_figures_and_claims_are_another_commands(quick_report):
+    assert quick_report.page.count("<code>crosscheck paper</code>") == 1
+    assert "<summary id=" not in quick_report.page  # as each chapter of the paper's page has

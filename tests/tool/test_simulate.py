@@ -1,0 +1,122 @@
+"""`crosscheck simulate` and the file that it writes."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from models.trajectory import read_netcdf
+
+UNITS = {
+    "theta": "rad",
+    "theta_dot": "rad s-1",
+    "theta_ddot": "rad s-2",
+    "torque": "N m",
+    "x_sp": "m",
+    "x_pr": "m",
+    "F_sp": "N",
+    "F_pr": "N",
+}
+MESH = {"x_sp", "x_pr", "F_sp", "F_pr"}
+
+
+def written(folder) -> xr.Dataset:
+    """The trajectory, which must be all that a command left in its folder."""
+    assert [path.name for path in folder.iterdir()] == ["run.nc"]
+    return read_netcdf(folder / "run.nc")
+
+
+@pytest.mark.parametrize("model", ["analytic:physical", "exudyn:tree"])
+def test_geared_run_is_written_with_dimensions_and_units(short, tmp_path, model):
+    answer = short(model=model)
+    assert (answer.code, answer.err) == (0, "")
+    run = written(tmp_path)
+    assert dict(run.sizes) == {"time": 21, "joint": 2, "planet": 3}
+    for name, units in UNITS.items():
+        dims = ("time", "joint", "planet") if name in MESH else ("time", "joint")
+        assert (run[name].dims, run[name].attrs["units"]) == (dims, units)
+        assert run[name].attrs["long_name"]
+        assert np.isfinite(run[name]).all()
+    assert run["time"].attrs["units"] == "s"
+    assert run.attrs["Conventions"].startswith("CF-")
+
+
+@pytest.mark.parametrize("model", ["analytic:coupled", "pinocchio:coupled"])
+def test_rigid_run_leaves_the_mesh_variables_out(short, tmp_path, model):
+    assert short(model=model).code == 0
+    run = written(tmp_path)
+    assert dict(run.sizes) == {"time": 21, "joint": 2}
+    assert MESH.isdisjoint(run.variables)
+    assert UNITS.keys() - MESH <= set(run.variables)
+
+
+def _backlashes(run: xr.Dataset) -> list[tuple[float, ...]]:
+    """Of sun and ring mesh, joint by joint [m]."""
+    joints = json.loads(run.attrs["arm"])["joints"]
+    return [tuple(j[mesh]["backlash_m"] for mesh in ("sun_mesh", "ring_mesh")) for j in joints]
+
+
+def test_attributes_say_what_was_run(short, tmp_path):
+    short("--phase", "omega_t", "--ring-rate", "corrected", "--set", "arm.joints.*.backlash_m=2e-5")
+    run = written(tmp_path)
+    assert json.loads(run.attrs["switches"]) == {
+        "phase": "omega_t",
+        "ring_rate": "corrected",
+        "dead_zone": "exact",
+        "damping": "always",
+        "planets": "lumped",
+        "mesh_work": "paper",
+    }
+    assert _backlashes(run) == [(2e-5, 2e-5), (2e-5, 2e-5)]
+    np.testing.assert_array_equal(run["x_sp"][0], 2e-5)
+    assert json.loads(run.attrs["scenario"])["duration_s"] == 0.002
+    assert run.attrs["model"] == "analytic:physical"
+    assert run.attrs["schema_version"] == 1
+    assert "--ring-rate corrected" in run.attrs["command"]
+    assert {"versions", "arm_sha256", "revision"} <= json.loads(run.attrs["provenance"]).keys()
+
+
+def test_settings_reach_switches_and_single_entries(short, tmp_path):
+    settings = (
+        "switches.dead_zone=tanh",
+        "arm.joints.1.backlash_m=1e-5",
+        "scenario.start.mesh=centre",
+    )
+    short(*(argument for setting in settings for argument in ("--set", setting)))
+    run = written(tmp_path)
+    assert json.loads(run.attrs["switches"])["dead_zone"] == "tanh"
+    assert _backlashes(run) == [(5e-5, 5e-5), (1e-5, 1e-5)]
+    np.testing.assert_array_equal(run["x_sp"][0], 0)
+
+
+def test_step_and_duration_are_taken(short, tmp_path):
+    assert short("--t-end", "0.001", "--step", "5e-6").code == 0
+    run = written(tmp_path)
+    # Steps summed or multiplied: a rounding or two.
+    np.testing.assert_allclose(run["time"], np.arange(21) * 5e-5, rtol=1e-15, atol=0)
+
+
+def test_an_older_file_is_replaced(short, tmp_path):
+    assert short("--t-end", "0.001").code == 0
+    assert short().code == 0
+    assert written(tmp_path).sizes["time"] == 21
+
+
+def test_a_missing_folder_is_made(crosscheck, tmp_path):
+    out = tmp_path / "a" / "b" / "run.nc"
+    arguments = ("--model", "analytic:links", "--scenario", "pd", "--t-end", "0.001", "--out", out)
+    assert crosscheck("simulate", "paper-swapped", *arguments).code == 0
+    assert out.is_file()
+
+
+def test_stage_with_fewer_planets_is_padded_with_nan(short, tmp_path):
+    two = {"sun_teeth": 27, "planet_count": 2}
+    settings = [f"arm.joints.1.{key}={value}" for key, value in two.items()]
+    arguments = [argument for setting in settings for argument in ("--set", setting)]
+    assert short(*arguments).code == 0
+    run = written(tmp_path)
+    assert np.isnan(run["F_sp"][:, 1, 2]).all()
+    assert np.isfinite(run["F_sp"][:, 1, :2]).all()

@@ -1,0 +1,166 @@
+"""The program where there is no home, no room, no folder to work in, no such letter, no reader."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from models import compiled
+from models.files import HERE
+from models.trajectory import read_netcdf
+from tests.processes import command_line
+
+ROOT = HERE.parent
+SHORT = ("simulate", "--model", "pinocchio:links", "--scenario", "pd", "--t-end", "0.0002")
+NOWHERE = "/dev/null/home"  # no folder can be made there, by anyone
+HOMELESS = {"HOME": NOWHERE, "XDG_CACHE_HOME": "", "XDG_CONFIG_HOME": "", "MPLCONFIGDIR": ""}
+# Python's own ways round a poor locale switched off.
+PLAIN = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+LOCALES = {
+    "C": {"LC_ALL": "C"},
+    "POSIX": {"LC_ALL": "POSIX"},
+    "ASCII": PLAIN,
+    "latin-1": {"PYTHONIOENCODING": "latin-1"},
+}
+
+
+@pytest.fixture
+def arm(tmp_path: Path) -> Path:
+    """An arm whose file name and own name are in no single code page."""
+    text = (HERE / "arms" / "paper-labelled.toml").read_text(encoding="utf-8")
+    file = tmp_path / "ärm\u2192.toml"
+    file.write_text(text.replace('"paper-labelled"', '"Ä\u2192Ж"', 1), encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="module")
+def unwritable(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The packages where numba can keep nothing beside them."""
+    root = tmp_path_factory.mktemp("unwritable")
+    for package in compiled.PACKAGES:
+        without = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / package, root / package, ignore=without)
+    for folder in {path.parent for path in root.rglob("*.py")}:
+        (folder / "__pycache__").touch()
+    return root
+
+
+@pytest.mark.parametrize("locale", LOCALES)
+def test_every_locale_has_every_letter(locale):
+    script = (
+        r"from crosscheck.cli.surroundings import prepare; prepare(); print('\u00c4\u2192\u0416')"
+    )
+    answer = command_line(python=("-c", script), env=LOCALES[locale], text=False)
+    assert (answer.returncode, answer.stderr) == (0, b"")
+    shown = {
+        "latin-1": b"\xc4\\u2192\\u0416\n",
+        "ASCII": b"\\xc4\\u2192\\u0416\n",
+    }
+    assert answer.stdout == shown.get(locale, "Ä\u2192Ж\n".encode())
+
+
+@pytest.mark.parametrize("locale", LOCALES)
+def test_a_bad_name_is_one_line_in_every_locale(locale):
+    answer = command_line("Ä\u2192Ж", env=LOCALES[locale], errors="replace")
+    assert (answer.returncode, answer.stdout) == (2, "")
+    assert answer.stderr.startswith("crosscheck: No such command")
+    assert answer.stderr.count("\n") == 1
+
+
+def test_an_arm_is_shown_in_a_locale_without_its_letters(arm):
+    answer = command_line("show", arm, env=PLAIN)
+    assert (answer.returncode, answer.stderr) == (0, "")
+    assert answer.stdout.startswith(r"\xc4\u2192\u0416")
+    assert "0.0368240" in answer.stdout
+
+
+def test_files_are_written_in_a_locale_without_their_letters(arm, tmp_path):
+    out = tmp_path / "Ordner Ä" / "run\u2192.nc"
+    answer = command_line(*SHORT, arm, "--out", out, env=PLAIN)
+    assert (answer.returncode, answer.stderr) == (0, "")
+    assert "Ordner" in read_netcdf(out).attrs["command"]
+
+
+@pytest.mark.parametrize("arguments", [("--help",), ("--version",)])
+def test_a_full_disk_behind_standard_output_is_one_line(arguments):
+    with open("/dev/full", "w") as full:
+        answer = command_line(*arguments, capture_output=False, stdout=full, stderr=subprocess.PIPE)
+    line = "crosscheck: standard output: cannot be written: No space left on device\n"
+    assert (answer.returncode, answer.stderr) == (2, line)
+
+
+@pytest.mark.parametrize(("arguments", "code"), [(("--help",), 0), (("fly",), 2)])
+def test_a_full_disk_behind_standard_error_changes_nothing(arguments, code):
+    with open("/dev/full", "w") as full:
+        answer = command_line(*arguments, capture_output=False, stdout=subprocess.PIPE, stderr=full)
+    assert answer.returncode == code
+
+
+def test_closed_streams_change_nothing(tmp_path):
+    out = tmp_path / "run.nc"
+    script = 'exec "$0" -m crosscheck "$@" >&- 2>&- <&-'
+    command = ["sh", "-c", script, sys.executable, *SHORT, "probe", "--out", str(out)]
+    answer = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert (answer.returncode, answer.stderr) == (0, "")
+    assert read_netcdf(out).sizes["time"] == 3
+
+
+def test_a_reader_may_stop_reading():
+    script = 'set -o pipefail; "$0" -u -m crosscheck --help | true'
+    command = ["bash", "-c", script, sys.executable]
+    answer = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert (answer.returncode, answer.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("arguments", [("list",), ("run", "--quick")])
+def test_a_removed_working_folder_is_one_line(tmp_path, arguments):
+    folder = tmp_path / "gone"
+    folder.mkdir()
+
+    def remove() -> None:
+        os.chdir(folder)
+        folder.rmdir()
+
+    answer = command_line(*arguments, preexec_fn=remove, env={"PYTHONPATH": str(ROOT)})
+    assert (answer.returncode, answer.stdout) == (2, "")
+    assert answer.stderr == "crosscheck: working folder: is gone: No such file or directory\n"
+
+
+@pytest.mark.parametrize("home", [HOMELESS, HOMELESS | {"HOME": ""}, HOMELESS | {"HOME": "."}])
+def test_drawing_needs_no_home(tmp_path, home):
+    script = (
+        "from crosscheck.cli.surroundings import prepare; prepare()\n"
+        "import matplotlib; print(matplotlib.get_configdir(), matplotlib.get_cachedir())"
+    )
+    env = home | {"PYTHONPATH": str(ROOT), "TMPDIR": str(tmp_path)}
+    answer = command_line(python=("-c", script), env=env, cwd=tmp_path)
+    assert (answer.returncode, answer.stderr) == (0, "")
+    assert not list(tmp_path.glob("geararm-*"))  # a folder for one process goes with it
+
+
+def test_kernels_need_no_writable_package(unwritable, tmp_path):
+    script = (
+        "import models, os\n"
+        "assert models.__file__.startswith(os.environ['PYTHONPATH'])\n"
+        "print(os.environ['NUMBA_CACHE_DIR'])"
+    )
+    base = {"NUMBA_CACHE_DIR": "", "PYTHONPATH": str(unwritable)}
+    for home, kept_in in ((HOMELESS, tmp_path), ({"XDG_CACHE_HOME": str(unwritable)}, unwritable)):
+        env = base | home | {"TMPDIR": str(tmp_path)}
+        answer = command_line(python=("-c", script), env=env, cwd=tmp_path)
+        assert (answer.returncode, answer.stderr) == (0, "")
+        assert answer.stdout.startswith(str(kept_in))
+    assert not list(tmp_path.glob("geararm-*"))
+    assert (unwritable / "geararm-crosscheck").stat().st_mode & 0o777 == 0o700
+
+
+def test_a_library_that_was_there_first_is_told_too(unwritable, tmp_path):
+    script = "import numba, models; print(numba.config.CACHE_DIR)"
+    env = {"NUMBA_CACHE_DIR": "", "PYTHONPATH": str(unwritable), "XDG_CACHE_HOME": str(tmp_path)}
+    answer = command_line(python=("-c", script), env=env, cwd=tmp_path)
+    assert answer.stdout.strip() == str(tmp_path / "geararm-crosscheck" / "compiled")

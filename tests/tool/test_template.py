@@ -1,0 +1,147 @@
+"""`crosscheck init` writes an arm that loads, explains itself and replaces nothing."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from crosscheck.cli.template import template
+from crosscheck.registry import build
+from crosscheck.schema import described, records_below
+from models.arm.arm import Arm, Direct, Link, Planetary
+from models.arm.quantities import Data
+from models.loading import load_arm, load_scenario
+from tests.processes import HEAVY, modules_loaded_by
+from tests.tool.conftest import Command
+from tests.tool.test_bad_input import assert_one_line
+
+# Fields in whose place the template has another.
+OTHER_FORMS = {
+    *("sun_inertia_kg_m2", "planet_inertia_kg_m2", "carrier_inertia_kg_m2"),
+    "damping_N_s_per_m",
+}
+
+
+def written(folder: Path, text: str) -> Arm:
+    file = folder / "arm.toml"
+    file.write_text(text, encoding="utf-8")
+    return load_arm(str(file))
+
+
+@pytest.mark.parametrize("joints", range(1, 8))
+def test_template_is_an_arm_that_shrinks_towards_its_tip(tmp_path, joints):
+    arm = written(tmp_path, template("mine", joints))
+    assert (arm.name, len(arm.joints), len(arm.links)) == ("mine", joints, joints)
+    for inner, outer in pairwise(arm.joints):
+        assert isinstance(inner, Planetary)
+        assert isinstance(outer, Planetary)
+        assert outer.module_m < inner.module_m
+        assert outer.ring_mass_kg < inner.ring_mass_kg
+        assert outer.sun_mesh.stiffness.mean_N_per_m < inner.sun_mesh.stiffness.mean_N_per_m
+    assert all(outer.length_m < inner.length_m for inner, outer in pairwise(arm.links))
+
+
+@pytest.mark.parametrize("joints", [1, 2, 7])
+def test_template_is_well_conditioned(tmp_path, joints):
+    assert_well_conditioned(written(tmp_path, template("mine", joints)), 6e3, 5e-5)
+
+
+@pytest.mark.parametrize("name", ["three-unlike", "direct-between"])
+def test_built_in_arms_are_well_conditioned(name):
+    arm = load_arm(name)
+    assert arm.name == name
+    assert_well_conditioned(arm, 5e3, 8e-5)
+
+
+def assert_well_conditioned(arm: Arm, highest_Hz: float, step_s: float) -> None:
+    """Mesh modes of kHz, steps of which a run does not need many, inertias that suit each other."""
+    model = build("analytic:physical", arm, load_scenario("constant-torque"))
+    modes = model.mesh_modes()
+    assert len(modes) == 2 * len(model.layout.meshing)
+    assert 1e3 < modes[0] < modes[-1] < highest_Hz
+    assert model.largest_stable_step() > step_s
+    mass = model.mass_matrix(np.zeros(len(model.layout)))
+    scale = np.sqrt(np.diag(mass))
+    assert np.linalg.cond(mass / np.outer(scale, scale)) < 1e3
+
+
+def test_examples_that_are_commented_out_load(tmp_path):
+    text = re.sub(r"^# (?=\[\[|[a-z0-9_]+ = )", "", template("mine", 2), flags=re.M)
+    arm = written(tmp_path, text)
+    assert arm.gravity_m_per_s2 == (0.0, -9.81)
+    assert isinstance(arm.joints[2], Direct)
+    assert arm.links[2].mass_kg is not None
+
+
+@pytest.mark.parametrize("record", [r for r in records_below(Arm) if "Stiff" not in r.__name__])
+def test_every_field_is_explained(record: type[Data]):
+    text = template("mine", 1)
+    for field in described(record):
+        if field.lists or field.records or field.name in OTHER_FORMS:
+            continue
+        unit = f"[{field.unit}] " if field.unit else ""
+        assert re.search(
+            rf"^(# )?{field.name} = .* # {re.escape(unit + field.meaning)}$", text, flags=re.M
+        )
+    assert record is not Link or text.count("length_m = ") == 2
+
+
+def test_init_writes_and_says_what_is_next(crosscheck: Command, tmp_path):
+    file = tmp_path / "my arm.toml"
+    answer = crosscheck("init", file, "--joints", 3)
+    assert (answer.code, answer.err) == (0, "")
+    for command in ("show", "validate"):
+        assert f"crosscheck {command} {shlex.quote(str(file))}\n" in answer.out
+    arm = load_arm(str(file))
+    assert (arm.name, len(arm.joints)) == ("my arm", 3)
+
+
+def test_name_that_is_no_text_is_left_to_the_user(crosscheck: Command, tmp_path):
+    for name in ('a"b\\c', "ä", "x\n", "x" * 90):
+        file = tmp_path / f"{name}.toml"
+        assert crosscheck("init", file).code == 0
+        assert load_arm(str(file)).name == (name if name in ('a"b\\c', "ä") else "my-arm")
+
+
+def test_init_replaces_nothing(crosscheck: Command, tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text("mine")
+    assert_one_line(crosscheck("init", file), "mine.toml: exists already")
+    assert file.read_text() == "mine"
+
+
+def test_init_refuses_what_is_no_file(crosscheck: Command, tmp_path):
+    (tmp_path / "file").touch()
+    assert_one_line(crosscheck("init", tmp_path), "is a folder; a file name is expected")
+    assert_one_line(crosscheck("init", tmp_path / "file" / "below"), "a folder is expected")
+
+
+@pytest.mark.parametrize(
+    ("joints", "words"), [("0", "equal to 1"), ("8", "equal to 7"), ("two", "integer")]
+)
+def test_number_of_joints_has_a_range(crosscheck: Command, tmp_path, joints, words):
+    file = tmp_path / "mine.toml"
+    assert_one_line(crosscheck("init", file, "--joints", joints), "--joints", words)
+    assert not file.exists()
+
+
+def test_init_loads_no_engine(tmp_path):
+    assert HEAVY.isdisjoint(modules_loaded_by("init", tmp_path / "mine.toml"))
+
+
+def test_a_link_to_a_file_that_is_not_there_is_left_alone(crosscheck, tmp_path):
+    (tmp_path / "mine.toml").symlink_to("elsewhere/arm.toml")
+    assert_one_line(crosscheck("init", tmp_path / "mine.toml"), "exists already")
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.toml"]
+
+
+def test_a_name_with_control_characters_is_shown_with_escapes(crosscheck, tmp_path):
+    answer = crosscheck("init", tmp_path / "a\x1b[31m\nb.toml")
+    assert answer.code == 0
+    assert all(line.isprintable() for line in answer.out.splitlines())
+    assert answer.out.count("\n") == 3

@@ -1,0 +1,85 @@
+"""`assert_agrees`: a trial as a plain assertion; what it raises is what the command prints."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from crosscheck.testing import Equations, assert_agrees
+from crosscheck.trial.input.loading import handed_over
+from models.errors import InputError
+from models.loading import load_arm
+from tests.tool.handed import model_file
+
+
+@pytest.fixture
+def file(tmp_path):
+    return model_file(tmp_path)
+
+
+@pytest.fixture
+def equations(file, labelled) -> Equations:
+    """Of the paper's arm, all of them right."""
+    return handed_over(f"{file}:two_link", labelled, None)
+
+
+def test_right_equations_are_returned_judged(file, equations, labelled):
+    trial = assert_agrees(equations, labelled, level="links", name="right")
+    assert (trial.bench.name, trial.level, trial.exit_code) == ("right", "links", 0)
+    assert assert_agrees(f"{file}:two_link").bench.name == "yours"
+
+
+def test_factories_and_objects_are_taken(equations):
+    assert_agrees(lambda arm: equations)
+    parts = SimpleNamespace(mass_matrix=equations.mass_matrix)
+    assert assert_agrees(parts).missing == ("bias", "force", "acceleration")
+
+
+def test_wrong_equations_raise_what_the_command_prints(equations):
+    slipped = replace(equations, force=lambda torque: -torque)
+    with pytest.raises(AssertionError) as raised:
+        assert_agrees(slipped)
+    text = str(raised.value)
+    assert "yours on paper-labelled: rigid, level links" in text
+    assert "force[theta_1]" in text
+    assert "checks agree\n" in text
+
+
+def test_another_level_than_promised_is_wrong(equations):
+    with pytest.raises(AssertionError, match=r"level armature(.|\n)*wrong .*theta_2"):
+        assert_agrees(equations, level="armature")
+
+
+def test_scenarios_are_run(equations, labelled):
+    from models.loading import load_scenario
+
+    short = load_scenario("constant-torque").model_copy(update={"duration_s": 0.002})
+    trial = assert_agrees(equations, labelled, scenarios=[short])
+    assert {f.about.key.case for f in trial.agreement.findings} == {"paper-labelled", short.name}
+    with pytest.raises(InputError, match="needs force"):
+        assert_agrees(replace(equations, force=None), scenarios=[short])
+
+
+def test_what_cannot_be_tried_is_an_input_error(equations):
+    with pytest.raises(InputError, match="'analytic:links': a model of this name exists already"):
+        assert_agrees(equations, name="analytic:links")
+    with pytest.raises(InputError, match="three-unlike, 3 joints"):
+        assert_agrees(replace(equations, rebuild=None), load_arm("three-unlike"))
+    with pytest.raises(InputError, match="yours: is a int"):
+        assert_agrees(5)
+
+
+def test_part_put_in_the_place_of_another_is_what_is_judged(equations, labelled):
+    slipped = replace(equations, force=lambda torque: -torque)
+    assert slipped.on(labelled) is slipped
+    assert equations.rebuild is not None
+    assert replace(equations, rebuild=lambda arm, scenario: equations).rebuild is not None
+
+
+def test_import_is_light():
+    code = "import crosscheck.testing, sys; sys.exit('numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

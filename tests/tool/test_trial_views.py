@@ -1,0 +1,66 @@
+"""What a trial writes: JSON by its schema, JUnit and a page with the same entries."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from xml.etree import ElementTree
+
+import jsonschema
+import pytest
+
+from tests.tool.handed import model_file
+
+SCHEMAS = Path(__file__).parents[2] / "crosscheck" / "schema"
+SLIPPED = """
+def slipped(arm):
+    right, L1 = two_link(arm), arm.links[0].length_m
+    def mass_matrix(q):
+        found = np.array(right.mass_matrix(q))
+        found[0, 0] += 0.5 * L1**2
+        return found
+    return replace(right, mass_matrix=mass_matrix)
+
+
+def alone(arm):
+    return Equations(mass_matrix=two_link(arm).mass_matrix)
+
+
+def raising(arm):
+    return Equations(mass_matrix=lambda q: 1 / 0)
+
+
+def huge(arm):
+    return Equations(mass_matrix=lambda q: 1e306 * np.eye(2) * np.sin(q[0]))
+"""
+
+
+def validated(file: Path) -> dict:
+    content = json.loads(file.read_text())
+    for name, part in (("trial", content), ("agreement", content["agreement"])):
+        jsonschema.validate(part, json.loads((SCHEMAS / f"{name}.schema.json").read_text()))
+    return content
+
+
+@pytest.mark.parametrize(
+    ("name", "code"), [("two_link", 0), ("slipped", 1), ("alone", 0), ("raising", 1), ("huge", 1)]
+)
+def test_json_is_as_its_schema_says(crosscheck, tmp_path, name, code):
+    model, target = f"{model_file(tmp_path, SLIPPED)}:{name}", tmp_path / "trial.json"
+    assert crosscheck("trial", model, "--quick", "--jobs", 1, "--json", target).code == code
+    content = validated(target)
+    assert content["model"] == f"mine.py:{name}"
+    assert bool(content["tracebacks"]) == (name == "raising")
+    assert bool(content["missing"]) == (name not in ("two_link", "slipped"))
+
+
+def test_wrong_entries_are_in_every_view(crosscheck, tmp_path):
+    model, target = f"{model_file(tmp_path, SLIPPED)}:slipped", tmp_path / "trial.json"
+    outputs = ["--json", target, "--junit", tmp_path / "t.xml", "--out", tmp_path]
+    answer = crosscheck("trial", model, "--quick", "--jobs", 1, *outputs)
+    assert "M[theta_1, theta_1]" in [each["entry"] for each in validated(target)["wrong"]]
+    page = (tmp_path / "trial.html").read_text()
+    suite = ElementTree.parse(tmp_path / "t.xml").getroot()
+    assert suite.get("failures") != "0"
+    for text in (answer.out, page, (tmp_path / "t.xml").read_text()):
+        assert "M[theta_1, theta_1]" in text

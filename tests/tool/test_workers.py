@@ -1,0 +1,235 @@
+"""Tasks in other processes: whatever one does, the others are done and nothing is left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from crosscheck.runner import patience, workers
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.workers import Workers, perform_all
+
+
+@dataclass(frozen=True)
+class Job:
+    """A task that does anything."""
+
+    key: str
+    work: Callable[[], object]
+    cost: float = 0.0
+
+    def perform(self) -> object:
+        return self.work()
+
+
+def good() -> str:
+    return "done"
+
+
+def crashing() -> None:
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def leaving() -> None:
+    os._exit(0)
+
+
+def exiting() -> None:
+    raise SystemExit(0)
+
+
+def interrupting() -> None:
+    raise KeyboardInterrupt
+
+
+def unsendable() -> object:
+    return lambda: None
+
+
+class Awkward:
+    """Cannot be made again from what it sends."""
+
+    def __init__(self, one: str, other: str) -> None:
+        self.both = one + other
+
+    def __reduce__(self) -> tuple[type[Awkward], tuple[str]]:
+        return Awkward, (self.both,)
+
+
+def awkward() -> object:
+    return Awkward("a", "b")
+
+
+def talking() -> str:
+    os.write(1, b"engine: hello\n")
+    os.write(2, b"engine: WARNING\n")
+    print("hello")
+    return "done"
+
+
+def endless() -> None:
+    while True:
+        time.sleep(1)
+
+
+def deaf_and_endless() -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    endless()
+
+
+def busy() -> None:
+    while True:
+        pass
+
+
+def busy_in_a_child() -> None:
+    if os.fork() == 0:
+        busy()
+    endless()
+
+
+def stopped() -> str:
+    """For longer than the impatient wait for a task."""
+    waker = f"sleep 1; kill -CONT {os.getpid()}"
+    subprocess.Popen(["sh", "-c", waker], start_new_session=True)
+    os.kill(os.getpid(), signal.SIGSTOP)
+    return "done"
+
+
+def sleeping_child() -> int:
+    return subprocess.Popen(["sleep", "100"]).pid
+
+
+def child_in_its_own_session() -> int:
+    return subprocess.Popen(["sleep", "100"], start_new_session=True).pid
+
+
+def orphan() -> int:
+    said = subprocess.run(
+        ["sh", "-c", "sleep 100 >&- 2>&- & echo $!"], capture_output=True, check=True
+    )
+    return int(said.stdout)
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 3])
+@pytest.mark.parametrize(
+    ("work", "kind", "message"),
+    [
+        (crashing, "Died", "SIGSEGV"),
+        (leaving, "Died", "exit code 0"),
+        (exiting, "SystemExit", "0"),
+        (interrupting, "KeyboardInterrupt", ""),
+        (unsendable, "", "pickle"),
+        (awkward, "TypeError", "other"),
+    ],
+)
+def test_a_task_that_breaks_its_process_costs_itself_alone(work, kind, message, jobs):
+    tasks = [
+        Job("before", good),
+        Job("bad", work, 0.5),
+        *(Job(f"after {n}", good) for n in range(4)),
+    ]
+    told: list[str] = []
+    results = perform_all(tasks, jobs, told.append)
+    bad = results.pop("bad")
+    assert set(results.values()) == {"done"}
+    assert sorted(told) == sorted(task.key for task in tasks)
+    assert isinstance(bad, Failure)
+    assert kind in bad.kind
+    assert message in str(bad)
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Seconds become hundredths."""
+    monkeypatch.setattr(patience, "PATIENCE_S", 0.6)
+    monkeypatch.setattr(patience, "LOOK_S", 0.01)
+
+
+@pytest.mark.parametrize("work", [busy, busy_in_a_child])
+@pytest.mark.usefixtures("impatient")
+def test_a_task_that_computes_without_end_is_ended(work):
+    results = perform_all([Job("good", good), Job("slow", work)], 2, lambda key: None)
+    assert results["good"] == "done"
+    assert results["slow"].unfinished
+    assert results["slow"].kind == "TooSlow"
+    assert "s of processor time, about 0 s expected" in results["slow"].message
+
+
+@pytest.mark.usefixtures("impatient")
+def test_a_task_that_waits_for_nothing_is_ended(monkeypatch):
+    monkeypatch.setattr(patience, "IDLE_S", 0.3)
+    results = perform_all([Job("good", good), Job("slow", deaf_and_endless)], 2, lambda key: None)
+    assert results["good"] == "done"
+    assert results["slow"].unfinished
+    assert "s without any processor time" in results["slow"].message
+
+
+@pytest.mark.usefixtures("impatient")
+def test_time_in_which_a_task_had_no_processor_does_not_count():
+    assert perform_all([Job("stopped", stopped)], 1, lambda key: None) == {"stopped": "done"}
+
+
+@pytest.mark.parametrize("work", [sleeping_child, child_in_its_own_session, orphan])
+def test_what_a_task_has_started_ends_with_its_worker(work, tmp_path):
+    with Workers(1) as crew:
+        (number,) = crew.perform([Job("parent", work)], lambda key: None).values()
+        assert _runs(number)
+    assert not _runs(number)
+
+
+def test_what_a_task_says_is_not_the_programs_word(capfd):
+    assert perform_all([Job("talk", talking)], 1, lambda key: None) == {"talk": "done"}
+    assert capfd.readouterr() == ("", "")
+
+
+def test_no_process_is_left_behind():
+    with Workers(2) as crew:
+        crew.perform([Job("a", good), Job("b", good)], lambda key: None)
+        alive = [worker.process for worker in crew.crew]
+        assert len(alive) == 2
+    assert not any(process.is_alive() for process in alive)
+
+
+def test_workers_end_with_their_parent(tmp_path: Path):
+    script = tmp_path / "parent.py"
+    script.write_text(
+        "import os, sys, time\n"
+        "from tests.tool.test_workers import Job, endless\n"
+        "from crosscheck.runner.workers import Workers\n"
+        "with Workers(2) as crew:\n"
+        "    tasks = [Job('a', endless), Job('b', endless)]\n"
+        "    crew._employ(iter(tasks))\n"
+        "    print(*(worker.process.pid for worker in crew.crew), flush=True)\n"
+        "    time.sleep(60)\n"
+    )
+    root = Path(workers.__file__).parents[1]
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    parent = subprocess.Popen(
+        [sys.executable, str(script)], stdout=subprocess.PIPE, env=environment
+    )
+    assert parent.stdout is not None
+    children = [int(pid) for pid in parent.stdout.readline().split()]
+    assert len(children) == 2
+    parent.kill()
+    parent.wait()
+    until = time.monotonic() + 10
+    while any(map(_runs, children)) and time.monotonic() < until:
+        time.sleep(0.1)
+    assert not any(map(_runs, children))
+
+
+def _runs(pid: int) -> bool:
+    """Whether a process exists and is no zombie."""
+    try:
+        return "Z" not in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False

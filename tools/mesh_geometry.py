@@ -1,0 +1,115 @@
+"""The plane geometry of one mesh, for its drawing: circles, line of action, involute teeth.
+
+Points of the plane are complex numbers [m] in the frame of the central wheel's axis, x along the
+line of centres, angles counter-clockwise. The planet is the one on the carrier's x axis.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from models.arm.arm import Planetary
+
+Side = Literal["sun", "ring"]
+THICKNESS = 0.46  # of a tooth over the pitch; the missing part is the play, far larger than real
+FLANK_POINTS = 9
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A gear: centre, pitch and base radius [m], teeth; internal: teeth inwards."""
+
+    centre: complex
+    pitch_radius: float
+    base_radius: float
+    teeth: int
+    internal: bool = False
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Of the tooth's end and of its foot [m]: a module and 1.25 modules from the pitch."""
+        module = 2 * self.pitch_radius / self.teeth
+        out = -1 if self.internal else 1
+        return self.pitch_radius + out * module, self.pitch_radius - 1.25 * out * module
+
+
+@dataclass(frozen=True)
+class MeshGeometry:
+    """The central wheel and the planet in contact at the pitch point, x and F positive."""
+
+    side: Side
+    wheel: Wheel
+    planet: Wheel
+    pressure_angle_rad: float
+
+    @property
+    def pitch_point(self) -> complex:
+        """Where the pitch circles touch, on the line of centres."""
+        return complex(self.wheel.pitch_radius, 0.0)
+
+    @property
+    def push(self) -> complex:
+        """Unit vector of a positive F on the planet, along the line of action.
+
+        Forward, and away from the sun or inwards from the ring.
+        """
+        outward = math.sin(self.pressure_angle_rad)
+        forward = math.cos(self.pressure_angle_rad)
+        return complex(outward if self.side == "sun" else -outward, forward)
+
+    def tangent_point(self, wheel: Wheel) -> complex:
+        """Where the line of action touches a wheel's base circle."""
+        along = (np.conj(self.push) * (wheel.centre - self.pitch_point)).real
+        return complex(self.pitch_point + along * self.push)
+
+
+def mesh_geometry(joint: Planetary, side: Side) -> MeshGeometry:
+    """The mesh of a planet with sun or ring, from the joint's own numbers."""
+    alpha = math.radians(joint.pressure_angle_deg)
+
+    def wheel(teeth: int, centre: complex = 0j, internal: bool = False) -> Wheel:
+        pitch = joint.module_m * teeth / 2
+        return Wheel(centre, pitch, pitch * math.cos(alpha), teeth, internal)
+
+    carrier = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
+    sun, ring = wheel(joint.sun_teeth), wheel(joint.ring_teeth, internal=True)
+    planet = wheel(joint.planet_teeth, complex(carrier, 0.0))
+    return MeshGeometry(side, sun if side == "sun" else ring, planet, alpha)
+
+
+def teeth(geometry: MeshGeometry, wheel: Wheel, beside: int) -> list[np.ndarray]:
+    """Outlines of the tooth that carries and of so many on either side of it, (points,) each.
+
+    The carrying flank goes through the pitch point.
+    """
+    at = float(np.angle(geometry.pitch_point - wheel.centre))
+    # The wheel's flank looks forward, the planet's back; a planet counts round its own centre.
+    forward = wheel is geometry.wheel
+    counter_clockwise = forward if abs(at) < 1 else not forward
+    thickness = 2 * math.pi / wheel.teeth * THICKNESS
+    other = at - thickness if counter_clockwise else at + thickness
+    outline = _tooth(wheel, min(at, other), max(at, other))
+    turns = 2 * math.pi / wheel.teeth * np.arange(-beside, beside + 1)
+    return [wheel.centre + np.exp(1j * turn) * outline for turn in turns]
+
+
+def flank(wheel: Wheel, at: float, counter_clockwise: bool) -> np.ndarray:
+    """Points (n,) from foot to end of the involute through the pitch circle at ``at`` [rad]."""
+    end, foot = wheel.radii
+    radii = np.linspace(max(foot, wheel.base_radius), max(end, wheel.base_radius), FLANK_POINTS)
+    angle, at_pitch = (np.arccos(wheel.base_radius / r) for r in (radii, wheel.pitch_radius))
+    narrowing = (np.tan(angle) - angle) - (np.tan(at_pitch) - at_pitch)
+    sign = -1 if counter_clockwise != wheel.internal else 1
+    return np.asarray(radii * np.exp(1j * (at + sign * narrowing)))
+
+
+def _tooth(wheel: Wheel, clockwise: float, counter_clockwise: float) -> np.ndarray:
+    """Closed outline between two flanks at these angles [rad], round the wheel's own centre."""
+    one, other = flank(wheel, clockwise, False), flank(wheel, counter_clockwise, True)
+    foot = wheel.radii[1]
+    feet = foot * np.exp(1j * np.angle([other[0], one[0]]))
+    return np.concatenate([one, other[::-1], feet])

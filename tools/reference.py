@@ -1,0 +1,157 @@
+"""The tables of fields in docs/: `python -m tools.reference`."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from pathlib import Path
+
+from crosscheck.output import write_files
+from crosscheck.schema import Described, described, records_below
+from crosscheck.studies.definition.definition import (
+    Definition,
+    GridAxis,
+    HypercubeAxis,
+    ListAxis,
+    NormalAxis,
+    Samples,
+    Starts,
+    UniformAxis,
+)
+from crosscheck.studies.definition.quantities import (
+    ApartShare,
+    BandRms,
+    ContactLoss,
+    Crossing,
+    FinalError,
+    Function,
+    RigidDeviation,
+    Settling,
+    Size,
+    SpectralPeak,
+    Trajectories,
+)
+from models.arm.arm import Arm, Direct, Link, Planetary
+from models.arm.mesh import Mesh
+from models.arm.quantities import Data, short
+from models.arm.stiffness import FourierStiffness, SineStiffness, SquareStiffness, TableStiffness
+from models.experiment.scenario import (
+    ConstantDrive,
+    PdDrive,
+    Scenario,
+    SinusoidDrive,
+    Start,
+    TableDrive,
+)
+
+DOCS = Path(__file__).parents[1] / "docs"
+BEGIN, END = "<!-- fields: made by tools.reference -->\n", "<!-- end of fields -->\n"
+FILES: dict[str, type[Data]] = {
+    "arm-file.md": Arm,
+    "scenario-file.md": Scenario,
+    "studies.md": Definition,
+}
+HEADINGS: dict[type[Data], str] = {
+    Arm: "The arm",
+    Planetary: "Planetary joint",
+    Direct: "Direct joint",
+    Link: "Link",
+    Mesh: "Mesh",
+    SineStiffness: "Stiffness: sine",
+    FourierStiffness: "Stiffness: Fourier",
+    SquareStiffness: "Stiffness: square",
+    TableStiffness: "Stiffness: table",
+    Scenario: "The scenario",
+    Start: "Start",
+    ConstantDrive: "Drive: constant",
+    PdDrive: "Drive: PD",
+    SinusoidDrive: "Drive: sinusoid",
+    TableDrive: "Drive: table",
+    Definition: "The study",
+    ListAxis: "Axis: list",
+    GridAxis: "Axis: grid",
+    HypercubeAxis: "Axis: Latin hypercube",
+    NormalAxis: "Axis: normal",
+    UniformAxis: "Axis: uniform",
+    Samples: "Samples of a study",
+    Starts: "Starts of a study",
+    Size: "Quantity: size",
+    BandRms: "Quantity: RMS in a band",
+    SpectralPeak: "Quantity: spectral peak",
+    FinalError: "Quantity: final error",
+    Crossing: "Quantity: crossing",
+    Settling: "Quantity: settling",
+    ContactLoss: "Quantity: loss of contact",
+    ApartShare: "Quantity: share of time apart",
+    RigidDeviation: "Quantity: deviation from a rigid arm",
+    Function: "Quantity: function",
+    Trajectories: "Quantity: trajectories",
+}
+
+
+def write_reference() -> None:
+    """Renew the tables in both files. Raises InputError."""
+    write_files({DOCS / name: renewed(name) for name in FILES})
+
+
+def renewed(name: str) -> str:
+    """The text of a file of ``FILES``, with its tables as the schema has them now."""
+    before, rest = (DOCS / name).read_text(encoding="utf-8").split(BEGIN)
+    return before + BEGIN + field_tables(FILES[name]) + "\n" + END + rest.split(END)[1]
+
+
+def field_tables(top: type[Data]) -> str:
+    """A table of the fields of a record, and of each that it holds."""
+    return "".join(f"{line}\n" for record in records_below(top) for line in _section(record))
+
+
+def _section(record: type[Data]) -> Iterator[str]:
+    yield ""
+    yield f"### {HEADINGS[record]}"
+    yield ""
+    yield (inspect.getdoc(record) or "").replace("``", "`")
+    yield ""
+    yield "| field | meaning | unit | default | allowed |"
+    yield "|---|---|---|---|---|"
+    for field in described(record):
+        cells = (f"`{field.name}`", field.meaning, field.unit, _default(field), _allowed(field))
+        yield f"| {' | '.join(cells)} |"
+
+
+def _default(field: Described) -> str:
+    if field.required:
+        return "required"
+    if field.default is None:
+        return "none"
+    return "see there" if field.records else f"`{_value(field.default)}`"
+
+
+def _allowed(field: Described) -> str:
+    """Its range, or the tables that it may be."""
+    links = [f"[{HEADINGS[one]}](#{_anchor(HEADINGS[one])})" for one in field.records]
+    if not links:
+        return field.allowed
+    kinds = " or ".join(", ".join(links).rsplit(", ", 1))
+    return f"a list of {field.lists}, each {kinds}" if field.lists else kinds + field.one_for
+
+
+def _anchor(heading: str) -> str:
+    return heading.lower().replace(":", "").replace(" ", "-")
+
+
+def _value(value: object) -> str:
+    """A default as TOML."""
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_value, value))}]"
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, bool):
+        return str(value).lower()
+    if value == {}:
+        return "{}"
+    assert isinstance(value, int | float)
+    return short(value)
+
+
+if __name__ == "__main__":
+    write_reference()
