@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 import stat
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -157,9 +158,14 @@ def _listed(mark: int, folder: Path, study: Study) -> set[str] | None:
 
 
 def _alone(handle: int, folder: Path) -> None:
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise InputError(str(folder), "", None, "is in use by another process") from None
-    except OSError:  # not every network file system has locks
-        pass
+    """Lock the list. A killed study's workers hold its lock for a moment longer than it lives."""
+    for patience in (*[0.1] * 20, 0.0):
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            time.sleep(patience)
+        except OSError:  # not every network file system has locks
+            return
+        else:
+            return
+    raise InputError(str(folder), "", None, "is in use by another process")
