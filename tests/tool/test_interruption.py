@@ -79,7 +79,7 @@ def test_a_signal_at_any_moment_ends_the_program_in_one_line(command, whom, firs
     for time_ in range(max(1, DRAWS // SAMPLE)):
         folder = tmp_path / str(time_)
         folder.mkdir()
-        delay = draw.choice([draw.uniform(0.0, 1.0), draw.uniform(1.0, 4.0)])
+        delay = draw.choice([draw.uniform(0.0, 0.5), draw.uniform(0.5, 2.0)])
         number = [*SAID][(first + time_) % 2]
         _ends_in_one_line(command, whom, number, delay, folder)
 
