@@ -28,7 +28,7 @@ def _free_port() -> int:
 
 
 class Cluster:
-    """A scheduler and its workers, each a process."""
+    """A scheduler, and the workers of one test, each a process."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.processes = folder, []
