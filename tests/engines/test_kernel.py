@@ -36,15 +36,7 @@ from tests.arms import random_arm
 from tests.equations import Quantities, quantities
 from tests.faults.kernels import keep_nothing
 from tests.interpreted import addresses, exact_fma, fma, interpreted
-from tests.rounded import (
-    DRAWS,
-    EPS,
-    ROUNDINGS,
-    moved,
-    parts_of,
-    rounded,
-    run,
-)
+from tests.rounded import DRAWS, EPS, ROUNDINGS, moved, parts_of, rounded, run
 
 STATES = 9  # one more than a block has lanes
 STEP_S = 1e-5
