@@ -148,7 +148,7 @@ def test_no_scheduler_is_said_within_ten_seconds(undisturbed, tmp_path):
     assert (code, err.count("\n")) == (2, 1)
     assert "dask scheduler" in err
     assert address in err
-    assert time.monotonic() - began < 20  # ten, and twice that for a machine that is busy
+    assert time.monotonic() - began < 60  # ten, and what a busy machine takes more
     assert not list(tmp_path.iterdir())
 
 
