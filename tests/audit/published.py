@@ -14,7 +14,6 @@ from audit.claims import settings
 from audit.experiments.scale import Scale
 from audit.experiments.study import Asked, Comparison, Study
 from audit.page.chapter import Chapter
-from audit.statics import teeth
 from tests.audit.markup import strict_json
 
 BRIEF = Scale(longest_s=0.002, most_starts=2)
@@ -23,14 +22,10 @@ Name = tuple[str, str]  # a module, and what is defined there
 
 @contextmanager
 def few_settings(*readings: str) -> Iterator[None]:
-    """Every kind of experiment of the full plan, in the quick plan's settings of each reading.
-
-    And two terms of Eq. 7's series: what is kept meanwhile needs a folder of its own.
-    """
+    """Every kind of experiment of the full plan, in the quick plan's settings of each reading."""
     with pytest.MonkeyPatch.context() as patch:
         few = replace(settings.QUICK, readings=readings, variants=True)
         patch.setattr(settings, "FULL", few)
-        patch.setattr(teeth, "HARMONICS", 2)
         yield
 
 

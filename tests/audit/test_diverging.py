@@ -33,7 +33,7 @@ class Unstable(Scale):
 def material(kept: Path) -> Iterator[Material]:
     """Of all chapters: what one has asked, the others read."""
     with few_settings(LABELLED):
-        yield Material(Study(kept / "brief"), Unstable(longest_s=0.01, most_starts=2))
+        yield Material(Study(kept), Unstable(longest_s=0.01, most_starts=2))
 
 
 def test_that_a_run_diverges_is_itself_an_answer(material: Material) -> None:

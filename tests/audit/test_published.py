@@ -39,7 +39,7 @@ ROOT = HERE.parent
 @pytest.fixture(scope="module")
 def published(tmp_path_factory: pytest.TempPathFactory, kept: Path) -> Published:
     """The whole page; every test that looks at it is in this module, so that it is made once."""
-    study, out = Noting(kept / "brief"), tmp_path_factory.mktemp("published")
+    study, out = Noting(kept), tmp_path_factory.mktemp("published")
     with few_settings(*READINGS):
         made = report.write_paper(study, out, BRIEF)
     return Published(study, out, {chapter.id: chapter for chapter in made})
