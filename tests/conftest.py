@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import gc
+from collections.abc import Iterator
 
 import pytest
 from hypothesis import settings
 
 from crosscheck.registry import BUILT_IN, model_class
+from crosscheck.trial import trial
 from models.arm.arm import Arm
 from models.loading import load_arm
 
@@ -24,6 +26,14 @@ for model in BUILT_IN:
 def labelled() -> Arm:
     """The paper's arm, Table I as its labels say."""
     return load_arm("paper-labelled")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def few_states() -> Iterator[None]:
+    """Quick trials look at 20 states, not 150; those in processes of their own at all of them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(trial, "QUICK_STATES", 20)
+        yield
 
 
 @pytest.fixture(params=["paper-labelled", "paper-swapped"], scope="session")

@@ -21,10 +21,10 @@ Name = tuple[str, str]  # a module, and what is defined there
 
 
 @contextmanager
-def few_settings() -> Iterator[None]:
-    """Every experiment of the full plan, at the figures' two dampings in place of twelve."""
+def few_settings(*readings: str) -> Iterator[None]:
+    """Every kind of experiment of the full plan, in the quick plan's settings of each reading."""
     with pytest.MonkeyPatch.context() as patch:
-        few = replace(settings.FULL, zetas=(0.005, 0.02), shaken=(0.02,))
+        few = replace(settings.QUICK, readings=readings, variants=True)
         patch.setattr(settings, "FULL", few)
         yield
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from audit.experiments.cells import LABELLED
 from audit.experiments.scale import Scale
 from audit.experiments.study import Study, Variant
 from audit.measures.undefined import UNDEFINED
@@ -31,7 +32,7 @@ class Unstable(Scale):
 @pytest.fixture(scope="module")
 def material(kept: Path) -> Iterator[Material]:
     """Of all chapters: what one has asked, the others read."""
-    with few_settings():
+    with few_settings(LABELLED):
         yield Material(Study(kept), Unstable(longest_s=0.01, most_starts=2))
 
 

@@ -14,6 +14,9 @@ import pytest
 
 from audit.claims.catalogue import CLAIMS
 from audit.claims.quantities import of
+from audit.errata.notes import notes
+from audit.errata.sheet import ErrataSheet, markdown
+from audit.experiments.cells import READINGS
 from audit.experiments.experiments import PD
 from audit.experiments.scale import FULL
 from audit.figures.chapter import NUMBERS
@@ -37,7 +40,7 @@ ROOT = HERE.parent
 def published(tmp_path_factory: pytest.TempPathFactory, kept: Path) -> Published:
     """The whole page; every test that looks at it is in this module, so that it is made once."""
     study, out = Noting(kept), tmp_path_factory.mktemp("published")
-    with few_settings():
+    with few_settings(*READINGS):
         made = report.write_paper(study, out, BRIEF)
     return Published(study, out, {chapter.id: chapter for chapter in made})
 
@@ -78,7 +81,8 @@ def test_the_records_are_strict_json_and_those_of_the_chapters(published: Publis
 
 
 def test_every_file_is_there_and_whole(published: Published) -> None:
-    runs = stored_runs(FULL)
+    with few_settings(*READINGS):
+        runs = stored_runs(FULL)
     names = {"paper.html", "claims.json", "errata.md", *(f"{name}.nc" for name in runs)}
     assert {path.name for path in published.out.iterdir()} == names
     for name, variant in runs.items():
@@ -94,6 +98,21 @@ def test_the_errata_sheet_is_made_of_even_tables(published: Published) -> None:
     assert sum(table.count("\n") for table in tables) > 40
     for table in tables:
         assert len({line.count("|") for line in table.strip().splitlines()}) == 1, table
+
+
+def test_errata_sheet_says_the_same_as_a_page_and_as_markdown(published: Published) -> None:
+    sheet = published.chapters["errata"]
+    assert isinstance(sheet, ErrataSheet)
+    errata, text = [slip.erratum for slip in sheet.slips], markdown(sheet.slips)
+    ids = [f"erratum/paper-labelled/{erratum.id}" for erratum in errata]
+    assert [record["id"] for record in sheet.records][: len(ids)] == ids
+    for note in (*notes().contradictions, *notes().gaps):
+        assert any(str(record["id"]).endswith(f"/{note.id}") for record in sheet.records)
+    for erratum in errata:
+        assert erratum.where.replace("|", r"\|") in text
+    assert sheet.html.count("<svg") == sum(
+        bool(tex) for erratum in errata for tex in (erratum.printed_tex, erratum.derived_tex)
+    )
 
 
 @pytest.mark.parametrize(

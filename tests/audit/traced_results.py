@@ -33,6 +33,7 @@ CUTS: dict[tuple[str, str], Any] = {
     (f"{PAPER}.phase.resonance", "RAMP_S"): 0.01,
     (f"{PAPER}.phase.runs.linear", "BASE_STEP_S"): 0.01,
     (f"{PAPER}.phase.objections", "THIRD_EVERY"): 10,
+    (f"{PAPER}.statics.teeth", "HARMONICS"): 2,
 }
 called: set[str] = set()
 builtins.called_files = called  # type: ignore[attr-defined]

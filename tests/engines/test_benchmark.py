@@ -26,7 +26,7 @@ ROUNDING = 1e-12
 
 
 @COMPILED
-@pytest.mark.parametrize("joints", [2, 6])
+@pytest.mark.parametrize("joints", [2, 4])
 @pytest.mark.parametrize("counted", ["lumped", "free"])
 def test_c_references_run_as_the_model_does(joints: int, counted: Counted) -> None:
     model = long_run(joints, counted, 2000)
@@ -44,7 +44,7 @@ def test_refined_solution_keeps_order_eight_through_contact_changes() -> None:
     """0.02 s with contact changes: halving the step gains more than order 4 could, 16 times."""
     model = pd_run(0.01)
     grid = recorded_times(model.scenario)[:201]
-    rough, better, best = (refined(model, grid, step) for step in (1e-4, 5e-5, 6.25e-6))
+    rough, better, best = (refined(model, grid, step) for step in (1e-4, 5e-5, 1.25e-5))
     assert best.changes > 0
     errors = [largest_difference(model, run.q, best.q) for run in (rough, better)]
     assert errors[0] > 30 * errors[1]

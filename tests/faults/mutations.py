@@ -272,11 +272,7 @@ def mutants(model: str, arm: Arm) -> list[Mutant]:
     ]
 
 
-CALLS = {
-    CHRISTOFFEL: "mass_matrix",
-    START_MASS: "mass_matrix",
-    FORCE_SLOPES: "generalized_force",
-}
+CALLS = {CHRISTOFFEL: "mass_matrix", START_MASS: "mass_matrix", FORCE_SLOPES: "generalized_force"}
 
 
 def calls(task: ModelTask) -> str:

@@ -199,9 +199,7 @@ FORCES = [
     ),
     Fault("tooth error sign", change("kernel.text.meshes:_mesh", "} - e_", "} + e_"), FORCE),
     Fault(
-        "stiffness does not vary",
-        change("kernel.numbers:_waves", "gears.k_a[mesh]", "0.0"),
-        FORCE,
+        "stiffness does not vary", change("kernel.numbers:_waves", "gears.k_a[mesh]", "0.0"), FORCE
     ),
     Fault(
         "clearance as Eq. 15 prints it",
@@ -252,11 +250,7 @@ FORCES = [
         FORCE,
         OMEGA_T,
     ),
-    Fault(
-        "ring phase lost",
-        change("derivation.gears:gears", "entry.offset", "0.0"),
-        FORCE,
-    ),
+    Fault("ring phase lost", change("derivation.gears:gears", "entry.offset", "0.0"), FORCE),
     Fault(
         "stiffness of the wrong mesh",
         change("kernel.numbers:_of_mesh", "gears.k_m[mesh]", "gears.k_m[0]"),
@@ -335,12 +329,7 @@ RUNS = [
         THETA,
         kernel="terms",
     ),
-    Fault(
-        "weight of a stage",
-        left("_MIDDLE", "sum_v", "2.0 *", "1.0 *"),
-        X_SP,
-        kernel="terms",
-    ),
+    Fault("weight of a stage", left("_MIDDLE", "sum_v", "2.0 *", "1.0 *"), X_SP, kernel="terms"),
     Fault(
         "last stage at half the step",
         template(LAST, LAST.replace("1.0", "0.5")),

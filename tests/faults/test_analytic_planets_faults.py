@@ -4,13 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.faults.faults import (
-    CONTACT,
-    FORCE,
-    MASS,
-    Fault,
-    assert_seen,
-)
+from tests.faults.faults import CONTACT, FORCE, MASS, Fault, assert_seen
 from tests.faults.test_analytic_faults import F_SP, X_PR, X_SP, change
 
 APART = "planets-apart"

@@ -52,11 +52,7 @@ PARTS = [
     Fault("parallel axes forgotten", edit(ENGINE + "_part", "part.mass * part.x**2", "0.0"), MASS),
     Fault(
         "pitch for base radius",
-        edit(
-            POSES + "base_radius",
-            " * float(np.cos(np.radians(joint.pressure_angle_deg)))",
-            "",
-        ),
+        edit(POSES + "base_radius", " * float(np.cos(np.radians(joint.pressure_angle_deg)))", ""),
         MASS,
     ),
     Fault(
@@ -159,9 +155,7 @@ CONTACTS = [
     Fault("ring pulls its planets", edit(MESH + "line_of_action", "mesh.side * ", ""), WRENCHES),
     Fault("every mesh with all damping", edit(MESH + "damping_of", " / count", ""), FORCE),
     Fault(
-        "one planet's mass",
-        edit(MESH + "damping_of", "count * equivalent", "equivalent"),
-        FORCE,
+        "one planet's mass", edit(MESH + "damping_of", "count * equivalent", "equivalent"), FORCE
     ),
     Fault("tooth error sign", edit(MESH + "gap_of", "- mesh.error", "+ mesh.error"), FORCE),
     Fault(
@@ -185,9 +179,7 @@ CONTACTS = [
         OMEGA_T,
     ),
     Fault(
-        "ring phase lost",
-        edit(MESH + "mesh_of", "None else own.phase_rad", "None else 0.0"),
-        FORCE,
+        "ring phase lost", edit(MESH + "mesh_of", "None else own.phase_rad", "None else 0.0"), FORCE
     ),
     Fault("sign in Eq. 13", edit(MESH + "teeth_passing", "- 1)", "+ 1)"), FORCE, EQ13),
 ]

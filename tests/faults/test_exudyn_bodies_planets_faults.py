@@ -110,18 +110,12 @@ PHASES = [
 
 ON_ANGLES = [
     Fault("no work on the angle", edit(MESH + "mesh_forces", "mesh.conservative", "False"), WORK),
-    Fault(
-        "work's sign",
-        edit(MESH + "carrier_torque", "return m", "return -m"),
-        WORK,
-    ),
+    Fault("work's sign", edit(MESH + "carrier_torque", "return m", "return -m"), WORK),
     Fault("stiffness does no work", edit(MESH + "carrier_torque", " - stiffening", ""), WORK),
     Fault("error does no work", edit(MESH + "carrier_torque", "closing * elas", "0 * elas"), WORK),
     Fault("twice the stiffening", edit(MESH + "carrier_torque", "**2 / 2", "**2"), WORK),
     Fault(
-        "work of an error in phase",
-        edit(MESH + "carrier_torque", " + mesh.error_phase", ""),
-        WORK,
+        "work of an error in phase", edit(MESH + "carrier_torque", " + mesh.error_phase", ""), WORK
     ),
     Fault("a tooth's work per turn", edit(MESH + "carrier_torque", "mesh.teeth * ", ""), WORK),
     Fault(

@@ -54,17 +54,11 @@ BODIES = [
         "ring without inertia", edit(PARTS + "_far_end", "outer.ring_inertia_kg_m2", "0.0"), MASS
     ),
     Fault(
-        "parallel axes forgotten",
-        edit(PARTS + "_composite", " + mass @ (x - com) ** 2", ""),
-        MASS,
+        "parallel axes forgotten", edit(PARTS + "_composite", " + mass @ (x - com) ** 2", ""), MASS
     ),
     Fault(
         "sun on the link that it drives",
-        edit(
-            PARTS + "bodies_of",
-            "Body(parent, axis, mass",
-            "Body(stage.link, (0.0, 0.0), mass",
-        ),
+        edit(PARTS + "bodies_of", "Body(parent, axis, mass", "Body(stage.link, (0.0, 0.0), mass"),
         MASS,
     ),
     Fault(
@@ -110,11 +104,7 @@ BODIES = [
         edit(ENGINE + "Engine.place", "SetODE2Coordinates_t(v", "SetODE2Coordinates_t(v / 2"),
         BIAS,
     ),
-    Fault(
-        "gravity left on",
-        edit(ENGINE + "_tree", "[*gravity, 0.0]", "[0.0, -9.81, 0.0]"),
-        BIAS,
-    ),
+    Fault("gravity left on", edit(ENGINE + "_tree", "[*gravity, 0.0]", "[0.0, -9.81, 0.0]"), BIAS),
 ]
 
 FORCES = [
@@ -168,9 +158,7 @@ FORCES = [
         FORCE,
     ),
     Fault(
-        "last planet forgotten",
-        edit(MESH + "gearing", "s.planets[-1] + 1", "s.planets[-1]"),
-        FORCE,
+        "last planet forgotten", edit(MESH + "gearing", "s.planets[-1] + 1", "s.planets[-1]"), FORCE
     ),
     Fault(
         "meshes' clock stands",
@@ -209,9 +197,7 @@ FORCES = [
         FORCE,
     ),
     Fault(
-        "ring phase lost",
-        edit(LAWS + "mesh_law", "planet, mesh.phase_rad", "planet, 0.0"),
-        FORCE,
+        "ring phase lost", edit(LAWS + "mesh_law", "planet, mesh.phase_rad", "planet, 0.0"), FORCE
     ),
     Fault(
         "corrected ring rate is Eq. 13's",
@@ -291,11 +277,7 @@ RUNS = [
     Fault(
         "start at rest", edit(TREE + "ExudynTree.start", "start.theta_dot_rad_per_s", "0.0"), THETA
     ),
-    Fault(
-        "start away from contact",
-        edit(TEETH, '== "contact"', '== "centre"'),
-        X_SP,
-    ),
+    Fault("start away from contact", edit(TEETH, '== "contact"', '== "centre"'), X_SP),
     Fault(
         "offsets of the start swapped",
         edit(TEETH, "start.planet_ring_offset_m", "start.sun_planet_offset_m"),
@@ -310,11 +292,7 @@ RUNS = [
     Fault("motor's clock stands", edit(LOADS + "loads", "clock[0] + t", "t"), THETA, **SINUSOID),
     Fault(
         "ring mesh recorded with the sun",
-        edit(
-            RECORDS,
-            "planet, q, with_sun=side == 0",
-            "planet, q, with_sun=True",
-        ),
+        edit(RECORDS, "planet, q, with_sun=side == 0", "planet, q, with_sun=True"),
         X_PR,
     ),
     Fault("sun's sign in the record", edit(MESH + "deflection", "wheel - q", "wheel + q"), X_SP),

@@ -132,9 +132,7 @@ OF_PHASES = [
         TEETH_SAY,
     ),
     PlanetFault(
-        "ring deaf to the given sun mesh",
-        edit(LAWS + "_phase_offset", '"ring"', '"none"'),
-        GIVEN,
+        "ring deaf to the given sun mesh", edit(LAWS + "_phase_offset", '"ring"', '"none"'), GIVEN
     ),
     PlanetFault(
         "sun mesh follows itself",
@@ -165,9 +163,7 @@ OF_WORK = [
         GRADIENT,
     ),
     PlanetFault(
-        "work of the error forgotten",
-        edit(MESH + "turning_torque", "gap.imag)", "0.0)"),
-        GRADIENT,
+        "work of the error forgotten", edit(MESH + "turning_torque", "gap.imag)", "0.0)"), GRADIENT
     ),
     PlanetFault(
         "work on the sun's phase",
@@ -196,9 +192,7 @@ OF_RUNS = [
     ),
     PlanetFault("planet's offset lost", edit(TEETH, "by_ring + offset", "by_ring"), MOVED),
     PlanetFault(
-        "sun stays behind its planets",
-        edit(TEETH, "+ by_sun + by_ring", "+ by_sun"),
-        MOVED,
+        "sun stays behind its planets", edit(TEETH, "+ by_sun + by_ring", "+ by_sun"), MOVED
     ),
     PlanetFault(
         "forces recorded by the first law",

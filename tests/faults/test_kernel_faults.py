@@ -4,27 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from tests.faults.faults import (
-    CONTACT,
-    EQ13,
-    OMEGA_T,
-    TANH,
-    UNLIKE,
-    Fault,
-    Laws,
-    assert_seen,
-)
+from tests.faults.faults import CONTACT, EQ13, OMEGA_T, TANH, UNLIKE, Fault, Laws, assert_seen
 from tests.faults.kernels import Kernel
-from tests.faults.test_analytic_faults import (
-    F_SP,
-    LAST,
-    THETA,
-    X_PR,
-    X_SP,
-    change,
-    left,
-    template,
-)
+from tests.faults.test_analytic_faults import F_SP, LAST, THETA, X_PR, X_SP, change, left, template
 from tests.faults.test_analytic_planets_faults import APART, CONSERVATIVE
 
 THETA_DDOT = "same-step/theta_ddot"
@@ -327,13 +309,7 @@ STEPS = [
         (),
         "sinusoid",
     ),
-    Fault(
-        "no root of time",
-        template(FIRST, FIRST.replace("sqrt(t)", "t")),
-        THETA,
-        (),
-        "root",
-    ),
+    Fault("no root of time", template(FIRST, FIRST.replace("sqrt(t)", "t")), THETA, (), "root"),
     Fault("fifths of a step", left("_LAST", "v", "h / 6.0", "h / 5.0"), THETA),
     Fault("last stage not counted", left("_LAST", "q", " + v_{x}", ""), THETA),
     Fault("sums kept", left("_FIRST", "sum_q", "v_{x}", "v_{x} + 1e-3 * {sum_q}"), THETA),

@@ -52,9 +52,7 @@ FAULTS = [
         MASS,
     ),
     Fault(
-        "gravity left on",
-        rebuild("build_tree", "np.zeros(3)", "np.array([0.0, -9.81, 0.0])"),
-        BIAS,
+        "gravity left on", rebuild("build_tree", "np.zeros(3)", "np.array([0.0, -9.81, 0.0])"), BIAS
     ),
     Fault(
         "carrier's inertia by the sun's radius",
@@ -75,11 +73,7 @@ FAULTS = [
         rebuild("_add_gears", "0.0, joint.planet_mass_kg", "0.0, 0.0"),
         MASS,
     ),
-    Fault(
-        "planet's inertia by the sun's radius",
-        rebuild("_inertias", "r_p**2", "r_s**2"),
-        MASS,
-    ),
+    Fault("planet's inertia by the sun's radius", rebuild("_inertias", "r_p**2", "r_s**2"), MASS),
     Fault(
         "sun's equivalent mass and mass swapped",
         rebuild(
@@ -165,9 +159,7 @@ FAULTS = [
         FORCE,
     ),
     Fault(
-        "approach without the carrier",
-        change("_approach", " - angles[mesh.link - 1]", ""),
-        FORCE,
+        "approach without the carrier", change("_approach", " - angles[mesh.link - 1]", ""), FORCE
     ),
     Fault(
         "tooth error sign",
@@ -229,11 +221,7 @@ FAULTS = [
     ),
     Fault(
         "every mesh has the damping of all",
-        remesh(
-            "_mesh",
-            "_stage_damping(contact) / joint.planet_count",
-            "_stage_damping(contact)",
-        ),
+        remesh("_mesh", "_stage_damping(contact) / joint.planet_count", "_stage_damping(contact)"),
         FORCE,
     ),
     Fault(

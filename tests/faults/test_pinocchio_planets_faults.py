@@ -8,15 +8,7 @@ import pytest
 from models.experiment.switches import switches
 from models.pinocchio.gears import PinocchioGears
 from tests.faults.faults import ACCELERATION, FORCE, Fault, Plant, edit
-from tests.planet_meshes import (
-    ROD,
-    arm_of,
-    expected_force,
-    stage,
-    state,
-    undriven,
-    unlike_mesh,
-)
+from tests.planet_meshes import ROD, arm_of, expected_force, stage, state, undriven, unlike_mesh
 
 LISTED = {"damping_ratio": None, "damping_N_s_per_m": [800.0, 1500.0, 300.0]}
 # The first stage's phases are all its teeth's; in the second one the ring follows a given sun.
@@ -56,11 +48,7 @@ FAULTS = [
         remesh("contacts_of", "of_planet(number)", "of_planet((number + 1) % 3)"),
         FORCE,
     ),
-    Fault(
-        "a neighbour's clearance",
-        remesh("_mesh", "mesh.backlash_m", NEIGHBOURS),
-        FORCE,
-    ),
+    Fault("a neighbour's clearance", remesh("_mesh", "mesh.backlash_m", NEIGHBOURS), FORCE),
     Fault("planets placed backwards", remesh("_place", "atan2(y, x)", "atan2(-y, x)"), FORCE),
     Fault(
         "the sun's teeth come forward",
@@ -72,11 +60,7 @@ FAULTS = [
         remesh("_phase_from_teeth", "(joint.ring_teeth *", "(-joint.ring_teeth *"),
         FORCE,
     ),
-    Fault(
-        "all planets of a stage in phase",
-        remesh("_place", "atan2(y, x)", "0.0"),
-        FORCE,
-    ),
+    Fault("all planets of a stage in phase", remesh("_place", "atan2(y, x)", "0.0"), FORCE),
     Fault(
         "no half pitch across the planet",
         remesh("_phase_from_teeth", " + _across_planet(joint)", ""),

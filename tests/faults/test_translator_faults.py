@@ -58,10 +58,7 @@ FAULTS = [
         "sign lost", change("_negative", 'f"fneg {self._type(value.kind)} {value.text}"', POSITIVE)
     ),
     Fault("magnitude lost", change("_call", '"abs": "fabs"', '"abs": "sqrt"')),
-    Fault(
-        "change in place skipped",
-        change("_statement", "self._expression(changed)", SKIPPED),
-    ),
+    Fault("change in place skipped", change("_statement", "self._expression(changed)", SKIPPED)),
     Fault(
         "numbers in single precision",
         edit(

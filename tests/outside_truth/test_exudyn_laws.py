@@ -58,11 +58,7 @@ def test_damping_follows_the_mean_stiffness(tier: Tier, law: str):
     model = tier(arm_of(geared(law, law), gravity=(0.0, 0.0)), scenario())
     mean, sun_mass = mean_stiffness(law), SUN_J / R_S**2
     damping = np.array(
-        [
-            2 * 0.06 * np.sqrt(4 * mean * sun_mass),
-            2 * 0.04 * np.sqrt(4 * mean * 4 * PLANET_M),
-            0.0,
-        ]
+        [2 * 0.06 * np.sqrt(4 * mean * sun_mass), 2 * 0.04 * np.sqrt(4 * mean * 4 * PLANET_M), 0.0]
     )
     q = np.zeros(3)  # in the play of every mesh
     for v in np.diag([0.3, -0.2, 0.0]):

@@ -7,13 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analytic.model import (
-    PhysicalModel,
-    RigidArmature,
-    RigidCarriers,
-    RigidCoupled,
-    RigidLinks,
-)
+from analytic.model import PhysicalModel, RigidArmature, RigidCarriers, RigidCoupled, RigidLinks
 from analytic.stability import contact_eigenvalues
 from models.arm.arm import Arm, Planetary
 from models.arm.stiffness import SineStiffness

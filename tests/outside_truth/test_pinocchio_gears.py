@@ -293,8 +293,7 @@ def damped_by(joint: Planetary, d_sp: float, d_pr: float) -> Planetary:
 @pytest.mark.parametrize("x", [0.0, 6e-5])
 @pytest.mark.parametrize("damping", ["always", "contact"])
 @pytest.mark.parametrize(
-    ("given_damping", "d_sp", "d_pr"),
-    [((), 1224.745, 2437.212), ((300.0, 700.0), 300.0, 700.0)],
+    ("given_damping", "d_sp", "d_pr"), [((), 1224.745, 2437.212), ((300.0, 700.0), 300.0, 700.0)]
 )
 def test_dampers_act_in_every_mesh_or_in_contact_alone(x, damping, given_damping, d_sp, d_pr):
     arm, scenario, _ = paper_case(*PLAIN[1:])

@@ -175,10 +175,7 @@ def test_two_direct_joints_have_the_textbook_mass_matrix(model):
 
 @pytest.mark.parametrize("model", ALL)
 def test_force_on_direct_joints_is_drive_friction_and_weight(model):
-    joints = [
-        SHOULDER | {"friction_N_m_s_per_rad": 0.8},
-        ELBOW | {"friction_N_m_s_per_rad": 0.3},
-    ]
+    joints = [SHOULDER | {"friction_N_m_s_per_rad": 0.8}, ELBOW | {"friction_N_m_s_per_rad": 0.3}]
     q, v = np.array([0.4, -1.1]), np.array([2.0, -3.0])
     motor = 0.9 * (model is not PinocchioLinks)
     first, second = ((-sin(angle), cos(angle)) for angle in (q[0], q[0] + q[1]))

@@ -46,7 +46,7 @@ def every_law() -> st.SearchStrategy[Switches]:
     return st.builds(lambda law, d: switches(**law, damping=d), st.sampled_from(laws), damping)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(unlike_arms(), every_law(), seeds)
 def test_every_planets_mesh_does_its_own_virtual_work(arm, chosen, seed):
     """Unlike laws, clearances, errors, phases and dampers, in every switch's sense."""
@@ -59,7 +59,7 @@ def test_every_planets_mesh_does_its_own_virtual_work(arm, chosen, seed):
     )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(unlike_arms() | alike_arms(), st.booleans(), seeds)
 def test_conservative_forces_are_the_slope_of_the_springs_energy(arm, corrected, seed):
     """At rest, in every coordinate at once; V takes complex coordinates, so its slope is exact."""
@@ -71,7 +71,7 @@ def test_conservative_forces_are_the_slope_of_the_springs_energy(arm, corrected,
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=rounding(springs))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(unlike_arms(), seeds)
 def test_work_on_the_phase_is_a_torque_between_link_and_previous_body(arm, seed):
     """Nothing else changes: neither what the teeth tell each body, nor other coordinates."""
@@ -97,7 +97,7 @@ def to_free(lumped: Layout, free: Layout) -> np.ndarray:
     return np.array([rows[c.meaning](c.joint - 1) for c in free.coordinates])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(alike_arms(), st.sampled_from(["paper", "conservative"]), seeds)
 def test_lumped_planets_are_free_ones_that_move_alike(arm, work, seed):
     free = gears(arm, mesh_work=work)
@@ -117,7 +117,7 @@ def test_lumped_planets_are_free_ones_that_move_alike(arm, work, seed):
     np.testing.assert_allclose(of_all, force, rtol=1e-12, atol=off)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(unlike_arms(), seeds)
 def test_the_map_of_free_coordinates_has_an_inverse(arm, seed):
     model = gears(arm)
@@ -127,7 +127,7 @@ def test_the_map_of_free_coordinates_has_an_inverse(arm, seed):
     np.testing.assert_allclose(found, q, rtol=0, atol=50 * EPS)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(unlike_arms(), seeds)
 def test_forward_dynamics_of_unlike_planets_solve_the_equation_of_motion(arm, seed):
     model = gears(arm, mesh_work="conservative")
@@ -141,7 +141,7 @@ def test_forward_dynamics_of_unlike_planets_solve_the_equation_of_motion(arm, se
     np.testing.assert_allclose(left / scale, force / scale, rtol=0, atol=off)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(unlike_arms(), seeds)
 def test_contact_forces_of_unlike_planets_obey_newtons_third_law(arm, seed):
     model = gears(arm)
@@ -207,7 +207,7 @@ def fourier(phase: float) -> float:
     return float(9e7 + cosines + sines)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(alike_arms(), seeds)
 def test_phases_from_the_teeth_are_those_that_one_may_list(arm, seed):
     """To whole turns: the arm checks a list against the teeth by itself."""

@@ -444,9 +444,9 @@ def test_largest_stable_step_that_is_named_is_accepted(short, tmp_path, model):
     refused = short("--step", "1e-4", model=model)
     limit = float(refused.err.split(f"largest stable step of {model} is ")[1].split(" s")[0])
     assert 2e-5 < limit < 1e-4
-    # The message rounds to three digits; the next multiple below 1 % less divides 100 steps.
+    # The message rounds to three digits; the next multiple below 1 % less divides 10 steps.
     step = 0.99 * limit
-    answer = short("--step", step, "--t-end", 100 * step, model=model)
+    answer = short("--step", step, "--t-end", 10 * step, model=model)
     assert answer.code == 0
     assert (tmp_path / "run.nc").is_file()
 

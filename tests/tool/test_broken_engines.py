@@ -35,23 +35,21 @@ def arm_file(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("model", "module"),
-    [
-        ("pinocchio:gears", "models.no_such_engine"),
-        ("exudyn:tree", "models.no_such_engine"),
-        ("analytic:physical", "models.no_such_engine"),
-    ],
+    "missing", [("pinocchio:gears", "exudyn:tree"), ("analytic:physical",)], ids=", ".join
 )
 @pytest.mark.usefixtures("brief_plan")
-def test_engine_that_cannot_be_imported_is_a_failed_check(monkeypatch, model, module):
-    entry = replace(registry.MODELS[model], module=module, attribute="Nothing")
-    monkeypatch.setitem(registry.MODELS, model, entry)
+def test_engines_that_cannot_be_imported_are_failed_checks(monkeypatch, missing):
+    for model in missing:
+        lost = replace(registry.MODELS[model], module="models.no_such_engine", attribute="Nothing")
+        monkeypatch.setitem(registry.MODELS, model, lost)
     agreement = package.check(arm_of(1), quick=True)
-    failed = [f for f in agreement.findings if f.verdict == "failed" and model in (f.left, f.right)]
-    assert failed
-    assert all(f.kind == "check" for f in failed)
-    assert "no_such_engine" in failed[0].note
     assert agreement.exit_code == 1
+    failures = [f for f in agreement.findings if f.verdict == "failed"]
+    for model in missing:
+        failed = [f for f in failures if model in (f.left, f.right)]
+        assert failed
+        assert all(f.kind == "check" for f in failed)
+        assert all("no_such_engine" in f.note for f in failed)
 
 
 @pytest.mark.usefixtures("brief_plan")
@@ -81,18 +79,24 @@ def _leaving(*state: object) -> None:
     raise SystemExit(0)
 
 
-@pytest.mark.parametrize(("harm", "jobs"), [(_crashing, 2), (_leaving, 1)])
 @pytest.mark.usefixtures("brief_plan")
-def test_engine_that_crashes_or_leaves_costs_its_own_checks_alone(monkeypatch, harm, jobs):
+def test_engines_that_crash_or_leave_cost_their_own_checks_alone(monkeypatch):
     """And a model harmed in memory is harmed in every process."""
     from models.exudyn.tree.tree import ExudynTree
+    from models.pinocchio.gears import PinocchioGears
 
-    monkeypatch.setattr(ExudynTree, "bias", harm)
-    agreement = package.check(arm_of(1), quick=True, jobs=jobs)
+    harmed = {"exudyn:tree": (ExudynTree, _crashing), "pinocchio:gears": (PinocchioGears, _leaving)}
+    for model, harm in harmed.values():
+        monkeypatch.setattr(model, "bias", harm)
+    agreement = package.check(arm_of(1), quick=True, jobs=2)
     assert agreement.exit_code == 1
     assert {f.verdict for f in agreement.red} == {"failed"}
-    assert all("exudyn:tree" in (f.left, f.right) for f in agreement.red)
-    assert all(f.note.startswith("exudyn:tree: ") for f in agreement.red)
-    # Whatever needs no bias of the tree is as before.
-    agreeing = {f.quantity for f in agreement.findings if f.left == "exudyn:tree"}
-    assert agreeing >= {"inertia", "locked-stage", "abilities"}
+    for name in harmed:
+        assert any(f.note.startswith(f"{name}: ") for f in agreement.red)
+        # Whatever needs no bias of the model is as before.
+        own = [f for f in agreement.findings if name in (f.left, f.right)]
+        agreeing = {f.quantity for f in own if f.verdict == "agree"}
+        assert agreeing >= {"inertia", "mass_matrix", "abilities"}
+    assert {f.verdict for f in agreement.findings if f.quantity == "locked-stage"} == {"agree"}
+    assert all({f.left, f.right} & {*harmed} for f in agreement.red)
+    assert all(f.note.startswith(tuple(f"{name}: " for name in harmed)) for f in agreement.red)

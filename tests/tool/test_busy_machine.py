@@ -36,8 +36,8 @@ from models.loading import Case, load_scenario
 from tests.arms import arm_of
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
-OTHERS = 8
-FAMILIES = ("same-step", "refined", "invariants")
+OTHERS = 4
+FAMILIES = ("same-step", "invariants")
 
 
 @contextmanager

@@ -47,7 +47,7 @@ torque_N_m = 0.0
 
 
 @pytest.fixture
-def files(tmp_path):
+def files(tmp_path, brief_plan):
     """Names of an arm's and a scenario's file."""
     arm, scenario = tmp_path / "arm.toml", tmp_path / "swing.toml"
     arm.write_text(DIRECT)
@@ -113,19 +113,9 @@ def test_the_papers_own_loop_is_stable():
     assert growth_of(load_arm("paper-labelled"), load_scenario("pd")) is None
 
 
-def test_a_scenario_of_ones_own_replaces_the_usual_ones(crosscheck, files, tmp_path):
-    arm, scenario = files
-    out = tmp_path / "agreement.json"
-    answer = crosscheck("validate", arm, "--quick", "--scenario", scenario, "--json", str(out))
-    assert answer.code == 0, answer.out
-    content = json.loads(out.read_text())
-    cases = {finding["case"] for finding in content["findings"]}
-    assert "swing" in cases
-    assert not {"pd", "pd-motion", "torque-step", "constant-torque"} & cases
-    assert [recorded["name"] for recorded in content["provenance"]["scenarios"]] == ["swing"]
-
-
-def test_settings_change_arm_and_scenario(crosscheck, files, tmp_path):
+def test_a_scenario_of_ones_own_replaces_the_usual_ones_and_settings_change_it(
+    crosscheck, files, tmp_path
+):
     arm, scenario = files
     out = tmp_path / "agreement.json"
     settings = ["--set", "arm.payload_mass_kg=0.5", "--set", "scenario.duration_s=0.01"]
@@ -133,7 +123,12 @@ def test_settings_change_arm_and_scenario(crosscheck, files, tmp_path):
         "validate", arm, "--quick", "--scenario", scenario, *settings, "--json", str(out)
     )
     assert answer.code == 0, answer.out
-    provenance = json.loads(out.read_text())["provenance"]
+    content = json.loads(out.read_text())
+    cases = {finding["case"] for finding in content["findings"]}
+    assert "swing" in cases
+    assert not {"pd", "pd-motion", "torque-step", "constant-torque"} & cases
+    provenance = content["provenance"]
+    assert [recorded["name"] for recorded in provenance["scenarios"]] == ["swing"]
     assert provenance["arm"]["payload_mass_kg"] == 0.5
     assert provenance["scenarios"][0]["duration_s"] == 0.01
 

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
-import subprocess
 import sys
+from contextlib import redirect_stdout
 from typing import NamedTuple
 
 import jsonschema
 import pytest
 
 from crosscheck import registry
+from crosscheck.cli.app import main
 from crosscheck.provenance import ROOT
 from models.arm.arm import Arm
 from models.files import HERE
 from tests.arms import PAPER
 from tests.audit.markup import SVG, axis_problems, page_problems
+from tests.brief import brief
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
 
@@ -32,13 +35,17 @@ class Report(NamedTuple):
 
 @pytest.fixture(scope="session")
 def quick_report(tmp_path_factory: pytest.TempPathFactory) -> Report:
-    """The paper's arm through ``crosscheck run --quick``."""
+    """The paper's arm through ``crosscheck run --quick``, every experiment of it cut short."""
     folder = tmp_path_factory.mktemp("quick")
-    command = [sys.executable, "-m", "crosscheck", "run", "--quick", "--out", str(folder)]
-    answer = subprocess.run(command, capture_output=True, text=True, timeout=500, check=False)
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as out:
+        brief(patch, 0.02)
+        patch.setattr(sys, "argv", ["crosscheck", "run", "--quick", "--out", str(folder)])
+        with pytest.raises(SystemExit) as left:
+            main()
     agreement = json.loads((folder / "agreement.json").read_text())
     assert sorted(path.name for path in folder.iterdir()) == ["agreement.json", "index.html"]
-    return Report(answer.returncode, answer.stdout, agreement, (folder / "index.html").read_text())
+    code = int(left.value.code or 0)
+    return Report(code, out.getvalue(), agreement, (folder / "index.html").read_text())
 
 
 @pytest.mark.slow

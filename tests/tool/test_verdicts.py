@@ -119,4 +119,4 @@ def test_the_commands_last_word_is_the_exit_code(work, code, said):
     assert answer.returncode == code, answer.stderr
     assert answer.stderr.count("\n") == bool(said)
     assert said in answer.stderr
-    assert time.monotonic() - began < 20
+    assert time.monotonic() - began < 40  # their sleeps are of 50 s

@@ -47,7 +47,7 @@ def trials(draw):
     return arm, coordinates, switches, level, chooser.randrange(2**32)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(trials())
 def test_dictionary_is_the_model(trial):
     arm, coordinates, switches, level, seed = trial
