@@ -124,7 +124,7 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
     with register(bench.name, entry), Workers(jobs) as workers:
         lost = first_calls(bench, workers, told)
         asked_of_all: list[ModelTask] = [*tasks_of([*_planned(bench, asked)])]
-        asked_of_all += [question for each in (bench, *probes) for question in _localising(each)]
+        asked_of_all += [question for each in (bench, *probes) for question in localising(each)]
         tasks = dict.fromkeys(asked_of_all)
         without = spared(bench, tasks, lost)
         results = performed(workers, [task for task in tasks if task not in without], told)
@@ -172,7 +172,7 @@ def _planned(bench: Bench, asked: Asked) -> Iterator[Comparison]:
     yield from own_balances(bench)
 
 
-def _localising(bench: Bench) -> Iterator[Question]:
+def localising(bench: Bench) -> Iterator[Question]:
     """What is looked at entry by entry: yours and that of the reference, of every level."""
     for level in bench.levels or ("",):
         yield from sizing(bench, level)
