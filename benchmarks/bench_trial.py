@@ -1,10 +1,10 @@
-"""How often a planted slip is found: the wrong entry, and the term that is wrong in it.
+"""How often a planted error is found: the wrong entry, and the term that is wrong in it.
 
 Run as ``python benchmarks/bench_trial.py`` from the project's folder; -v shows what is missed. Each
-case takes the reference's own terms apart, plants one slip in one entry of M, of the bias or of the
-force, and hands the entry over as numbers at states; and again as symbols. A slip that changes no
+case takes the reference's own terms apart, plants one error in one entry of M, of the bias or of the
+force, and hands the entry over as numbers at states; and again as symbols. An error that changes no
 number on the arm counts apart: another arm must show it. ``entry``: that one is blamed, no other;
-``first``: the slip is what is told; ``among``: it is told, perhaps after others that the arm's
+``first``: the error is what is told; ``among``: it is told, perhaps after others that the arm's
 numbers cannot tell from it.
 """
 
@@ -23,19 +23,19 @@ import sympy as sp
 
 from crosscheck.registry import build
 from crosscheck.trial.coordinates.frame import LAYOUTS, Frame, frame_of
-from crosscheck.trial.diagnose.dictionary import Dictionary, dictionary_of
+from crosscheck.trial.diagnose.candidates import Candidate
 from crosscheck.trial.diagnose.difference import NotWaves, expression_of, symbolic_difference
 from crosscheck.trial.diagnose.explain import Observed, explanations
 from crosscheck.trial.diagnose.force_terms import States, rate_name, signal_columns
 from crosscheck.trial.diagnose.keys import Entry, Key, Product
 from crosscheck.trial.diagnose.polynomial import Monomial
-from crosscheck.trial.diagnose.suspects import Suspect
+from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
 from crosscheck.trial.diagnose.values import named, unrelated, values_of
 from crosscheck.trial.diagnose.waves import Fitting, entry_values, states_wanted
-from crosscheck.trial.diagnose.words import slip_of, term_of, told, written
+from crosscheck.trial.diagnose.words import error_of, term_of, told, written
 from crosscheck.trial.input.equations import Coordinates, Symbolic
 from crosscheck.trial.input.naming import named as named_place
-from crosscheck.trial.judge.places import Place, Slip
+from crosscheck.trial.judge.places import Place, TermError
 from models.arm.arm import Arm
 from models.arm.planets import usual_switches
 from models.experiment.drive import torques_along
@@ -59,7 +59,7 @@ TEETH = {"r_s": ("r_p", "r_r"), "r_p": ("r_s", "r_r"), "n": ("n_p", "n_r", "n_0"
 
 
 class Planted(NamedTuple):
-    """A slip of a kind in an entry: what the entry then is."""
+    """An error of a kind in an entry: what the entry then is."""
 
     kind: str
     place: Place
@@ -90,9 +90,9 @@ class Case:
         return build(name, self.arm, load_scenario("pd"), switches)
 
     @cached_property
-    def dictionary(self) -> Dictionary:
+    def terms(self) -> ReferenceTerms:
         """Its right terms."""
-        return dictionary_of(self.frame, self.arm, self.model.switches)
+        return reference_terms_of(self.frame, self.arm, self.model.switches)
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -103,7 +103,7 @@ class Case:
     def states(self) -> tuple[States, np.ndarray, np.ndarray]:
         """At which all is evaluated; x and its rates (K, n)."""
         layout, generator = self.frame.layout, np.random.default_rng(SEED)
-        count = min(states_wanted(self.dictionary), self.states_most)
+        count = min(states_wanted(self.terms), self.states_most)
         q, v = generator.uniform(-3, 3, (2, count, len(layout)))
         q[:, ~layout.angular] *= 3e-5
         v[:, ~layout.angular] *= 1e-2
@@ -164,14 +164,14 @@ class Case:
                 found[place] = size[place.row] * size[place.column]
             elif place.rates is not None:
                 j, k = place.rates
-                turning = np.abs(self.dictionary.angles).sum(axis=0)
+                turning = np.abs(self.terms.angles).sum(axis=0)
                 found[place] = sum(
                     turning[a] * size[b] * size[c]
                     for a, b, c in ((k, place.row, j), (j, place.row, k), (place.row, j, k))
                 )
             else:
                 parts = np.zeros(len(self.angles))
-                for product in self.dictionary.entry(place):
+                for product in self.terms.entry(place):
                     one = entry_values((product,), values, self.angles, self.signals)
                     parts += np.abs(one)
                 found[place] = parts
@@ -180,12 +180,12 @@ class Case:
     @cached_property
     def waves(self) -> Fitting:
         """For M and bias."""
-        return Fitting.of_waves(self.dictionary, self.angles)
+        return Fitting.of_waves(self.terms, self.angles)
 
     @cached_property
     def forces(self) -> Fitting:
         """For forces."""
-        return Fitting.of_forces(self.dictionary, self.angles, self.signals)
+        return Fitting.of_forces(self.terms, self.angles, self.signals)
 
     def given(self, entry: Entry) -> np.ndarray:
         """An entry of the user's at the states."""
@@ -201,8 +201,8 @@ class Case:
 
     @cached_property
     def right(self) -> dict[Place, np.ndarray]:
-        """Every entry without a slip, by the dictionary."""
-        return {place: self.given(self.dictionary.entry(place)) for place in self.reference}
+        """Every entry without an error, by the reference terms."""
+        return {place: self.given(self.terms.entry(place)) for place in self.reference}
 
     def observed(self, place: Place, yours: np.ndarray) -> Observed:
         """What an entry's difference is made of."""
@@ -227,17 +227,17 @@ def with_ratios(values: Mapping[str, float]) -> dict[str, float]:
 def planted(case: Case, most: int = MOST_OF_A_KIND) -> Iterator[Planted]:
     """At most so many of each kind in every entry, drawn by a seed."""
     chooser = random.Random(SEED)
-    for place, entry in case.dictionary.entries.items():
+    for place, entry in case.terms.entries.items():
         for kind, make in PLANTS.items():
-            slips = list(dict.fromkeys(make(entry, case.dictionary)))
-            for yours in chooser.sample(slips, min(most, len(slips))):
+            errors = list(dict.fromkeys(make(entry, case.terms)))
+            for yours in chooser.sample(errors, min(most, len(errors))):
                 yield Planted(kind, place, yours)
 
 
-def _scaled(by: int) -> Callable[[Entry, Dictionary], Iterator[Entry]]:
+def _scaled(by: int) -> Callable[[Entry, ReferenceTerms], Iterator[Entry]]:
     """Each term, and the whole entry, by a factor."""
 
-    def make(entry: Entry, dictionary: Dictionary) -> Iterator[Entry]:
+    def make(entry: Entry, terms: ReferenceTerms) -> Iterator[Entry]:
         for product in entry:
             yield tuple(_times(p, by) if p == product else p for p in entry)
         yield tuple(_times(p, by) for p in entry)
@@ -252,10 +252,10 @@ def _times(product: Product, by: int) -> Product:
 
 def _swapped(
     table: Mapping[str, tuple[str, ...]],
-) -> Callable[[Entry, Dictionary], Iterator[Entry]]:
+) -> Callable[[Entry, ReferenceTerms], Iterator[Entry]]:
     """A symbol by another throughout the entry."""
 
-    def make(entry: Entry, dictionary: Dictionary) -> Iterator[Entry]:
+    def make(entry: Entry, terms: ReferenceTerms) -> Iterator[Entry]:
         for symbol in sorted({symbol for product in entry for symbol in product.symbols}):
             stem, joint, _ = named(symbol)
             for other in table.get(stem, ()):
@@ -273,7 +273,7 @@ def _replaced(product: Product, symbol: str, other: str) -> Product:
     return Product(product.key, Monomial(product.monomial.number, kept))
 
 
-def _turned(entry: Entry, dictionary: Dictionary) -> Iterator[Entry]:
+def _turned(entry: Entry, terms: ReferenceTerms) -> Iterator[Entry]:
     """Another angle sum in all terms of one wave: a sum for a difference, one angle alone, none."""
     for key in dict.fromkeys(product.key for product in entry):
         if not any(key.wave):
@@ -288,12 +288,10 @@ def _turned(entry: Entry, dictionary: Dictionary) -> Iterator[Entry]:
             yield tuple(p._replace(key=turned) if p.key == key else p for p in entry)
 
 
-PLANTS: dict[str, Callable[[Entry, Dictionary], Iterator[Entry]]] = {
+PLANTS: dict[str, Callable[[Entry, ReferenceTerms], Iterator[Entry]]] = {
     "sign": _scaled(-1),
     "factor 2": _scaled(2),
-    "dropped": lambda entry, dictionary: (
-        tuple(p for p in entry if p != product) for product in entry
-    ),
+    "dropped": lambda entry, terms: (tuple(p for p in entry if p != product) for product in entry),
     "radius swapped": _swapped(RADII),
     "wrong teeth": _swapped(TEETH),
     "wrong angle": _turned,
@@ -301,15 +299,15 @@ PLANTS: dict[str, Callable[[Entry, Dictionary], Iterator[Entry]]] = {
 
 
 class Missed(NamedTuple):
-    """A slip planted whose term was not told first, and what was told."""
+    """An error planted whose term was not told first, and what was told."""
 
-    slip: Planted
-    told: list[list[Slip]]
+    error: Planted
+    told: list[list[TermError]]
 
 
 @dataclass
 class Score:
-    """Counts by kind of slip."""
+    """Counts by kind of error."""
 
     planted: Counter[str] = field(default_factory=Counter)
     unseen: Counter[str] = field(default_factory=Counter)
@@ -322,57 +320,57 @@ class Score:
 
 
 def mark(case: Case, place: Place, yours: Entry) -> dict[Key, float]:
-    """What a slip does with numbers that have nothing to do with each other."""
+    """What an error does with numbers that have nothing to do with each other."""
     numbers = with_ratios(unrelated(values_of(case.arm)))
     total: Counter[Key] = Counter()
-    for entry, sign in ((yours, 1), (case.dictionary.entry(place), -1)):
+    for entry, sign in ((yours, 1), (case.terms.entry(place), -1)):
         for key, monomial in entry:
             total[key] += sign * monomial.value(numbers)
     return {key: value for key, value in total.items() if abs(value) > 1e-9}
 
 
-def same(found: tuple[Suspect, ...], wanted: Mapping[Key, float]) -> bool:
-    """Whether suspects do that."""
+def same(found: tuple[Candidate, ...], wanted: Mapping[Key, float]) -> bool:
+    """Whether candidates do that."""
     total: Counter[Key] = Counter()
-    for suspect in found:
-        for key, change in suspect.change.items():
+    for candidate in found:
+        for key, change in candidate.change.items():
             total[key] += float(change[-1])
     keys = {*total, *wanted}
     return all(abs(total[k] - wanted.get(k, 0.0)) <= 1e-7 * (1 + abs(total[k])) for k in keys)
 
 
 def score(case: Case) -> Score:
-    """Of every slip planted in it."""
+    """Of every error planted in it."""
     total = Score()
-    for slip in planted(case):
-        kind, place = slip.kind, slip.place
+    for error in planted(case):
+        kind, place = error.kind, error.place
         total.planted[kind] += 1
-        values = case.given(slip.yours)
+        values = case.given(error.yours)
         right = case.right[place]
         if (np.abs(values - right) <= 2 * BLAMED * case.scale[place].max()).all():
             total.unseen[kind] += 1
             continue
         if case.blamed({**case.right, place: values}) == {place}:
             total.entry[kind] += 1
-        wanted = mark(case, place, slip.yours)
-        found = explanations(place, [case.observed(place, values)], case.dictionary)
+        wanted = mark(case, place, error.yours)
+        found = explanations(place, [case.observed(place, values)], case.terms)
         hits = [same(each, wanted) for each in found]
         total.first[kind] += bool(hits and hits[0])
         total.among[kind] += any(hits)
         if not (hits and hits[0]):
-            guesses = [[slip_of(one, case.dictionary) for one in each] for each in found[:3]]
-            total.missed.append(Missed(slip, guesses))
+            guesses = [[error_of(one, case.terms) for one in each] for each in found[:3]]
+            total.missed.append(Missed(error, guesses))
     return total
 
 
-def symbols_of(case: Case, slip: Planted) -> Symbolic:
-    """The entry alone, with the slip, of a sympy user."""
+def symbols_of(case: Case, error: Planted) -> Symbolic:
+    """The entry alone, with the error, of a sympy user."""
     names, joints = case.frame.names, len(case.arm.joints)
     x = sp.symbols(names)
     v = sp.symbols([rate_name(name) for name in names])
     torque = sp.symbols([f"T_{j + 1}" for j in range(joints)])
-    turns = np.round(case.dictionary.angles).astype(int)
-    place, rates = slip.place, [v[k] for k in slip.place.rates or ()]
+    turns = np.round(case.terms.angles).astype(int)
+    place, rates = error.place, [v[k] for k in error.place.rates or ()]
 
     def whole(entry: Entry) -> sp.Expr:
         total = sp.S.Zero
@@ -385,8 +383,8 @@ def symbols_of(case: Case, slip: Planted) -> Symbolic:
 
     matrix = sp.zeros(len(x), len(x) if place.column is not None else 1)
     for row in range(len(x)) if place.part == "force" else ():
-        matrix[row, 0] = whole(case.dictionary.entry(Place("force", row)))
-    matrix[place.row, place.column or 0] = whole(slip.yours)
+        matrix[row, 0] = whole(case.terms.entry(Place("force", row)))
+    matrix[place.row, place.column or 0] = whole(error.yours)
     return Symbolic(tuple(x), tuple(v), tuple(torque), **{place.part: matrix})
 
 
@@ -402,27 +400,25 @@ def by_teeth(joints: int) -> dict[sp.Symbol, sp.Expr]:
 
 
 def score_symbolic(case: Case) -> Score:
-    """Of one slip of each kind in every entry, in symbols."""
+    """Of one error of each kind in every entry, in symbols."""
     total = Score()
-    for slip in planted(case, 1):
-        total.planted[slip.kind] += 1
-        wanted = mark(case, slip.place, slip.yours)
-        found: list[tuple[Suspect, ...]] = []
+    for error in planted(case, 1):
+        total.planted[error.kind] += 1
+        wanted = mark(case, error.place, error.yours)
+        found: list[tuple[Candidate, ...]] = []
         try:
-            off = symbolic_difference(
-                slip.place, symbols_of(case, slip), case.dictionary, case.values
-            )
+            off = symbolic_difference(error.place, symbols_of(case, error), case.terms, case.values)
         except NotWaves:  # a force of which every mesh force was dropped
             off = None
         if off is not None:
-            total.entry[slip.kind] += 1
-            found = explanations(slip.place, off.observed, case.dictionary)
+            total.entry[error.kind] += 1
+            found = explanations(error.place, off.observed, case.terms)
         hits = [same(each, wanted) for each in found]
-        total.first[slip.kind] += bool(hits and hits[0])
-        total.among[slip.kind] += any(hits)
+        total.first[error.kind] += bool(hits and hits[0])
+        total.among[error.kind] += any(hits)
         if not (hits and hits[0]):
-            guesses = [[slip_of(one, case.dictionary) for one in each] for each in found[:3]]
-            total.missed.append(Missed(slip, guesses))
+            guesses = [[error_of(one, case.terms) for one in each] for each in found[:3]]
+            total.missed.append(Missed(error, guesses))
     return total
 
 
@@ -439,7 +435,7 @@ def drawn_arm(chooser: random.Random) -> Arm:
 
 
 def blamed_though_right() -> int:
-    """Of random arms in random coordinates, how many are blamed without a slip."""
+    """Of random arms in random coordinates, how many are blamed without an error."""
     chooser, count = random.Random(SEED), 0
     for _ in range(CORRECT):
         arm = drawn_arm(chooser)
@@ -464,7 +460,7 @@ def report(name: str, total: Score) -> None:
 
 def main() -> None:
     """All tables."""
-    print(f"{'arm':<34}{'slip':<16}{'all':>6}{'unseen':>7}{'entry':>10}{'first':>10}{'among':>10}")
+    print(f"{'arm':<34}{'error':<16}{'all':>6}{'unseen':>7}{'entry':>10}{'first':>10}{'among':>10}")
     for arm_name, coordinates in CASES:
         case = Case(arm_name, load_arm(arm_name), coordinates)
         for told_as, score_of in (("", score), (" symbols", score_symbolic)):
@@ -476,12 +472,12 @@ def main() -> None:
 
 
 def show(missed: Missed, case: Case) -> None:
-    """What was told in place of a slip."""
-    print("   ", missed.slip.kind, named_place(missed.slip.place, case.frame.names))
-    terms = [written(term_of((p,), case.dictionary)) for p in missed.slip.yours]
+    """What was told in place of an error."""
+    print("   ", missed.error.kind, named_place(missed.error.place, case.frame.names))
+    terms = [written(term_of((p,), case.terms)) for p in missed.error.yours]
     print("        yours ", " + ".join(terms))
-    for slips in missed.told:
-        print("        told  ", "; ".join(map(told, slips)))
+    for errors in missed.told:
+        print("        told  ", "; ".join(map(told, errors)))
 
 
 if __name__ == "__main__":

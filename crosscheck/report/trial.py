@@ -73,7 +73,7 @@ class Verdict(NamedTuple):
 
 
 def verdicts(trial: Trial) -> Iterator[Verdict]:
-    """What is wrong, a line for each slip, whatever number of entries it is in."""
+    """What is wrong, a line for each error, whatever number of entries it is in."""
     names = trial.bench.frame.names
     for group in told_once([wrong for wrong in trial.wrong if not wrong.notes]):
         first, *others = group.wrong
@@ -135,13 +135,13 @@ def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
 
 def _explanation(explanation: Explanation) -> dict[str, Any]:
     return {
-        "slips": [asdict(slip) for slip in explanation.slips],
+        "@errors": [asdict(error) for error in explanation.errors],
         "left_over": _finite(explanation.left_over),
-        "others": [[asdict(slip) for slip in slips] for slips in explanation.others],
+        "others": [[asdict(error) for error in errors] for errors in explanation.others],
     }
 
 
 def why(wrong: Wrong) -> str:
-    """Notes on a wrong entry, else the guess at its slip."""
+    """Notes on a wrong entry, else the guess at its error."""
     shown = f" (not on this arm, but on {wrong.shown_on})" if wrong.shown_on else ""
-    return (", ".join(wrong.notes) or guess(wrong.explanation)) + shown
+    return (", ".join(wrong.notes) or guess(wrong)) + shown

@@ -27,9 +27,9 @@ from crosscheck.runner.supervision import overseen
 from crosscheck.runner.underway import Told, unsaid
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.frame import Frame, frame_of
-from crosscheck.trial.diagnose.dictionary import dictionary_of
 from crosscheck.trial.diagnose.probe import probe_arms
 from crosscheck.trial.diagnose.reasons import compared, reasoned
+from crosscheck.trial.diagnose.reference_terms import reference_terms_of
 from crosscheck.trial.diagnose.waves import states_wanted
 from crosscheck.trial.input.calls import handed
 from crosscheck.trial.input.equations import Equations
@@ -152,7 +152,7 @@ def bench_of(asked: Asked) -> Bench:
     bench = Bench(asked.name, own, has, case, count, asked.seed)
     if bench.frame.matrix is not None:
         level = bench.levels[-1] if bench.levels else ""
-        terms = dictionary_of(bench.frame, asked.arm, laws, level)
+        terms = reference_terms_of(bench.frame, asked.arm, laws, level)
         count = max(count, states_wanted(terms))
     bench = replace(bench, count=min(count, affordable(bench.frame)))
     _ = bench.states  # made now, so that what is wrong with the coordinates is said first

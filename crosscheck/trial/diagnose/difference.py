@@ -1,4 +1,4 @@
-"""Symbolic equations of motion: yours minus right, entry by entry, and the slip in it."""
+"""Symbolic equations of motion: yours minus right, entry by entry, and the error in it."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from crosscheck.trial.diagnose.dictionary import Dictionary
 from crosscheck.trial.diagnose.explain import Observed, explain
 from crosscheck.trial.diagnose.force_terms import rate_name
 from crosscheck.trial.diagnose.keys import Key, Wave
 from crosscheck.trial.diagnose.polynomial import Monomial, from_sympy
+from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
 from crosscheck.trial.diagnose.values import related, unrelated
 from crosscheck.trial.diagnose.words import latex_name
 from crosscheck.trial.input.equations import Symbolic
 from crosscheck.trial.judge.places import Explanation, Place
 
-ARMS = 3  # sets of numbers that the same slip must explain
+ARMS = 3  # sets of numbers that the same error must explain
 ROUNDING = 1e-12  # of yours and right, beside which their difference is nothing
 Waves = dict[Key, sp.Expr]  # coefficients before waves of x, and signals
 Exponentials = dict[Wave, sp.Expr]  # before exp(i w . x)
@@ -31,7 +31,7 @@ class NotWaves(ValueError):
 
 @dataclass(frozen=True)
 class Difference:
-    """Yours minus right of an entry, as typeset, and the slips that make it.
+    """Yours minus right of an entry, as typeset, and the errors that make it.
 
     observed: its coefficients with several sets of numbers.
     """
@@ -43,7 +43,7 @@ class Difference:
 
 
 def symbolic_difference(
-    place: Place, symbolic: Symbolic, dictionary: Dictionary, values: Mapping[str, float]
+    place: Place, symbolic: Symbolic, terms: ReferenceTerms, values: Mapping[str, float]
 ) -> Difference | None:
     """What is wrong in an entry, or None where nothing is. values: of the arm's quantities.
 
@@ -52,41 +52,41 @@ def symbolic_difference(
     mesh forces being symbols that ``values`` calls by their names; and all its other symbols
     quantities of the arm.
     """
-    yours, right = entry_waves(place, symbolic, dictionary), right_waves(place, dictionary)
-    _require_meshes(place, symbolic, dictionary)
+    yours, right = entry_waves(place, symbolic, terms), right_waves(place, terms)
+    _require_meshes(place, symbolic, terms)
     unknown = {s.name for c in yours.values() for s in c.free_symbols} - set(values)
     if unknown:
         raise NotWaves(f"{', '.join(sorted(unknown))} are no quantities of the arm")
     numeric = any(not isinstance(value, str) for value in symbolic.values.values())
     sets = [dict(values)] if numeric else [related(values, seed) for seed in range(ARMS)]
-    observed = _observed(yours, right, sets, dictionary)
+    observed = _observed(yours, right, sets, terms)
     wrong = {key for each in observed for key, off in each.coefficients.items() if off}
     if not wrong:
         return None
     # What is one thing by the arm's geometry, r_s + r_p and r_cp, may be told apart as written.
-    written = _observed(yours, right, [] if numeric else [unrelated(values)], dictionary)
-    explanation = explain(place, (*observed, *written), dictionary)
+    written = _observed(yours, right, [] if numeric else [unrelated(values)], terms)
+    explanation = explain(place, (*observed, *written), terms)
     if explanation is not None:
         observed = (*observed, *written)
     else:
-        explanation = explain(place, observed, dictionary)
+        explanation = explain(place, observed, terms)
     parts = {
         key: sp.expand(yours.get(key, 0) - right.get(key, 0))
         for key in {**yours, **right}
-        if _by_joints(key, dictionary.angles)[0] in wrong
+        if _by_joints(key, terms.angles)[0] in wrong
     }
-    expression = _expression(parts, place, dictionary.names)
+    expression = _expression(parts, place, terms.names)
     return Difference(expression, latex_of(expression), observed, explanation)
 
 
 def _observed(
-    yours: Waves, right: Waves, sets: Sequence[Mapping[str, float]], dictionary: Dictionary
+    yours: Waves, right: Waves, sets: Sequence[Mapping[str, float]], terms: ReferenceTerms
 ) -> tuple[Observed, ...]:
     """Differences with sets of numbers, before waves of the joint angles; rounding is none."""
     coefficients: list[dict[Key, float]] = [{} for _ in sets]
     noise: list[dict[Key, float]] = [{} for _ in sets]
     for key in {**yours, **right}:
-        own, sign = _by_joints(key, dictionary.angles)
+        own, sign = _by_joints(key, terms.angles)
         mine, theirs = (_evaluated(c.get(key, sp.S.Zero), sets) for c in (yours, right))
         for place, ((a, size_a), (b, size_b)) in enumerate(zip(mine, theirs, strict=True)):
             rounding = ROUNDING * (size_a + size_b)
@@ -107,21 +107,21 @@ def _evaluated(
     return [(sum(each), sum(map(abs, each))) for each in parts]
 
 
-def mesh_signals(dictionary: Dictionary) -> list[str]:
+def mesh_signals(terms: ReferenceTerms) -> list[str]:
     """Mesh forces of a planet, and what else of meshes is no polynomial."""
-    return [name for name in dictionary.signals if name[:2] in ("F_", "D_", "Q_")]
+    return [name for name in terms.signals if name[:2] in ("F_", "D_", "Q_")]
 
 
-def _require_meshes(place: Place, symbolic: Symbolic, dictionary: Dictionary) -> None:
+def _require_meshes(place: Place, symbolic: Symbolic, terms: ReferenceTerms) -> None:
     """Raise NotWaves if a force that should have mesh forces has no symbol for any."""
-    meshes = set(mesh_signals(dictionary))
+    meshes = set(mesh_signals(terms))
     if place.part == "force" and meshes:
         own = sp.Matrix(symbolic.force).free_symbols
         if not meshes & {str(symbolic.values.get(symbol, symbol)) for symbol in own}:
             raise NotWaves("mesh forces are no symbols")
 
 
-def entry_waves(place: Place, symbolic: Symbolic, dictionary: Dictionary) -> Waves:
+def entry_waves(place: Place, symbolic: Symbolic, terms: ReferenceTerms) -> Waves:
     """An entry of the user's, of a bias that of its rates. Raises NotWaves."""
     whole = getattr(symbolic, place.part)
     if whole is None:
@@ -136,7 +136,7 @@ def entry_waves(place: Place, symbolic: Symbolic, dictionary: Dictionary) -> Wav
     signals = {rate: rate_name(x.name) for x, rate in zip(symbolic.x, symbolic.v, strict=True)}
     signals |= {torque: f"T_{j + 1}" for j, torque in enumerate(symbolic.torque)}
     named = {symbol: str(symbolic.values.get(symbol, symbol)) for symbol in entry.free_symbols}
-    meshes = mesh_signals(dictionary)
+    meshes = mesh_signals(terms)
     signals |= {symbol: name for symbol, name in named.items() if name in meshes}
     still = dict.fromkeys(signals, 0)
     found = _waves(entry.subs(still), symbolic, "")
@@ -218,11 +218,11 @@ def _product(left: Exponentials, right: Exponentials) -> Exponentials:
     return dict(total)
 
 
-def right_waves(place: Place, dictionary: Dictionary) -> Waves:
+def right_waves(place: Place, terms: ReferenceTerms) -> Waves:
     """The reference's entry before waves of x. Raises NotWaves where those are not whole."""
     found: defaultdict[Key, sp.Expr] = defaultdict(lambda: sp.S.Zero)
-    for key, monomial in dictionary.entry(place):
-        turned = np.array(key.wave) @ dictionary.angles
+    for key, monomial in terms.entry(place):
+        turned = np.array(key.wave) @ terms.angles
         if not np.allclose(turned, np.round(turned)):
             raise NotWaves("the map is not one of whole numbers")
         wave = tuple(int(entry) for entry in np.round(turned))

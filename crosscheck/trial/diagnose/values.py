@@ -110,7 +110,7 @@ def damper_name(pair: str, joint: Planetary, number: int, planet: int) -> str:
 def unrelated(symbols: Iterable[str], seed: int = 0) -> dict[str, float]:
     """Other numbers for the same symbols, none of which has to do with another.
 
-    Two slips that differ with these are two slips, whatever they come to on an arm at hand.
+    Two errors that differ with these are two errors, whatever they come to on an arm at hand.
     """
     seeds = {name: [seed, *name.encode()] for name in symbols}
     return {n: float(np.random.default_rng(own).uniform(0.5, 2.0)) for n, own in seeds.items()}
@@ -130,7 +130,20 @@ def alternatives(symbol: str, values: Values) -> Iterator[Alternative]:
         other = named(name)
         if kind and name != symbol and KIND_OF.get(other.stem) == kind:
             yield Alternative(name, values[name], _distance(own, other))
+    if own.stem in RADII and f"r_cp{own.joint}" in values:
+        cosine = values[f"r_cp{own.joint}"] / values[f"r_c{own.joint}"]
+        if own.stem != "r_c":
+            text = f"the pitch radius {symbol}/cos(alpha)"
+            yield Alternative(text, values[symbol] / cosine, 0.15)
+        yield Alternative(f"{symbol} cos(alpha)", values[symbol] * cosine, 0.25)
+    if own.stem == "d":
+        length = values[f"L{own.joint}"]
+        yield Alternative(f"L{own.joint}/2", length / 2, 0.1)
+        yield Alternative(f"L{own.joint} - {symbol}", length - values[symbol], 0.15)
+    if own.stem == "n":
+        yield Alternative(f"1/{symbol}", 1 / values[symbol], 0.3)
     if own.stem == "N":
+        yield Alternative(f"sqrt({symbol})", values[symbol] ** 0.5, 0.4)
         for text, shift in ((f"{symbol} - 1", -1), (f"{symbol} + 1", 1)):
             yield Alternative(text, values[symbol] + shift, 0.4)
 

@@ -1,4 +1,4 @@
-"""What a trial tells of a planted mistake: right, misleading, silent, and whether the entry is right.
+"""What a trial tells of a planted mistake: right, misleading, silent; is the entry right?
 
 ``python -m tests.trial.mistakes.score [WORD]`` from the project's folder prints all, or those whose
 name has the word.
@@ -99,7 +99,7 @@ def texts_of(wrong: Wrong) -> tuple[str, ...]:
     found = wrong.explanation
     if found is None:
         return ()
-    return tuple("; and ".join(map(told, each)) for each in (found.slips, *found.others))[:MOST]
+    return tuple("; and ".join(map(told, each)) for each in (found.errors, *found.others))[:MOST]
 
 
 def main(words: list[str]) -> None:
