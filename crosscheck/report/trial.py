@@ -21,7 +21,7 @@ from crosscheck.trial.input.naming import named
 from crosscheck.trial.judge.places import Explanation, Wrong
 from crosscheck.trial.trial import Trial
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 
 def print_trial(trial: Trial) -> None:
@@ -126,6 +126,7 @@ def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
         "entry": named(place, trial.bench.frame.names),
         "relative": _finite(wrong.relative),
         "told": wrong_line(trial, wrong),
+        "difference": [asdict(term) for term in wrong.difference],
         "latex": wrong.latex,
         "shown_on": wrong.shown_on,
         "notes": list(wrong.notes),
@@ -135,9 +136,10 @@ def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
 
 def _explanation(explanation: Explanation) -> dict[str, Any]:
     return {
-        "@errors": [asdict(error) for error in explanation.errors],
+        "slips": [asdict(error) for error in explanation.errors],
         "left_over": _finite(explanation.left_over),
         "others": [[asdict(error) for error in errors] for errors in explanation.others],
+        "seen_in": explanation.seen_in,
     }
 
 

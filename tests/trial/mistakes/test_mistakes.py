@@ -1,4 +1,4 @@
-"""Reported mistakes are told in the right words, and never in wrong ones; right texts are not blamed.
+"""Reported mistakes are told in the right words, never in wrong ones; right texts are not blamed.
 
 A sample in the suite; all of them with CROSSCHECK_DRAWS, as ``make fuzz`` sets it.
 """
