@@ -150,6 +150,10 @@ class Candidates:
             symbols = {symbol for product in products for symbol in product.symbols}
             for symbol in symbols if len(symbols) <= MOST_SHARED or extra <= 0.06 else ():
                 yield from self._swapped(products, symbol, extra)
+                ((key, (number, powers)), *more) = products
+                if not more and abs(number) == 2:  # a coupling that is written twice, once wrong
+                    once = Product(key, Monomial(Fraction(number) / 2, powers))
+                    yield from self._swapped((once,), symbol, extra + 0.15)
 
     def _swapped(self, products: Entry, symbol: str, extra: float) -> Iterator[Candidate]:
         """One symbol by another in all these products; in a single one also one of its powers."""

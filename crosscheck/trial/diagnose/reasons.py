@@ -13,7 +13,7 @@ from crosscheck.planning.comparison import Results
 from crosscheck.trial.coordinates.frame import Frame, frame_of
 from crosscheck.trial.coordinates.states import State
 from crosscheck.trial.diagnose.alternates import ForceDifferences
-from crosscheck.trial.diagnose.difference import NotWaves, symbolic_difference
+from crosscheck.trial.diagnose.difference import latex_of, symbolic_difference
 from crosscheck.trial.diagnose.explain import UNEXPLAINED, Observed, explain
 from crosscheck.trial.diagnose.force_terms import States
 from crosscheck.trial.diagnose.keys import Key
@@ -23,7 +23,7 @@ from crosscheck.trial.diagnose.summary import alike, bias_of, follows
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, states_wanted
 from crosscheck.trial.diagnose.words import difference_of
-from crosscheck.trial.input.equations import Coordinates
+from crosscheck.trial.input.equations import Coordinates, Gearing
 from crosscheck.trial.input.naming import named
 from crosscheck.trial.judge.bench import Bench
 from crosscheck.trial.judge.entries import PARTS, deviations, wrong_entries
@@ -34,16 +34,6 @@ from crosscheck.trial.judge.suite import reference_of, sizes_in
 
 SAME = 1e-12  # of a row of a map: what two readings of it may differ by
 ROUNDING = 1e-10  # of a row of dy/dx: what is below it is 0
-ANGLES = (("relative", "displacements"), ("absolute", "displacements"))
-GEARS = (("relative", "angles"), ("absolute", "angles"))
-BUILT_IN = {
-    gearing: [Coordinates(gearing, links, gears) for links, gears in words]
-    for gearing, words in {
-        "rigid": ANGLES,
-        "lumped": (*ANGLES, *GEARS),
-        "free": (*ANGLES, *GEARS),
-    }.items()
-}
 FOLLOWS = "follows from the wrong M"
 QUANTITIES = {part: quantity for quantity, part in PARTS.items() if quantity != "bias"}
 
@@ -76,7 +66,10 @@ class Compared:
 
     def _columns_of(self, frame: Frame) -> np.ndarray:
         """dx/dy (n, n) of the user's x by coordinates y of a frame."""
-        return np.linalg.solve(self.bench.frame.matrix, frame.matrix)
+        own, built_in = self.bench.frame.matrix, frame.matrix
+        assert own is not None  # or nobody asks
+        assert built_in is not None
+        return np.linalg.solve(own, built_in)
 
     @cached_property
     def frame(self) -> Frame:
@@ -99,12 +92,16 @@ class Compared:
         if self.seen is None:
             return sizes_in(self.bench, self.results, self.level)
         S, model = self._columns_of(self.frame), reference_of(self.bench, self.level)
-        mass, force, acceleration = (
-            found if found is None else _carried(part, found, S)
-            for part in ("mass_matrix", "force", "acceleration")
-            for found in [self.results.settled(self.bench.ask(model, part))]
+        mass = self.results.need(self.bench.ask(model, "mass_matrix"))
+        others = (self.results.settled(self.bench.ask(model, p)) for p in ("force", "acceleration"))
+        force, acceleration = others
+        return sizes_of(
+            self.frame,
+            self.states,
+            _carried("mass_matrix", mass, S),
+            None if force is None else _carried("force", force, S),
+            None if acceleration is None else _carried("acceleration", acceleration, S),
         )
-        return sizes_of(self.frame, self.states, mass, force, acceleration)
 
     @property
     def wrong(self) -> Iterator[Wrong]:
@@ -226,7 +223,7 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
     kinds = {(wrong.place.part, wrong.shown_on) for wrong in found if not wrong.notes}
     short = {kind: _length(_of(found, *kind)) for kind in kinds}
     spread = any(length > (0, 1) for length in short.values())
-    for coordinates in BUILT_IN[arm.bench.gearing] if spread else ():
+    for coordinates in _built_in(arm.bench.gearing) if spread else ():
         seen = arm.seen_in(coordinates)
         there = list(_reasons(seen, [probe.seen_in(coordinates) for probe in probes]))
         for kind, length in short.items():
@@ -238,6 +235,12 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
                     for wrong in found
                 ]
     return found
+
+
+def _built_in(gearing: Gearing) -> list[Coordinates]:
+    """Coordinates that have a name, of the same meaning."""
+    rigid = [Coordinates(gearing), Coordinates(gearing, "absolute")]
+    return [*rigid, *(replace(each, gears="angles") for each in rigid if gearing != "rigid")]
 
 
 def _is(symbolic: sp.ImmutableMatrix, arm: Compared) -> bool:
@@ -316,9 +319,7 @@ def _explained(wrong: Wrong, arm: Compared, others: Sequence[Compared]) -> Wrong
         return wrong
     if wrong.place.rates is not None and arm.follows(wrong.place):
         return replace(wrong, notes=(FOLLOWS,))
-    exact = _in_symbols(wrong, arm)
-    if exact is not None:
-        return exact
+    wrong = replace(wrong, latex=_typeset(wrong.place, arm))
     quantity = QUANTITIES[wrong.place.part]
     more = [other.observed(wrong.place) for other in others if quantity in other.yours]
     observed = arm.observed(wrong.place)
@@ -332,16 +333,10 @@ def _explained(wrong: Wrong, arm: Compared, others: Sequence[Compared]) -> Wrong
     return replace(wrong, difference=difference_of(observed.found, arm.terms))
 
 
-def _in_symbols(wrong: Wrong, arm: Compared) -> Wrong | None:
-    """Of symbolic equations, if they can be taken apart."""
-    symbolic, terms = arm.bench.equations.symbolic, arm.terms
-    if symbolic is None or terms is None or arm.seen is not None:
-        return None
-    values = values_of(arm.bench.case.arm)
-    try:
-        found = symbolic_difference(wrong.place, symbolic, terms, values)
-    except NotWaves:
-        return None
-    if found is None:
-        return None
-    return replace(wrong, explanation=found.explanation, latex=found.latex)
+def _typeset(place: Place, arm: Compared) -> str:
+    """Yours minus right of symbolic equations as TeX, '' of others."""
+    symbolic = arm.bench.equations.symbolic
+    if symbolic is None or arm.terms is None or arm.seen is not None:
+        return ""
+    found = symbolic_difference(place, symbolic, arm.terms, values_of(arm.bench.case.arm))
+    return "" if found is None else latex_of(found)

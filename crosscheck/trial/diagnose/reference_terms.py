@@ -153,8 +153,8 @@ def _filled(row: np.ndarray) -> list[int]:
 def _kept(total: Mapping[Any, Any]) -> dict[Any, Polynomial]:
     """Without what cancelled, in the fewest terms that r_cp = r_s + r_p allows."""
     every = {place: constant(entry) for place, entry in total.items()}
-    sizes = (abs(number) for entry in every.values() for number in entry.terms.values())
-    nothing = SHORTEST * float(max(sizes, default=0))
+    sizes = (abs(float(n)) for entry in every.values() for n in entry.terms.values())
+    nothing = SHORTEST * max(sizes, default=0.0)
     found = {place: entry.without(nothing) for place, entry in every.items()}
     return {place: _shortest(entry) for place, entry in found.items() if entry}
 

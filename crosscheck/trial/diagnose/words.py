@@ -17,7 +17,7 @@ from crosscheck.trial.diagnose.values import ORDER, named
 from crosscheck.trial.judge.places import Term, TermError, Wrong
 
 MOST_TERMS = 4  # of a sum that is written out
-GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega", "q")
+GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
 
 
 def error_of(candidate: Candidate, terms: ReferenceTerms) -> TermError:
