@@ -75,13 +75,13 @@ class Verdict(NamedTuple):
 def verdicts(trial: Trial) -> Iterator[Verdict]:
     """What is wrong, a line for each error, whatever number of entries it is in."""
     names = trial.bench.frame.names
+    for note in dict.fromkeys(note for wrong in trial.wrong for note in wrong.notes):
+        places = [wrong.place for wrong in trial.wrong if note in wrong.notes]
+        yield Verdict(f"{', '.join(named(place, names) for place in places)}: {note}")
     for group in told_once([wrong for wrong in trial.wrong if not wrong.notes]):
         first, *others = group.wrong
         also = f"; also in {', '.join(named(w.place, names) for w in others)}" if others else ""
         yield Verdict(wrong_line(trial, first) + also, bool(first.shown_on))
-    for note in dict.fromkeys(note for wrong in trial.wrong for note in wrong.notes):
-        places = [wrong.place for wrong in trial.wrong if note in wrong.notes]
-        yield Verdict(f"{', '.join(named(place, names) for place in places)}: {note}")
 
 
 def wrong_line(trial: Trial, wrong: Wrong) -> str:

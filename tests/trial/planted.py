@@ -7,12 +7,12 @@ from functools import lru_cache
 import numpy as np
 
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.diagnose.explain import Observed, explain
+from crosscheck.trial.diagnose.explain import explain
 from crosscheck.trial.diagnose.keys import Entry, Key, Product
 from crosscheck.trial.diagnose.polynomial import Monomial
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
-from crosscheck.trial.diagnose.waves import Fitting, entry_values, states_wanted
+from crosscheck.trial.diagnose.waves import Fitting, Observed, entry_values, states_wanted
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.places import Explanation, Place
 from models.arm.arm import Arm
@@ -47,8 +47,7 @@ def observed(arm: Arm, known: ReferenceTerms, place: Place, yours: Entry) -> Obs
     values = values_of(arm)
     right = entry_values(known.entry(place), values, angles)
     mine = entry_values(yours, values, angles)
-    fit = fitting.fit(mine - right, float(np.abs(right).max() + np.abs(mine).max()))
-    return Observed(values, fit.coefficients, fit.noise, fit.left_over)
+    return fitting.fit(mine - right, float(np.abs(right).max() + np.abs(mine).max()), values)
 
 
 def explained(known: ReferenceTerms, place: Place, yours: Entry, *arms: Arm) -> Explanation | None:

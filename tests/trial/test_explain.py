@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crosscheck.trial.diagnose.explain import Observed, explain
+from crosscheck.trial.diagnose.explain import explain
 from crosscheck.trial.diagnose.keys import Key
 from crosscheck.trial.diagnose.summary import bias_of, follows, told_once
+from crosscheck.trial.diagnose.waves import Observed
 from crosscheck.trial.diagnose.words import difference_of, guess, monomial_text, told
 from crosscheck.trial.judge.places import Place, Wrong
 from models.arm.arm import Arm

@@ -35,7 +35,7 @@ def test_waves_come_back(seed: int, count: int):
     for key, coefficient in planted.items():
         angle = angles @ np.array(key.wave)
         values += coefficient * (np.sin(angle) if key.function == "sin" else np.cos(angle))
-    fit = fitting.fit(values, float(np.abs(values).max()))
+    fit = fitting.fit(values, float(np.abs(values).max()), {})
     assert fit.found == pytest.approx(planted, rel=1e-11)
     assert fit.left_over == 0.0
 
@@ -43,7 +43,7 @@ def test_waves_come_back(seed: int, count: int):
 def test_what_no_wave_makes_is_left_over():
     known, generator = terms(PAPER, ABSOLUTE), np.random.default_rng(0)
     angles = generator.uniform(-3, 3, (states_wanted(known), known.joints))
-    fit = Fitting.of_waves(known, angles).fit(np.tan(angles[:, 1] / 3.5), 1.0)
+    fit = Fitting.of_waves(known, angles).fit(np.tan(angles[:, 1] / 3.5), 1.0, {})
     assert fit.left_over > 1e-3
 
 

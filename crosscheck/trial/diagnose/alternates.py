@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from analytic.paper.stiffness import mean_stiffness
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.diagnose.explain import UNEXPLAINED, Observed, explain
+from crosscheck.trial.diagnose.explain import UNEXPLAINED, explain
 from crosscheck.trial.diagnose.force_terms import (
     USUAL,
     Phases,
@@ -23,7 +23,7 @@ from crosscheck.trial.diagnose.force_terms import (
 )
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
-from crosscheck.trial.diagnose.waves import Fitting, entry_values
+from crosscheck.trial.diagnose.waves import Fitting, Observed, entry_values
 from crosscheck.trial.judge.places import Explanation, Place, Term, TermError
 from models.arm.arm import Arm, Planetary
 from models.arm.layout import Layout
@@ -158,8 +158,7 @@ class ForceDifferences:
 
     def observed(self, difference: np.ndarray, scale: float) -> Observed:
         """A difference (K,), yours minus right, of a force whose size is this scale."""
-        fit = self.fitting.fit(difference, scale)
-        return Observed(self.values, fit.coefficients, fit.noise, fit.left_over)
+        return self.fitting.fit(difference, scale, self.values)
 
     def explain(
         self, place: Place, difference: np.ndarray, scale: float, more: Sequence[Observed] = ()
@@ -215,7 +214,7 @@ class ForceDifferences:
         found = []
         for laws in tried:
             rest = difference - sum(changes[number] for number in laws)
-            fit = self.fitting.fit(rest, scale)
+            fit = self.fitting.fit(rest, scale, self.values)
             left = fit.left_over * float(np.linalg.norm(rest))
             if left <= UNEXPLAINED * float(np.linalg.norm(difference)):
                 found.append((len(fit.found), len(laws), laws))

@@ -7,8 +7,7 @@ tell from it are told too.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from functools import partial
 from itertools import product as combinations
 from typing import NamedTuple
@@ -19,6 +18,7 @@ from crosscheck.trial.diagnose.candidates import Candidate, Candidates, extras, 
 from crosscheck.trial.diagnose.keys import Key
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
 from crosscheck.trial.diagnose.values import Values, together, unrelated
+from crosscheck.trial.diagnose.waves import Observed
 from crosscheck.trial.diagnose.words import error_of
 from crosscheck.trial.judge.places import Explanation, Place
 
@@ -27,30 +27,11 @@ NOISES = 8  # standard errors that a coefficient may be off
 UNEXPLAINED = 1e-6  # of a difference: more than that beside all waves, and no term explains it
 MOST_PAIRED = 1000
 MOST_OTHERS = 6
+UNLIKELY = 1.6  # a cost from which a term too many may be as likely
 FAR_FETCHED = 0.5  # beside the likeliest: not worth telling
 MOST_PER_KEY = 8
 MOST_WRONG = 4  # waves and signals that are off, for terms of other entries to be tried
 TOO_NOISY = 1e-7  # relative: with more, two errors at once fit almost anything
-
-
-@dataclass(frozen=True)
-class Observed:
-    """One entry's difference, yours minus right, on one arm: coefficients before keys.
-
-    values: the arm's quantities (``values_of``); noise: standard error of each coefficient;
-    left_over: what no wave explains, relative to the difference.
-    """
-
-    values: Mapping[str, float]
-    coefficients: Mapping[Key, float]
-    noise: Mapping[Key, float]
-    left_over: float = 0.0
-
-    @property
-    def found(self) -> dict[Key, float]:
-        """The coefficients that are not 0."""
-        sure = {key: 2 * NOISES * noise for key, noise in self.noise.items()}
-        return {k: value for k, value in self.coefficients.items() if abs(value) > sure.get(k, 0.0)}
 
 
 class Target(NamedTuple):
@@ -74,26 +55,16 @@ def explain(
     place: Place, observed: Sequence[Observed], terms: ReferenceTerms
 ) -> Explanation | None:
     """Errors that make the difference on all arms, or None if no few do."""
-    found = explanations(place, observed, terms)
+    target = target_of(observed)
+    if not target.wrong.any() or max(each.left_over for each in observed) > UNEXPLAINED:
+        return None
+    values = together([*(each.values for each in observed), unrelated(observed[0].values)])
+    found = ranked(search(target, place, terms, values))
     if not found:
         return None
-    target = target_of(observed)
-    first, *others = ([error_of(candidate, terms) for candidate in each] for each in found)
+    first, *others = (tuple(error_of(each, terms) for each in errors) for errors in found)
     left = max(_left_over(found[0], target), *(each.left_over for each in observed))
-    return Explanation(tuple(first), left, tuple(tuple(o) for o in others[:MOST_OTHERS]))
-
-
-def explanations(
-    place: Place, observed: Sequence[Observed], terms: ReferenceTerms
-) -> list[tuple[Candidate, ...]]:
-    """All that make the difference on all arms, likeliest first; none where no few errors do."""
-    if max(each.left_over for each in observed) > UNEXPLAINED:
-        return []
-    values = together([*(each.values for each in observed), unrelated(observed[0].values)])
-    target = target_of(observed)
-    if not target.wrong.any():
-        return []
-    return ranked(search(target, place, terms, values))
+    return Explanation(first, left, tuple(others[:MOST_OTHERS]))
 
 
 def target_of(observed: Sequence[Observed]) -> Target:
@@ -116,17 +87,26 @@ def search(target: Target, place: Place, terms: ReferenceTerms, values: Values) 
     of_entry = Candidates(terms.entry(place), values)
     wrong_keys = [key for key, wrong in zip(target.keys, target.wrong, strict=True) if wrong]
     known = [*of_entry.all(), *of_entry.angles(wrong_keys)]
-    if len(wrong_keys) <= MOST_WRONG:
+    changes = table_of(target, known)
+    single = _singles(target, known, changes)
+    if min(map(_cost, single), default=UNLIKELY) >= UNLIKELY and len(wrong_keys) <= MOST_WRONG:
         same_part = (entry for other, entry in terms.entries.items() if other.part == place.part)
         foreign = [product for entry in same_part for product in entry]
         beyond = generic(values) if place.part != "force" else ()
-        wanted = {key: partial(_makes, target, place) for place, key in enumerate(target.keys)}
-        known += extras([*foreign, *beyond], {key: wanted[key] for key in wrong_keys}, values)
-    changes = table_of(target, known)
+        wanted = {
+            key: partial(_makes, target, row)
+            for row, key in enumerate(target.keys)
+            if target.wrong[row]
+        }
+        known += extras([*foreign, *beyond], wanted, values)
+        changes = table_of(target, known)
+        single = _singles(target, known, changes)
+    return single or covers(target, known, changes) or pairs(target, known, changes)
+
+
+def _singles(target: Target, known: Sequence[Candidate], changes: np.ndarray) -> list[Found]:
     fits = (np.abs(changes - target.difference) <= target.tolerance).all(axis=(1, 2))
-    if fits.any():
-        return [(known[number],) for number in np.flatnonzero(fits).tolist()]
-    return covers(target, known, changes) or pairs(target, known, changes)
+    return [(known[number],) for number in np.flatnonzero(fits).tolist()]
 
 
 def _makes(target: Target, row: int, changes: np.ndarray) -> np.ndarray:

@@ -14,14 +14,14 @@ from crosscheck.trial.coordinates.frame import Frame, frame_of
 from crosscheck.trial.coordinates.states import State
 from crosscheck.trial.diagnose.alternates import ForceDifferences
 from crosscheck.trial.diagnose.difference import latex_of, symbolic_difference
-from crosscheck.trial.diagnose.explain import UNEXPLAINED, Observed, explain
+from crosscheck.trial.diagnose.explain import UNEXPLAINED, explain
 from crosscheck.trial.diagnose.force_terms import States
 from crosscheck.trial.diagnose.keys import Key
 from crosscheck.trial.diagnose.polynomial import from_sympy
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
 from crosscheck.trial.diagnose.summary import alike, bias_of, follows
 from crosscheck.trial.diagnose.values import values_of
-from crosscheck.trial.diagnose.waves import Fitting, states_wanted
+from crosscheck.trial.diagnose.waves import Fitting, Observed, states_wanted
 from crosscheck.trial.diagnose.words import difference_of
 from crosscheck.trial.input.equations import Coordinates, Gearing
 from crosscheck.trial.input.naming import named
@@ -172,9 +172,7 @@ class Compared:
         values, scale = self.difference(place)
         if place.part == "force":
             return self.forces.observed(values, scale)
-        fit = self.fitting.fit(values, scale)
-        arm = values_of(self.bench.case.arm)
-        return Observed(arm, fit.coefficients, fit.noise, fit.left_over)
+        return self.fitting.fit(values, scale, values_of(self.bench.case.arm))
 
 
 def _index(place: Place) -> tuple[int, ...]:
@@ -221,15 +219,15 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
     if arm.bench.equations.coordinates.matrix is None:
         return found
     kinds = {(wrong.place.part, wrong.shown_on) for wrong in found if not wrong.notes}
-    short = {kind: _length(_of(found, *kind)) for kind in kinds}
-    spread = any(length > (0, 1) for length in short.values())
+    short = {kind: (*_length(_of(found, *kind)), arm.symbolic is None) for kind in kinds}
+    spread = any(length > (0, 1, False) for length in short.values())
     for coordinates in _built_in(arm.bench.gearing) if spread else ():
         seen = arm.seen_in(coordinates)
         there = list(_reasons(seen, [probe.seen_in(coordinates) for probe in probes]))
         for kind, length in short.items():
             own = _of(there, *kind)
-            if own and _length(own) < length:
-                short[kind] = _length(own)
+            if own and (*_length(own), False) < length:
+                short[kind] = (*_length(own), False)
                 found = [
                     _seen(wrong, own, seen) if wrong in _of(found, *kind) else wrong
                     for wrong in found

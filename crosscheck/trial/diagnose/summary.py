@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from crosscheck.trial.diagnose.explain import NOISES, Observed
+from crosscheck.trial.diagnose.explain import NOISES
 from crosscheck.trial.diagnose.keys import Key
+from crosscheck.trial.diagnose.waves import Observed
 from crosscheck.trial.judge.places import Place, TermError, Wrong
 
 Entries = Mapping[tuple[int, int], Mapping[Key, float]]

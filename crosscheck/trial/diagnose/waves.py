@@ -20,24 +20,23 @@ LEAST_STATES = 50
 
 
 @dataclass(frozen=True)
-class Fit:
-    """Coefficients before keys, and the standard error of each.
+class Observed:
+    """One entry's difference, yours minus right, on one arm: coefficients before keys.
 
-    left_over: what none of the keys explains, beyond rounding, relative to the values.
+    values: the arm's quantities (``values_of``); noise: standard error of each coefficient;
+    left_over: what no key explains, beyond rounding, relative to the difference.
     """
 
+    values: Mapping[str, float]
     coefficients: Mapping[Key, float]
     noise: Mapping[Key, float]
-    left_over: float
+    left_over: float = 0.0
 
     @property
     def found(self) -> dict[Key, float]:
-        """Those that are not 0."""
-        return {
-            key: value
-            for key, value in self.coefficients.items()
-            if abs(value) > SIGNIFICANT * self.noise[key]
-        }
+        """The coefficients that are not 0."""
+        sure = {key: SIGNIFICANT * noise for key, noise in self.noise.items()}
+        return {key: v for key, v in self.coefficients.items() if abs(v) > sure.get(key, 0.0)}
 
 
 def waves_tried(terms: ReferenceTerms) -> tuple[Wave, ...]:
@@ -131,13 +130,13 @@ class Fitting:
         """What no column makes of values (K,)."""
         return values - self.table @ (self._inverse @ values)
 
-    def fit(self, values: np.ndarray, scale: float) -> Fit:
-        """Of values (K,) whose rounding is that of numbers of this scale.
+    def fit(self, values: np.ndarray, scale: float, arm: Mapping[str, float]) -> Observed:
+        """Of values (K,) whose rounding is that of numbers of this scale, on an arm of these.
 
         Where a value or its square is beyond what floats hold, nothing explains anything.
         """
         if not np.isfinite(values @ values):
-            return Fit({}, {}, float("inf"))
+            return Observed(arm, {}, {}, float("inf"))
         solved = self._inverse @ values
         solved = solved + self._inverse @ (values - self.table @ solved)
         rest = float(np.linalg.norm(values - self.table @ solved))
@@ -148,7 +147,8 @@ class Fitting:
         noise = np.maximum(error * spread, floor / 4) / self.sizes
         size = float(np.linalg.norm(values))
         beyond = max(rest - ROUNDINGS * EPS * scale * np.sqrt(len(values)), 0.0)
-        return Fit(
+        return Observed(
+            arm,
             dict(zip(self.keys, (solved / self.sizes).tolist(), strict=True)),
             dict(zip(self.keys, noise.tolist(), strict=True)),
             beyond / size if size else 0.0,

@@ -5,10 +5,18 @@ A sample in the suite; all of them with CROSSCHECK_DRAWS, as ``make fuzz`` sets 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
+from crosscheck.trial.diagnose.words import guess
+from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.input.loading import made
+from models.arm.arm import Arm
+from models.loading import load_scenario
 from tests.draws import DRAWS
-from tests.trial.mistakes.equations import RIGHT
+from tests.trial.mistakes.equations import RIGHT, written
 from tests.trial.mistakes.mistakes import MISTAKES
 from tests.trial.mistakes.score import diagnosed, scored, supplied
 
@@ -31,6 +39,28 @@ def test_a_mistake_is_told_in_its_entry_by_its_term(name: str):
     (mistake,) = (each for each in MISTAKES if each.name == name)
     found = scored(mistake)
     assert (found.entry_right, found.verdict) == (True, "right"), found
+
+
+def test_a_mistake_in_degrees_is_looked_at_in_built_in_coordinates():
+    """A map whose numbers are no quantity of the arm: joint angles in degrees."""
+    replaced, unit = (("M[1, 1] = I2 +", "M[1, 1] = I1 +"),), np.pi / 180
+
+    def factory(arm: Arm) -> Equations:
+        own = written("absolute", replaced, arm)
+        matrix = unit * np.array(own.coordinates.matrix)
+        return replace(
+            own,
+            mass_matrix=lambda x: unit**2 * own.mass_matrix(unit * x),
+            bias=lambda x, v: unit * own.bias(unit * x, unit * v),
+            force=lambda x, v, torque: unit * own.force(unit * x, unit * v, torque),
+            coordinates=Coordinates(matrix=matrix, names=("a", "b")),
+        )
+
+    asked = supplied("absolute")
+    made_of = made(factory, asked.arm, load_scenario("pd"), "degrees")
+    (wrong,) = diagnosed(replace(asked, equations=made_of))
+    assert (wrong.place.row, wrong.place.column) == (1, 1)
+    assert guess(wrong) == "I_l1 where I_l2 belongs, in I_l2, in M[phi_2, phi_2]?"
 
 
 @pytest.mark.campaign
