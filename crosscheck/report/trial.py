@@ -79,7 +79,7 @@ def verdicts(trial: Trial) -> Iterator[Verdict]:
         places = [wrong.place for wrong in trial.wrong if note in wrong.notes]
         yield Verdict(f"{', '.join(named(place, names) for place in places)}: {note}")
     for group in told_once([wrong for wrong in trial.wrong if not wrong.notes]):
-        first, *others = group.wrong
+        first, *others = group
         also = f"; also in {', '.join(named(w.place, names) for w in others)}" if others else ""
         yield Verdict(wrong_line(trial, first) + also, bool(first.shown_on))
 

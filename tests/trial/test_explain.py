@@ -219,4 +219,4 @@ def test_symmetric_entries_are_told_once():
         old = next(p for p in known.entry(place) if "m_payload" in p.symbols)
         yours = _with(known, place, old)
         wrong.append(Wrong(place, 0.1, explained(known, place, yours, UNLIKE)))
-    assert [len(each.wrong) for each in told_once(wrong)] == [2, 1]
+    assert [len(each) for each in told_once(wrong)] == [2, 1]

@@ -47,14 +47,6 @@ class Polynomial:
     def __bool__(self) -> bool:
         return bool(self.terms)
 
-    def __eq__(self, other: object) -> bool:
-        if isinstance(other, int | Fraction | float):
-            return dict(self.terms) == ({(): other} if other else {})
-        return isinstance(other, Polynomial) and dict(self.terms) == dict(other.terms)
-
-    def __hash__(self) -> int:
-        return hash(frozenset(self.terms.items()))
-
     def __add__(self, other: Any) -> Polynomial:
         if isinstance(other, np.ndarray):
             return NotImplemented
@@ -77,9 +69,6 @@ class Polynomial:
         if isinstance(other, np.ndarray):
             return NotImplemented
         return self * constant(other) ** -1
-
-    def __rtruediv__(self, other: Any) -> Polynomial:
-        return constant(other) * self**-1
 
     def __pow__(self, power: int) -> Polynomial:
         if power >= 0:

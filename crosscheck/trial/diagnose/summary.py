@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,24 +16,13 @@ Entries = Mapping[tuple[int, int], Mapping[Key, float]]
 FOLLOWS = 1e-9  # of a bias entry's difference, beside its noise
 
 
-@dataclass(frozen=True)
-class Told:
-    """Wrong entries that one and the same errors explain (none: nothing does)."""
-
-    errors: tuple[TermError, ...]
-    wrong: tuple[Wrong, ...]
-
-
-def told_once(wrong: Sequence[Wrong]) -> list[Told]:
-    """In the order of their first entries; each that nothing explains by itself."""
+def told_once(wrong: Sequence[Wrong]) -> list[list[Wrong]]:
+    """Those that the same errors explain together, in the order of their first entries."""
     found: defaultdict[object, list[Wrong]] = defaultdict(list)
     for number, each in enumerate(wrong):
         errors = each.explanation.errors if each.explanation else ()
         found[tuple(map(alike, errors)) or number].append(each)
-    return [
-        Told(group[0].explanation.errors if group[0].explanation else (), tuple(group))
-        for group in found.values()
-    ]
+    return list(found.values())
 
 
 def alike(error: TermError) -> object:
