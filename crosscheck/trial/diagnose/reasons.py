@@ -219,15 +219,16 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
     if arm.bench.equations.coordinates.matrix is None:
         return found
     kinds = {(wrong.place.part, wrong.shown_on) for wrong in found if not wrong.notes}
-    short = {kind: (*_length(_of(found, *kind)), arm.symbolic is None) for kind in kinds}
-    spread = any(length > (0, 1, False) for length in short.values())
+    rank = 0 if arm.symbolic is not None else 2
+    short = {kind: _length(_of(found, *kind), rank) for kind in kinds}
+    spread = rank or any(length[:2] > (0, 1) for length in short.values())
     for coordinates in _built_in(arm.bench.gearing) if spread else ():
         seen = arm.seen_in(coordinates)
         there = list(_reasons(seen, [probe.seen_in(coordinates) for probe in probes]))
         for kind, length in short.items():
             own = _of(there, *kind)
-            if own and (*_length(own), False) < length:
-                short[kind] = (*_length(own), False)
+            if own and _length(own, 1) < length:
+                short[kind] = _length(own, 1)
                 found = [
                     _seen(wrong, own, seen) if wrong in _of(found, *kind) else wrong
                     for wrong in found
@@ -258,11 +259,11 @@ def _of(found: Sequence[Wrong], part: str, shown_on: str) -> list[Wrong]:
     return [w for w in found if (w.place.part, w.shown_on) == (part, shown_on) and not w.notes]
 
 
-def _length(found: Sequence[Wrong]) -> tuple[int, int]:
-    """How many entries nothing explains; how many errors explain the others."""
+def _length(found: Sequence[Wrong], rank: int) -> tuple[int, int, int, int]:
+    """Entries that nothing explains, errors that explain the others, the rank, all entries."""
     open_ones = sum(wrong.explanation is None for wrong in found)
     errors = {alike(e) for w in found if w.explanation for e in w.explanation.errors}
-    return open_ones, len(errors)
+    return open_ones, len(errors), rank, len(found)
 
 
 def _seen(wrong: Wrong, there: Sequence[Wrong], seen: Compared) -> Wrong:
