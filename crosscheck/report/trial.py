@@ -21,7 +21,7 @@ from crosscheck.trial.input.naming import named
 from crosscheck.trial.judge.places import Explanation, Wrong
 from crosscheck.trial.trial import Trial
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 
 def print_trial(trial: Trial) -> None:
@@ -73,15 +73,15 @@ class Verdict(NamedTuple):
 
 
 def verdicts(trial: Trial) -> Iterator[Verdict]:
-    """What is wrong, a line for each slip, whatever number of entries it is in."""
+    """What is wrong, a line for each error, whatever number of entries it is in."""
     names = trial.bench.frame.names
-    for group in told_once([wrong for wrong in trial.wrong if not wrong.notes]):
-        first, *others = group.wrong
-        also = f"; also in {', '.join(named(w.place, names) for w in others)}" if others else ""
-        yield Verdict(wrong_line(trial, first) + also, bool(first.shown_on))
     for note in dict.fromkeys(note for wrong in trial.wrong for note in wrong.notes):
         places = [wrong.place for wrong in trial.wrong if note in wrong.notes]
         yield Verdict(f"{', '.join(named(place, names) for place in places)}: {note}")
+    for group in told_once([wrong for wrong in trial.wrong if not wrong.notes]):
+        first, *others = group
+        also = f"; also in {', '.join(named(w.place, names) for w in others)}" if others else ""
+        yield Verdict(wrong_line(trial, first) + also, bool(first.shown_on))
 
 
 def wrong_line(trial: Trial, wrong: Wrong) -> str:
@@ -126,6 +126,7 @@ def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
         "entry": named(place, trial.bench.frame.names),
         "relative": _finite(wrong.relative),
         "told": wrong_line(trial, wrong),
+        "difference": [asdict(term) for term in wrong.difference],
         "latex": wrong.latex,
         "shown_on": wrong.shown_on,
         "notes": list(wrong.notes),
@@ -135,13 +136,14 @@ def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
 
 def _explanation(explanation: Explanation) -> dict[str, Any]:
     return {
-        "slips": [asdict(slip) for slip in explanation.slips],
+        "slips": [asdict(error) for error in explanation.errors],
         "left_over": _finite(explanation.left_over),
-        "others": [[asdict(slip) for slip in slips] for slips in explanation.others],
+        "others": [[asdict(error) for error in errors] for errors in explanation.others],
+        "seen_in": explanation.seen_in,
     }
 
 
 def why(wrong: Wrong) -> str:
-    """Notes on a wrong entry, else the guess at its slip."""
+    """Notes on a wrong entry, else the guess at its error."""
     shown = f" (not on this arm, but on {wrong.shown_on})" if wrong.shown_on else ""
-    return (", ".join(wrong.notes) or guess(wrong.explanation)) + shown
+    return (", ".join(wrong.notes) or guess(wrong)) + shown

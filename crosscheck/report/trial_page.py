@@ -17,7 +17,7 @@ from crosscheck.report.typeset import typeset
 from crosscheck.report.words import tally
 from crosscheck.trial.diagnose.words import told
 from crosscheck.trial.input.naming import named
-from crosscheck.trial.judge.places import Slip
+from crosscheck.trial.judge.places import TermError
 from crosscheck.trial.trial import Trial
 
 LEAST, MOST = 1e-16, 1.0  # of a heat map's scale
@@ -80,5 +80,5 @@ def _drawn(apart: np.ndarray, rows: tuple[str, ...], columns: tuple[str, ...]) -
     return drawing[drawing.index("<svg") :]
 
 
-def _words(slips: Sequence[Slip]) -> str:
-    return " and ".join(map(told, slips))
+def _words(errors: Sequence[TermError]) -> str:
+    return " and ".join(map(told, errors))

@@ -27,9 +27,9 @@ from crosscheck.runner.supervision import overseen
 from crosscheck.runner.underway import Told, unsaid
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.frame import Frame, frame_of
-from crosscheck.trial.diagnose.dictionary import dictionary_of
 from crosscheck.trial.diagnose.probe import probe_arms
 from crosscheck.trial.diagnose.reasons import compared, reasoned
+from crosscheck.trial.diagnose.reference_terms import reference_terms_of
 from crosscheck.trial.diagnose.waves import states_wanted
 from crosscheck.trial.input.calls import handed
 from crosscheck.trial.input.equations import Equations
@@ -124,7 +124,7 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
     with register(bench.name, entry), Workers(jobs) as workers:
         lost = first_calls(bench, workers, told)
         asked_of_all: list[ModelTask] = [*tasks_of([*_planned(bench, asked)])]
-        asked_of_all += [question for each in (bench, *probes) for question in _localising(each)]
+        asked_of_all += [question for each in (bench, *probes) for question in localising(each)]
         tasks = dict.fromkeys(asked_of_all)
         without = spared(bench, tasks, lost)
         results = performed(workers, [task for task in tasks if task not in without], told)
@@ -152,7 +152,7 @@ def bench_of(asked: Asked) -> Bench:
     bench = Bench(asked.name, own, has, case, count, asked.seed)
     if bench.frame.matrix is not None:
         level = bench.levels[-1] if bench.levels else ""
-        terms = dictionary_of(bench.frame, asked.arm, laws, level)
+        terms = reference_terms_of(bench.frame, asked.arm, laws, level)
         count = max(count, states_wanted(terms))
     bench = replace(bench, count=min(count, affordable(bench.frame)))
     _ = bench.states  # made now, so that what is wrong with the coordinates is said first
@@ -172,7 +172,7 @@ def _planned(bench: Bench, asked: Asked) -> Iterator[Comparison]:
     yield from own_balances(bench)
 
 
-def _localising(bench: Bench) -> Iterator[Question]:
+def localising(bench: Bench) -> Iterator[Question]:
     """What is looked at entry by entry: yours and that of the reference, of every level."""
     for level in bench.levels or ("",):
         yield from sizing(bench, level)

@@ -1,4 +1,4 @@
-"""Random maps, and states to hold a dictionary against the compiled models at."""
+"""Random maps, and states to hold a terms against the compiled models at."""
 
 from __future__ import annotations
 

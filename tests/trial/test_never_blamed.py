@@ -1,4 +1,4 @@
-"""Right equations in coordinates that are hard on numbers: never blamed; slips still are."""
+"""Right equations in coordinates that are hard on numbers: never blamed; errors still are."""
 
 from __future__ import annotations
 
@@ -74,12 +74,12 @@ def by_actuator(x: np.ndarray) -> np.ndarray:
 
 
 def test_where_a_function_reaches_half_of_all_poses(labelled):
-    """And a slip is seen there as well."""
+    """And an error is seen there as well."""
     own = in_coordinates("pinocchio:links", Coordinates(function=by_actuator), labelled)
     trial = judged(own, labelled)
     assert ([finding.id for finding in trial.agreement.red], trial.wrong) == ([], ())
-    slipped = replace(own, bias=lambda x, v: (1 + 1e-8) * own.bias(x, v))
-    assert judged(slipped, labelled).exit_code == 1
+    wrong_equations = replace(own, bias=lambda x, v: (1 + 1e-8) * own.bias(x, v))
+    assert judged(wrong_equations, labelled).exit_code == 1
 
 
 @pytest.mark.parametrize("level", ["carriers", "armature", "coupled"])

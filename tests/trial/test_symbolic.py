@@ -9,10 +9,15 @@ import sympy.physics.mechanics as me
 
 from analytic.derivation.symbols import parameter_values
 from crosscheck.trial.coordinates.frame import frame_of
+from crosscheck.trial.diagnose.difference import symbolic_difference
+from crosscheck.trial.diagnose.reference_terms import reference_terms_of
+from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.input.calls import Handed, handed
-from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.input.equations import Coordinates, Equations, Symbolic
 from crosscheck.trial.input.symbolic import from_sympy, of_arm
+from crosscheck.trial.judge.places import Place
 from models.arm.arm import Arm
+from models.arm.planets import usual_switches
 from models.errors import InputError
 from models.loading import load_arm
 
@@ -105,6 +110,34 @@ def test_a_constant_matrix_and_level_pass_through() -> None:
     assert bound.equations.level == "links"
     assert bound.equations.coordinates.links == "absolute"
     assert bound.mass_matrix(X).tolist() == [[1, 0], [0, 1]]
+
+
+q1, q2 = angles = sp.symbols("q1 q2")
+TERMS = reference_terms_of(
+    frame_of(Coordinates(names=("q1", "q2")), PROBE), PROBE, usual_switches(PROBE), "links"
+)
+RIGHT_BIAS = L1 * (sp.Symbol("m2") * sp.Symbol("d2") + m_payload * L2)
+
+
+@pytest.mark.parametrize(
+    ("written", "apart"),
+    [
+        (-RIGHT_BIAS * sp.sin(q2), None),
+        # The same by the addition theorem, and the payload's term once more.
+        (
+            RIGHT_BIAS * (sp.sin(q1) * sp.cos(q1 + q2) - sp.cos(q1) * sp.sin(q1 + q2))
+            - m_payload * L1 * L2 * sp.sin(q2),
+            -m_payload * L1 * L2 * sp.sin(q2) * sp.Symbol("q2'") ** 2,
+        ),
+        (sp.Abs(q2), None),
+    ],
+)
+def test_a_difference_is_what_is_left_in_the_arms_symbols(written, apart) -> None:
+    """By hand: the bias of joint 1 in v_2^2 is -L1 (m2 d2 + m_payload L2) sin(theta_2)."""
+    symbolic = Symbolic(angles, v, bias=sp.Matrix([written * v[1] ** 2, 0]))
+    place = Place("bias", 0, rates=(1, 1))
+    found = symbolic_difference(place, symbolic, TERMS, values_of(PROBE))
+    assert found is None if apart is None else sp.simplify(found - apart) == 0
 
 
 g, M3 = sp.Symbol("g"), sp.Symbol("l_1")

@@ -1,4 +1,4 @@
-"""A trial from end to end: right equations pass, a slip is named, whatever the coordinates."""
+"""A trial from end to end: right equations pass, an error is named, whatever the coordinates."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def in_frame(model: str, coordinates: Coordinates, arm: Arm, scenario: Scenario)
     return Moved(built, frame_of(coordinates, arm))
 
 
-def equations_of(moved: Moved, **slips: object) -> Equations:
-    """Plain functions that answer as a model does; slips: other functions in their place."""
+def equations_of(moved: Moved, **errors: object) -> Equations:
+    """Plain functions that answer as a model does; errors: other functions in their place."""
 
     def force(t: float, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         frame: Frame = moved.frame
@@ -44,7 +44,7 @@ def equations_of(moved: Moved, **slips: object) -> Equations:
         return moved.bias(x, v)
 
     functions = {"mass_matrix": moved.mass_matrix, "bias": bias, "force": force}
-    return Equations(**{**functions, **slips})
+    return Equations(**{**functions, **errors})
 
 
 def trial_of(factory: object, arm: Arm, name: str = "yours", **asked: object) -> Trial:
@@ -120,10 +120,10 @@ def test_a_level_that_is_claimed_is_binding():
     assert trial.level == "carriers"
 
 
-def two_links(arm: Arm, slip: bool = False, bias_of: float = 1.0) -> Equations:
-    """Two rods in absolute angles, by hand; slip: the payload at d2 in M's coupling."""
+def two_links(arm: Arm, error: bool = False, bias_of: float = 1.0) -> Equations:
+    """Two rods in absolute angles, by hand; error: the payload at d2 in M's coupling."""
     (m1, I1, d1, L1), (m2, I2, d2, L2) = map(rod, arm.links)
-    payload, at = arm.payload_mass_kg, d2 if slip else L2
+    payload, at = arm.payload_mass_kg, d2 if error else L2
 
     def mass_matrix(q: np.ndarray) -> list[list[float]]:
         c = math.cos(q[0] - q[1])
@@ -153,27 +153,27 @@ def test_two_links_by_hand_pass(labelled):
     assert (trial.level, trial.wrong, trial.missing) == ("links", (), ())
 
 
-def test_a_slip_that_equal_joints_make_ambiguous_is_told_by_a_probe(labelled):
+def test_a_error_that_equal_joints_make_ambiguous_is_told_by_a_probe(labelled):
     """d_2 for L_2 on an arm whose links are alike: only other arms tell d_2 from d_1."""
 
-    def slipped(arm: Arm) -> Equations:
-        return two_links(arm, slip=True)
+    def wrong_equations(arm: Arm) -> Equations:
+        return two_links(arm, error=True)
 
-    trial = trial_of(slipped, labelled)
+    trial = trial_of(wrong_equations, labelled)
     upper, lower = trial.wrong
     assert {(upper.place.row, upper.place.column), (lower.place.row, lower.place.column)} == {
         (0, 1),
         (1, 0),
     }
     for wrong in trial.wrong:
-        (slip,) = wrong.explanation.slips
-        assert (slip.kind, slip.yours, slip.right) == ("swapped", "d2", "L2")
-        assert slip.term.coefficient == "m_payload L1 L2"
+        (error,) = wrong.explanation.errors
+        assert (error.kind, error.yours, error.right) == ("swapped", "d2", "L2")
+        assert error.term.coefficient == "m_payload L1 L2"
         assert wrong.explanation.left_over < 1e-6
         assert wrong.shown_on == ""
 
 
-def test_a_slip_that_the_arm_cannot_show_is_looked_for_on_a_probe(labelled):
+def test_a_error_that_the_arm_cannot_show_is_looked_for_on_a_probe(labelled):
     """L_2 / 2 for d_2, of a link whose centre is there: the arm agrees, the report says so."""
 
     def hidden(arm: Arm) -> Equations:
@@ -187,15 +187,15 @@ def test_a_slip_that_the_arm_cannot_show_is_looked_for_on_a_probe(labelled):
 
 
 def test_a_bias_that_does_not_follow_from_its_own_inertia_needs_no_engine(labelled):
-    def slipped(arm: Arm) -> Equations:
+    def wrong_equations(arm: Arm) -> Equations:
         return two_links(arm, bias_of=2.0)
 
-    trial = trial_of(slipped, labelled)
+    trial = trial_of(wrong_equations, labelled)
     own = {f.quantity: f.verdict for f in trial.agreement.findings if not f.about.key.right}
     assert own["bias-from-inertia"] == "differ"
     assert own["symmetric"] == own["bias-quadratic"] == "agree"
     assert {(w.place.row, w.place.rates) for w in trial.wrong} == {(0, (1, 1)), (1, (0, 0))}
-    assert {slip.by for w in trial.wrong for slip in w.explanation.slips} == {2.0}
+    assert {error.by for w in trial.wrong for error in w.explanation.errors} == {2.0}
 
 
 def test_what_is_missing_is_said_and_the_rest_judged(labelled):

@@ -16,7 +16,7 @@ from crosscheck.trial.diagnose.words import told
 from crosscheck.trial.judge.places import Place
 from models.arm.planets import usual_switches
 from models.loading import load_arm
-from tests.trial.slips import ABSOLUTE, LUMPED, dictionary
+from tests.trial.planted import ABSOLUTE, LUMPED, terms
 from tests.trial.states import sample
 
 UNLIKE, PAPER = load_arm("three-unlike"), load_arm("paper-labelled")
@@ -25,7 +25,7 @@ UNLIKE, PAPER = load_arm("three-unlike"), load_arm("paper-labelled")
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 5))
 def test_waves_come_back(seed: int, count: int):
-    known, generator = dictionary(PAPER, ABSOLUTE), np.random.default_rng(seed)
+    known, generator = terms(PAPER, ABSOLUTE), np.random.default_rng(seed)
     angles = generator.uniform(-3, 3, (states_wanted(known), known.joints))
     fitting = Fitting.of_waves(known, angles)
     keys = keys_of(waves_tried(known))
@@ -35,15 +35,15 @@ def test_waves_come_back(seed: int, count: int):
     for key, coefficient in planted.items():
         angle = angles @ np.array(key.wave)
         values += coefficient * (np.sin(angle) if key.function == "sin" else np.cos(angle))
-    fit = fitting.fit(values, float(np.abs(values).max()))
+    fit = fitting.fit(values, float(np.abs(values).max()), {})
     assert fit.found == pytest.approx(planted, rel=1e-11)
     assert fit.left_over == 0.0
 
 
 def test_what_no_wave_makes_is_left_over():
-    known, generator = dictionary(PAPER, ABSOLUTE), np.random.default_rng(0)
+    known, generator = terms(PAPER, ABSOLUTE), np.random.default_rng(0)
     angles = generator.uniform(-3, 3, (states_wanted(known), known.joints))
-    fit = Fitting.of_waves(known, angles).fit(np.tan(angles[:, 1] / 3.5), 1.0)
+    fit = Fitting.of_waves(known, angles).fit(np.tan(angles[:, 1] / 3.5), 1.0, {})
     assert fit.left_over > 1e-3
 
 
@@ -51,7 +51,7 @@ def test_what_no_wave_makes_is_left_over():
 def test_enough_states_for_any_arm(joints: int):
     from crosscheck.cli.template import example_arm
 
-    known = dictionary(example_arm("long", joints), ABSOLUTE)
+    known = terms(example_arm("long", joints), ABSOLUTE)
     angles = np.random.default_rng(0).uniform(-3, 3, (states_wanted(known), joints))
     assert np.linalg.cond(Fitting.of_waves(known, angles).table) < 20
 
@@ -80,7 +80,7 @@ def test_another_law_of_the_mesh_is_named(chosen: dict[str, str], expected: str)
     place = Place("force", 1)  # x_pr1
     found = differences.explain(place, off[:, 1], 1e5)
     assert found is not None
-    assert told(found.slips[0]).startswith(expected)
+    assert told(found.errors[0]).startswith(expected)
 
 
 def test_backlash_left_out_of_one_mesh_is_named():
@@ -93,16 +93,16 @@ def test_backlash_left_out_of_one_mesh_is_named():
     assert not off.any()
     found = differences.explain(Place("force", 1), (yours.force() - right.force())[:, 1], 1e5)
     assert found is not None
-    slips = [told(slip) for each in (found.slips, *found.others) for slip in each]
-    assert "backlash 0 where b belongs, in mesh force pr1" in slips
+    errors = [told(error) for each in (found.errors, *found.others) for error in each]
+    assert "backlash 0 where b belongs, in mesh force pr1" in errors
 
 
 def test_a_torque_on_the_wrong_joint_is_named():
     differences, _ = _forces()
     place, torque = Place("force", 2), differences.states.torque
-    (own,) = (p for p in differences.dictionary.entry(place) if p.key.signal == "T_1")
+    (own,) = (p for p in differences.terms.entry(place) if p.key.signal == "T_1")
     lever = own.monomial.value(differences.values)
     found = differences.explain(place, lever * (torque[:, 1] - torque[:, 0]), 1e3)
     assert found is not None
-    assert (found.slips[0].yours, found.slips[0].right) == ("T_2", "T_1")
+    assert (found.errors[0].yours, found.errors[0].right) == ("T_2", "T_1")
     assert Key((0, 0), "cos", "T_1") in differences.observed(torque[:, 0], 1e3).coefficients

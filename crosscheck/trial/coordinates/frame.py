@@ -24,6 +24,7 @@ from models.errors import InputError
 
 WHERE = "coordinates"
 WORST_CONDITION = 1e12  # of J, rows and columns scaled: beyond it x says too little of q
+ROUNDING = 1e-13  # of a matrix's row: what is below it was meant to be 0
 LARGEST_DENOMINATOR = 1000  # of what is taken for a ratio of whole numbers
 LAYOUTS = {"rigid": rigid_layout, "lumped": lumped_layout, "free": free_layout}
 FoundBy = Literal["linear", "sympy", "given", "complex step", "differences"]
@@ -34,7 +35,8 @@ class Frame(ABC):
     """The map from x (n,), called ``names``, to the coordinates q (n,) of ``layout``.
 
     found_by: where the Jacobian comes from. matrix: where the map is linear, q = matrix @ x.
-    symbolic: the same in symbols of ``analytic.derivation.symbols``, of named and of rational maps.
+    symbolic: the same in symbols of ``analytic.derivation.symbols``, of named maps and of matrices
+    whose numbers are ratios, radii and gear ratios of the arm.
     """
 
     layout: Layout
@@ -196,7 +198,8 @@ def _own_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
         raise InputError(WHERE, "matrix", None, reason) from None
     require_invertible(matrix, "matrix")
     names = names_of(coordinates, [f"x_{k + 1}" for k in range(n)])
-    return LinearFrame(layout, names, "linear", matrix=matrix, symbolic=rational(matrix))
+    symbolic = in_symbols(matrix, layout, arm)
+    return LinearFrame(layout, names, "linear", matrix=matrix, symbolic=symbolic)
 
 
 def counted(coordinates: Coordinates, n: int, arm: Arm) -> str:
@@ -215,13 +218,39 @@ def names_of(coordinates: Coordinates, usual: Sequence[str]) -> tuple[str, ...]:
     return names
 
 
-def rational(matrix: np.ndarray) -> sp.ImmutableMatrix | None:
-    """The matrix in ratios of whole numbers, if it is made of such."""
-    ratios = [Fraction(value).limit_denominator(LARGEST_DENOMINATOR) for value in matrix.flat]
-    if any(float(ratio) != value for ratio, value in zip(ratios, matrix.flat, strict=True)):
-        return None
-    exact: list[Any] = [sp.Rational(ratio.numerator, ratio.denominator) for ratio in ratios]
-    return sp.ImmutableMatrix(*matrix.shape, exact)
+def in_symbols(matrix: np.ndarray, layout: Layout, arm: Arm) -> sp.ImmutableMatrix | None:
+    """The matrix in ratios of whole numbers and the radii and ratios of each row's own joint.
+
+    None where some number is none of these, and none that rounding left of one.
+    """
+    symbols, numbers = arm_chain(arm, layout).stages, exact_chain(arm, layout).stages
+    found = []
+    for row, meant in zip(matrix, layout.coordinates, strict=True):
+        stage, own = symbols[meant.joint - 1], numbers[meant.joint - 1]
+        known: dict[sp.Expr, float] = {}
+        if isinstance(stage, Stage) and isinstance(own, Stage):
+            known = dict(zip(_quantities(stage), map(float, _quantities(own)), strict=True))
+        nothing = ROUNDING * float(np.abs(row).max())
+        found += [_recognised(value, known, nothing) for value in row.tolist()]
+    return None if None in found else sp.ImmutableMatrix(*matrix.shape, found)
+
+
+def _quantities(stage: Stage) -> tuple[Any, ...]:
+    """What people put in a map of a joint, simplest first."""
+    r_s, r_p, r_cp, n = stage.r_s, stage.r_p, stage.r_cp, stage.n
+    radii = r_s, r_p, r_cp, 2 * r_s, 2 * r_p, 2 * r_cp, r_s + 2 * r_p
+    return *radii, n, 1 / n, 1 / r_s, 1 / r_p, 1 / r_cp, r_p / r_s, r_s / r_p, 2 * r_cp / r_s
+
+
+def _recognised(value: float, known: dict[sp.Expr, float], nothing: float) -> sp.Expr | None:
+    ratio = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
+    if float(ratio) == value or abs(value) <= nothing:
+        exact = ratio if abs(value) > nothing else Fraction(0)
+        return sp.Rational(exact.numerator, exact.denominator)
+    for form, size in known.items():
+        if abs(abs(value) - abs(size)) <= ROUNDING * abs(size):
+            return form if value * size > 0 else -form
+    return None
 
 
 def require_invertible(matrix: np.ndarray, what: str, x: np.ndarray | None = None) -> None:

@@ -12,13 +12,21 @@ from pydantic import ValidationError
 
 from analytic.paper.stiffness import mean_stiffness
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.diagnose.dictionary import Dictionary, dictionary_of
-from crosscheck.trial.diagnose.explain import UNEXPLAINED, Observed, explain
-from crosscheck.trial.diagnose.force_terms import States, rate_name, signal_columns
+from crosscheck.trial.diagnose.explain import UNEXPLAINED, explain
+from crosscheck.trial.diagnose.force_terms import (
+    USUAL,
+    Phases,
+    States,
+    named_meshes,
+    rate_name,
+    signal_columns,
+)
+from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
-from crosscheck.trial.diagnose.waves import Fitting, entry_values
-from crosscheck.trial.judge.places import Explanation, Place, Slip, Term
+from crosscheck.trial.diagnose.waves import Fitting, Observed, entry_values
+from crosscheck.trial.judge.places import Explanation, Place, Term, TermError
 from models.arm.arm import Arm, Planetary
+from models.arm.layout import Layout
 from models.arm.mesh import Mesh
 from models.arm.stiffness import SineStiffness
 from models.experiment.switches import Switches
@@ -30,13 +38,14 @@ MOST_TOLD = 6
 
 
 class Alternate(NamedTuple):
-    """Another arm or other switches: what law that is, and in place of which."""
+    """Another arm, other switches or phases: what law that is, and in place of which."""
 
     yours: str
     right: str
     meshes: str
     arm: Arm
     switches: Switches
+    phases: Phases = USUAL
 
 
 def _each(value: Any, change: Callable[[Any], Any]) -> Any:
@@ -65,8 +74,8 @@ CHANGES: tuple[tuple[str, Callable[[Any], Any], str, str], ...] = (
 )
 
 
-def alternates(arm: Arm, chosen: Switches) -> Iterator[Alternate]:
-    """Other switches; then each change of all meshes, and of a single one."""
+def alternates(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[Alternate]:
+    """Other switches; then each change of all meshes, and of a single one; then other phases."""
     for name in SWITCHED:
         own = getattr(chosen, name)
         for other in get_args(Switches.model_fields[name].annotation):
@@ -84,6 +93,29 @@ def alternates(arm: Arm, chosen: Switches) -> Iterator[Alternate]:
             if other_arm != arm:
                 meshes = ", ".join(f"{pair}{joint + 1}" for joint, pair in where)
                 yield Alternate(yours, right, meshes, other_arm, chosen)
+    yield from _phases(arm, layout, chosen)
+
+
+def _phases(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[Alternate]:
+    """Phases by absolute angles; by the teeth of another gear, of all meshes or a single one."""
+    later = ", ".join(f"theta_{joint + 1}" for joint in layout.meshing if joint)
+    if later:
+        yours, right = "the absolute angle", f"the joint's {later}"
+        yield Alternate(yours, right, "", arm, chosen, Phases(absolute=True))
+    meshes = named_meshes(arm, layout)
+    for teeth in ("z_s", "z_p"):
+        faster = np.array([_teeth(arm.joints[m.joint], teeth) for m in meshes])
+        yield Alternate(teeth, "z_r", "", arm, chosen, Phases(faster=faster))
+        for joint, pair in {(m.joint, m.pair): None for m in meshes}:
+            own = np.array([(m.joint, m.pair) == (joint, pair) for m in meshes])
+            phases = Phases(faster=np.where(own, faster, 1.0))
+            yield Alternate(teeth, "z_r", f"{pair}{joint + 1}", arm, chosen, phases)
+
+
+def _teeth(joint: Any, teeth: str) -> float:
+    """Of sun or planet, over those of the ring."""
+    own = joint.sun_teeth if teeth == "z_s" else joint.planet_teeth
+    return float(own / joint.ring_teeth)
 
 
 def _changed(
@@ -113,48 +145,48 @@ class ForceDifferences:
         level: str = "",
     ) -> None:
         self.frame, self.arm, self.switches, self.states = frame, arm, chosen, states
-        self.dictionary = dictionary_of(frame, arm, chosen, level)
+        self.terms = reference_terms_of(frame, arm, chosen, level)
         self.values = values_of(arm)
         self.angles = states.q[:, frame.layout.theta]
         self.rates = {rate_name(own): rates[:, k] for k, own in enumerate(frame.names)}
-        self.signals = self._signals(arm, chosen)
-        self.fitting = Fitting.of_forces(self.dictionary, self.angles, self.signals)
+        self.signals = self._signals(arm, chosen, USUAL)
+        self.fitting = Fitting.of_forces(self.terms, self.angles, self.signals)
 
-    def _signals(self, arm: Arm, chosen: Switches) -> dict[str, np.ndarray]:
-        return {**signal_columns(arm, self.frame.layout, chosen, self.states), **self.rates}
+    def _signals(self, arm: Arm, chosen: Switches, phases: Phases) -> dict[str, np.ndarray]:
+        own = signal_columns(arm, self.frame.layout, chosen, self.states, phases)
+        return {**own, **self.rates}
 
     def observed(self, difference: np.ndarray, scale: float) -> Observed:
         """A difference (K,), yours minus right, of a force whose size is this scale."""
-        fit = self.fitting.fit(difference, scale)
-        return Observed(self.values, fit.coefficients, fit.noise, fit.left_over)
+        return self.fitting.fit(difference, scale, self.values)
 
     def explain(
         self, place: Place, difference: np.ndarray, scale: float, more: Sequence[Observed] = ()
     ) -> Explanation | None:
-        """Slips in its terms, or another law of the mesh, beside such slips if need be.
+        """Errors in its terms, or another law of the mesh, beside such errors if need be.
 
         more: the same entry on other arms.
         """
         observed = self.observed(difference, scale)
-        found = explain(place, [observed, *more], self.dictionary)
+        found = explain(place, [observed, *more], self.terms)
         if found or observed.left_over <= UNEXPLAINED:
             return found
         return self._by_law(place, difference, scale)
 
     @cached_property
-    def _laws(self) -> list[tuple[Alternate, Dictionary, dict[str, np.ndarray]]]:
+    def _laws(self) -> list[tuple[Alternate, ReferenceTerms, dict[str, np.ndarray]]]:
         found = []
-        for other in alternates(self.arm, self.switches):
+        for other in alternates(self.arm, self.frame.layout, self.switches):
             same = other.switches == self.switches
             known = (
-                self.dictionary if same else dictionary_of(self.frame, other.arm, other.switches)
+                self.terms if same else reference_terms_of(self.frame, other.arm, other.switches)
             )
-            found.append((other, known, self._signals(other.arm, other.switches)))
+            found.append((other, known, self._signals(other.arm, other.switches, other.phases)))
         return found
 
     def _by_law(self, place: Place, difference: np.ndarray, scale: float) -> Explanation | None:
-        """The law, or the two laws, that leave nothing but slips of terms."""
-        right = entry_values(self.dictionary.entry(place), self.values, self.angles, self.signals)
+        """The law, or the two laws, that leave nothing but errors of terms."""
+        right = entry_values(self.terms.entry(place), self.values, self.angles, self.signals)
         changes = [
             entry_values(known.entry(place), self.values, self.angles, signals) - right
             for _, known, signals in self._laws
@@ -168,8 +200,8 @@ class ForceDifferences:
         if not fits:
             return None
         told = [self._told(place, laws, changes, difference, scale) for laws in fits[:MOST_TOLD]]
-        (slips, left_over), *others = told
-        return Explanation(slips, left_over, tuple(other for other, _ in others))
+        (errors, left_over), *others = told
+        return Explanation(errors, left_over, tuple(other for other, _ in others))
 
     def _fitting_laws(
         self,
@@ -182,7 +214,7 @@ class ForceDifferences:
         found = []
         for laws in tried:
             rest = difference - sum(changes[number] for number in laws)
-            fit = self.fitting.fit(rest, scale)
+            fit = self.fitting.fit(rest, scale, self.values)
             left = fit.left_over * float(np.linalg.norm(rest))
             if left <= UNEXPLAINED * float(np.linalg.norm(difference)):
                 found.append((len(fit.found), len(laws), laws))
@@ -208,19 +240,20 @@ class ForceDifferences:
         changes: Sequence[np.ndarray],
         difference: np.ndarray,
         scale: float,
-    ) -> tuple[tuple[Slip, ...], float]:
-        """Slips of these laws, and of terms in what they leave."""
+    ) -> tuple[tuple[TermError, ...], float]:
+        """Errors of these laws, and of terms in what they leave."""
         rest = difference - sum(changes[number] for number in laws)
-        slips = tuple(_slip(self._laws[number][0]) for number in laws)
+        errors = tuple(_error(self._laws[number][0]) for number in laws)
         size = float(np.linalg.norm(difference))
         left = float(np.linalg.norm(rest)) / size
         observed = self.observed(rest, scale)
-        beside = explain(place, [observed], self.dictionary)
+        beside = explain(place, [observed], self.terms)
         if beside is None:
-            return slips, left
-        return (*slips, *beside.slips), left * max(beside.left_over, observed.left_over)
+            return errors, left
+        return (*errors, *beside.errors), left * max(beside.left_over, observed.left_over)
 
 
-def _slip(other: Alternate) -> Slip:
-    term = Term(f"mesh force {other.meshes}" if other.meshes else "mesh force")
-    return Slip("swapped", term, other.yours, other.right)
+def _error(other: Alternate) -> TermError:
+    of = "mesh force" if other.phases is USUAL else "phase of mesh force"
+    term = Term(f"{of} {other.meshes}".strip())
+    return TermError("swapped", term, other.yours, other.right)

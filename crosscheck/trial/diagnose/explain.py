@@ -1,49 +1,37 @@
-"""What is wrong in an entry that is known to be wrong: slips that make the difference, no other.
+"""What is wrong in an entry that is known to be wrong: errors that make the difference, no other.
 
-A slip is believed if it makes every coefficient of the difference, on every arm that was tried, to
-the rounding of the data. Of several the likeliest comes first; the others that the arms cannot
+An error is believed if it makes every coefficient of the difference, on every arm that was tried,
+to the rounding of the data. Of several the likeliest comes first; the others that the arms cannot
 tell from it are told too.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from functools import partial
 from itertools import product as combinations
 from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.diagnose.dictionary import Dictionary
+from crosscheck.trial.diagnose.candidates import Candidate, Candidates, extras, generic
 from crosscheck.trial.diagnose.keys import Key
-from crosscheck.trial.diagnose.suspects import Suspect, Suspects, extras, generic
+from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
 from crosscheck.trial.diagnose.values import Values, together, unrelated
-from crosscheck.trial.diagnose.words import slip_of
+from crosscheck.trial.diagnose.waves import Observed
+from crosscheck.trial.diagnose.words import error_of
 from crosscheck.trial.judge.places import Explanation, Place
 
 ROUNDING = 1e-11  # of a coefficient's difference, beside the noise that its fit shows
 NOISES = 8  # standard errors that a coefficient may be off
 UNEXPLAINED = 1e-6  # of a difference: more than that beside all waves, and no term explains it
-MOST_PAIRED = 4000
+MOST_PAIRED = 1000
 MOST_OTHERS = 6
+UNLIKELY = 1.6  # a cost from which a term too many may be as likely
 FAR_FETCHED = 0.5  # beside the likeliest: not worth telling
 MOST_PER_KEY = 8
 MOST_WRONG = 4  # waves and signals that are off, for terms of other entries to be tried
-TOO_NOISY = 1e-7  # relative: with more, two slips at once fit almost anything
-
-
-@dataclass(frozen=True)
-class Observed:
-    """One entry's difference, yours minus right, on one arm: coefficients before keys.
-
-    values: the arm's quantities (``values_of``); noise: standard error of each coefficient;
-    left_over: what no wave explains, relative to the difference.
-    """
-
-    values: Mapping[str, float]
-    coefficients: Mapping[Key, float]
-    noise: Mapping[Key, float]
-    left_over: float = 0.0
+TOO_NOISY = 1e-7  # relative: with more, two errors at once fit almost anything
 
 
 class Target(NamedTuple):
@@ -60,33 +48,23 @@ class Target(NamedTuple):
         return Target(chosen, self.difference[keys], self.tolerance[keys], self.wrong[keys])
 
 
-Found = tuple[Suspect, ...]
+Found = tuple[Candidate, ...]
 
 
 def explain(
-    place: Place, observed: Sequence[Observed], dictionary: Dictionary
+    place: Place, observed: Sequence[Observed], terms: ReferenceTerms
 ) -> Explanation | None:
-    """Slips that make the difference on all arms, or None if no few do."""
-    found = explanations(place, observed, dictionary)
+    """Errors that make the difference on all arms, or None if no few do."""
+    target = target_of(observed)
+    if not target.wrong.any() or max(each.left_over for each in observed) > UNEXPLAINED:
+        return None
+    values = together([*(each.values for each in observed), unrelated(observed[0].values)])
+    found = ranked(search(target, place, terms, values))
     if not found:
         return None
-    target = target_of(observed)
-    first, *others = ([slip_of(suspect, dictionary) for suspect in each] for each in found)
+    first, *others = (tuple(error_of(each, terms) for each in errors) for errors in found)
     left = max(_left_over(found[0], target), *(each.left_over for each in observed))
-    return Explanation(tuple(first), left, tuple(tuple(o) for o in others[:MOST_OTHERS]))
-
-
-def explanations(
-    place: Place, observed: Sequence[Observed], dictionary: Dictionary
-) -> list[tuple[Suspect, ...]]:
-    """All that make the difference on all arms, likeliest first; none where no few slips do."""
-    if max(each.left_over for each in observed) > UNEXPLAINED:
-        return []
-    values = together([*(each.values for each in observed), unrelated(observed[0].values)])
-    target = target_of(observed)
-    if not target.wrong.any():
-        return []
-    return ranked(search(target, place, dictionary, values))
+    return Explanation(first, left, tuple(others[:MOST_OTHERS]))
 
 
 def target_of(observed: Sequence[Observed]) -> Target:
@@ -101,47 +79,51 @@ def target_of(observed: Sequence[Observed]) -> Target:
     return Target(keys, difference, tolerance, wrong)
 
 
-def search(target: Target, place: Place, dictionary: Dictionary, values: Values) -> list[Found]:
-    """One slip; one for each part of the difference; two together; then what does not belong."""
-    entry = dictionary.entry(place)
-    of_entry = Suspects(entry, values)
+def search(target: Target, place: Place, terms: ReferenceTerms, values: Values) -> list[Found]:
+    """One error; else one for each part of the difference; else two together.
+
+    An error is one in the entry's own terms, or a term that does not belong there.
+    """
+    of_entry = Candidates(terms.entry(place), values)
     wrong_keys = [key for key, wrong in zip(target.keys, target.wrong, strict=True) if wrong]
     known = [*of_entry.all(), *of_entry.angles(wrong_keys)]
-    found = explained(target, known)
-    if found:
-        return found
-    if len(wrong_keys) > MOST_WRONG:
-        return []
-    foreign = [
-        product
-        for other, products in dictionary.entries.items()
-        if other.part == place.part and other != place
-        for product in products
-    ]
-    known += extras(foreign, wrong_keys, values)
-    found = explained(target, known)
-    if not found and place.part != "force":
-        found = explained(target, [*known, *extras(generic(values), wrong_keys, values)])
-    return found
+    changes = table_of(target, known)
+    single = _singles(target, known, changes)
+    if min(map(_cost, single), default=UNLIKELY) >= UNLIKELY and len(wrong_keys) <= MOST_WRONG:
+        same_part = (entry for other, entry in terms.entries.items() if other.part == place.part)
+        foreign = [product for entry in same_part for product in entry]
+        beyond = generic(values) if place.part != "force" else ()
+        wanted = {
+            key: partial(_makes, target, row)
+            for row, key in enumerate(target.keys)
+            if target.wrong[row]
+        }
+        known += extras([*foreign, *beyond], wanted, values)
+        changes = table_of(target, known)
+        single = _singles(target, known, changes)
+    return single or covers(target, known, changes) or pairs(target, known, changes)
 
 
-def explained(target: Target, suspects: Sequence[Suspect]) -> list[Found]:
-    """All single slips that fit, else combinations of few."""
-    changes = table_of(target, suspects)
+def _singles(target: Target, known: Sequence[Candidate], changes: np.ndarray) -> list[Found]:
     fits = (np.abs(changes - target.difference) <= target.tolerance).all(axis=(1, 2))
-    if fits.any():
-        return [(suspects[place],) for place in np.flatnonzero(fits).tolist()]
-    apart = covers(target, suspects, changes)
-    return apart or pairs(target, suspects, changes)
+    return [(known[number],) for number in np.flatnonzero(fits).tolist()]
 
 
-def table_of(target: Target, suspects: Sequence[Suspect]) -> np.ndarray:
-    """What each suspect changes, (suspects, keys, arms); infinite if it changes anything else."""
+def _makes(target: Target, row: int, changes: np.ndarray) -> np.ndarray:
+    """Which changes (terms, arms) make the difference before one key."""
+    arms = target.difference.shape[1]
+    off = np.abs(changes[:, :arms] - target.difference[row])
+    made: np.ndarray = (off <= target.tolerance[row]).all(axis=1)
+    return made
+
+
+def table_of(target: Target, candidates: Sequence[Candidate]) -> np.ndarray:
+    """What each changes, (candidates, keys, arms); infinite if it changes anything else."""
     numbers = {key: number for number, key in enumerate(target.keys)}
     arms = target.difference.shape[1]
-    table = np.zeros((len(suspects), len(target.keys), arms))
-    for row, suspect in zip(table, suspects, strict=True):
-        for key, change in suspect.change.items():
+    table = np.zeros((len(candidates), len(target.keys), arms))
+    for row, candidate in zip(table, candidates, strict=True):
+        for key, change in candidate.change.items():
             if key in numbers:
                 row[numbers[key]] = change[:arms]
             elif change[:arms].any():
@@ -149,20 +131,20 @@ def table_of(target: Target, suspects: Sequence[Suspect]) -> np.ndarray:
     return table
 
 
-def covers(target: Target, suspects: Sequence[Suspect], changes: np.ndarray) -> list[Found]:
-    """Slips of which each makes some of the coefficients alone, and all together all."""
+def covers(target: Target, candidates: Sequence[Candidate], changes: np.ndarray) -> list[Found]:
+    """Errors of which each makes some of the coefficients alone, and all together all."""
     active = (np.abs(changes) > target.tolerance).any(axis=2)
     close = (np.abs(changes - target.difference) <= target.tolerance).all(axis=2)
     partial = np.flatnonzero(active.any(axis=1) & (close | ~active).all(axis=1)).tolist()
-    parts = sorted(partial, key=lambda s: (-active[s].sum(), suspects[s].cost))
-    open_keys, chosen = target.wrong.copy(), list[list[Suspect]]()
+    parts = sorted(partial, key=lambda s: (-active[s].sum(), candidates[s].cost))
+    open_keys, chosen = target.wrong.copy(), list[list[Candidate]]()
     while open_keys.any():
         fitting = [s for s in parts if not (active[s] & ~open_keys).any()]
         if not fitting:
-            return _with_pairs(target, open_keys, chosen, suspects, changes)
+            return _with_pairs(target, open_keys, chosen, candidates, changes)
         best = active[fitting[0]]
         same = [s for s in fitting if (active[s] == best).all()]
-        chosen.append([suspects[s] for s in same[:MOST_PER_KEY]])
+        chosen.append([candidates[s] for s in same[:MOST_PER_KEY]])
         open_keys &= ~best
     return list(combinations(*chosen)) if len(chosen) <= 3 else [tuple(c[0] for c in chosen)]
 
@@ -170,26 +152,26 @@ def covers(target: Target, suspects: Sequence[Suspect], changes: np.ndarray) -> 
 def _with_pairs(
     target: Target,
     rest: np.ndarray,
-    chosen: Sequence[Sequence[Suspect]],
-    suspects: Sequence[Suspect],
+    chosen: Sequence[Sequence[Candidate]],
+    candidates: Sequence[Candidate],
     changes: np.ndarray,
 ) -> list[Found]:
-    """What is left unexplained made by two slips together, if some of it is explained already."""
+    """What is left unexplained made by two errors together, if some of it is explained already."""
     if not chosen:
         return []
     inside = ~(np.abs(changes) > target.tolerance).any(axis=2)[:, ~rest].any(axis=1)
-    left = [suspect for suspect, there in zip(suspects, inside, strict=True) if there]
+    left = [candidate for candidate, there in zip(candidates, inside, strict=True) if there]
     two = pairs(target.of(rest), left, changes[inside][:, rest])
     return [(*(each[0] for each in chosen), *pair) for pair in two]
 
 
-def pairs(target: Target, suspects: Sequence[Suspect], changes: np.ndarray) -> list[Found]:
-    """Two slips that make the difference together, by sorting one side."""
+def pairs(target: Target, candidates: Sequence[Candidate], changes: np.ndarray) -> list[Found]:
+    """Two errors that make the difference together, by sorting one side."""
     size = np.abs(target.difference)
     if not size.any() or (target.tolerance.max() > TOO_NOISY * size.max()):
         return []
     finite = np.flatnonzero(np.isfinite(changes).all(axis=(1, 2))).tolist()
-    likeliest = sorted(finite, key=lambda s: suspects[s].cost)[:MOST_PAIRED]
+    likeliest = sorted(finite, key=lambda s: candidates[s].cost)[:MOST_PAIRED]
     key, arm = np.unravel_index(size.argmax(), size.shape)
     order = np.array(sorted(likeliest, key=lambda s: changes[s, key, arm]), dtype=np.int64)
     along = changes[order, key, arm]
@@ -202,7 +184,7 @@ def pairs(target: Target, suspects: Sequence[Suspect], changes: np.ndarray) -> l
             a, b = int(order[left]), int(order[right])
             both = changes[a] + changes[b]
             if (np.abs(both - target.difference) <= target.tolerance).all():
-                found.append((suspects[a], suspects[b]))
+                found.append((candidates[a], candidates[b]))
     return found
 
 
@@ -216,11 +198,11 @@ def ranked(found: Iterable[Found]) -> list[Found]:
 
 
 def _cost(found: Found) -> float:
-    return sum(suspect.cost for suspect in found)
+    return sum(candidate.cost for candidate in found)
 
 
 def _left_over(found: Found, target: Target) -> float:
-    """What the slips leave, over the difference."""
+    """What the errors leave, over the difference."""
     made = table_of(target, found).sum(axis=0)
     size = float(np.linalg.norm(target.difference))
     return float(np.linalg.norm(target.difference - made)) / size

@@ -134,7 +134,19 @@ class States(NamedTuple):
     torque: np.ndarray
 
 
-def signal_columns(arm: Arm, layout: Layout, chosen: Switches, states: States) -> Columns:
+class Phases(NamedTuple):
+    """How mesh phases are counted: by absolute link angles; faster by factors (meshes,) or one."""
+
+    absolute: bool = False
+    faster: np.ndarray | float = 1.0
+
+
+USUAL = Phases()
+
+
+def signal_columns(
+    arm: Arm, layout: Layout, chosen: Switches, states: States, phases: Phases = USUAL
+) -> Columns:
     """Output torques [N m], forces of a planet's meshes [N], and the dampers' rates [m/s].
 
     Those of the user's rates are the caller's: ``rate_name`` of each coordinate.
@@ -144,8 +156,12 @@ def signal_columns(arm: Arm, layout: Layout, chosen: Switches, states: States) -
     clock, q, v = states.t[:, None], states.q, states.v
     of_two = data.less >= 0
     x, rate = (each[:, data.where] - of_two * each[:, data.less] for each in (q, v))
-    turning = q[:, data.theta], v[:, data.theta]
-    phase = mesh_phase(data.phase, data.rate, data.offset, clock, *turning)
+    turned = np.array((q, v))
+    if phases.absolute:
+        turned[:, :, layout.theta] = turned[:, :, layout.theta].cumsum(axis=2)
+    phase = mesh_phase(
+        data.phase, data.rate * phases.faster, data.offset, clock, *turned[:, :, data.theta]
+    )
     gap = x - whole_error(phase, data.E, data.lead, data.static)
     touching = in_contact(gap, data.b) | data.damps_apart
     for i, mesh in enumerate(meshes):

@@ -1,7 +1,8 @@
 """Sums of products of an arm's quantities, as fast as its derivation needs them.
 
 They take the place of symbols or fractions in ``analytic.derivation.chain.Chain``, so that
-Lagrange's equations come out as monomials, without sympy's simplifications.
+Lagrange's equations come out as monomials, without sympy's simplifications. sympy's own rings have
+no negative powers, and neither their elements nor its fields' multiply numpy's arrays.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ import sympy as sp
 
 Number = int | Fraction | float
 Powers = tuple[tuple[str, int], ...]  # (symbol, power), by name; powers may be negative
-SHORTEST = 1e-13  # of the largest: a float coefficient below it is what cancellation left
 
 
 class Monomial(NamedTuple):
@@ -47,14 +47,6 @@ class Polynomial:
     def __bool__(self) -> bool:
         return bool(self.terms)
 
-    def __eq__(self, other: object) -> bool:
-        if isinstance(other, int | Fraction | float):
-            return dict(self.terms) == ({(): other} if other else {})
-        return isinstance(other, Polynomial) and dict(self.terms) == dict(other.terms)
-
-    def __hash__(self) -> int:
-        return hash(frozenset(self.terms.items()))
-
     def __add__(self, other: Any) -> Polynomial:
         if isinstance(other, np.ndarray):
             return NotImplemented
@@ -78,9 +70,6 @@ class Polynomial:
             return NotImplemented
         return self * constant(other) ** -1
 
-    def __rtruediv__(self, other: Any) -> Polynomial:
-        return constant(other) * self**-1
-
     def __pow__(self, power: int) -> Polynomial:
         if power >= 0:
             result = constant(1)
@@ -101,6 +90,20 @@ class Polynomial:
         return constant(other) - self
 
     __radd__, __rmul__ = __add__, __mul__
+
+    def without(self, nothing: float) -> Polynomial:
+        """Without floats below this size."""
+        there = self.terms.items()
+        return Polynomial({p: n for p, n in there if not isinstance(n, float) or abs(n) > nothing})
+
+    def replaced(self, name: str, other: Polynomial) -> Polynomial:
+        """With another in place of a symbol, but in a denominator."""
+        total = constant(0)
+        for powers, number in self.terms.items():
+            power = dict(powers).get(name, 0)
+            rest = tuple(p for p in powers if p[0] != name or power < 0)
+            total = total + Polynomial({rest: number}) * other ** max(power, 0)
+        return total
 
 
 def symbol(name: str) -> Polynomial:
@@ -129,16 +132,6 @@ def from_sympy(expression: sp.Expr) -> Polynomial | None:
             product = product * of_base ** int(power)
         total = total + product
     return total
-
-
-def tidied(polynomial: Any, scale: float) -> Polynomial:
-    """Without float coefficients that rounding left, beside a largest one of this scale."""
-    kept = {
-        powers: number
-        for powers, number in constant(polynomial).terms.items()
-        if not isinstance(number, float) or abs(number) > SHORTEST * scale
-    }
-    return Polynomial(kept)
 
 
 def _number(value: sp.Expr) -> Number:

@@ -1,4 +1,4 @@
-"""An arm of the same structure with unequal numbers: it shows slips that equal ones hide."""
+"""An arm of the same structure with unequal numbers: it shows errors that equal ones hide."""
 
 from __future__ import annotations
 

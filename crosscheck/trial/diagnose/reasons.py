@@ -1,4 +1,4 @@
-"""Why entries are wrong: their differences on the arm, and on others, taken apart into slips."""
+"""Why entries are wrong: their differences on the arm, and on others, taken apart into errors."""
 
 from __future__ import annotations
 
@@ -7,36 +7,101 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import sympy as sp
 
 from crosscheck.planning.comparison import Results
+from crosscheck.trial.coordinates.frame import Frame, frame_of
+from crosscheck.trial.coordinates.states import State
 from crosscheck.trial.diagnose.alternates import ForceDifferences
-from crosscheck.trial.diagnose.dictionary import Dictionary, dictionary_of
-from crosscheck.trial.diagnose.difference import NotWaves, symbolic_difference
-from crosscheck.trial.diagnose.explain import Observed, explain
+from crosscheck.trial.diagnose.difference import latex_of, symbolic_difference
+from crosscheck.trial.diagnose.explain import UNEXPLAINED, explain
 from crosscheck.trial.diagnose.force_terms import States
 from crosscheck.trial.diagnose.keys import Key
-from crosscheck.trial.diagnose.summary import bias_of, follows
+from crosscheck.trial.diagnose.polynomial import from_sympy
+from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
+from crosscheck.trial.diagnose.summary import alike, bias_of, follows
 from crosscheck.trial.diagnose.values import values_of
-from crosscheck.trial.diagnose.waves import Fitting, states_wanted
+from crosscheck.trial.diagnose.waves import Fitting, Observed, states_wanted
+from crosscheck.trial.diagnose.words import difference_of
+from crosscheck.trial.input.equations import Coordinates, Gearing
+from crosscheck.trial.input.naming import named
 from crosscheck.trial.judge.bench import Bench
 from crosscheck.trial.judge.entries import PARTS, deviations, wrong_entries
-from crosscheck.trial.judge.places import Place, Wrong
-from crosscheck.trial.judge.sizes import Sizes
+from crosscheck.trial.judge.places import Explanation, Place, TermError, Wrong
+from crosscheck.trial.judge.quadratic import paired
+from crosscheck.trial.judge.sizes import Sizes, sizes_of
 from crosscheck.trial.judge.suite import reference_of, sizes_in
 
+SAME = 1e-12  # of a row of a map: what two readings of it may differ by
+ROUNDING = 1e-10  # of a row of dy/dx: what is below it is 0
 FOLLOWS = "follows from the wrong M"
 QUANTITIES = {part: quantity for quantity, part in PARTS.items() if quantity != "bias"}
 
 
 @dataclass(frozen=True)
 class Compared:
-    """A model and the reference on one arm: yours minus right of every part, at every state."""
+    """A model and the reference on one arm: yours minus right of every part, at every state.
+
+    seen: built-in coordinates in which all of this is, None for the user's. symbolic: the user's
+    map in symbols of the arm.
+    """
 
     bench: Bench
     level: str
-    sizes: Sizes
+    results: Results
     yours: Mapping[str, np.ndarray]
     right: Mapping[str, np.ndarray]
+    symbolic: sp.ImmutableMatrix | None = None
+    seen: Coordinates | None = None
+
+    def seen_in(self, coordinates: Coordinates) -> Compared:
+        """The same in built-in coordinates. Only of a linear map."""
+        frame = frame_of(coordinates, self.bench.case.arm)
+        S = self._columns_of(frame)
+        yours, right = (
+            {quantity: _carried(quantity, values, S) for quantity, values in each.items()}
+            for each in (self.yours, self.right)
+        )
+        return replace(self, yours=yours, right=right, symbolic=frame.symbolic, seen=coordinates)
+
+    def _columns_of(self, frame: Frame) -> np.ndarray:
+        """dx/dy (n, n) of the user's x by coordinates y of a frame."""
+        own, built_in = self.bench.frame.matrix, frame.matrix
+        assert own is not None  # or nobody asks
+        assert built_in is not None
+        return np.linalg.solve(own, built_in)
+
+    @cached_property
+    def frame(self) -> Frame:
+        """Of the coordinates in which this is, its map in symbols where it has any."""
+        if self.seen is not None:
+            return frame_of(self.seen, self.bench.case.arm)
+        return replace(self.bench.frame, symbolic=self.symbolic)
+
+    @cached_property
+    def states(self) -> Sequence[State]:
+        """At which both were asked."""
+        if self.seen is None:
+            return self.bench.states
+        S = np.linalg.inv(self._columns_of(self.frame))
+        return [state._replace(x=S @ state.x, u=S @ state.u) for state in self.bench.states]
+
+    @cached_property
+    def sizes(self) -> Sizes:
+        """Natural sizes of entries."""
+        if self.seen is None:
+            return sizes_in(self.bench, self.results, self.level)
+        S, model = self._columns_of(self.frame), reference_of(self.bench, self.level)
+        mass = self.results.need(self.bench.ask(model, "mass_matrix"))
+        others = (self.results.settled(self.bench.ask(model, p)) for p in ("force", "acceleration"))
+        force, acceleration = others
+        return sizes_of(
+            self.frame,
+            self.states,
+            _carried("mass_matrix", mass, S),
+            None if force is None else _carried("force", force, S),
+            None if acceleration is None else _carried("acceleration", acceleration, S),
+        )
 
     @property
     def wrong(self) -> Iterator[Wrong]:
@@ -53,33 +118,32 @@ class Compared:
         }
 
     @cached_property
-    def dictionary(self) -> Dictionary | None:
+    def terms(self) -> ReferenceTerms | None:
         """What belongs in every entry; None where that cannot be told.
 
         In coordinates that are no linear map, and at fewer states than an entry may have terms.
         """
-        if self.bench.frame.matrix is None:
+        if self.frame.matrix is None:
             return None
         arm, chosen = self.bench.case.arm, self.bench.case.switches
-        found = dictionary_of(self.bench.frame, arm, chosen, self.level)
+        found = reference_terms_of(self.frame, arm, chosen, self.level)
         return found if self.bench.count >= states_wanted(found) else None
 
     @cached_property
     def forces(self) -> ForceDifferences:
         """What forces are taken apart by."""
-        case, states = self.bench.case, self.bench.states
+        case, states = self.bench.case, self.states
         q, v, torque, rates = (np.array([s[k] for s in states]) for k in (3, 4, 5, 2))
         at = States(np.array([state.t for state in states]), q, v, torque)
         arm, chosen = case.arm, case.switches
-        return ForceDifferences(self.bench.frame, arm, chosen, at, rates, self.level)
+        return ForceDifferences(self.frame, arm, chosen, at, rates, self.level)
 
     @cached_property
     def fitting(self) -> Fitting:
         """What entries of M and terms of the bias are taken apart by."""
-        assert self.dictionary is not None  # else nobody asks
-        layout = self.bench.frame.layout
-        angles = np.array([state.q[layout.theta] for state in self.bench.states])
-        return Fitting.of_waves(self.dictionary, angles)
+        assert self.terms is not None  # else nobody asks
+        angles = np.array([state.q[self.frame.layout.theta] for state in self.states])
+        return Fitting.of_waves(self.terms, angles)
 
     @cached_property
     def demanded(self) -> Mapping[Place, Mapping[Key, float]]:
@@ -89,8 +153,8 @@ class Compared:
             for wrong in self.wrong
             if wrong.place.column is not None
         }
-        assert self.dictionary is not None  # else nobody asks
-        return bias_of(mass, self.dictionary.angles)
+        assert self.terms is not None  # else nobody asks
+        return bias_of(mass, self.terms.angles)
 
     def follows(self, place: Place) -> bool:
         """Whether a bias is wrong for no other reason than M."""
@@ -108,15 +172,25 @@ class Compared:
         values, scale = self.difference(place)
         if place.part == "force":
             return self.forces.observed(values, scale)
-        fit = self.fitting.fit(values, scale)
-        arm = values_of(self.bench.case.arm)
-        return Observed(arm, fit.coefficients, fit.noise, fit.left_over)
+        return self.fitting.fit(values, scale, values_of(self.bench.case.arm))
 
 
 def _index(place: Place) -> tuple[int, ...]:
     if place.rates is not None:
         return (place.row, *place.rates)
     return (place.row,) if place.column is None else (place.row, place.column)
+
+
+def _carried(quantity: str, values: np.ndarray, S: np.ndarray) -> np.ndarray:
+    """A part (count, ...) in coordinates y, S = dx/dy."""
+    if quantity == "mass_matrix":
+        return np.einsum("sij,ia,jb->sab", values, S, S)
+    if quantity == "rate_terms":
+        turned = np.einsum("sijk,ia,jb,kc->sabc", values, S, S, S, optimize=True)
+        return np.array([paired(each) for each in turned])
+    if quantity == "acceleration":
+        return values @ np.linalg.inv(S).T
+    return values @ S
 
 
 def compared(bench: Bench, level: str, quantities: Sequence[str], results: Results) -> Compared:
@@ -129,14 +203,104 @@ def compared(bench: Bench, level: str, quantities: Sequence[str], results: Resul
         other = results.settled(bench.ask(reference, quantity))
         if one is not None and other is not None:
             yours[quantity], right[quantity] = one, other
-    return Compared(bench, level, sizes_in(bench, results, level), yours, right)
+    return Compared(bench, level, results, yours, right, bench.frame.symbolic)
 
 
-def reasoned(arm: Compared, probes: Sequence[Compared]) -> Iterator[Wrong]:
+def reasoned(arm: Compared, probes: Sequence[Compared]) -> list[Wrong]:
     """The wrong entries with their reasons; then those that only another arm shows.
 
-    probes: the same on arms of the same structure and other numbers.
+    probes: the same on arms of the same structure and other numbers. Coordinates of a matrix are
+    looked at in the built-in ones too: where fewer errors explain a part of the equations there,
+    these are told.
     """
+    if probes and probes[0].symbolic is not None and _is(probes[0].symbolic, arm):
+        arm = replace(arm, symbolic=probes[0].symbolic)  # equal numbers are no symbol's own
+    found = list(_reasons(arm, probes))
+    if arm.bench.equations.coordinates.matrix is None:
+        return found
+    kinds = {(wrong.place.part, wrong.shown_on) for wrong in found if not wrong.notes}
+    rank = 0 if arm.symbolic is not None else 2
+    short = {kind: _length(_of(found, *kind), rank) for kind in kinds}
+    spread = rank or any(length[:2] > (0, 1) for length in short.values())
+    for coordinates in _built_in(arm.bench.gearing) if spread else ():
+        seen = arm.seen_in(coordinates)
+        there = list(_reasons(seen, [probe.seen_in(coordinates) for probe in probes]))
+        for kind, length in short.items():
+            own = _of(there, *kind)
+            if own and _length(own, 1) < length:
+                short[kind] = _length(own, 1)
+                found = [
+                    _seen(wrong, own, seen) if wrong in _of(found, *kind) else wrong
+                    for wrong in found
+                ]
+    return found
+
+
+def _built_in(gearing: Gearing) -> list[Coordinates]:
+    """Coordinates that have a name, of the same meaning."""
+    rigid = [Coordinates(gearing), Coordinates(gearing, "absolute")]
+    return [*rigid, *(replace(each, gears="angles") for each in rigid if gearing != "rigid")]
+
+
+def _is(symbolic: sp.ImmutableMatrix, arm: Compared) -> bool:
+    """Whether a map in symbols has the numbers of an arm's."""
+    values, matrix = values_of(arm.bench.case.arm), arm.bench.frame.matrix
+    entries = [from_sympy(entry) for entry in symbolic]
+    if matrix is None or None in entries:
+        return False
+    numbers = np.array(
+        [sum(m.value(values) for m in e.monomials) for e in entries if e is not None]
+    )
+    off = np.abs(numbers.reshape(matrix.shape) - matrix)
+    return bool((off <= SAME * np.abs(matrix).max(axis=1, keepdims=True)).all())
+
+
+def _of(found: Sequence[Wrong], part: str, shown_on: str) -> list[Wrong]:
+    return [w for w in found if (w.place.part, w.shown_on) == (part, shown_on) and not w.notes]
+
+
+def _length(found: Sequence[Wrong], rank: int) -> tuple[int, int, int, int]:
+    """Entries that nothing explains, errors that explain the others, the rank, all entries."""
+    open_ones = sum(wrong.explanation is None for wrong in found)
+    errors = {alike(e) for w in found if w.explanation for e in w.explanation.errors}
+    return open_ones, len(errors), rank, len(found)
+
+
+def _seen(wrong: Wrong, there: Sequence[Wrong], seen: Compared) -> Wrong:
+    """A wrong entry explained by those that make it in other coordinates."""
+    turns = np.abs(np.linalg.inv(seen._columns_of(seen.frame)))  # dy/dx
+    turns = turns > ROUNDING * turns.max(axis=1, keepdims=True)
+    making = [each for each in there if _reaches(each.place, wrong.place, turns)]
+    if not making or any(each.explanation is None for each in making):
+        return wrong
+    explanations = [each.explanation for each in making if each.explanation]
+    ways = 1 + max(len(each.others) for each in explanations)
+    told = [_together(explanations, way) for way in range(ways)]
+    left = max(each.left_over for each in explanations)
+    where = ", ".join(named(each.place, seen.frame.names) for each in making)
+    return replace(wrong, explanation=Explanation(told[0], left, tuple(told[1:]), where))
+
+
+def _together(explanations: Sequence[Explanation], way: int) -> tuple[TermError, ...]:
+    """The errors of several entries, each once; of each entry as likely ones as there are."""
+    ways = ((each.errors, *each.others) for each in explanations)
+    errors = (error for way_of in ways for error in way_of[min(way, len(way_of) - 1)])
+    return tuple({alike(error): error for error in errors}.values())
+
+
+def _reaches(there: Place, here: Place, turns: np.ndarray) -> bool:
+    """Whether an entry in y is a part of one in x; turns (n, n): where dy/dx is not 0."""
+    pairs = [(there.row, here.row)]
+    if there.column is not None and here.column is not None:
+        pairs.append((there.column, here.column))
+    if there.rates is not None and here.rates is not None:
+        (j, k), (a, b) = there.rates, here.rates
+        if not (turns[j, a] and turns[k, b]) and not (turns[j, b] and turns[k, a]):
+            return False
+    return all(turns[pair] for pair in pairs)
+
+
+def _reasons(arm: Compared, probes: Sequence[Compared]) -> Iterator[Wrong]:
     seen = set()
     for wrong in arm.wrong:
         seen.add(wrong.place)
@@ -150,32 +314,28 @@ def reasoned(arm: Compared, probes: Sequence[Compared]) -> Iterator[Wrong]:
 
 
 def _explained(wrong: Wrong, arm: Compared, others: Sequence[Compared]) -> Wrong:
-    if arm.dictionary is None or wrong.place.part == "acceleration":
+    if arm.terms is None or wrong.place.part == "acceleration":
         return wrong
     if wrong.place.rates is not None and arm.follows(wrong.place):
         return replace(wrong, notes=(FOLLOWS,))
-    exact = _in_symbols(wrong, arm)
-    if exact is not None:
-        return exact
+    wrong = replace(wrong, latex=_typeset(wrong.place, arm))
     quantity = QUANTITIES[wrong.place.part]
     more = [other.observed(wrong.place) for other in others if quantity in other.yours]
+    observed = arm.observed(wrong.place)
     if wrong.place.part == "force":
         values, scale = arm.difference(wrong.place)
-        return replace(wrong, explanation=arm.forces.explain(wrong.place, values, scale, more))
-    observed = [arm.observed(wrong.place), *more]
-    return replace(wrong, explanation=explain(wrong.place, observed, arm.dictionary))
+        found = arm.forces.explain(wrong.place, values, scale, more)
+    else:
+        found = explain(wrong.place, [observed, *more], arm.terms)
+    if found is not None or observed.left_over > UNEXPLAINED:
+        return replace(wrong, explanation=found)
+    return replace(wrong, difference=difference_of(observed.found, arm.terms))
 
 
-def _in_symbols(wrong: Wrong, arm: Compared) -> Wrong | None:
-    """Of symbolic equations, if they can be taken apart."""
-    symbolic, dictionary = arm.bench.equations.symbolic, arm.dictionary
-    if symbolic is None or dictionary is None:
-        return None
-    values = values_of(arm.bench.case.arm)
-    try:
-        found = symbolic_difference(wrong.place, symbolic, dictionary, values)
-    except NotWaves:
-        return None
-    if found is None:
-        return None
-    return replace(wrong, explanation=found.explanation, latex=found.latex)
+def _typeset(place: Place, arm: Compared) -> str:
+    """Yours minus right of symbolic equations as TeX, '' of others."""
+    symbolic = arm.bench.equations.symbolic
+    if symbolic is None or arm.terms is None or arm.seen is not None:
+        return ""
+    found = symbolic_difference(place, symbolic, arm.terms, values_of(arm.bench.case.arm))
+    return "" if found is None else latex_of(found)

@@ -1,47 +1,36 @@
-"""The same slip in several entries told once, and a bias that only follows from a wrong M."""
+"""The same error in several entries told once, and a bias that only follows from a wrong M."""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from crosscheck.trial.diagnose.explain import NOISES, Observed
+from crosscheck.trial.diagnose.explain import NOISES
 from crosscheck.trial.diagnose.keys import Key
-from crosscheck.trial.judge.places import Place, Slip, Wrong
+from crosscheck.trial.diagnose.waves import Observed
+from crosscheck.trial.judge.places import Place, TermError, Wrong
 
 Entries = Mapping[tuple[int, int], Mapping[Key, float]]
 FOLLOWS = 1e-9  # of a bias entry's difference, beside its noise
 
 
-@dataclass(frozen=True)
-class Told:
-    """Wrong entries that one and the same slips explain (none: nothing does)."""
-
-    slips: tuple[Slip, ...]
-    wrong: tuple[Wrong, ...]
-
-
-def told_once(wrong: Sequence[Wrong]) -> list[Told]:
-    """In the order of their first entries; each that nothing explains by itself."""
+def told_once(wrong: Sequence[Wrong]) -> list[list[Wrong]]:
+    """Those that the same errors explain together, in the order of their first entries."""
     found: defaultdict[object, list[Wrong]] = defaultdict(list)
     for number, each in enumerate(wrong):
-        slips = each.explanation.slips if each.explanation else ()
-        found[tuple(map(_alike, slips)) or number].append(each)
-    return [
-        Told(group[0].explanation.slips if group[0].explanation else (), tuple(group))
-        for group in found.values()
-    ]
+        errors = each.explanation.errors if each.explanation else ()
+        found[tuple(map(alike, errors)) or number].append(each)
+    return list(found.values())
 
 
-def _alike(slip: Slip) -> object:
-    """What slips in other entries must share: of a swap, what is swapped; else the term too."""
-    if slip.kind == "swapped":
-        return slip.kind, slip.yours, slip.right
-    term = slip.term.coefficient.removeprefix("-")
-    return slip.kind, slip.yours, slip.right, slip.by, term, slip.term.angle
+def alike(error: TermError) -> object:
+    """What errors in other entries must share: of a swap, what is swapped; else the term too."""
+    if error.kind == "swapped":
+        return error.kind, error.yours, error.right
+    term = error.term.coefficient.removeprefix("-")
+    return error.kind, error.yours, error.right, error.by, term, error.term.angle
 
 
 def bias_of(mass: Entries, turns: np.ndarray) -> dict[Place, dict[Key, float]]:

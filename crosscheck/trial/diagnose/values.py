@@ -110,7 +110,7 @@ def damper_name(pair: str, joint: Planetary, number: int, planet: int) -> str:
 def unrelated(symbols: Iterable[str], seed: int = 0) -> dict[str, float]:
     """Other numbers for the same symbols, none of which has to do with another.
 
-    Two slips that differ with these are two slips, whatever they come to on an arm at hand.
+    Two errors that differ with these are two errors, whatever they come to on an arm at hand.
     """
     seeds = {name: [seed, *name.encode()] for name in symbols}
     return {n: float(np.random.default_rng(own).uniform(0.5, 2.0)) for n, own in seeds.items()}
@@ -130,7 +130,20 @@ def alternatives(symbol: str, values: Values) -> Iterator[Alternative]:
         other = named(name)
         if kind and name != symbol and KIND_OF.get(other.stem) == kind:
             yield Alternative(name, values[name], _distance(own, other))
+    if own.stem in RADII and f"r_cp{own.joint}" in values:
+        cosine = values[f"r_cp{own.joint}"] / values[f"r_c{own.joint}"]
+        if own.stem != "r_c":
+            text = f"the pitch radius {symbol}/cos(alpha)"
+            yield Alternative(text, values[symbol] / cosine, 0.15)
+        yield Alternative(f"{symbol} cos(alpha)", values[symbol] * cosine, 0.25)
+    if own.stem == "d":
+        length = values[f"L{own.joint}"]
+        yield Alternative(f"L{own.joint}/2", length / 2, 0.1)
+        yield Alternative(f"L{own.joint} - {symbol}", length - values[symbol], 0.15)
+    if own.stem == "n":
+        yield Alternative(f"1/{symbol}", 1 / values[symbol], 0.3)
     if own.stem == "N":
+        yield Alternative(f"sqrt({symbol})", values[symbol] ** 0.5, 0.4)
         for text, shift in ((f"{symbol} - 1", -1), (f"{symbol} + 1", 1)):
             yield Alternative(text, values[symbol] + shift, 0.4)
 
@@ -165,40 +178,3 @@ def _of_teeth(own: Named, values: Values) -> Iterator[Alternative]:
 
 def _numbered(text: str, joint: int) -> str:
     return re.sub(r"(z_[spr])", rf"\g<1>{joint}", text)
-
-
-def related(values: Values, seed: int) -> dict[str, float]:
-    """Other numbers for the same symbols, teeth and radii fitting each other; what is 0 remains.
-
-    For an arm of the same structure that no measure of length, mass or teeth can be told from.
-    """
-    generator = np.random.default_rng(seed)
-    found = {
-        name: float(generator.uniform(0.5, 2.0)) if value else 0.0 for name, value in values.items()
-    }
-    for name in values:
-        own = named(name)
-        if own.stem == "N":
-            found[name] = float(generator.integers(2, 9))
-        if own.stem in ("J_r", "J_m", "m_m", "m_payload"):  # may be left out, but not untold
-            found[name] = float(generator.uniform(0.5, 2.0))
-        if own.stem == "r_s":
-            found |= _radii(own.joint, generator)
-    return found
-
-
-def _radii(joint: int, generator: np.random.Generator) -> dict[str, float]:
-    sun, planet = (int(teeth) for teeth in generator.integers(15, 46, 2))
-    size, cosine = generator.uniform(0.01, 0.1), generator.uniform(0.88, 0.97)
-    ring = sun + 2 * planet
-    return {
-        f"z_s{joint}": float(sun),
-        f"z_p{joint}": float(planet),
-        f"z_r{joint}": float(ring),
-        f"r_s{joint}": size * sun * cosine,
-        f"r_p{joint}": size * planet * cosine,
-        f"r_r{joint}": size * ring * cosine,
-        f"r_c{joint}": size * (sun + planet),
-        f"r_cp{joint}": size * (sun + planet) * cosine,
-        f"n{joint}": ring / sun + 1,
-    }

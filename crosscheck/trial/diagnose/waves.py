@@ -9,8 +9,8 @@ from itertools import product as combinations
 
 import numpy as np
 
-from crosscheck.trial.diagnose.dictionary import Dictionary
 from crosscheck.trial.diagnose.keys import Entry, Key, Wave
+from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
 
 EPS = float(np.finfo(float).eps)
 ROUNDINGS = 16  # in a value of the natural size, at the least
@@ -20,49 +20,48 @@ LEAST_STATES = 50
 
 
 @dataclass(frozen=True)
-class Fit:
-    """Coefficients before keys, and the standard error of each.
+class Observed:
+    """One entry's difference, yours minus right, on one arm: coefficients before keys.
 
-    left_over: what none of the keys explains, beyond rounding, relative to the values.
+    values: the arm's quantities (``values_of``); noise: standard error of each coefficient;
+    left_over: what no key explains, beyond rounding, relative to the difference.
     """
 
+    values: Mapping[str, float]
     coefficients: Mapping[Key, float]
     noise: Mapping[Key, float]
-    left_over: float
+    left_over: float = 0.0
 
     @property
     def found(self) -> dict[Key, float]:
-        """Those that are not 0."""
-        return {
-            key: value
-            for key, value in self.coefficients.items()
-            if abs(value) > SIGNIFICANT * self.noise[key]
-        }
+        """The coefficients that are not 0."""
+        sure = {key: SIGNIFICANT * noise for key, noise in self.noise.items()}
+        return {key: v for key, v in self.coefficients.items() if abs(v) > sure.get(key, 0.0)}
 
 
-def waves_tried(dictionary: Dictionary) -> tuple[Wave, ...]:
+def waves_tried(terms: ReferenceTerms) -> tuple[Wave, ...]:
     """0, the reference's own, and sums and differences of two joint or link angles.
 
     Of few joints also every sum of joint angles, each up to twice.
     """
-    single = _angles(dictionary.joints)
+    single = _angles(terms.joints)
     pairs = [a + sign * b for a in single for b in single for sign in (1, -1)]
-    found = [*dictionary.waves, *map(tuple, single), *map(tuple, pairs)]
-    if dictionary.joints <= FULL:
-        found += list(combinations(range(-2, 3), repeat=dictionary.joints))
+    found = [*terms.waves, *map(tuple, single), *map(tuple, pairs)]
+    if terms.joints <= FULL:
+        found += list(combinations(range(-2, 3), repeat=terms.joints))
     return tuple(dict.fromkeys(map(_upward, found)))
 
 
-def links_tried(dictionary: Dictionary) -> tuple[Wave, ...]:
+def links_tried(terms: ReferenceTerms) -> tuple[Wave, ...]:
     """0, joint angles and link angles, once and twice: what weight may be thought to hang on.
 
     Of few joints also every sum of joint angles, each once or not at all.
     """
-    single = _angles(dictionary.joints)
-    own = [(0,) * dictionary.joints, *dictionary.waves, *map(tuple, single)]
+    single = _angles(terms.joints)
+    own = [(0,) * terms.joints, *terms.waves, *map(tuple, single)]
     own += map(tuple, 2 * single)
-    if dictionary.joints <= FULL:
-        own += list(combinations((-1, 0, 1), repeat=dictionary.joints))
+    if terms.joints <= FULL:
+        own += list(combinations((-1, 0, 1), repeat=terms.joints))
     return tuple(dict.fromkeys(map(_upward, own)))
 
 
@@ -77,10 +76,10 @@ def _upward(wave: Iterable[int]) -> Wave:
     return whole if first > 0 else tuple(-entry for entry in whole)
 
 
-def states_wanted(dictionary: Dictionary) -> int:
+def states_wanted(terms: ReferenceTerms) -> int:
     """How many states leave enough beside all waves and signals to see what none explains."""
-    still = 2 * len(links_tried(dictionary)) + len(dictionary.signals) + len(dictionary.names)
-    return LEAST_STATES + 2 * max(2 * len(waves_tried(dictionary)), still)
+    still = 2 * len(links_tried(terms)) + len(terms.signals) + len(terms.names)
+    return LEAST_STATES + 2 * max(2 * len(waves_tried(terms)), still)
 
 
 def keys_of(waves: Iterable[Wave]) -> list[Key]:
@@ -110,18 +109,18 @@ class Fitting:
         self.table = (table / self.sizes[:, None]).T
 
     @classmethod
-    def of_waves(cls, dictionary: Dictionary, angles: np.ndarray) -> Fitting:
+    def of_waves(cls, terms: ReferenceTerms, angles: np.ndarray) -> Fitting:
         """For entries of M, and of the bias."""
-        return cls(keys_of(waves_tried(dictionary)), angles)
+        return cls(keys_of(waves_tried(terms)), angles)
 
     @classmethod
     def of_forces(
-        cls, dictionary: Dictionary, angles: np.ndarray, signals: Mapping[str, np.ndarray]
+        cls, terms: ReferenceTerms, angles: np.ndarray, signals: Mapping[str, np.ndarray]
     ) -> Fitting:
         """For entries of the force: each signal, and weight."""
-        still = (0,) * dictionary.joints
+        still = (0,) * terms.joints
         driven = [Key(still, signal=name) for name in signals]
-        return cls([*driven, *keys_of(links_tried(dictionary))], angles, signals)
+        return cls([*driven, *keys_of(links_tried(terms))], angles, signals)
 
     @cached_property
     def _inverse(self) -> np.ndarray:
@@ -131,13 +130,13 @@ class Fitting:
         """What no column makes of values (K,)."""
         return values - self.table @ (self._inverse @ values)
 
-    def fit(self, values: np.ndarray, scale: float) -> Fit:
-        """Of values (K,) whose rounding is that of numbers of this scale.
+    def fit(self, values: np.ndarray, scale: float, arm: Mapping[str, float]) -> Observed:
+        """Of values (K,) whose rounding is that of numbers of this scale, on an arm of these.
 
         Where a value or its square is beyond what floats hold, nothing explains anything.
         """
         if not np.isfinite(values @ values):
-            return Fit({}, {}, float("inf"))
+            return Observed(arm, {}, {}, float("inf"))
         solved = self._inverse @ values
         solved = solved + self._inverse @ (values - self.table @ solved)
         rest = float(np.linalg.norm(values - self.table @ solved))
@@ -148,7 +147,8 @@ class Fitting:
         noise = np.maximum(error * spread, floor / 4) / self.sizes
         size = float(np.linalg.norm(values))
         beyond = max(rest - ROUNDINGS * EPS * scale * np.sqrt(len(values)), 0.0)
-        return Fit(
+        return Observed(
+            arm,
             dict(zip(self.keys, (solved / self.sizes).tolist(), strict=True)),
             dict(zip(self.keys, noise.tolist(), strict=True)),
             beyond / size if size else 0.0,

@@ -1,49 +1,49 @@
-"""Terms, slips and explanations as people write them, and as TeX."""
+"""Terms, errors and explanations as people write them, and as TeX."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 
-from crosscheck.trial.diagnose.dictionary import Dictionary
+from crosscheck.trial.diagnose.candidates import Candidate
 from crosscheck.trial.diagnose.keys import Entry, Key, Product
 from crosscheck.trial.diagnose.polynomial import Monomial, Number, Powers
-from crosscheck.trial.diagnose.suspects import Suspect
+from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
 from crosscheck.trial.diagnose.values import ORDER, named
-from crosscheck.trial.judge.places import Explanation, Slip, Term
+from crosscheck.trial.judge.places import Term, TermError, Wrong
 
 MOST_TERMS = 4  # of a sum that is written out
-GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega", "q")
+GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
 
 
-def slip_of(suspect: Suspect, dictionary: Dictionary) -> Slip:
-    """A suspect as it is told."""
-    term, yours, right = term_of(suspect.products, dictionary), suspect.yours, suspect.right
-    if suspect.kind == "angle" and suspect.key is not None:
-        yours, right = _trig(suspect.key, dictionary), _trig(suspect.products[0].key, dictionary)
-        yours = yours if suspect.by == 1.0 else f"-{yours}"
-    elif suspect.key is not None:
-        yours, right = suspect.key.signal, suspect.products[0].key.signal
-    return Slip(suspect.kind, term, yours, right, suspect.by)
+def error_of(candidate: Candidate, terms: ReferenceTerms) -> TermError:
+    """A candidate as it is told."""
+    term, yours, right = term_of(candidate.products, terms), candidate.yours, candidate.right
+    if candidate.kind == "angle" and candidate.key is not None:
+        yours, right = _trig(candidate.key, terms), _trig(candidate.products[0].key, terms)
+        yours = yours if candidate.by == 1.0 else f"-{yours}"
+    elif candidate.key is not None:
+        yours, right = candidate.key.signal, candidate.products[0].key.signal
+    return TermError(candidate.kind, term, yours, right, candidate.by)
 
 
-def term_of(products: Entry, dictionary: Dictionary) -> Term:
+def term_of(products: Entry, terms: ReferenceTerms) -> Term:
     """Of terms that belong together, before one wave or (their angle then untold) several."""
     keys = list(dict.fromkeys(product.key for product in products))
     if len(keys) > 1:
-        text = " + ".join(_whole(p, dictionary) for p in products[:MOST_TERMS])
-        return Term(_cut(text, products), latex=_sum_latex(products, dictionary))
+        text = " + ".join(_whole(p, terms) for p in products[:MOST_TERMS])
+        return Term(_cut(text, products), latex=_sum_latex(products, terms))
     key, shared = keys[0], _shared(products)
     text = coefficient_text(products, shared)
-    sign, angle = angle_text(key, dictionary)
+    sign, angle = angle_text(key, terms)
     if key.function == "sin" and sign < 0:
         text = text[1:] if text.startswith("-") else f"-{text}"
     wave = key.function if angle else ""
-    latex = _sum_latex(products, dictionary)
+    latex = _sum_latex(products, terms)
     return Term(text, "cos" if wave == "cos" else "sin" if wave else "", angle, key.signal, latex)
 
 
@@ -74,11 +74,11 @@ def number_text(number: Number) -> str:
     return str(Fraction(number)) if not isinstance(number, float) else f"{number:.6g}"
 
 
-def angle_text(key: Key, dictionary: Dictionary) -> tuple[int, str]:
+def angle_text(key: Key, terms: ReferenceTerms) -> tuple[int, str]:
     """The angle sum in the user's coordinates, first positive, and the sign that a sine takes."""
     if not any(key.wave):
         return 1, ""
-    turned, names = np.array(key.wave) @ dictionary.angles, dictionary.names
+    turned, names = np.array(key.wave) @ terms.angles, terms.names
     if not np.allclose(turned, np.round(turned)):
         turned, names = np.array(key.wave), tuple(f"theta_{j + 1}" for j in range(len(key.wave)))
     whole = [round(entry) for entry in turned.tolist()]
@@ -98,7 +98,7 @@ def _joined(parts: Iterable[str]) -> str:
     return " + ".join(parts).replace("+ -", "- ")
 
 
-def _cut(text: str, products: Entry) -> str:
+def _cut(text: str, products: Sequence[object]) -> str:
     more = len(products) - MOST_TERMS
     return f"{text} + {more} more" if more > 0 else text
 
@@ -132,24 +132,26 @@ def _power(name: str, power: int) -> str:
     return name if power == 1 else f"{name}^{power}"
 
 
-def _trig(key: Key, dictionary: Dictionary) -> str:
-    sign, angle = angle_text(key, dictionary)
+def _trig(key: Key, terms: ReferenceTerms) -> str:
+    sign, angle = angle_text(key, terms)
     if not angle:
         return "1"
     return f"{'-' if key.function == 'sin' and sign < 0 else ''}{key.function}({angle})"
 
 
-def _whole(product: Product, dictionary: Dictionary) -> str:
+def _whole(product: Product, terms: ReferenceTerms) -> str:
     """A term with its wave and signal."""
-    term = term_of((product,), dictionary)
+    term = term_of((product,), terms)
     return written(term)
 
 
 def written(term: Term) -> str:
     """A term in one line: m_payload L1 d2 cos(theta_2)."""
-    coefficient = "" if term.coefficient == "1" and (term.wave or term.signal) else term.coefficient
     wave = f"{term.wave}({term.angle})" if term.wave else ""
-    return " ".join(filter(None, (coefficient, wave, term.signal)))
+    behind = " ".join(filter(None, (wave, term.signal)))
+    if behind and term.coefficient in ("1", "-1"):
+        return term.coefficient[:-1] + behind
+    return f"{term.coefficient} {behind}".strip()
 
 
 def latex_name(name: str) -> str:
@@ -181,63 +183,76 @@ def monomial_latex(monomial: Monomial) -> str:
     return sign + r"\,".join(filter(None, (front, *parts)))
 
 
-def key_latex(key: Key, dictionary: Dictionary) -> str:
+def key_latex(key: Key, terms: ReferenceTerms) -> str:
     """Wave and signal as TeX, without the sign of a sine."""
-    _, angle = angle_text(key, dictionary)
+    _, angle = angle_text(key, terms)
     turned = re.sub(r"[A-Za-z]\w*", lambda found: latex_name(found[0]), angle)
     wave = rf"\{key.function}({turned})" if angle else ""
     return r"\,".join(filter(None, (wave, latex_name(key.signal) if key.signal else "")))
 
 
-def product_latex(product: Product, dictionary: Dictionary) -> str:
+def product_latex(product: Product, terms: ReferenceTerms) -> str:
     """A term as TeX."""
-    monomial, (sign, angle) = product.monomial, angle_text(product.key, dictionary)
+    monomial, (sign, angle) = product.monomial, angle_text(product.key, terms)
     if angle and product.key.function == "sin" and sign < 0:
         monomial = Monomial(-1 * monomial.number, monomial.powers)
-    wave = key_latex(product.key, dictionary)
+    wave = key_latex(product.key, terms)
     plain = monomial_latex(monomial)
     if wave and plain in ("1", "-1"):
         return plain[:-1] + wave
     return r"\,".join(filter(None, (plain, wave)))
 
 
-def _sum_latex(products: Entry, dictionary: Dictionary) -> str:
-    parts = _joined(product_latex(p, dictionary) for p in products[:MOST_TERMS])
+def _sum_latex(products: Entry, terms: ReferenceTerms) -> str:
+    parts = _joined(product_latex(p, terms) for p in products[:MOST_TERMS])
     return parts + (r" + \dots" if len(products) > MOST_TERMS else "")
 
 
-def told(slip: Slip) -> str:
-    """A slip in words, yours against what is right."""
-    term = written(slip.term)
-    if slip.kind == "dropped":
+def told(error: TermError) -> str:
+    """An error in words, yours against what is right."""
+    term = written(error.term)
+    if error.kind == "dropped":
         return f"yours is short of {term}"
-    if slip.kind == "sign":
+    if error.kind == "sign":
         return f"yours has {term} with the opposite sign"
-    if slip.kind == "factor":
-        by = f"{slip.by:g}" if slip.by is not None else slip.yours
+    if error.kind == "factor":
+        by = f"{error.by:g}" if error.by is not None else error.yours
         return f"yours has {term} times {by}"
-    if slip.kind == "angle":
-        return f"yours has {slip.yours} where {slip.right} belongs, in {term}"
-    if slip.kind == "extra":
+    if error.kind == "angle":
+        return f"yours has {error.yours} where {error.right} belongs, in {term}"
+    if error.kind == "extra":
         return f"yours has {term} too much"
-    short = _short_of(slip)
-    return f"{short}{slip.yours} where {slip.right} belongs" + ("" if short else f", in {term}")
+    short = _short_of(error)
+    return f"{short}{error.yours} where {error.right} belongs" + ("" if short else f", in {term}")
 
 
-def _short_of(slip: Slip) -> str:
+def _short_of(error: TermError) -> str:
     """yours is short of m (L2 - d2) L1: where one symbol stands for another in one product."""
-    coefficient = slip.term.coefficient
-    found = re.search(rf"(?<!\S){re.escape(slip.right)}(\^\d+)?(?!\S)", coefficient)
-    if found is None or "(" in coefficient or not slip.yours.isidentifier():
+    coefficient = error.term.coefficient
+    found = re.search(rf"(?<!\S){re.escape(error.right)}(\^\d+)?(?!\S)", coefficient)
+    if found is None or "(" in coefficient or not error.yours.isidentifier():
         return ""
     power = found[1] or ""
-    inside = f"({slip.right}{power} - {slip.yours}{power})"
+    inside = f"({error.right}{power} - {error.yours}{power})"
     short = coefficient[: found.start()] + inside + coefficient[found.end() :]
-    return f"yours is short of {written(replace(slip.term, coefficient=short))}; "
+    return f"yours is short of {written(replace(error.term, coefficient=short))}; "
 
 
-def guess(explanation: Explanation | None) -> str:
-    """What is wrong in an entry, as a question, for it is a guess."""
-    if explanation is None:
-        return "no slip in few of its terms makes this difference"
-    return "; and ".join(map(told, explanation.slips)) + "?"
+def difference_of(coefficients: Mapping[Key, float], terms: ReferenceTerms) -> tuple[Term, ...]:
+    """Yours minus right as it is: numbers before waves and signals, the largest first."""
+    numbers = {key: float(f"{value:.4g}") for key, value in coefficients.items()}
+    return tuple(
+        term_of((Product(key, Monomial(numbers[key], ())),), terms)
+        for key in sorted(numbers, key=lambda key: -abs(numbers[key]))
+    )
+
+
+def guess(wrong: Wrong) -> str:
+    """What is wrong in an entry, as a question, for it is a guess; or its difference."""
+    found = wrong.explanation
+    if found is None:
+        shown = _cut(_joined(map(written, wrong.difference[:MOST_TERMS])), wrong.difference)
+        said = f"yours minus right is {shown}; " if shown else ""
+        return f"{said}no error in few of its terms makes this difference"
+    each = ("; and ".join(map(told, errors)) for errors in (found.errors, *found.others[:1]))
+    return "; or ".join(each) + (f", in {found.seen_in}?" if found.seen_in else "?")

@@ -34,7 +34,7 @@ class Term:
 
 
 @dataclass(frozen=True)
-class Slip:
+class TermError:
     """A term of an entry as it must be, and what stands there instead.
 
     kind: ``sign``, ``factor`` (``by``: yours over right), ``dropped``, ``swapped`` (``yours`` where
@@ -51,27 +51,32 @@ class Slip:
 
 @dataclass(frozen=True)
 class Explanation:
-    """Slips that together make a difference, and what they leave of it, relative to the difference.
+    """Errors that together make a difference, and what they leave of it, relative to that.
 
-    others: explanations that fit as well with the arm's numbers (equal lengths, say).
+    others: explanations that fit as well with the arm's numbers (equal lengths, say), likeliest
+    first. seen_in: in words, where the errors are, if not in this entry: entries in other
+    coordinates, in which they are fewer.
     """
 
-    slips: tuple[Slip, ...]
+    errors: tuple[TermError, ...]
     left_over: float
-    others: tuple[tuple[Slip, ...], ...] = ()
+    others: tuple[tuple[TermError, ...], ...] = ()
+    seen_in: str = ""
 
 
 @dataclass(frozen=True)
 class Wrong:
     """An entry that is wrong: by how much (relative to the entry's natural size), and perhaps why.
 
-    latex: yours minus right, typeset, of symbolic equations. shown_on: name of the arm that shows
-    it, where the one on trial cannot.
+    difference: yours minus right in numbers, of an entry that nothing explains. latex: the same
+    typeset, of symbolic equations. shown_on: name of the arm that shows it, where the one on trial
+    cannot.
     """
 
     place: Place
     relative: float
     explanation: Explanation | None = None
+    difference: tuple[Term, ...] = ()
     latex: str = ""
     shown_on: str = ""
     notes: tuple[str, ...] = field(default=())

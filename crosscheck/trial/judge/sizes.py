@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import repeat
 
 import numpy as np
 
-from crosscheck.checks.states import EPS, LOOSEST, ROUNDINGS, component_sizes, scaled
+from crosscheck.checks.states import EPS, LOOSEST, ROUNDINGS, component_sizes
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import State
 from crosscheck.trial.judge.quadratic import turns
@@ -73,7 +72,9 @@ def sizes_of(
     diagonal = np.sqrt(np.einsum("kii->ki", mass).max(axis=0))
     lively = np.sqrt(np.einsum("ki,kij,kj->k", rates, mass, rates).mean() * (turning**2).mean())
     of_rates = np.sqrt((rates**2).mean(axis=0))
-    jacobians = [frame.jacobian(state.x) for state in states]
+    jacobians = np.array([frame.jacobian(state.x) for state in states])
+    inverses = np.linalg.inv(jacobians)
+    moved = inverses.swapaxes(1, 2) @ mass @ inverses  # M of q
     summed = _summands(
         diagonal, np.max([turns(J, frame.layout.angular) for J in jacobians], axis=0)
     )
@@ -87,11 +88,11 @@ def sizes_of(
         force=_rows(force, diagonal),
         acceleration=_rows(acceleration, 1 / diagonal),
         roundings=max(
-            *map(_skeel, mass, jacobians),
-            *map(_cancelled, mass, jacobians, repeat(diagonal)),
+            _skeel(mass, moved, jacobians, inverses),
+            _cancelled(moved, jacobians, diagonal),
             *(_bent(frame, state.x) for state in states if frame.matrix is None),
         ),
-        solving=max(float(np.linalg.cond(scaled(matrix))) for matrix in mass),
+        solving=float(np.linalg.cond(mass / np.sqrt(np.einsum("kii,kjj->kij", mass, mass))).max()),
     )
 
 
@@ -108,10 +109,10 @@ def _rows(values: np.ndarray | None, weight: np.ndarray) -> np.ndarray:
     return component_sizes(values, weight * (shared or 1.0))
 
 
-def _cancelled(mass: np.ndarray, jacobian: np.ndarray, diagonal: np.ndarray) -> float:
-    """How much larger than M_x (n, n) the terms are whose sum J^T M J is."""
-    inverse = np.linalg.inv(jacobian)
-    terms = np.abs(jacobian).T @ np.abs(inverse.T @ mass @ inverse) @ np.abs(jacobian)
+def _cancelled(moved: np.ndarray, jacobians: np.ndarray, diagonal: np.ndarray) -> float:
+    """How much larger than M_x the terms are whose sum J^T M J is; moved: M (count, n, n)."""
+    sizes = np.abs(jacobians)
+    terms = sizes.swapaxes(1, 2) @ np.abs(moved) @ sizes
     return float((terms / np.outer(diagonal, diagonal)).max())
 
 
@@ -125,13 +126,15 @@ def _bent(frame: Frame, x: np.ndarray) -> float:
     return found
 
 
-def _skeel(mass: np.ndarray, jacobian: np.ndarray) -> float:
+def _skeel(
+    mass: np.ndarray, moved: np.ndarray, jacobians: np.ndarray, inverses: np.ndarray
+) -> float:
     """Skeel's condition number of J, its rows and columns in units of the inertia at either side.
 
-    So it is that of the map, whatever the units of x are.
+    So it is that of the map, whatever the units of x are. All (count, n, n); mass, moved: M of x
+    and of q.
     """
-    inverse = np.linalg.inv(jacobian)
-    own, moved = np.diag(mass), np.diag(inverse.T @ mass @ inverse)
-    scaled_by = np.sqrt(np.abs(moved))[:, None] / np.sqrt(np.abs(own))
-    terms = np.abs(inverse / scaled_by.T) @ np.abs(jacobian * scaled_by)
-    return float(terms.sum(axis=1).max())
+    own, others = (np.sqrt(np.abs(np.einsum("kii->ki", each))) for each in (mass, moved))
+    scaled_by = others[:, :, None] / own[:, None, :]
+    terms = np.abs(inverses / scaled_by.swapaxes(1, 2)) @ np.abs(jacobians * scaled_by)
+    return float(terms.sum(axis=2).max())

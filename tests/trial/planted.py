@@ -1,4 +1,4 @@
-"""Slips planted in the dictionary's own entries, and what is told of them."""
+"""Errors planted in the reference terms's own entries, and what is told of them."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from functools import lru_cache
 import numpy as np
 
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.diagnose.dictionary import Dictionary, dictionary_of
-from crosscheck.trial.diagnose.explain import Observed, explain
+from crosscheck.trial.diagnose.explain import explain
 from crosscheck.trial.diagnose.keys import Entry, Key, Product
 from crosscheck.trial.diagnose.polynomial import Monomial
+from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
-from crosscheck.trial.diagnose.waves import Fitting, entry_values, states_wanted
+from crosscheck.trial.diagnose.waves import Fitting, Observed, entry_values, states_wanted
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.places import Explanation, Place
 from models.arm.arm import Arm
@@ -23,35 +23,34 @@ LUMPED = Coordinates("lumped")
 GEARS = Coordinates("lumped", "absolute", "angles")
 
 
-def dictionary(arm: Arm, coordinates: Coordinates) -> Dictionary:
+def terms(arm: Arm, coordinates: Coordinates) -> ReferenceTerms:
     """Of an arm in coordinates."""
     return _dictionary(arm, coordinates.gearing, coordinates.links, coordinates.gears)
 
 
 @lru_cache
-def _dictionary(arm: Arm, gearing: str, links: str, gears: str) -> Dictionary:
+def _dictionary(arm: Arm, gearing: str, links: str, gears: str) -> ReferenceTerms:
     chosen = {"planets": gearing} if gearing != "rigid" else {}
     frame = frame_of(Coordinates(gearing, links, gears), arm)
-    return dictionary_of(frame, arm, usual_switches(arm, **chosen))
+    return reference_terms_of(frame, arm, usual_switches(arm, **chosen))
 
 
 @lru_cache
-def _fitting(known: Dictionary) -> tuple[np.ndarray, Fitting]:
+def _fitting(known: ReferenceTerms) -> tuple[np.ndarray, Fitting]:
     angles = np.random.default_rng(3).uniform(-3, 3, (states_wanted(known), known.joints))
     return angles, Fitting.of_waves(known, angles)
 
 
-def observed(arm: Arm, known: Dictionary, place: Place, yours: Entry) -> Observed:
+def observed(arm: Arm, known: ReferenceTerms, place: Place, yours: Entry) -> Observed:
     """An entry of M or bias with these terms, against the right ones."""
     angles, fitting = _fitting(known)
     values = values_of(arm)
     right = entry_values(known.entry(place), values, angles)
     mine = entry_values(yours, values, angles)
-    fit = fitting.fit(mine - right, float(np.abs(right).max() + np.abs(mine).max()))
-    return Observed(values, fit.coefficients, fit.noise, fit.left_over)
+    return fitting.fit(mine - right, float(np.abs(right).max() + np.abs(mine).max()), values)
 
 
-def explained(known: Dictionary, place: Place, yours: Entry, *arms: Arm) -> Explanation | None:
+def explained(known: ReferenceTerms, place: Place, yours: Entry, *arms: Arm) -> Explanation | None:
     """What is said of an entry with these terms, on all these arms."""
     return explain(place, [observed(arm, known, place, yours) for arm in arms], known)
 

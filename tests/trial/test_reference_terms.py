@@ -1,4 +1,4 @@
-"""The dictionary with numbers put in is the compiled model, in any linear coordinates."""
+"""The reference terms with numbers put in is the compiled model, in any linear coordinates."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crosscheck.trial.diagnose.dictionary import dictionary_of
+from crosscheck.trial.diagnose.reference_terms import reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import entry_values
 from crosscheck.trial.judge.places import Place
@@ -52,7 +52,7 @@ def trials(draw):
 def test_dictionary_is_the_model(trial):
     arm, coordinates, switches, level, seed = trial
     sampled = sample(arm, LEVELS[level], coordinates, switches, COUNT, seed)
-    known = dictionary_of(sampled.frame, arm, sampled.model.switches, level)
+    known = reference_terms_of(sampled.frame, arm, sampled.model.switches, level)
     values = values_of(arm)
 
     def at(place: Place) -> np.ndarray:

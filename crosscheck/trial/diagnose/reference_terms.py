@@ -25,16 +25,17 @@ from crosscheck.trial.diagnose.polynomial import (
     constant,
     from_sympy,
     symbol,
-    tidied,
 )
 from crosscheck.trial.judge.places import Place
 from models.arm.arm import Arm
 from models.arm.layout import Layout
 from models.experiment.switches import Switches
 
+SHORTEST = 1e-13  # of the largest: a number below it is what rounding left of a sum
+
 
 @dataclass(frozen=True, eq=False)
-class Dictionary:
+class ReferenceTerms:
     """For every place the terms that belong there, in the coordinates ``names``.
 
     Bias: of v_j v_k, j <= k, both halves together. angles (joints, n): d theta / d x. A place that
@@ -67,7 +68,7 @@ class Dictionary:
         return tuple(dict.fromkeys(filter(None, found)))
 
 
-def dictionary_of(frame: Frame, arm: Arm, chosen: Switches, level: str = "") -> Dictionary:
+def reference_terms_of(frame: Frame, arm: Arm, chosen: Switches, level: str = "") -> ReferenceTerms:
     """Of a geared model, or a rigid one at a level. Raises ValueError if the map is not linear."""
     chain, columns = polynomial_chain(arm, frame.layout), _columns(frame)
     bodies = all_bodies(chain) if frame.layout.meshing else rigid_bodies(chain, level or "coupled")
@@ -77,7 +78,7 @@ def dictionary_of(frame: Frame, arm: Arm, chosen: Switches, level: str = "") -> 
     force = forces(chain, bodies, arm, chosen)
     entries |= _force_entries(force, columns, frame)
     angles = np.array([[_number(entry) for entry in row] for row in turns])
-    return Dictionary(frame.names, angles, entries)
+    return ReferenceTerms(frame.names, angles, entries)
 
 
 def _number(entry: Any) -> float:
@@ -119,25 +120,18 @@ def _polynomial(value: sp.Expr) -> Any:
 
 def _columns(frame: Frame) -> np.ndarray:
     """dq/dx (n, n) of numbers or polynomials."""
-    if frame.symbolic is not None:
-        found = [from_sympy(entry) for entry in frame.symbolic]
-        if all(entry is not None for entry in found):
-            return np.array([_plain(entry) for entry in found], dtype=object).reshape(
-                frame.symbolic.shape
-            )
     if frame.matrix is None:
         raise ValueError("the map is not linear")
-    return np.array([[_whole(entry) for entry in row] for row in frame.matrix], dtype=object)
+    found = [from_sympy(entry) for entry in frame.symbolic] if frame.symbolic is not None else []
+    entries: list[Any] = [_plain(entry) for entry in found if entry is not None]
+    if len(entries) < frame.matrix.size:
+        entries = [int(v) if v.is_integer() else v for v in frame.matrix.ravel().tolist()]
+    return np.array(entries, dtype=object).reshape(frame.matrix.shape)
 
 
-def _plain(polynomial: Polynomial | None) -> Any:
+def _plain(polynomial: Polynomial) -> Any:
     """A number where it is one."""
-    assert polynomial is not None
     return sum(polynomial.terms.values()) if set(polynomial.terms) <= {()} else polynomial
-
-
-def _whole(value: float) -> int | float:
-    return int(value) if float(value).is_integer() else float(value)
 
 
 def _mapped(mass: MassTerms, columns: np.ndarray, layout: Layout) -> MassTerms:
@@ -157,11 +151,26 @@ def _filled(row: np.ndarray) -> list[int]:
 
 
 def _kept(total: Mapping[Any, Any]) -> dict[Any, Polynomial]:
-    """Without what cancelled."""
-    each = [abs(float(m.number)) for entry in total.values() for m in constant(entry).monomials]
-    scale = max(each, default=0.0)
-    found = {place: tidied(entry, scale) for place, entry in total.items()}
-    return {place: entry for place, entry in found.items() if entry}
+    """Without what cancelled, in the fewest terms that r_cp = r_s + r_p allows."""
+    every = {place: constant(entry) for place, entry in total.items()}
+    sizes = (abs(float(n)) for entry in every.values() for n in entry.terms.values())
+    nothing = SHORTEST * max(sizes, default=0.0)
+    found = {place: entry.without(nothing) for place, entry in every.items()}
+    return {place: _shortest(entry) for place, entry in found.items() if entry}
+
+
+def _shortest(entry: Polynomial) -> Polynomial:
+    names = {name for powers in entry.terms for name, _ in powers}
+    for number in sorted(name[4:] for name in names if name.startswith("r_cp")):
+        r_s, r_p, r_cp = (symbol(f"{radius}{number}") for radius in ("r_s", "r_p", "r_cp"))
+        instead = {
+            f"r_cp{number}": r_s + r_p,
+            f"r_s{number}": r_cp - r_p,
+            f"r_p{number}": r_cp - r_s,
+        }
+        others = [entry.replaced(name, other) for name, other in instead.items()]
+        entry = min((entry, *others), key=lambda each: len(each.terms))
+    return entry
 
 
 def _products(parts: Iterable[tuple[Key, Any]]) -> Entry:

@@ -1,9 +1,9 @@
-"""Every slip that an entry's own terms allow, and what it does to the entry's coefficients."""
+"""Every error that an entry's own terms allow, and what it does to the entry's coefficients."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, Literal, NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from crosscheck.trial.diagnose.keys import Entry, Key, Product
 from crosscheck.trial.diagnose.polynomial import Monomial
-from crosscheck.trial.diagnose.values import Alternative, Values, alternatives, named
+from crosscheck.trial.diagnose.values import KINDS, Alternative, Values, alternatives, named
 
 Kind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
 Change = Mapping[Key, np.ndarray]  # yours - right, (arms,) each
@@ -23,11 +23,13 @@ PLAIN: tuple[tuple[Kind, str, float, float], ...] = (
     # A half is more often a centre of mass where a length belongs.
     *(("factor", "", by, 1.2 + 0.05 * place) for place, by in enumerate(FACTORS[1:])),
 )
-MOST_SHARED = 12  # symbols of which a slip may concern all terms at once
+TIMES = ((1, 0.0), (-1, 0.0), (2, 0.2), (-2, 0.2), (0.5, 0.2), (-0.5, 0.2))
+Fits = Callable[[np.ndarray], np.ndarray]  # of changes (terms, arms): which make a difference
+MOST_SHARED = 12  # symbols of which an error may concern all terms at once
 
 
-class Suspect(NamedTuple):
-    """A slip in these terms. cost: how far-fetched; yours, right: texts of what is swapped."""
+class Candidate(NamedTuple):
+    """An error in these terms. cost: how far-fetched; yours, right: texts of what is swapped."""
 
     kind: Kind
     products: Entry
@@ -46,14 +48,14 @@ class Suspect(NamedTuple):
 
 
 class Group(NamedTuple):
-    """Terms that one slip may concern together; cost: how far-fetched that is."""
+    """Terms that one error may concern together; cost: how far-fetched that is."""
 
     products: Entry
     cost: float
 
 
 def groups(entry: Entry) -> list[Group]:
-    """Each term; all; those before one wave; those with one symbol in common."""
+    """Each term; all; those before one wave; with one symbol in common; with a joint's masses."""
     found = [Group((product,), 0.0) for product in entry]
     by_key: defaultdict[Key, list[Product]] = defaultdict(list)
     by_symbol: defaultdict[str, list[Product]] = defaultdict(list)
@@ -67,8 +69,20 @@ def groups(entry: Entry) -> list[Group]:
     for each in by_symbol.values():
         keys = {product.key for product in each}
         found += [Group(tuple(p for p in each if p.key == k), 0.12) for k in keys if len(keys) > 1]
+    found += _joint_masses(entry)
     unique = {group.products: group for group in reversed(found) if group.products}
     return list(unique.values())
+
+
+def _joint_masses(entry: Entry) -> Iterator[Group]:
+    """Terms with masses of one joint's bodies, that of a link apart; before one lever together."""
+    levers: defaultdict[Any, list[Product]] = defaultdict(list)
+    for product in entry:
+        masses = [named(s) for s in product.symbols if s[0] == "m" and s != "m_payload"]
+        if masses and masses[0].stem != "m":
+            lever = tuple(p for p in product.monomial.powers if named(p[0]).stem in LENGTHS)
+            levers[masses[0].joint, lever, product.key].append(product)
+    yield from (Group(tuple(each), 0.05) for each in levers.values() if len(each) > 1)
 
 
 def change_by(products: Iterable[Product], of_each: Iterable[Any]) -> dict[Key, np.ndarray]:
@@ -79,7 +93,7 @@ def change_by(products: Iterable[Product], of_each: Iterable[Any]) -> dict[Key, 
     return total
 
 
-class Suspects:
+class Candidates:
     """Of one entry, on arms whose values are arrays (arms,), the last one the unrelated numbers."""
 
     def __init__(self, entry: Entry, values: Values) -> None:
@@ -95,39 +109,53 @@ class Suspects:
         some = next(iter(self.values.values()))
         return monomial.value(self.values) + np.zeros(len(some))
 
-    def all(self) -> list[Suspect]:
-        """Without those of angles; each slip once, in its simplest form."""
-        found: dict[Any, Suspect] = {}
-        for suspect in (*self._factors(), *self._swaps()):
-            mark = suspect.print
-            if mark and (mark not in found or suspect.cost < found[mark].cost):
-                found[mark] = suspect
+    def all(self) -> list[Candidate]:
+        """Without those of angles; each error once, in its simplest form."""
+        found: dict[Any, Candidate] = {}
+        for candidate in (*self._factors(), *self._swaps()):
+            mark = candidate.print
+            if mark and (mark not in found or candidate.cost < found[mark].cost):
+                found[mark] = candidate
         return list(found.values())
 
-    def _factors(self) -> Iterator[Suspect]:
+    def _factors(self) -> Iterator[Candidate]:
         for products, extra in self.groups:
             whole = change_by(products, (self.size[p] for p in products))
             for kind, yours, by, cost in (*PLAIN, *self._counts(products)):
                 change = {key: (by - 1) * size for key, size in whole.items()}
                 number = None if yours else float(by)
-                yield Suspect(kind, products, change, cost + extra, yours, by=number)
+                yield Candidate(kind, products, change, cost + extra, yours, by=number)
 
     def _counts(self, products: Entry) -> Iterator[tuple[Kind, str, Any, float]]:
-        """Factors that are a number of planets, or a ratio, of a joint that these terms concern."""
+        """Factors that are a number of planets, or a ratio, of a joint that these terms concern.
+
+        Of a single term also another of the entry's symbols.
+        """
         joints = {named(symbol).joint for product in products for symbol in product.symbols}
+        joints |= {named(product.key.signal).joint for product in products if product.key.signal}
         for symbol, count in self.values.items():
             stem, joint, _ = named(symbol)
             if stem in ("N", "n") and joint in joints:
                 yield "factor", symbol, count, 1.25
                 yield "factor", f"1/{symbol}", 1 / count, 1.25
+                yield "factor", f"{symbol}^2", count**2, 1.3
+            if stem == "N" and joint in joints:
+                yield "factor", f"sqrt({symbol})", count**0.5, 1.3
+                yield "factor", f"1/sqrt({symbol})", count**-0.5, 1.3
+            elif len(products) == 1 and symbol in self.others and np.all(count):
+                yield "factor", symbol, count, 1.45
 
-    def _swaps(self) -> Iterator[Suspect]:
+    def _swaps(self) -> Iterator[Candidate]:
         for products, extra in self.groups:
             symbols = {symbol for product in products for symbol in product.symbols}
             for symbol in symbols if len(symbols) <= MOST_SHARED or extra <= 0.06 else ():
                 yield from self._swapped(products, symbol, extra)
+                ((key, (number, powers)), *more) = products
+                if not more and abs(number) == 2:  # a coupling that is written twice, once wrong
+                    once = Product(key, Monomial(Fraction(number) / 2, powers))
+                    yield from self._swapped((once,), symbol, extra + 0.15)
 
-    def _swapped(self, products: Entry, symbol: str, extra: float) -> Iterator[Suspect]:
+    def _swapped(self, products: Entry, symbol: str, extra: float) -> Iterator[Candidate]:
         """One symbol by another in all these products; in a single one also one of its powers."""
         inside = tuple(p for p in products if symbol in p.symbols)
         own = self.values[symbol]
@@ -138,7 +166,7 @@ class Suspects:
                 inside, (rest * (_power(other.value, p) - _power(own, p)) for rest, p in sizes)
             )
             cost = 1.0 + other.cost + extra
-            yield Suspect("swapped", inside, change, cost, other.text, symbol)
+            yield Candidate("swapped", inside, change, cost, other.text, symbol)
         if len(products) == 1 and rests[0][1] >= 2:
             rest = sizes[0][0] * own ** (rests[0][1] - 1)
             fewer = _written(symbol, rests[0][1] - 1)
@@ -146,11 +174,16 @@ class Suspects:
                 change = {inside[0].key: rest * (other.value - own)}
                 text = f"{other.text} {fewer}".strip()
                 right = _written(symbol, rests[0][1])
-                yield Suspect("swapped", inside, change, 1.15 + other.cost + extra, text, right)
+                yield Candidate("swapped", inside, change, 1.15 + other.cost + extra, text, right)
 
     def _forms(self, symbol: str, *, single: bool) -> Iterator[Alternative]:
-        """The symbol itself otherwise: its square, nothing, and in several terms its multiples."""
+        """The symbol itself otherwise: its square, nothing, and in several terms its multiples.
+
+        Of a component of gravity also its sign alone, for g is written as a positive number.
+        """
         value = self.values[symbol]
+        if named(symbol).stem in KINDS["gravity"]:
+            yield Alternative("-1", -np.ones_like(value), 0.45)
         yield Alternative(f"{symbol}^2", value**2, 0.5)
         yield Alternative("1", np.ones_like(value), 0.45)
         if not single:
@@ -158,7 +191,7 @@ class Suspects:
             yield Alternative(f"2 {symbol}", 2 * value, 0.2)
             yield Alternative(f"{symbol}/2", value / 2, 0.2)
 
-    def angles(self, keys: Sequence[Key]) -> Iterator[Suspect]:
+    def angles(self, keys: Sequence[Key]) -> Iterator[Candidate]:
         """Terms before one wave that stand before another of these keys instead."""
         for products, extra in self.groups:
             own = {product.key for product in products}
@@ -172,7 +205,8 @@ class Suspects:
                 for sign, cost in ((1, 1.0), (-1, 1.2)):
                     change = {key: -size, other: sign * size}
                     kind: Kind = "swapped" if other.signal != key.signal else "angle"
-                    yield Suspect(kind, products, change, cost + extra, by=float(sign), key=other)
+                    cost += 0.4 * (kind == "swapped")  # rather a term is missing
+                    yield Candidate(kind, products, change, cost + extra, by=float(sign), key=other)
 
 
 def _power(value: Any, power: int) -> Any:
@@ -189,16 +223,20 @@ def _written(symbol: str, power: int) -> str:
     return symbol if power == 1 else f"{symbol}^{power}"
 
 
-def extras(foreign: Iterable[Product], keys: Sequence[Key], values: Values) -> Iterator[Suspect]:
-    """Terms of other entries, or of none, before any of these keys, that are one too many."""
+def extras(
+    products: Iterable[Product], wanted: Mapping[Key, Fits], values: Values
+) -> Iterator[Candidate]:
+    """Terms of any entry, or of none, that make what is off before one of these keys."""
+    monomials = list(dict.fromkeys(product.monomial for product in products))
     arms = len(next(iter(values.values())))
-    for monomial in dict.fromkeys(product.monomial for product in foreign):
-        size = monomial.value(values) + np.zeros(arms)
-        for key in keys:
-            for by, cost in ((1, 0.0), (-1, 0.0), (2, 0.2), (-2, 0.2), (0.5, 0.2), (-0.5, 0.2)):
-                product = Product(key, Monomial(monomial.number * Fraction(by), monomial.powers))
-                change = {key: by * size}
-                yield Suspect("extra", (product,), change, 2.0 + cost + 0.1 * len(monomial.powers))
+    sizes = np.array([monomial.value(values) + np.zeros(arms) for monomial in monomials])
+    for key, fits in wanted.items():
+        for by, cost in TIMES if monomials else ():
+            for place in np.flatnonzero(fits(by * sizes)).tolist():
+                number, powers = monomials[place]
+                product = Product(key, Monomial(number * Fraction(by), powers))
+                far = 2.0 + cost + 0.1 * len(powers)
+                yield Candidate("extra", (product,), {key: by * sizes[place]}, far)
 
 
 def generic(values: Values) -> Iterator[Product]:

@@ -1,0 +1,123 @@
+"""What a trial tells of a planted mistake: right, misleading, silent; is the entry right?
+
+``python -m tests.trial.mistakes.score [WORD]`` from the project's folder prints all, or those whose
+name has the word.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass
+
+from crosscheck.planning.comparison import Results
+from crosscheck.registry import register
+from crosscheck.trial.diagnose.reasons import compared, reasoned
+from crosscheck.trial.diagnose.words import told
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.loading import made
+from crosscheck.trial.input.naming import named
+from crosscheck.trial.judge.places import Wrong
+from crosscheck.trial.model import entry_for
+from crosscheck.trial.trial import Asked, bench_of, by_entry, localising, probes_of
+from models.arm.arm import Arm
+from models.loading import load_arm, load_scenario
+from tests.trial.mistakes.equations import RIGID, written
+from tests.trial.mistakes.mistakes import MISTAKES, Mistake
+
+GRAVITY, FRICTION = (0.0, -9.81), 1.7
+MOST = 3  # explanations of one entry, among which the right one counts as told
+
+
+def arm_of(kind: str) -> Arm:
+    """With gravity of a rigid arm, whose links' numbers are alike; friction at every joint."""
+    arm = load_arm("paper-labelled" if kind in RIGID else "probe")
+    joints = [j.model_copy(update={"friction_N_m_s_per_rad": FRICTION}) for j in arm.joints]
+    gravity = GRAVITY if kind in RIGID else arm.gravity_m_per_s2
+    return arm.model_copy(update={"joints": tuple(joints), "gravity_m_per_s2": gravity})
+
+
+def supplied(kind: str, replaced: tuple[tuple[str, str], ...] = ()) -> Asked:
+    """Equations of a text, for its arm and others."""
+
+    def factory(arm: Arm) -> Equations:
+        return written(kind, replaced, arm)
+
+    arm = arm_of(kind)
+    equations = made(factory, arm, load_scenario("pd"), kind)
+    return Asked(kind, equations, arm, quick=True)
+
+
+def diagnosed(asked: Asked) -> list[Wrong]:
+    """The wrong entries with their reasons, in this process and without any check."""
+    bench = bench_of(asked)
+    probes = probes_of(bench)
+    with register(bench.name, entry_for(bench.name, bench.equations, bench.has)):
+        tasks = dict.fromkeys(q for each in (bench, *probes) for q in localising(each))
+        results = Results({task.key: task.perform() for task in tasks})
+        level = bench.levels[-1] if bench.levels else ""
+        here, *there = (compared(b, level, by_entry(b), results) for b in (bench, *probes))
+        return list(reasoned(here, there))
+
+
+@dataclass(frozen=True)
+class Scored:
+    """A mistake and what was told of it; texts: of each entry that is not a consequence."""
+
+    mistake: Mistake
+    entries: tuple[str, ...]
+    texts: tuple[tuple[str, ...], ...]
+
+    @property
+    def entry_right(self) -> bool:
+        """Whether entries are blamed, and none but those that are wrong."""
+        return bool(self.entries) and all(re.match(self.mistake.entry, e) for e in self.entries)
+
+    @property
+    def verdict(self) -> str:
+        """silent: nothing is told; misleading: an entry is told something that is not so."""
+        explained = [texts for texts in self.texts if texts]
+        if not explained:
+            return "silent"
+        right = (any(re.search(self.mistake.term, t) for t in texts) for texts in explained)
+        return "right" if all(right) else "misleading"
+
+
+def scored(mistake: Mistake) -> Scored:
+    """Of one mistake."""
+    asked = supplied(mistake.kind, mistake.replaced)
+    names = bench_of(asked).frame.names
+    wrong = [each for each in diagnosed(asked) if not each.notes]
+    entries = tuple(named(each.place, names) for each in wrong)
+    return Scored(mistake, entries, tuple(map(texts_of, wrong)))
+
+
+def texts_of(wrong: Wrong) -> tuple[str, ...]:
+    """What is told of an entry, likeliest first."""
+    found = wrong.explanation
+    if found is None:
+        return ()
+    return tuple("; and ".join(map(told, each)) for each in (found.errors, *found.others))[:MOST]
+
+
+def main(words: list[str]) -> None:
+    """Print every mistake with what is told of it, and the counts."""
+    chosen = [m for m in MISTAKES if not words or any(word in m.name for word in words)]
+    count: Counter[str] = Counter()
+    start = time.process_time()
+    for mistake in chosen:
+        found = scored(mistake)
+        count[found.verdict] += 1
+        count["entry right"] += found.entry_right
+        entry = "" if found.entry_right else " ENTRY"
+        print(f"{found.verdict:10}{entry} {mistake.name} [{mistake.kind}]")
+        if found.verdict != "right" or words or not found.entry_right:
+            for place, texts in zip(found.entries, found.texts, strict=True):
+                print(f"    {place}: {' | '.join(texts)}")
+    print(f"{len(chosen)}: {dict(count)}, {time.process_time() - start:.1f} CPU s")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
