@@ -123,9 +123,7 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
     entry = entry_for(bench.name, bench.equations, bench.has)
     with register(bench.name, entry), Workers(jobs) as workers:
         lost = first_calls(bench, workers, told)
-        asked_of_all: list[ModelTask] = [*tasks_of([*_planned(bench, asked)])]
-        asked_of_all += [question for each in (bench, *probes) for question in _localising(each)]
-        tasks = dict.fromkeys(asked_of_all)
+        tasks = tasks_in(bench, probes, asked)
         without = spared(bench, tasks, lost)
         results = performed(workers, [task for task in tasks if task not in without], told)
         told_already = {task.key: failure for task, failure in without.items()}
@@ -135,6 +133,13 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
                 return _judged(bench, probes, asked, results)
         except Unavailable as error:
             raise Unfinished(f"{bench.name} cannot be judged: {error}") from None
+
+
+def tasks_in(bench: Bench, probes: Sequence[Bench], asked: Asked) -> list[ModelTask]:
+    """All that a trial asks of the equations and of the models that they are compared with."""
+    found = [*tasks_of([*_planned(bench, asked)])]
+    found += [question for each in (bench, *probes) for question in localising(each)]
+    return list(dict.fromkeys(found))
 
 
 def bench_of(asked: Asked) -> Bench:
@@ -172,7 +177,7 @@ def _planned(bench: Bench, asked: Asked) -> Iterator[Comparison]:
     yield from own_balances(bench)
 
 
-def _localising(bench: Bench) -> Iterator[Question]:
+def localising(bench: Bench) -> Iterator[Question]:
     """What is looked at entry by entry: yours and that of the reference, of every level."""
     for level in bench.levels or ("",):
         yield from sizing(bench, level)

@@ -1,0 +1,178 @@
+"""`crosscheck trial`: a user's equations of motion, judged: functions, or a table of answers."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from crosscheck.kinds import JUNIT, TRIAL, TRIAL_PAGE
+from crosscheck.output import require_files, require_writable, write_files
+from crosscheck.planning.plan import Wanted
+from crosscheck.report.junit import junit_xml
+from crosscheck.report.words import counted, printable
+from crosscheck.run import CrossCheck
+from crosscheck.runner.progress import shown_progress
+from crosscheck.trial.input.loading import handed_over
+from crosscheck.trial.tables.answers import answered, equations_of
+from crosscheck.trial.tables.asked import TableTrial, asked_on_probes, asked_states
+from crosscheck.trial.tables.coordinates_file import coordinates_of
+from crosscheck.trial.tables.folder import ask_files, probe_files
+from crosscheck.trial.trial import Asked, Trial, tried
+from models.errors import InputError
+from models.inputs import remember
+from models.loading import load_chosen
+
+
+def asked_of(
+    model: str, arm: str, scenarios: list[str], settings: list[str], *, quick: bool, seed: int
+) -> Asked:
+    """What a command line asks to be tried; this runs the model's code. Raises InputError."""
+    chosen = load_chosen(arm, scenarios, settings)
+    remember(Path(model.rpartition(":")[0]))
+    equations = handed_over(model, chosen.arm, chosen.scenarios[0] if chosen.scenarios else None)
+    name = model.replace(os.sep, "/").rpartition("/")[2]
+    return Asked(
+        name, equations, chosen.arm, chosen.scenarios, chosen.switches, quick=quick, seed=seed
+    )
+
+
+def tried_aloud(asked: Asked, chosen: Wanted, jobs: int) -> CrossCheck:
+    """The trial as a cross-check, at the seed of what is wanted, with its progress."""
+    with shown_progress(f"trying {printable(asked.name)}") as told:
+        return tried(replace(asked, seed=chosen.seed), jobs=jobs, told=told).cross_check
+
+
+@dataclass(frozen=True)
+class TrialOptions:
+    """What the command line says; names: MODEL and ARM, or ARM alone where answers are a table."""
+
+    names: tuple[str, ...]
+    scenarios: list[str]
+    settings: list[str]
+    quick: bool
+    seed: int
+    jobs: int
+    json_file: Path | None
+    junit: Path | None
+    out: Path | None
+    ask: bool
+    answers: tuple[Path, ...]
+    after: tuple[Path, ...]
+    coordinates: Path | None
+
+    @property
+    def arm(self) -> str:
+        """Its name or file."""
+        own = 0 if self.ask or self.answers else 1
+        return self.names[own] if len(self.names) > own else "paper-labelled"
+
+    def table(self) -> TableTrial:
+        """The trial of a table. Raises InputError."""
+        chosen = load_chosen(self.arm, [], self.settings)
+        coordinates, level = coordinates_of(self.coordinates)
+        return TableTrial(chosen.arm, coordinates, level, chosen.switches, self.quick, self.seed)
+
+    def as_written(self) -> str:
+        """The options that --ask and --answers must share."""
+        words = [self.arm, *(word for setting in self.settings for word in ("--set", setting))]
+        words += ["--coordinates", str(self.coordinates)] if self.coordinates else []
+        words += ["--quick"] if self.quick else []
+        return shlex.join(words + (["--seed", str(self.seed)] if self.seed else []))
+
+
+def trial_command(options: TrialOptions) -> int:
+    """Put equations on trial, or write what is asked of them; returns the exit code."""
+    _require_meant(options)
+    if options.ask:
+        ask(options)
+        return 0
+    page = None if options.out is None else options.out / "trial.html"
+    outputs = (options.json_file, TRIAL), (options.junit, JUNIT), (page, TRIAL_PAGE)
+    if options.answers:
+        table = options.table()
+        name, equations = options.answers[0].name, equations_of(answered(table, options.answers))
+        asked = table.asked(name, equations)
+    else:
+        model, quick, seed = options.names[0], options.quick, options.seed
+        given = options.scenarios, options.settings
+        asked = asked_of(model, options.arm, *given, quick=quick, seed=seed)
+    require_files(*outputs)
+    with shown_progress(f"trying {printable(asked.name)}") as told:
+        trial = tried(asked, jobs=options.jobs, told=told)
+    return _told(trial, options, page)
+
+
+def _told(trial: Trial, options: TrialOptions, page: Path | None) -> int:
+    """Write and print what was found; returns the exit code."""
+    from crosscheck.report.trial import print_trial, trial_json
+
+    files: dict[Path, str] = {}
+    if options.json_file is not None:
+        files[options.json_file] = trial_json(trial)
+    if options.junit is not None:
+        title = f"trial {trial.bench.name} {trial.bench.case.arm.name}"
+        files[options.junit] = junit_xml(trial.agreement, title)
+    if page is not None:
+        from crosscheck.report.trial_page import trial_page
+
+        files[page] = trial_page(trial)
+    write_files(files)
+    print_trial(trial)
+    for file in files:
+        print(f"wrote {file}")
+    return trial.exit_code
+
+
+def ask(options: TrialOptions) -> None:
+    """Write the folder of what a trial asks, of other arms after first answers. Raises InputError.
+
+    No file is written over another one, which may be a template with somebody's equations in it.
+    """
+    assert options.out is not None  # as was required
+    table = options.table()
+    if options.after:
+        first = answered(table, options.after)
+        asked = asked_on_probes(table, first.parts, first.asked.first + first.asked.count)
+        files = probe_files(table, asked, options.as_written())
+    else:
+        asked = [asked_states(table)]
+        files = ask_files(table, asked[0], options.as_written())
+    require_writable(options.out)
+    for name in files:
+        if os.path.lexists(options.out / name):
+            raise InputError(
+                str(options.out / name), "", None, "exists already; name another folder"
+            )
+    write_files({options.out / name: content for name, content in files.items()})
+    states = counted(sum(each.count for each in asked), "state")
+    readme = printable(str(options.out / "README.md"))
+    print(f"wrote {printable(str(options.out))}: {states}; {readme} says how to answer them")
+
+
+def _require_meant(options: TrialOptions) -> None:
+    """Raise InputError for options that do not go together."""
+    table = "--ask" if options.ask else "--answers" if options.answers else ""
+    unlike = {
+        "--scenario": bool(table and options.scenarios),
+        "--json": bool(options.ask and options.json_file),
+        "--junit": bool(options.ask and options.junit),
+        "--answers": bool(options.ask and options.answers),
+    }
+    for name in (name for name, there in unlike.items() if there):
+        raise InputError(name, "", None, f"cannot be used with {table}")
+    if options.coordinates and not table:
+        raise InputError(
+            "--coordinates", "", None, "is for --ask and --answers; a MODEL has its own"
+        )
+    if options.after and not options.ask:
+        raise InputError("--after", "", None, "needs --ask")
+    if options.ask and options.out is None:
+        raise InputError("--ask", "", None, "needs --out, the folder to write")
+    if table and len(options.names) > 1:
+        raise InputError(
+            table, "", " ".join(options.names), "takes the place of MODEL; name the ARM alone"
+        )
+    if not table and not options.names:
+        raise InputError("trial", "MODEL", None, "is missing; or use --ask and --answers")
