@@ -15,8 +15,8 @@ from crosscheck.report.words import counted, printable
 from crosscheck.run import CrossCheck
 from crosscheck.runner.progress import shown_progress
 from crosscheck.trial.input.loading import handed_over
-from crosscheck.trial.tables.answers import answered, equations_of
-from crosscheck.trial.tables.asked import TableTrial, asked_on_probes, asked_states
+from crosscheck.trial.tables.answers import answered, equations_of, following
+from crosscheck.trial.tables.asked import TableTrial, asked_apart, asked_on_probes, asked_states
 from crosscheck.trial.tables.coordinates_file import coordinates_of
 from crosscheck.trial.tables.folder import ask_files, probe_files
 from crosscheck.trial.trial import Asked, Trial, tried
@@ -134,11 +134,14 @@ def ask(options: TrialOptions) -> None:
     table = options.table()
     if options.after:
         first = answered(table, options.after)
-        asked = asked_on_probes(table, first.parts, first.asked.first + first.asked.count)
+        states = first.here[0]
+        after = following((states, asked_apart(table, states)))
+        asked = asked_on_probes(table, first.parts, after)
         files = probe_files(table, asked, options.as_written())
     else:
-        asked = [asked_states(table)]
-        files = ask_files(table, asked[0], options.as_written())
+        states = asked_states(table)
+        asked = [states, asked_apart(table, states)]
+        files = ask_files(table, asked, options.as_written())
     require_writable(options.out)
     for name in files:
         if os.path.lexists(options.out / name):
@@ -146,9 +149,9 @@ def ask(options: TrialOptions) -> None:
                 str(options.out / name), "", None, "exists already; name another folder"
             )
     write_files({options.out / name: content for name, content in files.items()})
-    states = counted(sum(each.count for each in asked), "state")
+    count = counted(sum(each.count for each in asked), "state")
     readme = printable(str(options.out / "README.md"))
-    print(f"wrote {printable(str(options.out))}: {states}; {readme} says how to answer them")
+    print(f"wrote {printable(str(options.out))}: {count}; {readme} says how to answer them")
 
 
 def _require_meant(options: TrialOptions) -> None:

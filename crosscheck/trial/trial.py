@@ -37,6 +37,7 @@ from crosscheck.trial.input.first_calls import first_calls, spared
 from crosscheck.trial.judge.bench import LEAST_STATES, MOST_BYTES, QUICK_STATES, STATES, Bench
 from crosscheck.trial.judge.entries import deviations
 from crosscheck.trial.judge.ladder import Rung, closest, ladder
+from crosscheck.trial.judge.misread import Misread, misread
 from crosscheck.trial.judge.places import Wrong
 from crosscheck.trial.judge.questions import QUESTIONS, Question
 from crosscheck.trial.judge.runs import run_comparisons
@@ -87,7 +88,8 @@ class Trial:
     or are closest to; '' of geared ones. apart: by part, how far each entry is from the
     reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,). wrong:
     the entries that are not right, here or on ``probes``, other arms that were asked too. missing:
-    parts that were not handed over. traces: of parts that raised.
+    parts that were not handed over. misread: parts that units or the order of numbers explain.
+    traces: of parts that raised.
     """
 
     bench: Bench
@@ -98,6 +100,7 @@ class Trial:
     wrong: tuple[Wrong, ...]
     probes: tuple[str, ...]
     missing: tuple[str, ...]
+    misread: tuple[Misread, ...]
     traces: dict[str, str]
 
     @property
@@ -226,6 +229,7 @@ def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Result
         wrong=tuple(reasoned(here, there)),
         probes=tuple(probe.case.arm.name for probe in probes),
         missing=tuple(part for part in COMPARED if part not in bench.has),
+        misread=misread(here.yours, here.right, bench.equations.table),
         traces=_traces(bench, results),
     )
 

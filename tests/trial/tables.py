@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +11,12 @@ import numpy as np
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.input.calls import TAKES, Handed, handed
 from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.tables.answers import following
 from crosscheck.trial.tables.asked import (
     PARTS,
     AskedStates,
     TableTrial,
+    asked_apart,
     asked_on_probes,
     asked_states,
 )
@@ -36,12 +38,12 @@ def parts_of(model: Handed) -> list[str]:
     return [part for part in PARTS if part in given]
 
 
-def answers(model: Handed, asked: AskedStates) -> dict[str, np.ndarray]:
-    """By part (rows, ...), NaN where it is not needed."""
+def answers(model: Handed, asked: AskedStates, everywhere: bool = False) -> dict[str, np.ndarray]:
+    """By part (rows, ...), NaN where it is not needed, or everywhere."""
     found = {}
     for part in parts_of(model):
         values = np.full((asked.count, *asked.shape(part)), np.nan)
-        for row in np.flatnonzero(asked.needed[part]):
+        for row in np.flatnonzero(asked.needed[part] | everywhere):
             own = [asked.arguments[name][row] for name in TAKES[part]]
             own = [own[0][0], *own[1:]] if TAKES[part][0] == "t" else own
             values[row] = getattr(model, part)(*own)
@@ -69,8 +71,10 @@ def sheets_of(
     table: TableTrial, equations: Equations, probes: bool
 ) -> list[tuple[AskedStates, dict[str, np.ndarray]]]:
     """All that is asked, with a model's answers; on probes too."""
-    asked: Sequence[AskedStates] = [asked_states(table)]
+    asked = [asked_states(table)]
+    parts = parts_of(bound(equations, table.arm))
+    if probes or "inverse_dynamics" in parts:
+        asked.append(asked_apart(table, asked[0]))
     if probes:
-        parts = parts_of(bound(equations, table.arm))
-        asked = [*asked, *asked_on_probes(table, parts, 1 + asked[0].count)]
+        asked += asked_on_probes(table, parts, following(asked))
     return [(each, answers(bound(equations, each.arm), each)) for each in asked]

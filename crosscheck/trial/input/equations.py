@@ -14,6 +14,7 @@ from models.experiment.switches import Switches
 
 Function = Callable[..., Any]
 Gearing = Literal["rigid", "lumped", "free"]
+SINGLE = 2.0**-24  # relative rounding of single precision
 Level = Literal["", "links", "carriers", "armature", "coupled"]
 
 

@@ -17,6 +17,7 @@ import scipy.io
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import perform_all
 from crosscheck.trial.input.calls import MATRICES
+from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.tables.asked import ARGUMENTS
 from crosscheck.trial.tables.columns import LETTERS, NEEDED, ROW, SHORT, answer_columns
 from models.errors import InputError
@@ -29,7 +30,6 @@ MAT, HDF5, HDF5_AT = ".mat", b"\x89HDF\r\n\x1a\n", 512
 FEW = 20  # different numbers, that show nothing of how many digits a file has
 SAMPLE = 2000
 LEAST_DIGITS, MOST_DIGITS = 7, 15
-SINGLE = 2.0**-24
 Named = Mapping[str, Sequence[str]]
 
 

@@ -16,6 +16,7 @@ from crosscheck.trial.tables.asked import (
     AskedStates,
     Call,
     TableTrial,
+    asked_apart,
     asked_on_probes,
     asked_states,
 )
@@ -29,15 +30,16 @@ SAME_STATE = 1e-4  # of a column's largest number: what single precision leaves 
 
 @dataclass(frozen=True)
 class Answered:
-    """Files of answers beside what was asked: on the arm, and on probes if these were answered.
+    """Files of answers beside what was asked.
 
-    parts: that there are answers of.
+    parts: that there are answers of; here: on the arm, inverse dynamics apart; probes: on other
+    arms, if these were answered.
     """
 
     trial: TableTrial
     files: tuple[AnswerFile, ...]
     parts: tuple[str, ...]
-    asked: AskedStates
+    here: tuple[AskedStates, ...]
     probes: tuple[AskedStates, ...]
 
 
@@ -45,49 +47,59 @@ def answered(trial: TableTrial, paths: Sequence[Path]) -> Answered:
     """What files answer, everything that they must answer found in them. Raises InputError."""
     asked = asked_states(trial)
     named = argument_columns(asked, trial.coordinates)
-    n = len(asked.frame.names)
-    files = tuple(read_answers(path, n, named) for path in paths)
+    files = tuple(read_answers(path, len(asked.frame.names), named) for path in paths)
     parts = tuple(part for part in PARTS if any(part in file.answers for file in files))
+    here, last = (asked,), max(int(file.rows.max()) for file in files)
+    if last >= asked.first + asked.count:
+        here = (asked, asked_apart(trial, asked))
     probes: tuple[AskedStates, ...] = ()
-    if any(file.rows.max() > asked.count for file in files):
-        probes = tuple(asked_on_probes(trial, parts, asked.first + asked.count))
-    found = Answered(trial, files, parts, asked, probes)
+    if last >= following(here):
+        probes = tuple(asked_on_probes(trial, parts, following(here)))
     for file in files:
-        _require_known(file, (asked, *probes)[-1])
-        for sheet in (asked, *probes):
+        beyond = file.rows[file.rows >= following((*here, *probes))]
+        if beyond.size:
+            reason = (
+                f"must be at most {following((*here, *probes)) - 1};"
+                " arm, coordinates, --seed and --quick must be those of --ask"
+            )
+            raise InputError(file.where, "row", int(beyond[0]), reason)
+        for sheet in (*here, *probes):
             _require_same_states(file, sheet, named)
-    return found
+    return Answered(trial, files, parts, here, probes)
+
+
+def following(sheets: Sequence[AskedStates]) -> int:
+    """The number of the row after the last one."""
+    return sheets[-1].first + sheets[-1].count
 
 
 def equations_of(found: Answered) -> Equations:
     """The answers as Equations, on the arm and on the probes. Raises InputError."""
-    own = {sheet.arm: _on_sheet(found, sheet) for sheet in found.probes}
-    here = _on_sheet(found, found.asked)
+    here = _on_arm(found, found.here)
+    own = {sheet.arm.name: (sheet.arm, _on_arm(found, (sheet,))) for sheet in found.probes}
 
     def on(arm: Arm, scenario: Scenario | None) -> Equations:
-        if arm == found.trial.arm:
-            return whole
-        if arm in own:
-            return own[arm]
-        raise InputError(arm.name, "", None, "no answers are there for this arm")
+        known, equations = own.get(arm.name, (found.trial.arm, whole))
+        if known != arm:
+            raise InputError(arm.name, "", None, "no answers are there for this arm")
+        return equations
 
     whole = replace(here, rebuild=on, any_arm=bool(own))
     return whole
 
 
-def _on_sheet(found: Answered, sheet: AskedStates) -> Equations:
-    values = {part: _values(found, sheet, part) for part in found.parts}
+def _on_arm(found: Answered, sheets: Sequence[AskedStates]) -> Equations:
+    """Each part's answers, of the sheet in which it is asked."""
+    home = {part: next(s for s in sheets if s.needed[part].any()) for part in found.parts}
+    values = {part: _values(found, sheet, part) for part, sheet in home.items()}
 
     def answer(call: Call) -> np.ndarray:
+        sheet = home[call.part]
         return values[call.part][sheet.row_of[call]].reshape(sheet.shape(call.part))
 
-    return found.trial.equations(
-        found.parts,
-        answer,
-        precision=max(file.precision for file in found.files),
-        values=values,
-        at=sheet.at,
-    )
+    precision = max(file.precision for file in found.files)
+    at = {part: sheet.at[part] for part, sheet in home.items() if part in sheet.at}
+    return found.trial.equations(found.parts, answer, precision=precision, values=values, at=at)
 
 
 def _values(found: Answered, sheet: AskedStates, part: str) -> np.ndarray:
@@ -124,14 +136,6 @@ def _on(file: AnswerFile, sheet: AskedStates) -> tuple[np.ndarray, np.ndarray]:
     places = file.rows - sheet.first
     here = (places >= 0) & (places < sheet.count)
     return places[here], here
-
-
-def _require_known(file: AnswerFile, last: AskedStates) -> None:
-    most = last.first + last.count - 1
-    beyond = file.rows[file.rows > most]
-    if beyond.size:
-        reason = f"must be at most {most}: were arm, coordinates, --seed and --quick the same?"
-        raise InputError(file.where, "row", int(beyond[0]), reason)
 
 
 def _require_same_states(

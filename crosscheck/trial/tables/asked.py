@@ -27,7 +27,7 @@ from models.experiment.switches import Switches
 PARTS = ("mass_matrix", "bias", "force", "acceleration", "inverse_dynamics")
 APART = "inverse_dynamics"  # it is asked at states of its own, with accelerations
 # One who has M, bias and force is asked for an acceleration nowhere else than one who has it.
-ALIKE = (PARTS[:3], PARTS[:4], (APART,))
+ALIKE = (PARTS[:3], PARTS[:4])
 USUAL = Coordinates()
 ARGUMENTS = ("t", "x", "v", "torque", "a")
 
@@ -119,12 +119,21 @@ class AskedStates:
 
 
 def asked_states(trial: TableTrial) -> AskedStates:
-    """All that is asked on the arm, whatever is supplied. Raises InputError."""
+    """All that is asked of M, bias, force and acceleration on the arm. Raises InputError."""
+    return _asked(trial, ALIKE, 1)
+
+
+def asked_apart(trial: TableTrial, states: AskedStates) -> AskedStates:
+    """All that is asked of inverse dynamics, in rows after these. Raises InputError."""
+    return _asked(trial, ((APART,),), states.first + states.count)
+
+
+def _asked(trial: TableTrial, supplied: Iterable[Sequence[str]], first: int) -> AskedStates:
     notes: dict[Call, None] = {}
-    for parts in ALIKE:
+    for parts in supplied:
         asked, bench = _noting(trial, parts, notes)
         _perform(bench, tasks_in(bench, [], asked))
-    return _in_rows(bench, notes, 1)
+    return _in_rows(bench, notes, first)
 
 
 def asked_on_probes(trial: TableTrial, parts: Sequence[str], first: int) -> list[AskedStates]:

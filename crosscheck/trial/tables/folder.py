@@ -28,9 +28,14 @@ TEXT_LENGTH = 116  # of what begins a MAT file
 TEMPLATES = ("README.md", "answers.m", "answers.c", "answers.jl", "answers.mos")
 
 
-def ask_files(trial: TableTrial, asked: AskedStates, told: str) -> dict[str, str | bytes]:
+def ask_files(
+    trial: TableTrial, sheets: Sequence[AskedStates], told: str
+) -> dict[str, str | bytes]:
     """Every file of the folder by its name; told: the options that --answers needs too."""
-    return _tables(trial, asked, "") | _texts(trial, asked, told, [])
+    found: dict[str, str | bytes] = {}
+    for asked in sheets:
+        found |= _tables(trial, asked, "")
+    return found | _texts(trial, sheets[0], told, [])
 
 
 def probe_files(
