@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.tables.answer_files import AnswerFile, read_answers
 from crosscheck.trial.tables.asked import (
@@ -45,11 +46,13 @@ class Answered:
 
 def answered(trial: TableTrial, paths: Sequence[Path]) -> Answered:
     """What files answer, everything that they must answer found in them. Raises InputError."""
-    asked = asked_states(trial)
-    named = argument_columns(asked, trial.coordinates)
-    files = tuple(read_answers(path, len(asked.frame.names), named) for path in paths)
+    frame = frame_of(trial.coordinates, trial.arm)
+    named = argument_columns(frame, trial.coordinates, trial.arm)
+    files = tuple(read_answers(path, len(frame.names), named) for path in paths)
     parts = tuple(part for part in PARTS if any(part in file.answers for file in files))
-    here, last = (asked,), max(int(file.rows.max()) for file in files)
+    asked = asked_states(trial)
+    here: tuple[AskedStates, ...] = (asked,)
+    last = max(int(file.rows.max()) for file in files)
     if last >= asked.first + asked.count:
         here = (asked, asked_apart(trial, asked))
     probes: tuple[AskedStates, ...] = ()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -218,6 +218,6 @@ def _places_of_states(bench: Bench, part: str, row_of: Mapping[Call, int]) -> np
     return np.array([row_of.get(call, -1) for call in calls])
 
 
-def call_of(part: str, again: bool, *arguments: np.ndarray | float) -> Call:
+def call_of(part: str, again: bool, *arguments: Any) -> Call:
     """Of arguments in the order of TAKES."""
     return Call(part, again, tuple(np.hstack(arguments).tolist()))

@@ -5,7 +5,8 @@ from __future__ import annotations
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.input.calls import MATRICES
 from crosscheck.trial.input.equations import Coordinates
-from crosscheck.trial.tables.asked import PARTS, AskedStates
+from crosscheck.trial.tables.asked import PARTS
+from models.arm.arm import Arm
 
 ROW = "row"
 # What a part is called in files.
@@ -17,17 +18,17 @@ LETTERS = {"x": "q", "v": "v", "a": "a"}
 PER_TIME = {"x": "", "v": "_per_s", "a": "_per_s2"}
 
 
-def argument_columns(asked: AskedStates, coordinates: Coordinates) -> dict[str, list[str]]:
+def argument_columns(frame: Frame, coordinates: Coordinates, arm: Arm) -> dict[str, list[str]]:
     """Columns of every argument, units at their ends; of a matrix's coordinates, that have none,
     without."""
-    units = _units(asked.frame, coordinates)
+    units = _units(frame, coordinates)
     found = {"t": ["t_s"]}
     for argument, letter in LETTERS.items():
         found[argument] = [
             f"{letter}_{name}" + (f"_{unit}{PER_TIME[argument]}" if unit else "")
-            for name, unit in zip(asked.frame.names, units, strict=True)
+            for name, unit in zip(frame.names, units, strict=True)
         ]
-    joints = range(1, len(asked.arm.joints) + 1)
+    joints = range(1, len(arm.joints) + 1)
     return {**found, "torque": [f"torque_{joint}_N_m" for joint in joints]}
 
 

@@ -65,7 +65,7 @@ def _table(
     """Rows as a CSV and a MAT file, with the arguments that they have."""
     apart = bool(asked.apart[rows].any())
     arguments = ("x", "v", "a") if apart else ("t", "x", "v", "torque")
-    named = argument_columns(asked, trial.coordinates)
+    named = argument_columns(asked.frame, trial.coordinates, asked.arm)
     numbers = asked.first + rows
     flags = np.array([asked.needed[part][rows] for part in PARTS], dtype=int).T
     columns = [ROW, *(column for name in arguments for column in named[name]), *NEEDED]
@@ -105,7 +105,7 @@ def _texts(
         "n": n,
         "names": asked.frame.names,
         "count": int((~asked.apart).sum()),
-        "columns": argument_columns(asked, trial.coordinates),
+        "columns": argument_columns(asked.frame, trial.coordinates, asked.arm),
         "answers": {SHORT[part]: answer_columns(part, n) for part in PARTS},
         "told": told,
         "probes": probes,
