@@ -257,6 +257,19 @@ def trial(
 
 
 @app.command()
+def export(
+    arm: ArmName,
+    model: Annotated[str, typer.Option(help="An analytic one, see `crosscheck list`.")],
+    out: Annotated[Path, typer.Option(help="C file to write.")],
+    settings: Settings = None,
+) -> None:
+    """Write a model's equations as one file of C, without a dependency."""
+    from crosscheck.cli.export import export_command
+
+    export_command(arm, model, settings or [], out)
+
+
+@app.command()
 def sweep(
     study: Annotated[Path, typer.Argument(metavar="STUDY.toml", help="What to vary and measure.")],
     out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
