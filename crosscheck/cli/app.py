@@ -201,7 +201,7 @@ def trial(
         str | None,
         typer.Argument(
             metavar="[MODEL]",
-            help="file.py:name or package.module:name, whose code is run; none with --answers.",
+            help="file.py:name, package.module:name or .fmu; its code is run. Not with --answers.",
         ),
     ] = None,
     arm: Annotated[
@@ -232,8 +232,12 @@ def trial(
         list[Path] | None, typer.Option(help="With --ask: first answers, to ask on other arms.")
     ] = None,
     coordinates: Annotated[
-        Path | None, typer.Option(help="With --ask, --answers: TOML file of a linear map.")
+        Path | None,
+        typer.Option(help="TOML file of a linear map, for --ask and --answers; names of an FMU."),
     ] = None,
+    run_code: Annotated[
+        bool, typer.Option("--run-code", help="Let an FMU run, whose binary is code.")
+    ] = False,
 ) -> None:
     """Check your own equations of motion: which entry is wrong, and in which term."""
     from crosscheck.cli.trial import TrialOptions, trial_command
@@ -252,6 +256,7 @@ def trial(
         answers=tuple(answers or ()),
         after=tuple(after or ()),
         coordinates=coordinates,
+        run_code=run_code,
     )
     raise typer.Exit(trial_command(options))
 
@@ -260,10 +265,10 @@ def trial(
 def export(
     arm: ArmName,
     model: Annotated[str, typer.Option(help="An analytic one, see `crosscheck list`.")],
-    out: Annotated[Path, typer.Option(help="C file to write.")],
+    out: Annotated[Path, typer.Option(help="C file, or FMU (.fmu), to write.")],
     settings: Settings = None,
 ) -> None:
-    """Write a model's equations as one file of C, without a dependency."""
+    """Write a model's equations as one file of C, or as an FMU."""
     from crosscheck.cli.export import export_command
 
     export_command(arm, model, settings or [], out)

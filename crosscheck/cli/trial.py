@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import shlex
+import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,6 +16,9 @@ from crosscheck.report.junit import junit_xml
 from crosscheck.report.words import counted, printable
 from crosscheck.run import CrossCheck
 from crosscheck.runner.progress import shown_progress
+from crosscheck.trial.fmu.archive import unpacked
+from crosscheck.trial.fmu.description import described, drafted
+from crosscheck.trial.fmu.equations import fmu_equations
 from crosscheck.trial.input.loading import handed_over
 from crosscheck.trial.tables.answers import answered, equations_of, following
 from crosscheck.trial.tables.asked import TableTrial, asked_apart, asked_on_probes, asked_states
@@ -61,11 +66,18 @@ class TrialOptions:
     answers: tuple[Path, ...]
     after: tuple[Path, ...]
     coordinates: Path | None
+    run_code: bool
+
+    @property
+    def fmu(self) -> Path | None:
+        """The unit, where MODEL is one."""
+        own = bool(self.names) and self.names[0].endswith(".fmu")
+        return Path(self.names[0]) if own else None
 
     @property
     def arm(self) -> str:
         """Its name or file."""
-        own = 0 if self.ask or self.answers else 1
+        own = 0 if self.answers or (self.ask and not self.fmu) else 1
         return self.names[own] if len(self.names) > own else "paper-labelled"
 
     def table(self) -> TableTrial:
@@ -89,19 +101,29 @@ def trial_command(options: TrialOptions) -> int:
         ask(options)
         return 0
     page = None if options.out is None else options.out / "trial.html"
-    outputs = (options.json_file, TRIAL), (options.junit, JUNIT), (page, TRIAL_PAGE)
+    with tempfile.TemporaryDirectory() as folder:
+        asked = _asked(options, Path(folder))
+        require_files((options.json_file, TRIAL), (options.junit, JUNIT), (page, TRIAL_PAGE))
+        with shown_progress(f"trying {printable(asked.name)}") as told:
+            trial = tried(asked, jobs=options.jobs, told=told)
+    return _told(trial, options, page)
+
+
+def _asked(options: TrialOptions, folder: Path) -> Asked:
+    """Whatever is to be tried; an FMU is unpacked into the folder. Raises InputError."""
+    quick, seed = options.quick, options.seed
     if options.answers:
         table = options.table()
-        name, equations = options.answers[0].name, equations_of(answered(table, options.answers))
-        asked = table.asked(name, equations)
-    else:
-        model, quick, seed = options.names[0], options.quick, options.seed
-        given = options.scenarios, options.settings
-        asked = asked_of(model, options.arm, *given, quick=quick, seed=seed)
-    require_files(*outputs)
-    with shown_progress(f"trying {printable(asked.name)}") as told:
-        trial = tried(asked, jobs=options.jobs, told=told)
-    return _told(trial, options, page)
+        equations = equations_of(answered(table, options.answers))
+        return table.asked(options.answers[0].name, equations)
+    if options.fmu is None:
+        given = options.names[0], options.arm, options.scenarios, options.settings
+        return asked_of(*given, quick=quick, seed=seed)
+    assert options.coordinates is not None  # as was required
+    chosen = load_chosen(options.arm, options.scenarios, options.settings)
+    equations = fmu_equations(options.fmu, options.coordinates, chosen.arm, folder)
+    laws = chosen.scenarios, chosen.switches
+    return Asked(options.fmu.name, equations, chosen.arm, *laws, quick=quick, seed=seed)
 
 
 def _told(trial: Trial, options: TrialOptions, page: Path | None) -> int:
@@ -128,9 +150,14 @@ def _told(trial: Trial, options: TrialOptions, page: Path | None) -> int:
 def ask(options: TrialOptions) -> None:
     """Write the folder of what a trial asks, of other arms after first answers. Raises InputError.
 
-    No file is written over another one, which may be a template with somebody's equations in it.
+    Of an FMU it is a draft of its mapping. No file is written over another one, which may be a
+    template with somebody's equations in it.
     """
     assert options.out is not None  # as was required
+    if options.fmu is not None:
+        _write_new(options.out, {"map.toml": _draft(options.fmu)})
+        print(f"wrote {printable(str(options.out / 'map.toml'))}: check every name in it")
+        return
     table = options.table()
     if options.after:
         first = answered(table, options.after)
@@ -142,16 +169,26 @@ def ask(options: TrialOptions) -> None:
         states = asked_states(table)
         asked = [states, asked_apart(table, states)]
         files = ask_files(table, asked, options.as_written())
-    require_writable(options.out)
-    for name in files:
-        if os.path.lexists(options.out / name):
-            raise InputError(
-                str(options.out / name), "", None, "exists already; name another folder"
-            )
-    write_files({options.out / name: content for name, content in files.items()})
+    _write_new(options.out, files)
     count = counted(sum(each.count for each in asked), "state")
     readme = printable(str(options.out / "README.md"))
     print(f"wrote {printable(str(options.out))}: {count}; {readme} says how to answer them")
+
+
+def _write_new(folder: Path, files: Mapping[str, str | bytes]) -> None:
+    """Write files that are not there yet, all or none. Raises InputError."""
+    require_writable(folder)
+    for name in files:
+        if os.path.lexists(folder / name):
+            raise InputError(str(folder / name), "", None, "exists already; name another folder")
+    write_files({folder / name: content for name, content in files.items()})
+
+
+def _draft(fmu: Path) -> str:
+    """A mapping of a unit's variables; none of its code is run."""
+    with tempfile.TemporaryDirectory() as folder:
+        unpacked(fmu, Path(folder))
+        return drafted(printable(fmu.name), described(str(fmu), Path(folder)))
 
 
 def _require_meant(options: TrialOptions) -> None:
@@ -165,7 +202,13 @@ def _require_meant(options: TrialOptions) -> None:
     }
     for name in (name for name, there in unlike.items() if there):
         raise InputError(name, "", None, f"cannot be used with {table}")
-    if options.coordinates and not table:
+    if options.fmu is not None and not options.ask:
+        if options.coordinates is None:
+            reason = "is missing: the file that names an FMU's variables; --ask drafts it"
+            raise InputError("--coordinates", "", None, reason)
+        if not options.run_code:
+            raise InputError("--run-code", "", None, f"is needed: {options.fmu} is code")
+    if options.coordinates and not (table or options.fmu):
         raise InputError(
             "--coordinates", "", None, "is for --ask and --answers; a MODEL has its own"
         )
@@ -173,7 +216,7 @@ def _require_meant(options: TrialOptions) -> None:
         raise InputError("--after", "", None, "needs --ask")
     if options.ask and options.out is None:
         raise InputError("--ask", "", None, "needs --out, the folder to write")
-    if table and len(options.names) > 1:
+    if table and len(options.names) > (2 if options.fmu else 1):
         raise InputError(
             table, "", " ".join(options.names), "takes the place of MODEL; name the ARM alone"
         )
