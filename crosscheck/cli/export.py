@@ -70,7 +70,8 @@ def _compiled(code: str) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         source, library = Path(folder, "unit.c"), Path(folder, "unit.so")
         source.write_text(code, encoding="utf-8")
-        command = [compiler, "-std=c11", "-O2", "-fPIC", "-shared", "-o", library, source, "-lm"]
+        made = ["-o", str(library), str(source), "-lm"]
+        command = [compiler, "-std=c11", "-O2", "-fPIC", "-shared", *made]
         ended = subprocess.run(command, capture_output=True, text=True, check=False)
         if ended.returncode:
             reason = f"{compiler} cannot compile the FMU: {one_line(ended.stderr)}"

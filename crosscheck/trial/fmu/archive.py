@@ -53,6 +53,21 @@ def unpacked(path: Path, folder: Path) -> None:
         raise InputError(where, DESCRIPTION, None, reason)
 
 
+def library_of(where: str, folder: Path, identifier: str) -> Path:
+    """This machine's binary of an unpacked unit. Raises InputError where there is none."""
+    for name in _folders():
+        for suffix in (".so", ".dylib"):
+            found = folder / "binaries" / name / f"{identifier}{suffix}"
+            if found.is_file():
+                return found
+    machine = f"{platform.system()} {platform.machine()}"
+    raise InputError(where, "binaries", None, f"holds none of {identifier} for {machine}")
+
+
+def _folders() -> tuple[str, ...]:
+    return BINARIES.get((platform.system(), platform.machine()), ())
+
+
 def _require_harmless(where: str, entries: list[zipfile.ZipInfo]) -> None:
     """Raise InputError for an archive that no program should unpack."""
     if len(entries) > MOST_FILES:
@@ -80,8 +95,7 @@ def _require_harmless(where: str, entries: list[zipfile.ZipInfo]) -> None:
 
 def _wanted(where: str, entries: list[zipfile.ZipInfo]) -> Iterator[tuple[zipfile.ZipInfo, str]]:
     """What is unpacked. Raises InputError without a description."""
-    machine = platform.system(), platform.machine()
-    folders = [f"binaries/{name}/" for name in BINARIES.get(machine, ())]
+    folders = [f"binaries/{name}/" for name in _folders()]
     found = {entry.filename: entry for entry in entries if not entry.is_dir()}
     if DESCRIPTION not in found:
         raise InputError(where, DESCRIPTION, None, "is missing: this is no FMU")

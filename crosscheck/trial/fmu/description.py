@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import perform_all
+from crosscheck.trial.fmu.archive import DESCRIPTION
 from models.errors import InputError
 
 EXTRA = "needs FMPy: pip install 'geararm-crosscheck[fmu]'"
@@ -53,14 +55,16 @@ class DescriptionReading:
             from fmpy import read_model_description
         except ImportError:
             return InputError(self.where, "", None, EXTRA)
+        text = (self.folder / DESCRIPTION).read_bytes()
+        version = re.search(rb"fmiVersion\s*=\s*[\"']([^\"']*)", text)
+        said = "" if version is None else version[1].decode("utf-8", "backslashreplace")
+        if said[:2] not in ("2.", "3."):
+            return InputError(self.where, "fmiVersion", said, "must be 2.0 or 3.0")
         try:
             found = read_model_description(str(self.folder))
         except Exception as error:
             reason = f"is no model description: {type(error).__name__}: {error}"
             return InputError(self.where, "", None, reason)
-        version = str(found.fmiVersion)
-        if version[:2] not in ("2.", "3."):
-            return InputError(self.where, "fmiVersion", version, "must be 2.0 or 3.0")
         if found.modelExchange is None:
             reason = "is for Co-Simulation alone; a trial asks units for Model Exchange"
             return InputError(self.where, "", None, reason)
@@ -81,7 +85,7 @@ class DescriptionReading:
             if unknown.variable.derivative is not None
         )
         exchange = found.modelExchange.modelIdentifier
-        return FmuDescription(int(version[0]), exchange, found.guid, variables, states)
+        return FmuDescription(int(said[0]), exchange, found.guid, variables, states)
 
 
 def described(where: str, folder: Path) -> FmuDescription:

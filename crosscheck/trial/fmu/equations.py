@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.fmu.archive import unpacked
+from crosscheck.trial.fmu.archive import library_of, unpacked
 from crosscheck.trial.fmu.description import FmuDescription, described
 from crosscheck.trial.fmu.unit import MappedUnit
 from crosscheck.trial.input.equations import Coordinates, Equations, Level
@@ -47,13 +47,13 @@ def fmu_equations(path: Path, mapping: Path, arm: Arm, folder: Path) -> Equation
         if len(given) != count or len(set(given)) < count:
             reason = f"must be {count} names unlike each other"
             raise InputError(str(mapping), name, list(given), reason)
-    unit = MappedUnit(
-        folder,
-        description,
+    places = (
         _states(description, said.q, mapping, "q"),
         _states(description, said.v, mapping, "v"),
         _inputs(description, said.torque, mapping),
     )
+    library = library_of(str(path), folder, description.identifier)
+    unit = MappedUnit(folder, library, description, *places)
     theta = frame.jacobian(np.zeros(len(frame.names)))[frame.layout.theta]
     return _equations(unit, theta, own, said.level)
 

@@ -17,9 +17,11 @@ MOST_EVENTS = 100
 
 @dataclass(frozen=True)
 class MappedUnit:
-    """An unpacked FMU; places of q and v among its states, references of its torques."""
+    """An unpacked FMU and its binary; places of q and v among its states, references of its
+    torques."""
 
     folder: Path
+    library: Path
     description: FmuDescription
     q: tuple[int, ...]
     v: tuple[int, ...]
@@ -52,7 +54,10 @@ class RunningUnit:
         self.old = said.version == 2
         made: Any = FMU2Model if self.old else FMU3Model
         self.unit: Any = made(
-            guid=said.token, modelIdentifier=said.identifier, unzipDirectory=str(mapped.folder)
+            guid=said.token,
+            modelIdentifier=said.identifier,
+            unzipDirectory=str(mapped.folder),
+            libraryPath=str(mapped.library),
         )
         self.unit.instantiate()
         if self.old:
