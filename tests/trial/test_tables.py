@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
+import subprocess
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
 
@@ -17,10 +21,13 @@ from crosscheck.trial.tables.answers import answered, equations_of
 from crosscheck.trial.tables.asked import TableTrial, asked_states
 from crosscheck.trial.trial import Trial, tried
 from models.loading import load_arm
+from tests.tool.conftest import Command, crosscheck
 from tests.tool.handed import TWO_LINK
 from tests.trial.tables import answers, bound, sheets_of, write_csv
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+__all__ = ["crosscheck"]  # a fixture
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
 # sympy_map's coordinates are no linear map.
 ARMS = {
     "plain_functions": "paper-labelled",
@@ -144,3 +151,56 @@ def tried_changed(change: Callable[..., dict[str, np.ndarray]], file: Path) -> T
     values = change(answers(bound(own, arm), asked, everywhere=True))
     write_csv(file, [(asked, values)])
     return tried(table.asked("yours", equations_of(answered(table, [file]))))
+
+
+DECLARED = """\
+void {prefix}_mass_matrix(const double *q, double *M);
+void {prefix}_bias(const double *q, const double *v, double *bias);
+void {prefix}_force(double t, const double *q, const double *v, const double *torque,
+                    double *force);
+"""
+CALLED = """\
+    {prefix}_mass_matrix(q, M);
+    {prefix}_bias(q, v, bias);
+    {prefix}_force(t, q, v, torque, force);
+"""
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc here")
+@pytest.mark.usefixtures("few_states")
+def test_exported_c_in_the_template_of_c_agrees_in_both_rounds(crosscheck, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    told = "paper-labelled", "--quick"
+    assert crosscheck("trial", "--ask", *told, "--out", "ask").code == 0
+    first = answered_by_c(crosscheck, "paper-labelled", "ask", "states")
+    again = "--after", first, "--out", "ask-2"
+    assert crosscheck("trial", "--ask", *told, *again).code == 0
+    more = [
+        answered_by_c(crosscheck, f"ask-2/probe-{k}.toml", "ask-2", f"probe-{k}-states")
+        for k in (1, 2)
+    ]
+    files = [word for file in (first, *more) for word in ("--answers", file)]
+    answer = crosscheck("trial", *told, *files, "--json", "trial.json")
+    assert (answer.code, answer.err.count("Traceback")) == (0, 0)
+    assert "asked on other arms too, for what this one's numbers hide: 2" in answer.out
+    assert "level coupled" in answer.out
+    schema = json.loads((ROOT / "crosscheck" / "schema" / "trial.schema.json").read_text())
+    jsonschema.validate(json.loads(Path("trial.json").read_text()), schema)
+
+
+def answered_by_c(crosscheck: Command, arm: str, folder: str, stem: str) -> str:
+    """The answers' file of what an exported model says, called from the template."""
+    model = Path(f"{stem}.c")
+    exported = crosscheck("export", arm, "--model", "analytic:coupled", "--out", model)
+    assert exported.code == 0
+    prefix = re.search(r"void (\w+)_mass_matrix", model.read_text())[1]
+    text = (Path(folder) / "answers.c").read_text()
+    unused = re.search(r"    \(void\)t, .*\n", text)[0]
+    text = text.replace(unused, CALLED.format(prefix=prefix))
+    source = Path(f"{stem}-answers.c")
+    source.write_text(text.replace("/* Your", DECLARED.format(prefix=prefix) + "/* Your"))
+    subprocess.run(["gcc", "-std=c11", "-O1", "-o", stem, source, model, "-lm"], check=True)
+    states = (Path(folder) / f"{stem}.csv").read_bytes()
+    answers = subprocess.run([f"./{stem}"], input=states, capture_output=True, check=True).stdout
+    Path(f"{stem}-answers.csv").write_bytes(answers)
+    return f"{stem}-answers.csv"

@@ -63,11 +63,10 @@ def _factor(yours: np.ndarray, right: np.ndarray) -> float | None:
     there = np.abs(right) > SIZABLE * np.sqrt((right**2).mean())
     if not there.any():
         return None
-    ratios = yours[there] / right[there]
-    for factor in FACTORS:
-        if (np.abs(ratios / factor - 1) < NEAR).mean() > MOST:
-            return factor
-    return None
+    with np.errstate(over="ignore"):  # of numbers that are wrong by all means
+        ratios = yours[there] / right[there]
+        near = (f for f in FACTORS if (np.abs(ratios / f - 1) < NEAR).mean() > MOST)
+        return next(near, None)
 
 
 def _order(quantity: str, yours: np.ndarray, right: np.ndarray, table: Table) -> Iterator[Misread]:
