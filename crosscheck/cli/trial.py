@@ -9,25 +9,32 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from crosscheck.kinds import JUNIT, TRIAL, TRIAL_PAGE
+from crosscheck.kinds import AGREEMENT, JUNIT, TRIAL, TRIAL_PAGE
 from crosscheck.output import require_files, require_writable, write_files
 from crosscheck.planning.plan import Wanted
+from crosscheck.report.answers import agreement_json
 from crosscheck.report.junit import junit_xml
+from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import counted, printable
 from crosscheck.run import CrossCheck
 from crosscheck.runner.progress import shown_progress
 from crosscheck.trial.fmu.archive import unpacked
+from crosscheck.trial.fmu.beside import beside, require_comparable
 from crosscheck.trial.fmu.description import described, drafted
 from crosscheck.trial.fmu.equations import fmu_equations
+from crosscheck.trial.fmu.mapping import MappedUnit, mapped_unit
+from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import handed_over
+from crosscheck.trial.model import switches_of
 from crosscheck.trial.tables.answers import answered, equations_of, following
 from crosscheck.trial.tables.asked import TableTrial, asked_apart, asked_on_probes, asked_states
 from crosscheck.trial.tables.coordinates_file import coordinates_of
 from crosscheck.trial.tables.folder import ask_files, probe_files
 from crosscheck.trial.trial import Asked, Trial, tried
+from models.arm.arm import Arm
 from models.errors import InputError
 from models.inputs import remember
-from models.loading import load_chosen
+from models.loading import Chosen, load_chosen
 
 
 def asked_of(
@@ -102,28 +109,64 @@ def trial_command(options: TrialOptions) -> int:
         return 0
     page = None if options.out is None else options.out / "trial.html"
     with tempfile.TemporaryDirectory() as folder:
-        asked = _asked(options, Path(folder))
+        chosen = load_chosen(options.arm, options.scenarios, options.settings)
+        unit = _unit(options, chosen.arm, Path(folder))
+        if unit is not None and unit.description.kind == "co-simulation":
+            return _beside(options, unit, chosen)
+        asked = _asked(options, unit, chosen)
         require_files((options.json_file, TRIAL), (options.junit, JUNIT), (page, TRIAL_PAGE))
         with shown_progress(f"trying {printable(asked.name)}") as told:
             trial = tried(asked, jobs=options.jobs, told=told)
     return _told(trial, options, page)
 
 
-def _asked(options: TrialOptions, folder: Path) -> Asked:
-    """Whatever is to be tried; an FMU is unpacked into the folder. Raises InputError."""
+def _unit(options: TrialOptions, arm: Arm, folder: Path) -> MappedUnit | None:
+    """An FMU, if that is what MODEL is, unpacked into the folder. Raises InputError."""
+    if options.fmu is None:
+        return None
+    assert options.coordinates is not None  # as was required
+    return mapped_unit(options.fmu, options.coordinates, arm, folder)
+
+
+def _asked(options: TrialOptions, unit: MappedUnit | None, chosen: Chosen) -> Asked:
+    """Whatever is to be tried. Raises InputError."""
     quick, seed = options.quick, options.seed
     if options.answers:
         table = options.table()
         equations = equations_of(answered(table, options.answers))
         return table.asked(options.answers[0].name, equations)
-    if options.fmu is None:
+    if unit is None:
         given = options.names[0], options.arm, options.scenarios, options.settings
         return asked_of(*given, quick=quick, seed=seed)
-    assert options.coordinates is not None  # as was required
-    chosen = load_chosen(options.arm, options.scenarios, options.settings)
-    equations = fmu_equations(options.fmu, options.coordinates, chosen.arm, folder)
-    laws = chosen.scenarios, chosen.switches
+    assert options.fmu is not None  # whose unit it is
+    equations, laws = fmu_equations(unit, chosen.arm), (chosen.scenarios, chosen.switches)
     return Asked(options.fmu.name, equations, chosen.arm, *laws, quick=quick, seed=seed)
+
+
+def _beside(options: TrialOptions, unit: MappedUnit, chosen: Chosen) -> int:
+    """Run a unit for Co-Simulation beside the engines; returns the exit code. Raises InputError."""
+    assert options.fmu is not None  # whose unit it is
+    require_comparable(unit, str(options.coordinates))
+    if not chosen.scenarios or options.out is not None:
+        reason = "for Co-Simulation is run beside the engines: needs --scenario, and has no page"
+        raise InputError(str(options.fmu), "", None, reason)
+    require_files((options.json_file, AGREEMENT), (options.junit, JUNIT))
+    own = Coordinates(gearing=unit.coordinates.gearing)
+    laws = switches_of(Equations(coordinates=own), chosen.arm, chosen.switches)
+    experiment = chosen.arm, chosen.scenarios, laws
+    name = options.fmu.name
+    with shown_progress(f"running {printable(name)}") as told:
+        agreement = beside(unit, name, *experiment, options.jobs, told)
+    files = {}
+    if options.json_file is not None:
+        files[options.json_file] = agreement_json(agreement, chosen.arm)
+    if options.junit is not None:
+        files[options.junit] = junit_xml(agreement, f"trial {name} {chosen.arm.name}")
+    write_files(files)
+    print_agreement(agreement)
+    for file in files:
+        print(f"wrote {file}")
+    return agreement.exit_code
 
 
 def _told(trial: Trial, options: TrialOptions, page: Path | None) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import shutil
 import stat
 import subprocess
@@ -14,13 +15,17 @@ import pytest
 from analytic.kernel.export import c_text
 from analytic.kernel.fmu import fmu_sources
 from crosscheck.cli.export import fmu_file, model_of, prefix_of
+from crosscheck.runner.underway import unsaid
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.fmu.archive import DESCRIPTION, unpacked
+from crosscheck.trial.fmu.beside import beside
 from crosscheck.trial.fmu.equations import fmu_equations
+from crosscheck.trial.fmu.mapping import MappedUnit, mapped_unit
 from crosscheck.trial.input.naming import named
 from crosscheck.trial.trial import Asked, Trial, tried
+from models.arm.planets import usual_switches
 from models.errors import InputError
-from models.loading import load_arm
+from models.loading import load_arm, load_scenario
 from tests.tool.conftest import crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
@@ -56,13 +61,18 @@ def exported(arm: str, name: str, *changes: tuple[str, str]) -> bytes:
     return fmu_file(model, text, prefix)
 
 
-def judged(content: bytes, mapping: str, arm: str, folder: Path) -> Trial:
+def mapped(content: bytes, mapping: str, arm: str, folder: Path) -> MappedUnit:
     file, names, into = folder / "unit.fmu", folder / "map.toml", folder / "unpacked"
     file.write_bytes(content)
     names.write_text(mapping, encoding="utf-8")
     into.mkdir()
+    return mapped_unit(file, names, load_arm(arm), into)
+
+
+def judged(content: bytes, mapping: str, arm: str, folder: Path) -> Trial:
     own = load_arm(arm)
-    return tried(Asked("unit.fmu", fmu_equations(file, names, own, into), own, quick=True))
+    equations = fmu_equations(mapped(content, mapping, arm, folder), own)
+    return tried(Asked("unit.fmu", equations, own, quick=True))
 
 
 @pytest.mark.parametrize(
@@ -142,26 +152,66 @@ int fmi3GetContinuousStateDerivatives(void *c, double *x, size_t n) {
 """
 
 
-def version_3(arm: str, name: str, folder: Path) -> bytes:
+STEPPED = """
+int fmi3EnterStepMode(void *c) { return 0; }
+void *fmi3InstantiateCoSimulation(const char *name, const char *token) {
+    return calloc(1, sizeof(Unit));
+}
+int fmi3GetFloat64(void *c, const unsigned *r, size_t n, double *x, size_t m) {
+    for (size_t k = 0; k < n; k++) x[k] = ((Unit *)c)->state[r[k]];
+    return 0;
+}
+/* A hundred midpoint steps. */
+int fmi3DoStep(void *c, double t, double h, _Bool keep, _Bool *event, _Bool *stop, _Bool *early,
+               double *last) {
+    Unit *u = c;
+    double part = h / 100, a[N], *q = u->state, *v = u->state + N, middle[2 * N];
+    for (int step = 0; step < 100; step++) {
+        PREFIX_acceleration(t, q, v, u->torque, a);
+        for (int k = 0; k < N; k++) {
+            middle[k] = q[k] + part / 2 * v[k];
+            middle[N + k] = v[k] + part / 2 * a[k];
+        }
+        PREFIX_acceleration(t, middle, middle + N, u->torque, a);
+        for (int k = 0; k < N; k++) q[k] += part * middle[N + k], v[k] += part * a[k];
+    }
+    *event = *stop = *early = 0, *last = t + h;
+    return 0;
+}
+"""
+
+
+def version_3(arm: str, name: str, folder: Path, steps: bool = False, *changes: str) -> bytes:
     """A unit of FMI 3.0 around the exported C; what nobody calls returns an error."""
     model = model_of(arm, name, [])
-    prefix, n = prefix_of(model), len(model.layout)
-    code = c_text(model.term_equations, prefix, "a model") + VERSION_3.replace("PREFIX", prefix)
-    unused = [
-        name for name in dir(fmi3.FMU3Model) if name.startswith("fmi3") and f"{name}(" not in code
-    ]
-    code += "".join(f"int {name}(void) {{ return 3; }}\n" for name in unused)
+    prefix = prefix_of(model)
+    code = c_text(model.term_equations, prefix, "a model") + VERSION_3 + STEPPED * steps
+    if steps:  # where states are set as any variables
+        torque = "((Unit *)c)->torque[r[k] - 4 * N] = x[k]"
+        assert torque in code
+        state = "((Unit *)c)->state[r[k]] = x[k]"
+        code = code.replace(torque, f"r[k] < 2 * N ? ({state}) : ({torque})")
+    code = code.replace("PREFIX", prefix)
+    for old, new in zip(changes[::2], changes[1::2], strict=True):
+        assert old in code
+        code = code.replace(old, new)
+    made = fmi3.FMU3Slave if steps else fmi3.FMU3Model
+    unused = [each for each in dir(made) if each.startswith("fmi3") and f"{each}(" not in code]
+    code += "".join(f"int {each}(void) {{ return 3; }}\n" for each in unused)
     source, library = folder / "unit.c", folder / "unit.so"
     source.write_text(code, encoding="utf-8")
-    subprocess.run(
-        [str(COMPILER), "-O1", "-fPIC", "-shared", "-o", library, source, "-lm"], check=True
-    )
-    names = [*model.layout.names, *(f"v_{each}" for each in model.layout.names)]
+    command = [str(COMPILER), "-O1", "-fPIC", "-shared", "-o", library, source, "-lm"]
+    subprocess.run(command, check=True)
+    description = description_3(list(model.layout.names), steps).encode()
+    files = {DESCRIPTION: description, "binaries/x86_64-linux/unit.so": library.read_bytes()}
+    return zipped(files)
+
+
+def description_3(coordinates: list[str], steps: bool) -> str:
+    n, names = len(coordinates), [*coordinates, *(f"v_{each}" for each in coordinates)]
     real = '<Float64 name="{}" valueReference="{}" variability="continuous" {}/>'
-    rows = [
-        real.format(each, k, 'causality="local" initial="exact" start="0"')
-        for k, each in enumerate(names)
-    ]
+    state = 'causality="{}" initial="exact" start="0"'.format("output" if steps else "local")
+    rows = [real.format(each, k, state) for k, each in enumerate(names)]
     rows += [
         real.format(f"der({each})", 2 * n + k, f'causality="local" derivative="{k}"')
         for k, each in enumerate(names)
@@ -169,20 +219,16 @@ def version_3(arm: str, name: str, folder: Path) -> bytes:
     rows += [
         real.format(f"torque_{j + 1}", 4 * n + j, 'causality="input" start="0"') for j in range(2)
     ]
-    rows += [
-        '<Float64 name="time" valueReference="999" variability="continuous"'
-        ' causality="independent"/>'
-    ]
+    rows.append(real.format("time", 999, 'causality="independent"'))
     unknowns = [f'<ContinuousStateDerivative valueReference="{2 * n + k}"/>' for k in range(2 * n)]
-    initial = [f'<InitialUnknown valueReference="{2 * n + k}"/>' for k in range(2 * n)]
-    text = (
+    unknowns += [f'<InitialUnknown valueReference="{2 * n + k}"/>' for k in range(2 * n)]
+    outputs = [f'<Output valueReference="{k}"/>' for k in range(2 * n)] if steps else []
+    kind = "CoSimulation" if steps else "ModelExchange"
+    return (
         '<fmiModelDescription fmiVersion="3.0" modelName="unit" instantiationToken="{1}">'
-        '<ModelExchange modelIdentifier="unit"/>'
+        f'<{kind} modelIdentifier="unit"/>'
         f"<ModelVariables>{''.join(rows)}</ModelVariables>"
-        f"<ModelStructure>{''.join(unknowns + initial)}</ModelStructure></fmiModelDescription>"
-    )
-    return zipped(
-        {DESCRIPTION: text.encode(), "binaries/x86_64-linux/unit.so": library.read_bytes()}
+        f"<ModelStructure>{''.join(outputs + unknowns)}</ModelStructure></fmiModelDescription>"
     )
 
 
@@ -190,6 +236,34 @@ def test_version_3_agrees_too(tmp_path):
     content = version_3("paper-labelled", "analytic:coupled", tmp_path)
     trial = judged(content, RIGID, "paper-labelled", tmp_path)
     assert (trial.exit_code, trial.wrong, trial.level) == (0, (), "coupled")
+
+
+@pytest.mark.parametrize("right", [True, False])
+def test_co_simulation_is_run_beside_the_engines(right, tmp_path):
+    """The wrong one has a payload that is a tenth lighter where it couples the links."""
+    changes = () if right else ("mass_3 = 13.614999999999998", "mass_3 = 12.914999999999998")
+    content = version_3("paper-labelled", "analytic:links", tmp_path, True, *changes)
+    unit = mapped(content, RIGID + 'level = "links"\n', "paper-labelled", tmp_path)
+    scenario = load_scenario("constant-torque").model_copy(update={"duration_s": 0.05})
+    arm = load_arm("paper-labelled")
+    found = beside(unit, "unit.fmu", arm, [scenario], usual_switches(arm), 1, unsaid).checks
+    assert {finding.about.key.right for finding in found} == {"analytic:links", "pinocchio:links"}
+    assert {finding.verdict for finding in found} == {"agree" if right else "differ"}
+
+
+def test_co_simulation_asks_for_a_run_and_a_level(crosscheck, tmp_path):
+    content = version_3("paper-labelled", "analytic:links", tmp_path, True)
+    file, names = tmp_path / "stepped.fmu", tmp_path / "map.toml"
+    file.write_bytes(content)
+    names.write_text(RIGID, encoding="utf-8")
+    given = "trial", file, "--coordinates", names, "--run-code"
+    assert_one_line(crosscheck(*given), "map.toml: level: must say which rigid level")
+    names.write_text(RIGID + 'level = "links"\n', encoding="utf-8")
+    assert_one_line(crosscheck(*given), "is run beside the engines: needs --scenario")
+    given = *given, "--scenario", "constant-torque", "--set", "scenario.duration_s=0.01"
+    answer = crosscheck(*given, "--json", tmp_path / "t.json")
+    assert (answer.code, "4 of 4 checks agree" in answer.out) == (0, True)
+    assert json.loads((tmp_path / "t.json").read_text())["findings"]
 
 
 def zipped(files: dict[str, bytes], packed: int = zipfile.ZIP_STORED) -> bytes:
@@ -271,18 +345,13 @@ UNUSABLE = {
         RIGID,
         "must be 2.0 or 3.0",
     ),
-    "Co-Simulation alone": (
-        described_as(ModelExchange="CoSimulation"),
-        RIGID,
-        "Co-Simulation alone",
-    ),
     "no binary": (described_as(), RIGID, "binaries: holds none of paper_labelled for"),
     "another state": (
         described_as(),
         RIGID.replace('"theta_2"]', '"theta_3"]'),
-        "q = 'theta_3': is no continuous state; there are theta_1, theta_2",
+        "q = 'theta_3': is not a continuous state of the unit; there are theta_1",
     ),
-    "another input": (described_as(), RIGID.replace("torque_1", "T1"), "is no real input"),
+    "another input": (described_as(), RIGID.replace("torque_1", "T1"), "is not a real input"),
     "too few": (described_as(), RIGID.replace('q = ["theta_1", ', "q = ["), "must be 2 names"),
     "an unknown key": (described_as(), RIGID + "u = 1", "unknown key"),
     "no torques": (described_as(), RIGID.rpartition("torque =")[0], "torque: is missing"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import perform_all
@@ -27,9 +28,11 @@ class FmuVariable:
 
 @dataclass(frozen=True)
 class FmuDescription:
-    """version: 2 or 3; states: the continuous ones, in the order of their derivatives."""
+    """version: 2 or 3; kind: Model Exchange, where it has that, or Co-Simulation; states: the
+    continuous ones, in the order of their derivatives."""
 
     version: int
+    kind: Literal["exchange", "co-simulation"]
     identifier: str
     token: str
     variables: tuple[FmuVariable, ...]
@@ -65,8 +68,12 @@ class DescriptionReading:
         except Exception as error:
             reason = f"is no model description: {type(error).__name__}: {error}"
             return InputError(self.where, "", None, reason)
-        if found.modelExchange is None:
-            reason = "is for Co-Simulation alone; a trial asks units for Model Exchange"
+        kind: Literal["exchange", "co-simulation"] = "exchange"
+        interface = found.modelExchange
+        if interface is None:
+            kind, interface = "co-simulation", found.coSimulation
+        if interface is None:
+            reason = "is neither for Model Exchange nor for Co-Simulation"
             return InputError(self.where, "", None, reason)
         real = [v for v in found.modelVariables if v.type in ("Real", "Float64")]
         variables = tuple(
@@ -84,8 +91,8 @@ class DescriptionReading:
             for unknown in found.derivatives
             if unknown.variable.derivative is not None
         )
-        exchange = found.modelExchange.modelIdentifier
-        return FmuDescription(int(said[0]), exchange, found.guid, variables, states)
+        identifier = interface.modelIdentifier
+        return FmuDescription(int(said[0]), kind, identifier, found.guid, variables, states)
 
 
 def described(where: str, folder: Path) -> FmuDescription:
@@ -105,6 +112,7 @@ def drafted(name: str, found: FmuDescription) -> str:
     """A mapping to begin with: states that have others for derivatives by their order, inputs."""
     inputs = [v.name for v in found.variables if v.is_input]
     half = len(found.states) // 2
+    runs = '# The rigid level that a unit for Co-Simulation is compared with.\nlevel = "links"\n'
     return (
         f"# Written by crosscheck trial --ask, from what {name} says of itself: check every name.\n"
         "# Coordinates in their order, their rates, and the drive's torques on the output side.\n"
@@ -115,7 +123,7 @@ def drafted(name: str, found: FmuDescription) -> str:
         '# What q are: gearing = "rigid", "lumped" or "free"; links = "relative" or "absolute";\n'
         '# gears = "displacements" or "angles"; or matrix = [[1, 0], [0, 1]].\n'
         'gearing = "rigid"\n'
-        'links = "relative"\n'
+        'links = "relative"\n' + runs * (found.kind == "co-simulation")
     )
 
 
