@@ -205,12 +205,12 @@ def ask(options: TrialOptions) -> None:
     if options.after:
         first = answered(table, options.after)
         states = first.here[0]
-        after = following((states, asked_apart(table, states)))
+        after = following((states, *asked_apart(table, states)))
         asked = asked_on_probes(table, first.parts, after)
         files = probe_files(table, asked, options.as_written())
     else:
         states = asked_states(table)
-        asked = [states, asked_apart(table, states)]
+        asked = [states, *asked_apart(table, states)]
         files = ask_files(table, asked, options.as_written())
     _write_new(options.out, files)
     count = counted(sum(each.count for each in asked), "state")

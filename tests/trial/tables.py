@@ -74,7 +74,7 @@ def sheets_of(
     asked = [asked_states(table)]
     parts = parts_of(bound(equations, table.arm))
     if probes or "inverse_dynamics" in parts:
-        asked.append(asked_apart(table, asked[0]))
+        asked += asked_apart(table, asked[0])
     if probes:
         asked += asked_on_probes(table, parts, following(asked))
     return [(each, answers(bound(equations, each.arm), each)) for each in asked]

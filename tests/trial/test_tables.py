@@ -78,8 +78,6 @@ ERRORS = {
         "(m2 * d2 + mp * L2) * L1 * np.cos",
         "(m2 * d2 + mp * d2) * L1 * np.cos",
     ),
-    "absolute for relative": ("np.sin(q[1])", "np.sin(q[0] + q[1])"),
-    "parallel axis": ("own = I2 + m2 * d2**2", "own = I2"),
     "a rate": ("2 * v[0] * v[1]", "v[0] * v[1]"),
 }
 

@@ -54,7 +54,7 @@ def answered(trial: TableTrial, paths: Sequence[Path]) -> Answered:
     here: tuple[AskedStates, ...] = (asked,)
     last = max(int(file.rows.max()) for file in files)
     if last >= asked.first + asked.count:
-        here = (asked, asked_apart(trial, asked))
+        here = (asked, *asked_apart(trial, asked))
     probes: tuple[AskedStates, ...] = ()
     if last >= following(here):
         probes = tuple(asked_on_probes(trial, parts, following(here)))
@@ -93,16 +93,21 @@ def equations_of(found: Answered) -> Equations:
 
 def _on_arm(found: Answered, sheets: Sequence[AskedStates]) -> Equations:
     """Each part's answers, of the sheet in which it is asked."""
-    home = {part: next(s for s in sheets if s.needed[part].any()) for part in found.parts}
+    home = {part: sheet for part in found.parts for sheet in sheets if sheet.needed[part].any()}
+    for part in set(found.parts) - set(home):
+        reason = "is answered where it is not asked; rows and what they need stand in the states"
+        raise InputError(found.files[0].where, SHORT[part], None, reason)
     values = {part: _values(found, sheet, part) for part, sheet in home.items()}
 
     def answer(call: Call) -> np.ndarray:
         sheet = home[call.part]
         return values[call.part][sheet.row_of[call]].reshape(sheet.shape(call.part))
 
+    made = found.trial.equations(found.parts, answer)
     precision = max(file.precision for file in found.files)
     at = {part: sheet.at[part] for part, sheet in home.items() if part in sheet.at}
-    return found.trial.equations(found.parts, answer, precision=precision, values=values, at=at)
+    assert made.table is not None  # as they are made
+    return replace(made, table=replace(made.table, precision=precision, values=values, at=at))
 
 
 def _values(found: Answered, sheet: AskedStates, part: str) -> np.ndarray:

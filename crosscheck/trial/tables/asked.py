@@ -7,7 +7,7 @@ the number of a row stands for its state.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +26,7 @@ from models.experiment.switches import Switches
 
 PARTS = ("mass_matrix", "bias", "force", "acceleration", "inverse_dynamics")
 APART = "inverse_dynamics"  # it is asked at states of its own, with accelerations
+MOST_APART = 12  # coordinates: beyond that inverse dynamics takes a million rows
 # One who has M, bias and force is asked for an acceleration nowhere else than one who has it.
 ALIKE = (PARTS[:3], PARTS[:4])
 USUAL = Coordinates()
@@ -57,15 +58,14 @@ class TableTrial:
             name, equations, self.arm, chosen=self.chosen, quick=self.quick, seed=self.seed
         )
 
-    def equations(self, parts: Iterable[str], answer: Answer, **known: object) -> Equations:
-        """Equations whose parts are what ``answer`` gives for a Call; known: of the Table."""
-        given = {"coordinates": self.coordinates, "level": self.level}
-        first, again = (
-            {part: _function(part, repeated, answer) for part in parts}
-            for repeated in (False, True)
-        )
-        table = Table(Equations(**again, **given), **known)  # type: ignore[arg-type]
-        return Equations(**first, **given, table=table)  # type: ignore[arg-type]
+    def equations(self, parts: Iterable[str], answer: Answer) -> Equations:
+        """Equations whose parts are what ``answer`` gives for a Call."""
+        bare, made = Equations(coordinates=self.coordinates, level=self.level), []
+        for again in (False, True):
+            functions: dict[str, Any] = {part: _function(part, again, answer) for part in parts}
+            made.append(replace(bare, **functions))
+        first, second = made
+        return replace(first, table=Table(second))
 
 
 Answer = Callable[[Call], np.ndarray]
@@ -123,9 +123,14 @@ def asked_states(trial: TableTrial) -> AskedStates:
     return _asked(trial, ALIKE, 1)
 
 
-def asked_apart(trial: TableTrial, states: AskedStates) -> AskedStates:
-    """All that is asked of inverse dynamics, in rows after these. Raises InputError."""
-    return _asked(trial, ((APART,),), states.first + states.count)
+def asked_apart(trial: TableTrial, states: AskedStates) -> tuple[AskedStates, ...]:
+    """All that is asked of inverse dynamics, in rows after these; nothing of many coordinates.
+
+    Raises InputError.
+    """
+    if len(states.frame.names) > MOST_APART:
+        return ()
+    return (_asked(trial, ((APART,),), states.first + states.count),)
 
 
 def _asked(trial: TableTrial, supplied: Iterable[Sequence[str]], first: int) -> AskedStates:

@@ -35,7 +35,7 @@ def ask_files(
     found: dict[str, str | bytes] = {}
     for asked in sheets:
         found |= _tables(trial, asked, "")
-    return found | _texts(trial, sheets[0], told, [])
+    return found | _texts(trial, sheets, told, [])
 
 
 def probe_files(
@@ -47,7 +47,7 @@ def probe_files(
     for stem, asked in zip(stems, probes, strict=True):
         found[f"{stem}.toml"] = arm_toml(asked.arm)
         found |= _tables(trial, asked, f"{stem}-")
-    return found | _texts(trial, probes[0], told, stems)
+    return found | _texts(trial, probes, told, stems)
 
 
 def _tables(trial: TableTrial, asked: AskedStates, begins: str) -> dict[str, str | bytes]:
@@ -89,7 +89,7 @@ def mat_file(variables: Mapping[str, np.ndarray]) -> bytes:
 
 
 def _texts(
-    trial: TableTrial, asked: AskedStates, told: str, probes: Sequence[str]
+    trial: TableTrial, sheets: Sequence[AskedStates], told: str, probes: Sequence[str]
 ) -> dict[str, str | bytes]:
     environment = Environment(
         loader=PackageLoader("crosscheck.trial.tables"),
@@ -98,15 +98,16 @@ def _texts(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    n = len(asked.frame.names)
+    asked, n = sheets[0], len(sheets[0].frame.names)
+    parts = [part for part in PARTS if any(sheet.needed[part].any() for sheet in sheets)]
     facts = {
         "arm": asked.arm.name,
         "joints": len(asked.arm.joints),
         "n": n,
         "names": asked.frame.names,
         "count": int((~asked.apart).sum()),
-        "columns": argument_columns(asked.frame, trial.coordinates, asked.arm),
         "answers": {SHORT[part]: answer_columns(part, n) for part in PARTS},
+        "parts": [SHORT[part] for part in parts],
         "told": told,
         "probes": probes,
         "stem": f"{probes[0]}-states" if probes else "states",
