@@ -51,6 +51,10 @@ CSV = {
         "\n".join([GOOD[0], *(f"{k},{k / 7:.5g},{k / 11:.5g}" for k in range(1, ROWS))]),
         "answers have 5 significant digits; must be at least 7",
     ),
+    "inverse dynamics of other rows": (
+        "row,inverse_dynamics_1,inverse_dynamics_2\n1,0.5,0.5",
+        "inverse_dynamics: is not asked in these rows",
+    ),
     "rows left out": ("\n".join(GOOD), "row 40, and", "force: is missing; must be finite"),
     "an infinite number": (changed(3, "3,inf,1"), "row 3, and", "force: is infinite"),
     "a NaN": (changed(3, "3,nan,1"), "row 3, and", "force: is missing"),

@@ -16,10 +16,13 @@ import pytest
 
 from crosscheck.report.trial import summary, trial_json
 from crosscheck.trial import trial as trial_module
+from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import handed_over
 from crosscheck.trial.tables.answers import answered, equations_of
 from crosscheck.trial.tables.asked import TableTrial, asked_states
 from crosscheck.trial.trial import Trial, tried
+from models.arm.arm import Arm
+from models.experiment.scenario import Scenario
 from models.loading import load_arm
 from tests.tool.conftest import Command, crosscheck
 from tests.tool.handed import TWO_LINK
@@ -57,7 +60,10 @@ def few_states(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("few_states")
-@pytest.mark.parametrize("example", ARMS)
+@pytest.mark.parametrize(
+    "example",
+    [pytest.param(name, marks=[pytest.mark.slow] * (name == "geared_free")) for name in ARMS],
+)
 def test_judged_as_the_functions_are(example: str, tmp_path: Path) -> None:
     arm = load_arm(ARMS[example])
     own = handed_over(f"{EXAMPLES / example}.py:model", arm, None)
@@ -95,6 +101,24 @@ def test_errors_are_told_in_the_words_that_functions_get(error: str, tmp_path: P
     direct = told(tried(table.asked("yours", own)))
     assert direct["wrong"]
     assert told(tried(table.asked("yours", equations_of(answered(table, [answers]))))) == direct
+
+
+@pytest.mark.usefixtures("few_states")
+def test_acceleration_beside_the_rest_is_judged_in_both_rounds(tmp_path: Path) -> None:
+    arm = load_arm("paper-labelled")
+    file = tmp_path / "mine.py"
+    file.write_text(TWO_LINK, encoding="utf-8")
+    whole = handed_over(f"{file}:two_link", arm, None)
+
+    def both(other: Arm, scenario: Scenario | None) -> Equations:
+        own = bound(whole, other)
+        return replace(own.equations, acceleration=own.acceleration)
+
+    own = replace(both(arm, None), rebuild=both, any_arm=True)
+    table = TableTrial(arm, quick=True)
+    answers = write_csv(tmp_path / "answers.csv", sheets_of(table, own, True))
+    trial = tried(table.asked("yours", equations_of(answered(table, [answers]))))
+    assert (trial.exit_code, len(trial.probes), trial.missing) == (0, 2, ())
 
 
 CHANGES = {

@@ -78,6 +78,10 @@ def following(sheets: Sequence[AskedStates]) -> int:
 
 def equations_of(found: Answered) -> Equations:
     """The answers as Equations, on the arm and on the probes. Raises InputError."""
+    for part in found.parts:
+        if not any(sheet.needed[part].any() for sheet in found.here):
+            reason = "is not asked in these rows; what a row needs stands in the files of states"
+            raise InputError(found.files[0].where, SHORT[part], None, reason)
     here = _on_arm(found, found.here)
     own = {sheet.arm.name: (sheet.arm, _on_arm(found, (sheet,))) for sheet in found.probes}
 
@@ -92,11 +96,8 @@ def equations_of(found: Answered) -> Equations:
 
 
 def _on_arm(found: Answered, sheets: Sequence[AskedStates]) -> Equations:
-    """Each part's answers, of the sheet in which it is asked."""
+    """Each part's answers, of the sheet in which it is asked, if it is."""
     home = {part: sheet for part in found.parts for sheet in sheets if sheet.needed[part].any()}
-    for part in set(found.parts) - set(home):
-        reason = "is answered where it is not asked; rows and what they need stand in the states"
-        raise InputError(found.files[0].where, SHORT[part], None, reason)
     values = {part: _values(found, sheet, part) for part, sheet in home.items()}
 
     def answer(call: Call) -> np.ndarray:
