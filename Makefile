@@ -34,7 +34,7 @@ fuzz: .venv/dev.stamp
 
 octave: .venv/dev.stamp
 	octave-cli --version
-	$(PY) -m pytest tests/trial/test_octave.py
+	$(PY) -m pytest tests/trial/other_tools/test_octave.py
 
 lint: .venv/dev.stamp
 	$(PY) -m ruff check .

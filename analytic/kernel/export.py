@@ -34,7 +34,7 @@ static double power_of_two(double shifted) {
 
 
 @dataclass(frozen=True)
-class Line:
+class CLine:
     """``target = value``, value in C; used: the names in it."""
 
     target: str
@@ -43,7 +43,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Part:
+class CFunction:
     """A function of C: its name's end, arguments, the array that it fills, and with what."""
 
     name: str
@@ -75,26 +75,26 @@ def c_text(equations: TermEquations, prefix: str, told: str) -> str:
     )
 
 
-def _parts(s: TermStructure) -> Iterable[Part]:
+def _parts(s: TermStructure) -> Iterable[CFunction]:
     places = range(s.size)
     with_bias = {entry[0] for entry in s.bias}
     entries = (entry_of_mass(s, i, j) for i in places for j in places)
-    yield Part("mass_matrix", "const double q[N]", "M", tuple(entries))
+    yield CFunction("mass_matrix", "const double q[N]", "M", tuple(entries))
     found = (f"h{i}" if i in with_bias else "0.0" for i in places)
-    yield Part("bias", "const double q[N], const double v[N]", "bias", tuple(found))
+    yield CFunction("bias", "const double q[N], const double v[N]", "bias", tuple(found))
     state = "double t, const double q[N], const double v[N], const double torque[JOINTS]"
-    yield Part("force", state, "force", tuple(f"f{i}" for i in places))
-    yield Part("acceleration", state, "a", tuple(f"a_{x}" for x in s.coordinates))
+    yield CFunction("force", state, "force", tuple(f"f{i}" for i in places))
+    yield CFunction("acceleration", state, "a", tuple(f"a_{x}" for x in s.coordinates))
 
 
-def _lines(text: Iterable[str]) -> list[Line]:
+def _lines(text: Iterable[str]) -> list[CLine]:
     """The kernel's lines, products fused as in it."""
     (function,) = ast.parse("def f():\n" + "".join(f"    {line}\n" for line in text)).body
     assert isinstance(function, ast.FunctionDef)
     return [_line(statement) for statement in fused(function).body]
 
 
-def _line(statement: ast.stmt) -> Line:
+def _line(statement: ast.stmt) -> CLine:
     match statement:
         case ast.Assign(targets=[ast.Name(id=target)], value=value):
             pass
@@ -103,7 +103,7 @@ def _line(statement: ast.stmt) -> Line:
         case _:
             raise NotImplementedError(ast.dump(statement))
     names = {node.id for node in ast.walk(value) if isinstance(node, ast.Name)}
-    return Line(target, _c(value), frozenset(names))
+    return CLine(target, _c(value), frozenset(names))
 
 
 def _c(node: ast.expr) -> str:
@@ -129,18 +129,22 @@ def _c(node: ast.expr) -> str:
 
 
 def _function(
-    s: TermStructure, part: Part, lines: Sequence[Line], numbers: Mapping[str, object], prefix: str
+    s: TermStructure,
+    part: CFunction,
+    lines: Sequence[CLine],
+    numbers: Mapping[str, object],
+    prefix: str,
 ) -> str:
     """A part as a function, with the lines that it needs and no others."""
     needed = {name for name in part.entries if name != "0.0"}
-    kept: list[Line] = []
+    kept: list[CLine] = []
     for line in reversed(lines):
         if line.target in needed:
             kept.append(line)
             needed = (needed - {line.target}) | line.used
     loads = {f"{kind}_{x}": f"{kind}[{k}]" for kind in "qv" for k, x in enumerate(s.coordinates)}
     loads |= {f"table{j}": f"torque[{j - 1}]" for j in s.joints}
-    first = [Line(name, where, frozenset()) for name, where in loads.items() if name in needed]
+    first = [CLine(name, where, frozenset()) for name, where in loads.items() if name in needed]
     unknown = needed - set(loads) - set(numbers) - set(CALLS) - {"t", "pick", "w"}
     assert not unknown, unknown  # what a kernel's text uses is set in it, or a number
     declared: set[str] = set()

@@ -66,7 +66,7 @@ class Symbolic:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class AnswerTable:
     """What is known of equations whose answers stand in a table.
 
     again: those answers that were given when the same states were asked a second time. precision:
@@ -110,7 +110,7 @@ class Equations:
     symbolic: Symbolic | None = None
     rebuild: Callable[[Arm, Scenario | None], Equations] | None = None
     any_arm: bool = False
-    table: Table | None = None
+    table: AnswerTable | None = None
     rebuilt_as: tuple[Any, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:

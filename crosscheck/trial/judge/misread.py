@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from crosscheck.trial.input.calls import MATRICES
-from crosscheck.trial.input.equations import Table
+from crosscheck.trial.input.equations import AnswerTable
 from crosscheck.trial.judge.entries import PARTS, place_of
 from crosscheck.trial.judge.places import Part, Place
 
@@ -35,7 +35,7 @@ class Misread:
 
 
 def misread(
-    yours: Mapping[str, np.ndarray], right: Mapping[str, np.ndarray], table: Table | None
+    yours: Mapping[str, np.ndarray], right: Mapping[str, np.ndarray], table: AnswerTable | None
 ) -> tuple[Misread, ...]:
     """What can be told of parts (states, ...), yours and right; table: whose order may be wrong."""
     found: list[Misread] = []
@@ -69,7 +69,9 @@ def _factor(yours: np.ndarray, right: np.ndarray) -> float | None:
         return next(near, None)
 
 
-def _order(quantity: str, yours: np.ndarray, right: np.ndarray, table: Table) -> Iterator[Misread]:
+def _order(
+    quantity: str, yours: np.ndarray, right: np.ndarray, table: AnswerTable
+) -> Iterator[Misread]:
     """Whether the whole part's numbers fit, once they are read in another order."""
     size = np.sqrt((right**2).mean()) or 1.0
     if np.median(np.abs(yours - right)) < DIFFERS * size:

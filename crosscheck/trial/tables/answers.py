@@ -30,7 +30,7 @@ SAME_STATE = 1e-4  # of a column's largest number: what single precision leaves 
 
 
 @dataclass(frozen=True)
-class Answered:
+class AnsweredTrial:
     """Files of answers beside what was asked.
 
     parts: that there are answers of; here: on the arm, inverse dynamics apart; probes: on other
@@ -44,7 +44,7 @@ class Answered:
     probes: tuple[AskedStates, ...]
 
 
-def answered(trial: TableTrial, paths: Sequence[Path]) -> Answered:
+def answered(trial: TableTrial, paths: Sequence[Path]) -> AnsweredTrial:
     """What files answer, everything that they must answer found in them. Raises InputError."""
     frame = frame_of(trial.coordinates, trial.arm)
     named = argument_columns(frame, trial.coordinates, trial.arm)
@@ -68,7 +68,7 @@ def answered(trial: TableTrial, paths: Sequence[Path]) -> Answered:
             raise InputError(file.where, "row", int(beyond[0]), reason)
         for sheet in (*here, *probes):
             _require_same_states(file, sheet, named)
-    return Answered(trial, files, parts, here, probes)
+    return AnsweredTrial(trial, files, parts, here, probes)
 
 
 def following(sheets: Sequence[AskedStates]) -> int:
@@ -76,7 +76,7 @@ def following(sheets: Sequence[AskedStates]) -> int:
     return sheets[-1].first + sheets[-1].count
 
 
-def equations_of(found: Answered) -> Equations:
+def equations_of(found: AnsweredTrial) -> Equations:
     """The answers as Equations, on the arm and on the probes. Raises InputError."""
     for part in found.parts:
         if not any(sheet.needed[part].any() for sheet in found.here):
@@ -95,7 +95,7 @@ def equations_of(found: Answered) -> Equations:
     return whole
 
 
-def _on_arm(found: Answered, sheets: Sequence[AskedStates]) -> Equations:
+def _on_arm(found: AnsweredTrial, sheets: Sequence[AskedStates]) -> Equations:
     """Each part's answers, of the sheet in which it is asked, if it is."""
     home = {part: sheet for part in found.parts for sheet in sheets if sheet.needed[part].any()}
     values = {part: _values(found, sheet, part) for part, sheet in home.items()}
@@ -111,7 +111,7 @@ def _on_arm(found: Answered, sheets: Sequence[AskedStates]) -> Equations:
     return replace(made, table=replace(made.table, precision=precision, values=values, at=at))
 
 
-def _values(found: Answered, sheet: AskedStates, part: str) -> np.ndarray:
+def _values(found: AnsweredTrial, sheet: AskedStates, part: str) -> np.ndarray:
     """Answers (rows, entries) of a part. Raises InputError for one that is missing."""
     values = np.full((sheet.count, int(np.prod(sheet.shape(part)))), np.nan)
     whose = np.full(sheet.count, "", dtype=object)

@@ -17,7 +17,13 @@ from crosscheck.registry import register
 from crosscheck.trial.coordinates.frame import Frame, frame_of
 from crosscheck.trial.diagnose.probe import probe_arms
 from crosscheck.trial.input.calls import MATRICES, TAKES
-from crosscheck.trial.input.equations import Coordinates, Equations, Function, Level, Table
+from crosscheck.trial.input.equations import (
+    AnswerTable,
+    Coordinates,
+    Equations,
+    Function,
+    Level,
+)
 from crosscheck.trial.judge.bench import Bench
 from crosscheck.trial.model import entry_for
 from crosscheck.trial.trial import PROBES, Asked, bench_of, localising, tasks_in
@@ -65,7 +71,7 @@ class TableTrial:
             functions: dict[str, Any] = {part: _function(part, again, answer) for part in parts}
             made.append(replace(bare, **functions))
         first, second = made
-        return replace(first, table=Table(second))
+        return replace(first, table=AnswerTable(second))
 
 
 Answer = Callable[[Call], np.ndarray]

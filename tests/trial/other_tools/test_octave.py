@@ -23,7 +23,7 @@ from crosscheck.trial.trial import Trial, tried
 from models.arm.arm import Arm
 from models.loading import load_arm
 
-HERE, EXAMPLES = Path(__file__).parent, Path(__file__).parents[2] / "examples"
+HERE, EXAMPLES = Path(__file__).parent, Path(__file__).parents[3] / "examples"
 OCTAVE = shutil.which("octave-cli")
 ABSOLUTE, LUMPED = Coordinates(links="absolute"), Coordinates(gearing="lumped")
 TWO_LINK = {

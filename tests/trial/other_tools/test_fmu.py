@@ -1,4 +1,4 @@
-"""FMUs on trial: right ones agree, a wrong one has its entry named, hostile ones are refused."""
+"""FMUs: right ones agree, a wrong one has its entry named, hostile ones are refused."""
 
 from __future__ import annotations
 

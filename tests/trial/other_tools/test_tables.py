@@ -26,10 +26,10 @@ from models.experiment.scenario import Scenario
 from models.loading import load_arm
 from tests.tool.conftest import Command, crosscheck
 from tests.tool.handed import TWO_LINK
-from tests.trial.tables import answers, bound, sheets_of, write_csv
+from tests.trial.other_tools.tables import answers, bound, sheets_of, write_csv
 
 __all__ = ["crosscheck"]  # a fixture
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 EXAMPLES = ROOT / "examples"
 # sympy_map's coordinates are no linear map.
 ARMS = {
