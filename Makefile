@@ -2,6 +2,7 @@
 # make test       set up and run the test suite
 # make test-fast  the first case of every test, none that is slow: before every commit
 # make fuzz       the suite's campaigns at length; DRAWS=1000 of each
+# make octave     answers from GNU Octave (needs octave-cli), which the suite skips without
 # make lint       style, types and import contracts
 # make bench      measure speed side by side: benchmarks/results.json, results.md, results.png
 # make paper      the paper's figures and claims: paper-report/paper.html
@@ -16,7 +17,7 @@ EDITABLE := $(PIP) install --quiet --no-deps --no-build-isolation --no-index -e 
 TEST := $(PY) -m pytest -n auto --dist loadscope --no-loadscope-reorder
 DRAWS ?= 1000
 
-.PHONY: run test test-fast fuzz lint bench paper lock clean
+.PHONY: run test test-fast fuzz octave lint bench paper lock clean
 .DELETE_ON_ERROR:
 
 run: .venv/run.stamp
@@ -30,6 +31,10 @@ test-fast: .venv/dev.stamp
 
 fuzz: .venv/dev.stamp
 	CROSSCHECK_DRAWS=$(DRAWS) $(TEST) -m campaign --timeout 0
+
+octave: .venv/dev.stamp
+	octave-cli --version
+	$(PY) -m pytest tests/trial/other_tools/test_octave.py
 
 lint: .venv/dev.stamp
 	$(PY) -m ruff check .

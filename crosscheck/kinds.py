@@ -51,12 +51,14 @@ PAPER_PAGE = Kind(
 )
 SHEET = Kind("an errata sheet", b"# Errata sheet\n", ())
 TRAJECTORY = Kind("a trajectory", HDF5, (b"theta_dot", b"switches", b"step_s", b"joint number"))
+C_FILE = Kind("an exported C file", b"/* Equations of motion of ", (b" */\n#include <math.h>",))
+FMU_FILE = Kind("an exported FMU", b"PK\x03\x04", (b'generationTool="crosscheck export"',))
 PICTURE = Kind("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))
 
 
 KINDS = (
     *(AGREEMENT, TRIAL, RECORD, ERRATA, CLAIMS, JUNIT, PAGE, TRIAL_PAGE, PAPER_PAGE, SHEET),
-    *(TRAJECTORY, PICTURE),
+    *(TRAJECTORY, C_FILE, FMU_FILE, PICTURE),
 )
 
 

@@ -198,9 +198,16 @@ def simulate(
 @app.command()
 def trial(
     model: Annotated[
-        str, typer.Argument(metavar="MODEL", help="file.py:name or package.module:name; it is run.")
-    ],
-    arm: ArmName = "paper-labelled",
+        str | None,
+        typer.Argument(
+            metavar="[MODEL]",
+            help="file.py:name, package.module:name or .fmu; its code is run. Not with --answers.",
+        ),
+    ] = None,
+    arm: Annotated[
+        str | None,
+        typer.Argument(metavar="[ARM]", help="Built-in name or TOML file; paper-labelled."),
+    ] = None,
     scenario: Annotated[
         list[str] | None,
         typer.Option("--scenario", help="Simulate this too, a name or file; repeatable."),
@@ -211,24 +218,60 @@ def trial(
     seed: Seed = 0,
     json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
     junit: JUnit = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the page, trial.html.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the page, trial.html; of --ask.")
+    ] = None,
+    ask: Annotated[
+        bool, typer.Option("--ask", help="Write what a trial asks, for any tool to answer.")
+    ] = False,
+    answers: Annotated[
+        list[Path] | None,
+        typer.Option(help="Judge this CSV or MAT file in place of MODEL; no code is run."),
+    ] = None,
+    after: Annotated[
+        list[Path] | None, typer.Option(help="With --ask: first answers, to ask on other arms.")
+    ] = None,
+    coordinates: Annotated[
+        Path | None,
+        typer.Option(help="TOML file of a linear map, for --ask and --answers; names of an FMU."),
+    ] = None,
+    run_code: Annotated[
+        bool, typer.Option("--run-code", help="Let an FMU run, whose binary is code.")
+    ] = False,
 ) -> None:
     """Check your own equations of motion: which entry is wrong, and in which term."""
-    from crosscheck.trial.command import trial_command
+    from crosscheck.cli.trial import TrialOptions, trial_command
 
-    code = trial_command(
-        model,
-        arm,
-        scenario or [],
-        settings or [],
+    options = TrialOptions(
+        names=tuple(name for name in (model, arm) if name is not None),
+        scenarios=scenario or [],
+        settings=settings or [],
         quick=quick,
-        jobs=jobs or os.cpu_count() or 1,
         seed=seed,
+        jobs=jobs or os.cpu_count() or 1,
         json_file=json_file,
         junit=junit,
         out=out,
+        ask=ask,
+        answers=tuple(answers or ()),
+        after=tuple(after or ()),
+        coordinates=coordinates,
+        run_code=run_code,
     )
-    raise typer.Exit(code)
+    raise typer.Exit(trial_command(options))
+
+
+@app.command()
+def export(
+    arm: ArmName,
+    model: Annotated[str, typer.Option(help="An analytic one, see `crosscheck list`.")],
+    out: Annotated[Path, typer.Option(help="C file, or FMU (.fmu), to write.")],
+    settings: Settings = None,
+) -> None:
+    """Write a model's equations as one file of C, or as an FMU."""
+    from crosscheck.cli.export import export_command
+
+    export_command(arm, model, settings or [], out)
 
 
 @app.command()

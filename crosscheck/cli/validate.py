@@ -50,7 +50,7 @@ def recorded(
     """What a baseline is of, and how it is made; a model's code is run. Raises InputError."""
     if not model:
         return wanted(arm, scenarios, settings, quick, 0), checked_aloud
-    from crosscheck.trial.command import asked_of, tried_aloud  # sympy, which nothing else needs
+    from crosscheck.cli.trial import asked_of, tried_aloud  # sympy, which nothing else needs
     from crosscheck.trial.trial import wanted_of
 
     asked = asked_of(model, arm, scenarios, settings, quick=quick, seed=0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
 from dataclasses import asdict
 from typing import Any, NamedTuple
@@ -17,7 +17,9 @@ from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import counted, printable
 from crosscheck.trial.diagnose.summary import told_once
 from crosscheck.trial.diagnose.words import guess
-from crosscheck.trial.input.naming import named
+from crosscheck.trial.input.equations import SINGLE
+from crosscheck.trial.input.naming import listed, named
+from crosscheck.trial.judge.misread import DEGREES, Misread
 from crosscheck.trial.judge.places import Explanation, Wrong
 from crosscheck.trial.trial import Trial
 
@@ -61,8 +63,28 @@ def summary(trial: Trial) -> Iterator[str]:
         yield f"asked on other arms too, for what this one's numbers hide: {len(trial.probes)}"
     else:
         yield "asked on this arm alone: what its equal numbers and zeros hide cannot be seen"
+    table = bench.equations.table
+    if table is not None and table.precision:
+        known = (
+            "single precision" if table.precision == SINGLE else "fewer digits than a double has"
+        )
+        yield f"answers have {known}, {table.precision:.2g} relative: the tolerances follow"
+    for each in trial.misread:
+        yield misread_line(each, bench.frame.names)
     if trial.missing:
         yield f"not handed over, so not judged: {', '.join(trial.missing)}"
+
+
+def misread_line(found: Misread, names: Sequence[str]) -> str:
+    """What is told of units and order."""
+    if found.factor is None:
+        part = "M" if found.part == "mass_matrix" else found.part
+        return f"{part} agrees once its numbers are read in another order: flattened the other way?"
+    entries = listed(found.places, names).removeprefix("wrong: ")
+    power = next(p for p in (1, -1, 2, -2) if found.factor in (1000.0**p, DEGREES**p))
+    base = "1000" if found.factor == 1000.0**power else "180/pi"
+    times = base if power == 1 else f"({base})^{power}"
+    return f"{entries}: {times} times what the models say at every state: another unit?"
 
 
 class Verdict(NamedTuple):
@@ -101,6 +123,7 @@ def trial_json(trial: Trial) -> str:
         "level": trial.level,
         "ladder": [_rung(rung) for rung in trial.rungs],
         "missing": list(trial.missing),
+        "misread": [_misread(each, bench.frame.names) for each in trial.misread],
         "wrong": [_wrong(trial, wrong) for wrong in trial.wrong],
         "tracebacks": trial.traces,
         "agreement": trial.agreement.to_dict(),
@@ -110,6 +133,16 @@ def trial_json(trial: Trial) -> str:
 
 def _rung(rung: Any) -> dict[str, Any]:
     return {"level": rung.level, "entries": rung.entries, "largest": _finite(rung.largest)}
+
+
+def _misread(found: Misread, names: Sequence[str]) -> dict[str, Any]:
+    return {
+        "part": found.part,
+        "kind": found.kind,
+        "entries": [named(place, names) for place in found.places],
+        "factor": found.factor,
+        "told": misread_line(found, names),
+    }
 
 
 def _finite(value: float) -> float | None:

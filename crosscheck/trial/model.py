@@ -44,6 +44,8 @@ class HandedModel(Model):
         self.frame = frame_of(own.coordinates, arm)
         self.layout: Layout = self.frame.layout
         self.handed: Handed = handed(own, arm, self.frame)
+        again = own if own.table is None else own.table.again
+        self.asked_again: Handed = handed(again, arm, self.frame)
         self.drive = drive_data(scenario, len(arm.joints))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:

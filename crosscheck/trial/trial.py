@@ -37,6 +37,7 @@ from crosscheck.trial.input.first_calls import first_calls, spared
 from crosscheck.trial.judge.bench import LEAST_STATES, MOST_BYTES, QUICK_STATES, STATES, Bench
 from crosscheck.trial.judge.entries import deviations
 from crosscheck.trial.judge.ladder import Rung, closest, ladder
+from crosscheck.trial.judge.misread import Misread, misread
 from crosscheck.trial.judge.places import Wrong
 from crosscheck.trial.judge.questions import QUESTIONS, Question
 from crosscheck.trial.judge.runs import run_comparisons
@@ -87,7 +88,8 @@ class Trial:
     or are closest to; '' of geared ones. apart: by part, how far each entry is from the
     reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,). wrong:
     the entries that are not right, here or on ``probes``, other arms that were asked too. missing:
-    parts that were not handed over. traces: of parts that raised.
+    parts that were not handed over. misread: parts that units or the order of numbers explain.
+    traces: of parts that raised.
     """
 
     bench: Bench
@@ -98,6 +100,7 @@ class Trial:
     wrong: tuple[Wrong, ...]
     probes: tuple[str, ...]
     missing: tuple[str, ...]
+    misread: tuple[Misread, ...]
     traces: dict[str, str]
 
     @property
@@ -123,9 +126,7 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
     entry = entry_for(bench.name, bench.equations, bench.has)
     with register(bench.name, entry), Workers(jobs) as workers:
         lost = first_calls(bench, workers, told)
-        asked_of_all: list[ModelTask] = [*tasks_of([*_planned(bench, asked)])]
-        asked_of_all += [question for each in (bench, *probes) for question in localising(each)]
-        tasks = dict.fromkeys(asked_of_all)
+        tasks = tasks_in(bench, probes, asked)
         without = spared(bench, tasks, lost)
         results = performed(workers, [task for task in tasks if task not in without], told)
         told_already = {task.key: failure for task, failure in without.items()}
@@ -135,6 +136,13 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
                 return _judged(bench, probes, asked, results)
         except Unavailable as error:
             raise Unfinished(f"{bench.name} cannot be judged: {error}") from None
+
+
+def tasks_in(bench: Bench, probes: Sequence[Bench], asked: Asked) -> list[ModelTask]:
+    """All that a trial asks of the equations and of the models that they are compared with."""
+    found = [*tasks_of([*_planned(bench, asked)])]
+    found += [question for each in (bench, *probes) for question in localising(each)]
+    return list(dict.fromkeys(found))
 
 
 def bench_of(asked: Asked) -> Bench:
@@ -221,6 +229,7 @@ def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Result
         wrong=tuple(reasoned(here, there)),
         probes=tuple(probe.case.arm.name for probe in probes),
         missing=tuple(part for part in COMPARED if part not in bench.has),
+        misread=misread(here.yours, here.right, bench.equations.table),
         traces=_traces(bench, results),
     )
 

@@ -14,13 +14,12 @@ import pytest
 from audit.page import command as paper
 from audit.page.report import paper_files
 from crosscheck import kinds
-from crosscheck.cli import commands, simulation, validate
+from crosscheck.cli import commands, simulation, trial, validate
 from crosscheck.findings import Agreement
 from crosscheck.kinds import KINDS, is_of, kind_of
 from crosscheck.output import write_files
 from crosscheck.provenance import provenance
 from crosscheck.report.junit import junit_xml
-from crosscheck.trial import command as trial
 from models.files import HERE
 from tests.tool.conftest import Command
 from tests.tool.test_bad_input import assert_one_line

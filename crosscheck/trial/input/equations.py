@@ -14,6 +14,7 @@ from models.experiment.switches import Switches
 
 Function = Callable[..., Any]
 Gearing = Literal["rigid", "lumped", "free"]
+SINGLE = 2.0**-24  # relative rounding of single precision
 Level = Literal["", "links", "carriers", "armature", "coupled"]
 
 
@@ -64,6 +65,21 @@ class Symbolic:
     force: Any = None
 
 
+@dataclass(frozen=True, eq=False)
+class AnswerTable:
+    """What is known of equations whose answers stand in a table.
+
+    again: those answers that were given when the same states were asked a second time. precision:
+    relative rounding of the numbers. values (rows, ...) by part, NaN where none was needed; at: the
+    row in which a part's answer to a state of the trial stands, (states,) by part.
+    """
+
+    again: Equations
+    precision: float = 0.0
+    values: Mapping[str, np.ndarray] = field(default_factory=dict)
+    at: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+
 @dataclass(frozen=True)
 class Equations:
     """M(x) x'' + bias(x, v) = force(t, x, v, torque): any of these alone is judged.
@@ -78,7 +94,8 @@ class Equations:
     to be, one of ``links``, ``carriers``, ``armature``, ``coupled``; '' lets the trial find out.
     switches: laws that the model follows, where not those of the command line. rebuild: makes them
     anew for an arm and a scenario, of equations that know how. any_arm: whether that is worth doing
-    for another arm; else, and once a part of them is replaced, they are of one alone.
+    for another arm; else, and once a part of them is replaced, they are of one alone. table: of
+    those that are no code.
     """
 
     mass_matrix: Function | None = None
@@ -93,6 +110,7 @@ class Equations:
     symbolic: Symbolic | None = None
     rebuild: Callable[[Arm, Scenario | None], Equations] | None = None
     any_arm: bool = False
+    table: AnswerTable | None = None
     rebuilt_as: tuple[Any, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:

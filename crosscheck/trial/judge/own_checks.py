@@ -12,16 +12,17 @@ from crosscheck.trial.judge.places import Place
 from crosscheck.trial.judge.sizes import Sizes
 
 
-def symmetric(about: About, mass: np.ndarray) -> tuple[Finding, list[Place]]:
+def symmetric(about: About, mass: np.ndarray, sizes: Sizes) -> tuple[Finding, list[Place]]:
     """M (count, n, n) equals its transpose at every state."""
     if not all(usable(matrix) for matrix in mass):
         return failed(about, "the diagonal is not positive at every state"), _bad_diagonal(mass)
     size = np.sqrt(np.einsum("kii,kjj->kij", mass, mass)).max(axis=0)
     apart = deviations(mass, mass.swapaxes(1, 2), size)
-    wrong = [Place("mass_matrix", i, j) for i, j in np.argwhere(apart > SYMMETRY) if i < j]
+    tolerance = SYMMETRY + sizes.written("mass_matrix")
+    wrong = [Place("mass_matrix", i, j) for i, j in np.argwhere(apart > tolerance) if i < j]
     basis = "rounding of the entries' natural sizes"
     measured = float(apart.max())
-    return checked(about, measured=measured, tolerance=SYMMETRY, basis=basis), wrong
+    return checked(about, measured=measured, tolerance=tolerance, basis=basis), wrong
 
 
 def _bad_diagonal(mass: np.ndarray) -> list[Place]:

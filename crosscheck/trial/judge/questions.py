@@ -69,7 +69,8 @@ class Question:
         model = built(self.model, self.case)
         source: Source = Moved(model, frame)
         if isinstance(model, HandedModel):
-            source = Own(model.handed, frame)
+            repeated = self.quantity.endswith(AGAIN)
+            source = Own(model.asked_again if repeated else model.handed, frame)
         return np.array(QUESTIONS[self.quantity](source, states))
 
 

@@ -11,10 +11,12 @@ import numpy as np
 from crosscheck.checks.states import EPS, LOOSEST, ROUNDINGS, component_sizes
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import State
-from crosscheck.trial.judge.quadratic import turns
+from crosscheck.trial.judge.quadratic import TURN_RAD, turns
 from models.errors import InputError
 
 NUDGE = 1e-7  # of coordinates, to see how a map bends
+WRITTEN = 10  # roundings of states and answers that were written with fewer digits
+SLOPES = 2 / TURN_RAD  # of those in M, in differences of M
 SOLVED = 10  # roundings of a solution by elimination, times the conditioning of the matrix
 
 
@@ -22,7 +24,8 @@ SOLVED = 10  # roundings of a solution by elimination, times the conditioning of
 class Sizes:
     """Natural sizes in a user's coordinates: mass (n, n); rate_terms (n, n, n); rows of each part.
 
-    roundings: of the map, how many a difference may hold; solving: what solving by M makes of one.
+    roundings: of the map, how many a difference may hold; solving: what solving by M makes of one;
+    precision: relative rounding of answers from a file, 0 for that of double precision.
     """
 
     mass: np.ndarray
@@ -32,18 +35,26 @@ class Sizes:
     acceleration: np.ndarray
     roundings: float
     solving: float
+    precision: float = 0.0
 
     def tolerance(self, quantity: str) -> float:
         """Relative to the sizes of a part."""
         solved = SOLVED * EPS * self.solving if quantity == "acceleration" else 0.0
-        return LOOSEST + ROUNDINGS * EPS * self.roundings + solved
+        return LOOSEST + ROUNDINGS * EPS * self.roundings + solved + self.written(quantity)
+
+    def written(self, quantity: str) -> float:
+        """What the answers' own rounding, and that of the states they are for, may make of one."""
+        larger = {"rate_terms": SLOPES, "acceleration": self.solving}.get(quantity, 1.0)
+        return WRITTEN * self.precision * self.roundings * larger
 
     def basis(self, quantity: str) -> str:
         """In words."""
         solved = f" + {SOLVED} eps x {self.solving:.3g}, that of M" * (quantity == "acceleration")
+        rounding = self.written(quantity)
+        written = f" + {rounding:.3g}, by the digits of the answers' file" if rounding else ""
         return (
             f"{LOOSEST:g} + {ROUNDINGS} eps x {self.roundings:.3g}, the conditioning of the"
-            f" coordinates' map{solved}, of each entry's natural size"
+            f" coordinates' map{solved}{written}, of each entry's natural size"
         )
 
     def of(self, quantity: str) -> np.ndarray:
@@ -58,6 +69,7 @@ def sizes_of(
     mass: np.ndarray,
     force: np.ndarray | None,
     acceleration: np.ndarray | None,
+    precision: float = 0.0,
 ) -> Sizes:
     """From a trusted M (count, n, n), force and acceleration (count, n) at states.
 
@@ -93,6 +105,7 @@ def sizes_of(
             *(_bent(frame, state.x) for state in states if frame.matrix is None),
         ),
         solving=float(np.linalg.cond(mass / np.sqrt(np.einsum("kii,kjj->kij", mass, mass))).max()),
+        precision=precision,
     )
 
 

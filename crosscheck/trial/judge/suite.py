@@ -36,7 +36,9 @@ def sizes_in(bench: Bench, results: Results, level: str) -> Sizes:
     model = reference_of(bench, level)
     mass = results.need(bench.ask(model, "mass_matrix"))
     force, acceleration = (results.settled(bench.ask(model, p)) for p in ("force", "acceleration"))
-    return sizes_of(bench.frame, bench.states, mass, force, acceleration)
+    table = bench.equations.table
+    precision = table.precision if table else 0.0
+    return sizes_of(bench.frame, bench.states, mass, force, acceleration, precision)
 
 
 def sizing(bench: Bench, level: str) -> tuple[Question, ...]:
@@ -54,7 +56,7 @@ def own_comparisons(bench: Bench) -> Iterator[Comparison]:
             check = partial(_repeatable, part)
             yield _own(bench, f"repeatable-{part}", asked, level, check)
     if "mass_matrix" in bench.has:
-        yield _own(bench, "symmetric", ("mass_matrix",), level, _plain(own_checks.symmetric))
+        yield _own(bench, "symmetric", ("mass_matrix",), level, own_checks.symmetric)
         yield _own(bench, "positive-definite", ("mass_matrix",), level, _positive)
     if "bias" in bench.has:
         yield _own(bench, "bias-quadratic", ("bias", "other_speeds"), level, own_checks.quadratic)
@@ -68,10 +70,6 @@ def own_comparisons(bench: Bench) -> Iterator[Comparison]:
         yield _own(bench, "linear-in-torques", ("by_torques",), level, own_checks.linear_in_torques)
     if bench.equations.acceleration is not None and bench.has >= {*COMPARED}:
         yield _own(bench, "second-law", COMPARED, level, _second_law)
-
-
-def _plain(check: Callable[[About, Any], Judged]) -> Callable[..., Judged]:
-    return lambda about, values, sizes: check(about, values)
 
 
 def _repeatable(part: str, about: About, one: Any, again: Any, sizes: Sizes) -> Judged:

@@ -1,0 +1,174 @@
+"""A model's equations as one file of C, from the kernel's own text, operation by operation."""
+
+from __future__ import annotations
+
+import ast
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from textwrap import fill
+
+import numpy as np
+
+from analytic.kernel.equations import TermEquations
+from analytic.kernel.text.fused import fused
+from analytic.kernel.text.terms import TermStructure, entry_of_mass
+from models.experiment.drive import TABLE
+
+OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
+COMPARED = {ast.Gt: ">", ast.Lt: "<", ast.GtE: ">=", ast.LtE: "<="}
+CALLS = {"abs": "fabs", "fma": "fma", "power_of_two": "power_of_two"}
+POWER_OF_TWO = """\
+/* 2 to a whole number, which comes with 1.5 * 2^52 added. */
+static double power_of_two(double shifted) {
+    uint64_t bits;
+    double found;
+    memcpy(&bits, &shifted, sizeof bits);
+    bits = (bits << 52) + ((uint64_t)1023 << 52);
+    memcpy(&found, &bits, sizeof found);
+    return found;
+}
+
+"""
+
+
+@dataclass(frozen=True)
+class CLine:
+    """``target = value``, value in C; used: the names in it."""
+
+    target: str
+    value: str
+    used: frozenset[str]
+
+
+@dataclass(frozen=True)
+class CFunction:
+    """A function of C: its name's end, arguments, the array that it fills, and with what."""
+
+    name: str
+    arguments: str
+    result: str
+    entries: tuple[str, ...]
+
+
+def c_text(equations: TermEquations, prefix: str, told: str) -> str:
+    """One file of C that needs its standard library alone.
+
+    M (n * n, row by row), bias, force and acceleration (n,) as functions whose names begin with
+    prefix, of time, coordinates and rates of the layout, and the drive's torques (joints,) [N m],
+    whatever law the model's scenario has. told: what the file begins with, as a comment.
+    """
+    structure = replace(equations.structure, drive=TABLE)
+    lines = _lines(structure.acceleration())
+    numbers = equations.numbers
+    functions = [_function(structure, part, lines, numbers, prefix) for part in _parts(structure)]
+    body = "\n".join(functions)
+    used = {name for name in numbers if re.search(rf"\b{name}\b", body)}
+    powers = POWER_OF_TWO if "power_of_two(" in body else ""
+    return (
+        f"/* {fill(told, 96, subsequent_indent='   ')} */\n"
+        "#include <math.h>\n#include <stdint.h>\n#include <string.h>\n\n"
+        f"enum {{ N = {structure.size}, JOINTS = {len(structure.stages)} }};\n\n"
+        + "".join(_constant(name, numbers[name]) for name in sorted(used))
+        + f"\n{powers}{body}"
+    )
+
+
+def _parts(s: TermStructure) -> Iterable[CFunction]:
+    places = range(s.size)
+    with_bias = {entry[0] for entry in s.bias}
+    entries = (entry_of_mass(s, i, j) for i in places for j in places)
+    yield CFunction("mass_matrix", "const double q[N]", "M", tuple(entries))
+    found = (f"h{i}" if i in with_bias else "0.0" for i in places)
+    yield CFunction("bias", "const double q[N], const double v[N]", "bias", tuple(found))
+    state = "double t, const double q[N], const double v[N], const double torque[JOINTS]"
+    yield CFunction("force", state, "force", tuple(f"f{i}" for i in places))
+    yield CFunction("acceleration", state, "a", tuple(f"a_{x}" for x in s.coordinates))
+
+
+def _lines(text: Iterable[str]) -> list[CLine]:
+    """The kernel's lines, products fused as in it."""
+    (function,) = ast.parse("def f():\n" + "".join(f"    {line}\n" for line in text)).body
+    assert isinstance(function, ast.FunctionDef)
+    return [_line(statement) for statement in fused(function).body]
+
+
+def _line(statement: ast.stmt) -> CLine:
+    match statement:
+        case ast.Assign(targets=[ast.Name(id=target)], value=value):
+            pass
+        case ast.AugAssign(target=ast.Name(id=target), op=op, value=added):
+            value = ast.BinOp(ast.Name(target), op, added)
+        case _:
+            raise NotImplementedError(ast.dump(statement))
+    names = {node.id for node in ast.walk(value) if isinstance(node, ast.Name)}
+    return CLine(target, _c(value), frozenset(names))
+
+
+def _c(node: ast.expr) -> str:
+    """An expression in C, each operation in brackets: the order is that of the text."""
+    match node:
+        case ast.Constant(value=float() as value):
+            return repr(value)
+        case ast.Name(id=name):
+            return name
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return f"(-{_c(operand)})"
+        case ast.BinOp(left=left, op=op, right=right):
+            return f"({_c(left)} {OPERATORS[type(op)]} {_c(right)})"
+        case ast.Compare(left=left, ops=[compared], comparators=[right]):
+            return f"({_c(left)} {COMPARED[type(compared)]} {_c(right)})"
+        case ast.IfExp(test=test, body=body, orelse=orelse):
+            return f"({_c(test)} ? {_c(body)} : {_c(orelse)})"
+        case ast.Call(func=ast.Name(id="pick"), args=[_, table, place]):
+            return f"{_c(table)}[(int){_c(place)}]"
+        case ast.Call(func=ast.Name(id=name), args=arguments) if name in CALLS:
+            return f"{CALLS[name]}({', '.join(map(_c, arguments))})"
+    raise NotImplementedError(ast.dump(node))
+
+
+def _function(
+    s: TermStructure,
+    part: CFunction,
+    lines: Sequence[CLine],
+    numbers: Mapping[str, object],
+    prefix: str,
+) -> str:
+    """A part as a function, with the lines that it needs and no others."""
+    needed = {name for name in part.entries if name != "0.0"}
+    kept: list[CLine] = []
+    for line in reversed(lines):
+        if line.target in needed:
+            kept.append(line)
+            needed = (needed - {line.target}) | line.used
+    loads = {f"{kind}_{x}": f"{kind}[{k}]" for kind in "qv" for k, x in enumerate(s.coordinates)}
+    loads |= {f"table{j}": f"torque[{j - 1}]" for j in s.joints}
+    first = [CLine(name, where, frozenset()) for name, where in loads.items() if name in needed]
+    unknown = needed - set(loads) - set(numbers) - set(CALLS) - {"t", "pick", "w"}
+    assert not unknown, unknown  # what a kernel's text uses is set in it, or a number
+    declared: set[str] = set()
+    body = []
+    for line in [*first, *reversed(kept)]:
+        body.append(f"{'' if line.target in declared else 'double '}{line.target} = {line.value};")
+        declared.add(line.target)
+    body += [f"{part.result}[{place}] = {entry};" for place, entry in enumerate(part.entries)]
+    size = "N * N" if part.name == "mass_matrix" else "N"
+    head = f"void {prefix}_{part.name}({part.arguments}, double {part.result}[{size}])"
+    unused = "".join(
+        f"    (void){name};\n"
+        for name in re.findall(r"(\w+)(?=\[|,|$)", part.arguments)
+        if name not in ("N", "JOINTS") and not any(re.search(rf"\b{name}\b", line) for line in body)
+    )
+    return f"{head} {{\n{unused}" + "".join(f"    {line}\n" for line in body) + "}\n"
+
+
+def _constant(name: str, value: float | np.ndarray) -> str:
+    if isinstance(value, np.ndarray):
+        entries = ", ".join(map(_number, value.tolist()))
+        return f"static const double {name}[{value.size}] = {{{entries}}};\n"
+    return f"static const double {name} = {_number(float(value))};\n"
+
+
+def _number(value: float) -> str:
+    return repr(float(value)) if math.isfinite(value) else "INFINITY"

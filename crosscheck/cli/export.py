@@ -1,0 +1,110 @@
+"""`crosscheck export`: the equations of a model as a file that other programs can use."""
+
+from __future__ import annotations
+
+import io
+import platform
+import re
+import shutil
+import subprocess
+import tempfile
+import zipfile
+from pathlib import Path
+
+from analytic.kernel.export import c_text
+from analytic.kernel.fmu import fmu_sources
+from analytic.model import AnalyticModel
+from crosscheck import __version__
+from crosscheck.kinds import C_FILE, FMU_FILE
+from crosscheck.output import require_file, write_files
+from crosscheck.planning.sizing import unequal_gains
+from crosscheck.registry import BUILT_IN, build, model_class
+from crosscheck.report.words import printable
+from models.arm.planets import usual_switches
+from models.errors import InputError, one_line
+from models.loading import load_chosen
+
+COMPILERS = ("cc", "gcc", "clang")
+FOLDERS = {"Linux": ("linux64", ".so"), "Darwin": ("darwin64", ".dylib")}
+FIRST_DAY = (1980, 1, 1, 0, 0, 0)  # of all files in a unit, so that it is the same every time
+
+
+def export_command(arm: str, model: str, settings: list[str], out: Path) -> None:
+    """Write a model of an arm as a file of C, or as an FMU. Raises InputError."""
+    chosen = model_of(arm, model, settings)
+    unit = out.suffix == ".fmu"
+    require_file(out, FMU_FILE if unit else C_FILE, "--out")
+    text, prefix = (
+        c_text(chosen.term_equations, prefix_of(chosen), about(chosen)),
+        prefix_of(chosen),
+    )
+    content = fmu_file(chosen, text, prefix) if unit else text
+    write_files({out: content})
+    names = ", ".join(chosen.layout.names)
+    print(f"wrote {printable(str(out))}: M, bias, force and acceleration in {names}")
+
+
+def fmu_file(model: AnalyticModel, text: str, prefix: str) -> bytes:
+    """A unit for this machine, compiled here, with its source. Raises InputError."""
+    code, description = fmu_sources(text, prefix, model.layout, len(model.arm.joints))
+    folder, suffix = FOLDERS[platform.system()]
+    files = {
+        "modelDescription.xml": description.encode(),
+        f"sources/{prefix}.c": code.encode(),
+        f"binaries/{folder}/{prefix}{suffix}": _compiled(code),
+    }
+    found = io.BytesIO()
+    with zipfile.ZipFile(found, "w", zipfile.ZIP_STORED) as archive:
+        for name, content in files.items():
+            archive.writestr(zipfile.ZipInfo(name, FIRST_DAY), content)
+    return found.getvalue()
+
+
+def _compiled(code: str) -> bytes:
+    """The shared library. Raises InputError."""
+    compiler = next(filter(None, map(shutil.which, COMPILERS)), None)
+    if compiler is None:
+        raise InputError(
+            "--out", "", None, f"an FMU needs a C compiler, one of {', '.join(COMPILERS)}"
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        source, library = Path(folder, "unit.c"), Path(folder, "unit.so")
+        source.write_text(code, encoding="utf-8")
+        made = ["-o", str(library), str(source), "-lm"]
+        command = [compiler, "-std=c11", "-O2", "-fPIC", "-shared", *made]
+        ended = subprocess.run(command, capture_output=True, text=True, check=False)
+        if ended.returncode:
+            reason = f"{compiler} cannot compile the FMU: {one_line(ended.stderr)}"
+            raise InputError("--out", "", None, reason)
+        return library.read_bytes()
+
+
+def model_of(arm: str, model: str, settings: list[str]) -> AnalyticModel:
+    """A model whose equations are text. Raises InputError for any other."""
+    own = [name for name in BUILT_IN if issubclass(model_class(name), AnalyticModel)]
+    if model not in own:
+        raise InputError("--model", "", model, f"must be one of {', '.join(own)}")
+    loaded = load_chosen(arm, [], settings)
+    switches = loaded.switches or usual_switches(loaded.arm)
+    found = build(model, loaded.arm, unequal_gains(loaded.arm), switches)
+    assert isinstance(found, AnalyticModel)
+    return found
+
+
+def prefix_of(model: AnalyticModel) -> str:
+    """What the functions' names begin with: a name of C, from the arm's."""
+    return re.sub(r"\W|^(?=\d)", "_", model.arm.name, flags=re.ASCII)
+
+
+def about(model: AnalyticModel) -> str:
+    """What a reader of the file is told first."""
+    units = (f"{c.name} [{'rad' if c.is_angle else 'm'}]" for c in model.layout.coordinates)
+    laws = ", ".join(f"{key} {value}" for key, value in model.switches.model_dump().items())
+    name = re.sub(r"\*/", "* /", model.arm.name)
+    return (
+        f"Equations of motion of {name}, {model.name}: M(q) q'' + bias(q, v) = force(t, q, v,"
+        f" torque). Coordinates q: {', '.join(units)}; torque [N m] of the drive on the output side"
+        f" of each joint; M row by row. Laws: {laws}."
+        " Compilers must keep the order of operations: no -ffast-math."
+        f" Written by crosscheck export, geararm-crosscheck {__version__}."
+    )

@@ -1,0 +1,1 @@
+"""Functional mock-up units as supplied equations, by FMPy."""

@@ -1,0 +1,274 @@
+"""Files of answers, opened here and nowhere else: CSV, MAT v5 and v7.3; every number is checked."""
+
+from __future__ import annotations
+
+import csv
+import io
+import signal
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import scipy.io
+
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.workers import perform_all
+from crosscheck.trial.input.calls import MATRICES
+from crosscheck.trial.input.equations import SINGLE
+from crosscheck.trial.tables.asked import ARGUMENTS
+from crosscheck.trial.tables.columns import LETTERS, NEEDED, ROW, SHORT, answer_columns
+from models.errors import InputError
+from models.inputs import content_of
+
+LARGEST_FILE = 500_000_000  # bytes
+MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself
+READING_S = 60.0
+MAT, HDF5, HDF5_AT = ".mat", b"\x89HDF\r\n\x1a\n", 512
+FEW = 20  # different numbers, that show nothing of how many digits a file has
+SAMPLE = 2000
+LEAST_DIGITS, MOST_DIGITS = 7, 15
+Named = Mapping[str, Sequence[str]]
+
+
+@dataclass(frozen=True)
+class AnswerFile:
+    """Numbers of the rows (rows,), counted from 1; by part the answers (rows, entries), NaN where
+    there is none; beside: other columns (rows,) by name, as the states have them. precision:
+    relative rounding of the answers, 0 for that of double precision."""
+
+    where: str
+    rows: np.ndarray
+    answers: Mapping[str, np.ndarray]
+    beside: Mapping[str, np.ndarray]
+    precision: float
+
+
+def read_answers(path: Path, n: int, states: Named) -> AnswerFile:
+    """The answers in a file for n coordinates; states: columns that may stand beside, by argument.
+
+    Raises InputError naming file, row and column.
+    """
+    where = str(path)
+    try:
+        content = content_of(path, LARGEST_FILE)
+    except OSError as error:
+        raise InputError(where, "", None, f"cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(where, "", None, f"cannot be read: {error}") from None
+    read = _from_mat if path.suffix == MAT else _from_csv
+    found = read(where, content, n, states)
+    rows, answers = found.pop(ROW), {part: found.pop(part) for part in SHORT if part in found}
+    if not answers:
+        allowed = "; ".join(answer_columns(part, n)[0] + ", ..." for part in SHORT)
+        raise InputError(where, "", None, f"has no answers; columns may be {allowed}")
+    return AnswerFile(
+        where, _numbered(where, rows), answers, found, _precision(where, answers.values())
+    )
+
+
+def _numbered(where: str, rows: np.ndarray) -> np.ndarray:
+    numbers = np.asarray(rows, dtype=float).ravel()
+    wrong = np.flatnonzero(~((numbers >= 1) & (numbers == np.round(numbers)) & (numbers < 2**53)))
+    if wrong.size:
+        value = float(numbers[wrong[0]])
+        raise InputError(where, f"{ROW} (number {wrong[0] + 1})", value, "must be a row's number")
+    whole = numbers.astype(np.int64)
+    unlike, counts = np.unique(whole, return_counts=True)
+    if (counts > 1).any():
+        raise InputError(where, ROW, int(unlike[counts > 1][0]), "is there twice")
+    return whole
+
+
+def _precision(where: str, answers: Any) -> float:
+    """That of the part whose numbers have the fewest digits. Raises InputError for too few."""
+    return max(_precision_of(where, values) for values in answers)
+
+
+def _precision_of(where: str, values: np.ndarray) -> float:
+    unlike = np.unique(values[np.isfinite(values)])
+    if unlike.size < FEW:
+        return 0.0
+    with np.errstate(over="ignore"):
+        if (unlike.astype(np.float32).astype(np.float64) == unlike).all():
+            return SINGLE
+    sample = unlike[:: max(unlike.size // SAMPLE, 1)].tolist()
+    digits = 1
+    while digits <= MOST_DIGITS and any(float(f"{x:.{digits - 1}e}") != x for x in sample):
+        digits += 1
+    if digits < LEAST_DIGITS:
+        reason = (
+            f"answers have {digits} significant digits; must be at least {LEAST_DIGITS}, better 17"
+        )
+        raise InputError(where, "", None, reason)
+    return 0.0 if digits > MOST_DIGITS else 0.5 * 10.0 ** (1 - digits)
+
+
+def _from_csv(where: str, content: bytes, n: int, states: Named) -> dict[str, np.ndarray]:
+    """Columns by name; those of a part's answers together."""
+    try:
+        lines = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""), strict=True)
+        header = [name.strip() for name in next(lines, [])]
+        _require_header(where, header, n, states)
+        table = [_numbers(where, header, line, lines.line_num) for line in lines if line]
+    except UnicodeDecodeError:
+        raise InputError(where, "", None, "is not UTF-8 text; a CSV file is expected") from None
+    except csv.Error as error:
+        raise InputError(where, "", None, f"is no CSV file: {error}") from None
+    if not table:
+        raise InputError(where, "", None, "has no rows")
+    found = dict(zip(header, np.array(table).T, strict=True))
+    for name in NEEDED:
+        found.pop(name, None)
+    for part in SHORT:
+        names = answer_columns(part, n)
+        there = [name for name in names if name in found]
+        if 0 < len(there) < len(names):
+            missing = next(name for name in names if name not in found)
+            raise InputError(where, missing, None, f"is missing; {there[0]} is there")
+        if there:
+            found[part] = np.stack([found.pop(name) for name in names], axis=1)
+    return found
+
+
+def _require_header(where: str, header: Sequence[str], n: int, states: Named) -> None:
+    """Raise InputError unless the first line names columns, each known, each once."""
+    answers = [name for part in SHORT for name in answer_columns(part, n)]
+    if header[:1] and header[0].startswith(ROW) and set(";\t") & set("".join(header)):
+        raise InputError(where, "line 1", None, "columns must be separated by commas")
+    if ROW not in header:
+        reason = f"must name the columns: {ROW}, {answers[0]}, ..."
+        raise InputError(where, "line 1", ",".join(header)[:40], reason)
+    if len(header) > 1 and all(_is_number(name) for name in header if name != ROW):
+        reason = "are numbers: the table is transposed; must be a state a row"
+        raise InputError(where, f"line 1: what follows {ROW}", None, reason)
+    known = {ROW, *answers, *NEEDED, *(name for names in states.values() for name in names)}
+    for place, name in enumerate(header):
+        if name not in known:
+            allowed = ", ".join([ROW, answers[0], "..."])
+            raise InputError(where, "line 1", name, f"unknown column; allowed: {allowed}")
+        if name in header[:place]:
+            raise InputError(where, "line 1", name, "is there twice")
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _numbers(where: str, header: Sequence[str], line: Sequence[str], number: int) -> list[float]:
+    """Of a line; NaN for what is empty. Raises InputError."""
+    if len(line) != len(header):
+        reason = f"has {len(line)} columns, must have {len(header)}, as line 1"
+        raise InputError(where, f"line {number}", None, reason)
+    try:
+        found = [float(text) if text.strip() else np.nan for text in line]
+    except ValueError:
+        name, text = next(
+            pair
+            for pair in zip(header, line, strict=True)
+            if pair[1].strip() and not _is_number(pair[1])
+        )
+        raise InputError(where, f"line {number}, {name}", text, "must be a number") from None
+    if not np.isfinite(found[header.index(ROW)]):
+        raise InputError(where, f"line {number}, {ROW}", None, "must be a row's number")
+    return found
+
+
+@dataclass(frozen=True)
+class MatReading:
+    """The task of a worker, for a MAT file may bring down whoever reads it."""
+
+    where: str
+    content: bytes
+    key: str = "reading"
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds."""
+        return 1.0
+
+    def perform(self) -> dict[str, np.ndarray] | InputError:
+        """Variables by name, or what is wrong with them."""
+        signal.setitimer(signal.ITIMER_REAL, READING_S)  # which ends the process
+        try:
+            if HDF5 in (self.content[:8], self.content[HDF5_AT : HDF5_AT + 8]):
+                return self._of_version_7()
+            return self._of_version_5()
+        except InputError as error:
+            return error
+        except Exception as error:
+            reason = f"is no MAT file: {type(error).__name__}: {error}"
+            return InputError(self.where, "", None, reason)
+
+    def _of_version_5(self) -> dict[str, np.ndarray]:
+        listed = {name: shape for name, shape, _ in scipy.io.whosmat(io.BytesIO(self.content))}
+        names = self._wanted(listed)
+        return dict(scipy.io.loadmat(io.BytesIO(self.content), variable_names=names))
+
+    def _of_version_7(self) -> dict[str, np.ndarray]:
+        with h5py.File(io.BytesIO(self.content), "r") as file:
+            plain = {
+                name: file[name]
+                for name in file
+                if isinstance(file.get(name, getlink=True), h5py.HardLink)
+                and isinstance(file[name], h5py.Dataset)
+                and not file[name].id.get_create_plist().get_external_count()
+            }
+            names = self._wanted({name: data.shape[::-1] for name, data in plain.items()})
+            return {name: np.asarray(plain[name]).T for name in names}
+
+    def _wanted(self, listed: Mapping[str, tuple[int, ...]]) -> list[str]:
+        letters = [LETTERS.get(argument, argument) for argument in ARGUMENTS]
+        names = [name for name in (ROW, *SHORT.values(), *letters) if name in listed]
+        if sum(float(np.prod(listed[name], dtype=float)) for name in names) > MOST_NUMBERS:
+            reason = f"holds more than {MOST_NUMBERS} numbers"
+            raise InputError(self.where, "", None, reason)
+        return names
+
+
+def _from_mat(where: str, content: bytes, n: int, states: Named) -> dict[str, np.ndarray]:
+    (read,) = perform_all([MatReading(where, content)], 1, lambda key: None).values()
+    if isinstance(read, Failure):
+        raise InputError(where, "", None, f"is no MAT file: {read}")
+    if isinstance(read, InputError):
+        raise read
+    if ROW not in read:
+        raise InputError(where, ROW, None, "is missing: the numbers of the rows that are answered")
+    rows = read[ROW].ravel()
+    found = {ROW: rows}
+    for part, name in SHORT.items():
+        if name in read:
+            found[part] = _by_row(
+                where, name, read[name], len(rows), n if part in MATRICES else 1, n
+            )
+    for argument, names in states.items():
+        letter = LETTERS.get(argument, argument)
+        if letter in read:
+            beside = _by_row(where, letter, read[letter], len(rows), 1, len(names))
+            found |= dict(zip(names, beside.T, strict=True))
+    return found
+
+
+def _by_row(where: str, name: str, values: Any, count: int, height: int, width: int) -> np.ndarray:
+    """A variable (rows, height x width); of matrices also (rows, n, n) and (n, n, rows)."""
+    if not isinstance(values, np.ndarray) or values.dtype.kind not in "biuf":
+        raise InputError(where, name, None, "must be an array of real numbers")
+    entries, shape = height * width, values.shape
+    numbers = values.astype(np.float64)
+    if shape in ((count, entries), (count, height, width)) or (
+        entries == 1 and values.size == count
+    ):
+        return numbers.reshape(count, entries)
+    if shape == (height, width, count):
+        return numbers.transpose(2, 0, 1).reshape(count, entries)
+    transposed = "transposed; " if shape == (entries, count) else ""
+    reason = (
+        f"is {' x '.join(map(str, shape))}: {transposed}must be {count} x {entries}, a state a row"
+    )
+    raise InputError(where, name, None, reason)

@@ -1,0 +1,169 @@
+"""Equations out of tables of answers: no code runs, every answer is looked up by its state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from crosscheck.trial.coordinates.frame import frame_of
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.tables.answer_files import AnswerFile, read_answers
+from crosscheck.trial.tables.asked import (
+    ARGUMENTS,
+    PARTS,
+    AskedStates,
+    Call,
+    TableTrial,
+    asked_apart,
+    asked_on_probes,
+    asked_states,
+)
+from crosscheck.trial.tables.columns import SHORT, argument_columns
+from models.arm.arm import Arm
+from models.errors import InputError
+from models.experiment.scenario import Scenario
+
+SAME_STATE = 1e-4  # of a column's largest number: what single precision leaves of it
+
+
+@dataclass(frozen=True)
+class AnsweredTrial:
+    """Files of answers beside what was asked.
+
+    parts: that there are answers of; here: on the arm, inverse dynamics apart; probes: on other
+    arms, if these were answered.
+    """
+
+    trial: TableTrial
+    files: tuple[AnswerFile, ...]
+    parts: tuple[str, ...]
+    here: tuple[AskedStates, ...]
+    probes: tuple[AskedStates, ...]
+
+
+def answered(trial: TableTrial, paths: Sequence[Path]) -> AnsweredTrial:
+    """What files answer, everything that they must answer found in them. Raises InputError."""
+    frame = frame_of(trial.coordinates, trial.arm)
+    named = argument_columns(frame, trial.coordinates, trial.arm)
+    files = tuple(read_answers(path, len(frame.names), named) for path in paths)
+    parts = tuple(part for part in PARTS if any(part in file.answers for file in files))
+    asked = asked_states(trial)
+    here: tuple[AskedStates, ...] = (asked,)
+    last = max(int(file.rows.max()) for file in files)
+    if last >= asked.first + asked.count:
+        here = (asked, *asked_apart(trial, asked))
+    probes: tuple[AskedStates, ...] = ()
+    if last >= following(here):
+        probes = tuple(asked_on_probes(trial, parts, following(here)))
+    for file in files:
+        beyond = file.rows[file.rows >= following((*here, *probes))]
+        if beyond.size:
+            reason = (
+                f"must be at most {following((*here, *probes)) - 1};"
+                " arm, coordinates, --seed and --quick must be those of --ask"
+            )
+            raise InputError(file.where, "row", int(beyond[0]), reason)
+        for sheet in (*here, *probes):
+            _require_same_states(file, sheet, named)
+    return AnsweredTrial(trial, files, parts, here, probes)
+
+
+def following(sheets: Sequence[AskedStates]) -> int:
+    """The number of the row after the last one."""
+    return sheets[-1].first + sheets[-1].count
+
+
+def equations_of(found: AnsweredTrial) -> Equations:
+    """The answers as Equations, on the arm and on the probes. Raises InputError."""
+    for part in found.parts:
+        if not any(sheet.needed[part].any() for sheet in found.here):
+            reason = "is not asked in these rows; what a row needs stands in the files of states"
+            raise InputError(found.files[0].where, SHORT[part], None, reason)
+    here = _on_arm(found, found.here)
+    own = {sheet.arm.name: (sheet.arm, _on_arm(found, (sheet,))) for sheet in found.probes}
+
+    def on(arm: Arm, scenario: Scenario | None) -> Equations:
+        known, equations = own.get(arm.name, (found.trial.arm, whole))
+        if known != arm:
+            raise InputError(arm.name, "", None, "no answers are there for this arm")
+        return equations
+
+    whole = replace(here, rebuild=on, any_arm=bool(own))
+    return whole
+
+
+def _on_arm(found: AnsweredTrial, sheets: Sequence[AskedStates]) -> Equations:
+    """Each part's answers, of the sheet in which it is asked, if it is."""
+    home = {part: sheet for part in found.parts for sheet in sheets if sheet.needed[part].any()}
+    values = {part: _values(found, sheet, part) for part, sheet in home.items()}
+
+    def answer(call: Call) -> np.ndarray:
+        sheet = home[call.part]
+        return values[call.part][sheet.row_of[call]].reshape(sheet.shape(call.part))
+
+    made = found.trial.equations(found.parts, answer)
+    precision = max(file.precision for file in found.files)
+    at = {part: sheet.at[part] for part, sheet in home.items() if part in sheet.at}
+    assert made.table is not None  # as they are made
+    return replace(made, table=replace(made.table, precision=precision, values=values, at=at))
+
+
+def _values(found: AnsweredTrial, sheet: AskedStates, part: str) -> np.ndarray:
+    """Answers (rows, entries) of a part. Raises InputError for one that is missing."""
+    values = np.full((sheet.count, int(np.prod(sheet.shape(part)))), np.nan)
+    whose = np.full(sheet.count, "", dtype=object)
+    for file in found.files:
+        if part not in file.answers:
+            continue
+        places, here = _on(file, sheet)
+        given = file.answers[part][here]
+        there = ~np.isnan(given).all(axis=1)
+        twice = places[there & (whose[places] != "")]
+        if twice.size:
+            reason = f"is answered in {whose[twice[0]]} already"
+            raise InputError(
+                file.where, f"{SHORT[part]} of row {sheet.first + twice[0]}", None, reason
+            )
+        values[places[there]], whose[places[there]] = given[there], file.where
+    missing = sheet.needed[part] & ~np.isfinite(values).all(axis=1)
+    if missing.any():
+        row = int(np.flatnonzero(missing)[0])
+        where = whose[row] or next(file.where for file in found.files if part in file.answers)
+        entry = values[row]
+        said = "is missing" if np.isnan(entry).any() else "is infinite"
+        others = f", and {int(missing.sum()) - 1} more" if missing.sum() > 1 else ""
+        field = f"row {sheet.first + row}{others}, {SHORT[part]}"
+        raise InputError(where, field, None, f"{said}; must be finite numbers")
+    return values
+
+
+def _on(file: AnswerFile, sheet: AskedStates) -> tuple[np.ndarray, np.ndarray]:
+    """Places in the sheet of the file's rows, and which of the file's rows these are."""
+    places = file.rows - sheet.first
+    here = (places >= 0) & (places < sheet.count)
+    return places[here], here
+
+
+def _require_same_states(
+    file: AnswerFile, sheet: AskedStates, named: Mapping[str, Sequence[str]]
+) -> None:
+    """Raise InputError for answers to other states, where these stand beside them."""
+    places, here = _on(file, sheet)
+    for argument in ARGUMENTS:
+        for column, name in enumerate(named[argument]):
+            if name not in file.beside:
+                continue
+            right, given = sheet.arguments[argument][places, column], file.beside[name][here]
+            size = float(np.abs(sheet.arguments[argument][:, column]).max())
+            # A column that was left empty, or belongs to the other file of states, says nothing.
+            wrong = np.flatnonzero(np.abs(given - right) > SAME_STATE * size)
+            if wrong.size:
+                row = int(file.rows[here][wrong[0]])
+                reason = (
+                    f"must be {right[wrong[0]]:.6g}: these are answers to other states;"
+                    " arm, coordinates, --seed and --quick must be those of --ask"
+                )
+                raise InputError(file.where, f"row {row}, {name}", float(given[wrong[0]]), reason)

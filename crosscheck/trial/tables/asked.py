@@ -1,0 +1,234 @@
+"""The states at which a trial asks equations, found by asking ones that take notes.
+
+Nothing that a trial asks depends on an answer, so the notes are what any equations are asked, and
+the number of a row stands for its state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crosscheck.planning.comparison import ModelTask
+from crosscheck.registry import register
+from crosscheck.trial.coordinates.frame import Frame, frame_of
+from crosscheck.trial.diagnose.probe import probe_arms
+from crosscheck.trial.input.calls import MATRICES, TAKES
+from crosscheck.trial.input.equations import (
+    AnswerTable,
+    Coordinates,
+    Equations,
+    Function,
+    Level,
+)
+from crosscheck.trial.judge.bench import Bench
+from crosscheck.trial.model import entry_for
+from crosscheck.trial.trial import PROBES, Asked, bench_of, localising, tasks_in
+from models.arm.arm import Arm
+from models.experiment.switches import Switches
+
+PARTS = ("mass_matrix", "bias", "force", "acceleration", "inverse_dynamics")
+APART = "inverse_dynamics"  # it is asked at states of its own, with accelerations
+MOST_APART = 12  # coordinates: beyond that inverse dynamics takes a million rows
+# One who has M, bias and force is asked for an acceleration nowhere else than one who has it.
+ALIKE = (PARTS[:3], PARTS[:4])
+USUAL = Coordinates()
+ARGUMENTS = ("t", "x", "v", "torque", "a")
+
+
+class Call(NamedTuple):
+    """A part, asked for the first time or again; its arguments as TAKES has them, in a row."""
+
+    part: str
+    again: bool
+    arguments: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class TableTrial:
+    """A trial of answers: arm, coordinates and level of the equations, laws, how many states."""
+
+    arm: Arm
+    coordinates: Coordinates = USUAL
+    level: Level = ""
+    chosen: Switches | None = None
+    quick: bool = False
+    seed: int = 0
+
+    def asked(self, name: str, equations: Equations) -> Asked:
+        """The trial of these equations."""
+        return Asked(
+            name, equations, self.arm, chosen=self.chosen, quick=self.quick, seed=self.seed
+        )
+
+    def equations(self, parts: Iterable[str], answer: Answer) -> Equations:
+        """Equations whose parts are what ``answer`` gives for a Call."""
+        bare, made = Equations(coordinates=self.coordinates, level=self.level), []
+        for again in (False, True):
+            functions: dict[str, Any] = {part: _function(part, again, answer) for part in parts}
+            made.append(replace(bare, **functions))
+        first, second = made
+        return replace(first, table=AnswerTable(second))
+
+
+Answer = Callable[[Call], np.ndarray]
+
+
+def _function(part: str, again: bool, answer: Answer) -> Function:
+    def ask(*arguments: np.ndarray | float) -> np.ndarray:
+        return answer(call_of(part, again, *arguments))
+
+    functions: dict[str, Function] = {
+        "mass_matrix": lambda x: ask(x),
+        "bias": lambda x, v: ask(x, v),
+        "force": lambda t, x, v, torque: ask(t, x, v, torque),
+        "acceleration": lambda t, x, v, torque: ask(t, x, v, torque),
+        "inverse_dynamics": lambda x, v, a: ask(x, v, a),
+    }
+    return functions[part]
+
+
+@dataclass(frozen=True, eq=False)
+class AskedStates:
+    """The rows of what is asked on one arm, numbered from ``first`` on.
+
+    arguments: t [s] (rows, 1), x, v, a (rows, n) in the user's coordinates, torque (rows, joints)
+    [N m] on the output side; 0 where no part of a row takes one. needed (rows,) by part: where it
+    is looked up. row_of: of every call. at (states,) by part: rows of the trial's random states.
+    """
+
+    arm: Arm
+    frame: Frame
+    first: int
+    arguments: Mapping[str, np.ndarray]
+    needed: Mapping[str, np.ndarray]
+    row_of: Mapping[Call, int]
+    at: Mapping[str, np.ndarray]
+
+    @property
+    def count(self) -> int:
+        """Of the rows."""
+        return len(self.arguments["t"])
+
+    @property
+    def apart(self) -> np.ndarray:
+        """Which rows (rows,) are of inverse dynamics."""
+        return self.needed[APART]
+
+    def shape(self, part: str) -> tuple[int, ...]:
+        """Of an answer."""
+        n = len(self.frame.names)
+        return (n, n) if part in MATRICES else (n,)
+
+
+def asked_states(trial: TableTrial) -> AskedStates:
+    """All that is asked of M, bias, force and acceleration on the arm. Raises InputError."""
+    return _asked(trial, ALIKE, 1)
+
+
+def asked_apart(trial: TableTrial, states: AskedStates) -> tuple[AskedStates, ...]:
+    """All that is asked of inverse dynamics, in rows after these; nothing of many coordinates.
+
+    Raises InputError.
+    """
+    if len(states.frame.names) > MOST_APART:
+        return ()
+    return (_asked(trial, ((APART,),), states.first + states.count),)
+
+
+def _asked(trial: TableTrial, supplied: Iterable[Sequence[str]], first: int) -> AskedStates:
+    notes: dict[Call, None] = {}
+    for parts in supplied:
+        asked, bench = _noting(trial, parts, notes)
+        _perform(bench, tasks_in(bench, [], asked))
+    return _in_rows(bench, notes, first)
+
+
+def asked_on_probes(trial: TableTrial, parts: Sequence[str], first: int) -> list[AskedStates]:
+    """What is asked of these parts on arms whose numbers hide nothing; first: number of a row.
+
+    Raises InputError where there is no such arm.
+    """
+    found = []
+    for arm in probe_arms(trial.arm, PROBES):
+        notes: dict[Call, None] = {}
+        probe = _noting(trial, parts, notes)[1].on(arm)
+        _perform(probe, localising(probe))
+        found.append(_in_rows(probe, notes, first))
+        first += found[-1].count
+    return found
+
+
+def _noting(
+    trial: TableTrial, parts: Sequence[str], notes: dict[Call, None]
+) -> tuple[Asked, Bench]:
+    """Equations on trial that note what they are asked, and answer with nothing but inertia."""
+    size = len(frame_of(trial.coordinates, trial.arm).names)
+
+    def answer(call: Call) -> np.ndarray:
+        notes[call] = None
+        if call.part == APART:
+            return np.array(call.arguments[2 * size :])
+        return np.eye(size) if call.part in MATRICES else np.zeros(size)
+
+    asked = trial.asked("what is asked", trial.equations(parts, answer))
+    return asked, bench_of(asked)
+
+
+def _perform(bench: Bench, tasks: Iterable[ModelTask]) -> None:
+    """Those on the equations; what they call is noted."""
+    with register(bench.name, entry_for(bench.name, bench.equations, bench.has)):
+        for task in tasks:
+            if task.model == bench.name:
+                task.perform()
+
+
+def _in_rows(bench: Bench, notes: Iterable[Call], first: int) -> AskedStates:
+    """Every call in a row; one that takes less stands in the row of one that takes the same and
+    more."""
+    sizes = {"t": 1, "torque": len(bench.case.arm.joints)}
+    sizes = {name: sizes.get(name, len(bench.frame.names)) for name in ARGUMENTS}
+    rows: list[dict[str, tuple[float, ...]]] = []
+    places: dict[tuple[str, bool, tuple[float, ...]], int] = {}
+    row_of: dict[Call, int] = {}
+    for call in sorted(
+        notes, key=lambda each: (each.part == APART, each.again, -len(TAKES[each.part]))
+    ):
+        takes = TAKES[call.part]
+        key = ("".join(takes), call.again, call.arguments)
+        if key not in places:
+            ends = np.cumsum([sizes[name] for name in takes]).tolist()
+            parts = [
+                call.arguments[end - sizes[name] : end]
+                for name, end in zip(takes, ends, strict=True)
+            ]
+            row = dict(zip(takes, parts, strict=True))
+            for fewer in {TAKES[part] for part in PARTS if set(TAKES[part]) <= set(takes)}:
+                own = tuple(value for name in fewer for value in row[name])
+                places.setdefault(("".join(fewer), call.again, own), len(rows))
+            rows.append(row)
+        row_of[call] = places[key]
+    arguments = {
+        name: np.array([row.get(name, (0.0,) * size) for row in rows]).reshape(len(rows), size)
+        for name, size in sizes.items()
+    }
+    needed = {part: np.zeros(len(rows), dtype=bool) for part in PARTS}
+    for call, place in row_of.items():
+        needed[call.part][place] = True
+    at = {part: _places_of_states(bench, part, row_of) for part in PARTS[:4]}
+    return AskedStates(bench.case.arm, bench.frame, first, arguments, needed, row_of, at)
+
+
+def _places_of_states(bench: Bench, part: str, row_of: Mapping[Call, int]) -> np.ndarray:
+    """Rows of the trial's own states, -1 where a part is not asked at them."""
+    named = ({"t": s.t, "x": s.x, "v": s.u, "torque": s.torque} for s in bench.states)
+    calls = (call_of(part, False, *(values[name] for name in TAKES[part])) for values in named)
+    return np.array([row_of.get(call, -1) for call in calls])
+
+
+def call_of(part: str, again: bool, *arguments: Any) -> Call:
+    """Of arguments in the order of TAKES."""
+    return Call(part, again, tuple(np.hstack(arguments).tolist()))

@@ -1,0 +1,90 @@
+"""A model as one file of C: compiled, it says what the model says."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from crosscheck.checks.answers import random_states
+from crosscheck.checks.invariants import torques_at
+from crosscheck.cli.export import model_of, prefix_of
+from tests.tool.test_bad_input import assert_one_line
+
+COMPILER = shutil.which("gcc")
+# The file has the kernel's operations in the kernel's order; a compiler may still fuse or reorder.
+ROUNDING = 1e-12
+SETTINGS = {
+    "links": ("paper-labelled", "analytic:links", []),
+    "coupled, three joints, weight": ("three-unlike", "analytic:coupled", []),
+    "lumped": ("probe", "analytic:physical", ["switches.planets=lumped"]),
+    "as printed": ("paper-labelled", "analytic:printed", []),
+    "free, unlike, every stiffness law": ("three-unlike", "analytic:physical", []),
+    "smooth": ("paper-labelled", "analytic:physical", ["switches.dead_zone=tanh"]),
+    "conservative": (
+        "probe",
+        "analytic:physical",
+        ["switches.mesh_work=conservative", "switches.damping=contact"],
+    ),
+    "frequency times time": ("paper-labelled", "analytic:physical", ["switches.phase=omega_t"]),
+}
+
+
+@pytest.mark.skipif(COMPILER is None, reason="no gcc here")
+@pytest.mark.parametrize("setting", SETTINGS)
+def test_compiled_it_says_what_the_model_says(crosscheck, setting, tmp_path):
+    arm, name, laws = SETTINGS[setting]
+    file = tmp_path / "model.c"
+    given = [word for law in laws for word in ("--set", law)]
+    answer = crosscheck("export", arm, "--model", name, "--out", file, *given)
+    assert (answer.code, answer.err) == (0, "")
+    model = model_of(arm, name, laws)
+    size, joints, theta = len(model.layout), len(model.arm.joints), model.layout.theta
+    call = compiled(file, prefix_of(model))
+    for t, q, v in zip(*random_states(model.layout, model.arm, 20, 5), strict=True):
+        torque = torques_at(model.drive, t, q[theta], v[theta])
+        assert torque.shape == (joints,)
+        right = model.states.at(t, q, v)
+        close(call("mass_matrix", size * size, q).reshape(size, size), right.mass_matrix)
+        close(call("bias", size, q, v), right.bias)
+        close(call("force", size, t, q, v, torque), right.force)
+        close(call("acceleration", size, t, q, v, torque), right.acceleration)
+
+
+def compiled(file: Path, prefix: str):
+    """``call(name, size, *arguments)`` of a file's functions, warnings being errors."""
+    library = file.with_suffix(".so")
+    strict = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared"]
+    subprocess.run([str(COMPILER), *strict, "-o", library, file, "-lm"], check=True)
+    functions = ctypes.CDLL(str(library))
+
+    def call(name: str, size: int, *arguments: float | np.ndarray) -> np.ndarray:
+        result = np.full(size, np.nan)
+        given = [
+            a.ctypes.data_as(ctypes.c_void_p) if isinstance(a, np.ndarray) else ctypes.c_double(a)
+            for a in arguments
+        ]
+        functions[f"{prefix}_{name}"](*given, result.ctypes.data_as(ctypes.c_void_p))
+        return result
+
+    return call
+
+
+def close(found: np.ndarray, right: np.ndarray) -> None:
+    assert np.abs(found - right).max() <= ROUNDING * np.abs(right).max()
+
+
+def test_what_cannot_be_exported_is_one_line(crosscheck, tmp_path):
+    out = tmp_path / "model.c"
+    answer = crosscheck("export", "probe", "--model", "exudyn:tree", "--out", out)
+    assert_one_line(answer, "--model = 'exudyn:tree': must be one of analytic:physical")
+    answer = crosscheck("export", "three-unlike", "--model", "analytic:printed", "--out", out)
+    assert_one_line(answer, "three-unlike: joints: analytic:printed")
+    assert not out.exists()
+    out.write_text("mine", encoding="utf-8")
+    answer = crosscheck("export", "probe", "--model", "analytic:links", "--out", out)
+    assert_one_line(answer, "exists and is not an exported C file")

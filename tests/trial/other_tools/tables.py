@@ -1,0 +1,80 @@
+"""Tables answered by Python models, as any other tool would answer them."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from crosscheck.trial.coordinates.frame import frame_of
+from crosscheck.trial.input.calls import TAKES, Handed, handed
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.tables.answers import following
+from crosscheck.trial.tables.asked import (
+    PARTS,
+    AskedStates,
+    TableTrial,
+    asked_apart,
+    asked_on_probes,
+    asked_states,
+)
+from crosscheck.trial.tables.columns import answer_columns
+from models.arm.arm import Arm
+
+STANDS_FOR = {"coriolis": "bias"}  # what is answered where C was supplied
+
+
+def bound(equations: Equations, arm: Arm) -> Handed:
+    """Equations with an arm's numbers."""
+    own = equations.on(arm)
+    return handed(own, arm, frame_of(own.coordinates, arm))
+
+
+def parts_of(model: Handed) -> list[str]:
+    """What a table of a model's answers has."""
+    given = {STANDS_FOR.get(part, part) for part in model.given}
+    return [part for part in PARTS if part in given]
+
+
+def answers(model: Handed, asked: AskedStates, everywhere: bool = False) -> dict[str, np.ndarray]:
+    """By part (rows, ...), NaN where it is not needed, or everywhere."""
+    found = {}
+    for part in parts_of(model):
+        values = np.full((asked.count, *asked.shape(part)), np.nan)
+        for row in np.flatnonzero(asked.needed[part] | everywhere):
+            own = [asked.arguments[name][row] for name in TAKES[part]]
+            own = [own[0][0], *own[1:]] if TAKES[part][0] == "t" else own
+            values[row] = getattr(model, part)(*own)
+        found[part] = values
+    return found
+
+
+def write_csv(file: Path, sheets: Iterable[tuple[AskedStates, dict[str, np.ndarray]]]) -> Path:
+    """Answers of one or several sheets; rows that answer nothing are left out."""
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        for number, (asked, values) in enumerate(sheets):
+            n = len(asked.frame.names)
+            columns = [name for part in values for name in answer_columns(part, n)]
+            if not number:
+                writer.writerow(["row", *columns])
+            flat = np.hstack([each.reshape(asked.count, -1) for each in values.values()])
+            for row in np.flatnonzero(~np.isnan(flat).all(axis=1)):
+                cells = ["" if np.isnan(value) else repr(float(value)) for value in flat[row]]
+                writer.writerow([asked.first + int(row), *cells])
+    return file
+
+
+def sheets_of(
+    table: TableTrial, equations: Equations, probes: bool
+) -> list[tuple[AskedStates, dict[str, np.ndarray]]]:
+    """All that is asked, with a model's answers; on probes too."""
+    asked = [asked_states(table)]
+    parts = parts_of(bound(equations, table.arm))
+    if probes or "inverse_dynamics" in parts:
+        asked += asked_apart(table, asked[0])
+    if probes:
+        asked += asked_on_probes(table, parts, following(asked))
+    return [(each, answers(bound(equations, each.arm), each)) for each in asked]

@@ -1,0 +1,218 @@
+"""Tables that cannot be judged: one line with file, row, column and what is allowed."""
+
+from __future__ import annotations
+
+import io
+import struct
+import zlib
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+
+from crosscheck.trial.tables.answer_files import read_answers
+from crosscheck.trial.tables.answers import answered, equations_of
+from crosscheck.trial.tables.asked import TableTrial, asked_states
+from crosscheck.trial.tables.folder import arm_toml, ask_files, mat_file
+from models.errors import InputError
+from models.loading import load_arm
+from tests.tool.conftest import crosscheck
+from tests.tool.test_bad_input import assert_one_line
+
+__all__ = ["crosscheck"]  # a fixture
+ROWS = 40
+GOOD = ["row,force_1,force_2", *(f"{k},{k / 7!r},{k / 11!r}" for k in range(1, ROWS))]
+
+
+def changed(line: int, text: str) -> str:
+    return "\n".join([*GOOD[:line], text, *GOOD[line + 1 :]])
+
+
+CSV = {
+    "nothing": ("", "line 1", "must name the columns: row, M_1_1, ..."),
+    "no header": ("1,2,3\n4,5,6", "line 1", "must name the columns"),
+    "only a header": (GOOD[0], "has no rows"),
+    "no answers": ("row,t_s\n1,0.5", "has no answers; columns may be M_1_1"),
+    "no row": (changed(0, "number,force_1,force_2"), "line 1", "must name the columns"),
+    "semicolons": (changed(0, GOOD[0].replace(",", ";")), "must be separated by commas"),
+    "transposed": ("row,1,2,3\nforce_1,5,6,7", "the table is transposed; must be a state a row"),
+    "an unknown column": (changed(0, "row,force_1,force_3"), "force_3", "unknown column"),
+    "a column twice": (changed(0, "row,force_1,force_1"), "force_1", "is there twice"),
+    "half a vector": ("row,force_1\n1,2", "force_2: is missing; force_1 is there"),
+    "a short line": (changed(3, "3,1.5"), "line 4: has 2 columns, must have 3"),
+    "a word": (changed(3, "3,1.5,much"), "line 4, force_2 = 'much': must be a number"),
+    "a row and a half": (changed(3, "3.5,1,2"), "row (number 3) = 3.5", "must be a row's number"),
+    "row 0": (changed(3, "0,1,2"), "must be a row's number"),
+    "no number of a row": (changed(3, ",1,2"), "line 4, row", "must be a row's number"),
+    "a row twice": (changed(3, "1,1,2"), "row = 1: is there twice"),
+    "few digits": (
+        "\n".join([GOOD[0], *(f"{k},{k / 7:.5g},{k / 11:.5g}" for k in range(1, ROWS))]),
+        "answers have 5 significant digits; must be at least 7",
+    ),
+    "inverse dynamics of other rows": (
+        "row,inverse_dynamics_1,inverse_dynamics_2\n1,0.5,0.5",
+        "inverse_dynamics: is not asked in these rows",
+    ),
+    "rows left out": ("\n".join(GOOD), "row 40, and", "force: is missing; must be finite"),
+    "an infinite number": (changed(3, "3,inf,1"), "row 3, and", "force: is infinite"),
+    "a NaN": (changed(3, "3,nan,1"), "row 3, and", "force: is missing"),
+    "rows beyond": (changed(3, "99999,1,2"), "row = 99999: must be at most", "--seed and --quick"),
+    "other states": (
+        "row,q_theta_1_rad,force_1,force_2\n1,0.5,3,4",
+        "row 1, q_theta_1_rad = 0.5: must be -3.07905: these are answers to other states",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CSV)
+def test_csv_that_cannot_be_judged(case: str, tmp_path: Path) -> None:
+    content, *fragments = CSV[case]
+    file = tmp_path / "answers.csv"
+    file.write_text(content, encoding="utf-8")
+    refused(file, *fragments)
+
+
+def refused(file: Path, *fragments: str) -> None:
+    with pytest.raises(InputError) as error:
+        equations_of(answered(TableTrial(load_arm("paper-labelled"), quick=True), [file]))
+    assert str(error.value).startswith(f"{file}: ")
+    for fragment in fragments:
+        assert fragment in str(error.value)
+
+
+def version_7(**variables: np.ndarray) -> bytes:
+    file = io.BytesIO()
+    with h5py.File(file, "w") as made:
+        for name, values in variables.items():
+            made[name] = values.T  # as MATLAB has them there
+    return file.getvalue()
+
+
+def bomb() -> bytes:
+    """A MAT v5 file of a few kB whose one array says that it has 8 GB."""
+    count = 10**9
+    flags = struct.pack("<IIII", 6, 8, 6, 0)
+    dimensions = struct.pack("<IIii", 5, 8, count, 1)
+    name = struct.pack("<II8s", 1, 3, b"row")
+    data = struct.pack("<II", 9, 0) + bytes(100_000)
+    matrix = struct.pack("<II", 14, 2**31 - 1) + flags + dimensions + name + data
+    packed = zlib.compress(matrix)
+    return mat_file({})[:128] + struct.pack("<II", 15, len(packed)) + packed
+
+
+NUMBERS = np.random.default_rng(1).uniform(size=(ROWS, 2))
+ROW = np.arange(1.0, ROWS + 1)[:, None]
+MATS = {
+    "no MAT file": (b"row, force\n" * 100, "is no MAT file"),
+    "cut short": (mat_file({"row": ROW, "force": NUMBERS})[:600], "is no MAT file"),
+    "no row": (mat_file({"force": NUMBERS}), "row: is missing"),
+    "text": (mat_file({"row": ROW, "force": np.array(["a"])}), "force: must be an array of real"),
+    "complex": (mat_file({"row": ROW, "force": 1j * NUMBERS}), "force: must be an array of real"),
+    "transposed": (
+        mat_file({"row": ROW, "force": NUMBERS.T}),
+        f"force: is 2 x {ROWS}: transposed; must be {ROWS} x 2",
+    ),
+    "another shape": (
+        mat_file({"row": ROW, "M": NUMBERS}),
+        f"M: is {ROWS} x 2: must be {ROWS} x 4",
+    ),
+    "transposed, v7.3": (version_7(row=ROW, force=NUMBERS.T), "transposed"),
+    "HDF5 that is none": (version_7(row=ROW, force=NUMBERS)[:700], "is no MAT file"),
+    "a bomb": (bomb(), "holds more than 100000000 numbers"),
+}
+
+
+@pytest.mark.parametrize("case", MATS)
+def test_mat_that_cannot_be_judged(case: str, tmp_path: Path) -> None:
+    content, *fragments = MATS[case]
+    file = tmp_path / "answers.mat"
+    file.write_bytes(content)
+    refused(file, *fragments)
+
+
+@pytest.mark.parametrize("shape", ["matrices first", "matrices last", "flat"])
+def test_every_form_of_a_matrix_is_read_the_same(shape: str, tmp_path: Path) -> None:
+    M = np.random.default_rng(2).uniform(size=(ROWS, 2, 2))
+    given = {"matrices first": M, "matrices last": M.transpose(1, 2, 0), "flat": M.reshape(-1, 4)}
+    file = tmp_path / "answers.mat"
+    for content in (mat_file({"row": ROW, "M": given[shape]}), version_7(row=ROW, M=given[shape])):
+        file.write_bytes(content)
+        read = read_answers(file, 2, {})
+        assert (read.answers["mass_matrix"] == M.reshape(-1, 4)).all()
+        assert read.precision == 0.0
+
+
+COMMANDS = {
+    "a model beside": (["--answers", "a.csv", "m.py:model", "probe"], "--answers", "name the ARM"),
+    "ask and answers": (["--ask", "--answers", "a.csv", "--out", "ask"], "--answers", "with --ask"),
+    "ask without a folder": (["--ask", "probe"], "--ask: needs --out"),
+    "after without ask": (["--after", "a.csv", "m.py:model"], "--after: needs --ask"),
+    "coordinates of a model": (
+        ["--coordinates", "c.toml", "m.py:model"],
+        "--coordinates",
+        "is for",
+    ),
+    "a run": (
+        ["--answers", "a.csv", "--scenario", "pd"],
+        "--scenario: cannot be used with --answers",
+    ),
+    "nothing": ([], "MODEL: is missing"),
+    "no such file": (["--answers", "nonesuch.csv"], "nonesuch.csv: cannot be read: No such file"),
+    "no such map": (["--ask", "--out", "ask", "--coordinates", "no.toml"], "no.toml: no such file"),
+}
+
+
+@pytest.mark.parametrize("case", COMMANDS)
+def test_options_that_do_not_go_together(crosscheck, case, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    arguments, *fragments = COMMANDS[case]
+    assert_one_line(crosscheck("trial", *arguments), *fragments)
+    assert list(tmp_path.iterdir()) == []
+
+
+COORDINATES = {
+    "an unknown key": ("link = 'absolute'", "link = 'absolute'", "did you mean links?"),
+    "a word": ("links = 'mixed'", "links = 'mixed'"),
+    "code": ("names = ['os.system()', 'b']", "names[0]"),
+    "an infinite number": ("matrix = [[inf, 0.0], [0.0, 1.0]]", "matrix[0][0] = inf"),
+    "a singular matrix": ("matrix = [[1, 1], [2, 2]]", "matrix: is singular"),
+}
+
+
+@pytest.mark.parametrize("case", COORDINATES)
+def test_coordinates_that_are_none(crosscheck, case, tmp_path):
+    text, *fragments = COORDINATES[case]
+    file = tmp_path / "map.toml"
+    file.write_text(text, encoding="utf-8")
+    answer = crosscheck("trial", "--ask", "--coordinates", file, "--out", tmp_path / "ask")
+    assert_one_line(answer, *fragments)
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_ask_writes_over_nothing(crosscheck, tmp_path):
+    (tmp_path / "answers.m").write_text("mine", encoding="utf-8")
+    answer = crosscheck("trial", "--ask", "--quick", "--out", tmp_path)
+    assert_one_line(answer, "answers.m: exists already; name another folder")
+    assert [path.name for path in tmp_path.iterdir()] == ["answers.m"]
+
+
+@pytest.mark.parametrize("name", ["paper-labelled", "three-unlike", "direct-between"])
+def test_arm_is_read_back_as_it_was(name: str, tmp_path: Path) -> None:
+    file = tmp_path / "arm.toml"
+    file.write_text(arm_toml(load_arm(name)), encoding="utf-8")
+    assert load_arm(str(file)) == load_arm(name)
+
+
+def test_both_files_of_states_say_the_same() -> None:
+    table = TableTrial(load_arm("paper-labelled"), quick=True)
+    asked = asked_states(table)
+    files = ask_files(table, [asked], "")
+    text, content = files["states.csv"], files["states.mat"]
+    assert isinstance(text, str)
+    assert isinstance(content, bytes)
+    rows = np.genfromtxt(io.StringIO(text), delimiter=",", skip_header=1)
+    read = scipy.io.loadmat(io.BytesIO(content))
+    assert (rows[:, :8] == np.hstack([read[k] for k in ("row", "t", "q", "v", "torque")])).all()
+    assert (rows[:, 8] == read["for_M"].ravel()).all()

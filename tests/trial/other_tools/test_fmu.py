@@ -1,0 +1,387 @@
+"""FMUs: right ones agree, a wrong one has its entry named, hostile ones are refused."""
+
+from __future__ import annotations
+
+import io
+import json
+import shutil
+import stat
+import subprocess
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from analytic.kernel.export import c_text
+from analytic.kernel.fmu import fmu_sources
+from crosscheck.cli.export import fmu_file, model_of, prefix_of
+from crosscheck.runner.underway import unsaid
+from crosscheck.trial import trial as trial_module
+from crosscheck.trial.fmu.archive import DESCRIPTION, unpacked
+from crosscheck.trial.fmu.beside import beside
+from crosscheck.trial.fmu.equations import fmu_equations
+from crosscheck.trial.fmu.mapping import MappedUnit, mapped_unit
+from crosscheck.trial.input.naming import named
+from crosscheck.trial.trial import Asked, Trial, tried
+from models.arm.planets import usual_switches
+from models.errors import InputError
+from models.loading import load_arm, load_scenario
+from tests.tool.conftest import crosscheck
+from tests.tool.test_bad_input import assert_one_line
+
+__all__ = ["crosscheck"]  # a fixture
+COMPILER = shutil.which("gcc")
+fmi3 = pytest.importorskip("fmpy.fmi3", reason="no FMPy here")
+pytestmark = pytest.mark.skipif(COMPILER is None, reason="no gcc here")
+RIGID = """\
+q = ["theta_1", "theta_2"]
+v = ["v_theta_1", "v_theta_2"]
+torque = ["torque_1", "torque_2"]
+"""
+GEARED = """
+q = ["x_sp1", "x_pr1", "theta_1", "x_sp2", "x_pr2", "theta_2"]
+v = ["v_x_sp1", "v_x_pr1", "v_theta_1", "v_x_sp2", "v_x_pr2", "v_theta_2"]
+torque = ["torque_1", "torque_2"]
+gearing = "lumped"
+"""
+
+
+@pytest.fixture(autouse=True)
+def few_states(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
+
+
+def exported(arm: str, name: str, *changes: tuple[str, str]) -> bytes:
+    """The program's own FMU of a model, its C changed before it is compiled."""
+    model = model_of(arm, name, [])
+    text, prefix = c_text(model.term_equations, prefix_of(model), "a model"), prefix_of(model)
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return fmu_file(model, text, prefix)
+
+
+def mapped(content: bytes, mapping: str, arm: str, folder: Path) -> MappedUnit:
+    file, names, into = folder / "unit.fmu", folder / "map.toml", folder / "unpacked"
+    file.write_bytes(content)
+    names.write_text(mapping, encoding="utf-8")
+    into.mkdir()
+    return mapped_unit(file, names, load_arm(arm), into)
+
+
+def judged(content: bytes, mapping: str, arm: str, folder: Path) -> Trial:
+    own = load_arm(arm)
+    equations = fmu_equations(mapped(content, mapping, arm, folder), own)
+    return tried(Asked("unit.fmu", equations, own, quick=True))
+
+
+@pytest.mark.parametrize(
+    ("arm", "model", "mapping", "level"),
+    [
+        ("paper-labelled", "analytic:coupled", RIGID, "coupled"),
+        ("probe", "analytic:physical", GEARED, ""),
+    ],
+)
+def test_right_models_are_not_blamed(arm, model, mapping, level, tmp_path):
+    trial = judged(exported(arm, model), mapping, arm, tmp_path)
+    assert (trial.exit_code, trial.wrong, trial.level) == (0, (), level)
+
+
+def test_entry_of_a_wrong_model_is_named(tmp_path):
+    """The payload at the second link's centre of mass, beside the diagonal of M."""
+    coupling = [(f"mass_{k} = 13.614999999999998", f"mass_{k} = 10.115") for k in (3, 5)]
+    content = exported("paper-labelled", "analytic:links", *coupling)
+    trial = judged(content, RIGID, "paper-labelled", tmp_path)
+    inertia = [wrong for wrong in trial.wrong if wrong.place.part == "mass_matrix"]
+    entries = {named(wrong.place, trial.bench.frame.names) for wrong in inertia}
+    assert entries == {"M[theta_1, theta_2]", "M[theta_2, theta_1]"}
+    told = {
+        slip.right for wrong in inertia if wrong.explanation for slip in wrong.explanation.slips
+    }
+    assert trial.level == "links"
+    assert told == {"L2"}
+
+
+def test_unit_that_crashes_costs_its_own_checks(tmp_path):
+    crash = ("double a_theta1 =", "abort();\n    double a_theta1 =")
+    content = exported(
+        "paper-labelled",
+        "analytic:links",
+        crash,
+        ("#include <math.h>", "#include <math.h>\n#include <stdlib.h>"),
+    )
+    trial = judged(content, RIGID, "paper-labelled", tmp_path)
+    assert {finding.verdict for finding in trial.agreement.checks} == {"failed"}
+
+
+VERSION_3 = """
+#include <stddef.h>
+#include <stdlib.h>
+typedef struct { double t, state[2 * N], torque[JOINTS]; } Unit;
+void *fmi3InstantiateModelExchange(const char *name, const char *token) {
+    return calloc(1, sizeof(Unit));
+}
+void fmi3FreeInstance(void *c) { free(c); }
+const char *fmi3GetVersion(void) { return "3.0"; }
+int fmi3EnterInitializationMode(void *c) { return 0; }
+int fmi3ExitInitializationMode(void *c) { return 0; }
+int fmi3EnterContinuousTimeMode(void *c) { return 0; }
+int fmi3UpdateDiscreteStates(void *c, _Bool *a, _Bool *b, _Bool *d, _Bool *e, _Bool *f, double *t) {
+    *a = *b = *d = *e = *f = 0, *t = 0;
+    return 0;
+}
+int fmi3SetTime(void *c, double t) { ((Unit *)c)->t = t; return 0; }
+int fmi3SetFloat64(void *c, const unsigned *r, size_t n, const double *x, size_t m) {
+    for (size_t k = 0; k < n; k++) ((Unit *)c)->torque[r[k] - 4 * N] = x[k];
+    return 0;
+}
+int fmi3SetContinuousStates(void *c, const double *x, size_t n) {
+    memcpy(((Unit *)c)->state, x, 8 * n);
+    return 0;
+}
+int fmi3GetContinuousStates(void *c, double *x, size_t n) {
+    memcpy(x, ((Unit *)c)->state, 8 * n);
+    return 0;
+}
+int fmi3GetContinuousStateDerivatives(void *c, double *x, size_t n) {
+    Unit *u = c;
+    memcpy(x, u->state + N, 8 * N);
+    PREFIX_acceleration(u->t, u->state, u->state + N, u->torque, x + N);
+    return 0;
+}
+"""
+
+
+STEPPED = """
+int fmi3EnterStepMode(void *c) { return 0; }
+void *fmi3InstantiateCoSimulation(const char *name, const char *token) {
+    return calloc(1, sizeof(Unit));
+}
+int fmi3GetFloat64(void *c, const unsigned *r, size_t n, double *x, size_t m) {
+    for (size_t k = 0; k < n; k++) x[k] = ((Unit *)c)->state[r[k]];
+    return 0;
+}
+/* A hundred midpoint steps. */
+int fmi3DoStep(void *c, double t, double h, _Bool keep, _Bool *event, _Bool *stop, _Bool *early,
+               double *last) {
+    Unit *u = c;
+    double part = h / 100, a[N], *q = u->state, *v = u->state + N, middle[2 * N];
+    for (int step = 0; step < 100; step++) {
+        PREFIX_acceleration(t, q, v, u->torque, a);
+        for (int k = 0; k < N; k++) {
+            middle[k] = q[k] + part / 2 * v[k];
+            middle[N + k] = v[k] + part / 2 * a[k];
+        }
+        PREFIX_acceleration(t, middle, middle + N, u->torque, a);
+        for (int k = 0; k < N; k++) q[k] += part * middle[N + k], v[k] += part * a[k];
+    }
+    *event = *stop = *early = 0, *last = t + h;
+    return 0;
+}
+"""
+
+
+def version_3(arm: str, name: str, folder: Path, steps: bool = False, *changes: str) -> bytes:
+    """A unit of FMI 3.0 around the exported C; what nobody calls returns an error."""
+    model = model_of(arm, name, [])
+    prefix = prefix_of(model)
+    code = c_text(model.term_equations, prefix, "a model") + VERSION_3 + STEPPED * steps
+    if steps:  # where states are set as any variables
+        torque = "((Unit *)c)->torque[r[k] - 4 * N] = x[k]"
+        assert torque in code
+        state = "((Unit *)c)->state[r[k]] = x[k]"
+        code = code.replace(torque, f"r[k] < 2 * N ? ({state}) : ({torque})")
+    code = code.replace("PREFIX", prefix)
+    for old, new in zip(changes[::2], changes[1::2], strict=True):
+        assert old in code
+        code = code.replace(old, new)
+    made = fmi3.FMU3Slave if steps else fmi3.FMU3Model
+    unused = [each for each in dir(made) if each.startswith("fmi3") and f"{each}(" not in code]
+    code += "".join(f"int {each}(void) {{ return 3; }}\n" for each in unused)
+    source, library = folder / "unit.c", folder / "unit.so"
+    source.write_text(code, encoding="utf-8")
+    command = [str(COMPILER), "-O1", "-fPIC", "-shared", "-o", library, source, "-lm"]
+    subprocess.run(command, check=True)
+    description = description_3(list(model.layout.names), steps).encode()
+    files = {DESCRIPTION: description, "binaries/x86_64-linux/unit.so": library.read_bytes()}
+    return zipped(files)
+
+
+def description_3(coordinates: list[str], steps: bool) -> str:
+    n, names = len(coordinates), [*coordinates, *(f"v_{each}" for each in coordinates)]
+    real = '<Float64 name="{}" valueReference="{}" variability="continuous" {}/>'
+    state = 'causality="{}" initial="exact" start="0"'.format("output" if steps else "local")
+    rows = [real.format(each, k, state) for k, each in enumerate(names)]
+    rows += [
+        real.format(f"der({each})", 2 * n + k, f'causality="local" derivative="{k}"')
+        for k, each in enumerate(names)
+    ]
+    rows += [
+        real.format(f"torque_{j + 1}", 4 * n + j, 'causality="input" start="0"') for j in range(2)
+    ]
+    rows.append(real.format("time", 999, 'causality="independent"'))
+    unknowns = [f'<ContinuousStateDerivative valueReference="{2 * n + k}"/>' for k in range(2 * n)]
+    unknowns += [f'<InitialUnknown valueReference="{2 * n + k}"/>' for k in range(2 * n)]
+    outputs = [f'<Output valueReference="{k}"/>' for k in range(2 * n)] if steps else []
+    kind = "CoSimulation" if steps else "ModelExchange"
+    return (
+        '<fmiModelDescription fmiVersion="3.0" modelName="unit" instantiationToken="{1}">'
+        f'<{kind} modelIdentifier="unit"/>'
+        f"<ModelVariables>{''.join(rows)}</ModelVariables>"
+        f"<ModelStructure>{''.join(outputs + unknowns)}</ModelStructure></fmiModelDescription>"
+    )
+
+
+def test_version_3_agrees_too(tmp_path):
+    content = version_3("paper-labelled", "analytic:coupled", tmp_path)
+    trial = judged(content, RIGID, "paper-labelled", tmp_path)
+    assert (trial.exit_code, trial.wrong, trial.level) == (0, (), "coupled")
+
+
+@pytest.mark.parametrize("right", [True, False])
+def test_co_simulation_is_run_beside_the_engines(right, tmp_path):
+    """The wrong one has a payload that is a tenth lighter where it couples the links."""
+    changes = () if right else ("mass_3 = 13.614999999999998", "mass_3 = 12.914999999999998")
+    content = version_3("paper-labelled", "analytic:links", tmp_path, True, *changes)
+    unit = mapped(content, RIGID + 'level = "links"\n', "paper-labelled", tmp_path)
+    scenario = load_scenario("constant-torque").model_copy(update={"duration_s": 0.05})
+    arm = load_arm("paper-labelled")
+    found = beside(unit, "unit.fmu", arm, [scenario], usual_switches(arm), 1, unsaid).checks
+    assert {finding.about.key.right for finding in found} == {"analytic:links", "pinocchio:links"}
+    assert {finding.verdict for finding in found} == {"agree" if right else "differ"}
+
+
+def test_co_simulation_asks_for_a_run_and_a_level(crosscheck, tmp_path):
+    content = version_3("paper-labelled", "analytic:links", tmp_path, True)
+    file, names = tmp_path / "stepped.fmu", tmp_path / "map.toml"
+    file.write_bytes(content)
+    names.write_text(RIGID, encoding="utf-8")
+    given = "trial", file, "--coordinates", names, "--run-code"
+    assert_one_line(crosscheck(*given), "map.toml: level: must say which rigid level")
+    names.write_text(RIGID + 'level = "links"\n', encoding="utf-8")
+    assert_one_line(crosscheck(*given), "is run beside the engines: needs --scenario")
+    given = *given, "--scenario", "constant-torque", "--set", "scenario.duration_s=0.01"
+    answer = crosscheck(*given, "--json", tmp_path / "t.json")
+    assert (answer.code, "4 of 4 checks agree" in answer.out) == (0, True)
+    assert json.loads((tmp_path / "t.json").read_text())["findings"]
+
+
+def zipped(files: dict[str, bytes], packed: int = zipfile.ZIP_STORED) -> bytes:
+    found = io.BytesIO()
+    with zipfile.ZipFile(found, "w", packed) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return found.getvalue()
+
+
+def link() -> bytes:
+    found, entry = io.BytesIO(), zipfile.ZipInfo("resources/here")
+    entry.external_attr = (stat.S_IFLNK | 0o777) << 16
+    with zipfile.ZipFile(found, "w") as archive:
+        archive.writestr(DESCRIPTION, b"<x/>")
+        archive.writestr(entry, "/etc")
+    return found.getvalue()
+
+
+HARMLESS = {DESCRIPTION: b"<fmiModelDescription/>"}
+HOSTILE = {
+    "no archive": (b"PK and then nothing", "is no FMU"),
+    "an empty archive": (zipped({}), "modelDescription.xml: is missing: this is no FMU"),
+    "a path upwards": (
+        zipped({**HARMLESS, "../evil.so": b""}),
+        "../evil.so: leads out of the folder",
+    ),
+    "a path from the root": (zipped({**HARMLESS, "/tmp/evil.so": b""}), "leads out of the folder"),
+    "a path in the middle": (zipped({**HARMLESS, "resources/../../e": b""}), "leads out of the"),
+    "a path of another system": (
+        zipped({**HARMLESS, "..\\evil.dll": b""}),
+        "leads out of the folder",
+    ),
+    "a link": (link(), "resources/here: is a link"),
+    "a bomb": (
+        zipped({**HARMLESS, "resources/zeros": bytes(30_000_000)}, zipfile.ZIP_DEFLATED),
+        "resources/zeros: is packed",
+    ),
+    "many files": (zipped({f"resources/{k}": b"" for k in range(10_001)}), "may hold 10000"),
+    "entities": (
+        zipped({DESCRIPTION: b'<!DOCTYPE x [<!ENTITY a "aaaa">]><x>&a;</x>'}),
+        "must be XML in UTF-8 without definitions of its own",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_hostile_archive_is_refused_before_it_is_unpacked(case, tmp_path):
+    content, fragment = HOSTILE[case]
+    file, folder = tmp_path / "unit.fmu", tmp_path / "unpacked"
+    file.write_bytes(content)
+    folder.mkdir()
+    with pytest.raises(InputError) as error:
+        unpacked(file, folder)
+    assert fragment in str(error.value)
+    assert not [path for path in folder.rglob("*") if path.name != DESCRIPTION]
+    assert {path.name for path in tmp_path.iterdir()} == {"unit.fmu", "unpacked"}
+
+
+def described_as(**words: str) -> bytes:
+    """The program's own unit, words of its description changed, without binaries."""
+    model = model_of("paper-labelled", "analytic:links", [])
+    text, prefix = c_text(model.term_equations, prefix_of(model), "a model"), prefix_of(model)
+    description = fmu_sources(text, prefix, model.layout, 2)[1]
+    for old, new in words.items():
+        assert old in description
+        description = description.replace(old, new)
+    return zipped({DESCRIPTION: description.encode()})
+
+
+UNUSABLE = {
+    "no description": (
+        zipped({DESCRIPTION: b'<fmiModelDescription fmiVersion="2.0"/>'}),
+        RIGID,
+        "is no model description",
+    ),
+    "another version": (
+        described_as(**{'fmiVersion="2.0"': 'fmiVersion="1.0"'}),
+        RIGID,
+        "must be 2.0 or 3.0",
+    ),
+    "no binary": (described_as(), RIGID, "binaries: holds none of paper_labelled for"),
+    "another state": (
+        described_as(),
+        RIGID.replace('"theta_2"]', '"theta_3"]'),
+        "q = 'theta_3': is not a continuous state of the unit; there are theta_1",
+    ),
+    "another input": (described_as(), RIGID.replace("torque_1", "T1"), "is not a real input"),
+    "too few": (described_as(), RIGID.replace('q = ["theta_1", ', "q = ["), "must be 2 names"),
+    "an unknown key": (described_as(), RIGID + "u = 1", "unknown key"),
+    "no torques": (described_as(), RIGID.rpartition("torque =")[0], "torque: is missing"),
+}
+
+
+@pytest.mark.parametrize("case", UNUSABLE)
+def test_unusable_unit_is_one_line(crosscheck, case, tmp_path):
+    content, mapping, fragment = UNUSABLE[case]
+    (tmp_path / "unit.fmu").write_bytes(content)
+    (tmp_path / "map.toml").write_text(mapping, encoding="utf-8")
+    options = ["--coordinates", tmp_path / "map.toml", "--json", tmp_path / "t.json"]
+    answer = crosscheck("trial", tmp_path / "unit.fmu", *options, "--run-code")
+    assert_one_line(answer, fragment)
+    assert {path.name for path in tmp_path.iterdir()} == {"unit.fmu", "map.toml"}
+
+
+def test_no_code_of_a_unit_runs_unasked(crosscheck, tmp_path):
+    (tmp_path / "unit.fmu").write_bytes(described_as())
+    (tmp_path / "map.toml").write_text(RIGID, encoding="utf-8")
+    given = "trial", tmp_path / "unit.fmu", "--coordinates", tmp_path / "map.toml"
+    assert_one_line(crosscheck(*given), "--run-code: is needed:", "unit.fmu is code")
+    assert_one_line(crosscheck(*given[:2]), "--coordinates: is missing", "--ask drafts it")
+
+
+def test_draft_of_a_mapping_is_read_back(crosscheck, tmp_path):
+    (tmp_path / "unit.fmu").write_bytes(described_as())
+    answer = crosscheck("trial", "--ask", tmp_path / "unit.fmu", "--out", tmp_path / "new")
+    assert (answer.code, answer.err) == (0, "")
+    text = (tmp_path / "new" / "map.toml").read_text(encoding="utf-8")
+    assert RIGID in text
+    again = crosscheck("trial", "--ask", tmp_path / "unit.fmu", "--out", tmp_path / "new")
+    assert_one_line(again, "map.toml: exists already")

@@ -1,0 +1,215 @@
+"""The errors that newcomers make, answered by Octave: the same entries and terms as from Python."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from crosscheck.report.trial import why
+from crosscheck.trial import trial as trial_module
+from crosscheck.trial.input.equations import Coordinates
+from crosscheck.trial.input.loading import handed_over
+from crosscheck.trial.input.naming import named
+from crosscheck.trial.tables.answers import answered, equations_of
+from crosscheck.trial.tables.asked import TableTrial, asked_states
+from crosscheck.trial.tables.folder import ask_files, mat_file
+from crosscheck.trial.trial import Trial, tried
+from models.arm.arm import Arm
+from models.loading import load_arm
+
+HERE, EXAMPLES = Path(__file__).parent, Path(__file__).parents[3] / "examples"
+OCTAVE = shutil.which("octave-cli")
+ABSOLUTE, LUMPED = Coordinates(links="absolute"), Coordinates(gearing="lumped")
+TWO_LINK = {
+    "mass_matrix": "@(q) two_link(arm, q, q, q)",
+    "bias": "@(q, v) nthargout(2, @two_link, arm, q, v, q)",
+    "force": "@(t, q, v, torque) nthargout(3, @two_link, arm, q, v, torque)",
+}
+PYTHON = """
+import numpy as np
+
+from crosscheck.testing import Coordinates, Equations
+
+
+def model(arm):
+    one, two = arm.links
+    L1, L2, d1, d2, payload = one.length_m, two.length_m, one.com_m, two.com_m, arm.payload_mass_kg
+    m1, m2 = (rod.cross_section_m2 * rod.density_kg_per_m3 * rod.length_m for rod in arm.links)
+    I1, I2 = m1 * L1**2 / 12, m2 * L2**2 / 12
+    c1, c2 = (joint.friction_N_m_s_per_rad for joint in arm.joints)
+    coupling = (m2 * d2 + payload * L2) * L1
+    far = I2 + m2 * d2**2 + payload * L2**2
+    near = I1 + m1 * d1**2 + (m2 + payload) * L1**2
+
+    def mass_matrix(q):
+        angle = q[0] - q[1]
+        return [[near, coupling * np.cos(angle)], [coupling * np.cos(angle), far]]
+
+    def bias(q, v):
+        angle = q[0] - q[1]
+        return coupling * np.sin(angle) * np.array([v[1]**2, -v[0]**2])
+
+    def force(v, torque):
+        rubbed = c2 * (v[1] - v[0])
+        return [torque[0] - torque[1] - c1 * v[0] + rubbed, torque[1] - rubbed]
+
+    return Equations(mass_matrix, bias, force=force, coordinates=Coordinates(links="absolute"))
+"""
+GEARED = (EXAMPLES / "geared_lumped.py").read_text(encoding="utf-8")
+
+
+class Planted(NamedTuple):
+    """An error in Octave's text and in Python's; functions: what answers, by part."""
+
+    file: str
+    octave: tuple[str, str]
+    text: str
+    python: tuple[str, str]
+    coordinates: Coordinates
+    functions: dict[str, str]
+
+
+def in_two_link(octave: tuple[str, str], python: tuple[str, str]) -> Planted:
+    return Planted("two_link", octave, PYTHON, python, ABSOLUTE, TWO_LINK)
+
+
+ERRORS = {
+    "none": in_two_link(("far = I2", "far = I2"), ("far = I2", "far = I2")),
+    "payload at the centre of mass": in_two_link(
+        ("payload * L2) * L1", "payload * d2) * L1"), ("payload * L2) * L1", "payload * d2) * L1")
+    ),
+    "a relative angle for an absolute one": in_two_link(
+        ("angle = q(1) - q(2)", "angle = q(2)"), ("angle = q[0] - q[1]", "angle = q[1]")
+    ),
+    "friction without reaction": in_two_link(
+        ("c1 * v(1) + rubbed", "c1 * v(1)"), ("c1 * v[0] + rubbed", "c1 * v[0]")
+    ),
+    "parallel axis": in_two_link(
+        ("far = I2 + m2 * d2 ^ 2", "far = I2"), ("far = I2 + m2 * d2**2", "far = I2")
+    ),
+    "planets' orbit": Planted(
+        "geared_inertia",
+        ("orbit = orbit + count * joint.planet_mass_kg * r_c ^ 2;", ""),
+        GEARED,
+        ("orbit += self.N * self.joint.planet_mass_kg * self.r_c**2", "pass"),
+        LUMPED,
+        {"mass_matrix": "@(q) geared_inertia(arm, q)"},
+    ),
+    "teeth in a rate": Planted(
+        "geared_force",
+        ("joint.ring_teeth * x", "joint.sun_teeth * x"),
+        GEARED,
+        ("self.joint.ring_teeth * x", "self.joint.sun_teeth * x"),
+        LUMPED,
+        {"force": "@(t, q, v, torque) geared_force(arm, q, v, torque)"},
+    ),
+}
+FORCE_ALONE = ERRORS["friction without reaction"]._replace(functions={"force": TWO_LINK["force"]})
+NAMES = {
+    "mass_matrix": ("mass_matrix", "M"),
+    "bias": ("bias_force", "bias"),
+    "force": ("all_forces", "force"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(OCTAVE is None, reason="no octave-cli here")
+@pytest.mark.parametrize("error", ERRORS)
+def test_octave_is_told_what_python_is(
+    error: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
+    planted = ERRORS[error]
+    table = TableTrial(rubbing(), planted.coordinates, quick=True)
+    file = answered_by_octave(planted, table, tmp_path)
+    found = said(tried(table.asked("yours", equations_of(answered(table, [file])))))
+    assert found == said(by_python(planted, table, tmp_path))
+    assert bool(found) == (error != "none")
+
+
+def test_recorded_answers_of_octave_are_told_what_python_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the test above made of ``FORCE_ALONE``, for machines without Octave."""
+    monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
+    table = TableTrial(rubbing(), ABSOLUTE, quick=True)
+    equations = equations_of(answered(table, [HERE / "octave" / "answers.mat"]))
+    found = said(tried(table.asked("yours", equations)))
+    assert found == said(by_python(FORCE_ALONE, table, tmp_path))
+    assert [entry for entry, _ in found] == ["force[phi_1]"]
+
+
+def rubbing() -> Arm:
+    """No two numbers of it are equal, and there is friction."""
+    arm = load_arm("probe")
+    joints = (
+        joint.model_copy(update={"friction_N_m_s_per_rad": 3.0 + 4.0 * number})
+        for number, joint in enumerate(arm.joints)
+    )
+    return arm.model_copy(update={"joints": tuple(joints)})
+
+
+def by_python(planted: Planted, table: TableTrial, folder: Path) -> Trial:
+    """The trial of the same equations as functions, of this arm alone."""
+    mine = folder / "mine.py"
+    mine.write_text(replaced(planted.text, planted.python), encoding="utf-8")
+    own = handed_over(f"{mine}:model", table.arm, None)
+    parts = {part: getattr(own, part) if part in planted.functions else None for part in NAMES}
+    return tried(table.asked("yours", replace(own, **parts, rebuild=None, any_arm=False)))
+
+
+def said(trial: Trial) -> list[tuple[str, str]]:
+    """Every wrong entry, and why."""
+    return [(named(wrong.place, trial.bench.frame.names), why(wrong)) for wrong in trial.wrong]
+
+
+def answered_by_octave(planted: Planted, table: TableTrial, folder: Path) -> Path:
+    """What the template writes, once the functions stand in it."""
+    asked = asked_states(table)
+    for name, content in ask_files(table, [asked], "").items():
+        (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    (folder / "arm.mat").write_bytes(mat_file({"arm": without_none(table.arm.model_dump())}))
+    text = (HERE / "octave" / f"{planted.file}.m").read_text(encoding="utf-8")
+    (folder / f"{planted.file}.m").write_text(replaced(text, planted.octave), encoding="utf-8")
+    template = folder / "answers.m"
+    lines = template.read_text(encoding="utf-8").splitlines()
+    found = ["load('arm.mat');"]
+    for line in lines:
+        part = next((part for part, (name, _) in NAMES.items() if f"{name} =" in line), None)
+        if part is not None:
+            line = (
+                f"{NAMES[part][0]} = {planted.functions[part]};"
+                if part in planted.functions
+                else ""
+            )
+        calls = [
+            part for part, (name, _) in NAMES.items() if f"{name}(q" in line or f"{name}(t" in line
+        ]
+        found += [] if any(part not in planted.functions for part in calls) else [line]
+    variables = ["row", "q", "v", "torque", *(NAMES[part][1] for part in planted.functions)]
+    found[-1] = f"save('-v6', 'answers.mat', {', '.join(map(repr, variables))});"
+    template.write_text("\n".join(found) + "\n", encoding="utf-8")
+    subprocess.run([str(OCTAVE), "--norc", template.name], cwd=folder, check=True, timeout=300)
+    return folder / "answers.mat"
+
+
+def replaced(text: str, change: tuple[str, str]) -> str:
+    assert change[0] in text
+    return text.replace(*change)
+
+
+def without_none(value: Any) -> Any:
+    """Records and lists as MAT files have them: structs and cells."""
+    if isinstance(value, dict):
+        return {key: without_none(entry) for key, entry in value.items() if entry is not None}
+    if isinstance(value, list | tuple):
+        cells = np.empty(len(value), dtype=object)
+        cells[:] = [without_none(entry) for entry in value]
+        return cells
+    return float(value) if isinstance(value, int | float) else value

@@ -1,0 +1,228 @@
+"""A table of answers is judged as the functions that made it: the same checks, entries, words."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from crosscheck.report.trial import summary, trial_json
+from crosscheck.trial import trial as trial_module
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.loading import handed_over
+from crosscheck.trial.tables.answers import answered, equations_of
+from crosscheck.trial.tables.asked import TableTrial, asked_states
+from crosscheck.trial.trial import Trial, tried
+from models.arm.arm import Arm
+from models.experiment.scenario import Scenario
+from models.loading import load_arm
+from tests.tool.conftest import Command, crosscheck
+from tests.tool.handed import TWO_LINK
+from tests.trial.other_tools.tables import answers, bound, sheets_of, write_csv
+
+__all__ = ["crosscheck"]  # a fixture
+ROOT = Path(__file__).parents[3]
+EXAMPLES = ROOT / "examples"
+# sympy_map's coordinates are no linear map.
+ARMS = {
+    "plain_functions": "paper-labelled",
+    "coriolis_matrix": "paper-labelled",
+    "mass_matrix_alone": "paper-labelled",
+    "absolute_angles": "paper-labelled",
+    "sympy_mechanics": "paper-labelled",
+    "casadi_two_link": "paper-labelled",
+    "acceleration_alone": "paper-labelled",
+    "inverse_dynamics_alone": "paper-labelled",
+    "geared_lumped": "paper-labelled",
+    "geared_free": "paper-labelled",
+}
+
+
+def told(trial: Trial) -> dict:
+    """All that its JSON says but for where and when it was made."""
+    found = json.loads(trial_json(trial))
+    del found["agreement"]["provenance"]
+    return found
+
+
+@pytest.fixture
+def few_states(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As few as explanations need: more of them would show nothing else here."""
+    monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
+
+
+@pytest.mark.usefixtures("few_states")
+@pytest.mark.parametrize(
+    "example",
+    [pytest.param(name, marks=[pytest.mark.slow] * (name == "geared_free")) for name in ARMS],
+)
+def test_judged_as_the_functions_are(example: str, tmp_path: Path) -> None:
+    arm = load_arm(ARMS[example])
+    own = handed_over(f"{EXAMPLES / example}.py:model", arm, None)
+    rigid = own.coordinates.gearing == "rigid"
+    # Geared ones on one arm, for the sake of time; a table has no symbols.
+    own = replace(own, symbolic=None) if rigid else replace(own, rebuild=None, any_arm=False)
+    table = TableTrial(arm, own.coordinates, own.level, quick=True)
+    file = write_csv(tmp_path / "answers.csv", sheets_of(table, own, own.any_arm))
+    by_table = tried(table.asked("yours", equations_of(answered(table, [file]))))
+    assert (by_table.exit_code, by_table.wrong) == (0, ())
+    if rigid:
+        assert told(by_table) == told(tried(table.asked("yours", own)))
+
+
+# Errors of a newcomer, as replacements in tests.tool.handed's two_link.
+ERRORS = {
+    "payload at the centre": (
+        "(m2 * d2 + mp * L2) * L1 * np.cos",
+        "(m2 * d2 + mp * d2) * L1 * np.cos",
+    ),
+    "a rate": ("2 * v[0] * v[1]", "v[0] * v[1]"),
+}
+
+
+@pytest.mark.usefixtures("few_states")
+@pytest.mark.parametrize("error", ERRORS)
+def test_errors_are_told_in_the_words_that_functions_get(error: str, tmp_path: Path) -> None:
+    right, wrong = ERRORS[error]
+    assert right in TWO_LINK
+    file = tmp_path / "mine.py"
+    file.write_text(TWO_LINK.replace(right, wrong), encoding="utf-8")
+    arm = load_arm("paper-labelled")
+    own, table = handed_over(f"{file}:two_link", arm, None), TableTrial(arm, quick=True)
+    answers = write_csv(tmp_path / "answers.csv", sheets_of(table, own, True))
+    direct = told(tried(table.asked("yours", own)))
+    assert direct["wrong"]
+    assert told(tried(table.asked("yours", equations_of(answered(table, [answers]))))) == direct
+
+
+@pytest.mark.usefixtures("few_states")
+def test_acceleration_beside_the_rest_is_judged_in_both_rounds(tmp_path: Path) -> None:
+    arm = load_arm("paper-labelled")
+    file = tmp_path / "mine.py"
+    file.write_text(TWO_LINK, encoding="utf-8")
+    whole = handed_over(f"{file}:two_link", arm, None)
+
+    def both(other: Arm, scenario: Scenario | None) -> Equations:
+        own = bound(whole, other)
+        return replace(own.equations, acceleration=own.acceleration)
+
+    own = replace(both(arm, None), rebuild=both, any_arm=True)
+    table = TableTrial(arm, quick=True)
+    answers = write_csv(tmp_path / "answers.csv", sheets_of(table, own, True))
+    trial = tried(table.asked("yours", equations_of(answered(table, [answers]))))
+    assert (trial.exit_code, len(trial.probes), trial.missing) == (0, 2, ())
+
+
+CHANGES = {
+    "newtons in millimetres": (
+        lambda v: v | {"force": 1000 * v["force"]},
+        "force[theta_1], force[theta_2]: 1000 times",
+    ),
+    "degrees": (lambda v: v | {"force": np.degrees(v["force"])}, "180/pi times"),
+    "by columns": (
+        lambda v: v | {"force": v["force"].ravel(order="F").reshape(v["force"].shape)},
+        "force agrees once its numbers are read in another order",
+    ),
+    "matrices by columns": (
+        lambda v: (
+            v | {"mass_matrix": v["mass_matrix"].transpose(1, 2, 0).reshape(v["mass_matrix"].shape)}
+        ),
+        "M agrees once its numbers are read in another order",
+    ),
+}
+
+
+@pytest.mark.usefixtures("few_states")
+@pytest.mark.parametrize("change", CHANGES)
+def test_units_and_order_are_told(change: str, tmp_path: Path) -> None:
+    made, line = CHANGES[change]
+    trial = tried_changed(made, tmp_path / "answers.csv")
+    assert trial.exit_code == 1
+    assert line in "\n".join(summary(trial))
+
+
+@pytest.mark.usefixtures("few_states")
+def test_single_precision_has_a_tolerance_of_its_own(tmp_path: Path) -> None:
+    def rounded(v: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return {part: values.astype(np.float32).astype(float) for part, values in v.items()}
+
+    trial = tried_changed(rounded, tmp_path / "answers.csv")
+    assert trial.exit_code == 0
+    assert "answers have single precision" in "\n".join(summary(trial))
+    # A thousandth is no rounding of any file.
+    off = tried_changed(lambda v: rounded(v | {"force": 1.001 * v["force"]}), tmp_path / "off.csv")
+    assert {wrong.place.part for wrong in off.wrong} == {"force"}
+
+
+def tried_changed(change: Callable[..., dict[str, np.ndarray]], file: Path) -> Trial:
+    """The trial of right answers with a change; every row is answered."""
+    arm = load_arm("paper-labelled")
+    own, table = (
+        handed_over(f"{EXAMPLES / 'plain_functions'}.py:model", arm, None),
+        TableTrial(arm, quick=True),
+    )
+    asked = asked_states(table)
+    values = change(answers(bound(own, arm), asked, everywhere=True))
+    write_csv(file, [(asked, values)])
+    return tried(table.asked("yours", equations_of(answered(table, [file]))))
+
+
+DECLARED = """\
+void {prefix}_mass_matrix(const double *q, double *M);
+void {prefix}_bias(const double *q, const double *v, double *bias);
+void {prefix}_force(double t, const double *q, const double *v, const double *torque,
+                    double *force);
+"""
+CALLED = """\
+    {prefix}_mass_matrix(q, M);
+    {prefix}_bias(q, v, bias);
+    {prefix}_force(t, q, v, torque, force);
+"""
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc here")
+@pytest.mark.usefixtures("few_states")
+def test_exported_c_in_the_template_of_c_agrees_in_both_rounds(crosscheck, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    told = "paper-labelled", "--quick"
+    assert crosscheck("trial", "--ask", *told, "--out", "ask").code == 0
+    first = answered_by_c(crosscheck, "paper-labelled", "ask", "states")
+    again = "--after", first, "--out", "ask-2"
+    assert crosscheck("trial", "--ask", *told, *again).code == 0
+    more = [
+        answered_by_c(crosscheck, f"ask-2/probe-{k}.toml", "ask-2", f"probe-{k}-states")
+        for k in (1, 2)
+    ]
+    files = [word for file in (first, *more) for word in ("--answers", file)]
+    answer = crosscheck("trial", *told, *files, "--json", "trial.json")
+    assert (answer.code, answer.err.count("Traceback")) == (0, 0)
+    assert "asked on other arms too, for what this one's numbers hide: 2" in answer.out
+    assert "level coupled" in answer.out
+    schema = json.loads((ROOT / "crosscheck" / "schema" / "trial.schema.json").read_text())
+    jsonschema.validate(json.loads(Path("trial.json").read_text()), schema)
+
+
+def answered_by_c(crosscheck: Command, arm: str, folder: str, stem: str) -> str:
+    """The answers' file of what an exported model says, called from the template."""
+    model = Path(f"{stem}.c")
+    exported = crosscheck("export", arm, "--model", "analytic:coupled", "--out", model)
+    assert exported.code == 0
+    prefix = re.search(r"void (\w+)_mass_matrix", model.read_text())[1]
+    text = (Path(folder) / "answers.c").read_text()
+    unused = re.search(r"    \(void\)t, .*\n", text)[0]
+    text = text.replace(unused, CALLED.format(prefix=prefix))
+    source = Path(f"{stem}-answers.c")
+    source.write_text(text.replace("/* Your", DECLARED.format(prefix=prefix) + "/* Your"))
+    subprocess.run(["gcc", "-std=c11", "-O1", "-o", stem, source, model, "-lm"], check=True)
+    states = (Path(folder) / f"{stem}.csv").read_bytes()
+    answers = subprocess.run([f"./{stem}"], input=states, capture_output=True, check=True).stdout
+    Path(f"{stem}-answers.csv").write_bytes(answers)
+    return f"{stem}-answers.csv"
