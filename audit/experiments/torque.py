@@ -50,7 +50,7 @@ def constant_torque(run: Course, *rigid: Course) -> Numbers:
             "vibration_decay_s": _ringing_s(time, force),
             "x_ripple_over_2E": quotient(signals.peak_to_peak(x[late]), 2 * error),
             "force_at_start_N": abs(force[0]),
-            "force_overshoot": quotient(force.max(), signals.mean(force[late])),
+            "ringing_N": signals.amplitude(fast(time, force, RINGING_S)[start]),
             "force_decay": _calming(force, start, late),
             "others_decay": np.min([_calming(pair, start, late) for pair in _others(run)]),
             "others_decay_s": np.max([_ringing_s(time, pair) for pair in _others(run)]),
@@ -184,11 +184,16 @@ def fast(time: np.ndarray, values: np.ndarray, over_s: float = SMOOTHING_S) -> n
 
 
 def decay(time: np.ndarray, values: np.ndarray) -> float:
-    """Time [s] from the largest value until the last one above a tenth of it; nan if all are 0."""
+    """Time [s] from the first sample until values stay below a tenth of the largest; nan if all 0.
+
+    Counted from the event, not from the largest value, so that a vibration that grows does not
+    converge at once. One that does not converge gives the time of all samples: it takes longer.
+    """
     size = np.abs(values)
     if size.max(initial=0.0) == 0:
         return np.nan
-    return float(time[np.flatnonzero(size >= DECAYED * size.max())[-1]] - time[size.argmax()])
+    last = np.flatnonzero(size >= DECAYED * size.max())[-1]
+    return float(time[last] - time[0])
 
 
 def ripple(values: np.ndarray) -> float:
