@@ -29,8 +29,11 @@ TURN_M = 2e-6  # a turning point of the ripple of 2 E = 10 um
 DECAYED = 0.1  # of the largest value
 RINGING_S = 0.0012  # two periods of the slower mesh mode
 SMOOTHING_S = 0.01  # slower than the meshes' vibrations, faster than the arm's motion
-# Back and forth: errors are small; then the last 0.2 s of each second.
-ERROR_WINDOWS_S = {"early": (0.1, 0.3), "1_s": (0.8, 1.0), "2_s": (1.8, 2.0)}
+# Back and forth: while errors are small; then every 0.2 s, by the end.
+ERROR_WINDOWS_S = {
+    "early": (0.1, 0.3),
+    **{f"{end / 10:g}_s": (end / 10 - 0.2, end / 10) for end in range(4, 21, 2)},
+}
 FEWEST = 3  # samples that a straight trend can be taken off
 RING_CYCLES = 99.0  # Eq. 12 over the carrier's rate
 
