@@ -145,6 +145,18 @@ def where(condition: Quantity, above: float, quantity: Quantity) -> Quantity:
     )
 
 
+def where_below(condition: Quantity, below: float, quantity: Quantity) -> Quantity:
+    """The quantity where another is smaller than so much; undefined elsewhere."""
+    words = f"{quantity.words}, where {condition.words} is below {below:g} {condition.unit}"
+    return _made(
+        f"where below {below:g}",
+        words,
+        quantity.unit,
+        (condition, quantity),
+        lambda n: np.where(condition(n) < below, quantity(n), np.nan),
+    )
+
+
 def each(choices: Sequence[str], quantity: Callable[[str], Quantity]) -> dict[str, Quantity]:
     """One quantity for every choice of a parameter that the paper does not give."""
     return {choice: quantity(choice) for choice in choices}

@@ -45,6 +45,7 @@ from audit.experiments.experiments import (
     TWO_PLANETS,
     TWO_SOFTER,
     WIDE,
+    WIDE_M,
     Source,
 )
 from audit.experiments.pool import Sample, samples
@@ -63,7 +64,9 @@ class Plan:
 
     shaken: of back and forth, the square wave, two planets, 3 s with b = 3000 um, links that turn
     back, preloaded constant torque, neighbouring motions, and neither backlash nor tooth error;
-    variants: whether VARIANTS, other planets, other waves and planted errors are asked too. The second reading of Table I sweeps b and E at every second zeta.
+    variants: whether VARIANTS, other planets, other waves and planted errors are asked too. The
+    second reading of Table I sweeps b and E at every second zeta. back: of Fig. 15, to which the
+    claims add WIDE_M.
     """
 
     readings: tuple[str, ...] = tuple(READINGS)
@@ -99,8 +102,8 @@ class Plan:
             yield from (ERROR(size_um) for size_um in self.errors)
         if cell.zeta in self.shaken:
             yield from (TWO_PLANETS, TWO_SOFTER) if self.variants else ()
-            yield from (BACK(size_um) for size_um in self.back)
-            yield from (BACK_EVEN(size_um) for size_um in self.back)
+            for size_um in (*self.back, 1e6 * WIDE_M):
+                yield from (BACK(size_um), BACK_EVEN(size_um))
             yield from (WIDE, TURNING, CONSTANT_PRELOADED, NEIGHBOURS, BACKLASH_NO_ERROR(0.0))
             yield from (SQUARE, CONSTANT_SQUARE) if self.variants else ()
 
