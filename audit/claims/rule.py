@@ -28,6 +28,8 @@ from audit.measures.shares import Share
 MOST, FEW = 0.9, 0.1
 DEFINED = 0.5  # of the starts: where the event is rarer, a setting says nothing of it
 PARTS = (0.1, 0.5, 0.9)
+READ_OFF = 0.1  # of a value: how well it is read off a plot, whatever it is and whoever reads it
+PLOT = "a tenth: read off a plot"
 LAW, PLANETS = "phase law", "planets lumped or free"
 READING, DAMPING = "reading of Table I", "damping"
 FORETELLS = 0.5  # at least half of the wrong guesses are saved
@@ -64,6 +66,11 @@ def below(high: float, because: str) -> Limits:
 def about(value: float, share: float, because: str) -> Limits:
     """Yes within this share of a printed value."""
     return Limits(value * (1 - share), value * (1 + share), because)
+
+
+def read_off(value: float) -> Limits:
+    """Yes where a plot tells no difference from a value."""
+    return about(value, READ_OFF, PLOT)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,5 @@ SEVERE = 100.0  # rad/s^2: four times the rigid arm's own largest acceleration; 
 EVIDENT = 10.0  # rad/s^2: the smallest that Section 3.2 calls a fluctuation
 MINOR = 1.0  # rad/s^2: a tenth of it; nothing smaller is seen in a plot of 300
 HALVED, DOUBLED = 0.5, 2.0  # a change that no scatter between starts or plots explains
-READ_OFF = 0.1  # of a value: how well it is read off a plot, whatever it is and whoever reads it
 VISIBLE_SHARE = 0.01  # of a plot's range: the width of its line
 EXACT = 1e-9  # relative, or in SI units: rounding of double precision, a thousandfold

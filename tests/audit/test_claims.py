@@ -32,7 +32,7 @@ from audit.experiments.scale import Scale
 from audit.experiments.study import Study
 
 IDS = [claim.id for claim in CLAIMS]
-DRAWS = 2000
+DRAWS = 50
 CELL = Cell(PRINTED, FULL.shaken[0])
 BRIEF = Scale(longest_s=0.002, most_starts=2)
 

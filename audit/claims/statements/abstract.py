@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from audit.claims.quantities import difference, largest, of, over, where
+from audit.claims.quantities import largest, of, over, where
 from audit.claims.rule import Claim, above, below
+from audit.claims.statements.control import OWED
 from audit.claims.statements.section4 import ON_AND_ON, SWINGS, accumulation, swings
 from audit.experiments.experiments import NO_ERROR, PD
 from audit.measures.thresholds import EVIDENT, HALVED, SEVERE, VISIBLE_SHARE
@@ -22,8 +23,8 @@ CLAIMS = (
         "Abstract-02",
         14,
         "Tooth error is the main cause of severe acceleration fluctuations.",
-        difference(of(PD, "third"), of(NO_ERROR, "third")),
-        above(SEVERE, "what vanishes with the tooth error is itself severe"),
+        OWED,
+        above(SEVERE, "what no start has without the tooth error is itself severe"),
     ),
     Claim(
         "Abstract-03",

@@ -15,7 +15,7 @@ from audit.claims.quantities import (
     smallest,
     where,
 )
-from audit.claims.rule import Claim, about, above, below
+from audit.claims.rule import READ_OFF, Claim, about, above, below
 from audit.experiments.experiments import (
     BACKLASH_NO_ERROR,
     CONSTANT,
@@ -37,7 +37,6 @@ from audit.measures.thresholds import (
     EXACT,
     HALVED,
     MINOR,
-    READ_OFF,
     VISIBLE_SHARE,
 )
 from audit.statics.surroundings import BASE_MASSES

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from audit.claims.quantities import each, of, over
-from audit.claims.rule import Claim, Limits, about, above, below
+from audit.claims.rule import Claim, Limits, about, above, below, read_off
 from audit.claims.statements.statics import BENDS
 from audit.experiments.experiments import (
     CONSTANT,
@@ -12,7 +12,7 @@ from audit.experiments.experiments import (
     PLANTED,
     STATIC,
 )
-from audit.measures.thresholds import DOUBLED, HALVED, READ_OFF
+from audit.measures.thresholds import DOUBLED, HALVED
 from crosscheck.registry import RIGID_LEVELS
 
 PRINTED_DIGIT = "what rounds to the digit that the paper prints"
@@ -189,7 +189,7 @@ MESH = (
         8,
         "Its magnitude is about 10 µm.",
         of(CONSTANT, "x_ripple_um"),
-        about(10, READ_OFF, "a tenth: read off a plot"),
+        read_off(10),
         reading="peak to peak",
     ),
     Claim(
@@ -197,7 +197,7 @@ MESH = (
         8,
         "That is similar to the given tooth error.",
         of(CONSTANT, "x_ripple_over_2E"),
-        about(1, READ_OFF, "a tenth: read off a plot"),
+        read_off(1),
         reading="peak to peak of the error's wave, 2 E",
     ),
     Claim(

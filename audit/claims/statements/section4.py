@@ -23,13 +23,12 @@ from audit.claims.quantities import (
     times,
     where,
 )
-from audit.claims.rule import Claim, Limits, about, above, below
+from audit.claims.rule import Claim, Limits, about, above, below, read_off
 from audit.claims.statements.control import (
     GONE,
     LARGER,
     MOSTLY,
     ON_SCALE,
-    PLOT,
     THIRD,
     VANISHED,
     in_third,
@@ -49,7 +48,7 @@ from audit.experiments.experiments import (
     WIDE,
     Family,
 )
-from audit.measures.thresholds import DOUBLED, EVIDENT, MINOR, READ_OFF, SEVERE
+from audit.measures.thresholds import DOUBLED, EVIDENT, MINOR, SEVERE
 
 CLEAR_RANK = 0.75
 SMALL = 5.0  # um
@@ -57,7 +56,7 @@ SMALL = 5.0  # um
 FALLS = below(-CLEAR_RANK, "chance gives that in 2 of 100 where there are seven sizes")
 RISES = above(CLEAR_RANK, "chance gives that in 2 of 100 where there are seven sizes")
 SEEN = above(MINOR, "nothing smaller is seen in a plot of 300")
-FREQUENCY = about(1500, READ_OFF, PLOT)
+FREQUENCY = read_off(1500)
 
 MOST, LEAST = greatest(BACKLASH, "third"), least(BACKLASH, "third")
 AT_SMALL, NONE = of(BACKLASH(SMALL), "third"), of(NO_BACKLASH, "third")

@@ -19,8 +19,9 @@ from audit.claims.quantities import (
     where,
     where_below,
 )
-from audit.claims.rule import Claim, Limits, about, above, below
+from audit.claims.rule import READ_OFF, Claim, Limits, about, above, below
 from audit.claims.statements.control import (
+    ANY_WITHOUT_ERROR,
     EXISTS,
     GONE,
     LARGER,
@@ -31,7 +32,6 @@ from audit.claims.statements.control import (
     SMALLER,
     SUDDEN_S,
     THIRD,
-    WITHOUT_ERROR,
     in_third,
 )
 from audit.claims.statements.section4 import AT_SMALL, CLEAR_RANK, RISES, SMALL, larger_of
@@ -44,7 +44,7 @@ from audit.experiments.experiments import (
     PD,
     STATIC,
 )
-from audit.measures.thresholds import DOUBLED, EVIDENT, HALVED, MINOR, READ_OFF, SEVERE
+from audit.measures.thresholds import DOUBLED, EVIDENT, HALVED, MINOR, SEVERE
 
 _FAST = "third_force_fast_N"
 _BELOW_5 = (ERROR(1.6), ERROR(3.2))  # um, the sizes that the paper simulates
@@ -56,7 +56,7 @@ _DRAMATIC = above(DOUBLED, "a quarter more error, twice the fluctuation")
 
 def _at_largest(quantity: Quantity) -> Quantity:
     """Where the largest error makes a third fluctuation."""
-    return where(difference(_AT_LARGEST, WITHOUT_ERROR), EVIDENT, quantity)
+    return where(difference(_AT_LARGEST, ANY_WITHOUT_ERROR), EVIDENT, quantity)
 
 
 def _decays(known: Known) -> tuple[np.ndarray, np.ndarray]:
