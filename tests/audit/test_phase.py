@@ -176,9 +176,9 @@ def test_changed_dampers_and_drives_are_other_questions() -> None:
     plain, stronger = Changed(variant, (1,)), Changed(variant, (1,), damping=(2.0, 0.2))
     fed = Changed(variant, (1,), recorded=True)
     assert len({plain.inputs, stronger.inputs, fed.inputs}) == 3
-    own, other = plain.models()[0].gears.d, stronger.models()[0].gears.d
+    own, other = plain.models((1,))[0].gears.d, stronger.models((1,))[0].gears.d
     assert np.unique(np.round(other / own, 12)).tolist() == [0.2, 2.0]
-    assert fed.models()[0].scenario.drive.kind == "table"
+    assert fed.models((1,))[0].scenario.drive.kind == "table"
 
 
 def test_a_start_is_the_same_whichever_stand_beside_it() -> None:

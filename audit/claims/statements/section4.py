@@ -62,8 +62,9 @@ MOST, LEAST = greatest(BACKLASH, "third"), least(BACKLASH, "third")
 AT_SMALL, NONE = of(BACKLASH(SMALL), "third"), of(NO_BACKLASH, "third")
 
 SWINGS = "drive's argument and duration of the run"
-ENDS = {"1": ("0.4", "0.6", "0.8", "1")}  # of the 0.2 s in which errors are measured [s]
-ENDS["2"] = (*ENDS["1"], "1.2", "1.4", "1.6", "1.8", "2")
+_FIRST = ("0.4", "0.6", "0.8", "1")
+# By the run's length: ends of the 0.2 s in which errors are measured [s].
+ENDS = {"1": _FIRST, "2": (*_FIRST, "1.2", "1.4", "1.6", "1.8", "2")}
 ON_AND_ON = above(1.0, "it grows on from each 0.2 s to the next")
 _DRIVES = {"sin(20π√t)": BACK, "sin(20πt)": BACK_EVEN}
 
