@@ -220,6 +220,7 @@ class Kind(StrEnum):
     """A verdict's first word."""
 
     HOLDS = "holds"
+    WHERE_DEFINED = "holds where defined"
     DEPENDS = "depends"
     BISTABLE = "bistable"
     FAILS = "does not hold"
@@ -276,16 +277,16 @@ def kind_of(said: Sequence[State]) -> Kind:
     if counts.undefined == len(said):
         return Kind.UNDEFINED
     found = {
-        _kind(counts.yes + counts.bistable, counts.no),
-        _kind(counts.yes, counts.no + counts.bistable),
+        _kind(counts.yes + counts.bistable, counts.no, counts.undefined),
+        _kind(counts.yes, counts.no + counts.bistable, counts.undefined),
     }
     return found.pop() if len(found) == 1 else Kind.BISTABLE
 
 
-def _kind(yes: int, no: int) -> Kind:
-    """Of settings that all say yes or no."""
+def _kind(yes: int, no: int, undefined: int) -> Kind:
+    """Of settings that all say yes or no, but for those without the event."""
     if not no:
-        return Kind.HOLDS
+        return Kind.WHERE_DEFINED if undefined else Kind.HOLDS
     return Kind.DEPENDS if yes else Kind.FAILS
 
 

@@ -25,6 +25,7 @@ from audit.experiments.experiments import (
     BACK_EVEN,
     BACKLASH,
     BACKLASH_NO_ERROR,
+    CHAOTIC_UM,
     CONSTANT,
     CONSTANT_NO_ERROR,
     CONSTANT_PRELOADED,
@@ -66,7 +67,7 @@ class Plan:
     back, preloaded constant torque, neighbouring motions, and neither backlash nor tooth error;
     variants: whether VARIANTS, other planets, other waves and planted errors are asked too. The
     second reading of Table I sweeps b and E at every second zeta. back: of Fig. 15, to which the
-    claims add WIDE_M.
+    claims add 1000 and 3000 um.
     """
 
     readings: tuple[str, ...] = tuple(READINGS)
@@ -102,7 +103,7 @@ class Plan:
             yield from (ERROR(size_um) for size_um in self.errors)
         if cell.zeta in self.shaken:
             yield from (TWO_PLANETS, TWO_SOFTER) if self.variants else ()
-            for size_um in (*self.back, 1e6 * WIDE_M):
+            for size_um in (*self.back, CHAOTIC_UM, 1e6 * WIDE_M):
                 yield from (BACK(size_um), BACK_EVEN(size_um))
             yield from (WIDE, TURNING, CONSTANT_PRELOADED, NEIGHBOURS, BACKLASH_NO_ERROR(0.0))
             yield from (SQUARE, CONSTANT_SQUARE) if self.variants else ()

@@ -23,10 +23,11 @@ if TYPE_CHECKING:
 # What a reader looks for first: what is wrong, what hangs on chance, what on an unknown.
 ORDER = (
     *(Kind.FAILS, Kind.BISTABLE, Kind.DEPENDS),
-    *(Kind.UNDEFINED, Kind.NOT_SIMULATED, Kind.HOLDS),
+    *(Kind.UNDEFINED, Kind.NOT_SIMULATED, Kind.WHERE_DEFINED, Kind.HOLDS),
 )
 COLOURS = {
     Kind.HOLDS: "agree",
+    Kind.WHERE_DEFINED: "agree",
     Kind.FAILS: "differ",
     Kind.DEPENDS: "unresolved",
     Kind.BISTABLE: "bistable",

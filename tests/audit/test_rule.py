@@ -65,7 +65,7 @@ def _stated(by_law: Said, zetas=ZETAS, arms=(LABELLED, SWAPPED)):
         ((YES, YES, YES), Kind.HOLDS, Counts(yes=24)),
         ((NO, NO, NO), Kind.FAILS, Counts(no=24)),
         ((YES, NO, NO), Kind.DEPENDS, Counts(yes=8, no=16)),
-        ((YES, YES, NONE), Kind.HOLDS, Counts(yes=16, undefined=8)),
+        ((YES, YES, NONE), Kind.WHERE_DEFINED, Counts(yes=16, undefined=8)),
         ((NO, NO, NONE), Kind.FAILS, Counts(no=16, undefined=8)),
         ((NONE, NONE, NONE), Kind.UNDEFINED, Counts(undefined=24)),
         ((YES, YES, EITHER), Kind.BISTABLE, Counts(yes=16, bistable=8)),

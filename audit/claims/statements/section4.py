@@ -215,7 +215,7 @@ POSITION = (
         15,
         "That error grows with the backlash.",
         swings(in_order),
-        above(0.9, "all sizes in order; chance gives that in 1 of 120 where there are five"),
+        above(0.95, "all sizes in order; chance gives that in 1 of 720 where there are six"),
         SWINGS,
         "at all times, as H3 asks it: the largest of every 0.2 s",
     ),
