@@ -86,7 +86,8 @@ def verdict_words(found: Verdict) -> str:
     words = str(found.kind)
     if found.depends_on:
         words += f" on {', '.join(found.depends_on)}"
-    if found.kind in (Kind.DEPENDS, Kind.BISTABLE) or found.counts.undefined:
+    mixed = found.kind in (Kind.DEPENDS, Kind.BISTABLE)
+    if mixed or (found.counts.undefined and found.kind != Kind.UNDEFINED):
         words += f" ({counts_words(found.counts)})"
     return words
 
@@ -115,7 +116,7 @@ def value_words(answer: Answer) -> str:
 
 
 def share_words(answer: Answer) -> str:
-    """How many of the starts, and how many have no say."""
+    """How many of the starts, and how many are undefined."""
     share = answer.share
     if share is None:
         return f"undefined in {answer.undefined} of {answer.starts}"

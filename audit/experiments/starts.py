@@ -118,7 +118,7 @@ class Starts(Perturbed):
 
     @abstractmethod
     def beside(self) -> tuple[Variant, ...]:
-        """The rigid arms that its runs are held against."""
+        """The rigid arms that its runs are compared with."""
 
     @abstractmethod
     def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:

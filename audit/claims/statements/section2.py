@@ -43,7 +43,7 @@ from audit.statics.surroundings import BASE_MASSES
 from audit.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 
 ROUNDING = below(EXACT, "an identity: rounding alone may be left")
-SMALL = below(VISIBLE_SHARE, "a line's width in a plot of what it is held against")
+SMALL = below(VISIBLE_SHARE, "a line's width in a plot of what it is compared with")
 TANH_M = below(5e-8, "a hundredth of the tooth error, the smallest length of the model")
 TWICE = above(DOUBLED, "twice as much: no scatter of starts comes near it")
 
@@ -183,7 +183,7 @@ BACKLASH = (
         each(list(COUNTED), lambda how: of(STATIC, f"conversion_{how}")),
         ROUNDING,
         "how theta_p counts",
-        "held against the speeds at which the flanks of turning gears approach each other",
+        "compared with the speeds at which the flanks of turning gears approach each other",
     ),
 )
 

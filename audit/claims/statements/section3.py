@@ -122,7 +122,7 @@ DEVIATIONS = (
         7,
         "That detailed and rigid model agree validates the detailed model's equations.",
         of(PLANTED, "planted_shown"),
-        above(0.9, "a validation shows nine of ten gross slips"),
+        above(0.9, "a validation shows nine of ten gross errors"),
         reading="gross: an entry of M, C q' or F is left out; shown: an angle moves by 0.01 rad,"
         " the least deviation that is called slight, or nothing can be run",
     ),
@@ -133,7 +133,7 @@ DEVIATIONS = (
         {"the shoulder": of(CONSTANT, "stroke_1"), "the elbow": of(CONSTANT, "stroke_2")},
         about(1.0, 0.5, "half a circle is the nearest of quarter, half and whole"),
         "joint",
-        "the stroke in the run whose errors are held against it",
+        "the stroke in the run whose errors are compared with it",
     ),
     Claim(
         "3.1-20",
