@@ -25,13 +25,16 @@ def drawing(found: Sequence[Fit], chosen: Sequence[Fit], names: dict[str, str]) 
                 axes.plot(*_columns(points), "o-", color=colour, ms=3, label=names[law.id])
                 axes.plot(*_columns(best), "o", mfc="none", mec="k", ms=8, label="equally good")
             axes.set(xscale="log", ylim=(0, len(found[0].explained)),
-                     title=f"{reading}, planets {planets}")  # fmt: skip
+                     title=f"{reading}, planets {_WORDS[planets]}")  # fmt: skip
     for axes in grid[-1]:
         axes.set_xlabel("ζ")
     for axes in grid[:, 0]:
         axes.set_ylabel("numbers explained [1]")
     legend(picture, grid[0, 0])
     return to_svg(picture)
+
+
+_WORDS = {"free": "free", "lumped": "lumped"}
 
 
 def _columns(points: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:
