@@ -12,7 +12,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from audit.claims.rule import Finding, Kind, kind_of
+from audit.claims.rule import Kind
 from audit.experiments.scale import FULL, QUICK
 from audit.experiments.study import Study, cache_folder
 from audit.page.material import Material
@@ -21,32 +21,23 @@ from crosscheck.runner.progress import progress_bar
 APART = 1000  # between the first seeds of two sets
 
 
-def verdicts(material: Material) -> dict[str, Finding]:
+def verdicts(material: Material) -> dict[str, Kind]:
     """By claim id."""
-    return {
-        name: kind_of([(answer.place, answer.state) for answer in judged.answers])
-        for name, judged in material.judged.items()
-    }
+    return {name: judged.verdict.kind for name, judged in material.judged.items()}
 
 
-def told(sets: Sequence[Mapping[str, Finding]]) -> str:
+def told(sets: Sequence[Mapping[str, Kind]]) -> str:
     """What differs."""
     lines, moved = [], 0
     for name in sets[0]:
         found = [verdicts[name] for verdicts in sets]
-        if len({(one.kind, one.laws) for one in found}) == 1:
+        if len(set(found)) == 1:
             continue
         moved += 1
-        through = (
-            "" if any(one.kind == Kind.BISTABLE for one in found) else "  NOT by way of bistable"
-        )
-        lines.append(f"{name}: {' | '.join(map(_words, found))}{through}")
+        through = "" if Kind.BISTABLE in found else "  NOT by way of bistable"
+        lines.append(f"{name}: {' | '.join(found)}{through}")
     share = moved / len(sets[0])
     return "\n".join([*lines, f"{moved} of {len(sets[0])} claims ({100 * share:.1f} %)"])
-
-
-def _words(one: Finding) -> str:
-    return " ".join([one.kind, *(law.id for law in one.laws)])
 
 
 def main() -> None:

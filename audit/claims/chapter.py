@@ -12,6 +12,7 @@ from audit.claims.rule import Claim, answers
 from audit.claims.settings import plan_of
 from audit.claims.summary import Varied, varied
 from audit.claims.words import page
+from audit.experiments.cells import GearModel
 from audit.page.chapter import Chapter
 from audit.page.material import Material
 from audit.page.said import Said
@@ -50,10 +51,10 @@ def rows(material: Material) -> list[Row]:
     ]
 
 
-def _of_variants(claim: Claim, material: Material) -> dict[str, Judged]:
+def _of_variants(claim: Claim, material: Material) -> dict[GearModel, Judged]:
     return {
-        name: Judged(claim, tuple(answers(claim, settings)))
-        for name, settings in material.variations.items()
+        model: Judged(claim, tuple(answers(claim, settings)))
+        for model, settings in material.variations.items()
     }
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from audit.claims.rule import (
     Answer,
     Claim,
-    Finding,
+    Kind,
     Limits,
     State,
     Verdict,
@@ -22,6 +22,7 @@ from audit.claims.rule import (
     state,
     verdict,
 )
+from audit.experiments.cells import MODELS, GearModel
 from audit.measures.shares import Share
 
 
@@ -44,8 +45,18 @@ class Judged:
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Over all settings."""
+        """Over all settings of all models of the gears."""
         return verdict(self.answers, self.claim.free)
+
+    @cached_property
+    def by_model(self) -> dict[GearModel, Verdict]:
+        """Over the settings of each model of the gears; none where static."""
+        if self.claim.static:
+            return {}
+        return {
+            model: verdict([a for a in self.answers if a.place.model == model], self.claim.free)
+            for model in MODELS
+        }
 
     def coarser(self, left_out: int) -> Verdict:
         """With every second damping ratio left out, beginning with the first (0) or second (1)."""
@@ -56,24 +67,22 @@ class Judged:
 
     @cached_property
     def moved_by_a_coarser_grid(self) -> bool:
-        """Whether the verdict's kind or laws are others on either half of the damping ratios."""
+        """Whether the verdict's kind is another on either half of the damping ratios."""
         if self.claim.static:
             return False
-        kind, laws = self.verdict.kind, self.verdict.laws
-        return any((v.kind, v.laws) != (kind, laws) for v in map(self.coarser, (0, 1)))
+        return any(self.coarser(half).kind != self.verdict.kind for half in (0, 1))
 
     @cached_property
     def hangs_on_a_start(self) -> bool:
         """Whether one more start of one setting, whatever it does, could turn the verdict."""
         if self.claim.static:
             return False
-        stated = [(answer.place, answer.state) for answer in self.answers]
-        for at, answer in enumerate(self.answers):
-            for said in _one_more(answer) - {answer.state}:
-                others = [*stated[:at], (answer.place, said), *stated[at + 1 :]]
-                if kind_of(others) != kind_of(stated):
-                    return True
-        return False
+        stated = [answer.state for answer in self.answers]
+        return any(
+            kind_of([*stated[:at], said, *stated[at + 1 :]]) != self.verdict.kind
+            for at, answer in enumerate(self.answers)
+            for said in _one_more(answer) - {answer.state}
+        )
 
     @cached_property
     def turning(self) -> Turning:
@@ -93,20 +102,19 @@ class Judged:
         places = sorted({at for a in self.answers for at in _turning_places(a, limits, end)})
         below = [at for at in reversed(places) if at < own]
         beyond = [at for at in places if at > own]
-        before = kind_of([(a.place, a.state) for a in self.answers])
 
         def first(candidates: Sequence[float], towards: float) -> float | None:
             for at in candidates:
                 beyond_it = math.nextafter(at, towards)
                 low, high = (beyond_it, limits.high) if end == "low" else (limits.low, beyond_it)
-                if self._kind_at(replace(limits, low=low, high=high)) != before:
+                if self._kind_at(replace(limits, low=low, high=high)) != self.verdict.kind:
                     return at
             return None
 
         return first(below, -math.inf), first(beyond, math.inf)
 
-    def _kind_at(self, limits: Limits) -> Finding:
-        return kind_of([(a.place, state(a.share_at(limits))) for a in self.answers])
+    def _kind_at(self, limits: Limits) -> Kind:
+        return kind_of([state(a.share_at(limits)) for a in self.answers])
 
 
 def _turning_places(answer: Answer, limits: Limits, end: Literal["low", "high"]) -> Iterator[float]:

@@ -21,6 +21,7 @@ PEAK = "Hann window over 0.1 s around the third's peak"
 THREE, FLIGHT = "the first three fluctuations", "the side change"
 AT_ONCE = f"{AT_ONCE_S:g} s from the side change"
 WHOLE, LATE, RETURN = "whole run", "after 0.1 s", "1.3 to 2.4 s"
+LATER = "from 0.25 s"
 
 
 class Number(NamedTuple):
@@ -33,14 +34,18 @@ class Number(NamedTuple):
 
 _PD = {
     "first": Number("first fluctuation", "rad/s²", FIRST),
-    "first_decay_s": Number("time in which the first fluctuation falls to a tenth", "s", FIRST),
+    "first_decay_s": Number(
+        "time in which the first fluctuation falls to a tenth", "s", "0.15 s from the start"
+    ),
     "side_change_s": Number("first contact of the opposite flanks", "s", "from 0.25 s"),
     "after_start": Number("largest fluctuation after the start", "rad/s²", "0.25 to 1.2 s"),
     "second": Number("second fluctuation", "rad/s²", SECOND),
     "second_over_before": Number(
         "second fluctuation over that of the 0.05 s before the teeth part", "1", SECOND
     ),
-    "second_decay_s": Number("time in which the second fluctuation falls to a tenth", "s", SECOND),
+    "second_decay_s": Number(
+        "time in which the second fluctuation falls to a tenth", "s", "0.15 s from the side change"
+    ),
     "second_delay_s": Number("onset of the second fluctuation after the side change", "s", SECOND),
     "second_force_N": Number("mesh force of the impact at the side change", "N", AT_ONCE),
     "bouncing_s": Number("time for which the teeth bounce after the side change", "s", SECOND),
@@ -68,7 +73,7 @@ _PD = {
     "torque_frequency_Hz": Number(
         "dominant frequency of the shoulder's torque's fast part", "Hz", PEAK
     ),
-    "speed_fast": Number("fast part of the shoulder's speed over its largest", "1", THIRD),
+    "speed_fast": Number("fast part of the shoulder's speed over its mean", "1", THIRD),
     "theta_fast_rad": Number("fast part of the shoulder's angle", "rad", THIRD),
     "side_changes": Number("changes of side in the third fluctuation", "1", THIRD),
     "apart_share": Number("share of the time in which the teeth are apart", "1", WHOLE),
@@ -80,10 +85,10 @@ _PD = {
         "share of the moments of zero acceleration in which the teeth are apart", "1", THREE
     ),
     "mesh_rate_over_speed": Number(
-        "largest x_sp' or x_pr' over largest theta_c', numbers in SI units", "m", WHOLE
+        "largest x_sp' or x_pr' over largest theta_c', numbers in SI units", "m", LATER
     ),
     "neglected_in_eq11": Number(
-        "largest x_sp' + x_pr' over largest 2 r_c cos(alpha) theta_c'", "1", WHOLE
+        "largest x_sp' + x_pr' over largest 2 r_c cos(alpha) theta_c'", "1", LATER
     ),
     "mesh_over_gross": Number(
         "largest x_sp or x_pr over the carrier's path 2 r_c cos(alpha) theta", "1", WHOLE
@@ -93,6 +98,7 @@ _PD = {
     ),
     "deviation_rad": Number("deviation from the rigid arm with the gears' inertia", "rad", WHOLE),
     "gap_end_rad": Number("distance from the rigid arm with the gears' inertia", "rad", "3 s"),
+    "lyapunov_per_s": Number("largest Lyapunov exponent", "1/s", THIRD),
     "planets_apart_m": Number("largest distance between planets of a stage", "m", WHOLE),
     "return_s": Number("return of the teeth to their first side", "s", RETURN),
     "fourth": Number("fourth fluctuation", "rad/s²", "0.4 s from the return"),
@@ -143,7 +149,7 @@ _CONSTANT = {
         "time in which the vibration of the mesh force falls to a tenth", "s", WHOLE
     ),
     "force_at_start_N": Number("mesh force at t = 0", "N", "0 s"),
-    "force_overshoot": Number("largest mesh force over its late mean", "1", WHOLE),
+    "ringing_N": Number("vibration of the mesh force", "N", "0 to 0.1 s"),
     "force_decay": Number("swing of the mesh force before 0.1 s over that after", "1", WHOLE),
     "others_decay": Number(
         "swing of a mesh force before 0.1 s over that after, least of the three other pairs",

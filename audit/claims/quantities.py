@@ -127,6 +127,17 @@ def largest(*parts: Quantity) -> Quantity:
     return _made("max", words, parts[0].unit, parts, lambda n: np.max([p(n) for p in parts], 0))
 
 
+def of_any_start(one: Quantity) -> Quantity:
+    """The largest that any start has, for every start."""
+    words = f"the largest {one.words} of any start"
+    return _made("any start's", words, one.unit, (one,), lambda n: _largest_of_all(one(n)))
+
+
+def _largest_of_all(values: np.ndarray) -> np.ndarray:
+    """Of what is defined; nan for all where nothing is."""
+    return np.full(values.shape, np.fmax.reduce(values))
+
+
 def diverged(source: Source) -> Quantity:
     """1 where the experiment's run diverged, else 0."""
     words = f"runs {source.words} that diverge".replace("  ", " ")
@@ -142,6 +153,18 @@ def where(condition: Quantity, above: float, quantity: Quantity) -> Quantity:
         quantity.unit,
         (condition, quantity),
         lambda n: np.where(condition(n) > above, quantity(n), np.nan),
+    )
+
+
+def where_below(condition: Quantity, below: float, quantity: Quantity) -> Quantity:
+    """The quantity where another is smaller than so much; undefined elsewhere."""
+    words = f"{quantity.words}, where {condition.words} is below {below:g} {condition.unit}"
+    return _made(
+        f"where below {below:g}",
+        words,
+        quantity.unit,
+        (condition, quantity),
+        lambda n: np.where(condition(n) < below, quantity(n), np.nan),
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from audit.claims.judged import Judged
 from audit.claims.rule import PARTS, Answer, Verdict
 from audit.claims.summary import Varied
+from audit.experiments.cells import AS_GEARS, AS_MODELLED, BETWEEN
 from audit.measures.numbers import defined
 from audit.page.columns import Column, Columns
 from audit.page.record import JsonObject
@@ -15,7 +16,7 @@ ANSWERS = Columns[Answer](
     lambda answer: "/".join(
         part
         for part in (
-            answer.place.law.id if answer.place.law else "",
+            answer.place.model.id if answer.place.model else "",
             answer.place.arm,
             "" if answer.place.zeta is None else f"{answer.place.zeta:g}",
             answer.place.choice,
@@ -24,6 +25,7 @@ ANSWERS = Columns[Answer](
     ),
     (
         Column("law", "law", lambda a: a.place.law.id if a.place.law else None),
+        Column("planets", "planets", lambda a: a.place.planets if a.place.law else None),
         Column("arm", "arm", lambda a: a.place.arm),
         Column("zeta", "zeta", lambda a: a.place.zeta, "g"),
         Column("choice", "choice", lambda a: a.place.choice or None),
@@ -59,19 +61,31 @@ def record(judged: Judged, variants: Sequence[Varied]) -> dict[str, object]:
         },
         "static": claim.static,
         **_verdict(judged.verdict),
+        "models": {
+            name: _verdict(judged.by_model[model])
+            for name, model in NAMED.items()
+            if model in judged.by_model
+        },
         "turns_at": {"low": list(judged.turning.low), "high": list(judged.turning.high)},
         "hangs_on_one_start": judged.hangs_on_a_start,
         "moved_by_a_coarser_grid": judged.moved_by_a_coarser_grid,
-        "variants": {one.name: {"verdict": one.kind, "own": one.own} for one in variants},
+        "variants": {one.model.id: {"verdict": one.kind, "beside": one.own} for one in variants},
         "quantile_parts": list(PARTS),
         "settings": ANSWERS.json(judged.answers),
     }
 
 
+NAMED = {
+    "as_modelled": AS_MODELLED,
+    "as_the_gears_are": AS_GEARS,
+    **{model.id: model for model in BETWEEN},
+}
+
+
 def _verdict(found: Verdict) -> JsonObject:
+    """counts: of settings, by what they say."""
     return {
         "verdict": found.kind,
-        "laws": [law.id for law in found.laws],
         "depends_on": list(found.depends_on),
-        "undefined_with": [law.id for law in found.silent],
+        "counts": dict(found.counts._asdict()),
     }

@@ -2,9 +2,10 @@
 
 In a setting a claim is true in a share of the starts. It is true there unless they show, with 95 %
 confidence, that in fewer than MOST it would be; false unless they show that in more than FEW; where
-they show both, the start decides: the setting is bistable. Undefined starts have no say;
-where they are most, the setting has none: what happens in few starts may be chance.
-Over all settings, a verdict that depends on how bistable settings are counted is `bistable`.
+they show both, the start decides: the setting is bistable. Undefined starts are not counted;
+where they are most, the setting is undefined: what happens in few starts may be chance.
+Over all settings of a model of the gears, or of several, a verdict that depends on how bistable
+settings are counted is `bistable`; undefined settings are counted by themselves.
 """
 
 from __future__ import annotations
@@ -20,13 +21,18 @@ from typing import NamedTuple
 import numpy as np
 
 from audit.claims.quantities import Choices, Known, NotSimulatedError, Quantity
-from audit.experiments.cells import LAWS, Cell, Law
+from audit.experiments.cells import Cell, GearModel, Law
+from audit.experiments.variant import Planets
 from audit.measures.shares import Share
 
 MOST, FEW = 0.9, 0.1
 DEFINED = 0.5  # of the starts: where the event is rarer, a setting says nothing of it
 PARTS = (0.1, 0.5, 0.9)
-LAW, READING, DAMPING = "phase law", "reading of Table I", "damping"
+READ_OFF = 0.1  # of a value: how well it is read off a plot, whatever it is and whoever reads it
+PLOT = "a tenth: read off a plot"
+LAW, PLANETS = "phase law", "planets lumped or free"
+READING, DAMPING = "reading of Table I", "damping"
+FORETELLS = 0.5  # at least half of the wrong guesses are saved
 
 
 @dataclass(frozen=True)
@@ -60,6 +66,11 @@ def below(high: float, because: str) -> Limits:
 def about(value: float, share: float, because: str) -> Limits:
     """Yes within this share of a printed value."""
     return Limits(value * (1 - share), value * (1 + share), because)
+
+
+def read_off(value: float) -> Limits:
+    """Yes where a plot tells no difference from a value."""
+    return about(value, READ_OFF, PLOT)
 
 
 @dataclass(frozen=True)
@@ -105,12 +116,18 @@ class State(StrEnum):
 
 
 class Place(NamedTuple):
-    """Where an answer was found. Static ones have no law and no zeta."""
+    """Where an answer was found. Static ones have no law and no zeta, their planets say nothing."""
 
     law: Law | None
     arm: str
     zeta: float | None
     choice: str
+    planets: Planets = "free"
+
+    @property
+    def model(self) -> GearModel | None:
+        """Of the gears; None where static."""
+        return None if self.law is None else GearModel(self.law, self.planets)
 
 
 @dataclass(frozen=True)
@@ -196,14 +213,14 @@ def answers(claim: Claim, settings: Iterable[tuple[Cell, Known]]) -> list[Answer
 def _place(claim: Claim, cell: Cell, choice: str) -> Place:
     if claim.static:
         return Place(None, cell.arm, None, choice)
-    return Place(cell.law, cell.arm, cell.zeta, choice)
+    return Place(cell.law, cell.arm, cell.zeta, choice, cell.planets)
 
 
 class Kind(StrEnum):
     """A verdict's first word."""
 
     HOLDS = "holds"
-    ONLY = "only with"
+    WHERE_DEFINED = "holds where defined"
     DEPENDS = "depends"
     BISTABLE = "bistable"
     FAILS = "does not hold"
@@ -211,98 +228,102 @@ class Kind(StrEnum):
     NOT_SIMULATED = "not simulated"
 
 
-class Verdict(NamedTuple):
-    """laws: with which it can be true at all, where it is ``only with`` these.
+class Counts(NamedTuple):
+    """How many settings say what. undefined: they lack what the claim is about."""
 
-    depends_on: the parameters that decide, where not all settings of these laws agree; silent: laws
-    with which nothing in any setting is what the claim is about.
-    """
+    yes: int = 0
+    no: int = 0
+    bistable: int = 0
+    undefined: int = 0
+
+
+class Verdict(NamedTuple):
+    """depends_on: the parameters that decide, where some settings say yes and others no."""
 
     kind: Kind
-    laws: tuple[Law, ...] = ()
+    counts: Counts
     depends_on: tuple[str, ...] = ()
-    silent: tuple[Law, ...] = ()
 
 
 Stated = tuple[Place, State]
 
 
 def verdict(given: Sequence[Answer], free: str = "") -> Verdict:
-    """The rule over all settings of LAWS (or of none, where the claim is static)."""
+    """The rule over settings: of one model of the gears or of several, or of none, where static."""
     return verdict_of([(answer.place, answer.state) for answer in given], free)
 
 
 def verdict_of(given: Sequence[Stated], free: str = "") -> Verdict:
     """Of settings that have said what they say."""
-    kind, laws, silent = kind_of(given)
-    clear = [one for one in given if one[1] != State.UNDEFINED and (not laws or one[0].law in laws)]
-    decided = kind in (Kind.ONLY, Kind.DEPENDS, Kind.BISTABLE)
-    return Verdict(kind, laws, _deciding(clear, free) if decided else (), silent)
+    kind = kind_of([said for _, said in given])
+    clear = [one for one in given if one[1] in (State.YES, State.NO)]
+    depends_on = _deciding(clear, free) if kind == Kind.DEPENDS else ()
+    return Verdict(kind, counts_of([said for _, said in given]), depends_on)
 
 
-class Finding(NamedTuple):
-    """A verdict without what it depends on."""
-
-    kind: Kind
-    laws: tuple[Law, ...] = ()
-    silent: tuple[Law, ...] = ()
+def counts_of(said: Sequence[State]) -> Counts:
+    """Of each state."""
+    return Counts(*(said.count(state) for state in COUNTED))
 
 
-def kind_of(given: Sequence[Stated]) -> Finding:
+COUNTED = (State.YES, State.NO, State.BISTABLE, State.UNDEFINED)
+
+
+def kind_of(said: Sequence[State]) -> Kind:
     """Bistable settings counted as yes, and as no: `bistable` if that is not the same verdict."""
-    if not given:
-        return Finding(Kind.NOT_SIMULATED)
-    clear = [(place, said) for place, said in given if said != State.UNDEFINED]
-    quiet = _laws(given) - _laws(clear)
-    silent = tuple(law for law in LAWS if law in quiet)
-    if not clear:
-        return Finding(Kind.UNDEFINED, silent=silent)
-    found = {_kind(_counted(clear, counted), silent) for counted in (State.YES, State.NO)}
-    return Finding(*found.pop(), silent) if len(found) == 1 else Finding(Kind.BISTABLE, (), silent)
+    counts = counts_of(said)
+    if not said:
+        return Kind.NOT_SIMULATED
+    if counts.undefined == len(said):
+        return Kind.UNDEFINED
+    found = {
+        _kind(counts.yes + counts.bistable, counts.no, counts.undefined),
+        _kind(counts.yes, counts.no + counts.bistable, counts.undefined),
+    }
+    return found.pop() if len(found) == 1 else Kind.BISTABLE
 
 
-def _laws(given: Sequence[Stated]) -> set[Law | None]:
-    return {place.law for place, _ in given}
-
-
-def _counted(given: Sequence[Stated], bistable: State) -> list[Stated]:
-    return [(p, bistable if said == State.BISTABLE else said) for p, said in given]
-
-
-def _kind(given: Sequence[Stated], silent: Sequence[Law]) -> tuple[Kind, tuple[Law, ...]]:
-    """From settings that all say yes or no; silent: laws without any."""
-    by_law: dict[Law | None, set[State]] = {}
-    for place, said in given:
-        by_law.setdefault(place.law, set()).add(said)
-    laws = [law for law in LAWS if law in by_law]
-    true_in = tuple(law for law in laws if State.YES in by_law[law])
-    if all(said == {State.NO} for said in by_law.values()):
-        return Kind.FAILS, ()
-    if true_in and (silent or len(true_in) < len(laws)):
-        return Kind.ONLY, true_in
-    if all(said == {State.YES} for said in by_law.values()):
-        return Kind.HOLDS, ()
-    return Kind.DEPENDS, ()
+def _kind(yes: int, no: int, undefined: int) -> Kind:
+    """Of settings that all say yes or no, but for those without the event."""
+    if not no:
+        return Kind.WHERE_DEFINED if undefined else Kind.HOLDS
+    return Kind.DEPENDS if yes else Kind.FAILS
 
 
 def _deciding(given: Sequence[Stated], free: str) -> tuple[str, ...]:
-    """Parameters whose change alone changes the answer; all that vary if none does so alone."""
+    """Parameters that foretell the answer, best first; where none does, all that change it alone.
+
+    One foretells it if Goodman and Kruskal's lambda, the share of wrong guesses that knowing it
+    saves, is FORETELLS or more. Settings that say yes or no.
+    """
     axes: dict[str, Callable[[Place], object]] = {
         LAW: lambda place: place.law,
+        PLANETS: lambda place: place.planets,
         READING: lambda place: place.arm,
         DAMPING: lambda place: place.zeta,
         free: lambda place: place.choice,
     }
     axes = {name: get for name, get in axes.items() if len({get(p) for p, _ in given}) > 1}
-    if len({said for _, said in given}) == 1:
-        return ()
+    blind = _wrong_guesses(given, lambda place: None)
+    saved = {name: 1 - _wrong_guesses(given, get) / blind for name, get in axes.items()}
+    telling = sorted((name for name in axes if saved[name] >= FORETELLS), key=lambda n: -saved[n])
+    if telling:
+        return tuple(telling)
     alone = {
         name
         for (one, said), (other, against) in combinations(given, 2)
-        if {said, against} == {State.YES, State.NO}
+        if said != against
         for name in _only_difference(axes, one, other)
     }
     return tuple(name for name in axes if name in (alone or axes))
+
+
+def _wrong_guesses(given: Sequence[Stated], get: Callable[[Place], object]) -> int:
+    """Settings that say other than most with the same value of a parameter."""
+    by_value: dict[object, list[State]] = {}
+    for place, said in given:
+        by_value.setdefault(get(place), []).append(said)
+    return sum(min(said.count(State.YES), said.count(State.NO)) for said in by_value.values())
 
 
 def _only_difference(

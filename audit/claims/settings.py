@@ -11,18 +11,30 @@ import numpy as np
 from audit.claims.quantities import Known
 from audit.claims.statements.statics import Statics
 from audit.errata.planted import Planted, shown
-from audit.experiments.cells import CONSERVATIVE, LABELLED, LAWS, READINGS, Cell
+from audit.experiments.cells import (
+    AS_MODELLED,
+    LABELLED,
+    LAWS,
+    READINGS,
+    VARIANTS,
+    Cell,
+    GearModel,
+)
 from audit.experiments.experiments import (
     BACK,
     BACK_EVEN,
     BACKLASH,
+    BACKLASH_NO_ERROR,
+    CHAOTIC_UM,
     CONSTANT,
     CONSTANT_NO_ERROR,
+    CONSTANT_PRELOADED,
     CONSTANT_SQUARE,
     CONSTANT_STIFFNESS,
     DEFAULT_B_UM,
     DEFAULT_E_UM,
     ERROR,
+    NEIGHBOURS,
     NO_BACKLASH,
     NO_ERROR,
     PD,
@@ -30,9 +42,11 @@ from audit.experiments.experiments import (
     PRELOADED,
     SQUARE,
     STATIC,
+    TURNING,
     TWO_PLANETS,
     TWO_SOFTER,
     WIDE,
+    WIDE_M,
     Source,
 )
 from audit.experiments.pool import Sample, samples
@@ -42,16 +56,18 @@ from audit.experiments.variant import Numbers
 
 # From where the controller flutters by itself to twice the default.
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
-VARIED = (PD, NO_ERROR)  # what the variants of the model are held against the settings by
+VARIED = (PD, NO_ERROR)  # the experiments that are made of VARIANTS
 
 
 @dataclass(frozen=True)
 class Plan:
     """zetas: of all experiments but those of ``shaken``; sizes in um.
 
-    shaken: of back and forth, of the square wave, of two planets, and of 3 s with b = 3000 um;
-    variants: whether planets held alike and the conservative law, other planets, other waves and
-    planted slips are asked too. The second reading of Table I sweeps b and E at every second zeta.
+    shaken: of back and forth, the square wave, two planets, 3 s with b = 3000 um, links that turn
+    back, preloaded constant torque, neighbouring motions, and neither backlash nor tooth error;
+    variants: whether VARIANTS, other planets, other waves and planted errors are asked too. The
+    second reading of Table I sweeps b and E at every second zeta. back: of Fig. 15, to which the
+    claims add 1000 and 3000 um.
     """
 
     readings: tuple[str, ...] = tuple(READINGS)
@@ -66,17 +82,17 @@ class Plan:
         """Of the claims: planets free, all laws."""
         return [Cell(law, zeta, arm) for law, arm, zeta in product(LAWS, self.readings, self.zetas)]
 
-    def variations(self) -> dict[str, list[Cell]]:
-        """The same with planets held alike, and under `angle` with springs that push theta."""
-        if not self.variants:
-            return {}
-        every = self.settings()
-        return {
-            "lumped": [Cell(c.law, c.zeta, c.arm, "lumped") for c in every],
-            "conservative": [
-                Cell(CONSERVATIVE, c.zeta, c.arm) for c in every if c.law.phase == "angle"
-            ],
-        }
+    def as_modelled(self) -> list[Cell]:
+        """Of the claims: the paper's own model."""
+        return self.of(AS_MODELLED)
+
+    def of(self, model: GearModel) -> list[Cell]:
+        """All settings of a model of the gears."""
+        return [Cell(model.law, z, arm, model.planets) for arm in self.readings for z in self.zetas]
+
+    def variations(self) -> dict[GearModel, list[Cell]]:
+        """Of the claims that need no more than the PD run: further models of the gears."""
+        return {model: self.of(model) for model in VARIANTS} if self.variants else {}
 
     def sources(self, cell: Cell) -> Iterator[Source]:
         """What is simulated in a setting of the claims."""
@@ -87,9 +103,9 @@ class Plan:
             yield from (ERROR(size_um) for size_um in self.errors)
         if cell.zeta in self.shaken:
             yield from (TWO_PLANETS, TWO_SOFTER) if self.variants else ()
-            yield from (BACK(size_um) for size_um in self.back)
-            yield from (BACK_EVEN(size_um) for size_um in self.back)
-            yield WIDE
+            for size_um in (*self.back, CHAOTIC_UM, 1e6 * WIDE_M):
+                yield from (BACK(size_um), BACK_EVEN(size_um))
+            yield from (WIDE, TURNING, CONSTANT_PRELOADED, NEIGHBOURS, BACKLASH_NO_ERROR(0.0))
             yield from (SQUARE, CONSTANT_SQUARE) if self.variants else ()
 
 
@@ -112,12 +128,21 @@ def plan_of(scale: Scale) -> Plan:
 
 
 def settings(study: Study, scale: Scale) -> Settings:
-    """Every setting of the claims with its experiments."""
+    """Every setting of the claims with planets free, with its experiments."""
+    return _of_cells(study, scale, plan_of(scale).settings(), "claims")
+
+
+def as_modelled(study: Study, scale: Scale) -> Settings:
+    """Every setting of the paper's own model with its experiments."""
+    return _of_cells(study, scale, plan_of(scale).as_modelled(), "claims, as modelled")
+
+
+def _of_cells(study: Study, scale: Scale, cells: Sequence[Cell], what: str) -> Settings:
     plan = plan_of(scale)
-    wanted = [(cell, source) for cell in plan.settings() for source in plan.sources(cell)]
-    found = samples(study, scale, wanted, "claims")
+    wanted = [(cell, source) for cell in cells for source in plan.sources(cell)]
+    found = samples(study, scale, wanted, what)
     static = _without_setting(study, plan)
-    made = {cell: Known(static[cell.arm]) for cell in plan.settings()}
+    made = {cell: Known(static[cell.arm]) for cell in cells}
     for (cell, source), sample in found.items():
         made[cell][source] = sample
     for known in made.values():  # the default run is a member of both sweeps
@@ -125,14 +150,14 @@ def settings(study: Study, scale: Scale) -> Settings:
     return list(made.items())
 
 
-def variations(study: Study, scale: Scale) -> dict[str, Settings]:
-    """The settings of the model's variants with what is asked there."""
+def variations(study: Study, scale: Scale) -> dict[GearModel, Settings]:
+    """The settings of VARIANTS with what is asked there."""
     asked = plan_of(scale).variations()
     wanted = [(cell, source) for cells in asked.values() for cell in cells for source in VARIED]
     found = samples(study, scale, wanted, "claims, variants")
     return {
-        name: [(cell, Known({source: found[cell, source] for source in VARIED})) for cell in cells]
-        for name, cells in asked.items()
+        model: [(cell, Known({source: found[cell, source] for source in VARIED})) for cell in cells]
+        for model, cells in asked.items()
     }
 
 

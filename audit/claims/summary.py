@@ -1,4 +1,4 @@
-"""What a claim's row shows: the settings of one law side by side, and what the variants say."""
+"""What a claim's row shows: the settings of one model side by side, and what variants say."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from audit.claims.judged import Judged
-from audit.claims.rule import Answer, Kind, State, verdict
-from audit.experiments.cells import INTEGRAL, LAWS, READINGS, Law
+from audit.claims.rule import Answer, Kind, State
+from audit.experiments.cells import MODELS, READINGS, VARIANTS, GearModel
 
 TYPICAL_ZETAS = (0.005, 0.05)  # of the figures, where the third fluctuation shows and where not
 
 
 @dataclass(frozen=True)
 class Strip:
-    """A claim under one law, one choice of its free parameter and the readings that agree.
+    """A claim of one model, one choice of its free parameter and the readings that agree.
 
-    answers: by damping ratio, ascending.
+    model: of the gears, None where static; answers: by damping ratio, ascending.
     """
 
-    law: Law | None
+    model: GearModel | None
     readings: tuple[str, ...]
     choice: str
     answers: tuple[Answer, ...]
@@ -45,16 +45,16 @@ class Strip:
         return [a for a in self.answers if a.place.zeta in (None, *TYPICAL_ZETAS)]
 
 
-def strips(judged: Judged, law: Law | None) -> list[Strip]:
+def strips(judged: Judged, model: GearModel | None) -> list[Strip]:
     """Readings with the same states are told together, by the first one's numbers."""
-    mine = [answer for answer in judged.answers if answer.place.law == law]
+    mine = [answer for answer in judged.answers if answer.place.model == model]
     by_states: dict[tuple[str, tuple[State, ...]], list[Strip]] = {}
     for (choice, arm), answers in _grouped(mine, lambda a: (a.place.choice, a.place.arm)).items():
         ordered = tuple(sorted(answers, key=lambda a: a.place.zeta or 0.0))
-        strip = Strip(law, (READINGS[arm],), choice, ordered)
+        strip = Strip(model, (READINGS[arm],), choice, ordered)
         by_states.setdefault((choice, strip.states), []).append(strip)
     return [
-        Strip(law, tuple(s.readings[0] for s in alike), alike[0].choice, alike[0].answers)
+        Strip(model, tuple(s.readings[0] for s in alike), alike[0].choice, alike[0].answers)
         for alike in by_states.values()
     ]
 
@@ -68,16 +68,16 @@ def _grouped(
     return found
 
 
-def laws_of(judged: Judged) -> tuple[Law | None, ...]:
-    """Those that the claim was asked under; none where it is static."""
-    return (None,) if judged.claim.static else LAWS
+def models_of(judged: Judged) -> tuple[GearModel | None, ...]:
+    """Those that the claim was asked of; none where it is static."""
+    return (None,) if judged.claim.static else MODELS
 
 
 @dataclass(frozen=True)
 class Varied:
-    """A claim asked of a variant of the model, beside what the model itself says there."""
+    """A claim asked of one of VARIANTS, beside what the model next to it says there."""
 
-    name: str
+    model: GearModel
     kind: Kind
     own: Kind
 
@@ -87,17 +87,10 @@ class Varied:
         return self.kind != self.own
 
 
-def varied(judged: Judged, variants: Mapping[str, Judged]) -> list[Varied]:
-    """By every variant that has the claim's experiments.
-
-    The conservative law, which asks for the phase `angle`, is held against that law alone.
-    """
-    found = []
-    for name, other in variants.items():
-        if not other.answers or judged.claim.static:
-            continue
-        own = judged.answers
-        if all(answer.place.law not in LAWS for answer in other.answers):
-            own = tuple(answer for answer in own if answer.place.law == INTEGRAL)
-        found.append(Varied(name, other.verdict.kind, verdict(own, judged.claim.free).kind))
-    return found
+def varied(judged: Judged, variants: Mapping[GearModel, Judged]) -> list[Varied]:
+    """By every variant that has the claim's experiments."""
+    return [
+        Varied(model, other.verdict.kind, judged.by_model[VARIANTS[model]].kind)
+        for model, other in variants.items()
+        if other.answers and not judged.claim.static
+    ]

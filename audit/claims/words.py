@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from audit.claims.judged import Judged
-from audit.claims.rule import FEW, MOST, Answer, Kind, Verdict, ends
+from audit.claims.rule import FEW, MOST, Answer, Counts, Kind, Verdict, ends
 from audit.claims.settings import Plan
-from audit.claims.summary import laws_of, strips
-from audit.experiments.cells import LAWS, Law
+from audit.claims.summary import models_of, strips
+from audit.experiments.cells import AS_GEARS, AS_MODELLED, GearModel
 from audit.experiments.scale import Scale
+from audit.experiments.starts import ALIKE, FIRST
 from audit.measures.undefined import shown
 from audit.page.text import text
 from audit.page.words import LAW_NAMES, number
@@ -21,28 +22,41 @@ if TYPE_CHECKING:
 
 # What a reader looks for first: what is wrong, what hangs on chance, what on an unknown.
 ORDER = (
-    *(Kind.FAILS, Kind.BISTABLE, Kind.ONLY, Kind.DEPENDS),
-    *(Kind.UNDEFINED, Kind.NOT_SIMULATED, Kind.HOLDS),
+    *(Kind.FAILS, Kind.BISTABLE, Kind.DEPENDS),
+    *(Kind.UNDEFINED, Kind.NOT_SIMULATED, Kind.WHERE_DEFINED, Kind.HOLDS),
 )
 COLOURS = {
     Kind.HOLDS: "agree",
+    Kind.WHERE_DEFINED: "agree",
     Kind.FAILS: "differ",
-    Kind.ONLY: "unresolved",
     Kind.DEPENDS: "unresolved",
     Kind.BISTABLE: "bistable",
 }
 
 
+# The two that a verdict is told of side by side; what lies between them follows.
+COLUMNS = {AS_MODELLED: "as modelled in the paper", AS_GEARS: "as the gears are"}
+
+
 def page(found: Sequence[Row], plan: Plan, scale: Scale) -> str:
-    """The rule, the count of verdicts by section, and every claim's row."""
+    """The rule, the count of verdicts by model and section, and every claim's row."""
     sections = dict.fromkeys(row.judged.claim.section for row in found)
     counts = Counter((row.judged.claim.section, row.judged.verdict.kind) for row in found)
+    asked = [row.judged for row in found if not row.judged.claim.static]
+    by_model = Counter((model, one.by_model[model].kind) for one in asked for model in COLUMNS)
+    static = Counter(row.judged.verdict.kind for row in found if row.judged.claim.static)
     kinds = [kind for kind in ORDER if any(counts[section, kind] for section in sections)]
     return text(
         "claims/chapter",
         rows={s: _sorted([r for r in found if r.judged.claim.section == s]) for s in sections},
         counts=counts,
         kinds=kinds,
+        columns=COLUMNS,
+        by_model=by_model,
+        asked=len(asked),
+        static=static,
+        first=FIRST,
+        alike=ALIKE,
         plan=plan,
         starts=scale.most_starts,
         few=FEW,
@@ -53,9 +67,8 @@ def page(found: Sequence[Row], plan: Plan, scale: Scale) -> str:
         moved=[r.judged.claim.id for r in found if r.judged.moved_by_a_coarser_grid],
         differing=[(r.judged.claim.id, one) for r in found for one in r.variants if one.differs],
         colours=COLOURS,
-        law_words=LAW_NAMES,
-        laws=LAWS,
-        laws_of=laws_of,
+        model_words=model_words,
+        models_of=models_of,
         strips=strips,
         verdict=verdict_words,
         turning=turning_words,
@@ -69,21 +82,28 @@ def _sorted(found: Sequence[Row]) -> list[Row]:
 
 
 def verdict_words(found: Verdict) -> str:
-    """In words."""
+    """In words, with the settings behind it where they do not all say the same."""
     words = str(found.kind)
-    if found.laws:
-        words += f" {' and '.join(law_words(law) for law in found.laws)}"
     if found.depends_on:
-        said = " on" if found.kind == Kind.DEPENDS else "; depends on"
-        words += f"{said} {', '.join(found.depends_on)}"
-    if found.silent:
-        words += f"; undefined with {' and '.join(law_words(law) for law in found.silent)}"
+        words += f" on {', '.join(found.depends_on)}"
+    mixed = found.kind in (Kind.DEPENDS, Kind.BISTABLE)
+    if mixed or (found.counts.undefined and found.kind != Kind.UNDEFINED):
+        words += f" ({counts_words(found.counts)})"
     return words
 
 
-def law_words(law: Law) -> str:
-    """Of one of LAWS; both with omega_t are told apart by their ring rate."""
-    return LAW_NAMES[law]
+def counts_words(counts: Counts) -> str:
+    """Of settings: those that say yes and no always, others where there are any."""
+    told = [f"{counts.yes} yes", f"{counts.no} no"]
+    told += [f"{counts.bistable} bistable"] if counts.bistable else []
+    told += [f"{counts.undefined} undefined"] if counts.undefined else []
+    return ", ".join(told)
+
+
+def model_words(model: GearModel) -> str:
+    """A model of the gears in words: law and planets."""
+    own = f"{LAW_NAMES[model.law]}, planets {model.planets}"
+    return f"{COLUMNS[model]}: {own}" if model in COLUMNS else own
 
 
 def value_words(answer: Answer) -> str:
@@ -96,7 +116,7 @@ def value_words(answer: Answer) -> str:
 
 
 def share_words(answer: Answer) -> str:
-    """How many of the starts, and how many have no say."""
+    """How many of the starts, and how many are undefined."""
     share = answer.share
     if share is None:
         return f"undefined in {answer.undefined} of {answer.starts}"

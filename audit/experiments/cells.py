@@ -37,6 +37,30 @@ PRINTED, REPAIRED_RATE, INTEGRAL = LAWS = (
 CONSERVATIVE = Law("angle", "corrected", "conservative")
 
 
+class GearModel(NamedTuple):
+    """Which model of the gears moves the arm: the law of its meshes, and how planets count."""
+
+    law: Law
+    planets: Planets
+
+    @property
+    def id(self) -> str:
+        """Names the model in claims.json."""
+        return f"{self.law.id}/{self.planets}"
+
+
+AS_MODELLED = GearModel(PRINTED, "lumped")  # Eqs. 8, 13, 14 and three planets counted as one
+AS_GEARS = GearModel(INTEGRAL, "free")  # the phase that a mesh has, every planet by itself
+BETWEEN = (GearModel(PRINTED, "free"), GearModel(REPAIRED_RATE, "free"))
+MODELS = (AS_MODELLED, AS_GEARS, *BETWEEN)  # that every claim is asked of
+# Asked of claims that need no more than the PD run, each beside one of MODELS.
+VARIANTS = {
+    GearModel(REPAIRED_RATE, "lumped"): GearModel(REPAIRED_RATE, "free"),
+    GearModel(INTEGRAL, "lumped"): AS_GEARS,
+    GearModel(CONSERVATIVE, "free"): AS_GEARS,
+}
+
+
 @dataclass(frozen=True)
 class Cell:
     """One setting. arm: a reading of Table I; zeta: damping ratio of all meshes."""
@@ -45,6 +69,11 @@ class Cell:
     zeta: float
     arm: str = LABELLED
     planets: Planets = "free"
+
+    @property
+    def model(self) -> GearModel:
+        """Of the gears."""
+        return GearModel(self.law, self.planets)
 
     @property
     def reading(self) -> str:

@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from audit.experiments.cells import Cell
+from audit.experiments.lyapunov import Lyapunov
 from audit.experiments.preload import preloaded
 from audit.experiments.starts import (
     RECORDED_S,
     BackAndForth,
     ConstantTorque,
-    Starts,
+    Perturbed,
     TransientPd,
     WholePd,
 )
@@ -22,6 +23,8 @@ START_ONLY_S = 0.3  # the first fluctuation, which the shoulder's change of side
 SLOW_RECORD_S = 1e-4  # constant torque and back and forth: nothing fast decides there
 DEFAULT_B_UM, DEFAULT_E_UM = 50.0, 5.0
 WIDE_M = 3e-3
+CHAOTIC_UM = 1000.0  # a clearance with which Section 4.1 calls the fluctuation chaotic
+TURNING_RAD_PER_S = -1.0  # a fast start away from the target: the links turn back on their way
 
 
 @dataclass(frozen=True)
@@ -59,7 +62,12 @@ TWO_SOFTER = Source("two planets as they are", words="with two planets, each mes
 SQUARE = Source("square wave", words="with the square wave of Fig. 5")
 CONSTANT_SQUARE = Source("constant torque, square wave", words="with the square wave of Fig. 5")
 PRELOADED = Source("preloaded", words="from teeth that already carry the load")
+CONSTANT_PRELOADED = Source(
+    "constant torque, preloaded", words="from teeth that already carry the load"
+)
 WIDE = Source("whole run, b = 3000 um", words="at b = 3000 µm")  # Section 4.1's 6 mm
+TURNING = Source("turning back, b = 3000 um", words="at b = 3000 µm, links turning back")
+NEIGHBOURS = Source("neighbouring motions, b = 1000 um", words="at b = 1000 µm")
 STATIC = Source("static")  # follows from the arm's data alone
 PLANTED = Source("planted slips")  # likewise
 BACKLASH, ERROR = Family("backlash", "b"), Family("tooth error", "E")  # Figs. 16-20
@@ -68,16 +76,21 @@ BACK = Family("back and forth, backlash", "b")  # Fig. 15, by sin(20 pi sqrt(t))
 BACK_EVEN = Family("back and forth evenly, backlash", "b")  # by sin(20 pi t)
 
 
-def question(source: Source, cell: Cell, seeds: tuple[int, ...]) -> Starts:
+def question(source: Source, cell: Cell, seeds: tuple[int, ...]) -> Perturbed:
     """The experiment in a setting. Raises KeyError for one that no run is made for."""
     short = replace(_recorded(cell.variant(), RECORDED_S), duration_s=SHORT_S)
     if source == PD:
         return WholePd(_recorded(cell.variant(), RECORDED_S), seeds)
-    if source == WIDE:
-        whole = _recorded(cell.variant(), RECORDED_S)
-        return WholePd(_set(whole, "backlash_m", WIDE_M), seeds)
+    if source in (WIDE, TURNING):
+        whole = _set(_recorded(cell.variant(), RECORDED_S), "backlash_m", WIDE_M)
+        return WholePd(_changed(whole, source), seeds)
+    if source == NEIGHBOURS:
+        return Lyapunov(_set(short, "backlash_m", 1e-6 * CHAOTIC_UM), seeds)
     if source == PRELOADED:
         return TransientPd(preloaded(replace(short, duration_s=START_ONLY_S)), seeds)
+    if source == CONSTANT_PRELOADED:
+        driven = _recorded(cell.variant("constant-torque"), SLOW_RECORD_S)
+        return ConstantTorque(preloaded(driven), seeds)
     if source in (CONSTANT, CONSTANT_NO_ERROR, CONSTANT_SQUARE):
         variant = _recorded(cell.variant("constant-torque"), SLOW_RECORD_S)
         return ConstantTorque(_changed(variant, source), seeds)
@@ -97,19 +110,21 @@ _SETTINGS = {
     TWO_PLANETS.kind: (*_TWO, *_AS_STIFF),
     TWO_SOFTER.kind: _TWO,
     BACK_EVEN.kind: ("scenario.drive.argument=time",),
+    TURNING.kind: (f"scenario.start.theta_dot_rad_per_s={TURNING_RAD_PER_S!r}",),
 }
 HARMONICS = 15  # of the square wave: the paper's even ones vanish
 
 
 def _changed(variant: Variant, source: Source) -> Variant:
     """What the experiment changes."""
-    if source == CONSTANT:
+    if source in (CONSTANT, WIDE):
         return variant
     if source in (SQUARE, CONSTANT_SQUARE):
         return replace(variant, harmonics=HARMONICS)
     if source.kind in _SETTINGS:
         variant = replace(variant, settings=_SETTINGS[source.kind])
-    return variant if source in (TWO_PLANETS, TWO_SOFTER) else _mesh_changed(variant, source)
+    whole = (TWO_PLANETS, TWO_SOFTER, TURNING)
+    return variant if source in whole else _mesh_changed(variant, source)
 
 
 def _mesh_changed(variant: Variant, source: Source) -> Variant:

@@ -24,6 +24,7 @@ from crosscheck import signals
 from models.experiment.scenario import PdDrive
 
 FIRST_S = (0.0, 0.25)
+CONVERGED_S = 0.15  # after an impact its vibration is followed for so long
 FOURTH_S = 0.4
 LOWEST_HZ, LOW_HZ, LINE_HZ = 20.0, 500.0, 50.0  # "low frequency"; half the width of a line
 START_S = 1e-3  # at the very start the meshes touch without force
@@ -92,11 +93,12 @@ def whole(run: Course, rigid: Course) -> Numbers:
 
 
 def _first(looked: _Looked) -> Found:
-    time, excess = looked.run.time[looked.start], looked.excess[looked.start, 0]
+    time, excess = looked.run.time, looked.excess[:, 0]
     later = looked.excess[signals.window(looked.run.time, FIRST_S[1], THIRD_S[1]), 0]
+    impact = signals.window(time, 0.0, CONVERGED_S)
     return {
-        "first": signals.amplitude(excess),
-        "first_decay_s": decay(time, excess),
+        "first": signals.amplitude(excess[looked.start]),
+        "first_decay_s": decay(time[impact], excess[impact]),
         "after_start": signals.amplitude(later),
     }
 
@@ -111,13 +113,14 @@ def _second(looked: _Looked) -> Found:
     left_s = side.met_s if side.left_s is None else side.left_s
     before = excess[signals.window(time, left_s - IMPACT_S / 2, left_s)]
     onset = signals.onset(time[change], excess[change])
+    impact = looked.within(0.0, CONVERGED_S)
     return {
         "side_change_s": side.met_s,
         "second": signals.amplitude(excess[change]),
         "second_over_before": quotient(
             signals.amplitude(excess[change]), signals.amplitude(before)
         ),
-        "second_decay_s": decay(time[change], excess[change]),
+        "second_decay_s": decay(time[impact], excess[impact]),
         "second_delay_s": None if onset is None else onset - side.met_s,
         "second_force_N": signals.amplitude(force[looked.within(0.0, AT_ONCE_S)]),
         "bouncing_s": events.bouncing(time, force, side.met_s),
@@ -248,7 +251,9 @@ def _loads(looked: _Looked) -> Found:
         "torque_fast_2": _share_of_largest(shaken[1][part], torque[:, 1]),
         "torque_follows": _envelopes_correlate(time, shaken[0][part], looked.excess[part, 0]),
         "torque_frequency_Hz": _frequency(looked, shaken[0]),
-        "speed_fast": _share_of_largest(fast(time, speed)[part], speed),
+        "speed_fast": quotient(
+            signals.amplitude(fast(time, speed)[part]), signals.mean(np.abs(speed[part]))
+        ),
         "side_changes": float(events.count_side_changes(force[part])) if force[part].size else None,
     }
 
@@ -310,16 +315,17 @@ def _three(looked: _Looked) -> tuple[slice, slice, slice]:
 def _mesh_rates(run: Course) -> Found:
     """What Eq. 11 neglects, how small the teeth's motion is, how far omega t is off its integral.
 
-    Rates by central differences of the recorded displacements.
+    Rates by central differences of the recorded displacements, once the start is over: there the
+    arm itself has no speed yet.
     """
     time, theta, speed = (run.time, run.theta, run.theta_dot)
-    x_sp, x_pr = run.x_sp, run.x_pr
-    sp_rate, pr_rate = (np.gradient(x, time) for x in (x_sp, x_pr))
+    x_sp, x_pr, later = run.x_sp, run.x_pr, signals.window(time, FIRST_S[1], np.inf)
+    sp_rate, pr_rate = (np.gradient(x, time)[later] for x in (x_sp, x_pr))
     r_cp = stage_geometry(geared_joint(run.case.arm)).r_cp
     top = np.abs(speed[:, 0]).max()
     return {
-        "mesh_rate_over_speed": quotient(np.abs([sp_rate, pr_rate]).max(), top),
-        "neglected_in_eq11": quotient(np.abs(sp_rate + pr_rate).max(), 2 * r_cp * top),
+        "mesh_rate_over_speed": quotient(signals.amplitude(np.array([sp_rate, pr_rate])), top),
+        "neglected_in_eq11": quotient(signals.amplitude(sp_rate + pr_rate), 2 * r_cp * top),
         "mesh_over_gross": quotient(np.abs([x_sp, x_pr]).max(), 2 * r_cp * np.ptp(theta[:, 0])),
         "phase_gap_rad": RING_CYCLES * np.abs(speed[:, 0] * time - theta[:, 0]).max(),
     }

@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
+import numpy as np
+
 from analytic.model import AnalyticModel
 from audit.experiments.pd import transient, whole
 from audit.experiments.torque import back_and_forth, constant_torque
@@ -25,6 +27,10 @@ from models.interface import Model
 from models.loading import Case
 
 AT_ONCE = 16  # runs in memory: about 100 MB
+FIRST = 8  # starts that are run before it is asked whether more could tell anything else
+ALIKE = 1e-3  # relative: starts that agree so well have grown their 1e-12 m by less than 1e5
+# Numbers that show the perturbation itself, whatever comes of it.
+PERTURBATION_ITSELF = ("planets_apart_m", "force_at_start_N")
 OWN_SHIFT_RAD = 1e-6  # small enough to stay in proportion for 2 s
 RECORDED_S = 5e-5  # 13 samples of a period at 1.5 kHz, 4 at the highest mesh mode
 
@@ -32,15 +38,17 @@ RECORDED_S = 5e-5  # 13 samples of a period at 1.5 kHz, 4 at the highest mesh mo
 class Measured(NamedTuple):
     """Numbers of every start by name, None for what is undefined; when a start's run diverged [s].
 
-    A start that diverged has no numbers: all are None.
+    A start that diverged has no numbers: all are None. ran: how many starts were run; where the
+    first FIRST agree they stand for all others, in turns.
     """
 
     numbers: dict[str, list[float | None]]
     diverged_s: list[float | None]
+    ran: int
 
 
 @dataclass(frozen=True)
-class Starts(ABC):
+class Perturbed(ABC):
     """A Question: the variant from starts perturbed by these seeds."""
 
     variant: Variant
@@ -49,6 +57,19 @@ class Starts(ABC):
     @property
     def inputs(self) -> str:
         return spelled_out(self.variant.case(), self.variant.model, repr(self.seeds))
+
+    @property
+    @abstractmethod
+    def cost(self) -> float:
+        """Rough seconds."""
+
+    @abstractmethod
+    def answer(self) -> Measured:
+        """What is measured of every start."""
+
+
+class Starts(Perturbed):
+    """Whole runs from every start, each measured by itself beside a rigid arm."""
 
     @property
     def run_by(self) -> tuple[str, ...]:
@@ -62,10 +83,17 @@ class Starts(ABC):
         return len(self.seeds) * steps * entry.call_s / entry.abreast
 
     def answer(self) -> Measured:
+        found = self._measured(self.seeds[:FIRST])
+        if len(self.seeds) <= FIRST or alike(found):
+            return _standing_for(found, len(self.seeds))
+        return _joined(found, self._measured(self.seeds[FIRST:]))
+
+    def _measured(self, seeds: Sequence[int]) -> Measured:
+        """All of these starts, each run."""
         beside: tuple[Course, ...] | None = None
         found: list[Numbers] = []
         diverged: list[float | None] = []
-        for run in self._runs():
+        for run in self._runs(seeds):
             if isinstance(run, Diverged):
                 found.append({})
                 diverged.append(run.time_s)
@@ -75,25 +103,61 @@ class Starts(ABC):
             found.append(self.numbers(run, beside))
             diverged.append(None)
         names = dict.fromkeys(name for numbers in found for name in numbers)
-        return Measured({name: [n.get(name) for n in found] for name in names}, diverged)
+        numbers = {name: [n.get(name) for n in found] for name in names}
+        return Measured(numbers, diverged, len(seeds))
 
     def case(self) -> Case:
         """What is run, before it is perturbed."""
         return self.variant.case()
 
-    def _runs(self) -> Iterator[Course | Diverged]:
+    def _runs(self, seeds: Sequence[int]) -> Iterator[Course | Diverged]:
         case = self.case()
-        models = [build(self.variant.model, *perturbed(case, seed)) for seed in self.seeds]
+        models = [build(self.variant.model, *perturbed(case, seed)) for seed in seeds]
         for first in range(0, len(models), AT_ONCE):
             yield from _side_by_side(models[first : first + AT_ONCE])
 
     @abstractmethod
     def beside(self) -> tuple[Variant, ...]:
-        """The rigid arms that its runs are held against."""
+        """The rigid arms that its runs are compared with."""
 
     @abstractmethod
     def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
         """What is measured."""
+
+
+def alike(found: Measured) -> bool:
+    """Whether no run diverged and every number is the same in all starts, to ALIKE of its size.
+
+    The motion is then a smooth function of its start, and further starts as near give the same.
+    """
+    if any(time is not None for time in found.diverged_s):
+        return False
+    told = [v for name, v in found.numbers.items() if name not in PERTURBATION_ITSELF]
+    return all(map(_same, told))
+
+
+def _same(values: Sequence[float | None]) -> bool:
+    defined = [value for value in values if value is not None]
+    if len(defined) < len(values):
+        return not defined
+    return float(np.ptp(defined)) <= ALIKE * float(np.abs(defined).max())
+
+
+def _standing_for(found: Measured, starts: int) -> Measured:
+    """Of so many starts, those that were run in turns."""
+    turns = [place % found.ran for place in range(starts)]
+    numbers = {name: [values[place] for place in turns] for name, values in found.numbers.items()}
+    return Measured(numbers, [found.diverged_s[place] for place in turns], found.ran)
+
+
+def _joined(one: Measured, other: Measured) -> Measured:
+    """All starts of both; where one has no numbers at all, all of its runs diverged."""
+    names = dict.fromkeys((*one.numbers, *other.numbers))
+    numbers = {
+        name: [x for part in (one, other) for x in part.numbers.get(name, [None] * part.ran)]
+        for name in names
+    }
+    return Measured(numbers, [*one.diverged_s, *other.diverged_s], one.ran + other.ran)
 
 
 class WholePd(Starts):

@@ -130,7 +130,7 @@ class Study:
     def _measurings(
         self, wanted: Mapping[str, Asked], what: str, missing: Sequence[str]
     ) -> list[Task]:
-        """The work for what is missing of the wanted; what it is held against has been run."""
+        """The work for what is missing of the wanted; what it is compared with has been run."""
         left = {key: wanted[key] for key in missing}
         others = dict.fromkeys(other for one in left.values() for other in _others(*one))
         beside = self._runs(others, f"{what}, to compare with") if others else {}

@@ -29,8 +29,11 @@ TURN_M = 2e-6  # a turning point of the ripple of 2 E = 10 um
 DECAYED = 0.1  # of the largest value
 RINGING_S = 0.0012  # two periods of the slower mesh mode
 SMOOTHING_S = 0.01  # slower than the meshes' vibrations, faster than the arm's motion
-# Back and forth: errors are small; then the last 0.2 s of each second.
-ERROR_WINDOWS_S = {"early": (0.1, 0.3), "1_s": (0.8, 1.0), "2_s": (1.8, 2.0)}
+# Back and forth: while errors are small; then every 0.2 s, by the end.
+ERROR_WINDOWS_S = {
+    "early": (0.1, 0.3),
+    **{f"{end / 10:g}_s": (end / 10 - 0.2, end / 10) for end in range(4, 21, 2)},
+}
 FEWEST = 3  # samples that a straight trend can be taken off
 RING_CYCLES = 99.0  # Eq. 12 over the carrier's rate
 
@@ -50,7 +53,7 @@ def constant_torque(run: Course, *rigid: Course) -> Numbers:
             "vibration_decay_s": _ringing_s(time, force),
             "x_ripple_over_2E": quotient(signals.peak_to_peak(x[late]), 2 * error),
             "force_at_start_N": abs(force[0]),
-            "force_overshoot": quotient(force.max(), signals.mean(force[late])),
+            "ringing_N": signals.amplitude(fast(time, force, RINGING_S)[start]),
             "force_decay": _calming(force, start, late),
             "others_decay": np.min([_calming(pair, start, late) for pair in _others(run)]),
             "others_decay_s": np.max([_ringing_s(time, pair) for pair in _others(run)]),
@@ -184,11 +187,16 @@ def fast(time: np.ndarray, values: np.ndarray, over_s: float = SMOOTHING_S) -> n
 
 
 def decay(time: np.ndarray, values: np.ndarray) -> float:
-    """Time [s] from the largest value until the last one above a tenth of it; nan if all are 0."""
+    """Time [s] from the first sample until values stay below a tenth of the largest; nan if all 0.
+
+    Counted from the event, not from the largest value, so that a vibration that grows does not
+    converge at once. One that does not converge gives the time of all samples: it takes longer.
+    """
     size = np.abs(values)
     if size.max(initial=0.0) == 0:
         return np.nan
-    return float(time[np.flatnonzero(size >= DECAYED * size.max())[-1]] - time[size.argmax()])
+    last = np.flatnonzero(size >= DECAYED * size.max())[-1]
+    return float(time[last] - time[0])
 
 
 def ripple(values: np.ndarray) -> float:

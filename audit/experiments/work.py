@@ -191,7 +191,7 @@ def kept(keep: Reduction | None, run: Run) -> bytes:
 
 
 def measured(measure: Measure | Comparison, others: Sequence[Run], run: Run) -> bytes:
-    """Numbers of a run; when it, or one that it is held against, diverged."""
+    """Numbers of a run; when it, or one that it is compared with, diverged."""
     try:
         this, beside = whole(run), tuple(map(whole, others))
         if isinstance(measure, Comparison):

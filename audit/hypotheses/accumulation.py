@@ -130,7 +130,7 @@ SUMMARY: Columns[Shaken] = Columns(
         Column("nonlinearity_percent", "not linear in b by [%]", _span("nonlinearity", 100), ".2g"),
         Column("linear", "linear in", lambda one: _yes(one.linear)),
         Column("ordered_before_percent", None, _span("ordered_before", 100)),
-        Column("ordered_percent", "later in order [% of time]", _span("ordered_after", 100)),
+        Column("ordered_percent", "later in order [% of 0.2 s]", _span("ordered_after", 100)),
         Column("ordered", "ordered in", lambda one: _yes(one.ordered)),
         Column("sensitivity_small", None, lambda one: one.sensitivity_small),
         Column("largest_sensitivity", "largest dθ₁/dθ₂(0)", lambda one: one.largest_sensitivity),

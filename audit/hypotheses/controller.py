@@ -38,7 +38,7 @@ ID, TITLE = "controller", "The controller's own flutter (H6)"
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.008, 0.01, 0.015, 0.02)
 ERRORS_UM = (0.0, 5.0)
 DAMPINGS: tuple[Damping, ...] = ("always", "contact")
-# Above the linear limit, dampers in contact alone; with planets held alike it vibrates further up.
+# Above the linear limit, dampers in contact alone; with lumped planets it vibrates further up.
 HANDED = (Setting("contact", 0.006), Setting("contact", 0.01, planets="lumped"))
 HANDED_STARTS = 16
 RESOLVED = 1e-3  # rad/s^2: ten times what is left of a torque that is played back from 1 ms rows

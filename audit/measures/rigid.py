@@ -1,4 +1,4 @@
-"""The rigid arm in the experiment of a geared one: the runs that measures are held against."""
+"""The rigid arm in the experiment of a geared one: what measures compare runs with."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from audit.claims.quantities import of
 from audit.claims.rule import PARTS, Answer, Place, State, above, quantiles_of, state
-from audit.experiments.cells import LAWS, Cell
+from audit.experiments.cells import MODELS, Cell
 from audit.experiments.experiments import PD
 from audit.experiments.pool import Sample
 from audit.measures.shares import Share
@@ -115,8 +115,8 @@ def _joined(samples: Sequence[Sample], name: str) -> np.ndarray:
 
 
 def said(where: str, cell: Cell, found: Third) -> list[Said]:
-    """What a chapter states of it, where the claims ask the same: with free planets."""
-    if cell.planets != "free" or cell.law not in LAWS:
+    """What a chapter states of it, where the claims ask the same."""
+    if cell.model not in MODELS:
         return []
-    answer = found.answer(Place(cell.law, cell.arm, cell.zeta, ""))
+    answer = found.answer(Place(cell.law, cell.arm, cell.zeta, "", cell.planets))
     return [Said(where, QUANTITY.id, LARGE, answer.place, answer.state)]

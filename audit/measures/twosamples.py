@@ -89,7 +89,7 @@ class Made(NamedTuple):
 
 
 def made_by_error(with_error: Third, without: Third, level: Limits = LARGE) -> Made:
-    """Start i is held against start i."""
+    """Start i is compared with start i."""
     calm = np.isfinite(without.size) & np.isfinite(with_error.size)
     loud, there = (calm & level.yes(third.size) for third in (without, with_error))
     if calm.sum() < max(1.0, FEW * calm.size) or loud.sum() > FEW * calm.sum():

@@ -9,7 +9,8 @@ from functools import cached_property
 from audit.claims.catalogue import CLAIMS
 from audit.claims.judged import Judged
 from audit.claims.rule import Claim, answers
-from audit.claims.settings import Settings, settings, variations
+from audit.claims.settings import Settings, as_modelled, settings, variations
+from audit.experiments.cells import GearModel
 from audit.experiments.pool import Sample, Wanted, samples
 from audit.experiments.scale import Scale
 from audit.experiments.study import Study
@@ -24,12 +25,17 @@ class Material:
 
     @cached_property
     def settings(self) -> Settings:
-        """Every setting of the claims with its experiments."""
+        """Every setting of the claims with planets free, with its experiments."""
         return settings(self.study, self.scale)
 
     @cached_property
-    def variations(self) -> Mapping[str, Settings]:
-        """The model's variants, by name."""
+    def as_modelled(self) -> Settings:
+        """Every setting of the paper's own model, with its experiments."""
+        return as_modelled(self.study, self.scale)
+
+    @cached_property
+    def variations(self) -> Mapping[GearModel, Settings]:
+        """Further models of the gears, of the PD run alone."""
         return variations(self.study, self.scale)
 
     @cached_property
@@ -38,8 +44,8 @@ class Material:
         return {claim.id: self.asked(claim) for claim in CLAIMS}
 
     def asked(self, claim: Claim) -> Judged:
-        """One claim in every setting."""
-        return Judged(claim, tuple(answers(claim, self.settings)))
+        """One claim in every setting of every model of the gears."""
+        return Judged(claim, tuple(answers(claim, [*self.as_modelled, *self.settings])))
 
     def samples(self, wanted: Iterable[Wanted], what: str) -> dict[Wanted, Sample]:
         """Experiments in any settings, those of the claims among them, from the scale's starts."""

@@ -26,7 +26,7 @@ from models.errors import Diverged
 from models.loading import load_arm
 from models.trajectory import netcdf
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
 # In reading order; each module has a function chapter(material) -> Chapter.
 CHAPTERS = (

@@ -10,6 +10,7 @@ import sympy as sp
 
 from analytic.paper.backlash import dead_zone, dead_zone_tanh
 from analytic.paper.kinematics import StageGeometry, gear_angles, mesh_displacements
+from analytic.paper.mesh_force import EXACT, mesh_force
 from analytic.paper.mesh_frequency import (
     meshing_frequency,
     ring_mesh_rate,
@@ -192,7 +193,8 @@ def _wave(cycle: np.ndarray, k_m: float, swing: float, ratio: float) -> tuple[fl
 def _elasticity_at_one_deflection(stage: PaperStage) -> float:
     """d ln F / d ln k from the softest to the stiffest, the teeth pressed together by E."""
     k = fundamental(np.array([-1.0, 1.0]), *(_mean_and_amplitude(stage)))
-    force = k * dead_zone(stage.backlash_m + stage.tooth_error_m, stage.backlash_m)
+    b = stage.backlash_m
+    force = mesh_force(EXACT, b + stage.tooth_error_m, k, b, stage.tanh_sharpness_per_m)
     return float(np.diff(np.log(force))[0] / np.diff(np.log(k))[0])
 
 

@@ -17,7 +17,7 @@ def contradictions(said: Iterable[Said]) -> list[str]:
     """
     groups: dict[tuple[object, ...], list[Said]] = defaultdict(list)
     for one in said:
-        groups[one.quantity, *one.place[:3]].append(one)
+        groups[one.quantity, *one.place._replace(choice="")].append(one)
     return sorted({text for group in groups.values() for text in _within(group)})
 
 

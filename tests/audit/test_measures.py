@@ -11,11 +11,22 @@ from analytic.derivation.stage import equivalent_masses
 from analytic.paper.kinematics import stage_geometry
 from audit.claims.quantities import Known, rank_among
 from audit.experiments.cells import INTEGRAL, PRINTED, Cell
-from audit.experiments.experiments import BACKLASH, PRELOADED, WIDE, question
-from audit.experiments.pd import MULTIPLES, transient, whole
+from audit.experiments.experiments import (
+    BACKLASH,
+    CONSTANT,
+    CONSTANT_PRELOADED,
+    NEIGHBOURS,
+    NO_ERROR,
+    PRELOADED,
+    TURNING,
+    WIDE,
+    question,
+)
+from audit.experiments.pd import CONVERGED_S, MULTIPLES, transient, whole
 from audit.experiments.pool import Sample
 from audit.experiments.preload import resting_offsets
-from audit.experiments.variant import Variant
+from audit.experiments.starts import ALIKE, PERTURBATION_ITSELF, Measured, alike
+from audit.experiments.variant import Variant, simulate
 from audit.measures.course import Course
 from audit.measures.rigid import rigid_arm
 from audit.measures.stage import geared_joint
@@ -69,6 +80,44 @@ def test_what_was_there_before_a_side_change_is_no_second_fluctuation():
     numbers = transient(*made(burst(0, 0.8, 5)))
     assert numbers["second_over_before"] == pytest.approx(1, rel=0.03)
     assert transient(*made(burst(0, 0.35, 1) + burst(0.35, 0.8, 5)))["second_over_before"] > 4
+
+
+@pytest.mark.parametrize(
+    ("rate_per_s", "decay_s"),
+    [
+        (300.0, np.log(10) / 300),
+        (30.0, np.log(10) / 30),
+        (3.0, CONVERGED_S),
+        (0.0, CONVERGED_S),
+        (-30.0, CONVERGED_S),  # it grows
+    ],
+)
+def test_an_impact_converges_once_a_tenth_is_left_counted_from_the_impact(rate_per_s, decay_s):
+    course = np.exp(-rate_per_s * TIME), np.exp(-rate_per_s * (TIME - MET_S))
+    size = np.where(MET_S > TIME, course[0], np.where(TIME < 0.6, course[1], 0.0))
+    numbers = transient(*made(30 * size * np.sin(2 * np.pi * 1500 * TIME)))
+    # To a period of the vibration.
+    assert numbers["first_decay_s"] == pytest.approx(decay_s, abs=1 / 1500)
+    assert numbers["second_decay_s"] == pytest.approx(decay_s, abs=1 / 1500)
+
+
+def test_what_eq_11_neglects_is_looked_for_once_the_start_is_over():
+    run, rigid = made(np.zeros(TIME.size), force=np.full(TIME.size, 100.0))
+    at_start, later = (
+        replace(run, x_sp=run.x_sp + 1e-4 * (begin_s < TIME) * (begin_s + 0.01 > TIME))
+        for begin_s in (0.01, 0.5)
+    )
+    assert transient(at_start, rigid)["mesh_rate_over_speed"] < 1e-12
+    assert transient(later, rigid)["mesh_rate_over_speed"] > 1e-3
+
+
+def test_an_uncontrollable_speed_is_one_that_swings_as_far_as_it_goes():
+    run, rigid = made(np.zeros(TIME.size))
+    for share in (0.1, 2.0):
+        swing = share * np.sin(2 * np.pi * 1500 * TIME)[:, None]
+        slow = 0.3 * np.ones_like(run.theta_dot)
+        shaken = replace(run, theta_dot=slow * (1 + swing))
+        assert (transient(shaken, rigid)["speed_fast"] > 1) == (share > 1)
 
 
 def test_a_late_impact_of_the_elbow_is_no_third_fluctuation():
@@ -153,11 +202,71 @@ def test_no_mesh_of_a_preloaded_start_accelerates():
     assert left < 1e-9 * without
 
 
-def test_the_widest_clearance_is_run_to_the_end():
-    asked = question(WIDE, Cell(PRINTED, 0.02), (1,))
+@pytest.mark.parametrize("source", [WIDE, TURNING], ids=str)
+def test_the_widest_clearance_is_run_to_the_end(source):
+    asked = question(source, Cell(PRINTED, 0.02), (1,))
     case = asked.variant.case()
     assert case.scenario.duration_s == 3
     assert geared_joint(case.arm).sun_mesh.of_planet(0).backlash_m == 3e-3
+
+
+def test_links_turn_back_where_that_is_what_is_asked():
+    """Both, on a rigid arm, which the geared one follows."""
+    turns = {}
+    for source in (WIDE, TURNING):
+        rigid = rigid_arm(question(source, Cell(PRINTED, 0.02), (1,)).variant)
+        rate = simulate(rigid)["theta_dot"].values
+        turns[source] = ((rate.min(axis=0) < -0.1) & (rate.max(axis=0) > 0.1)).tolist()
+    assert turns == {WIDE: [True, False], TURNING: [True, True]}
+
+
+def test_a_preloaded_start_under_constant_torque_does_not_ring():
+    at_rest, loaded = (
+        question(source, Cell(INTEGRAL, 0.05), (1,)).answer().numbers["ringing_N"][0]
+        for source in (CONSTANT, CONSTANT_PRELOADED)
+    )
+    assert loaded < 0.1 * at_rest
+
+
+def test_neighbouring_motions_part_under_the_clock_and_not_under_the_integral():
+    """b = 1000 um; 10 per second is the noise of a finite window."""
+    rates = [
+        question(NEIGHBOURS, Cell(law, zeta), (1,)).answer().numbers["lyapunov_per_s"][0]
+        for law, zeta in ((PRINTED, 0.005), (INTEGRAL, 0.05))
+    ]
+    assert rates[0] > 100
+    assert rates[1] < 0
+
+
+def numbers_of_starts(**values: list[float | None]) -> Measured:
+    return Measured(dict(values), [None] * 8, 8)
+
+
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [
+        (numbers_of_starts(third=[5.0] * 8), True),
+        (numbers_of_starts(third=[5.0] * 7 + [5.001]), True),
+        (numbers_of_starts(third=[5.0] * 7 + [5.1]), False),
+        (numbers_of_starts(third=[5.0] * 7 + [None]), False),
+        (numbers_of_starts(third=[None] * 8), True),
+        (numbers_of_starts(planets_apart_m=[float(n) for n in range(8)]), True),
+        (Measured({"third": [5.0] * 7 + [None]}, [None] * 7 + [0.3], 8), False),
+    ],
+)
+def test_starts_stand_for_others_only_where_they_agree_in_every_number(found, said):
+    assert alike(found) == said
+
+
+def test_starts_that_agree_are_those_that_more_starts_agree_with():
+    """What is left out would have told the same: run it all the same."""
+    asked = question(NO_ERROR, Cell(INTEGRAL, 0.05), tuple(range(1, 13)))
+    brief = replace(asked, variant=replace(asked.variant, duration_s=0.1))
+    answer, later = brief.answer(), replace(brief, seeds=(9, 10, 11, 12)).answer()
+    assert (answer.ran, len(answer.diverged_s)) == (8, 12)
+    for name, values in later.numbers.items():
+        if name not in PERTURBATION_ITSELF and values[0] is not None:
+            assert answer.numbers[name][8:] == pytest.approx(values, rel=2 * ALIKE)
 
 
 def test_a_rank_is_taken_among_members_that_have_the_event():

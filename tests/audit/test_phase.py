@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,10 +12,12 @@ import pytest
 from analytic.model import PhysicalModel
 from audit.claims.rule import State
 from audit.experiments.cells import INTEGRAL, PRINTED, REPAIRED_RATE, Cell, Law
-from audit.experiments.study import Variant, simulate
+from audit.experiments.scale import QUICK
+from audit.experiments.study import Study, Variant, simulate
 from audit.measures.shares import Share
 from audit.measures.third import NONE, Third
 from audit.measures.thresholds import EVIDENT, SEVERE
+from audit.page.material import Material
 from audit.phase.clock import CLOCK_N, Band, Clocks, ClockTest, Delayed, LawsClock
 from audit.phase.dampers import (
     ABLATIONS,
@@ -29,7 +32,8 @@ from audit.phase.dampers import (
 )
 from audit.phase.engines import WITHIN, Engines, TwoModels, UnderAngle
 from audit.phase.handover import DEAD, ERROR_FREE, INTEGRATED, Fate, Handovers, Left
-from audit.phase.maps import FOUR, Presence, Setting, integral_of, where_present
+from audit.phase.maps import FOUR, Mapped, Maps, Presence, Setting, integral_of, where_present
+from audit.phase.page.sections import of_maps
 from audit.phase.resonance import (
     FAR,
     SPEEDS,
@@ -98,6 +102,23 @@ def test_a_setting_asks_the_same_starts_without_tooth_error() -> None:
     assert integral_of(conservative) == Setting(Cell(INTEGRAL, 0.02))
 
 
+@pytest.mark.parametrize(("severe", "told"), [(0, False), (4, True), (8, False)])
+def test_a_severe_fluctuation_is_of_a_branch_only_where_the_start_decides(
+    severe: int, told: bool, tmp_path: Path
+) -> None:
+    """By the records of lumped planets too, where all starts may be severe."""
+
+    def mapped(cell: Cell, loud: int) -> Mapped:
+        sizes = np.array([300.0] * loud + [5.0] * (8 - loud))
+        third = Third(sizes, 0 * sizes, 0 * sizes, 0 * sizes, 0)
+        return Mapped(Setting(cell), third=third, without=replace(third, size=0 * sizes))
+
+    lumped = [mapped(replace(CELL, planets="lumped"), severe)]
+    said = of_maps(Maps([mapped(CELL, 0)], lumped, []), Material(Study(tmp_path), QUICK)).html
+    assert ("belongs to a branch" in said) == told
+    assert ("severe in nine starts of ten or more at ζ 0.005" in said) == (severe == 8)
+
+
 def test_verdict_of_h1() -> None:
     every = {"clock": True, "engine": True}
     assert h1_verdict(Presence.PRINTED, every) == "holds"
@@ -155,9 +176,9 @@ def test_changed_dampers_and_drives_are_other_questions() -> None:
     plain, stronger = Changed(variant, (1,)), Changed(variant, (1,), damping=(2.0, 0.2))
     fed = Changed(variant, (1,), recorded=True)
     assert len({plain.inputs, stronger.inputs, fed.inputs}) == 3
-    own, other = plain.models()[0].gears.d, stronger.models()[0].gears.d
+    own, other = plain.models((1,))[0].gears.d, stronger.models((1,))[0].gears.d
     assert np.unique(np.round(other / own, 12)).tolist() == [0.2, 2.0]
-    assert fed.models()[0].scenario.drive.kind == "table"
+    assert fed.models((1,))[0].scenario.drive.kind == "table"
 
 
 def test_a_start_is_the_same_whichever_stand_beside_it() -> None:

@@ -109,7 +109,7 @@ def test_other_seeds_are_other_starts(tmp_path):
 
 
 def test_a_start_that_diverged_has_no_numbers():
-    sample = Sample.of(Measured({"third": [1.0, None]}, [None, 0.3]))
+    sample = Sample.of(Measured({"third": [1.0, None]}, [None, 0.3], 2))
     assert sample["third"][0] == 1.0
     assert np.isnan(sample["third"][1])
     assert list(sample.diverged) == [False, True]
@@ -118,5 +118,5 @@ def test_a_start_that_diverged_has_no_numbers():
 
 
 def test_where_all_diverged_every_number_is_undefined():
-    sample = Sample.of(Measured({}, [0.1, 0.2]))
+    sample = Sample.of(Measured({}, [0.1, 0.2], 2))
     assert np.isnan(sample["third"]).all()

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import beta
 
 from audit.claims.rule import State, state
-from audit.experiments.cells import CONSERVATIVE, PRINTED, Cell
+from audit.experiments.cells import AS_MODELLED, CONSERVATIVE, INTEGRAL, PRINTED, Cell
 from audit.experiments.pool import Sample
 from audit.measures.shares import Share
 from audit.measures.third import NONE, VISIBLE, Third, quantiles, said
@@ -87,7 +87,9 @@ def test_what_few_starts_do_is_made_only_if_it_is_no_chance() -> None:
 def test_what_the_claims_ask_is_said_and_nothing_else() -> None:
     (stated,) = said("here", Cell(PRINTED, 0.01), third(*[LOUD] * 10))
     assert (stated.quantity, stated.state) == ("pd: third", State.YES)
-    assert not said("here", Cell(PRINTED, 0.01, planets="lumped"), third(LOUD))
+    (lumped,) = said("here", Cell(PRINTED, 0.01, planets="lumped"), third(LOUD))
+    assert lumped.place.model == AS_MODELLED
+    assert not said("here", Cell(INTEGRAL, 0.01, planets="lumped"), third(LOUD))
     assert not said("here", Cell(CONSERVATIVE, 0.01), third(LOUD))
 
 

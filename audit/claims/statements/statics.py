@@ -52,7 +52,14 @@ def statics(arm: Arm) -> Numbers:
         **clearance(stage),
         **stiffness_wave(stage),
         **neglected_torques(arm, stage),
-        **_equations(arm),
+        **equations(arm),
+        **of_data(arm, stage),
+    }
+
+
+def of_data(arm: Arm, stage: PaperStage) -> Numbers:
+    """Sizes that Table I and the text give, and what follows from them at once."""
+    return {
         "gyration_over_pitch": _gyration(stage),
         "initial_values": float(len(transcript.INITIAL_VALUES)),
         "tooth_thickness_share": EXTREME_M / (math.pi * stage.joint.module_m / 2),
@@ -61,7 +68,7 @@ def statics(arm: Arm) -> Numbers:
     }
 
 
-def _equations(arm: Arm) -> Numbers:
+def equations(arm: Arm) -> Numbers:
     """Eqs. 16-22 at random states: printed against energies against true velocities."""
     scenario = load_scenario(SCENARIO)
     chosen = switches(phase="omega_t")

@@ -17,7 +17,7 @@ import numpy as np
 from audit.claims.quantities import Known
 from audit.claims.rule import Answer, Claim, State, answers
 from audit.claims.settings import plan_of
-from audit.experiments.cells import LAWS, Cell
+from audit.experiments.cells import LAWS, MODELS, Cell
 from audit.experiments.experiments import CONSTANT, NO_ERROR, PD
 from audit.experiments.variant import Planets
 from audit.page.material import Material
@@ -161,11 +161,11 @@ def tells_nothing(found: Sequence[Fit]) -> dict[State, list[str]]:
 
 
 def said(found: Iterable[Fit], claims: Sequence[Claim]) -> list[Said]:
-    """What the fit says of the claims' quantities, where planets are free as in theirs."""
+    """What the fit says of the claims' quantities, in settings of theirs."""
     quantities = {claim.id: quantity.id for claim in claims for quantity in claim.choices.values()}
     return [
         Said("damping fit", quantities[name], answer.limits, answer.place, answer.state)
         for fit in found
-        if fit.cell.planets == "free"
+        if fit.cell.model in MODELS
         for name, answer in fit.answers.items()
     ]

@@ -76,6 +76,12 @@ def of_maps(found: Maps, material: Material) -> Section:
         table=html(tables.MAPPED.html(plain)),
         counts=_counts(found),
         by_law=_by_law(plain),
+        lumped_by_law=_by_law(found.lumped),
+        undecided=[
+            (planets, _undecided(settings), len(settings))
+            for planets, settings in (("free", plain), ("lumped", found.lumped))
+            if settings
+        ],
         State=State,
         pooled=_pooled([one.third for one in found.of("angle")]),
         maps=found,
@@ -105,11 +111,13 @@ def _counts(found: Maps) -> Mapping[str, object]:
 class OfLaw(NamedTuple):
     """A law's settings at Table I's error and backlash: how many are severe; each branch's sizes.
 
-    small, severe: smallest and largest median of that branch alone [rad/s^2].
+    zetas: damping ratios at which a reading is severe in nine starts of ten or more; small, severe:
+    smallest and largest median of that branch alone [rad/s^2].
     """
 
     name: str
     states: Counter[State]
+    zetas: list[float]
     small: tuple[float, float] | None
     severe: tuple[float, float] | None
 
@@ -118,13 +126,20 @@ def _by_law(plain: Sequence[Mapped]) -> list[OfLaw]:
     """In the order of the laws."""
     found = []
     for law in dict.fromkeys(one.setting.cell.law for one in plain):
-        thirds = [one.third for one in plain if one.setting.cell.law == law]
+        own = [one for one in plain if one.setting.cell.law == law]
+        thirds = [one.third for one in own]
         states = Counter(third.state for third in thirds)
+        zetas = sorted({x.setting.cell.zeta for x in own if x.third.state == State.YES})
         ranges = (
             _range([third.branch(severe).size for third in thirds]) for severe in (False, True)
         )
-        found.append(OfLaw(views.law_name(law), states, *ranges))
+        found.append(OfLaw(views.law_name(law), states, zetas, *ranges))
     return found
+
+
+def _undecided(settings: Sequence[Mapped]) -> int:
+    """Settings in which the start decides whether the fluctuation is severe."""
+    return sum(one.third.state == State.BISTABLE for one in settings)
 
 
 def _range(medians: Sequence[float | None]) -> tuple[float, float] | None:

@@ -64,19 +64,19 @@ class Changed(TransientPd):
     def inputs(self) -> str:
         return f"{super().inputs}\n{self.damping} {self.recorded}"
 
-    def models(self) -> list[PhysicalModel]:
-        """From every start."""
+    def models(self, seeds: Sequence[int]) -> list[PhysicalModel]:
+        """From these starts."""
         case = self.variant.case()
         if self.recorded:
             case = played_back(case)
-        found = [PhysicalModel(*perturbed(case, seed)) for seed in self.seeds]
+        found = [PhysicalModel(*perturbed(case, seed)) for seed in seeds]
         for model in found:
             factors = np.resize(self.damping, model.gears.d.size)
             model.gears = model.gears._replace(d=model.gears.d * factors)
         return found
 
-    def _runs(self) -> Iterator[Course | Diverged]:
-        models = self.models()
+    def _runs(self, seeds: Sequence[int]) -> Iterator[Course | Diverged]:
+        models = self.models(seeds)
         for first in range(0, len(models), AT_ONCE):
             yield from courses(models[first : first + AT_ONCE])
 

@@ -1,0 +1,101 @@
+"""Whether two motions that begin next to each other part: the largest Lyapunov exponent."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import tau
+
+import numpy as np
+
+from analytic.model import PhysicalModel
+from analytic.paper.kinematics import stage_geometry
+from audit.experiments.starts import Measured, Perturbed
+from audit.measures.events import THIRD_S
+from audit.measures.numbers import defined
+from audit.measures.stage import geared_joint
+from audit.phase.runs.motion import Continued, motion
+from crosscheck.registry import entry_of
+from crosscheck.studies.members.starts import perturbed
+from models.loading import Case
+
+BLOCK_S = 0.005  # some seven periods of the vibration; the neighbour is then brought near again
+ALIGNED = 10  # blocks in which the separation turns into the direction that grows fastest
+NEAR_M = 1e-9  # far below a mesh's deflection of 1e-5 m, far above rounding
+MESH_HZ = 1500.0  # turns rates into lengths: of the paper's vibration
+MOST = 8  # starts: one block of the kernel's lanes
+
+
+@dataclass(frozen=True)
+class Lyapunov(Perturbed):
+    """Benettin's method over the third fluctuation: a neighbour of every motion, kept near.
+
+    lyapunov_per_s [1/s]: mean rate at which the separation grows, positive where motions that begin
+    next to each other part exponentially. At most MOST starts are run; they stand for the others.
+    """
+
+    @property
+    def cost(self) -> float:
+        steps, entry = self.variant.case().scenario.steps, entry_of(self.variant.model)
+        return 2 * MOST * steps * entry.call_s / entry.abreast
+
+    def answer(self) -> Measured:
+        seeds = self.seeds[:MOST]
+        case = self.variant.case()
+        begin_s, end_s = (min(limit, case.scenario.duration_s) for limit in THIRD_S)
+        models = [PhysicalModel(*_cut(perturbed(case, seed), begin_s)) for seed in seeds]
+        begun = motion(models)
+        rates = _growth(_cut(case, BLOCK_S), begun.q[-1].T, begun.v[-1].T, (begin_s, end_s))
+        found = [defined(rate) for rate in rates]
+        turns = [place % len(seeds) for place in range(len(self.seeds))]
+        return Measured(
+            {"lyapunov_per_s": [found[place] for place in turns]},
+            [None] * len(turns),
+            len(seeds),
+        )
+
+
+def _cut(case: Case, duration_s: float) -> Case:
+    """The experiment for so long, its first and last states alone recorded."""
+    scenario = case.scenario.model_copy(update={"duration_s": duration_s})
+    once = scenario.model_copy(update={"record_every": scenario.steps})
+    return case._replace(scenario=once)
+
+
+def _growth(
+    block: Case, q: np.ndarray, v: np.ndarray, span_s: tuple[float, float]
+) -> Sequence[float]:
+    """Mean growth rates [1/s] of the separation from motions at states q, v (members, n).
+
+    nan without a block after ALIGNED.
+    """
+    lengths = _lengths(PhysicalModel(*block))
+    away = np.zeros((len(q), 2, q.shape[1]))
+    away[:, 0] = NEAR_M / lengths / np.sqrt(q.shape[1])
+    folds = []
+    blocks = round((span_s[1] - span_s[0]) / BLOCK_S)
+    for number in range(blocks):
+        states = [*zip(q, v, strict=True), *zip(q + away[:, 0], v + away[:, 1], strict=True)]
+        found = motion([Continued(block, *state) for state in states], span_s[0] + number * BLOCK_S)
+        (q, near_q), (v, near_v) = (np.split(last[-1].T, 2) for last in (found.q, found.v))
+        away = np.stack([near_q - q, near_v - v], axis=1)
+        grown = np.linalg.norm(_as_lengths(away, lengths), axis=1) / NEAR_M
+        folds.append(np.log(grown))
+        away /= grown[:, None, None]
+    if blocks <= ALIGNED:
+        return [np.nan] * len(q)
+    mean: np.ndarray = np.mean(folds[ALIGNED:], axis=0) / BLOCK_S
+    return list(map(float, mean))
+
+
+def _lengths(model: PhysicalModel) -> np.ndarray:
+    """What turns each coordinate into a length along the line of action [m], (n,)."""
+    geometry = stage_geometry(geared_joint(model.arm))
+    return np.where(model.layout.angular, 2 * geometry.r_cp, 1.0)
+
+
+def _as_lengths(away: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Separations (members, 2, n) as lengths (members, 2 n)."""
+    scale = np.array([1.0, 1 / (tau * MESH_HZ)])[:, None] * lengths
+    scaled: np.ndarray = (away * scale).reshape(len(away), -1)
+    return scaled

@@ -1,0 +1,224 @@
+"""Claims that follow from the arm's data: each is false of other data, or of an equation changed.
+
+A world is an arm with another number in it, or an error planted into an equation that the measure
+asks; the measure and the claim's function are those of the page.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from analytic.model import PhysicalModel
+from analytic.paper.backlash import dead_zone
+from analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
+from analytic.paper.model import EnergiesModel, PrintedModel
+from analytic.paper.stiffness import square_wave_series
+from audit.claims.catalogue import BY_ID, CLAIMS
+from audit.claims.quantities import Known
+from audit.claims.rule import Kind, answers, verdict
+from audit.claims.statements import statics as statements
+from audit.errata import transcript
+from audit.errata.planted import Plant, shown
+from audit.experiments.cells import PRINTED, Cell
+from audit.experiments.experiments import PLANTED, STATIC
+from audit.experiments.pool import Sample
+from audit.experiments.variant import Numbers
+from audit.measures.stage import PaperStage, paper_stage
+from audit.statics import surroundings, teeth
+from models.arm.arm import Arm
+from models.loading import load_arm
+
+CELL = Cell(PRINTED, 0.005)
+
+
+class Changed(NamedTuple):
+    """A world: a stage or arm changed, what is put in a module's place, and the verdict there."""
+
+    claim: str
+    verdict: Kind
+    measure: Callable[[Arm, PaperStage], Numbers]
+    stage: Callable[[PaperStage], PaperStage] = lambda stage: stage
+    arm: Callable[[Arm], Arm] = lambda arm: arm
+    put: tuple[tuple[object, str, object], ...] = ()
+
+
+def _gearing(arm: Arm, stage: PaperStage) -> Numbers:
+    return teeth.gearing(stage)
+
+
+def _clearance(arm: Arm, stage: PaperStage) -> Numbers:
+    return teeth.clearance(stage)
+
+
+def _wave(arm: Arm, stage: PaperStage) -> Numbers:
+    return teeth.stiffness_wave(stage)
+
+
+def _torques(arm: Arm, stage: PaperStage) -> Numbers:
+    return surroundings.neglected_torques(arm, stage)
+
+
+def _data(arm: Arm, stage: PaperStage) -> Numbers:
+    return statements.of_data(arm, stage)
+
+
+def _equations(arm: Arm, stage: PaperStage) -> Numbers:
+    return statements.equations(arm)
+
+
+def _base(arm: Arm, stage: PaperStage) -> Numbers:
+    return surroundings.free_base("paper-labelled")
+
+
+def _geometry(**fields: float) -> Callable[[PaperStage], PaperStage]:
+    return lambda stage: replace(stage, geometry=stage.geometry._replace(**fields))
+
+
+def _joint(**fields: float) -> Callable[[PaperStage], PaperStage]:
+    return lambda stage: replace(stage, joint=stage.joint.model_copy(update=fields))
+
+
+class SkewMass(PrintedModel):
+    """M_12 is not M_21."""
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        mass = super().mass_matrix(q).copy()
+        mass[0, 1] += 0.1
+        return mass
+
+
+class NegativeMass(PrintedModel):
+    """M is not positive definite."""
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        return super().mass_matrix(q) - np.eye(q.size)
+
+
+class OtherForces(PrintedModel):
+    """C q' and F are a hundredth larger."""
+
+    def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return 1.01 * super().bias(q, v)
+
+    def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return 1.01 * super().generalized_force(t, q, v)
+
+
+FAILS, HOLDS = Kind.FAILS, Kind.HOLDS
+FEW_WAVES = (teeth, "HARMONICS", 10)  # where the series' own error is not the claim
+WORLDS = [
+    Changed("2-01", HOLDS, _base, put=((surroundings, "_tip_errors_m", lambda case: [1e-3] * 4),)),
+    Changed("2-02", FAILS, _gearing, _geometry(n=11 / 3)),
+    Changed("2-03", FAILS, _torques, put=((surroundings, "ORBIT_M", 1e5),)),
+    Changed(
+        "2.1-06", FAILS, _clearance, put=((teeth, "dead_zone", lambda x, b: dead_zone(x, b / 2)),)
+    ),
+    Changed("2.1-07", HOLDS, _clearance, put=((teeth, "_eq6_operations", lambda: 1),)),
+    *(
+        Changed(
+            claim, said, _clearance, put=((teeth, "dead_zone_tanh", lambda x, b, s, k=k: k(x, b)),)
+        )
+        for claim, said, k in (
+            ("2.1-09", FAILS, lambda x, b: x),
+            ("2.1-10", HOLDS, dead_zone),
+        )
+    ),
+    Changed("2.1-11", FAILS, _gearing, _geometry(r_p=0.1)),
+    Changed(
+        "2.2-03",
+        FAILS,
+        _wave,
+        put=((teeth, "square_wave_series", lambda *a: 2 * square_wave_series(*a)),),
+    ),
+    Changed(
+        "2.2-05",
+        HOLDS,
+        _wave,
+        put=(
+            *((teeth, f"{mesh}_contact_ratio", lambda joint: 1.5) for mesh in ("sun", "ring")),
+            FEW_WAVES,
+        ),
+    ),
+    Changed("2.2-06", FAILS, _gearing, _joint(ring_teeth=98)),
+    Changed(
+        "2.2-09",
+        FAILS,
+        _gearing,
+        put=((teeth, "sun_mesh_rate", lambda *a: 1.01 * sun_mesh_rate(*a)),),
+    ),
+    Changed(
+        "2.2-10",
+        HOLDS,
+        _gearing,
+        put=((teeth, "ring_mesh_rate", lambda j, g, _: ring_mesh_rate(j, g, "corrected")),),
+    ),
+    Changed("2.2-11", FAILS, _gearing, put=((teeth, "ADDENDUM", 2.0),)),
+    Changed(
+        "2.2-15",
+        FAILS,
+        _wave,
+        put=((teeth, "mesh_force", lambda *a: 200.0 * np.ones_like(a[2])), FEW_WAVES),
+    ),
+    Changed("2.2-16", FAILS, _gearing, put=((teeth, "sun_mesh_frequency", lambda *a: 1.0),)),
+    Changed("2.3-03", HOLDS, _clearance, lambda stage: replace(stage, backlash_m=1e-12)),
+    Changed("2.4-01", HOLDS, _equations, put=((statements, "EnergiesModel", PhysicalModel),)),
+    Changed("2.4-02", HOLDS, _equations, put=((statements, "PrintedModel", EnergiesModel),)),
+    Changed("2.4-03", FAILS, _equations, put=((statements, "PrintedModel", OtherForces),)),
+    Changed("2.4-04", FAILS, _equations, put=((statements, "PrintedModel", OtherForces),)),
+    Changed("2.4-05", FAILS, _equations, put=((statements, "PrintedModel", SkewMass),)),
+    Changed("2.4-06", FAILS, _equations, put=((statements, "PrintedModel", NegativeMass),)),
+    Changed("2.4-08", FAILS, _torques, lambda stage: replace(stage, tooth_error_m=5e-4)),
+    Changed("3-03", HOLDS, _data, put=((transcript, "INITIAL_VALUES", ("0",) * 12),)),
+    Changed("3-04", HOLDS, _data, lambda stage: replace(stage, sun_equivalent_mass_kg=0.3)),
+    Changed(
+        "3.1-03",
+        FAILS,
+        _data,
+        arm=lambda arm: arm.model_copy(
+            update={"links": tuple(x.model_copy(update={"length_m": 0.1}) for x in arm.links)}
+        ),
+    ),
+    Changed("4.1-03", HOLDS, _data, _joint(module_m=0.01146)),
+    Changed("4.2-03", FAILS, _data, lambda stage: replace(stage, tooth_error_m=5e-5)),
+]
+
+
+@cache
+def _unchanged(measure: Callable[[Arm, PaperStage], Numbers]) -> Numbers:
+    arm = load_arm("paper-labelled")
+    return measure(arm, paper_stage(arm))
+
+
+def _verdict(claim_id: str, numbers: Numbers) -> Kind:
+    claim = BY_ID[claim_id]
+    values = {name: np.array([value], float) for name, value in numbers.items()}
+    known = Known({source: Sample(values, np.zeros(1, bool)) for source in (STATIC, PLANTED)})
+    return verdict(answers(claim, [(CELL, known)]), claim.free).kind
+
+
+@pytest.mark.parametrize("world", WORLDS, ids=lambda world: world.claim)
+def test_a_claim_from_data_has_another_verdict_in_a_planted_world(world, labelled, monkeypatch):
+    stage = paper_stage(labelled)
+    if world.measure is not _base:  # whose flights take seconds; 2-01 is `depends` on the page
+        assert _verdict(world.claim, _unchanged(world.measure)) != world.verdict
+    for module, name, value in world.put:
+        monkeypatch.setattr(module, name, value)
+    numbers = world.measure(world.arm(labelled), world.stage(stage))
+    assert _verdict(world.claim, numbers) == world.verdict
+
+
+def test_an_agreement_that_shows_every_planted_error_validates_and_none_does_not():
+    for size, said in ((0.5, HOLDS), (1e-3, FAILS)):
+        plants = [Plant("M", (0, 0), size), Plant("M", (0, 1), size)]
+        assert _verdict("3.1-18", {"planted_shown": shown(plants)}) == said
+
+
+def test_every_claim_from_data_has_a_planted_world():
+    static = {claim.id for claim in CLAIMS if claim.static}
+    assert {world.claim for world in WORLDS} | {"3.1-18"} == static

@@ -1,0 +1,159 @@
+"""Every claim has a planted world in which its verdict is another one: none is true by its making.
+
+A world changes what runs show, never a claim's own function: every experiment is given the record
+of a made-up run, measured as a real one is, and the claim is judged of that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from audit.claims.catalogue import CLAIMS
+from audit.claims.quantities import Known, Quantity
+from audit.claims.rule import Kind, answers, verdict
+from audit.claims.settings import FULL
+from audit.claims.statements.section2 import changed_by
+from audit.experiments.cells import AS_MODELLED, PRINTED, Cell
+from audit.experiments.experiments import (
+    BACK,
+    BACK_EVEN,
+    BACKLASH,
+    DEFAULT_B_UM,
+    DEFAULT_E_UM,
+    ERROR,
+    NEIGHBOURS,
+    Source,
+    question,
+)
+from audit.experiments.pool import Sample
+from audit.experiments.starts import BackAndForth, ConstantTorque, Starts
+from tests.audit.planted_runs import pools
+
+WORLDS = 3000
+CELL = Cell(PRINTED, FULL.shaken[0], planets=AS_MODELLED.planets)
+# Of motions that do not part and of such that do, as the measure finds them: test_measures.
+PARTING = {"lyapunov_per_s": np.array([-3.0, 300.0])}
+
+
+def _kind(source: Source) -> str:
+    asked = question(source, CELL, (1,))
+    if isinstance(asked, ConstantTorque):
+        return "constant torque"
+    return "back and forth" if isinstance(asked, BackAndForth) else "pd"
+
+
+def _members(generator: np.random.Generator, sample: Sample, count: int) -> np.ndarray:
+    """Which made-up run each member of a family is, (members, worlds).
+
+    In some worlds in the order of a number, in others size changes nothing.
+    """
+    chosen = generator.integers(sample.diverged.size, size=(count, WORLDS))
+    names = list(sample.numbers)
+    kinds = generator.random(WORLDS)
+    chosen[:, kinds > 0.8] = chosen[:1, kinds > 0.8]
+    for world in np.flatnonzero(kinds < 0.6):
+        by = sample.numbers[names[generator.integers(len(names))]]
+        order = np.argsort(by[chosen[:, world]])
+        chosen[:, world] = chosen[:, world][order[:: generator.choice([-1, 1])]]
+    return chosen
+
+
+@cache
+def worlds() -> Known:
+    """Every experiment of a setting; start i of all of them is the i-th world."""
+    generator = np.random.default_rng(20150401)
+    sources = [*FULL.sources(CELL), BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM)]
+    made: dict[Source, Sample] = {}
+    for family in (BACKLASH, ERROR, BACK, BACK_EVEN):
+        own = sorted((s for s in sources if s.kind == family.kind), key=lambda s: s.size_um or 0)
+        sample = pools()[_kind(own[0])]
+        for source, runs in zip(own, _members(generator, sample, len(own)), strict=True):
+            made[source] = _taken(sample, runs)
+    for source in sources:
+        if source == NEIGHBOURS:
+            made[source] = Sample(
+                {name: generator.choice(v, WORLDS) for name, v in PARTING.items()}, _no_run()
+            )
+        elif source not in made:
+            sample = pools()[_kind(source)]
+            made[source] = _taken(sample, generator.integers(sample.diverged.size, size=WORLDS))
+    # In a third of the worlds an experiment changes nothing.
+    for source in made:
+        if source.size_um is None and source != NEIGHBOURS:
+            same = generator.random(WORLDS) < 1 / 3
+            plain = _plain(made, source)
+            for name, values in made[source].numbers.items():
+                values[same] = plain.numbers[name][same]
+    return Known(made)
+
+
+def _plain(made: dict[Source, Sample], source: Source) -> Sample:
+    """The experiment of the same kind that changes nothing."""
+    return next(made[one] for one in made if one.size_um is None and _kind(one) == _kind(source))
+
+
+def _taken(sample: Sample, runs: np.ndarray) -> Sample:
+    return Sample({name: values[runs] for name, values in sample.numbers.items()}, _no_run())
+
+
+def _no_run(starts: int = WORLDS) -> np.ndarray:
+    return np.zeros(starts, dtype=bool)
+
+
+@cache
+def world_of(number: int) -> Known:
+    """A single one: every experiment of one start."""
+    return Known(
+        {
+            source: Sample(
+                {name: values[[number]] for name, values in sample.numbers.items()},
+                np.array([number % 2 == 1]),
+            )
+            for source, sample in worlds().items()
+        }
+    )
+
+
+def _by_choice() -> Iterator[object]:
+    """Every claim that runs decide, by each choice of its free parameter alone."""
+    for claim in (claim for claim in CLAIMS if not claim.static):
+        for choice, quantity in claim.choices.items():
+            name = f"{claim.id} {choice}".strip()
+            yield pytest.param(replace(claim, quantity=quantity), id=name)
+
+
+@pytest.mark.parametrize("claim", list(_by_choice()))
+def test_a_claim_that_runs_decide_holds_in_one_world_and_not_in_another(claim):
+    diverging = "diverge" in claim.quantity.id
+    found = set()
+    for number in range(WORLDS):
+        known = world_of(number)
+        if not diverging:  # a run that diverges has no numbers, and these worlds have all
+            known = Known({s: replace(one, diverged=_no_run(1)) for s, one in known.items()})
+        found.add(verdict(answers(claim, [(CELL, known)])).kind)
+        if {Kind.HOLDS, Kind.FAILS} <= found:
+            return
+    pytest.fail(f"{claim.id}: {found}")
+
+
+def test_the_size_of_a_change_does_not_hang_on_the_sign_of_what_changes():
+    """theta_1 is negative: a change of a half is one of a half all the same."""
+    sine, waves = (Sample({"made": np.array([v])}, np.zeros(1, bool)) for v in (-2.0, -3.0))
+    one, other = (Source(name) for name in ("sine", "waves"))
+    quantities = [_made(source) for source in (other, one)]
+    assert changed_by(*quantities)(Known({one: sine, other: waves})) == pytest.approx([0.5])
+
+
+def _made(source: Source) -> Quantity:
+    return Quantity(str(source), "made up", "1", lambda known: known[source]["made"])
+
+
+def test_every_experiment_of_the_page_has_made_up_runs():
+    assert {type(question(s, CELL, (1,))) for s in FULL.sources(CELL) if s != NEIGHBOURS} <= set(
+        Starts.__subclasses__()
+    )
