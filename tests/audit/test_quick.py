@@ -13,8 +13,8 @@ import pytest
 from audit.claims.catalogue import CLAIMS
 from audit.claims.rule import State
 from audit.claims.settings import settings
-from audit.errata.notes import notes
 from audit.errata.sheet import ErrataSheet, markdown
+from audit.errata.words import notes
 from audit.experiments.cells import INTEGRAL, PRINTED, REPAIRED_RATE
 from audit.experiments.scale import QUICK
 from audit.experiments.study import Study
@@ -100,7 +100,7 @@ def test_figures(chapters: dict[str, Chapter]) -> None:
 def test_errata_sheet_says_the_same_as_a_page_and_as_markdown(chapters: dict[str, Chapter]) -> None:
     sheet = chapters["errata"]
     assert isinstance(sheet, ErrataSheet)
-    errata, text = [slip.erratum for slip in sheet.slips], markdown(sheet.slips)
+    errata, text = [one.erratum for one in sheet.found], markdown(sheet.found)
     ids = [f"erratum/paper-labelled/{erratum.id}" for erratum in errata]
     assert [record["id"] for record in sheet.records][: len(ids)] == ids
     for note in (*notes().contradictions, *notes().gaps):
