@@ -197,9 +197,8 @@ def test_errors_of_equations_have_effects_and_nothing_else_has(found):
 def test_an_energy_is_printed_as_the_paper_has_it():
     """Eq. 18: three halves of I_p2 times the square of the planet's own rate."""
     (one,) = (d for d in energy.differences() if (d.where, d.body) == ("Eq. 18", "planets 2"))
-    inertia, planet, arm = sp.symbols("I_p2 dtheta_p2 dtheta_1")
-    assert energy.as_printed(one.printed) == 3 * inertia * planet**2 / 2
-    assert sp.expand(energy.as_printed(one.derived) - 3 * inertia * (arm - planet) ** 2 / 2) == 0
+    assert str(energy.as_printed(one.printed)) == "3*I_p2*dtheta_p2**2/2"
+    assert str(energy.as_printed(one.derived)) == "3*I_p2*(dtheta_1 - dtheta_p2)**2/2"
 
 
 def test_an_impulse_hardly_sees_a_shifted_impact_and_a_force_sees_all_of_it():
