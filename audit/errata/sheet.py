@@ -61,7 +61,7 @@ def chapter(material: Material) -> ErrataSheet:
 
 
 @dataclass(frozen=True)
-class Counts:
+class SheetCounts:
     """How many of each class, and of these how many by computation; contradictions and gaps."""
 
     by_class: Mapping[Class, int]
@@ -70,11 +70,11 @@ class Counts:
     gaps: int
 
 
-def counted(found: Sequence[SimulatedErratum]) -> Counts:
+def counted(found: Sequence[SimulatedErratum]) -> SheetCounts:
     """Of a sheet."""
     noted, kinds = notes(), Counter(one.erratum.kind for one in found)
     read = {misprint.id for misprint in noted.misprints}
-    return Counts(
+    return SheetCounts(
         {kind: kinds[kind] for kind in CLASSES},
         sum(one.erratum.id in read for one in found),
         len(noted.contradictions),

@@ -10,6 +10,7 @@ from audit.errata.finder import effect_scenarios
 from audit.errata.sides import FormSide, PhysicalSide
 from audit.experiments.variant import spelled_out
 from audit.page.record import JsonObject
+from crosscheck.checks.states import LOOSEST
 from crosscheck.planning.comparison import Results, tasks_of
 from crosscheck.planning.state_suite import COUNT, geared
 from models.experiment.switches import switches
@@ -30,6 +31,13 @@ class BesideEngine:
     acceleration: float | None
     states: int
     effects: dict[str, Effect]
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether both are no more than rounding; None if one is undefined."""
+        if self.mass_matrix is None or self.acceleration is None:
+            return None
+        return max(self.mass_matrix, self.acceleration) <= LOOSEST
 
     def to_dict(self) -> JsonObject:
         """For JSON."""
