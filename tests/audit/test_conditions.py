@@ -303,7 +303,7 @@ ROWS = [
         "front/findings",
         FRONT,
         {"baselines": Of(**{**vars(BASELINES), "gives_all": True})},
-        "None gives",
+        "No baseline gives the",
         "One gives all",
     ),
     Turned(
