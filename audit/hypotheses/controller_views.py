@@ -58,5 +58,5 @@ def _kind(setting: Setting) -> str:
     if not setting.varying:
         words.append("steady stiffness")
     if setting.planets == "lumped":
-        words.append("planets held alike")
+        words.append("planets lumped")
     return ", ".join(words)

@@ -34,7 +34,7 @@ def drawing(found: Sequence[Fit], chosen: Sequence[Fit], names: dict[str, str]) 
     return to_svg(picture)
 
 
-_WORDS = {"free": "free", "lumped": "held alike"}
+_WORDS = {"free": "free", "lumped": "lumped"}
 
 
 def _columns(points: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:

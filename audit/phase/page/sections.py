@@ -398,7 +398,7 @@ def _made(found: Sequence[Objected], objection: str, phase: str, visible: bool =
 
 
 def printed_cells(zeta: float) -> dict[str, Cell]:
-    """The three laws at a damping ratio, and the paper's with planets held alike."""
+    """The three laws at a damping ratio, and the paper's with lumped planets."""
     return {
         "printed": Cell(PRINTED, zeta),
         "repaired": Cell(REPAIRED_RATE, zeta),
