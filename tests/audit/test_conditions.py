@@ -347,7 +347,11 @@ ROWS = [
         "3 without feedback",
     ),
     Turned(
-        "phase/objections", OBJECTIONS, {"in_full_over_own": (2.0, 3.0)}, "100 to 300", "2 to 3 times"
+        "phase/objections",
+        OBJECTIONS,
+        {"in_full_over_own": (2.0, 3.0)},
+        "100 to 300",
+        "2 to 3 times",
     ),
     Turned("planets/parting", PARTING, {"early": []}, "at ζ = 0.003, 0.005", "In no setting"),
     Turned("planets/parting", PARTING, {"by_contact": False}, "alone does not", "could break"),
