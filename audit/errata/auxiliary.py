@@ -163,7 +163,6 @@ def phase_of_a_varying_frequency(arm: Arm) -> Iterator[Erratum]:
             "equation",
             printed_tex=r"\sin(\omega_e t)",
             derived_tex=r"\sin\left(\int_0^t \omega_e \, dt\right)",
-            unit="rad/s",
             quoted={
                 "work": virtual_work(paper_stage(arm), TORQUE_N_M),
                 "torque": TORQUE_N_M,

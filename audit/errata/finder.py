@@ -37,6 +37,7 @@ from models.loading import load_arm, load_scenario
 
 SCHEMA_VERSION = 3
 Values = dict[sp.Symbol, Fraction]  # of a form's parameters
+THIN_RING = "Table I gives the ring's mass alone: size and effects are those of a thin ring"
 LAYOUT = layout_of([True] * JOINTS)  # of Eq. 20
 EFFECT_S = 0.5
 RECORD_EVERY = 2  # 50 kHz: ten records in a cycle of the fastest mesh mode
@@ -140,6 +141,7 @@ def energy_errata(arm: Arm) -> Iterator[Erratum]:
             kind="equation",
             printed=str(energy.as_printed(difference.printed)),
             derived=str(energy.as_printed(difference.derived)),
+            remark="" if stated == values else THIN_RING,
             printed_tex=tex(energy.as_printed(difference.printed)),
             derived_tex=tex(energy.as_printed(difference.derived)),
             size=size,
