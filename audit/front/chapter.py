@@ -53,7 +53,8 @@ def chapter(material: Material) -> Chapter:
         "INTEGRAL": INTEGRAL,
         "severe": SEVERE,
     }
-    kinds = Counter(str(one.verdict.kind) for one in material.judged.values())
+    judged = list(material.judged.values())
+    verdicts = {"over all settings": Counter(str(one.verdict.kind) for one in judged)}
     page = text(
         "front/findings",
         **said,
@@ -66,8 +67,7 @@ def chapter(material: Material) -> Chapter:
         meanings=LAW_MEANINGS,
         laws=LAWS,
         models=MODELS,
-        kinds=kinds,
-        count=kinds.total(),
+        verdicts=verdicts,
     )
     records = [printed.to_dict(), *rendered([*third.strips])]
     numbers = [

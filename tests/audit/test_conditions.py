@@ -112,8 +112,7 @@ FRONT: Given = {
     "meanings": LAW_MEANINGS,
     "laws": LAWS,
     "models": MODELS,
-    "kinds": {"holds": 2},
-    "count": 2,
+    "verdicts": {"over all settings": {"holds": 2}},
 }
 OUTCOME = {name: FRONT[name] for name in ("printed", "clocks")}
 TERMS: Given = {
@@ -314,6 +313,13 @@ ROWS = [
         "yes with sin(20πt)",
     ),
     Turned("front/findings", FRONT, {"unstable_below": (0.1, 0.2)}, "0.0017", "0.1000"),
+    Turned(
+        "front/findings",
+        FRONT,
+        {"verdicts": {"as the gears are": {"holds": 1, "depends": 1}}},
+        "over all settings: 2 holds",
+        "as the gears are: 1 holds, 1 depends",
+    ),
     Turned("front/findings", FRONT, {"cured": False}, "removes the", "does not remove it"),
     Turned("front/outcome", OUTCOME, {"printed": printed(0.0)}, "do not agree", "printed agree"),
     Turned("front/outcome", OUTCOME, {"clocks": BLIND}, "a gear does not", "cannot be told"),
