@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 
-from audit.errata.finder import EFFECT_S
 from audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED
 from audit.front.findings import MODELS, baseline_finding, third_finding
 from audit.front.printed import PrintedBeside
@@ -28,8 +27,7 @@ ID, TITLE = "findings", "What came out"
 def chapter(material: Material) -> Chapter:
     """The findings."""
     study, scale = material.study, material.scale
-    duration = scale.seconds(EFFECT_S)
-    (printed,) = study.answers([PrintedBeside(LABELLED, duration)], "printed equations")
+    (printed,) = study.answers([PrintedBeside(LABELLED, scale.longest_s)], "printed equations")
     clock, third = clocks(study, scale), third_finding(material)
     ladder = climbed(material)
     baselines = baseline_finding(ladder, material)
@@ -39,7 +37,6 @@ def chapter(material: Material) -> Chapter:
     zetas = [one.zeta for one in limits if one.is_papers]
     said = {
         "printed": printed,
-        "duration_s": duration,
         "clocks": clock,
         "by_law": {one.law: one for one in clock.laws},
         "third": third,

@@ -11,11 +11,10 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from audit.errata.erratum import Effect
 from audit.errata.sheet import SheetCounts
 from audit.experiments.cells import INTEGRAL, LAWS, PRINTED, REPAIRED_RATE, Law
 from audit.front.findings import MODELS
-from audit.front.printed import BesideEngine
+from audit.front.printed import BesideEngine, RunsApart
 from audit.measures.shares import Share
 from audit.page.text import text
 from audit.page.words import LAW_MEANINGS, LAW_NAMES
@@ -54,8 +53,8 @@ def by_law(found: Clocks) -> dict[Law, LawsClock]:
 
 def printed(mass: float | None) -> BesideEngine:
     """Beside an engine."""
-    effects = {"constant-torque": Effect(1.1e-3, 1.9, 0.1), "pd": Effect(1e-5, 54.0, 0.1)}
-    return BesideEngine(mass, None if mass is None else 50 * mass, 200, effects)
+    runs = {"constant-torque": RunsApart(0.5, 1.1e-3, 0.4), "pd": RunsApart(3.0, 1e-5, 50.0)}
+    return BesideEngine(mass, None if mass is None else 50 * mass, 200, runs)
 
 
 def thirds(needs_clock: bool) -> Of:
@@ -90,7 +89,6 @@ FOUND = clocks(1300.0, 1300.0, 0.0)
 BLIND = clocks(0.0, 0.0, 0.0)
 FRONT: Given = {
     "printed": printed(0.0127),
-    "duration_s": 0.5,
     "clocks": FOUND,
     "by_law": by_law(FOUND),
     "third": thirds(True),
