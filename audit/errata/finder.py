@@ -29,7 +29,6 @@ from audit.errata.erratum import (
 from audit.errata.formulas import tex
 from audit.errata.sides import FormSide
 from audit.errata.statements import statement_errata
-from audit.errata.words import notes
 from models.arm.arm import Arm
 from models.arm.layout import layout_of
 from models.experiment.scenario import Scenario
@@ -65,7 +64,7 @@ class Errata:
 def find_errata(
     arm: Arm, printed: Form | None = None, derived: Form | None = None
 ) -> list[Erratum]:
-    """Every erratum, entries of Eqs. 21-22 first, then what the text says.
+    """Every erratum that is computed, entries of Eqs. 21-22 first.
 
     Another pair of forms can be given in place of the paper's own. Raises InputError for an arm
     that the paper's equations do not cover.
@@ -73,9 +72,7 @@ def find_errata(
     PrintedModel(arm, load_scenario("pd"))  # refuses arms other than the paper's kind
     given = printed or printed_form()
     entries = entry_errata(arm, given, derived or energies_form())
-    misprints = (misprint.erratum for misprint in notes().misprints)
-    computed = [*energy_errata(arm), *equation_errata(arm), *statement_errata(arm)]
-    return [*entries, *computed, *misprints]
+    return [*entries, *energy_errata(arm), *equation_errata(arm), *statement_errata(arm)]
 
 
 def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
@@ -186,7 +183,7 @@ def _with_energy(missing: sp.Expr) -> Form:
 def errata_records(
     arm: Arm, told: Callable[[str], None], duration_s: float = EFFECT_S
 ) -> list[SimulatedErratum]:
-    """All errata by class, those of equations with their simulated effects, the largest first.
+    """The same by class, those of equations with their simulated effects, the largest first.
 
     ``told`` hears of each trial.
     """

@@ -14,12 +14,12 @@ import numpy as np
 import xarray as xr
 
 from analytic.derivation.symbols import geared_variables
+from analytic.model import RigidCoupled
 from analytic.paper.energies import JOINTS
 from audit.errata import transcript
 from audit.errata.erratum import Erratum
-from audit.measures.rigid import COUPLED, RIGID_STEP_S, rigid_model
+from audit.measures.rigid import RIGID_STEP_S
 from audit.measures.stage import PaperStage, paper_stage
-from crosscheck.registry import build
 from models.arm.arm import Arm
 from models.experiment.scenario import PdDrive
 from models.loading import load_scenario
@@ -135,9 +135,8 @@ def speeding_up(arm: Arm) -> Iterator[Erratum]:
 def _rigid(arm: Arm, scenario: str) -> xr.Dataset:
     """The rigid arm with all inertia of its gears, which shakes nowhere: theta is smooth."""
     update = {"step_s": RIGID_STEP_S, "record_every": 1}
-    return build(
-        rigid_model(COUPLED), arm, load_scenario(scenario).model_copy(update=update)
-    ).simulate()
+    own = load_scenario(scenario).model_copy(update=update)
+    return RigidCoupled(arm, own).simulate()
 
 
 def two_errors_at_the_tip(arm: Arm) -> Iterator[Erratum]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from audit.errata.erratum import Class, Erratum, SimulatedErratum
+from audit.errata.erratum import CLASSES, Class, Erratum, SimulatedErratum
 
 FOLDER = Path(__file__).with_name("texts")
 WORDS, NOTES = FOLDER / "errata.toml", FOLDER / "notes.toml"
@@ -86,9 +86,11 @@ def _words() -> dict[str, Words]:
     return TypeAdapter(dict[str, Words]).validate_python(content)
 
 
-def in_words(errata: Sequence[SimulatedErratum]) -> tuple[SimulatedErratum, ...]:
-    """With what the sheet says of each."""
-    return tuple(replace(one, erratum=told(one.erratum)) for one in errata)
+def in_words(computed: Sequence[SimulatedErratum]) -> tuple[SimulatedErratum, ...]:
+    """With what the sheet says of each, and what is found by reading alone; by class."""
+    found = [replace(one, erratum=told(one.erratum)) for one in computed]
+    found += [SimulatedErratum(misprint.erratum, {}) for misprint in notes().misprints]
+    return tuple(sorted(found, key=lambda one: CLASSES.index(one.erratum.kind)))
 
 
 def told(erratum: Erratum) -> Erratum:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 
+from audit.errata.engine import PrintedBeside
 from audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED
 from audit.front.findings import MODELS, baseline_finding, third_finding
-from audit.front.printed import PrintedBeside
 from audit.front.views import clock_svg, third_svg
 from audit.hypotheses.accumulation import largest, shaken, verdict
 from audit.hypotheses.evidence.linear_limits import cured_at_the_sun, survey

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from audit.errata.engine import BesideEngine, RunsApart
 from audit.errata.sheet import SheetCounts
 from audit.experiments.cells import INTEGRAL, LAWS, PRINTED, REPAIRED_RATE, Law
 from audit.front.findings import MODELS
-from audit.front.printed import BesideEngine, RunsApart
 from audit.measures.shares import Share
 from audit.page.text import text
 from audit.page.words import LAW_MEANINGS, LAW_NAMES

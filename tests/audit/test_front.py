@@ -10,11 +10,11 @@ import pytest
 
 from analytic.model import PhysicalModel
 from analytic.paper.model import PrintedModel
+from audit.errata.engine import PrintedBeside
 from audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED, REPAIRED_RATE, Cell, Law
 from audit.experiments.scale import Scale
 from audit.experiments.study import Study
 from audit.front.findings import MODELS, Baselines, Strip, Thirds
-from audit.front.printed import PrintedBeside
 from audit.front.terms import teeth_passed
 from audit.front.views import stage_svg, third_svg
 from audit.hypotheses.evidence.attribution import TORQUE, Deviation, LadderVerdict, Left

@@ -64,7 +64,7 @@ def test_ids_are_unique_and_none_that_was_given_up_comes_back():
 def test_every_item_of_the_errata_sheet_is_named_by_a_sentence_and_no_other(table: list[Sentence]):
     noted = notes()
     known = {erratum.id for erratum in find_errata(load_arm("paper-labelled"))}
-    known |= {note.id for note in (*noted.contradictions, *noted.gaps)}
+    known |= {note.id for note in (*noted.misprints, *noted.contradictions, *noted.gaps)}
     assert {name for one in table for name in one.slips} == known
 
 
