@@ -1,7 +1,7 @@
 """The auxiliary equations of the paper against first principles.
 
 Each function derives what should stand where something else is printed, and returns an Erratum only
-if the two differ; slips.toml has the words.
+if the two differ; texts/errata.toml has the words.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from collections.abc import Iterator
 import numpy as np
 import sympy as sp
 
-from analytic.paper.backlash import dead_zone_tanh
-from analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
+from analytic.paper.backlash import dead_zone, dead_zone_tanh
+from analytic.paper.kinematics import gear_angles
+from analytic.paper.mesh_frequency import meshing_frequency, ring_mesh_rate, sun_mesh_rate
 from analytic.paper.mesh_phasing import ring_behind_sun, sun_lag
 from audit.errata.erratum import Erratum, Trial
 from audit.errata.formulas import tex
@@ -39,13 +40,14 @@ def equation_errata(arm: Arm) -> Iterator[Erratum]:
     """Errata of Eqs. 2 to 15, 22 and of the drives, for this arm."""
     stage = paper_stage(arm)
     yield from sense_of_the_planets(stage)
-    yield from clearance_attracts(stage)
+    yield from corners_called_jumps(stage)
+    yield from clearance_attracts(arm)
     yield from fundamental_without_phase(stage)
+    yield from sense_of_the_gears(stage)
     yield from ring_mesh_frequency(arm)
     yield from phase_of_a_varying_frequency(arm)
     yield from one_phase_for_all(arm)
     yield from force_without_clearance(arm)
-    yield from work_of_the_springs(arm)
     yield from force_of_time(stage)
     yield from slope_of_the_root()
 
@@ -55,12 +57,22 @@ def sense_of_the_planets(stage: PaperStage) -> Iterator[Erratum]:
     errors = [conversion_error(stage.joint, stage.geometry, how) for how in COUNTED]
     if max(errors) > min(errors):
         yield Erratum(
-            "eq2-sense", "equation", size=max(errors), unit="sun radii per radian of a planet"
+            "eq2-sense", "notation", size=max(errors), unit="sun radii per radian of a planet"
         )
 
 
-def clearance_attracts(stage: PaperStage) -> Iterator[Erratum]:
+def corners_called_jumps(stage: PaperStage) -> Iterator[Erratum]:
+    """Eq. 5 at its two edges: its value on both sides, and its slope."""
+    b = stage.backlash_m
+    beside = b * np.array([1 - 1e-9, 1 + 1e-9])
+    jump, slope = np.ptp(dead_zone(beside, b)) / b, np.ptp(dead_zone(beside, b)) / np.ptp(beside)
+    if jump < 1e-6 < slope:
+        yield Erratum("discontinuous-points", "statement", size=0.0, unit="m between both sides")
+
+
+def clearance_attracts(arm: Arm) -> Iterator[Erratum]:
     """Eq. 6 against Eq. 5, which never pulls: the deepest pull outside contact."""
+    stage = paper_stage(arm)
     b, sigma = stage.backlash_m, stage.tanh_sharpness_per_m
     outside = b - np.linspace(0, 10 / sigma, 100001)
     pull = -float(dead_zone_tanh(outside, b, sigma).min())
@@ -70,7 +82,10 @@ def clearance_attracts(stage: PaperStage) -> Iterator[Erratum]:
             "equation",
             size=pull * stage.mesh_stiffness_N_per_m,
             unit="N",
-            quoted={"pull": pull * sigma},
+            quoted={"pull": pull * sigma, "sigma": sigma},
+            trial=Trial(
+                PhysicalSide(arm, switches(dead_zone="tanh")), PhysicalSide(arm, switches())
+            ),
         )
 
 
@@ -81,10 +96,30 @@ def fundamental_without_phase(stage: PaperStage) -> Iterator[Erratum]:
         joint = stage.joint
         yield Erratum(
             "eq8-no-phase",
-            "equation",
+            "statement",
             size=error,
             unit="of the fundamental, rms",
             quoted={"sun": sun_contact_ratio(joint), "ring": ring_contact_ratio(joint)},
+        )
+
+
+def sense_of_the_gears(stage: PaperStage) -> Iterator[Erratum]:
+    """Eq. 10 for sun, planet and ring, each rate in the sense of Eqs. 2-3: three values, one mesh.
+
+    Over theta_c', rolling without slip.
+    """
+    joint, geometry = stage.joint, stage.geometry
+    sun, planet = gear_angles(0.0, 0.0, 1.0, geometry.r_s, geometry.r_p, geometry.r_cp)
+    teeth = (joint.sun_teeth, joint.planet_teeth, joint.ring_teeth)
+    gears = zip((sun, planet, 0.0), teeth, strict=True)
+    rates = [meshing_frequency(rate, 1.0, count) for rate, count in gears]
+    if np.ptp(rates) > 1e-9 * max(rates):
+        yield Erratum(
+            "eq10-sense",
+            "notation",
+            size=float(np.ptp(rates)),
+            unit="cycles per carrier turn",
+            quoted=dict(zip(("sun", "planet", "ring"), rates, strict=True)),
         )
 
 
@@ -128,7 +163,10 @@ def phase_of_a_varying_frequency(arm: Arm) -> Iterator[Erratum]:
             "equation",
             printed_tex=r"\sin(\omega_e t)",
             derived_tex=r"\sin\left(\int_0^t \omega_e \, dt\right)",
-            unit="rad/s",
+            quoted={
+                "work": virtual_work(paper_stage(arm), TORQUE_N_M),
+                "torque": TORQUE_N_M,
+            },
             trial=Trial(
                 PhysicalSide(arm, switches(phase="omega_t", ring_rate="corrected")),
                 PhysicalSide(arm, switches(phase="angle", ring_rate="corrected")),
@@ -185,27 +223,11 @@ def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
         )
 
 
-def work_of_the_springs(arm: Arm) -> Iterator[Erratum]:
-    """Springs whose k and e vary with theta push theta as well: rows 3 and 6 of Eq. 22 lack it."""
-    torque = virtual_work(paper_stage(arm), TORQUE_N_M)
-    if torque > 0:
-        yield Erratum(
-            "eq22-virtual-work",
-            "equation",
-            size=torque,
-            unit="N m under 100 N m",
-            relative=torque / TORQUE_N_M,
-            trial=Trial(
-                PhysicalSide(arm, switches()), PhysicalSide(arm, switches(mesh_work="conservative"))
-            ),
-        )
-
-
 def force_of_time(stage: PaperStage) -> Iterator[Erratum]:
     """Eq. 21's F(q, q') at one q and q': how far its mesh force swings with time, by e alone."""
     swing = 2 * stage.mesh_stiffness_N_per_m * stage.tooth_error_m
     if swing > 0:
-        yield Erratum("eq21-time", "equation", size=swing, unit="N at one q and q'")
+        yield Erratum("eq21-time", "notation", size=swing, unit="N at one q and q'")
 
 
 def slope_of_the_root() -> Iterator[Erratum]:
@@ -221,7 +243,7 @@ def slope_of_the_root() -> Iterator[Erratum]:
         first = float(np.max(drive.amplitude_N_m)) * math.sin(turn)
         yield Erratum(
             "drive-root",
-            "equation",
+            "statement",
             size=missed,
             unit="of the first step's impulse",
             quoted={"torque": first, "step_us": 1e6 * scenario.step_s},

@@ -37,6 +37,22 @@ class EnergyDifference:
         return sp.expand(self.derived - self.printed)
 
 
+def as_printed(energy: sp.Expr) -> sp.Expr:
+    """An energy in the rates of the gears and with their inertias, as Eqs. 16-19 are written."""
+    variables = geared_variables(JOINTS)
+    given: dict[sp.Expr, sp.Expr] = {}
+    for joint in range(1, JOINTS + 1):
+        stage = stage_symbols(joint)
+        dx_sp, dx_pr, dtheta = variables.v[3 * joint - 3 : 3 * joint]
+        sun, planet = (sp.Symbol(f"dtheta_{gear}{joint}") for gear in "sp")
+        given[dx_sp] = stage.r_s * sun - stage.r_p * planet - stage.r_cp * dtheta
+        given[dx_pr] = stage.r_p * planet - stage.r_cp * dtheta
+        for name, mass, radius in (("s", stage.M_s, stage.r_s), ("p", stage.M_p, stage.r_p)):
+            given[mass] = sp.Symbol(f"I_{name}{joint}") / radius**2
+        given[stage.N] = sp.Integer(3)
+    return sp.factor(sp.expand(energy.subs(given, simultaneous=True)))
+
+
 def true_energies() -> dict[str, dict[str, sp.Expr]]:
     """Per equation of the paper, the kinetic energy [J] of each body that it covers.
 

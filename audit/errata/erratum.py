@@ -1,10 +1,10 @@
-"""One slip of the paper, and how much it matters."""
+"""One error of the paper, and how much it matters."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 import xarray as xr
@@ -19,7 +19,7 @@ Side = Callable[[Scenario], Model]  # equal ones make equal models
 
 @dataclass(frozen=True)
 class Trial:
-    """Two models of any scenario that differ in the slip alone: as printed, and put right."""
+    """Two models of any scenario that differ in the erratum alone: as printed, and put right."""
 
     as_printed: Side
     put_right: Side
@@ -27,37 +27,44 @@ class Trial:
 
 @dataclass(frozen=True)
 class Effect:
-    """Largest change over a run: joint angle [rad] and elastic mesh force per planet [N]."""
+    """Largest change over a run: joint angle [rad], elastic mesh force per planet [N], its impulse.
+
+    impulse_N_s: of a mesh since the start. An impact that comes a little later changes the force by
+    its whole height and the impulse by next to nothing.
+    """
 
     theta_rad: float
     mesh_force_N: float
+    impulse_N_s: float
 
 
-Kind = Literal["entry", "energy", "equation", "table", "count", "symbol", "text", "figure"]
+# An error of an equation, with its effect; a statement or a number without support; notation.
+Class = Literal["equation", "statement", "notation"]
+CLASSES: tuple[Class, ...] = get_args(Class)
 
 
 @dataclass(frozen=True)
 class Erratum:
-    """A slip of the paper: where, and how far what is printed is from what should stand there.
+    """Where, and how far what is printed is from what should stand there.
 
-    id: names it for good; size [unit]: for this arm, derived minus printed where both are numbers;
-    relative: over the size of the quantity; trial: what to simulate to see the effect, None where
-    there is nothing to run; quoted: what its words name; printed, derived: formulas, or words,
-    which ``words.told`` gives to those that are found without; remark: what these do not say;
+    id: names it for good; printed, derived: formulas, or words, which ``words.told`` gives to those
+    that are found without; remark: what these do not say; size [unit]: for this arm, derived minus
+    printed where both are numbers; relative: over the size of the quantity; trial: what to simulate
+    to see the effect, which every erratum of an equation has; quoted: what its words name;
     printed_tex, derived_tex: the formulas as TeX, if any.
     """
 
     id: str
-    kind: Kind
+    kind: Class
     where: str = ""
     printed: str = ""
     derived: str = ""
+    remark: str = ""
     size: float | None = None
     unit: str = ""
     relative: float | None = None
     trial: Trial | None = None
     quoted: Mapping[str, float | str] = field(default_factory=dict)
-    remark: str = ""
     printed_tex: str = ""
     derived_tex: str = ""
 
@@ -75,19 +82,34 @@ def effect_of(
     run: may give again what it has given.
     """
     printed, right = (run(side, scenario) for side in (trial.as_printed, trial.put_right))
-    forces = [largest_difference(printed, right, force) for force in ("F_sp", "F_pr")]
-    return Effect(largest_difference(printed, right, "theta"), float(np.max(forces)))
+    forces = ("F_sp", "F_pr")
+    return Effect(
+        largest_difference(printed, right, "theta"),
+        float(np.max([largest_difference(printed, right, force) for force in forces])),
+        float(np.max([_impulse(printed[force] - right[force]) for force in forces])),
+    )
+
+
+def _impulse(force: xr.DataArray) -> float:
+    """Largest magnitude [N s] of the integral of a force [N] from the start to any time."""
+    return float(np.abs(force.cumulative_integrate("time")).max())
 
 
 @dataclass(frozen=True)
-class Slip:
+class SimulatedErratum:
     """An erratum and what it changes in a run, by scenario; its trial is over."""
 
     erratum: Erratum
     effects: dict[str, Effect]
 
+    @property
+    def largest_theta_rad(self) -> float:
+        """By which the sheet ranks errata of equations; 0 without a run."""
+        return max((effect.theta_rad for effect in self.effects.values()), default=0.0)
 
-def tried(erratum: Erratum, effects: Mapping[str, Effect]) -> Slip:
+
+def tried(erratum: Erratum, effects: Mapping[str, Effect]) -> SimulatedErratum:
     """The erratum with its effects; None for a size that is not finite."""
     size, relative = defined(erratum.size), defined(erratum.relative)
-    return Slip(replace(erratum, size=size, relative=relative, trial=None), dict(effects))
+    plain = replace(erratum, size=size, relative=relative, trial=None)
+    return SimulatedErratum(plain, dict(effects))

@@ -18,8 +18,9 @@ from analytic.paper.printed import printed_form
 from audit.errata import compare, energy
 from audit.errata.auxiliary import equation_errata
 from audit.errata.erratum import (
+    CLASSES,
     Erratum,
-    Slip,
+    SimulatedErratum,
     Trial,
     effect_of,
     simulated,
@@ -33,10 +34,12 @@ from models.arm.layout import layout_of
 from models.experiment.scenario import Scenario
 from models.loading import load_arm, load_scenario
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 Values = dict[sp.Symbol, Fraction]  # of a form's parameters
+THIN_RING = "Table I gives the ring's mass alone: size and effects are those of a thin ring"
 LAYOUT = layout_of([True] * JOINTS)  # of Eq. 20
 EFFECT_S = 0.5
+RECORD_EVERY = 2  # 50 kHz: ten records in a cycle of the fastest mesh mode
 
 
 @dataclass(frozen=True)
@@ -54,14 +57,14 @@ class Errata:
     def cost(self) -> float:
         return 10 + 10 * self.duration_s
 
-    def answer(self) -> list[Slip]:
+    def answer(self) -> list[SimulatedErratum]:
         return errata_records(load_arm(self.arm), lambda where: None, self.duration_s)
 
 
 def find_errata(
     arm: Arm, printed: Form | None = None, derived: Form | None = None
 ) -> list[Erratum]:
-    """Every slip, entries of Eqs. 21-22 first.
+    """Every erratum that is computed, entries of Eqs. 21-22 first.
 
     Another pair of forms can be given in place of the paper's own. Raises InputError for an arm
     that the paper's equations do not cover.
@@ -81,7 +84,7 @@ def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
         yield Erratum(
             id=_slug(difference.where),
             where=difference.where,
-            kind="entry",
+            kind="equation",
             printed=f"... {difference.printed}",
             derived=f"... {difference.derived}",
             printed_tex=tex(difference.printed),
@@ -132,11 +135,12 @@ def energy_errata(arm: Arm) -> Iterator[Erratum]:
         yield Erratum(
             id=_slug(where),
             where=where,
-            kind="energy",
-            printed=str(sp.factor(difference.printed)),
-            derived=str(sp.factor(difference.derived)),
-            printed_tex=tex(sp.factor(difference.printed)),
-            derived_tex=tex(sp.factor(difference.derived)),
+            kind="equation",
+            printed=str(energy.as_printed(difference.printed)),
+            derived=str(energy.as_printed(difference.derived)),
+            remark="" if stated == values else THIN_RING,
+            printed_tex=tex(energy.as_printed(difference.printed)),
+            derived_tex=tex(energy.as_printed(difference.derived)),
             size=size,
             unit="kg m^2 in M_33",
             relative=relative,
@@ -178,9 +182,12 @@ def _with_energy(missing: sp.Expr) -> Form:
 
 def errata_records(
     arm: Arm, told: Callable[[str], None], duration_s: float = EFFECT_S
-) -> list[Slip]:
-    """All errata with their simulated effects; ``told`` hears of each trial."""
-    slips, run = [], cache(simulated)
+) -> list[SimulatedErratum]:
+    """The same by class, those of equations with their simulated effects, the largest first.
+
+    ``told`` hears of each trial.
+    """
+    found, run = [], cache(simulated)
     for erratum in find_errata(arm):
         told(erratum.id)
         effects = {
@@ -188,11 +195,12 @@ def errata_records(
             for scenario in effect_scenarios(duration_s)
             if erratum.trial is not None
         }
-        slips.append(tried(erratum, effects))
-    return slips
+        found.append(tried(erratum, effects))
+    return sorted(found, key=lambda one: (CLASSES.index(one.erratum.kind), -one.largest_theta_rad))
 
 
 def effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:
     """Constant torque, which stays on one flank, and PD, which in half a second does not."""
     names = ("constant-torque", "pd")
-    return [load_scenario(name).model_copy(update={"duration_s": duration_s}) for name in names]
+    update = {"duration_s": duration_s, "record_every": RECORD_EVERY}
+    return [load_scenario(name).model_copy(update=update) for name in names]

@@ -1,4 +1,4 @@
-"""Slips planted into the equations: what an agreement with another model can show of them."""
+"""Errors planted into the equations: what an agreement with another model can show of them."""
 
 from __future__ import annotations
 
@@ -62,15 +62,15 @@ class Planted:
     def _run(self, form: Form) -> xr.Dataset:
         return simulated(FormSide(load_arm(self.arm), form), load_scenario(SCENARIO))
 
-    def _effect(self, right: xr.Dataset, slipped: Form) -> float | None:
+    def _effect(self, right: xr.Dataset, changed: Form) -> float | None:
         try:
-            return largest_difference(right, self._run(slipped), "theta")
+            return largest_difference(right, self._run(changed), "theta")
         except (Diverged, ZeroDivisionError):  # an M that cannot be inverted any more
             return None
 
 
 def shown(plants: Sequence[Plant]) -> float:
-    """Share of the slips that change an angle by more than AGREEMENT_RAD, or leave no run."""
+    """Share of the errors that change an angle by more than AGREEMENT_RAD, or leave no run."""
     seen = [plant.theta_rad is None or plant.theta_rad > AGREEMENT_RAD for plant in plants]
     return sum(seen) / len(seen)
 

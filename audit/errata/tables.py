@@ -1,4 +1,4 @@
-"""The sheet's columns: slips, contradictions, gaps, for the page, for Markdown and for JSON."""
+"""The sheet's columns: errata, contradictions, gaps, for the page, for Markdown and for JSON."""
 
 from __future__ import annotations
 
@@ -8,30 +8,30 @@ from functools import lru_cache
 
 from markupsafe import Markup
 
-from audit.errata.erratum import Effect, Slip
-from audit.errata.notes import Contradiction, Gap
-from audit.errata.typeset import formula_svg
+from audit.errata.erratum import Class, Effect, SimulatedErratum
+from audit.errata.formulas import formula_svg
+from audit.errata.words import Contradiction, Gap
 from audit.page.columns import Column, Columns
 
 
 @dataclass(frozen=True)
-class ArmSlip:
-    """A slip, its size and its effects those of an arm."""
+class ArmErratum:
+    """An erratum, its size and its effects those of an arm."""
 
     arm: str
-    slip: Slip
+    found: SimulatedErratum
 
 
 @dataclass(frozen=True)
-class FormulaColumn(Column[ArmSlip]):
+class FormulaColumn(Column[ArmErratum]):
     """Words, or a formula where there is one."""
 
-    tex: Callable[[ArmSlip], str] = lambda row: ""
+    tex: Callable[[ArmErratum], str] = lambda row: ""
 
-    def html(self, row: ArmSlip) -> str:
+    def html(self, row: ArmErratum) -> str:
         return _drawn(self.tex(row)) if self.tex(row) else self.text(row)
 
-    def markdown(self, row: ArmSlip) -> str:
+    def markdown(self, row: ArmErratum) -> str:
         return f"${self.tex(row)}$" if self.tex(row) else super().markdown(row)
 
 
@@ -40,58 +40,84 @@ def _drawn(tex: str) -> Markup:
     return Markup(formula_svg(tex))  # by this package's own typesetter
 
 
-def _effect(scenario: str, part: Callable[[Effect], float]) -> Callable[[ArmSlip], float | None]:
-    def of(row: ArmSlip) -> float | None:
-        effect = row.slip.effects.get(scenario)
+def _effect(scenario: str, part: Callable[[Effect], float]) -> Callable[[ArmErratum], float | None]:
+    def of(row: ArmErratum) -> float | None:
+        effect = row.found.effects.get(scenario)
         return None if effect is None else part(effect)
 
     return of
 
 
-SLIPS = Columns[ArmSlip](
-    lambda row: f"erratum/{row.arm}/{row.slip.erratum.id}",
-    (
-        Column("where", "where", lambda row: row.slip.erratum.where),
-        Column("kind", None, lambda row: row.slip.erratum.kind),
-        FormulaColumn(
-            "printed",
-            "printed",
-            lambda row: row.slip.erratum.printed,
-            tex=lambda row: row.slip.erratum.printed_tex,
-        ),
-        FormulaColumn(
-            "derived",
-            "should read",
-            lambda row: row.slip.erratum.derived,
-            tex=lambda row: row.slip.erratum.derived_tex,
-        ),
-        Column("remark", "remark", lambda row: row.slip.erratum.remark),
-        Column("size", "size", lambda row: row.slip.erratum.size),
-        Column("unit", "in", lambda row: row.slip.erratum.unit),
-        Column("relative", "over its own size", lambda row: row.slip.erratum.relative),
-        Column("printed_tex", None, lambda row: row.slip.erratum.printed_tex),
-        Column("derived_tex", None, lambda row: row.slip.erratum.derived_tex),
-        Column(
-            "constant_torque_theta_rad",
-            "effect under 100 N m: angle [rad]",
-            _effect("constant-torque", lambda effect: effect.theta_rad),
-            ".2g",
-        ),
-        Column(
-            "constant_torque_force_N",
-            "force [N]",
-            _effect("constant-torque", lambda effect: effect.mesh_force_N),
-            ".2g",
-        ),
-        Column(
-            "pd_theta_rad",
-            "effect under PD control: angle [rad]",
-            _effect("pd", lambda effect: effect.theta_rad),
-            ".2g",
-        ),
-        Column("pd_force_N", "force [N]", _effect("pd", lambda effect: effect.mesh_force_N), ".2g"),
+def _id(row: ArmErratum) -> str:
+    return f"erratum/{row.arm}/{row.found.erratum.id}"
+
+
+_TEXTS = (
+    Column[ArmErratum]("where", "where", lambda row: row.found.erratum.where),
+    FormulaColumn(
+        "printed",
+        "printed",
+        lambda row: row.found.erratum.printed,
+        tex=lambda row: row.found.erratum.printed_tex,
+    ),
+    FormulaColumn(
+        "derived",
+        "should read",
+        lambda row: row.found.erratum.derived,
+        tex=lambda row: row.found.erratum.derived_tex,
+    ),
+    Column[ArmErratum]("remark", "remark", lambda row: row.found.erratum.remark),
+)
+_SIZES = (
+    Column[ArmErratum]("size", "size", lambda row: row.found.erratum.size),
+    Column[ArmErratum]("unit", "in", lambda row: row.found.erratum.unit),
+)
+_EFFECTS = (
+    Column[ArmErratum]("relative", "over its own size", lambda row: row.found.erratum.relative),
+    Column[ArmErratum](
+        "constant_torque_theta_rad",
+        "effect under 100 N m: angle [rad]",
+        _effect("constant-torque", lambda effect: effect.theta_rad),
+        ".2g",
+    ),
+    Column[ArmErratum](
+        "constant_torque_force_N",
+        "mesh force [N]",
+        _effect("constant-torque", lambda effect: effect.mesh_force_N),
+        ".2g",
+    ),
+    Column[ArmErratum](
+        "pd_theta_rad",
+        "effect under PD control: angle [rad]",
+        _effect("pd", lambda effect: effect.theta_rad),
+        ".2g",
+    ),
+    Column[ArmErratum](
+        "pd_impulse_N_s",
+        "impulse of a mesh [N s]",
+        _effect("pd", lambda effect: effect.impulse_N_s),
+        ".2g",
     ),
 )
+_UNSEEN = (
+    Column[ArmErratum]("class", None, lambda row: row.found.erratum.kind),
+    Column[ArmErratum]("printed_tex", None, lambda row: row.found.erratum.printed_tex),
+    Column[ArmErratum]("derived_tex", None, lambda row: row.found.erratum.derived_tex),
+    Column[ArmErratum](
+        "constant_torque_impulse_N_s",
+        None,
+        _effect("constant-torque", lambda effect: effect.impulse_N_s),
+    ),
+    Column[ArmErratum](
+        "pd_force_N", None, _effect("pd", lambda effect: effect.mesh_force_N), ".2g"
+    ),
+)
+WHOLE = Columns[ArmErratum](_id, (*_UNSEEN, *_TEXTS, *_SIZES, *_EFFECTS))  # all of an erratum
+BY_CLASS: dict[Class, Columns[ArmErratum]] = {
+    "equation": WHOLE,
+    "statement": Columns(_id, (*_TEXTS, *_SIZES)),
+    "notation": Columns(_id, _TEXTS),
+}
 CONTRADICTIONS = Columns[Contradiction](
     lambda row: f"contradiction/{row.id}",
     (

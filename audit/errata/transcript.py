@@ -1,4 +1,4 @@
-"""What the paper's text says, as data: for a program to hold against itself."""
+"""What the paper's text says, as data: for a program to compare with itself."""
 
 from __future__ import annotations
 
@@ -14,30 +14,47 @@ class Definition(NamedTuple):
 
 
 DEFINITIONS = (
-    Definition("M", "inertia matrix", "Eqs. 1, 21"),
+    Definition("M", "inertia matrix of the links", "Eq. 1"),
+    Definition("M", "inertia matrix of links and gears", "Eq. 21"),
+    Definition("M", "inertia over a squared radius", "below Eq. 21, Table I"),
     Definition("C", "velocity coupling matrix", "Eqs. 1, 21"),
     Definition("D", "damping matrix", "Eqs. 1, 21"),
-    Definition("T", "driving torque", "Eqs. 1, 22"),
-    Definition("q", "generalized coordinates", "Eqs. 1, 20"),
+    Definition("q", "angles of the rigid arm", "Eq. 1"),
+    Definition("q", "mesh displacements and angles", "Eq. 20"),
+    Definition("T", "torque on a link of the rigid arm", "Eqs. 1, 23, Section 3"),
+    Definition("T", "torque of a motor on its sun", "Eq. 22"),
     Definition("n", "reduction ratio", "Section 2"),
     Definition("z", "number of teeth", "Section 2"),
     Definition("alpha", "pressure angle", "Eq. 2"),
+    Definition("r", "radius", "Eq. 2"),
+    Definition("r", "the ring, as an index", "Eq. 3"),
     Definition("r_s", "base radius of the sun", "Eq. 2"),
     Definition("r_p", "base radius of a planet", "Eq. 2"),
     Definition("r_c", "carrier radius", "Eq. 2"),
+    Definition("x_sp", "difference of three displacements, named an error", "Eq. 3, Fig. 8"),
+    Definition("x_sp", "meshing displacement", "Section 3.2, Fig. 12"),
     Definition("b", "half of the backlash clearance", "Section 2.1"),
     Definition("k", "meshing stiffness", "Eq. 4"),
     Definition("f_k", "clearance function", "Eqs. 4, 5"),
+    Definition("F", "mesh force", "Eqs. 4, 15"),
+    Definition("F", "vector of generalized forces", "Eqs. 21, 22"),
     Definition("sigma", "sharpness of the tanh clearance function", "Eq. 6"),
     Definition("T", "meshing period", "Eq. 7, Fig. 5"),
     Definition("gamma", "phase difference among pairs", "Section 2.2"),
     Definition("e", "contact ratio", "Eq. 7, Fig. 5"),
     Definition("n", "number of harmonics", "Eq. 7"),
+    Definition("i", "number of a harmonic", "Eq. 7"),
+    Definition("i", "sun, planet or ring", "Eq. 10"),
+    Definition("i", "number of a joint", "Eqs. 15, 23, Table I"),
     Definition("k_m", "mean meshing stiffness", "Eq. 8"),
-    Definition("k_a", "amplitude of the meshing stiffness", "Eq. 8"),
+    Definition("k_a", "time-variant meshing stiffness, by its name", "below Eq. 8"),
+    Definition("k_a", "amplitude of that stiffness, by its place", "Eq. 8, Table I"),
     Definition("omega_e", "meshing circular frequency", "Eqs. 8, 9"),
+    Definition("omega", "rate of a gear", "Eqs. 9, 10"),
+    Definition("omega", "rate of a joint, elsewhere theta'", "Section 3.1, Fig. 7"),
     Definition("e", "tooth profile error", "Eq. 14"),
-    Definition("E", "magnitude of the tooth profile error", "Eq. 14, Table I"),
+    Definition("E", "amplitude of the tooth profile error, 5 um", "Eq. 14, Table I"),
+    Definition("E", "the given tooth error, about 10 um from peak to peak", "Section 3.1"),
     Definition("T", "kinetic energy", "Eqs. 16-19"),
     Definition("I", "rotary inertia", "Eqs. 16-19"),
     Definition("m_p", "mass of a planet", "Eqs. 16, 18, m_j below Eq. 21"),
@@ -50,6 +67,7 @@ DEFINITIONS = (
     Definition("J", "rotary inertia", "M = J / r^2 below Eq. 21"),
     Definition("I'_c", "inertia turning with a link", "a_2 and a_3 below Eq. 21"),
     Definition("I_cp", "inertia turning with a link", "below Eq. 21"),
+    Definition("a_1", "coefficients of M, a_11 and a_12", "below Eq. 21"),
     Definition("a_2", "coefficient of M", "below Eq. 21"),
     Definition("a_1", "cross-section of arm 1", "Table I"),
     Definition("a_2", "cross-section of arm 2", "Table I"),
@@ -60,8 +78,6 @@ DEFINITIONS = (
 )
 # Section 3: the detailed model's initial values.
 INITIAL_VALUES = ("b", "b", "0", "b", "b", "0", "0", "0", "0", "0", "0")
-# Section 2.4 calls D diagonal and positive definite; Table I and the text give no entry of it.
-DAMPING_VALUES_GIVEN: tuple[str, ...] = ()
 # Below Eq. 21: what the abbreviations are made of.
 MADE_OF = {
     "I_cip": ("I_ci", "m_pi", "r_ci", "I_i"),
@@ -83,4 +99,5 @@ BACKLASHES_UM = (5.0, 10.0, 25.0, 50.0, 500.0, 1000.0, 3000.0)  # Section 4.1
 TOOTH_ERRORS_UM = (1.6, 3.2, 5.0, 6.3)  # Section 4.2
 QUIET_UM, SEPARATE_UM = 1.0, 500.0  # what Sections 4.2 and 4.1 say of 1 and 500 um
 THICKNESS_SHARE = 1 / 3  # of the tooth that 6 mm are said to be nearly
-FLUCTUATION_HZ, FLUCTUATION_RAD_S2 = 1500.0, 300.0  # Figs. 18, 14
+# Section 3.1: what both joints deviate by, and what that is said to make at the tip.
+DEVIATIONS_RAD, TIP_M = (0.02, 0.01), 0.03

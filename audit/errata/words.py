@@ -1,4 +1,4 @@
-"""What the sheet says of slips that are found by numbers alone: slips.toml, by their ids."""
+"""The sheet's texts: words of computed errata, misprints, contradictions and gaps."""
 
 from __future__ import annotations
 
@@ -10,18 +10,91 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from audit.errata.erratum import Erratum, Slip
+from audit.errata.erratum import CLASSES, Class, Erratum, SimulatedErratum
 
-FILE = Path(__file__).with_name("slips.toml")
+FOLDER = Path(__file__).with_name("texts")
+WORDS, NOTES = FOLDER / "errata.toml", FOLDER / "notes.toml"
 
 
-def in_words(slips: Sequence[Slip]) -> tuple[Slip, ...]:
-    """With what the sheet says of each."""
-    return tuple(replace(slip, erratum=told(slip.erratum)) for slip in slips)
+@dataclass(frozen=True)
+class Misprint:
+    """An erratum that reading finds and that needs no number; fields as in ``Erratum``."""
+
+    id: str
+    kind: Class
+    where: str
+    printed: str
+    derived: str
+    remark: str = ""
+
+    @property
+    def erratum(self) -> Erratum:
+        """For the sheet."""
+        return Erratum(self.id, self.kind, self.where, self.printed, self.derived, self.remark)
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """Two places of the paper that cannot both be right, paraphrased."""
+
+    id: str
+    first: str
+    first_says: str
+    second: str
+    second_says: str
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A quantity that a reader needs and the paper does not give, and what this project does."""
+
+    id: str
+    quantity: str
+    needed_for: str
+    here: str
+
+
+@dataclass(frozen=True)
+class Notes:
+    """What a careful reader finds in the text itself."""
+
+    misprints: tuple[Misprint, ...]
+    contradictions: tuple[Contradiction, ...]
+    gaps: tuple[Gap, ...]
+
+
+@cache
+def notes() -> Notes:
+    """Of notes.toml."""
+    return TypeAdapter(Notes).validate_python(tomllib.loads(NOTES.read_text(encoding="utf-8")))
+
+
+@dataclass(frozen=True)
+class Words:
+    """Texts of a computed erratum, as in ``Erratum``, with places for its numbers."""
+
+    where: str
+    printed: str
+    derived: str
+    remark: str = ""
+
+
+@cache
+def _words() -> dict[str, Words]:
+    """By the errata's ids, or by what these begin with."""
+    content = tomllib.loads(WORDS.read_text(encoding="utf-8"))
+    return TypeAdapter(dict[str, Words]).validate_python(content)
+
+
+def in_words(computed: Sequence[SimulatedErratum]) -> tuple[SimulatedErratum, ...]:
+    """With what the sheet says of each, and what is found by reading alone; by class."""
+    found = [replace(one, erratum=told(one.erratum)) for one in computed]
+    found += [SimulatedErratum(misprint.erratum, {}) for misprint in notes().misprints]
+    return tuple(sorted(found, key=lambda one: CLASSES.index(one.erratum.kind)))
 
 
 def told(erratum: Erratum) -> Erratum:
-    """The slip in words, with what they quote; one that has words already as it is.
+    """The erratum in words, with what they quote; one that has words already as it is.
 
     Raises KeyError for one that the file does not know.
     """
@@ -36,20 +109,3 @@ def told(erratum: Erratum) -> Erratum:
         derived=said.derived.format_map(erratum.quoted),
         remark=said.remark.format_map(erratum.quoted),
     )
-
-
-@dataclass(frozen=True)
-class Words:
-    """Texts of a slip, as in ``Erratum``, with places for its numbers."""
-
-    where: str
-    printed: str
-    derived: str
-    remark: str = ""
-
-
-@cache
-def _words() -> dict[str, Words]:
-    """By the slips' ids, or by what these begin with."""
-    content = tomllib.loads(FILE.read_text(encoding="utf-8"))
-    return TypeAdapter(dict[str, Words]).validate_python(content)

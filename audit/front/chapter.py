@@ -1,45 +1,80 @@
-"""The page's beginning: three findings, what they mean, and what the words mean."""
+"""The page's beginning: six findings, what they mean, and how to repair the model."""
 
 from __future__ import annotations
 
 from collections import Counter
 
-from audit.experiments.cells import LAWS
-from audit.front.findings import ladder_finding, third_finding
-from audit.front.views import clock_svg, ladder_svg, third_svg
+from audit.claims.words import COLUMNS
+from audit.errata.engine import PrintedBeside
+from audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED
+from audit.front.findings import MODELS, baseline_finding, third_finding
+from audit.front.views import clock_svg, third_svg
+from audit.hypotheses.accumulation import largest, shaken, verdict
+from audit.hypotheses.evidence.linear_limits import cured_at_the_sun, survey
+from audit.hypotheses.evidence.shaking import DRIVES
+from audit.hypotheses.ladder import climbed, picture
+from audit.hypotheses.words import LEVELS
 from audit.measures.thresholds import SEVERE
-from audit.measures.undefined import known
 from audit.page.chapter import Chapter, rendered
 from audit.page.material import Material
+from audit.page.said import StatedNumber
 from audit.page.text import html, text
 from audit.page.words import LAW_MEANINGS, LAW_NAMES
-from audit.phase.clock import clocks
+from audit.phase.clock import RUN_WINDOW_S, RUN_ZETA, clocks
 
 ID, TITLE = "findings", "What came out"
-LITTLE = 0.1  # of a deviation: less is not what it is "caused by"
 
 
 def chapter(material: Material) -> Chapter:
     """The findings."""
-    clock = clocks(material.study, material.scale)
-    third, ladder = third_finding(material), ladder_finding(material)
-    kinds = Counter(str(one.verdict.kind) for one in material.judged.values())
+    study, scale = material.study, material.scale
+    (printed,) = study.answers([PrintedBeside(LABELLED, scale.longest_s)], "printed equations")
+    clock, third = clocks(study, scale), third_finding(material)
+    ladder = climbed(material)
+    baselines = baseline_finding(ladder, material)
+    accumulated = shaken(material)
+    by_drive = {drive: [one for one in accumulated if one.drive == drive] for drive in DRIVES}
+    limits = survey(scale.quick)
+    zetas = [one.zeta for one in limits if one.is_papers]
+    said = {
+        "printed": printed,
+        "clocks": clock,
+        "by_law": {one.law: one for one in clock.laws},
+        "third": third,
+        "baselines": baselines,
+        "level": LEVELS[baselines.nearest.level] if baselines.nearest else "",
+        "accumulation": {drive: verdict(found) for drive, found in by_drive.items()},
+        "largest_rad": {drive: largest(found[0]) for drive, found in by_drive.items()},
+        "unstable_below": (min(zetas), max(zetas)),
+        "cured": cured_at_the_sun(limits),
+        "PRINTED": PRINTED,
+        "INTEGRAL": INTEGRAL,
+        "severe": SEVERE,
+    }
+    asked = [one for one in material.judged.values() if not one.claim.static]
+    verdicts = {
+        name: Counter(str(one.by_model[model].kind) for one in asked)
+        for model, name in COLUMNS.items()
+    }
     page = text(
         "front/findings",
-        clocks=clock,
-        third=third,
-        ladder=ladder,
-        needs_clock=third.needs_clock,
-        little=known(*ladder.left_to_meshes) and max(ladder.left_to_meshes) < LITTLE,
+        **said,
         clock_svg=html(clock_svg(clock)),
+        window_s=RUN_WINDOW_S,
+        run_zeta=RUN_ZETA,
         third_svg=html(third_svg(third)),
-        ladder_svg=html(ladder_svg(ladder)),
+        baselines_svg=html(picture(ladder)),
         names=LAW_NAMES,
         meanings=LAW_MEANINGS,
         laws=LAWS,
-        severe=SEVERE,
-        kinds=kinds,
-        count=kinds.total(),
+        models=MODELS,
+        verdicts=verdicts,
     )
-    outcome = text("front/outcome", supports=clock.supports)
-    return Chapter(ID, TITLE, page, rendered([*third.strips, *ladder.steps]), outcome, third.said())
+    records = [printed.to_dict(), *rendered([*third.strips])]
+    numbers = [
+        StatedNumber(TITLE, f"{name} left by {one.level}", one.arm, abs(deviation.total))
+        for one in baselines.left
+        for name, deviation in one.found.items()
+    ]
+    outcome = text("front/outcome", **said)
+    return Chapter(ID, TITLE, page, records, outcome, third.said(), numbers)

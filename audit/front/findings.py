@@ -1,28 +1,26 @@
-"""The three findings that the page begins with, as numbers."""
+"""The findings that the page begins with, as numbers: each is another chapter's own record."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
 
-import numpy as np
-
 from audit.claims.rule import State
-from audit.experiments.cells import INTEGRAL, LAWS, Cell, Law
-from audit.experiments.experiments import CONSTANT, PD
-from audit.experiments.pool import Sample
+from audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED, Cell, Law
+from audit.experiments.experiments import PD
 from audit.experiments.variant import Planets
-from audit.figures.runs import LOW_ZETA, ZETA
-from audit.measures.numbers import defined, quotient
+from audit.figures.runs import LOW_ZETA
+from audit.hypotheses.evidence.attribution import LadderVerdict, Left
+from audit.hypotheses.evidence.reversals import reversals
+from audit.hypotheses.ladder import Climbed
+from audit.measures.numbers import defined
 from audit.measures.shares import Share
 from audit.measures.third import Third, said
 from audit.page.material import Material
 from audit.page.record import JsonObject
 from audit.page.said import Said
-from crosscheck.registry import RIGID_LEVELS
 
-PLANETS: tuple[Planets, ...] = ("free", "lumped")
-STATED_RAD = (0.02, 0.01)  # Section 3.1: deviation of both joints from the rigid arm
+MODELS: tuple[Planets, ...] = ("lumped", "free")  # the paper's own first
 
 
 @dataclass(frozen=True)
@@ -45,15 +43,28 @@ class Strip:
 
 @dataclass(frozen=True)
 class Thirds:
-    """Under every law, planets free and held alike, at one damping."""
+    """By law and model, planets lumped and free, at one damping."""
 
     zeta: float
     strips: tuple[Strip, ...]
 
     def share(self, law: Law, planets: Planets) -> Share | None:
         """Of severe starts."""
-        strips = {(strip.cell.law, strip.cell.planets): strip for strip in self.strips}
-        return strips[law, planets].third.share
+        return self._by_place[law, planets].share
+
+    @property
+    def as_modelled(self) -> Share | None:
+        """In the paper's own model: planets lumped, its law and its ring rate."""
+        return self.share(PRINTED, "lumped")
+
+    @property
+    def as_gears(self) -> Share | None:
+        """As the gears are: planets free, teeth counted."""
+        return self.share(INTEGRAL, "free")
+
+    @property
+    def _by_place(self) -> dict[tuple[Law, Planets], Third]:
+        return {(one.cell.law, one.cell.planets): one.third for one in self.strips}
 
     @property
     def needs_clock(self) -> bool:
@@ -68,57 +79,36 @@ class Thirds:
 
 def third_finding(material: Material, zeta: float = LOW_ZETA) -> Thirds:
     """From all starts."""
-    cells = [Cell(law, zeta, planets=planets) for law, planets in product(LAWS, PLANETS)]
+    cells = [Cell(law, zeta, planets=planets) for planets, law in product(MODELS, LAWS)]
     found = material.samples([(cell, PD) for cell in cells], "the third fluctuation")
     return Thirds(zeta, tuple(Strip(cell, Third.of(found[cell, PD])) for cell in cells))
 
 
 @dataclass(frozen=True)
-class Step:
-    """A rigid arm, and how far the detailed one leaves it: median of the starts, both joints."""
+class Baselines:
+    """What every rigid arm leaves under constant torque (H2's), and when its teeth return.
 
-    level: str
-    deviation_rad: tuple[float, float]
+    left: of the labelled reading; return_s: of the rigid arm with all inertia of its gears, under
+    PD control.
+    """
 
-    def to_dict(self) -> JsonObject:
-        """For JSON."""
-        return {
-            "id": f"finding/ladder/{self.level}",
-            "deviation_rad": list(map(defined, self.deviation_rad)),
-        }
-
-
-@dataclass(frozen=True)
-class Ladder:
-    """The rigid arms in the order of what they have of the gears."""
-
-    zeta: float
-    steps: tuple[Step, ...]
+    left: tuple[Left, ...]
+    verdict: LadderVerdict
+    return_s: float | None
 
     @property
-    def papers(self) -> Step:
-        """The one whose deviation of theta_2 is nearest to the paper's, by its factor."""
-        return min(self.steps, key=lambda step: abs(np.log(step.deviation_rad[1] / STATED_RAD[1])))
+    def nearest(self) -> Left | None:
+        """The one that leaves the paper's theta_2, if one does."""
+        return next((one for one in self.left if one.fits["theta_2"]), None)
 
     @property
-    def left_to_meshes(self) -> tuple[float, float]:
-        """Shares of that one's deviations that are left once all inertia is there."""
-        last, own = self.steps[-1].deviation_rad, self.papers.deviation_rad
-        return quotient(last[0], own[0]), quotient(last[1], own[1])
+    def gives_all(self) -> bool:
+        """Whether one baseline leaves all of the paper's numbers."""
+        return any(all(one.fits.values()) for one in self.left)
 
 
-def ladder_finding(material: Material) -> Ladder:
-    """Under constant torque and the law without a clock."""
-    cell = Cell(INTEGRAL, ZETA)
-    sample = material.samples([(cell, CONSTANT)], "the rigid ladder")[cell, CONSTANT]
-    steps = [
-        Step(level, (_median(sample, 1, level), _median(sample, 2, level)))
-        for level in RIGID_LEVELS
-    ]
-    return Ladder(ZETA, tuple(steps))
-
-
-def _median(sample: Sample, joint: int, level: str) -> float:
-    values = sample[f"deviation_{joint}_{level}_rad"]
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if known.size else np.nan
+def baseline_finding(climbed: Climbed, material: Material) -> Baselines:
+    """From the ladder of H2."""
+    left = tuple(one for one in climbed.left if one.arm == LABELLED)
+    rigid = {one.level: one for one in reversals(material.study, material.scale)}
+    return Baselines(left, climbed.verdict, rigid["coupled"].return_s)

@@ -8,11 +8,12 @@ from matplotlib.patches import Circle, Polygon
 
 from audit.experiments.cells import LAWS
 from audit.figures.views import LAW_COLOURS
-from audit.front.findings import STATED_RAD, Ladder, Thirds
+from audit.front.findings import Thirds
 from audit.front.terms import TeethPassed
 from audit.measures.thresholds import SEVERE
 from audit.page.words import LAW_NAMES
-from audit.phase.clock import Clocks
+from audit.phase.clock import RUN_WINDOW_S, Clocks
+from audit.phase.page.views import within
 from crosscheck.report.figures import legend, log_y, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 from models.arm.arm import Planetary
@@ -21,7 +22,7 @@ from tools.mesh_geometry import MeshGeometry, Wheel, mesh_geometry, teeth
 MILLI = 1e3
 PAPER_THIRD = 300.0  # rad/s^2, Section 3.2
 FAINTEST = 0.1  # rad/s^2: smaller fluctuations are drawn there
-PLANET_NAMES = {"free": "free", "lumped": "held alike"}
+PLANET_NAMES = {"free": "planets free", "lumped": "planets lumped"}
 SUN, PLANET, RING, CARRIER = COLOURS[0], COLOURS[1], COLOURS[5], COLOURS[2]
 
 
@@ -30,7 +31,10 @@ def clock_svg(found: Clocks) -> str:
     figure, grid = new_figure(2, len(found.laws), 2.2)
     for (above, below), one in zip(grid.T, found.laws, strict=True):
         for place, (delayed, colour) in enumerate(zip(one.delays, COLOURS, strict=False)):
-            band, label = delayed.shoulder, f"clock starts at {delayed.clock_s:g} s"
+            band, label = (
+                within(delayed.shoulder, *RUN_WINDOW_S),
+                f"clock starts at {delayed.clock_s:g} s",
+            )
             above.fill_between(band.time_s, band.low, band.high, color=colour, label=label, lw=0.6)
             above.collections[-1].set_zorder(3 - place / 10)  # the wildest behind
             sizes = [size for size in delayed.vibration_rad_per_s2 if size is not None]
@@ -76,22 +80,6 @@ def third_svg(found: Thirds) -> str:
     axes.set_yticks(range(len(names)), names)
     axes.set(xscale="log", xlabel="third fluctuation [rad/s²]", ylim=(len(names) - 0.5, -0.5))
     legend(figure, axes)
-    return to_svg(figure)
-
-
-def ladder_svg(found: Ladder) -> str:
-    """Deviations of both joints from every rigid arm, beside what the paper states."""
-    figure, grid = new_figure(1, 2, 2.2)
-    rows = np.arange(len(found.steps))
-    for joint, axes in enumerate(grid[0]):
-        sizes = [step.deviation_rad[joint] for step in found.steps]
-        axes.barh(rows, sizes, color=COLOURS[0], height=0.6)
-        stated = STATED_RAD[joint]
-        axes.axvline(stated, color="k", lw=0.9, ls=":", label="the paper's deviation")
-        axes.set(xscale="log", xlabel=f"largest |Δθ_{joint + 1}| [rad]")
-        axes.set_ylim(len(rows) - 0.4, -0.6)
-        axes.set_yticks(*((rows, [step.level for step in found.steps]) if joint == 0 else ([],)))
-    legend(figure, grid[0, 0])
     return to_svg(figure)
 
 

@@ -24,6 +24,7 @@ def chapter(material: Material) -> Chapter:
     }
     page = text(
         "front/terms",
+        backwards=bool(((passed.clock_rate < 0) & (passed.rate > 0)).any()),
         stage_svg=html(stage_svg(paper_stage(load_arm(LABELLED)).joint)),
         passed_svg=html(teeth_passed_svg(passed)),
         names=LAW_NAMES,

@@ -41,13 +41,7 @@ class Verdict(NamedTuple):
 
 def chapter(material: Material) -> Chapter:
     """Growth, prediction, linearity and order of the backlash error, for both drive laws."""
-    scale = material.scale
-    asked = [
-        Shaking(drive, zeta, scale.seeds, scale.seconds(DURATION_S))
-        for drive in DRIVES
-        for zeta in ZETAS
-    ]
-    found = material.study.answers(asked, "H3, back and forth")
+    scale, found = material.scale, shaken(material)
     verdicts = {drive: verdict([x for x in found if x.drive == drive]) for drive in DRIVES}
     first = {one.drive: one for one in reversed(found)}  # at the larger damping
     page = text(
@@ -68,6 +62,17 @@ def chapter(material: Material) -> Chapter:
     outcome = text("hypotheses/accumulation_outcome", own=printed.own, found=first["sqrt_time"])
     records = [_record(verdicts), *SUMMARY.json(found), *SIZES.json(_sizes(found))]
     return Chapter(ID, TITLE, page, records, outcome)
+
+
+def shaken(material: Material) -> list[Shaken]:
+    """Both drives at every damping ratio."""
+    scale = material.scale
+    asked = [
+        Shaking(drive, zeta, scale.seeds, scale.seconds(DURATION_S))
+        for drive in DRIVES
+        for zeta in ZETAS
+    ]
+    return material.study.answers(asked, "H3, back and forth")
 
 
 def verdict(found: Sequence[Shaken]) -> Verdict:

@@ -27,6 +27,7 @@ from audit.hypotheses.evidence.linear_limits import (
     smooth_variant,
     survey,
 )
+from audit.measures.shares import Share
 from audit.measures.undefined import recorded, word
 from audit.page.chapter import Chapter
 from audit.page.columns import Column, Columns
@@ -61,6 +62,9 @@ def chapter(material: Material) -> Chapter:
         settled_s=SETTLED_S,
         handed_s=HANDED_S,
         after_s=AFTER_S,
+        single=largest_with_any(found, "always"),
+        continued=continued(found),
+        cured=verdict.parts["sensing at the sun removes it"],
         starts=len(material.scale.seeds),
         drawing=html(drawing(limits, found.cells)) if found.cells else None,
         poses=html(LIMITS.html(one for one in limits if one.by_pose)),
@@ -159,6 +163,25 @@ def highest_vibrating(found: Vibrating, **fields: object) -> float | None:
     cells = found.of(tooth_error_um=0.0, **{**PLAIN, **fields}).values()
     some = (State.YES, State.BISTABLE)
     return max((one.setting.zeta for one in cells if one.state in some), default=None)
+
+
+def largest_with_any(found: Vibrating, damping: Damping) -> float | None:
+    """The largest zeta at which any start vibrates without tooth error."""
+    cells = found.of(tooth_error_um=0.0, damping=damping, **PLAIN).values()
+    return max((one.setting.zeta for one in cells if one.share and one.share.yes), default=None)
+
+
+def continued(found: Vibrating) -> dict[str, Share]:
+    """Starts that vibrate on after ``AFTER_S``, by what drives the arm then; empty without any."""
+    sizes = {
+        name: [size for _, one in found.handed for size in getattr(one, name)]
+        for name in Handed._fields
+    }
+    return {
+        name: Share(sum(size > VIBRATES for size in own), len(own))
+        for name, own in sizes.items()
+        if own
+    }
 
 
 @dataclass(frozen=True)

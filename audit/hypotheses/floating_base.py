@@ -48,6 +48,8 @@ def chapter(material: Material) -> Chapter:
         arm_kg=flights[0].base_mass_kg / flights[0].ratio,
         drift=max(flight.momentum_drift for flight in flights),
         ratios=RATIOS,
+        lightest_turn_rad=max(abs(one.base_turn_rad) for one in flights if one.ratio == RATIOS[0]),
+        lightest_joint_rad=max(one.joint_error_rad for one in flights if one.ratio == RATIOS[0]),
         picture=html(drawing(flights)),
         needs=html(NEEDS.html(needs)),
         flights=html(FLIGHTS.html([one for one in flights if one.side_m == SIDES_M[0]])),

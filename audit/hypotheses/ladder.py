@@ -38,6 +38,7 @@ from audit.page.chapter import Chapter
 from audit.page.columns import Column, Columns
 from audit.page.material import Material
 from audit.page.record import JsonObject
+from audit.page.said import StatedNumber
 from audit.page.text import html, text
 
 ID, TITLE = "ladder", "What separates the rigid arm from the detailed one (H2)"
@@ -93,6 +94,8 @@ def chapter(material: Material) -> Chapter:
         all_three=[LEVELS[one.level] for one in found.left if all(one.fits.values())],
         links_factor=_most(found.left, "links") / claims()["theta_2"].limits.high,
         coupled_rad=_most(found.left, "coupled"),
+        fitting=[one for one in found.left if one.fits["theta_2"]],
+        names=LEVELS,
         causes=[GROUPS.get(cause, cause) for cause in found.verdict.causes],
         groups={"inertia": INERTIA, "meshes": MESHES, "slips": SLIPPED},
         rungs=len(found.ladders[0].names),
@@ -108,7 +111,12 @@ def chapter(material: Material) -> Chapter:
         *(record for ladder in found.ladders for record in _rungs(ladder)),
     ]
     outcome = text("hypotheses/ladder_outcome", verdict=found.verdict, inertia=INERTIA)
-    return Chapter(ID, TITLE, page, records, outcome, said=said(found.left, claims()))
+    numbers = [
+        StatedNumber(TITLE, f"{name} left by {one.level}", one.arm, abs(deviation.total))
+        for one in found.left
+        for name, deviation in one.found.items()
+    ]
+    return Chapter(ID, TITLE, page, records, outcome, said(found.left, claims()), numbers)
 
 
 def _most(found: Sequence[Left], level: str) -> float:

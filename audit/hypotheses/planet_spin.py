@@ -7,6 +7,7 @@ from audit.hypotheses.evidence.spin import CONSIDERABLE_M, Difference, SpinCost,
 from audit.page.chapter import Chapter
 from audit.page.columns import Column, Columns
 from audit.page.material import Material
+from audit.page.said import StatedNumber
 from audit.page.text import html, text
 
 ID, TITLE = "planet_spin", "The elbow planets' spin (H4)"
@@ -31,7 +32,10 @@ def chapter(material: Material) -> Chapter:
         "where": f"{largest.arm}, {largest.scenario}",
     }
     outcome = text("hypotheses/planet_spin_outcome", **said)
-    return Chapter(ID, TITLE, page, [verdict, *COSTS.json(found)], outcome)
+    numbers = [
+        StatedNumber(TITLE, "eq18-planets-2, size", one.arm, one.missing_kg_m2) for one in found
+    ]
+    return Chapter(ID, TITLE, page, [verdict, *COSTS.json(found)], outcome, numbers=numbers)
 
 
 def _percent(found: Difference) -> float | None:

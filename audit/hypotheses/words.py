@@ -33,13 +33,13 @@ RUNGS = {
     BACKLASH: "backlash",
     STIFFNESS: "stiffness variation",
     ERROR: "tooth error",
-    SLIPS: "slips of the printed matrices",
+    SLIPS: "errors of the printed matrices",
     CLOCK: "the paper's phase law",
 }
 GROUPS = {
     CARRIED: "joint masses",
     INERTIA: "reflected inertia",
     MESHES: "the meshes",
-    SLIPPED: "printed slips",
+    SLIPPED: "printed matrices",
 }
 SCENARIOS = {"constant-torque": "100 N m on both joints, 0.5 s", "pd": "PD 1000/400 to 30°, 3 s"}

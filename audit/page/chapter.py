@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from audit.page.said import Said
+from audit.page.said import Said, StatedNumber
 from crosscheck.report import chapter
 
 rendered = chapter.rendered
@@ -13,6 +13,7 @@ rendered = chapter.rendered
 
 @dataclass(frozen=True)
 class Chapter(chapter.Chapter):
-    """said: every answer that it gives to a question that another chapter may answer, too."""
+    """said, numbers: every answer and number that another chapter may give, too."""
 
     said: Sequence[Said] = ()
+    numbers: Sequence[StatedNumber] = ()

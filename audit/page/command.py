@@ -10,9 +10,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from audit.errata.erratum import Slip
+from audit.errata.erratum import SimulatedErratum
 from audit.errata.finder import SCHEMA_VERSION, errata_records
-from audit.errata.tables import SLIPS, ArmSlip
+from audit.errata.sheet import HEADINGS, counted
+from audit.errata.tables import WHOLE, ArmErratum
 from audit.errata.words import in_words
 from audit.experiments.scale import FULL
 from audit.experiments.study import Study, cache_folder
@@ -33,13 +34,14 @@ def errata_command(arm_name: str, json_file: Path | None) -> None:
     if json_file is not None:
         require_file(json_file, ERRATA, "--json")
     with Console(stderr=True).status("errata") as status:
-        slips = in_words(errata_records(arm, lambda slip: status.update(f"effect of {slip}")))
-    Console().print(_table(slips))
-    print(f"{len(slips)} errata, arm {arm.name}")
+        found = in_words(errata_records(arm, lambda one: status.update(f"effect of {one}")))
+    Console().print(_table(found))
+    kinds = (f"{HEADINGS[kind]}: {count}" for kind, count in counted(found).by_class.items())
+    print(f"{'; '.join(kinds)}; arm {arm.name}")
     if json_file is not None:
         document = {
             "schema_version": SCHEMA_VERSION,
-            "errata": SLIPS.json(ArmSlip(arm.name, slip) for slip in slips),
+            "errata": WHOLE.json(ArmErratum(arm.name, one) for one in found),
             "provenance": provenance(arm, 0, False).model_dump(mode="json"),
         }
         write_text(json_file, json.dumps(document, indent=1, allow_nan=False) + "\n")
@@ -66,14 +68,14 @@ def paper_command(figures: list[int], out: Path, jobs: int, first_seed: int = 1)
     print(f"wrote {out / PAGE}; {study.made} simulations made, {study.found} from the cache")
 
 
-def _table(slips: Sequence[Slip]) -> Table:
-    table = Table("where", "printed", "derived", "size", "effect: theta [rad], force [N]")
-    for slip in slips:
-        erratum = slip.erratum
+def _table(found: Sequence[SimulatedErratum]) -> Table:
+    table = Table("where", "printed", "derived", "size", "effect: angle [rad], impulse [N s]")
+    for one in found:
+        erratum = one.erratum
         size = "" if erratum.size is None else f"{erratum.size:.3g} {erratum.unit}"
         effects = "\n".join(
-            f"{name}: {effect.theta_rad:.2g}, {effect.mesh_force_N:.2g}"
-            for name, effect in slip.effects.items()
+            f"{name}: {effect.theta_rad:.2g}, {effect.impulse_N_s:.2g}"
+            for name, effect in one.effects.items()
         )
         derived = f"{erratum.derived} {erratum.remark}".strip()
         table.add_row(erratum.where, erratum.printed, derived, size, effects)

@@ -80,13 +80,13 @@ def _without(chapter_id: str, title: str, reason: str) -> Chapter:
 def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[Chapter]:
     """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
     made = _chapters(Material(study, scale))
-    slips = [s for chapter in made if isinstance(chapter, ErrataSheet) for s in chapter.slips]
+    errata = [one for chapter in made if isinstance(chapter, ErrataSheet) for one in chapter.found]
     contents: dict[Path, str | bytes] = {
         out / _file(name): netcdf(run) for name, run in trajectories(study, scale).items()
     }
     contents[out / PAGE] = page(made, study)
     contents[out / CLAIMS] = records_json(made, study)
-    contents[out / ERRATA] = markdown(slips)
+    contents[out / ERRATA] = markdown(errata)
     write_files(contents)
     return made
 

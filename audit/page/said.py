@@ -16,3 +16,16 @@ class Said:
     limits: Limits
     place: Place
     state: State
+
+
+@dataclass(frozen=True)
+class StatedNumber:
+    """A number that a sentence states: one quantity in one setting has one value everywhere.
+
+    where: the chapter; quantity and setting: named in words that all chapters use alike.
+    """
+
+    where: str
+    quantity: str
+    setting: str
+    value: float | None

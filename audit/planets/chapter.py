@@ -19,6 +19,7 @@ from audit.planets.freed import Freed, effects_by_law, freed
 from audit.planets.growth import CELL, STARTING_S, STARTS, Growth, growth
 from audit.planets.verdict import PREDICTED, Effect, Survival, h7_verdict
 
+MOSTLY = 0.5  # of the starts
 ID, TITLE = "planets", "Three planets counted as one (H7)"
 
 
@@ -99,6 +100,7 @@ def _parting(grown: Growth, material: Material) -> str:
         starting_s=STARTING_S,
         within=PREDICTED,
         breaking=html(tables.BREAKING.html(grown.breaking)),
+        early=list(dict.fromkeys(b.cell.zeta for b in grown.breaking if b.early.value > MOSTLY)),
         drawing=views.parting(grown.starts),
         table=html(tables.PREDICTIONS.html(grown.joints)),
         grown=grown,

@@ -1,4 +1,4 @@
-"""Which statements about Figs. 11 to 14 and 16 to 20 rest on planets that are held alike."""
+"""Which statements about Figs. 11 to 14 and 16 to 20 rest on planets that are lumped."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ZETAS = (0.005, 0.02)
 
 @dataclass(frozen=True)
 class Feature:
-    """A claim in a setting with planets held alike and free; family: tests that share the 5 %."""
+    """A claim in a setting with lumped and with free planets; family: tests that share the 5 %."""
 
     claim: Claim
     place: Place
@@ -45,7 +45,7 @@ class Feature:
 
     @property
     def changed(self) -> bool | None:
-        """Whether the shares are told apart; None where they could not be."""
+        """Whether the shares differ significantly; None where they could not be."""
         return is_changed(self.lumped.share, self.free.share, self.family)
 
 

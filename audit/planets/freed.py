@@ -1,4 +1,4 @@
-"""The third fluctuation with planets held alike and with free planets, setting by setting."""
+"""The third fluctuation with lumped and with free planets, setting by setting."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TESTS = 2  # of every setting: of the shares and of the sizes
 
 @dataclass(frozen=True)
 class Freed:
-    """A cell with planets held alike and with free ones; family: tests that share the 5 %."""
+    """A cell with lumped and with free ones; family: tests that share the 5 %."""
 
     cell: Cell
     lumped: Third

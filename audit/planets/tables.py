@@ -13,11 +13,11 @@ FREED: Columns[Freed] = Columns(
     lambda row: f"planets/{row.cell.id}",
     [
         *cell_columns(lambda row: row.cell),
-        *third_columns(lambda row: row.lumped, "alike_", "alike: "),
+        *third_columns(lambda row: row.lumped, "alike_", "lumped: "),
         *third_columns(lambda row: row.free, "free_", "free: "),
         Column(
             "apart_um",
-            "free: planets apart by up to [µm]",
+            "free: planets differ by up to [µm]",
             lambda row: row.free.apart_um,
             ".2g",
         ),
@@ -47,10 +47,10 @@ PREDICTIONS: Columns[Predictions] = Columns(
     [
         Column("joint", "joint", lambda row: row.joint),
         Column("starts", "starts", lambda row: row.starts),
-        Column("parted", "planets part in", lambda row: row.parted),
+        Column("parted", "symmetry breaks in", lambda row: row.parted),
         Column("first", "before the other joint's in", lambda row: row.first),
         Column("median_s", "median time [s]", lambda row: row.median_s, ".4f"),
-        Column("lumped_right", "foretold along the run alike in", lambda row: row.lumped_right),
+        Column("lumped_right", "foretold along the lumped run in", lambda row: row.lumped_right),
         Column("lumped_error", "largest error", lambda row: row.lumped_largest_error, ".1%"),
         Column("free_right", "foretold along the free run in", lambda row: row.free_right),
         Column("free_error", "largest error", lambda row: row.free_largest_error, ".1%"),
@@ -59,7 +59,7 @@ PREDICTIONS: Columns[Predictions] = Columns(
         ),
         Column(
             "pressed_m",
-            "largest spread if no mesh ever parted [m]",
+            "largest spread without loss of contact [m]",
             lambda row: row.pressed_largest_m,
             ".2g",
         ),
@@ -94,9 +94,9 @@ FEATURE: Columns[Feature] = Columns(
         Column("law", "law, ring rate", lambda row: row.place.law.id if row.place.law else None),
         Column("zeta", "ζ", lambda row: row.place.zeta, "g"),
         Column("choice", None, lambda row: row.place.choice),
-        share_column("alike", "alike: true in", lambda row: row.lumped.share),
+        share_column("alike", "lumped: true in", lambda row: row.lumped.share),
         share_column("free", "free: true in", lambda row: row.free.share),
         Column("survives", "what becomes of it", lambda row: row.survives.value),
-        Column("changed", "told apart", lambda row: row.changed),
+        Column("changed", "significantly different", lambda row: row.changed),
     ],
 )

@@ -58,7 +58,7 @@ class Survival(StrEnum):
 
     YES = "true either way"
     NO = "false either way"
-    LOST = "true only with planets alike"
+    LOST = "true only with lumped planets"
     APPEARS = "true only with free planets"
     BISTABLE = "the start decides"
     UNKNOWN = "undefined"

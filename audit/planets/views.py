@@ -18,7 +18,7 @@ from crosscheck.report.figures import legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
 
 LIMITS = {"omega_t": (1.0, 2e3), "angle": (1e-5, 1e3)}  # rad/s^2, by phase law
-SHIFTS = (-0.17, 0.17)  # of a damping ratio: alike, free
+SHIFTS = (-0.17, 0.17)  # of a damping ratio: lumped, free
 LOWEST, HIGHEST = -20.5, -2.0  # log10 of metres: what is drawn
 
 
@@ -41,7 +41,7 @@ def sizes(found: Sequence[Freed]) -> str:
 
 def _panel(axes: Axes, found: Sequence[Freed], least: float, most: float) -> None:
     for place, one in enumerate(found):
-        pairs = zip(SHIFTS, (one.lumped, one.free), COLOURS, ("alike", "free"), strict=False)
+        pairs = zip(SHIFTS, (one.lumped, one.free), COLOURS, ("lumped", "free"), strict=False)
         for shift, third, colour, name in pairs:
             label = f"planets {name}" if place == 0 else None
             _dots(axes, place + shift, third, (least, most), colour, label)
@@ -87,7 +87,7 @@ def parting(found: Sequence[Parted]) -> str:
 def _draw_one(axes: Axes, one: Parted, joint: int) -> None:
     lines = (
         (one.measured, "measured", "-", 1.6),
-        (one.by_lumped, "Hill, along the run with planets alike", "--", 1.1),
+        (one.by_lumped, "Hill, along the lumped run", "--", 1.1),
         (one.by_free, "Hill, along the free run", ":", 1.4),
         (one.pressed, "Hill, no mesh ever apart", "-.", 1.0),
     )
@@ -96,7 +96,7 @@ def _draw_one(axes: Axes, one: Parted, joint: int) -> None:
 
 
 def _draw_all(axes: Axes, found: Sequence[Parted], joint: int) -> None:
-    """Median and range over the starts, measured and along the run with planets alike."""
+    """Median and range over the starts, measured and along the lumped run."""
     pairs = ([one.measured for one in found], [one.by_lumped for one in found])
     for courses, colour, style in zip(pairs, COLOURS, ("-", "--"), strict=False):
         every = np.array([levels(course, joint) for course in courses])

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from itertools import permutations
+from itertools import combinations, permutations
 
 from audit.claims.rule import Limits, State
-from audit.page.said import Said
+from audit.page.said import Said, StatedNumber
 
 
 def contradictions(said: Iterable[Said]) -> list[str]:
@@ -19,6 +20,26 @@ def contradictions(said: Iterable[Said]) -> list[str]:
     for one in said:
         groups[one.quantity, *one.place._replace(choice="")].append(one)
     return sorted({text for group in groups.values() for text in _within(group)})
+
+
+def two_values(numbers: Iterable[StatedNumber]) -> list[str]:
+    """Pairs of places that give one quantity in one setting different values, rounding aside."""
+    groups: dict[tuple[str, str], list[StatedNumber]] = defaultdict(list)
+    for one in numbers:
+        groups[one.quantity, one.setting].append(one)
+    return sorted(
+        f"{one.quantity}, {one.setting}: {one.value} in {one.where}, {other.value} in {other.where}"
+        for group in groups.values()
+        for one, other in combinations(group, 2)
+        if not _same_value(one.value, other.value)
+    )
+
+
+def _same_value(one: float | None, other: float | None) -> bool:
+    """Two ways to work out one number may differ by some roundings."""
+    if one is None or other is None:
+        return one is other
+    return math.isclose(one, other, rel_tol=1e-12) or (math.isnan(one) and math.isnan(other))
 
 
 def _within(group: list[Said]) -> Iterator[str]:

@@ -8,8 +8,8 @@ import pytest
 
 from audit.claims.rule import Limits, Place, State
 from audit.experiments.cells import LABELLED, LAWS
-from audit.page.said import Said
-from tests.audit.contradictions import contradictions
+from audit.page.said import Said, StatedNumber
+from tests.audit.contradictions import contradictions, two_values
 
 ONE = Said("here", "pd: third", Limits(low=10.0), Place(LAWS[0], LABELLED, 0.005, ""), State.YES)
 
@@ -36,3 +36,18 @@ def test_a_contradiction_is_seen(other: Said, found: int) -> None:
 def test_a_free_parameters_choice_is_part_of_the_quantity() -> None:
     other = replace(ONE, place=ONE.place._replace(choice="first"), state=State.NO)
     assert len(contradictions([ONE, other])) == 1
+
+
+@pytest.mark.parametrize(
+    ("other", "found"),
+    [
+        (0.0128, 0),
+        (0.0128 * (1 + 1e-14), 0),  # another order of the same sum
+        (0.0116, 1),
+        (None, 1),
+    ],
+)
+def test_one_quantity_has_one_value(other: float | None, found: int) -> None:
+    one = StatedNumber("here", "theta_2 left by carriers", LABELLED, 0.0128)
+    assert len(two_values([one, replace(one, where="there", value=other)])) == found
+    assert two_values([one, replace(one, setting="swapped", value=other)]) == []

@@ -27,6 +27,7 @@ from crosscheck.runner import sources
 from models.files import HERE
 from models.trajectory import read_netcdf
 from tests.audit import edited_views
+from tests.audit.contradictions import two_values
 from tests.audit.markup import SVG, axis_problems, page_problems, uneven_tables
 from tests.audit.published import BRIEF, Name, Noting, Published, few_settings
 from tests.audit.views import is_view
@@ -52,6 +53,12 @@ def test_every_chapter_says_something(published: Published) -> None:
         assert chapter.outcome.endswith(".")
         ids = [record["id"] for record in chapter.records]
         assert len(set(ids)) == len(ids) > 0
+
+
+def test_no_number_of_page_and_sheet_has_two_values(published: Published) -> None:
+    numbers = [one for chapter in published.chapters.values() for one in chapter.numbers]
+    assert {one.where for one in numbers} >= {"What came out", "Errata sheet"}
+    assert two_values(numbers) == []
 
 
 def test_the_page_is_well_formed(published: Published) -> None:
@@ -103,7 +110,7 @@ def test_the_errata_sheet_is_made_of_even_tables(published: Published) -> None:
 def test_errata_sheet_says_the_same_as_a_page_and_as_markdown(published: Published) -> None:
     sheet = published.chapters["errata"]
     assert isinstance(sheet, ErrataSheet)
-    errata, text = [slip.erratum for slip in sheet.slips], markdown(sheet.slips)
+    errata, text = [one.erratum for one in sheet.found], markdown(sheet.found)
     ids = [f"erratum/paper-labelled/{erratum.id}" for erratum in errata]
     assert [record["id"] for record in sheet.records][: len(ids)] == ids
     for note in (*notes().contradictions, *notes().gaps):

@@ -13,15 +13,17 @@ import pytest
 from audit.claims.catalogue import CLAIMS
 from audit.claims.rule import State
 from audit.claims.settings import settings
-from audit.experiments.cells import INTEGRAL, PRINTED, REPAIRED_RATE
+from audit.claims.statements.statics import Statics
+from audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE
 from audit.experiments.scale import QUICK
 from audit.experiments.study import Study
 from audit.figures import chapter as figures
 from audit.page import report
 from audit.page.chapter import Chapter
 from audit.page.material import Material
+from audit.page.said import StatedNumber
 from audit.phase.stability import CELLS
-from tests.audit.contradictions import contradictions
+from tests.audit.contradictions import contradictions, two_values
 from tests.audit.markup import page_problems, strict_json
 
 pytestmark = pytest.mark.slow
@@ -31,9 +33,11 @@ CHAPTERS = (
     "front.words",
     "phase.chapter",
     "hypotheses.ladder",
+    "hypotheses.planet_spin",
     "hypotheses.controller",
     "figures.chapter",
     "claims.chapter",
+    "errata.sheet",
 )
 
 
@@ -57,6 +61,30 @@ def test_the_page_contradicts_itself_nowhere(chapters: dict[str, Chapter]) -> No
     told = Counter((one.quantity, *one.place._replace(choice="")) for one in said)
     assert max(told.values()) > 1  # else there was nothing to compare
     assert contradictions(said) == []
+
+
+# What claims measure and the errata sheet quotes: names of the one and of the other.
+QUOTED_TOO = {
+    "contact_ratio_sp": "eq8-no-phase, sun",
+    "contact_ratio_pr": "eq8-no-phase, ring",
+    "eq8_error_of the ring mesh": "eq8-no-phase, size",
+    "bent_0_mm": "thirty-millimetres, straight",
+    "bent_90_mm": "thirty-millimetres, bent",
+}
+
+
+def test_no_number_of_page_and_sheet_has_two_values(
+    material: Material, chapters: dict[str, Chapter]
+) -> None:
+    (statics,) = material.study.answers([Statics(LABELLED)], "statics")
+    numbers = [one for chapter in chapters.values() for one in chapter.numbers]
+    numbers += [
+        StatedNumber("claims", quoted, LABELLED, statics[name])
+        for name, quoted in QUOTED_TOO.items()
+    ]
+    told = Counter((one.quantity, one.setting) for one in numbers)
+    assert sum(count > 1 for count in told.values()) > len(QUOTED_TOO)
+    assert two_values(numbers) == []
 
 
 def test_the_page_is_well_formed(material: Material, chapters: dict[str, Chapter]) -> None:

@@ -8,18 +8,20 @@ from dataclasses import asdict
 import pytest
 
 from audit.errata.erratum import Effect, Erratum, Trial, tried
-from audit.errata.tables import SLIPS, ArmSlip
+from audit.errata.tables import WHOLE, ArmErratum
 from audit.page.record import read
 from audit.phase.objections import Rates
 from audit.phase.resonance import Peak, Resonances
 
 RAMP = Resonances(((Peak(1.0, 2.0), Peak(None, None)),), (None,), (1.0, 2.0), (3.0, 4.0))
 RATES = Rates(1.0, None, 2.0, 3.0, 4.0)
-ERRATUM = Erratum("eq1", "entry", "Eq. 1", "a", "b", float("inf"), "N", trial=Trial(abs, abs))
-SLIP = tried(ERRATUM, {"pd": Effect(1e-3, 5.0)})
+ERRATUM = Erratum(
+    "eq1", "equation", "Eq. 1", "a", "b", size=float("inf"), unit="N", trial=Trial(abs, abs)
+)
+TRIED = tried(ERRATUM, {"pd": Effect(1e-3, 5.0, 0.1)})
 
 
-@pytest.mark.parametrize("record", [RAMP, RATES, SLIP], ids=lambda record: type(record).__name__)
+@pytest.mark.parametrize("record", [RAMP, RATES, TRIED], ids=lambda record: type(record).__name__)
 def test_a_record_survives_being_kept(record: object) -> None:
     kept = json.loads(json.dumps(asdict(record), allow_nan=False))
     assert read(type(record), kept) == record
@@ -31,9 +33,9 @@ def test_what_is_no_record_is_refused(answer: object) -> None:
         read(Rates, answer)
 
 
-def test_a_slip_has_no_trial_left_and_no_infinite_size() -> None:
-    assert SLIP.erratum.trial is None
-    assert SLIP.erratum.size is None
-    (record,) = SLIPS.json([ArmSlip("paper-labelled", SLIP)])
+def test_a_tried_erratum_has_no_trial_left_and_no_infinite_size() -> None:
+    assert TRIED.erratum.trial is None
+    assert TRIED.erratum.size is None
+    (record,) = WHOLE.json([ArmErratum("paper-labelled", TRIED)])
     assert record["id"] == "erratum/paper-labelled/eq1"
     assert (record["size"], record["pd_force_N"]) == (None, 5.0)

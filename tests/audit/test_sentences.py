@@ -10,7 +10,7 @@ import pytest
 from audit.claims.catalogue import BY_ID, CLAIMS, RETIRED
 from audit.claims.sentences import Sentence, sentences
 from audit.errata.finder import find_errata
-from audit.errata.notes import notes
+from audit.errata.words import notes
 from models.loading import load_arm
 
 # Counted in the paper, captions and the table among them.
@@ -61,10 +61,10 @@ def test_ids_are_unique_and_none_that_was_given_up_comes_back():
     assert not set(ids) & {given_up for given_up, _ in RETIRED}
 
 
-def test_every_slip_of_the_errata_sheet_is_named_by_a_sentence_and_no_other(table: list[Sentence]):
+def test_every_item_of_the_errata_sheet_is_named_by_a_sentence_and_no_other(table: list[Sentence]):
     noted = notes()
     known = {erratum.id for erratum in find_errata(load_arm("paper-labelled"))}
-    known |= {note.id for note in (*noted.contradictions, *noted.gaps)}
+    known |= {note.id for note in (*noted.misprints, *noted.contradictions, *noted.gaps)}
     assert {name for one in table for name in one.slips} == known
 
 

@@ -52,19 +52,19 @@ class SpinCost:
 
     def answer(self) -> Difference:
         arm = load_arm(self.arm)
-        (slip,) = (erratum for erratum in energy_errata(arm) if erratum.where == WHERE)
-        assert slip.trial is not None  # an energy can always be put right
+        (spin,) = (erratum for erratum in energy_errata(arm) if erratum.where == WHERE)
+        assert spin.trial is not None  # an energy can always be put right
         update = {"duration_s": self.duration_s, "record_every": STRIDE}
         scenario = load_scenario(self.scenario).model_copy(update=update)
-        sides = (slip.trial.as_printed, slip.trial.put_right)
+        sides = (spin.trial.as_printed, spin.trial.put_right)
         printed, right = (side(scenario).simulate() for side in sides)
         apart = tip_position(printed, arm).values - tip_position(right, arm).values
         return Difference(
             arm=self.arm,
             scenario=self.scenario,
             duration_s=scenario.duration_s,
-            missing_kg_m2=slip.size,
-            relative=slip.relative,
+            missing_kg_m2=spin.size,
+            relative=spin.relative,
             theta_rad=largest_difference(printed, right, "theta"),
             tip_m=float(np.linalg.norm(apart, axis=1).max()),
             mesh_force_N=largest_difference(printed, right, "F_sp"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,11 +12,13 @@ from audit.claims.rule import State
 from audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE, Cell
 from audit.experiments.torque import RING_CYCLES
 from audit.measures.events import THIRD_S
+from audit.measures.numbers import quotient
 from audit.measures.shares import Share
 from audit.measures.stage import paper_stage
 from audit.measures.third import Third
 from audit.measures.thresholds import EVIDENT, SEVERE
 from audit.measures.twosamples import SIGNIFICANT, shares_p
+from audit.measures.undefined import extreme
 from audit.page.material import Material
 from audit.page.record import JsonObject
 from audit.page.text import html, text
@@ -52,12 +54,15 @@ def of_clock(found: clock.Clocks, material: Material) -> Section:
         motion_s=clock.MOTION_S,
         run_s=clock.RUN_S,
         zeta=clock.RUN_ZETA,
-        starts=material.scale.most_starts,
+        starts=material.scale.starts(clock.RUN_STARTS),
+        window_s=clock.RUN_WINDOW_S,
         table=html(tables.CLOCK.html(rows)),
         drawing=views.clock(found),
         caption=CLOCK_CAPTION,
         printed=by_law[PRINTED],
+        repaired=by_law[REPAIRED_RATE],
         integral=by_law[INTEGRAL],
+        supports=found.supports,
         integral_same=all(one.same for one in by_law[INTEGRAL].delays),
         vibrations=[[tables.vibrations(one) for one in law.delays] for law in found.laws],
     )
@@ -316,7 +321,7 @@ def of_dampers(found: dampers.Dampers, ran: Sequence[Runaway], material: Materia
     return Section(said, records, None)
 
 
-CALM_ZETA = 0.015  # from here on nothing vibrates by itself
+CALM_ZETA = 0.015  # well above the damping at which the controller makes the arm unstable
 
 
 def of_repair(found: Sequence[Repair]) -> Section:
@@ -325,19 +330,22 @@ def of_repair(found: Sequence[Repair]) -> Section:
     sizes = [_largest([pick(one) for one in calm]) for pick in (_plain, _conservative)]
     present = (State.YES, State.BISTABLE)
     visible = sum(one.conservative.made_visible.state in present for one in found)
+    silent = all(one.conservative.made_visible.share is None for one in found)
+    severe = sum(bool((one.conservative.third.sizes > SEVERE).any()) for one in found)
+    stands = None if silent else not visible
     said = text(
         "phase/repair",
+        stands=None if stands is None else stands and not severe,
         table=html(tables.REPAIR.html(found)),
         calm=sizes,
         calm_zeta=CALM_ZETA,
         factor=None if not sizes[1] else float(f"{SEVERE / sizes[1]:.1g}"),
-        severe_settings=sum(bool((one.conservative.third.sizes > SEVERE).any()) for one in found),
+        severe_settings=severe,
         visible_settings=visible,
         settings=len(found),
         evident=EVIDENT,
     )
-    silent = all(one.conservative.made_visible.share is None for one in found)
-    return Section(said, tables.REPAIR.json(found), None if silent else not visible)
+    return Section(said, tables.REPAIR.json(found), stands)
 
 
 def _plain(one: Repair) -> Third:
@@ -373,6 +381,11 @@ def of_objections(found: objections.Objections, simulated: Maps, material: Mater
         flutter_angle=_made(found.objected, FLUTTER, "angle"),
         planets=_made(found.objected, PLANETS, "omega_t"),
         planets_angle=_made(found.objected, PLANETS, "angle"),
+        in_phase=all(z % joint.planet_count == 0 for z in teeth),
+        growth=[one.value for one in rates],
+        in_full_over_own=_spanned(
+            quotient(one.value.eq11_in_full_per_s, one.value.as_it_stands_per_s) for one in rates
+        ),
         eq11=_made(found.objected, FULL, "omega_t"),
         eq11_visible=_made(found.objected, FULL, "omega_t", visible=True),
         eq11_angle=_made(found.objected, FULL, "angle", visible=True),
@@ -381,6 +394,12 @@ def of_objections(found: objections.Objections, simulated: Maps, material: Mater
     )
     records = [*tables.OBJECTED.json(found.objected), *tables.RATES.json(rates)]
     return Section(said, records, found.supports)
+
+
+def _spanned(values: Iterable[float]) -> tuple[float, float]:
+    """Least and largest of what is defined."""
+    found = list(values)
+    return extreme(found, min), extreme(found, max)
 
 
 def _made(found: Sequence[Objected], objection: str, phase: str, visible: bool = False) -> str:
@@ -394,7 +413,7 @@ def _made(found: Sequence[Objected], objection: str, phase: str, visible: bool =
 
 
 def printed_cells(zeta: float) -> dict[str, Cell]:
-    """The three laws at a damping ratio, and the paper's with planets held alike."""
+    """The three laws at a damping ratio, and the paper's with lumped planets."""
     return {
         "printed": Cell(PRINTED, zeta),
         "repaired": Cell(REPAIRED_RATE, zeta),

@@ -160,7 +160,7 @@ OF_MODEL: Columns[OfModel] = Columns(
         *cell_columns(lambda row: row.cell),
         Column("model", "model", lambda row: row.model),
         *third_columns(lambda row: row.third),
-        share_column("parted", "planets part by 1 µm in", lambda row: row.parted),
+        share_column("parted", "planets 1 µm apart in", lambda row: row.parted),
     ],
 )
 
@@ -239,7 +239,7 @@ FATE: Columns[Fate] = Columns(
         *cell_columns(lambda row: row.cell),
         Column("heir", "continued under", lambda row: row.heir.name),
         Column("starts", None, lambda row: row.asked),
-        Column("before_rad_per_s2", "handed over [rad/s²]", lambda row: row.before),
+        Column("before_rad_per_s2", "before [rad/s²]", lambda row: row.before),
         Column("soon_rad_per_s2", "after 0.03 s", lambda row: row.soon),
         Column("late_rad_per_s2", "after 0.33 s", lambda row: row.late, ".2g"),
         share_column("dies", "dies in", lambda row: row.dying),

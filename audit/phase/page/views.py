@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from audit.experiments.cells import LABELLED, Law
 from audit.experiments.experiments import DEFAULT_B_UM, DEFAULT_E_UM
 from audit.measures.shares import Share
-from audit.phase.clock import Band, Clocks
+from audit.phase.clock import RUN_WINDOW_S, Band, Clocks
 from audit.phase.handover import HEIRS, HandedOver
 from audit.phase.maps import (
     BACKLASH_ZETAS,
@@ -50,7 +50,7 @@ def clock(found: Clocks) -> str:
             label = f"clock from {one.clock_s:g} s"
             force = _scaled(one.force_N, KILO)
             band(above, force, colour, label)
-            band(below, one.shoulder, colour, label)
+            band(below, within(one.shoulder, *RUN_WINDOW_S), colour, label)
         above.set_title(law_name(law.law))
         below.set_xlabel("time since the start [s]")
     grid[0, 0].set_ylabel("F_sp1, same motion [kN]")
@@ -59,6 +59,12 @@ def clock(found: Clocks) -> str:
     for row in grid:
         _same_heights(row)
     return to_svg(drawing)
+
+
+def within(one: Band, begin_s: float, end_s: float) -> Band:
+    """The part of a band between two times."""
+    kept = [values for values in zip(*one, strict=True) if begin_s <= values[0] <= end_s]
+    return Band(*map(tuple, zip(*kept, strict=True))) if kept else Band((), (), ())
 
 
 def _scaled(one: Band, by: float) -> Band:

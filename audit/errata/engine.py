@@ -1,0 +1,107 @@
+"""The first answer of a cross-check, for the paper's arm: the printed equations and an engine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from analytic.paper.printed import printed_form
+from audit.errata.erratum import simulated
+from audit.errata.sides import FormSide, PhysicalSide
+from audit.experiments.variant import spelled_out
+from audit.page.record import JsonObject
+from crosscheck.checks.states import LOOSEST
+from crosscheck.checks.trajectories import largest_difference
+from crosscheck.planning.comparison import Results, tasks_of
+from crosscheck.planning.state_suite import COUNT, geared
+from models.experiment.switches import switches
+from models.loading import load_arm, load_scenario
+
+PRINTED, ENGINE = "analytic:printed", "pinocchio:gears"
+SEED = 0  # of the states, as of a cross-check
+EXPERIMENTS = ("constant-torque", "pd")
+
+
+@dataclass(frozen=True)
+class RunsApart:
+    """Largest differences of two runs: joint angle [rad], sun-planet mesh force [N]."""
+
+    duration_s: float
+    theta_rad: float
+    F_sp_N: float
+
+
+@dataclass(frozen=True)
+class BesideEngine:
+    """Largest relative differences of M and of the acceleration over random states.
+
+    runs: of the same experiments, beside the derivation that agrees with the engines to rounding.
+    """
+
+    mass_matrix: float | None
+    acceleration: float | None
+    states: int
+    runs: dict[str, RunsApart]
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether both are no more than rounding; None if one is undefined."""
+        if self.mass_matrix is None or self.acceleration is None:
+            return None
+        return max(self.mass_matrix, self.acceleration) <= LOOSEST
+
+    def to_dict(self) -> JsonObject:
+        """For JSON."""
+        return {
+            "id": "finding/printed",
+            "mass_matrix": self.mass_matrix,
+            "acceleration": self.acceleration,
+            "states": self.states,
+            "runs": {name: vars(run) for name, run in self.runs.items()},
+        }
+
+
+@dataclass(frozen=True)
+class PrintedBeside:
+    """Question: Eqs. 21-22 as printed beside Pinocchio, and through both experiments.
+
+    longest_s: no run is longer.
+    """
+
+    arm: str
+    longest_s: float
+
+    @property
+    def inputs(self) -> str:
+        records = (load_arm(self.arm), *map(load_scenario, EXPERIMENTS))
+        return spelled_out(records, repr(self))
+
+    @property
+    def cost(self) -> float:
+        return 5.0
+
+    def answer(self) -> BesideEngine:
+        mass, acceleration = (self._apart(name) for name in ("mass_matrix", "acceleration"))
+        runs = {name: self._run(name) for name in EXPERIMENTS}
+        return BesideEngine(mass, acceleration, COUNT, runs)
+
+    def _run(self, name: str) -> RunsApart:
+        """As a cross-check runs and records it."""
+        arm, own = load_arm(self.arm), load_scenario(name)
+        duration_s = min(own.duration_s, self.longest_s)
+        scenario = own.model_copy(update={"duration_s": duration_s})
+        sides = FormSide(arm, printed_form()), PhysicalSide(arm, switches())
+        printed, right = (simulated(side, scenario) for side in sides)
+        sizes = (largest_difference(printed, right, quantity) for quantity in ("theta", "F_sp"))
+        return RunsApart(duration_s, *sizes)
+
+    def _apart(self, quantity: str) -> float | None:
+        """As a cross-check measures it; None where a model gives no usable answer."""
+        arm = load_arm(self.arm)
+        (comparison,) = (
+            one
+            for one in geared(arm, COUNT, SEED, arm.model_dump())
+            if (one.about.key.left, one.about.key.right) == (PRINTED, ENGINE)
+            and one.about.key.quantity == quantity
+        )
+        outcomes = {task.key: task.perform() for task in tasks_of([comparison])}
+        return comparison.finding(Results(outcomes)).measured
