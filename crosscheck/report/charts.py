@@ -1,28 +1,31 @@
-"""What the report draws of each experiment, as SVG: as soon as its runs are there.
+"""What the report draws of each experiment: as soon as its runs are there.
 
 Matplotlib, which takes half a second, is imported for the first drawing: no run waits for it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import xarray as xr
 
 from crosscheck.planning.run_suite import engines_first
-from crosscheck.registry import RIGID_LEVELS, same_integrator
+from crosscheck.registry import RIGID_LEVELS, names, same_integrator
+from crosscheck.report.signals import Signals, all_signals
 from crosscheck.runner.tasks import RunKey
 
 
 @dataclass(frozen=True)
-class Chart:
-    """Of an experiment, as SVG: the runs of both engines, and the rigid levels' deviation."""
+class Pictures:
+    """levels: by experiment, the rigid levels' deviation as SVG; signals: for the page's script;
+    still: of the longest experiment, for a page that is printed or runs no script, and its name.
+    """
 
-    name: str
-    runs: str
-    levels: str
+    levels: dict[str, str]
+    signals: tuple[Signals, ...] = ()
+    still: str = ""
+    still_of: str = ""
 
 
 class Charts:
@@ -33,7 +36,7 @@ class Charts:
 
     def __init__(self) -> None:
         self.runs: dict[RunKey, xr.Dataset] = {}
-        self.drawn: dict[tuple[str, str], str] = {}
+        self.levels: dict[str, str] = {}
         self.pair = same_integrator()[:2]
         self.rigid = {level: engines_first(level)[0] for level in RIGID_LEVELS}
 
@@ -42,38 +45,41 @@ class Charts:
         if not (isinstance(key, RunKey) and isinstance(outcome, xr.Dataset)):
             return
         self.runs[key] = outcome
-        if self._complete(key.experiment, *self.pair):
-            self._runs(key.experiment)
         if self._complete(key.experiment, self.pair[0], *self.rigid.values()):
-            self._levels(key.experiment)
+            self._draw_levels(key.experiment)
 
-    def made(self) -> list[Chart]:
-        """One for every experiment that both engines ran, by name."""
-        names = sorted({key.experiment for key in self.runs})
-        both = [name for name in names if self._complete(name, *self.pair)]
-        return [Chart(name, self._runs(name), self._levels(name)) for name in both]
-
-    def _complete(self, experiment: str, *models: str) -> bool:
-        return all(RunKey(experiment, model) in self.runs for model in models)
-
-    def _runs(self, experiment: str) -> str:
+    def made(self) -> Pictures:
+        """Of every experiment that both engines ran, by name."""
+        experiments = sorted({key.experiment for key in self.runs})
+        both = [name for name in experiments if self._complete(name, *self.pair)]
+        for name in both:
+            self._draw_levels(name)
+        levels = {name: self.levels[name] for name in both if name in self.levels}
+        if not both:
+            return Pictures(levels)
         from crosscheck.report.figures import run_figure
 
-        ours, theirs = (self.runs[RunKey(experiment, model)] for model in self.pair)
-        return self._once((experiment, "runs"), lambda: run_figure(ours, theirs))
+        models = (*self.pair, *names("form")[-1:])
+        shown = {name: self._of(name, *models) for name in both if levels.get(name)}
+        shown = shown or {name: self._of(name, *models) for name in both}
+        longest = max(shown, key=lambda name: float(shown[name][self.pair[0]]["time"][-1]))
+        still = run_figure(*(shown[longest][model] for model in self.pair))
+        return Pictures(levels, tuple(all_signals(self.pair[0], shown)), still, longest)
 
-    def _levels(self, experiment: str) -> str:
-        """Empty where no rigid level was run."""
+    def _complete(self, experiment: str, *models: str) -> bool:
+        return len(self._of(experiment, *models)) == len(models)
+
+    def _of(self, experiment: str, *models: str) -> dict[str, xr.Dataset]:
+        """The runs of these models, by name, as far as there are any."""
+        keys = {model: RunKey(experiment, model) for model in models}
+        return {model: self.runs[key] for model, key in keys.items() if key in self.runs}
+
+    def _draw_levels(self, experiment: str) -> None:
+        """Unless they are drawn, or no rigid level was run."""
         from crosscheck.report.figures import level_figure
 
-        keys = {level: RunKey(experiment, model) for level, model in self.rigid.items()}
-        known = {level: self.runs[key] for level, key in keys.items() if key in self.runs}
-        if not known:
-            return ""
-        geared = self.runs[RunKey(experiment, self.pair[0])]
-        return self._once((experiment, "levels"), lambda: level_figure(geared, known))
-
-    def _once(self, key: tuple[str, str], draw: Callable[[], str]) -> str:
-        if key not in self.drawn:
-            self.drawn[key] = draw()
-        return self.drawn[key]
+        known = self._of(experiment, *self.rigid.values())
+        if known and experiment not in self.levels:
+            by_level = {level: known[m] for level, m in self.rigid.items() if m in known}
+            geared = self.runs[RunKey(experiment, self.pair[0])]
+            self.levels[experiment] = level_figure(geared, by_level)
