@@ -112,8 +112,8 @@ def repeatable(pair: Pair, quantity: str) -> Limit:
     grown, own = largest_difference(*pair, quantity), EPS * size(pair.run, quantity)
     steps = steps_of(pair.run)
     basis = (
-        f"{ROUNDINGS_AT_ONCE} sqrt(N) (g + eps s), N = {steps:.0f} steps, g = {grown:.1e} (growth of"
-        f" one rounding in the start), eps s = {own:.1e} (rounding of the quantity)"
+        f"{ROUNDINGS_AT_ONCE} sqrt(N) (g + eps s), N = {steps:.0f} steps, g = {grown:.1e} (what one"
+        f" rounding in the start grows to), eps s = {own:.1e} (rounding of the quantity)"
     )
     return Limit(ROUNDINGS_AT_ONCE * math.sqrt(steps) * (grown + own), basis)
 

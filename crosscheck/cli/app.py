@@ -275,6 +275,21 @@ def plot(
         plot_command(file, quantity or [], out)
 
 
+@app.command()
+def view(
+    file: Annotated[
+        Path, typer.Argument(metavar="RUN.nc", help="What `crosscheck simulate` wrote.")
+    ],
+    out: Annotated[
+        Path | None, typer.Option(help="HTML file to write; beside RUN.nc by default.")
+    ] = None,
+) -> None:
+    """Write a page that shows a run in three dimensions, gears and one mesh close up."""
+    from crosscheck.view.command import view_command
+
+    view_command(file, out)
+
+
 @app.command("list")
 def list_() -> None:
     """Show the arms, models and scenarios that come with the project."""
