@@ -124,7 +124,7 @@ function show(THREE) {
     var mesh = joint && joint.meshes && joint.meshes[chosen[1]];
     if (!mesh) { return; }
     var canvas = at("inset"), pen = canvas.getContext("2d"), size = canvas.width;
-    var scale = size / (16 * mesh.module_m);
+    var scale = size / (12 * mesh.module_m);
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.fillStyle = colour("--raised");
     pen.fillRect(0, 0, size, canvas.height);
