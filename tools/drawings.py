@@ -1,4 +1,4 @@
-"""The drawings of docs/equations.md, from an arm's own numbers: `python -m tools.drawings`."""
+"""Drawings of docs/explanation/equations.md, of an arm: `python -m tools.drawings`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from crosscheck.view.mesh_geometry import SIDES, MeshGeometry, Side, Wheel, mesh
 from models.arm.arm import Planetary
 from models.loading import load_arm
 
-DOCS = Path(__file__).parents[1] / "docs"
+DOCS = Path(__file__).parents[1] / "docs" / "explanation"
 ARM = "paper-labelled"
 STYLE: dict[Any, Any] = {
     "svg.hashsalt": "geararm-crosscheck",
