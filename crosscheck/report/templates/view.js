@@ -1,4 +1,4 @@
-// A run of an arm in three dimensions, and one mesh of it close up. THREE is handed in.
+// A run of an arm in three dimensions, and one mesh of it close up. THREE: the library.
 function show(THREE) {
   "use strict";
   var scene = JSON.parse(document.getElementById("scene-data").textContent);
@@ -170,7 +170,7 @@ function show(THREE) {
   }
   function play(on) {
     state.playing = on;
-    at("play").textContent = on ? "pause" : "play";
+    at("play").textContent = on ? "pause" : "start";
     at("play").setAttribute("aria-pressed", String(on));
   }
   function speed() { return Math.pow(10, Number(at("speed").value)); }
