@@ -141,7 +141,7 @@ def accept(
         bool, typer.Option("--with-red", help="Record failed checks as known differences.")
     ] = False,
 ) -> None:
-    """Cross-check an arm and record the result, in place of an older record, unless a check fails."""
+    """Cross-check an arm and record the result, unless a check fails."""
     from crosscheck.cli.validate import accept_command, recorded
 
     chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
