@@ -216,7 +216,7 @@ def test_known_differences_are_shown_on_every_run(
         said = "known difference, differ: measured 0.003, allowed 1e-10 rad"
         assert f"recorded-verdict/refined/pd/theta/a~b: {said}" in out
         assert "\n0 of " in out
-        assert out.endswith("moved; 1 known difference left as accepted\n")
+        assert out.endswith("changed; 1 known difference left as accepted\n")
         suite = ElementTree.fromstring(Path("known.xml").read_text(encoding="utf-8"))
         assert said in ElementTree.tostring(suite, encoding="unicode")
         named = {item.get("name"): item.get("value") for item in suite.iter("property")}

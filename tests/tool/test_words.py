@@ -41,6 +41,7 @@ TEXTS = [
     for path in (
         ROOT / "README.md",
         ROOT / "CONTRIBUTING.md",
+        ROOT / "CHANGELOG.md",
         *sorted((ROOT / "docs").rglob("*.md")),
         *sorted(TEMPLATES.glob("*.j2")),
     )
