@@ -37,6 +37,7 @@ DRAWING = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshad
 REFERENCE, ENGINE, PRINTED = "analytic:physical", "exudyn:tree", "analytic:printed"
 DURATION_S = 0.02
 FAMILIES = ("same-step", "form", "deviation")
+HOSTILE = '</script><img src="nowhere" onerror="fail()"><b>'  # would ask for a file, and fail
 THEMES, WIDTHS, PAGES = ("light", "dark"), (1280, 390), ("report", "view")
 AXE = Path(__file__).with_name("axe.min.js")
 
@@ -56,9 +57,10 @@ class Made(NamedTuple):
 def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     """The report of 20 ms of one experiment with its states, and the page of its reference run."""
     scenario = load_scenario("pd").model_copy(update={"duration_s": DURATION_S})
-    wanted = Wanted(PAPER, quick=True)
-    of_runs = experiment_comparisons(Experiment("pd", Case(PAPER, scenario, switches())))
-    of_states = state_comparisons(PAPER, True, 0)
+    arm = PAPER.model_copy(update={"title": HOSTILE})
+    wanted = Wanted(arm, quick=True)
+    of_runs = experiment_comparisons(Experiment("pd", Case(arm, scenario, switches())))
+    of_states = state_comparisons(arm, True, 0)
     asked = [
         *(each for each in of_runs if each.about.key.family in FAMILIES),
         *(each for each in of_states if each.about.key.quantity == "mass_matrix"),
@@ -66,7 +68,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     charts = Charts()
     with Workers(1) as workers:
         results = performed(workers, tasks_of(asked), unsaid, charts.show)
-    agreement = Agreement(list(findings_of(asked, results)), provenance(PAPER, 0, True))
+    agreement = Agreement(list(findings_of(asked, results)), provenance(arm, 0, True))
     checked = CrossCheck(wanted, agreement, cases_of(asked), runs_of(results))
     folder = tmp_path_factory.mktemp("pages")
     (folder / "report.html").write_text(report_page(checked, charts.made()), encoding="utf-8")
@@ -143,7 +145,6 @@ def test_a_zoom_to_a_millisecond_shows_the_files_peak(opened, made):
     page.evaluate(
         "([a, b]) => document.getElementById('signals').zoom(a, b)", [begin, begin + 1e-3]
     )
-    page.wait_for_timeout(50)
     time, values = shown(page, 0, 1)
     assert time[0] == pytest.approx(begin, abs=1e-4)
     assert time[-1] == pytest.approx(begin + 1e-3, abs=1e-4)
@@ -154,7 +155,6 @@ def test_a_zoom_to_a_millisecond_shows_the_files_peak(opened, made):
 def test_the_lower_plot_is_the_difference_on_the_same_axis(opened, made):
     page = opened("report")
     page.get_by_role("button", name="zoom in").click()
-    page.wait_for_timeout(50)
     (above, reference), (_, engine) = shown(page, 0, 1), shown(page, 0, 2)
     below, apart = shown(page, 1, 1)
     assert np.array_equal(above, below)
@@ -184,8 +184,9 @@ def test_models_signals_and_joints_can_be_chosen(opened):
 def test_the_cursor_tells_value_and_unit(opened):
     page = opened("report")
     page.locator("#overlay .u-over").hover()
-    page.wait_for_timeout(50)
-    told = page.locator("#overlay .u-legend").inner_text()
+    legend = "document.querySelector('#overlay .u-legend').innerText"
+    page.wait_for_function(f"{legend}.includes(' N')")
+    told = page.evaluate(legend)
     assert told.count(" N") == 3
     assert " s" in told
 
@@ -213,7 +214,7 @@ def test_the_run_plays_and_the_mesh_opens(opened, made):
     assert not page.locator("#no-webgl").is_visible()
     page.locator("#play").click()
     page.locator("#time").fill("100")
-    page.wait_for_timeout(100)
+    page.wait_for_function("document.getElementById('now').textContent.startsWith('0.01000 s')")
     force, x = (float(made.run[name].values[100, 0, 0]) for name in ("F_sp", "x_sp"))
     told = page.locator("#gap").inner_text()
     assert f"x = {1e6 * x:.2f} µm" in told
@@ -221,7 +222,7 @@ def test_the_run_plays_and_the_mesh_opens(opened, made):
     before = page.locator("#arm").screenshot()
     page.locator("#arm").press("ArrowLeft")
     page.locator("#target").select_option("0")
-    page.wait_for_timeout(100)
+    page.wait_for_function("!window.view.dirty")
     assert page.locator("#arm").screenshot() != before
 
 
@@ -232,7 +233,6 @@ def test_no_page_scrolls_sideways_or_shuts_anyone_out(opened, name):
         for width in WIDTHS:
             page = opened(name, theme, width, reduced_motion="reduce")
             page.evaluate("document.querySelectorAll('details').forEach(d => { d.open = true; })")
-            page.wait_for_timeout(50)
             wide = page.evaluate("document.documentElement.scrollWidth")
             assert wide <= width, (theme, width)
         page.add_script_tag(path=AXE)

@@ -118,10 +118,9 @@
                     : "Every record is shown, one in " + (1e3 * shown.step_s).toPrecision(3) + " ms.");
     find("overlay").setAttribute("aria-label", said[0]);
     find("apart").setAttribute("aria-label", said.slice(1).join("; ") || "nothing to compare");
-    var from = chosen.from === null ? whole()[0] : chosen.from;
-    var to = chosen.to === null ? whole()[1] : chosen.to;
-    find("span").textContent = from.toPrecision(5) + " s to " + to.toPrecision(5) + " s";
+    tell(chosen.from === null ? whole() : [chosen.from, chosen.to]);
   }
+  function tell(ends) { find("span").textContent = ends[0].toPrecision(5) + " s to " + ends[1].toPrecision(5) + " s"; }
 
   function whole() {
     var all = experiment().whole;
@@ -135,9 +134,10 @@
       chosen.from = Math.min(Math.max(from, ends[0]), ends[1] - wide);
       chosen.to = chosen.from + wide;
     }
-    if (level() !== before || chosen.from === null) { draw(); return; }
-    plots.forEach(function (plot) { plot.setScale("x", { min: chosen.from, max: chosen.to }); });
-    find("span").textContent = chosen.from.toPrecision(5) + " s to " + chosen.to.toPrecision(5) + " s";
+    if (level() !== before) { draw(); return; }
+    var shown = chosen.from === null ? ends : [chosen.from, chosen.to];
+    plots.forEach(function (plot) { plot.setScale("x", { min: shown[0], max: shown[1] }); });
+    tell(shown);
   }
   function by(factor, shift) {
     var ends = whole(), from = chosen.from === null ? ends[0] : chosen.from;
