@@ -19,11 +19,11 @@ from crosscheck.planning.run_suite import MIDWAY_S
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import LEVELS, lead, second
 from crosscheck.report.answers import QUANTITIES, answers
-from crosscheck.report.charts import Pictures
 from crosscheck.report.figures import sound_links
 from crosscheck.report.matrix import cells, groups
-from crosscheck.report.scheme import described, scheme
-from crosscheck.report.signals import signals_json
+from crosscheck.report.plots.charts import Pictures
+from crosscheck.report.plots.scheme import described, scheme
+from crosscheck.report.plots.signals import signals_json
 from crosscheck.report.vendor import vendored
 from crosscheck.report.words import counted
 from crosscheck.run import CrossCheck

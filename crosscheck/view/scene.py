@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.report.scheme import described
+from crosscheck.report.plots.scheme import described
 from crosscheck.view.gears import GearAngles, assembly, close_up, gear_angles, outline
 from crosscheck.view.mesh_geometry import SIDES, mesh_geometry
 from crosscheck.view.trajectory_file import Run

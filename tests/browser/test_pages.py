@@ -18,8 +18,8 @@ from crosscheck.planning.plan import Experiment, Wanted
 from crosscheck.planning.run_suite import experiment_comparisons
 from crosscheck.planning.state_suite import state_comparisons
 from crosscheck.provenance import provenance
-from crosscheck.report.charts import Charts
 from crosscheck.report.html import report_page
+from crosscheck.report.plots.charts import Charts
 from crosscheck.run import CrossCheck, cases_of, performed, runs_of
 from crosscheck.runner.tasks import RunKey
 from crosscheck.runner.underway import unsaid

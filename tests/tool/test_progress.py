@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 from crosscheck.registry import RIGID_LEVELS, build
-from crosscheck.report.charts import Charts
+from crosscheck.report.plots.charts import Charts
 from crosscheck.run import in_words, performed
 from crosscheck.runner import progress, underway
 from crosscheck.runner.outcomes import Failure

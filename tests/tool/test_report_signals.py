@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.report.scheme import scheme
-from crosscheck.report.signals import Level, Signals, all_signals
+from crosscheck.report.plots.scheme import scheme
+from crosscheck.report.plots.signals import Level, Signals, all_signals
 from models.arm.arm import Planetary
 from models.experiment.switches import switches
 from models.loading import load_arm, load_scenario

@@ -12,7 +12,7 @@ import xarray as xr
 
 from crosscheck.planning.run_suite import engines_first
 from crosscheck.registry import RIGID_LEVELS, names, same_integrator
-from crosscheck.report.signals import Signals, all_signals
+from crosscheck.report.plots.signals import Signals, all_signals
 from crosscheck.runner.tasks import RunKey
 
 
