@@ -174,7 +174,7 @@ function show(THREE) {
     at("play").setAttribute("aria-pressed", String(on));
   }
   function speed() { return Math.pow(10, Number(at("speed").value)); }
-  function said() { at("slow").textContent = speed() >= 1 ? speed().toPrecision(2) + " times real time" : "slowed down " + (1 / speed()).toPrecision(2) + " times"; }
+  function said() { at("slow").textContent = speed() >= 1 ? Number(speed().toPrecision(2)) + " times real time" : "slowed down " + Number((1 / speed()).toPrecision(2)) + " times"; }
   var last = null;
   function tick(now) {
     if (state.playing && last !== null) {
