@@ -6,6 +6,7 @@
 # make lint       style, types and import contracts
 # make bench      measure speed side by side: benchmarks/results.json, results.md, results.png
 # make paper      the paper's figures and claims: paper-report/paper.html
+# make docs       the docs as a site, warnings are errors: build/docs/index.html
 # make lock       compile run.in and dev.in into the hashed lock files (needs uv)
 # make clean      remove everything the targets above made
 PYTHON ?= python3
@@ -17,7 +18,7 @@ EDITABLE := $(PIP) install --quiet --no-deps --no-build-isolation --no-index -e 
 TEST := $(PY) -m pytest -n auto --dist loadscope --no-loadscope-reorder
 DRAWS ?= 1000
 
-.PHONY: run test test-fast fuzz octave lint bench paper lock clean
+.PHONY: run test test-fast fuzz octave lint bench paper docs lock clean
 .DELETE_ON_ERROR:
 
 run: .venv/run.stamp
@@ -48,6 +49,9 @@ bench: .venv/dev.stamp
 paper: .venv/run.stamp
 	$(PY) -m crosscheck paper --out paper-report
 
+docs: .venv/dev.stamp
+	$(PY) -m sphinx -W --keep-going -q -b html docs build/docs
+
 lock:
 	uv pip compile run.in --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q -o run.lock
 	uv pip compile dev.in --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header -q -o dev.lock
@@ -67,5 +71,5 @@ lock:
 	touch $@
 
 clean:
-	rm -rf .venv report build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks
+	rm -rf .venv report paper-report docs/generated benchmarks/results.* build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks
 	find models analytic crosscheck tests benchmarks tools examples -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true

@@ -49,6 +49,7 @@ TRIAL_PAGE = Kind("a trial's page", b"<!doctype html>", (b"<title>Trial of ",))
 PAPER_PAGE = Kind(
     "the paper's page", b"<!doctype html>", (b"<title>The paper, reproduced and judged</title>",)
 )
+VIEW = Kind("a run's page", b"<!doctype html>", (b"<title>Run of ", b'id="scene-data"'))
 SHEET = Kind("an errata sheet", b"# Errata sheet\n", ())
 TRAJECTORY = Kind("a trajectory", HDF5, (b"theta_dot", b"switches", b"step_s", b"joint number"))
 C_FILE = Kind("an exported C file", b"/* Equations of motion of ", (b" */\n#include <math.h>",))
@@ -58,7 +59,7 @@ PICTURE = Kind("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))
 
 KINDS = (
     *(AGREEMENT, TRIAL, RECORD, ERRATA, CLAIMS, JUNIT, PAGE, TRIAL_PAGE, PAPER_PAGE, SHEET),
-    *(TRAJECTORY, C_FILE, FMU_FILE, PICTURE),
+    *(VIEW, TRAJECTORY, C_FILE, FMU_FILE, PICTURE),
 )
 
 

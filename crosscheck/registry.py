@@ -83,7 +83,7 @@ class Entry:
 
 
 LEVELS = {
-    "links": "rigid arm of links and payload: the paper's baseline, Eq. 1",
+    "links": "rigid arm of links and payload alone, as in Eq. 1",
     "carriers": "the same with the masses of the joints and their carriers",
     "armature": "the same with the gears' inertia on the diagonal",
     "coupled": "the same with the gears' spin coupled to the links: rigid gears, exactly",

@@ -35,6 +35,7 @@ _ABOUT = {
     "work": ("J", "work of drive, meshes and dampers since the start"),
     "work_turned_over": ("J", "integral of the magnitude of every force's power"),
 }
+VARIABLES = tuple(_ABOUT)
 _DIMS = {2: ("time", "joint"), 3: ("time", "joint", "planet"), 1: ("time",)}
 
 

@@ -1,4 +1,4 @@
-"""The drawings of docs/equations.md, from an arm's own numbers: `python -m tools.drawings`."""
+"""Drawings of docs/explanation/equations.md, of an arm: `python -m tools.drawings`."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Annulus, Arc, Circle, FancyArrowPatch, Polygon
 
 from crosscheck.output import write_files
+from crosscheck.view.mesh_geometry import SIDES, MeshGeometry, Side, Wheel, mesh_geometry, teeth
 from models.arm.arm import Planetary
 from models.loading import load_arm
-from tools.mesh_geometry import MeshGeometry, Side, Wheel, mesh_geometry, teeth
 
-DOCS = Path(__file__).parents[1] / "docs"
+DOCS = Path(__file__).parents[1] / "docs" / "explanation"
 ARM = "paper-labelled"
-SIDES: tuple[Side, Side] = ("sun", "ring")
 STYLE: dict[Any, Any] = {
     "svg.hashsalt": "geararm-crosscheck",
     "font.size": 10,
@@ -33,7 +32,7 @@ DISPLACEMENT = {
 }
 NOTES = (
     "dashed: pitch circles; solid: base circles; dash-dotted: line of action;"
-    " dotted: common tangent of the pitch circles; play drawn larger than it is"
+    " dotted: common tangent of the pitch circles; backlash drawn larger than it is"
 )
 MILLI = 1e3
 Points = Sequence[complex] | np.ndarray

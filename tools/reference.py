@@ -1,4 +1,4 @@
-"""The tables of fields in docs/: `python -m tools.reference`."""
+"""The tables of fields in docs/reference: `python -m tools.reference`."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ from models.experiment.scenario import (
     TableDrive,
 )
 
-DOCS = Path(__file__).parents[1] / "docs"
+DOCS = Path(__file__).parents[1] / "docs" / "reference"
 BEGIN, END = "<!-- fields: made by tools.reference -->\n", "<!-- end of fields -->\n"
 FILES: dict[str, type[Data]] = {
     "arm-file.md": Arm,

@@ -16,8 +16,8 @@ from audit.phase.clock import RUN_WINDOW_S, Clocks
 from audit.phase.page.views import within
 from crosscheck.report.figures import legend, log_y, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
+from crosscheck.view.mesh_geometry import MeshGeometry, Wheel, mesh_geometry, teeth
 from models.arm.arm import Planetary
-from tools.mesh_geometry import MeshGeometry, Wheel, mesh_geometry, teeth
 
 MILLI = 1e3
 PAPER_THIRD = 300.0  # rad/s^2, Section 3.2

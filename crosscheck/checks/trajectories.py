@@ -102,7 +102,7 @@ def same_step(
         measured=measured,
         tolerance=limit.value,
         resolved=limit.value <= widest.value,
-        basis=f"{limit.basis}; means something below {widest.value:.2g}, {widest.basis}",
+        basis=f"{limit.basis}; {accepted(widest)}",
         relative=_relative(measured, left, quantity),
     )
 
@@ -112,10 +112,15 @@ def repeatable(pair: Pair, quantity: str) -> Limit:
     grown, own = largest_difference(*pair, quantity), EPS * size(pair.run, quantity)
     steps = steps_of(pair.run)
     basis = (
-        f"{ROUNDINGS_AT_ONCE} x the root of {steps:.0f} steps' roundings: one in the start grows to"
-        f" {grown:.1e}, one of the quantity is {own:.1e}"
+        f"{ROUNDINGS_AT_ONCE} sqrt(N) (g + eps s), N = {steps:.0f} steps, g = {grown:.1e} (what one"
+        f" rounding in the start grows to), eps s = {own:.1e} (rounding of the quantity)"
     )
     return Limit(ROUNDINGS_AT_ONCE * math.sqrt(steps) * (grown + own), basis)
+
+
+def accepted(widest: Limit) -> str:
+    """What an uncertainty must stay below for a verdict, in words."""
+    return f"acceptance limit of the uncertainty {widest.value:.2g}, {widest.basis}"
 
 
 def steps_of(run: xr.Dataset) -> float:
@@ -162,8 +167,8 @@ def refined(
         tolerance=combined + rounding,
         resolved=combined <= widest.value,
         basis=(
-            f"combined uncertainty by step refinement, {own[0]:.2g} and {own[1]:.2g}, and rounding,"
-            f" {rounding:.1g}; means something below {widest.value:.2g}, {widest.basis}"
+            f"sqrt(u1^2 + u2^2) + eps s sqrt(N), u1 = {own[0]:.2g} and u2 = {own[1]:.2g} by step"
+            f" refinement, eps s sqrt(N) = {rounding:.1g}; {accepted(widest)}"
         ),
         relative=_relative(measured, left[0], quantity),
     )

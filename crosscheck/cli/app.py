@@ -27,7 +27,7 @@ app = typer.Typer(
 )
 
 baseline = typer.Typer(
-    no_args_is_help=True, help="Record a cross-check, and find out later what moved."
+    no_args_is_help=True, help="Record a cross-check, and find out later what changed."
 )
 app.add_typer(baseline, name="baseline")
 cache = typer.Typer(no_args_is_help=True, help="What is kept between runs.")
@@ -35,7 +35,9 @@ app.add_typer(cache, name="cache")
 
 ArmName = Annotated[str, typer.Argument(metavar="ARM", help="Built-in name or TOML file.")]
 Quick = Annotated[bool, typer.Option("--quick", help="Fewer states, shorter runs.")]
-Jobs = Annotated[int | None, typer.Option(min=1, max=1000, help="Processes; all cores.")]
+Jobs = Annotated[
+    int | None, typer.Option(min=1, max=1000, help="Worker processes (default: all cores).")
+]
 JUnit = Annotated[Path | None, typer.Option("--junit", help="JUnit XML file to write.")]
 Scenarios = Annotated[
     list[str] | None,
@@ -136,10 +138,10 @@ def accept(
     junit: JUnit = None,
     model: Tried = None,
     with_red: Annotated[
-        bool, typer.Option("--with-red", help="Record red checks as known differences.")
+        bool, typer.Option("--with-red", help="Record failed checks as known differences.")
     ] = False,
 ) -> None:
-    """Cross-check an arm and record the result, in place of an older record, unless it is red."""
+    """Cross-check an arm and record the result, unless a check fails."""
     from crosscheck.cli.validate import accept_command, recorded
 
     chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
@@ -158,7 +160,7 @@ def check(
     junit: JUnit = None,
     model: Tried = None,
 ) -> None:
-    """Repeat a recorded cross-check and show what moved; exit code 1 if anything did."""
+    """Repeat a recorded cross-check and show what changed; exit code 1 if anything did."""
     from crosscheck.cli.validate import check_command, recorded, renewal
 
     chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
@@ -178,7 +180,9 @@ def simulate(
     phase: Annotated[Phase | None, typer.Option(help="Phase law; angle.")] = None,
     ring_rate: Annotated[RingRate | None, typer.Option(help="Follows the phase law.")] = None,
     settings: Settings = None,
-    force: Annotated[bool, typer.Option("--force", help="Go on past the stable step.")] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Run although the step exceeds the stability limit.")
+    ] = False,
     rtol: Annotated[
         float | None,
         typer.Option(help="Steps of its own to this tolerance, ended at contact changes."),
@@ -316,6 +320,21 @@ def plot(
         from crosscheck.studies.plot import plot_command
 
         plot_command(file, quantity or [], out)
+
+
+@app.command()
+def view(
+    file: Annotated[
+        Path, typer.Argument(metavar="RUN.nc", help="What `crosscheck simulate` wrote.")
+    ],
+    out: Annotated[
+        Path | None, typer.Option(help="HTML file to write; beside RUN.nc by default.")
+    ] = None,
+) -> None:
+    """Write a page that shows a run in three dimensions, gears and one mesh close up."""
+    from crosscheck.view.command import view_command
+
+    view_command(file, out)
 
 
 @app.command("list")

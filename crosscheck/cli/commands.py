@@ -30,7 +30,7 @@ def wanted(
 
 def run_command(chosen: Wanted, out: Path, jobs: int) -> int:
     """Cross-check an arm, write the report, print the table; returns the exit code."""
-    from crosscheck.report.charts import Charts
+    from crosscheck.report.plots.charts import Charts
 
     files = out / "index.html", out / "agreement.json"
     require_files(*zip(files, (PAGE, AGREEMENT), strict=True))

@@ -22,7 +22,7 @@ PLACES = ("shoulder", "elbow", "wrist")
 HEAD = """\
 # An arm to begin with: every number is an example. {joints}, from the base to the tip.
 # SI units, at the ends of the names. The fields of later joints and links mean the same as those of
-# the first. docs/arm-file.md lists all fields with their ranges, and the other stiffness laws.
+# the first. docs/reference/arm-file.md lists all fields, their ranges and the other stiffness laws.
 """
 GRAVITY = "# gravity_m_per_s2 = [0.0, -9.81]"
 CAD = "# A link may be a body instead of a rod, with numbers out of a CAD model:"

@@ -22,8 +22,8 @@ from crosscheck.kinds import AGREEMENT, JUNIT, RECORD
 from crosscheck.output import require_files, write_text
 from crosscheck.planning.plan import Wanted
 from crosscheck.report.answers import agreement_json
+from crosscheck.report.changed import print_changed
 from crosscheck.report.junit import junit_xml
-from crosscheck.report.moved import print_moved
 from crosscheck.report.terminal import print_agreement, print_answers
 from crosscheck.report.words import counted, printable
 from crosscheck.run import CrossCheck
@@ -132,7 +132,7 @@ def check_command(
     agreement = compare(baseline, made(again, jobs))
     if junit is not None:
         write_text(junit, junit_xml(agreement, f"baseline {chosen.arm.name}"))
-    print_moved(agreement)
+    print_changed(agreement)
     return agreement.exit_code
 
 

@@ -7,13 +7,15 @@ checked?
 from __future__ import annotations
 
 import json
+import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from crosscheck.findings import Agreement, Finding, Verdict
 from crosscheck.registry import MODELS, lead, names
-from crosscheck.report.matrix import WORST_FIRST
+from crosscheck.report.matrix import WORST_FIRST, digits
 from crosscheck.report.words import counted, tally
 from models.arm.arm import Arm
 
@@ -34,13 +36,15 @@ class Compared:
 
     against: those models; worst: by quantity the Finding of the largest difference on the arm
     itself; verdict: the worst of all checks between them; of a model that is only measured,
-    ``differ`` where a difference is beyond what the reference model is allowed.
+    ``differ`` where a difference is beyond what the reference model is allowed; digits: decimal
+    ones that its checks at states leave in common, None without such checks.
     """
 
     model: str
     against: tuple[str, ...]
     worst: dict[str, Finding]
     verdict: Verdict
+    digits: float | None = None
 
     @property
     def title(self) -> str:
@@ -126,7 +130,9 @@ def _compared(
     else:
         verdict = "differ" if any(_beyond(f, own) for f in others) else "agree"
     ordered = {quantity: worst[quantity] for quantity in QUANTITIES if quantity in worst}
-    return Compared(model, tuple(against), ordered, verdict)
+    relative = [f.relative for f in checks if f.about.key.family == "states"]
+    common = [digits(value) for value in relative if value is not None]
+    return Compared(model, tuple(against), ordered, verdict, min(common, default=None))
 
 
 def _size(finding: Finding) -> float:
@@ -163,7 +169,9 @@ def headline(rows: Sequence[Compared]) -> str:
         said.append(f"Of the project's own derivation these do not agree: {', '.join(red)}.")
     elif rest:
         whose = "corrected derivation" if forms else "derivation"
-        said.append(f"The {whose} agrees with every engine at each level, to rounding.")
+        common = min((row.digits for row in rest if row.digits is not None), default=None)
+        to = "to rounding" if common is None else f"to {math.floor(common)} digits at states"
+        said.append(f"The {whose} agrees with every engine at each level, {to}.")
     return " ".join(said)
 
 
@@ -189,10 +197,13 @@ def _tips(case: str, found: Sequence[Finding]) -> str:
 def trust(agreement: Agreement) -> str:
     """The answer to the third question: what was checked, and what stands behind a check."""
     alone = sum(not f.about.key.right for f in agreement.checks)
+    counts = Counter(f.verdict for f in agreement.checks)
+    others = ", ".join(f"{counts[verdict]} {verdict}" for verdict in WORST_FIRST[:-1])
+    measured = len(agreement.findings) - len(agreement.checks)
     return (
-        f"{tally(agreement)}. {counted(alone, 'check')} of them hold one model to first principles,"
-        " to its own records or to the arm's file; the others compare two models that share data"
-        " and no formula."
+        f"{tally(agreement)} ({others}); {counted(measured, 'difference')} measured without a"
+        f" limit. {counted(alone, 'check')} compare one model with first principles, its own"
+        " records or the arm's file, the others two models that share data and no formula."
     )
 
 

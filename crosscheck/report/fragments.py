@@ -24,12 +24,12 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "")
     """A table of plain texts, or of Markup, that scrolls by itself where it is too wide."""
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
     lines = "".join(_row(row, "td") for row in rows)
-    return f'<div class="wide"><table>{title}{_row(head, "th")}{lines}</table></div>'
+    return f'<div class="wide" tabindex="0"><table>{title}{_row(head, "th")}{lines}</table></div>'
 
 
 def figure(svg: str, caption: str) -> str:
     """A drawing with what it shows."""
-    return f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
+    return f'<figure tabindex="0">{svg}<figcaption>{escape(caption)}</figcaption></figure>'
 
 
 def _row(cells: Sequence[str], tag: str) -> str:

@@ -7,19 +7,31 @@ from collections.abc import Sequence
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.findings import Finding
-from crosscheck.planning.plan import is_the_papers
+from crosscheck.planning.plan import (
+    FULL_S,
+    FULL_STEPS,
+    QUICK_S,
+    QUICK_STEPS,
+    Wanted,
+    is_the_papers,
+)
 from crosscheck.planning.run_suite import MIDWAY_S
+from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
+from crosscheck.registry import LEVELS, lead, second
 from crosscheck.report.answers import QUANTITIES, answers
-from crosscheck.report.charts import Chart
 from crosscheck.report.figures import sound_links
 from crosscheck.report.matrix import cells, groups
+from crosscheck.report.plots.charts import Pictures
+from crosscheck.report.plots.scheme import described, scheme
+from crosscheck.report.plots.signals import signals_json
+from crosscheck.report.vendor import vendored
 from crosscheck.report.words import counted
 from crosscheck.run import CrossCheck
 
 HEADLINE, HEADLINE_CASES = (f"at-{MIDWAY_S:g}-s", "same-step"), ("pd", "pd-motion")
 
 
-def report_page(result: CrossCheck, charts: Sequence[Chart]) -> str:
+def report_page(result: CrossCheck, pictures: Pictures) -> str:
     """HTML text of the report, figures inlined."""
     environment = Environment(
         loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
@@ -37,10 +49,33 @@ def report_page(result: CrossCheck, charts: Sequence[Chart]) -> str:
         groups=groups([cell for cell in found if cell.between_models]),
         headline=[f for f in agreement.checks if _is_headline(f)],
         deviations=_deviations(agreement.findings),
-        charts=charts,
+        pictures=pictures,
+        signals=signals_json(pictures.signals),
+        plot_style=vendored("uPlot.min.css"),
+        plot_script=vendored("uPlot.iife.min.js"),
+        scheme=scheme(result.arm),
+        described=list(described(result.arm)),
+        preliminary=preliminary(result.wanted),
+        levels=LEVELS,
+        reference=lead(),
+        second=second(),
         provenance=agreement.to_dict()["provenance"],
     )
     return sound_links(page)
+
+
+def preliminary(wanted: Wanted) -> str:
+    """What a quick cross-check leaves out."""
+    runs = f"at most {QUICK_STEPS} steps of each experiment are simulated"
+    if wanted.keeps_steps:
+        short = (f"{each:g} of {FULL_S[name]:g} s of {name}" for name, each in QUICK_S.items())
+        runs = f"{' and '.join(short)} are simulated"
+    elif wanted.needs_sizes:
+        runs = f"{runs}, a full cross-check takes up to {FULL_STEPS}"
+    return (
+        f"With --quick {runs}, and models are compared at {QUICK_COUNT} random states where a full"
+        f" cross-check takes {COUNT}. What happens later in the runs is not judged here."
+    )
 
 
 def number(value: float | None) -> str:

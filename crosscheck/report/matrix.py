@@ -18,14 +18,22 @@ WORST_FIRST: tuple[Verdict, ...] = (
 )
 
 
-FAMILIES = {"states": "at states", "same-step": "over runs", "refined": "with another integrator"}
+FAMILIES = {
+    "states": "at states",
+    "same-step": "over runs",
+    "refined": "with another integrator",
+    "form-states": "at states",
+    "form": "over runs",
+}
+FORMS = ("form-states", "form")  # of the paper's equations, which are measured beside the engines
 
 
 @dataclass(frozen=True)
 class Cell:
     """What all checks between two models, or of a model against something else, come to.
 
-    digits: per family of checks, the digits that its worst relative difference leaves in common.
+    verdict: ``measured`` of two models that are only measured; digits: per family, those that its
+    worst relative difference leaves in common.
     """
 
     left: str
@@ -37,10 +45,14 @@ class Cell:
 
 
 def cells(findings: Sequence[Finding]) -> list[Cell]:
-    """One Cell per pair that any check compares, pairs of models first, else by appearance."""
+    """One Cell per pair that is compared, pairs of models first, else by appearance.
+
+    Of measurements those of the paper's equations count.
+    """
     pairs: dict[tuple[str, str, bool], list[Finding]] = {}
     for finding in findings:
-        if finding.kind == "check" and finding.left != finding.right:
+        counts = finding.kind == "check" or finding.about.key.family in FORMS
+        if counts and finding.left != finding.right:
             between = bool(finding.about.key.right)
             ends = (finding.left, finding.right)
             left, right = sorted(ends) if between else ends
@@ -50,7 +62,7 @@ def cells(findings: Sequence[Finding]) -> list[Cell]:
 
 
 def folded(found: Sequence[Cell]) -> list[Cell]:
-    """The same with one Cell for all models that are held against one other thing and agree."""
+    """The same with one Cell for all models that are compared with one other thing and agree."""
     alone = [cell for cell in found if cell.between_models or cell.verdict != "agree"]
     rest: dict[str, list[Cell]] = {}
     for cell in found:
@@ -69,14 +81,15 @@ def folded(found: Sequence[Cell]) -> list[Cell]:
     ]
 
 
-def _cell(pair: tuple[str, str, bool], checks: list[Finding]) -> Cell:
-    verdict = min((check.verdict for check in checks), key=WORST_FIRST.index)
+def _cell(pair: tuple[str, str, bool], found: list[Finding]) -> Cell:
+    judged = [check.verdict for check in found if check.kind == "check"]
+    verdict: Verdict = min(judged, key=WORST_FIRST.index, default="measured")
     worst: dict[str, float] = {}
-    for check in checks:
+    for check in found:
         family = FAMILIES.get(check.about.key.family)
         if family is not None and check.relative is not None:
             worst[family] = max(worst.get(family, 0.0), check.relative)
-    return Cell(*pair, verdict, len(checks), {name: digits(value) for name, value in worst.items()})
+    return Cell(*pair, verdict, len(judged), {name: digits(value) for name, value in worst.items()})
 
 
 def groups(found: Sequence[Cell]) -> list[list[str]]:

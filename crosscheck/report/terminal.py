@@ -23,6 +23,7 @@ COLOURS = {
     "unresolved": "yellow",
     "unfinished": "yellow",
     "failed": "red",
+    "measured": "",
 }
 
 

@@ -35,7 +35,7 @@ def _numbers(finding: Finding) -> str:
     allowed = f"{finding.tolerance:.3g} {finding.unit}"
     if finding.verdict != "unresolved":
         return f"{measured}, allowed {allowed}"
-    return f"the uncertainty itself, {allowed}, is too large to mean anything ({measured})"
+    return f"the uncertainty itself, {allowed}, exceeds the acceptance limit ({measured})"
 
 
 def printable(text: str) -> str:

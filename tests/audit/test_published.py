@@ -14,8 +14,8 @@ import pytest
 
 from audit.claims.catalogue import CLAIMS
 from audit.claims.quantities import of
-from audit.errata.notes import notes
 from audit.errata.sheet import ErrataSheet, markdown
+from audit.errata.words import notes
 from audit.experiments.cells import READINGS
 from audit.experiments.experiments import PD
 from audit.experiments.scale import FULL

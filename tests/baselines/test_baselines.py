@@ -353,7 +353,7 @@ def test_of_two_checks_with_one_id_the_worse_stands(result: CrossCheck, recorded
 def test_an_unresolved_check_does_not_read_like_a_pass() -> None:
     within = checked(about("refined"), measured=0.023, tolerance=0.348, basis="")
     unresolved = replace(within, verdict="unresolved", note="why")
-    said = "the uncertainty itself, 0.348 rad, is too large to mean anything (measured 0.023); why"
+    said = "the uncertainty itself, 0.348 rad, exceeds the acceptance limit (measured 0.023); why"
     assert outcome(unresolved) == said
     assert outcome(within) == "measured 0.023, allowed 0.348 rad"
 

@@ -47,7 +47,7 @@ def refused(command: Command, capsys: Captured, *words: object) -> str:
 def test_accept_then_check(command: Command, result: CrossCheck, capsys: Captured) -> None:
     assert command(*ACCEPT, result=result) == 0
     assert command(*CHECK, "--junit", "out/check.xml", result=result) == 0
-    assert "recorded results moved" in capsys.readouterr().out
+    assert "recorded results changed" in capsys.readouterr().out
     assert Path("out/check.xml").is_file()
 
     def change(data: dict[str, Any]) -> None:
@@ -216,7 +216,7 @@ def test_known_differences_are_shown_on_every_run(
         said = "known difference, differ: measured 0.003, allowed 1e-10 rad"
         assert f"recorded-verdict/refined/pd/theta/a~b: {said}" in out
         assert "\n0 of " in out
-        assert out.endswith("moved; 1 known difference left as accepted\n")
+        assert out.endswith("changed; 1 known difference left as accepted\n")
         suite = ElementTree.fromstring(Path("known.xml").read_text(encoding="utf-8"))
         assert said in ElementTree.tostring(suite, encoding="unicode")
         named = {item.get("name"): item.get("value") for item in suite.iter("property")}
@@ -232,7 +232,7 @@ def test_a_known_difference_moves_when_its_number_does(
     capsys.readouterr()
     assert command(*CHECK, result=worse) == 1
     out = capsys.readouterr().out
-    assert "recorded-verdict/refined/pd/theta/a~b: moved by 0.001 rad" in out
+    assert "recorded-verdict/refined/pd/theta/a~b: changed by 0.001 rad" in out
     assert "\n1 of " in out
 
 
@@ -253,4 +253,4 @@ def test_one_is_singular(command: Command, labelled: Arm, capsys: Captured) -> N
     assert command(*ACCEPT, result=result) == 0
     assert capsys.readouterr().out.endswith(": 1 verdict, 1 run\n")
     assert command(*CHECK, result=with_run(result, ANALYTIC, Failure("x", "y"))) == 1
-    assert "1 of 2 recorded results moved" in capsys.readouterr().out
+    assert "1 of 2 recorded results changed" in capsys.readouterr().out

@@ -184,7 +184,7 @@ def undamped(arm: Arm) -> Arm:
 
 @pytest.mark.parametrize("arm_name", FIRST_VERSION)
 def test_first_version_is_its_translation_into_the_second(arm_name):
-    """Every number of it stands where docs/arm-file.md has it in the second version."""
+    """Every number of it stands where docs/reference/arm-file.md has it in the second version."""
     first = tomllib.loads((BUILT_IN / f"{arm_name}.toml").read_text())
     assert first["schema_version"] == 1
     second = Arm.model_validate(translated(first))

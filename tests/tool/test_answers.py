@@ -9,6 +9,7 @@ import pytest
 
 from crosscheck.findings import About, Agreement, Finding, Key, checked, failed, measured_only
 from crosscheck.kinds import AGREEMENT, kind_of
+from crosscheck.planning.plan import Wanted
 from crosscheck.report.answers import (
     agreement_json,
     answers,
@@ -17,6 +18,9 @@ from crosscheck.report.answers import (
     rigid_from_geared,
     trust,
 )
+from crosscheck.report.html import preliminary
+from crosscheck.report.matrix import cells
+from models.loading import load_arm
 
 PRINTED, LEAD, ENGINE, LINKS = (
     "analytic:printed",
@@ -112,3 +116,16 @@ def test_the_answers_come_before_the_findings_in_json(labelled):
     assert kind_of(text.encode()) is AGREEMENT  # else the next run could not replace it
     first = data["answers"]["equations"]["models"][0]
     assert (first["model"], first["verdict"]) == (PRINTED, "differ")
+
+
+def test_a_quick_page_says_what_it_leaves_out(labelled):
+    said = preliminary(Wanted(labelled, quick=True))
+    assert "0.05 of 0.5 s of constant-torque and 0.1 of 3 s of pd" in said
+    own = preliminary(Wanted(load_arm("three-unlike"), quick=True))
+    assert "at most 10000 steps" in own
+    assert "up to 300000" in own
+
+
+def test_what_is_only_measured_is_no_agreement_of_the_matrix(labelled):
+    (cell,) = cells([printed(0.0127)])
+    assert (cell.verdict, cell.checks) == ("measured", 0)

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from analytic.paper.kinematics import mesh_displacements, stage_geometry
+from crosscheck.view.mesh_geometry import MeshGeometry, flank, mesh_geometry, teeth
 from models.arm.arm import Planetary
 from models.loading import load_arm
 from tools import drawings
 from tools.drawings import DOCS, SIDES, drawing, write_drawings
-from tools.mesh_geometry import MeshGeometry, flank, mesh_geometry, teeth
 
 JOINTS = [
     joint

@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 from crosscheck.registry import RIGID_LEVELS, build
-from crosscheck.report.charts import Charts
+from crosscheck.report.plots.charts import Charts
 from crosscheck.run import in_words, performed
 from crosscheck.runner import progress, underway
 from crosscheck.runner.outcomes import Failure
@@ -150,11 +150,11 @@ def test_a_drawing_is_made_as_soon_as_its_runs_are_there(runs):
     drawn = []
     for key, run in runs.items():
         charts.show(key, run)
-        drawn.append([kind for _, kind in charts.drawn])
-    assert drawn == [[], ["runs"], ["runs"], ["runs"], ["runs"], *2 * [["runs", "levels"]]]
-    (chart,) = charts.made()
-    assert chart.name == "one"
-    assert (chart.runs, chart.levels) == tuple(charts.drawn.values())
+        drawn.append(list(charts.levels))
+    assert drawn == [*5 * [[]], *2 * [["one"]]]
+    pictures = charts.made()
+    assert [each.experiment for each in pictures.signals] == [pictures.still_of] == ["one"]
+    assert pictures.levels == charts.levels
 
 
 def test_drawings_do_not_hang_on_which_run_ends_first(runs):

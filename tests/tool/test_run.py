@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import io
 import json
 import re
@@ -101,6 +102,27 @@ def test_provenance_holds_the_arm_and_no_path_of_this_machine(quick_report):
     assert None not in provenance["versions"].values()
     assert str(ROOT) not in json.dumps(quick_report.agreement)
     assert str(HERE) not in quick_report.page
+
+
+@pytest.mark.slow
+def test_page_json_and_terminal_give_the_same_answers(quick_report):
+    found = quick_report.agreement["answers"]
+    text = html.unescape(re.sub(r"<[^>]*>", "", quick_report.page))
+    for name in ("equations", "rigid", "trust"):
+        assert found[name]["answer"] in text
+        assert found[name]["answer"] in quick_report.out
+    by_id = {finding["id"]: finding for finding in quick_report.agreement["findings"]}
+    for model in found["equations"]["models"]:
+        for each in model["differences"]:
+            assert by_id[each["id"]]["measured"] == each["measured"]
+
+
+@pytest.mark.slow
+def test_the_papers_equations_are_measured_and_not_said_to_agree(quick_report):
+    row = re.search(r"^ *\S+ +analytic:printed +(\w+)", quick_report.out, flags=re.M)
+    row = row or re.search(r"^ *analytic:printed +\S+ +(\w+)", quick_report.out, flags=re.M)
+    assert row is not None
+    assert row[1] == "measured"
 
 
 @pytest.mark.slow

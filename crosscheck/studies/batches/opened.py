@@ -1,4 +1,4 @@
-"""Results of studies as files from outside: opened once, in a process of its own, and checked.
+"""NetCDF files from outside: opened once, in a process of its own, and checked.
 
 HDF5 ends the process of whoever hands it certain files, or never comes back. So a worker opens
 them, within a time; it looks at every variable's form before it reads one, and follows nothing
@@ -30,7 +30,7 @@ MOST_PACKED = 1_000_000_000  # bytes that compressed variables may become
 OPENING_S, READING_BYTES_PER_S = 3.0, 5e7
 FILTERS = (h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32)
 SCALE = "This is a netCDF dimension but not a netCDF variable"
-Use = Callable[["Opened"], Any]
+Use = Callable[[Any], Any]
 
 
 def identity_of(path: Path) -> tuple[str, str]:
@@ -39,21 +39,25 @@ def identity_of(path: Path) -> tuple[str, str]:
     return identity
 
 
-def used(path: Path, use: Use) -> Any:
-    """What a function makes of a result; it is called in another process. Raises InputError."""
+def used(path: Path, use: Use, form: type[SoundFile] | None = None) -> Any:
+    """What a function makes of a file of a form; it is called in another process.
+
+    form: a study's result unless another is given. Raises InputError.
+    """
+    form = form or Opened
     try:
         size = size_of(path)
     except OSError as error:
         raise InputError(str(path), "", None, f"cannot be read: {error.strerror}") from None
     except ValueError as error:
         raise InputError(str(path), "", None, f"cannot be read: {error}") from None
-    reading = _Reading(path, use, OPENING_S + size / READING_BYTES_PER_S)
+    reading = _Reading(path, use, form, OPENING_S + size / READING_BYTES_PER_S)
     (found,) = perform_all([reading], 1, lambda key: None).values()
     if isinstance(found, InputError):
         raise found
     if isinstance(found, Failure):
         reason = "HDF5 cannot read it" if found.kind == "Died" else str(found)
-        raise InputError(str(path), "", None, f"is no result of a study: {reason}") from None
+        raise InputError(str(path), "", None, f"is no {form.said}: {reason}") from None
     return found
 
 
@@ -63,6 +67,7 @@ class _Reading:
 
     path: Path
     use: Use
+    form: type[SoundFile]
     within_s: float
     key: str = "reading"
 
@@ -76,30 +81,27 @@ class _Reading:
         signal.setitimer(signal.ITIMER_REAL, self.within_s)  # which ends the process
         try:
             with h5py.File(self.path, "r", locking=False) as file:
-                return self.use(Opened(self.path, file))
+                return self.use(self.form(self.path, file))
         except InputError as error:
             return error
 
 
-class Opened:
-    """A result whose form has been found to be that of a study's; in a worker."""
+class SoundFile:
+    """A NetCDF file whose form has been found to be one that can be read; in a worker."""
+
+    said = "NetCDF file"
 
     def __init__(self, path: Path, file: h5py.File) -> None:
         self.path, self.file = path, file
-        version = _only(file, "schema_version")
-        whole = isinstance(version, int | np.integer)
-        self._require(whole and version == SCHEMA_VERSION, "no schema_version")
-        self.study, self.version = self._text(file, STUDY), self._text(file, VERSION)
-        self._require(re.fullmatch("[0-9a-f]{64}", self.study) is not None, STUDY)
         self._require(len(file) <= MOST_VARIABLES, f"more than {MOST_VARIABLES} variables")
-        packed = 0
-        for name in file:
-            packed += self._require_sound(name)
+        packed = sum(self._require_sound(name) for name in file)
         self._require(packed <= MOST_PACKED, f"compressed to less than it may be: {packed} bytes")
 
-    def identity(self) -> tuple[str, str]:
-        """Digest of the study, and version, that made it."""
-        return self.study, self.version
+    def require_version(self, known: int) -> None:
+        """Raise InputError for a file of any other version, or of none."""
+        version = _only(self.file, "schema_version")
+        self._require(isinstance(version, int | np.integer), "no schema_version")
+        self._require(version == known, f"schema_version {version}; {known} is read")
 
     def names(self) -> list[str]:
         """The variables, those that only give a dimension its size left out."""
@@ -195,7 +197,23 @@ class Opened:
 
     def _require(self, sound: bool, what: str) -> None:
         if not sound:
-            raise InputError(str(self.path), "", None, f"is no result of a study: {what}")
+            raise InputError(str(self.path), "", None, f"is no {self.said}: {what}")
+
+
+class Opened(SoundFile):
+    """A result whose form has been found to be that of a study's; in a worker."""
+
+    said = "result of a study"
+
+    def __init__(self, path: Path, file: h5py.File) -> None:
+        super().__init__(path, file)
+        self.require_version(SCHEMA_VERSION)
+        self.study, self.version = self._text(file, STUDY), self._text(file, VERSION)
+        self._require(re.fullmatch("[0-9a-f]{64}", self.study) is not None, STUDY)
+
+    def identity(self) -> tuple[str, str]:
+        """Digest of the study, and version, that made it."""
+        return self.study, self.version
 
 
 def _is_size(data: h5py.Dataset) -> bool:

@@ -73,7 +73,7 @@ def named_meshes(arm: Arm, layout: Layout) -> list[NamedMesh]:
 
 
 def forces(chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches) -> Forces:
-    """Drive, meshes, dampers, friction and weight (see docs/equations.md)."""
+    """Drive, meshes, dampers, friction and weight (see docs/explanation/equations.md)."""
     layout = chain.layout
     still = (0,) * len(chain.stages)
     driven: dict[tuple[int, Key], Any] = {}

@@ -1,4 +1,4 @@
-"""The plane geometry of one mesh, for its drawing: circles, line of action, involute teeth.
+"""The plane geometry of one mesh, for drawings of it: circles, line of action, involute teeth.
 
 Points of the plane are complex numbers [m] in the frame of the central wheel's axis, x along the
 line of centres, angles counter-clockwise. The planet is the one on the carrier's x axis.
@@ -15,7 +15,10 @@ import numpy as np
 from models.arm.arm import Planetary
 
 Side = Literal["sun", "ring"]
-THICKNESS = 0.46  # of a tooth over the pitch; the missing part is the play, far larger than real
+SIDES: tuple[Side, Side] = ("sun", "ring")
+THICKNESS = (
+    0.46  # of a tooth over the pitch; the missing part is the backlash, far larger than real
+)
 FLANK_POINTS = 9
 
 
@@ -92,7 +95,7 @@ def teeth(geometry: MeshGeometry, wheel: Wheel, beside: int) -> list[np.ndarray]
     counter_clockwise = forward if abs(at) < 1 else not forward
     thickness = 2 * math.pi / wheel.teeth * THICKNESS
     other = at - thickness if counter_clockwise else at + thickness
-    outline = _tooth(wheel, min(at, other), max(at, other))
+    outline = tooth(wheel, min(at, other), max(at, other))
     turns = 2 * math.pi / wheel.teeth * np.arange(-beside, beside + 1)
     return [wheel.centre + np.exp(1j * turn) * outline for turn in turns]
 
@@ -107,7 +110,7 @@ def flank(wheel: Wheel, at: float, counter_clockwise: bool) -> np.ndarray:
     return np.asarray(radii * np.exp(1j * (at + sign * narrowing)))
 
 
-def _tooth(wheel: Wheel, clockwise: float, counter_clockwise: float) -> np.ndarray:
+def tooth(wheel: Wheel, clockwise: float, counter_clockwise: float) -> np.ndarray:
     """Closed outline between two flanks at these angles [rad], round the wheel's own centre."""
     one, other = flank(wheel, clockwise, False), flank(wheel, counter_clockwise, True)
     foot = wheel.radii[1]

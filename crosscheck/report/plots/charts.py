@@ -1,0 +1,85 @@
+"""What the report draws of each experiment: as soon as its runs are there.
+
+Matplotlib, which takes half a second, is imported for the first drawing: no run waits for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import xarray as xr
+
+from crosscheck.planning.run_suite import engines_first
+from crosscheck.registry import RIGID_LEVELS, names, same_integrator
+from crosscheck.report.plots.signals import Signals, all_signals
+from crosscheck.runner.tasks import RunKey
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """levels: by experiment, the rigid levels' deviation as SVG; signals: for the page's script;
+    still: of the longest experiment, for a page that is printed or runs no script, and its name.
+    """
+
+    levels: dict[str, str]
+    signals: tuple[Signals, ...] = ()
+    still: str = ""
+    still_of: str = ""
+
+
+class Charts:
+    """Drawings of runs, each made once: while other runs are still under way, if it can be.
+
+    Only what needs no other run is drawn then, so that all is the same whichever ends first.
+    """
+
+    def __init__(self) -> None:
+        self.runs: dict[RunKey, xr.Dataset] = {}
+        self.levels: dict[str, str] = {}
+        self.pair = same_integrator()[:2]
+        self.rigid = {level: engines_first(level)[0] for level in RIGID_LEVELS}
+
+    def show(self, key: Any, outcome: Any) -> None:
+        """A task's outcome: if it is a run that completes a drawing, that is made now."""
+        if not (isinstance(key, RunKey) and isinstance(outcome, xr.Dataset)):
+            return
+        self.runs[key] = outcome
+        if self._complete(key.experiment, self.pair[0], *self.rigid.values()):
+            self._draw_levels(key.experiment)
+
+    def made(self) -> Pictures:
+        """Of every experiment that both engines ran, by name."""
+        experiments = sorted({key.experiment for key in self.runs})
+        both = [name for name in experiments if self._complete(name, *self.pair)]
+        for name in both:
+            self._draw_levels(name)
+        levels = {name: self.levels[name] for name in both if name in self.levels}
+        if not both:
+            return Pictures(levels)
+        from crosscheck.report.figures import run_figure
+
+        models = (*self.pair, *names("form")[-1:])
+        shown = {name: self._of(name, *models) for name in both if levels.get(name)}
+        shown = shown or {name: self._of(name, *models) for name in both}
+        longest = max(shown, key=lambda name: float(shown[name][self.pair[0]]["time"][-1]))
+        still = run_figure(*(shown[longest][model] for model in self.pair))
+        return Pictures(levels, tuple(all_signals(self.pair[0], shown)), still, longest)
+
+    def _complete(self, experiment: str, *models: str) -> bool:
+        return len(self._of(experiment, *models)) == len(models)
+
+    def _of(self, experiment: str, *models: str) -> dict[str, xr.Dataset]:
+        """The runs of these models, by name, as far as there are any."""
+        keys = {model: RunKey(experiment, model) for model in models}
+        return {model: self.runs[key] for model, key in keys.items() if key in self.runs}
+
+    def _draw_levels(self, experiment: str) -> None:
+        """Unless they are drawn, or no rigid level was run."""
+        from crosscheck.report.figures import level_figure
+
+        known = self._of(experiment, *self.rigid.values())
+        if known and experiment not in self.levels:
+            by_level = {level: known[m] for level, m in self.rigid.items() if m in known}
+            geared = self.runs[RunKey(experiment, self.pair[0])]
+            self.levels[experiment] = level_figure(geared, by_level)

@@ -1,0 +1,195 @@
+"""Signals of each experiment for the page's two plots: a run, and the others' distance from it.
+
+Numbers travel as float32 in base64. A difference is formed in double precision first, so that one
+of 1e-12 keeps its digits. Where an experiment's full rate is more than its share of the page, the
+least and the largest value of every few records are kept, so that no peak is lost, and the named
+windows have the full rate.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import xarray as xr
+
+from models.trajectory import meaning_of, unit_of
+
+QUANTITIES = ("theta", "theta_ddot", "x_sp", "F_sp", "F_pr")
+MOST_NUMBERS = 1_200_000  # on a page: 6.4 MB as base64 of float32
+HALF_WINDOW_S = 2e-3
+CONTACT = "F_sp"  # by which contact is judged
+
+
+@dataclass(frozen=True)
+class Level:
+    """A stretch of records for drawing.
+
+    start_s, step_s: of the times; count: how many; binned: whether every place holds the least and
+    the largest of several records; data: by ``name`` of a Line, base64 of float32 (count,), or of
+    (count, 2) where binned.
+    """
+
+    start_s: float
+    step_s: float
+    count: int
+    binned: bool
+    data: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A signal of the reference run, or a model's difference from it (model minus reference).
+
+    peak: the largest magnitude, in ``unit``.
+    """
+
+    name: str
+    quantity: str
+    joint: int
+    model: str
+    peak: float
+
+
+@dataclass(frozen=True)
+class SignalWindow:
+    """A stretch of time [s] worth a look, with what happens in it."""
+
+    title: str
+    begin_s: float
+    end_s: float
+    full_rate: Level | None
+
+
+@dataclass(frozen=True)
+class Signals:
+    """Of an experiment: the reference model, the others, and all that is drawn of them."""
+
+    experiment: str
+    reference: str
+    others: tuple[str, ...]
+    lines: tuple[Line, ...]
+    whole: Level
+    windows: tuple[SignalWindow, ...]
+
+
+def signals_json(found: Sequence[Signals]) -> dict[str, object]:
+    """For the page's script: experiments, and each quantity's unit and meaning."""
+    used = dict.fromkeys(line.quantity for each in found for line in each.lines)
+    quantities = {name: {"unit": unit_of(name), "meaning": meaning_of(name)} for name in used}
+    return {"experiments": [asdict(each) for each in found], "quantities": quantities}
+
+
+def all_signals(
+    reference: str, runs: Mapping[str, Mapping[str, xr.Dataset]], most: int = MOST_NUMBERS
+) -> list[Signals]:
+    """Of experiments, each with its runs by model, recorded at the same times.
+
+    most: numbers for all of them. The smallest come first, and what they leave is for the others.
+    """
+    found, left = {}, most
+    tables = {name: dict(_values(reference, each)) for name, each in runs.items()}
+    sizes = {name: sum(values.size for values in table.values()) for name, table in tables.items()}
+    for place, name in enumerate(sorted(sizes, key=lambda each: sizes[each])):
+        share = left // (len(sizes) - place)
+        width = 1 if sizes[name] <= share else -(-2 * sizes[name] // share)
+        found[name] = _signals(name, reference, runs[name], tables[name], width)
+        left -= sizes[name] if width == 1 else 2 * sizes[name] // width
+    return [found[name] for name in runs]
+
+
+def _signals(
+    experiment: str,
+    reference: str,
+    runs: Mapping[str, xr.Dataset],
+    values: Mapping[Line, np.ndarray],
+    width: int,
+) -> Signals:
+    """width: records in a bin of the whole run."""
+    time = runs[reference]["time"].values
+    table = {line.name: each for line, each in values.items()}
+    windows = tuple(
+        SignalWindow(title, begin, end, _cut(time, table, begin, end) if width > 1 else None)
+        for title, begin, end in _events(time, runs[reference], values)
+    )
+    others = tuple(name for name in runs if name != reference)
+    whole = level(time, table, width)
+    return Signals(experiment, reference, others, tuple(values), whole, windows)
+
+
+def _values(reference: str, runs: Mapping[str, xr.Dataset]) -> Iterator[tuple[Line, np.ndarray]]:
+    """Every line with its numbers (times,)."""
+    first = runs[reference]
+    for quantity in (name for name in QUANTITIES if name in first):
+        for place, joint in enumerate(map(int, first["joint"].values)):
+            base = _first_planet(first[quantity])[:, place]
+            for model, run in runs.items():
+                if quantity not in run:
+                    continue
+                own = base if model == reference else _first_planet(run[quantity])[:, place] - base
+                name = f"{quantity}/{joint}/{model}"
+                peak = float(np.abs(own).max())
+                yield Line(name, quantity, joint, model, peak), own
+
+
+def _first_planet(values: xr.DataArray) -> np.ndarray:
+    return (values.isel(planet=0) if "planet" in values.dims else values).values
+
+
+def level(time: np.ndarray, table: Mapping[str, np.ndarray], width: int) -> Level:
+    """Records in bins of ``width``; with one record each, the records themselves."""
+    edges = np.arange(0, time.size, width)
+    data = {}
+    for name, values in table.items():
+        kept = values
+        if width > 1:
+            kept = np.stack([f.reduceat(values, edges) for f in (np.minimum, np.maximum)], axis=1)
+        data[name] = base64.b64encode(kept.astype("<f4").tobytes()).decode()
+    step = float(time[-1] - time[0]) / max(time.size - 1, 1) * width
+    return Level(float(time[0]), step, edges.size, width > 1, data)
+
+
+def _cut(time: np.ndarray, table: Mapping[str, np.ndarray], begin: float, end: float) -> Level:
+    inside = slice(int(np.searchsorted(time, begin)), int(np.searchsorted(time, end, "right")))
+    return level(time[inside], {name: values[inside] for name, values in table.items()}, 1)
+
+
+def _events(
+    time: np.ndarray, run: xr.Dataset, values: Mapping[Line, np.ndarray]
+) -> Iterator[tuple[str, float, float]]:
+    """What is worth a look, with begin and end [s]; nothing for an arm without teeth."""
+    if CONTACT not in run:
+        return
+    force = {
+        int(joint): _first_planet(run[CONTACT])[:, place]
+        for place, joint in enumerate(run["joint"].values)
+    }
+    joint = max(force, key=lambda number: float(np.abs(force[number]).max()))
+    places = {f"largest {CONTACT}, joint {joint}": int(np.abs(force[joint]).argmax())}
+    lost = {n: _first(each[1:] == 0, each[:-1] != 0) for n, each in force.items()}
+    places |= _earliest("contact lost", lost)
+    other = {n: _first(each * each[np.flatnonzero(each)[:1]] < 0) for n, each in force.items()}
+    places |= _earliest("contact on the other side", other)
+    for line, apart in values.items():
+        if (line.quantity, line.joint) == (CONTACT, joint) and line.model != run.attrs["model"]:
+            title = f"largest difference of {line.model}, joint {joint}"
+            places[title] = int(np.abs(apart).argmax())
+    for title, place in places.items():
+        begin, end = time[place] - HALF_WINDOW_S, time[place] + HALF_WINDOW_S
+        yield title, float(max(begin, time[0])), float(min(end, time[-1]))
+
+
+def _first(*conditions: np.ndarray) -> int | None:
+    """The first place where all hold."""
+    held = np.logical_and.reduce(np.broadcast_arrays(*conditions))
+    return int(held.argmax()) if held.any() else None
+
+
+def _earliest(title: str, places: Mapping[int, int | None]) -> dict[str, int]:
+    found = {number: place for number, place in places.items() if place is not None}
+    if not found:
+        return {}
+    number = min(found, key=lambda each: found[each])
+    return {f"{title}, joint {number}": found[number]}

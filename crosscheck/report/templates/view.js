@@ -1,0 +1,254 @@
+// A run of an arm in three dimensions, and one mesh of it close up. THREE: the library.
+function show(THREE) {
+  "use strict";
+  var scene = JSON.parse(document.getElementById("scene-data").textContent);
+  var at = function (id) { return document.getElementById(id); };
+  var numbers = function (text) {
+    var raw = atob(text), bytes = new Uint8Array(raw.length);
+    for (var i = 0; i < raw.length; i++) { bytes[i] = raw.charCodeAt(i); }
+    return new Float32Array(bytes.buffer);
+  };
+  scene.joints.forEach(function (joint) {
+    joint.theta = numbers(joint.theta);
+    if (joint.kind === "planetary") {
+      joint.sun = numbers(joint.sun);
+      joint.planets = joint.planets.map(numbers);
+      Object.values(joint.meshes).forEach(function (mesh) {
+        mesh.x = numbers(mesh.x); mesh.force = numbers(mesh.force);
+      });
+    }
+  });
+  var duration = scene.step_s * (scene.frames - 1);
+  var state = { time: 0, playing: !matchMedia("(prefers-reduced-motion: reduce)").matches, drawn: 0 };
+  var colour = function (name) { return getComputedStyle(document.body).getPropertyValue(name).trim(); };
+  var reach = scene.joints.reduce(function (sum, joint) { return sum + joint.length_m; }, 0);
+
+  // ------------------------------------------------------------------ bodies
+  var renderer = null, world = null, camera = null, movers = [], places = [];
+  try {
+    renderer = new THREE.WebGLRenderer({ canvas: at("arm"), antialias: true, preserveDrawingBuffer: true });
+  } catch (error) {
+    at("no-webgl").hidden = false;
+  }
+
+  function material(name) { return new THREE.MeshLambertMaterial({ color: new THREE.Color(colour(name)) }); }
+  function shape(points) { return new THREE.Shape(points.map(function (p) { return new THREE.Vector2(p[0], p[1]); })); }
+  function solid(outline, depth, paint) {
+    return new THREE.Mesh(new THREE.ExtrudeGeometry(outline, { depth: depth, bevelEnabled: false, curveSegments: 24 }), paint);
+  }
+  function bar(length, width, depth, paint) {
+    var mesh = new THREE.Mesh(new THREE.BoxGeometry(length, width, depth), paint);
+    mesh.position.x = length / 2;
+    return mesh;
+  }
+  function gears(joint, frame, link, paint) {
+    var face = joint.face_m, rim = new THREE.Shape();
+    rim.absarc(0, 0, joint.rim_m, 0, 2 * Math.PI, false);
+    rim.holes.push(shape(joint.outlines.ring));
+    var ring = solid(rim, face, paint.ring), sun = solid(shape(joint.outlines.sun), face, paint.sun);
+    ring.rotation.z = joint.stand.ring;
+    frame.add(ring, sun);
+    movers.push(function (i) { sun.rotation.z = joint.sun[i]; });
+    joint.stand.planets.forEach(function (angle, n) {
+      var planet = solid(shape(joint.outlines.planet), face, paint.planet);
+      frame.add(planet);
+      movers.push(function (i) {
+        var where = joint.theta[i] + angle;
+        planet.position.set(joint.carrier_m * Math.cos(where), joint.carrier_m * Math.sin(where), 0);
+        planet.rotation.z = joint.stand.spins[n] + joint.planets[n][i];
+      });
+      var arm = new THREE.Group();
+      arm.add(bar(joint.carrier_m, 0.25 * joint.carrier_m, face / 3, paint.link));
+      arm.rotation.z = angle;
+      arm.position.z = -face / 2;
+      link.add(arm);
+    });
+  }
+  function build() {
+    world = new THREE.Scene();
+    movers = []; places = [];
+    var paint = { ring: material("--soft"), sun: material("--line-1"), planet: material("--line-2"), link: material("--line-3") };
+    var frame = new THREE.Group(), thick = reach / 60;
+    world.add(frame, new THREE.AmbientLight(0xffffff, 1.3));
+    var light = new THREE.DirectionalLight(0xffffff, 2.2);
+    light.position.set(-0.6, 0.4, 1.5);
+    world.add(light);
+    scene.joints.forEach(function (joint) {
+      var link = new THREE.Group(), rod = bar(joint.length_m, thick, thick, paint.link);
+      rod.position.z = -(joint.face_m || thick) - thick / 2;
+      link.add(rod);
+      frame.add(link);
+      movers.push(function (i) { link.rotation.z = joint.theta[i]; });
+      if (joint.kind === "planetary") { gears(joint, frame, link, paint); }
+      else {
+        var motor = new THREE.Mesh(new THREE.CylinderGeometry(thick, thick, 3 * thick, 32), paint.sun);
+        motor.rotation.x = Math.PI / 2;
+        frame.add(motor);
+      }
+      places.push(frame);
+      var next = new THREE.Group();
+      next.position.x = joint.length_m;
+      link.add(next);
+      frame = next;
+    });
+    if (scene.payload) { frame.add(new THREE.Mesh(new THREE.SphereGeometry(1.6 * thick, 24, 16), paint.sun)); }
+    places.push(frame);
+  }
+
+  // ------------------------------------------------------------------ camera
+  var eye = { turn: -Math.PI / 2, rise: 1.05, far: 1, target: -1 };
+  function aim(target) {
+    eye.target = target;
+    var joint = scene.joints[target];
+    eye.far = target < 0 ? 1.6 * reach : joint.kind === "planetary" ? 3.6 * joint.rim_m : 0.4 * reach;
+  }
+  function look() {
+    var centre = new THREE.Vector3();
+    if (eye.target >= 0) { places[eye.target].getWorldPosition(centre); }
+    else { places[places.length - 1].getWorldPosition(centre).multiplyScalar(0.5); }
+    var far = eye.far / Math.min(1, camera.aspect), flat = far * Math.cos(eye.rise);
+    camera.position.set(centre.x + flat * Math.cos(eye.turn), centre.y + flat * Math.sin(eye.turn), centre.z + far * Math.sin(eye.rise));
+    camera.up.set(0, 0, 1);
+    camera.lookAt(centre);
+  }
+  function turn(across, up) {
+    eye.turn += across;
+    eye.rise = Math.min(Math.max(eye.rise + up, -1.5), 1.5);
+    state.dirty = true;
+  }
+  function near(factor) { eye.far = Math.min(Math.max(eye.far * factor, reach / 200), 20 * reach); state.dirty = true; }
+
+  // ------------------------------------------------------------------ close-up
+  function closeUp(i) {
+    var chosen = at("mesh").value.split(" "), joint = scene.joints[Number(chosen[0])];
+    var mesh = joint && joint.meshes && joint.meshes[chosen[1]];
+    if (!mesh) { return; }
+    var canvas = at("inset"), pen = canvas.getContext("2d"), size = canvas.width;
+    var scale = size / (12 * mesh.module_m);
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.fillStyle = colour("--raised");
+    pen.fillRect(0, 0, size, canvas.height);
+    pen.setTransform(scale, 0, 0, -scale, size / 2, canvas.height / 2);
+    function fill(points, paint) {
+      pen.beginPath();
+      points.forEach(function (p, n) { if (n) { pen.lineTo(p[0], p[1]); } else { pen.moveTo(p[0], p[1]); } });
+      pen.closePath();
+      pen.fillStyle = paint;
+      pen.globalAlpha = 0.85;
+      pen.fill();
+      pen.globalAlpha = 1;
+    }
+    mesh.wheel.forEach(function (tooth) { fill(tooth, colour(chosen[1] === "sun" ? "--line-1" : "--soft")); });
+    pen.translate(mesh.centre[0], mesh.centre[1]);
+    pen.rotate(mesh.turn_per_m * mesh.x[i]);
+    pen.translate(-mesh.centre[0], -mesh.centre[1]);
+    mesh.planet.forEach(function (tooth) { fill(tooth, colour("--line-2")); });
+    var b = mesh.half_clearance_m, x = mesh.x[i], force = mesh.force[i];
+    var contact = force > 0 ? "teeth in contact" : force < 0 ? "in contact on the other side" : "contact lost";
+    at("gap").textContent = "x = " + (1e6 * x).toFixed(2) + " µm, half the backlash " + (1e6 * b).toFixed(2) + " µm: " +
+      contact + "; F = " + force.toPrecision(4) + " N. Gap drawn " + mesh.factor.toPrecision(3) + " times larger; rolling and profile error of the teeth are not drawn.";
+  }
+
+  // ------------------------------------------------------------------ time
+  function frame() { return Math.min(Math.round(state.time / scene.step_s), scene.frames - 1); }
+  function draw() {
+    var i = frame();
+    if (renderer) {
+      movers.forEach(function (move) { move(i); });
+      world.updateMatrixWorld();
+      look();
+      renderer.setClearColor(colour("--raised"));
+      renderer.render(world, camera);
+    }
+    closeUp(i);
+    at("time").value = i;
+    at("now").textContent = (scene.start_s + scene.step_s * i).toFixed(5) + " s" + scene.joints.map(function (joint, n) {
+      return "  θ" + (n + 1) + " = " + joint.theta[i].toFixed(5) + " rad";
+    }).join("");
+    state.drawn += 1;
+    state.dirty = false;
+  }
+  function play(on) {
+    state.playing = on;
+    at("play").textContent = on ? "pause" : "start";
+    at("play").setAttribute("aria-pressed", String(on));
+  }
+  function speed() { return Math.pow(10, Number(at("speed").value)); }
+  function said() { at("slow").textContent = speed() >= 1 ? Number(speed().toPrecision(2)) + " times real time" : "slowed down " + Number((1 / speed()).toPrecision(2)) + " times"; }
+  var last = null;
+  function tick(now) {
+    if (state.playing && last !== null) {
+      state.time += speed() * Math.min(now - last, 100) / 1000;
+      if (state.time > duration) { state.time = 0; }
+      state.dirty = true;
+    }
+    last = now;
+    if (state.dirty) { draw(); }
+    requestAnimationFrame(tick);
+  }
+  function step(by) { play(false); state.time = Math.min(Math.max(frame() + by, 0), scene.frames - 1) * scene.step_s; state.dirty = true; }
+
+  // ------------------------------------------------------------------ controls
+  function option(element, value, text) {
+    var made = document.createElement("option");
+    made.value = value; made.textContent = text;
+    element.append(made);
+  }
+  option(at("target"), -1, "the whole arm");
+  scene.joints.forEach(function (joint, n) {
+    option(at("target"), n, "joint " + (n + 1));
+    ["sun", "ring"].filter(function (side) { return joint.meshes && joint.meshes[side]; }).forEach(function (side) {
+      option(at("mesh"), n + " " + side, "joint " + (n + 1) + ", " + (side === "sun" ? "sun and planet 1" : "planet 1 and ring"));
+    });
+  });
+  at("close-up").hidden = !at("mesh").options.length;
+  at("time").max = scene.frames - 1;
+  at("target").onchange = function () { aim(Number(at("target").value)); state.dirty = true; };
+  at("mesh").onchange = function () { state.dirty = true; };
+  at("play").onclick = function () { play(!state.playing); };
+  at("back").onclick = function () { step(-1); };
+  at("forth").onclick = function () { step(1); };
+  at("time").oninput = function () { play(false); state.time = Number(at("time").value) * scene.step_s; state.dirty = true; };
+  at("speed").oninput = said;
+  at("nearer").onclick = function () { near(0.8); };
+  at("farther").onclick = function () { near(1.25); };
+  at("arm").onkeydown = function (event) {
+    var keys = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
+    if (keys[event.key]) { turn.apply(null, keys[event.key]); }
+    else if (event.key === "+") { near(0.8); }
+    else if (event.key === "-") { near(1.25); }
+    else if (event.key === " ") { play(!state.playing); }
+    else { return; }
+    event.preventDefault();
+  };
+  var held = null;
+  at("arm").onpointerdown = function (event) { held = [event.clientX, event.clientY]; at("arm").setPointerCapture(event.pointerId); };
+  at("arm").onpointermove = function (event) {
+    if (held) { turn((held[0] - event.clientX) / 200, (event.clientY - held[1]) / 200); held = [event.clientX, event.clientY]; }
+  };
+  at("arm").onpointerup = function () { held = null; };
+  at("arm").onwheel = function (event) { event.preventDefault(); near(event.deltaY > 0 ? 1.1 : 1 / 1.1); };
+  function fit() {
+    if (renderer) {
+      var wide = at("arm").parentElement.clientWidth, high = Math.round(Math.min(0.62 * wide + 60, 560));
+      renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+      renderer.setSize(wide, high);
+      camera.aspect = wide / high;
+      camera.updateProjectionMatrix();
+    }
+    state.dirty = true;
+  }
+  if (renderer) {
+    camera = new THREE.PerspectiveCamera(45, 1, reach / 1000, 100 * reach);
+    build();
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", function () { build(); state.dirty = true; });
+  }
+  window.addEventListener("resize", fit);
+  aim(-1);
+  at("speed").value = Math.max(-4, Math.min(1, Math.log10(duration / 10)));
+  said();
+  play(state.playing);
+  fit();
+  requestAnimationFrame(tick);
+  window.view = state;
+}

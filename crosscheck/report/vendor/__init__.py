@@ -1,0 +1,8 @@
+"""Scripts of others that pages hold whole, so that they need no network; see README.md."""
+
+from importlib.resources import files
+
+
+def vendored(name: str) -> str:
+    """The text of one of these files."""
+    return (files(__name__) / name).read_text(encoding="utf-8")

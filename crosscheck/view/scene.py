@@ -1,0 +1,117 @@
+"""What the page of a run draws: bodies of the arm as outlines, and their angles over time."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from crosscheck.report.plots.scheme import described
+from crosscheck.view.gears import GearAngles, assembly, close_up, gear_angles, outline
+from crosscheck.view.mesh_geometry import SIDES, mesh_geometry
+from crosscheck.view.trajectory_file import Run
+from models.arm.arm import Planetary
+
+MOST_FRAMES = 20_000  # of the longest run; of more records every second, third, ... is shown
+MESHES = {"sun": ("x_sp", "F_sp"), "ring": ("x_pr", "F_pr")}
+
+
+def scene(run: Run) -> dict[str, Any]:
+    """For the page's script: lengths in m, angles in rad, numbers as base64 of float32."""
+    every = -(-run.time.size // MOST_FRAMES)
+    shown = Run(
+        run.model, run.arm, run.time[::every], {n: v[::every] for n, v in run.signals.items()}
+    )
+    return {
+        "name": run.arm.name,
+        "model": run.model,
+        "described": ". ".join(described(run.arm)),
+        "frames": shown.time.size,
+        "every": every,
+        "start_s": float(shown.time[0]),
+        "step_s": float(shown.time[1] - shown.time[0]) if shown.time.size > 1 else 0.0,
+        "payload": run.arm.payload_mass_kg > 0,
+        "teeth": "x_sp" in run.signals,
+        "joints": [_joint(shown, place) for place in range(len(run.arm.joints))],
+    }
+
+
+def _joint(run: Run, place: int) -> dict[str, Any]:
+    joint, angles = run.arm.joints[place], run.signals["theta"][:, place]
+    body = {"length_m": run.arm.links[place].length_m, "theta": packed(angles)}
+    if not isinstance(joint, Planetary):
+        return body | {"kind": "direct"}
+    gears, stand = _gears(run, place, joint), assembly(joint)
+    wheels = {side: mesh_geometry(joint, side) for side in SIDES}
+    return body | {
+        "kind": "planetary",
+        "face_m": 6 * joint.module_m,
+        "carrier_m": joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2,
+        "rim_m": joint.module_m * (joint.ring_teeth / 2 + 4),
+        "outlines": {
+            "sun": _points(outline(wheels["sun"].wheel)),
+            "planet": _points(outline(wheels["sun"].planet)),
+            "ring": _points(outline(wheels["ring"].wheel)),
+        },
+        "stand": {
+            "planets": stand.planets.tolist(),
+            "spins": stand.spins.tolist(),
+            "ring": stand.ring,
+        },
+        "sun": packed(gears.sun),
+        "planets": [packed(column) for column in gears.planets.T],
+        "meshes": dict(_meshes(run, place, joint)),
+    }
+
+
+def _gears(run: Run, place: int, joint: Planetary) -> GearAngles:
+    """Of a run without teeth, gears that roll as if they were rigid."""
+    angles = run.signals["theta"][:, place]
+    none = np.zeros((angles.size, 1))
+    x = [_of_planets(run, name, place, joint) for name in ("x_sp", "x_pr")]
+    return gear_angles(joint, angles, *(none if each is None else each for each in x))
+
+
+def _of_planets(run: Run, name: str, place: int, joint: Planetary) -> np.ndarray | None:
+    """(times, planets of the joint), or (times, 1) where they are counted as one."""
+    if name not in run.signals:
+        return None
+    values = run.signals[name][:, place, : joint.planet_count]
+    return values[:, :1] if np.isnan(values).any() else values
+
+
+def _meshes(run: Run, place: int, joint: Planetary) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Of a run with teeth, each mesh close up: of the first planet."""
+    for side in SIDES:
+        names = MESHES[side]
+        x, force = (_of_planets(run, name, place, joint) for name in names)
+        if x is None or force is None:
+            continue
+        near = close_up(joint, side, float(np.abs(x).max()))
+        mesh = joint.sun_mesh if side == "sun" else joint.ring_mesh
+        yield (
+            side,
+            {
+                "factor": near.factor,
+                "wheel": [_points(each) for each in near.wheel],
+                "planet": [_points(each) for each in near.planet],
+                "centre": [near.centre.real, near.centre.imag],
+                "turn_per_m": near.turn_per_m,
+                "half_clearance_m": mesh.of_planet(0).backlash_m,
+                "module_m": joint.module_m,
+                "x": packed(x[:, 0]),
+                "force": packed(force[:, 0]),
+            },
+        )
+
+
+def _points(outline: np.ndarray) -> list[list[float]]:
+    """To a micrometre."""
+    return np.stack([outline.real, outline.imag], axis=1).round(6).tolist()
+
+
+def packed(values: np.ndarray) -> str:
+    """Base64 of float32."""
+    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode()

@@ -1,0 +1,80 @@
+"""A trajectory's file from outside: its arm, and what of its run is drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import h5py
+import numpy as np
+from pydantic import ValidationError
+
+from crosscheck.studies.batches.opened import SoundFile, used
+from models.arm.arm import Arm, Planetary
+from models.trajectory import SCHEMA_VERSION
+
+LONGEST_ARM = 1_000_000  # characters
+DRAWN = {"theta": 2, "x_sp": 3, "x_pr": 3, "F_sp": 3, "F_pr": 3}  # by dimensions
+
+
+class Run(NamedTuple):
+    """time (times,) [s], equally spaced; signals: theta (times, joints) [rad]; displacements [m]
+    and forces [N] of the meshes (times, joints, planets), where the model has any.
+    """
+
+    model: str
+    arm: Arm
+    time: np.ndarray
+    signals: dict[str, np.ndarray]
+
+
+def run_of(path: Path) -> Run:
+    """What a file holds; HDF5 reads it in another process. Raises InputError."""
+    run: Run = used(path, TrajectoryFile.run, TrajectoryFile)
+    return run
+
+
+class TrajectoryFile(SoundFile):
+    """A file as `crosscheck simulate` writes it."""
+
+    said = "trajectory"
+
+    def __init__(self, path: Path, file: h5py.File) -> None:
+        super().__init__(path, file)
+        for name in ("theta", "time", "joint"):
+            self._require(name in file, f"has no {name}")
+        self.require_version(SCHEMA_VERSION)
+
+    def run(self) -> Run:
+        """Its content. Raises InputError."""
+        names = [name for name in DRAWN if name in self.file]
+        for name in names:
+            dims = ("time", "joint", "planet")[: DRAWN[name]]
+            self._require(self.dims(name) == dims, f"{name} is not over {', '.join(dims)}")
+        data, arm = self.dataset(names), self._arm()
+        time = data["time"].values
+        self._require(time.size > 1, "has fewer than two times")
+        steps = np.diff(time)
+        self._require(bool((steps > 0).all()), "times do not increase")
+        even = np.ptp(steps) <= 1e-6 * steps.mean()
+        self._require(bool(even), "times are not equally spaced")
+        signals = {name: data[name].values for name in names}
+        self._require(signals["theta"].shape[1] == len(arm.joints), "joints are not the arm's")
+        for name, values in signals.items():
+            own = values if values.ndim == 2 else values[:, self._geared(arm), 0]
+            self._require(bool(np.isfinite(own).all()), f"{name} is not finite")
+        return Run(self._text(self.file, "model"), arm, time, signals)
+
+    def _geared(self, arm: Arm) -> list[int]:
+        return [n for n, joint in enumerate(arm.joints) if isinstance(joint, Planetary)]
+
+    def _arm(self) -> Arm:
+        text = self.file.attrs.get("arm")
+        self._require(isinstance(text, str) and len(text) <= LONGEST_ARM, "has no arm")
+        try:
+            return Arm.model_validate_json(text)
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(map(str, first["loc"]))
+            self._require(False, f"its arm cannot be used: {place}: {first['msg']}")
+            raise

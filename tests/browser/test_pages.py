@@ -1,0 +1,241 @@
+"""The pages in a real browser: no error, no request, every control works, in both themes."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from crosscheck.findings import Agreement
+from crosscheck.planning.comparison import findings_of, tasks_of
+from crosscheck.planning.plan import Experiment, Wanted
+from crosscheck.planning.run_suite import experiment_comparisons
+from crosscheck.provenance import provenance
+from crosscheck.report.html import report_page
+from crosscheck.report.plots.charts import Charts
+from crosscheck.run import CrossCheck, cases_of, performed, runs_of
+from crosscheck.runner.tasks import RunKey
+from crosscheck.runner.underway import unsaid
+from crosscheck.runner.workers import Workers
+from crosscheck.view.command import view_page
+from crosscheck.view.trajectory_file import run_of
+from models.experiment.switches import switches
+from models.loading import Case, load_scenario
+from models.trajectory import from_netcdf, netcdf
+from tests.arms import PAPER
+
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+INSTALL = "no browser: apt-get install -y chromium"
+DRAWING = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+REFERENCE, ENGINE, PRINTED = "analytic:physical", "exudyn:tree", "analytic:printed"
+DURATION_S = 0.02
+FAMILIES = ("same-step", "form", "deviation")
+HOSTILE = '</script><img src="nowhere" onerror="fail()"><b>'  # would ask for a file, and fail
+LOOKS, PAGES = {"light": (1280, 390), "dark": (390,)}, ("report", "view")
+AXE = Path(__file__).with_name("axe.min.js")
+
+
+class Made(NamedTuple):
+    """A folder with a page of each kind, and the reference run as its file holds it."""
+
+    folder: Path
+    run: xr.Dataset
+
+    def address(self, page: str) -> str:
+        """Of a page, on disk."""
+        return (self.folder / f"{page}.html").as_uri()
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
+    """The report of 20 ms of one experiment, and the page of its reference run."""
+    scenario = load_scenario("pd").model_copy(update={"duration_s": DURATION_S})
+    arm = PAPER.model_copy(update={"title": HOSTILE})
+    wanted = Wanted(arm, quick=True)
+    of_runs = experiment_comparisons(Experiment("pd", Case(arm, scenario, switches())))
+    asked = [each for each in of_runs if each.about.key.family in FAMILIES]
+    charts = Charts()
+    with Workers(1) as workers:
+        results = performed(workers, tasks_of(asked), unsaid, charts.show)
+    agreement = Agreement(list(findings_of(asked, results)), provenance(arm, 0, True))
+    checked = CrossCheck(wanted, agreement, cases_of(asked), runs_of(results))
+    folder = tmp_path_factory.mktemp("pages")
+    (folder / "report.html").write_text(report_page(checked, charts.made()), encoding="utf-8")
+    run = charts.runs[RunKey("pd", REFERENCE)]
+    (folder / "run.nc").write_bytes(netcdf(run))
+    (folder / "view.html").write_text(view_page(run_of(folder / "run.nc")), encoding="utf-8")
+    return Made(folder, from_netcdf((folder / "run.nc").read_bytes()))
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """The system's Chromium."""
+    path = next(filter(None, map(shutil.which, NAMES)), None)
+    if path is None:
+        assert "CI" not in os.environ, INSTALL
+        pytest.skip(INSTALL)
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=path, args=list(DRAWING))
+        yield chromium
+        chromium.close()
+
+
+class Opened(NamedTuple):
+    """A page, and what was wrong with it so far."""
+
+    page: Any
+    wrong: list[str]
+
+
+@pytest.fixture
+def opened(browser: Any, made: Made) -> Iterator[Any]:
+    """``opened(name, theme, width)``; nothing may be wrong with it at the end."""
+    contexts, found = [], []
+
+    def open_page(name: str, theme: str = "light", width: int = 1280, **more: Any) -> Any:
+        size = {"width": width, "height": 900}
+        context = browser.new_context(viewport=size, color_scheme=theme, **more)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda said: found.append(f"console: {said.text}"))
+        page.on("pageerror", lambda error: found.append(f"error: {error}"))
+        page.on("request", lambda asked: found.append(f"request: {asked.url}"))
+        page.goto(made.address(name))
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    own = ("request: file:", "request: blob:", "request: data:")
+    assert [line for line in found if not line.startswith(own)] == []
+    assert sum(line.startswith("request: file:") for line in found) == len(contexts)
+
+
+def shown(page: Any, plot: int, line: int) -> np.ndarray:
+    """(time, value) of what a plot shows of a line between its ends."""
+    script = """([plot, line]) => {
+      const u = document.getElementById("signals").plots()[plot];
+      return [Array.from(u.data[0]), Array.from(u.data[line]), u.scales.x.min, u.scales.x.max];
+    }"""
+    time, values, low, high = page.evaluate(script, [plot, line])
+    table = np.array([time, values])
+    return table[:, (table[0] >= low - 1e-12) & (table[0] <= high + 1e-12)]
+
+
+def test_a_zoom_to_a_millisecond_shows_the_files_peak(opened, made):
+    """Of the start's impact: the largest mesh force of the run, as the NetCDF file has it."""
+    page = opened("report")
+    force = made.run["F_sp"].values[:, 0, 0]
+    peak = int(np.abs(force).argmax())
+    at = float(made.run["time"].values[peak])
+    begin = max(at - 5e-4, 0.0)
+    page.evaluate(
+        "([a, b]) => document.getElementById('signals').zoom(a, b)", [begin, begin + 1e-3]
+    )
+    time, values = shown(page, 0, 1)
+    assert time[0] == pytest.approx(begin, abs=1e-4)
+    assert time[-1] == pytest.approx(begin + 1e-3, abs=1e-4)
+    assert np.abs(values).max() == pytest.approx(abs(force[peak]), rel=1e-7)  # float32
+    assert time[np.abs(values).argmax()] == pytest.approx(at, abs=1e-9)
+
+
+def test_the_lower_plot_is_the_difference_on_the_same_axis(opened, made):
+    page = opened("report")
+    page.get_by_role("button", name="zoom in").click()
+    (above, reference), (_, engine) = shown(page, 0, 1), shown(page, 0, 2)
+    below, apart = shown(page, 1, 1)
+    assert np.array_equal(above, below)
+    size = np.abs(made.run["F_sp"].values).max()
+    assert np.allclose(reference + apart, engine, rtol=0, atol=1e-6 * size)  # sums of float32
+
+
+def test_models_signals_and_joints_can_be_chosen(opened):
+    page = opened("report")
+    boxes = page.locator("#models input")
+    assert [box.get_attribute("name") for box in boxes.all()] == [REFERENCE, ENGINE, PRINTED]
+    boxes.nth(2).uncheck()
+    hidden = "document.getElementById('signals').plots().map(u => u.series.at(-1).show)"
+    assert page.evaluate(hidden) == [False, False]
+    page.locator("#quantity").select_option("theta")
+    page.locator("#joint").select_option("2")
+    assert page.locator(".u-title").first.inner_text() == "theta of joint 2, pd"
+    assert "joint angle" in page.locator("#said").inner_text()
+    page.locator("#windows button").first.focus()
+    before = page.locator("#span").inner_text()
+    page.keyboard.press("Enter")
+    assert page.locator("#span").inner_text() != before
+    page.keyboard.press("Shift+Tab")  # on the last of the buttons before
+    assert page.evaluate("document.activeElement.id") == "later"
+
+
+def test_the_cursor_tells_value_and_unit(opened):
+    page = opened("report")
+    page.locator("#overlay .u-over").hover()
+    legend = "document.querySelector('#overlay .u-legend').innerText"
+    page.wait_for_function(f"{legend}.includes(' N')")
+    told = page.evaluate(legend)
+    assert told.count(" N") == 3
+    assert " s" in told
+
+
+def test_folds_open_and_paper_gets_the_still_picture(opened):
+    page = opened("report")
+    fold = page.locator("details").last
+    fold.locator("summary").press("Enter")
+    assert fold.evaluate("fold => fold.open")
+    assert not page.locator(".still").is_visible()
+    page.emulate_media(media="print")
+    assert page.locator(".still").is_visible()
+    assert not page.locator("#signals").is_visible()
+
+
+def test_without_scripts_the_still_picture_stands_in(opened):
+    page = opened("report", java_script_enabled=False)
+    assert page.locator(".still").is_visible()
+    assert not page.locator("#signals").is_visible()
+
+
+def test_the_run_plays_and_the_mesh_opens(opened, made):
+    page = opened("view")
+    page.wait_for_function("window.view && window.view.drawn > 3")
+    assert not page.locator("#no-webgl").is_visible()
+    page.locator("#play").click()
+    page.locator("#time").fill("100")
+    page.wait_for_function("document.getElementById('now').textContent.startsWith('0.01000 s')")
+    force, x = (float(made.run[name].values[100, 0, 0]) for name in ("F_sp", "x_sp"))
+    told = page.locator("#gap").inner_text()
+    assert f"x = {1e6 * x:.2f} µm" in told
+    assert f"F = {float(f'{force:.4g}'):g} N" in told.replace(".0 N", " N")
+    before = page.locator("#arm").screenshot()
+    page.locator("#arm").press("ArrowLeft")
+    page.locator("#target").select_option("0")
+    page.wait_for_function("!window.view.dirty")
+    assert page.locator("#arm").screenshot() != before
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_no_page_scrolls_sideways_or_shuts_anyone_out(opened, name):
+    """In both themes and widths, all that is folded opened; what axe-core calls serious."""
+    for theme, widths in LOOKS.items():
+        for width in widths:
+            page = opened(name, theme, width, reduced_motion="reduce")
+            page.evaluate("document.querySelectorAll('details').forEach(d => { d.open = true; })")
+            wide = page.evaluate("document.documentElement.scrollWidth")
+            assert wide <= width, (theme, width)
+        page.add_script_tag(path=AXE)
+        rules = {"runOnly": ["color-contrast"]} if theme == "dark" else {}
+        found = page.evaluate("rules => axe.run(document, rules)", rules)
+        serious = {
+            each["id"]: [node["html"][:120] for node in each["nodes"][:3]]
+            for each in found["violations"]
+            if each["impact"] in ("serious", "critical")
+        }
+        assert serious == {}, theme

@@ -1,0 +1,118 @@
+"""The page's plots and scheme: they hold the run's and the file's own numbers, no peak is lost."""
+
+from __future__ import annotations
+
+import base64
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from crosscheck.report.plots.scheme import scheme
+from crosscheck.report.plots.signals import Level, Signals, all_signals
+from models.arm.arm import Planetary
+from models.experiment.switches import switches
+from models.loading import load_arm, load_scenario
+from models.trajectory import recorded
+from tests.arms import PAPER, arm_of
+
+TIMES, STEP_S = 4000, 1e-4
+PEAK, PEAK_AT = 731.25, 1234  # of a single record; exact in float32
+TINY = 3e-13  # a difference that float32 would lose beside the force itself
+REFERENCE, OTHER = "analytic:physical", "exudyn:tree"
+
+
+def run(model: str, force: np.ndarray) -> xr.Dataset:
+    time = STEP_S * np.arange(TIMES)
+    angles = np.stack([np.sin(3 * time), np.cos(2 * time)], axis=1)
+    signals = {"theta": angles, "F_sp": force}
+    return recorded(model, PAPER, load_scenario("pd"), switches(), time, **signals)
+
+
+@pytest.fixture
+def runs() -> dict[str, dict[str, xr.Dataset]]:
+    """One sharp peak; contact lost at 0.2 s and found on the other side at 0.21 s."""
+    force = np.full((TIMES, 2, 1), 10.0)
+    force[PEAK_AT, 0, 0] = PEAK
+    force[2000:2100], force[2100:] = 0.0, -10.0
+    return {"pd": {REFERENCE: run(REFERENCE, force), OTHER: run(OTHER, force + TINY)}}
+
+
+def numbers(level: Level, name: str) -> np.ndarray:
+    found = np.frombuffer(base64.b64decode(level.data[name]), dtype="<f4")
+    return found.reshape(level.count, 2) if level.binned else found
+
+
+def test_every_record_travels_where_there_is_room(runs):
+    (found,) = all_signals(REFERENCE, runs)
+    assert not found.whole.binned
+    expected = runs["pd"][REFERENCE]["F_sp"].values[:, 0, 0].astype("f4")
+    assert np.array_equal(numbers(found.whole, f"F_sp/1/{REFERENCE}"), expected)
+    times = found.whole.start_s + found.whole.step_s * np.arange(found.whole.count)
+    assert np.allclose(times, runs["pd"][REFERENCE]["time"], atol=1e-12)
+
+
+def test_differences_are_formed_before_they_are_rounded(runs):
+    (found,) = all_signals(REFERENCE, runs)
+    apart = numbers(found.whole, f"F_sp/1/{OTHER}")
+    assert apart[2050] == pytest.approx(TINY, rel=1e-6)
+
+
+@pytest.mark.parametrize("most", [20_000, 3_000, 200])
+def test_bins_keep_every_extreme_and_windows_every_record(runs, most):
+    (found,) = all_signals(REFERENCE, runs, most)
+    name, force = f"F_sp/1/{REFERENCE}", runs["pd"][REFERENCE]["F_sp"].values[:, 0, 0]
+    assert found.whole.binned
+    assert sum(numbers(found.whole, each).size for each in found.whole.data) <= 1.1 * most
+    bins = numbers(found.whole, name)
+    width = round(found.whole.step_s / STEP_S)
+    assert tuple(bins[PEAK_AT // width]) == (min(10.0, PEAK), PEAK)
+    assert (bins.min(), bins.max()) == (force.min(), force.max())
+    (window,) = (each for each in found.windows if each.title.startswith("largest F_sp"))
+    assert window.begin_s < PEAK_AT * STEP_S < window.end_s
+    assert window.full_rate is not None
+    assert numbers(window.full_rate, name).max() == PEAK
+    assert window.full_rate.step_s == pytest.approx(STEP_S)
+
+
+def when(found: Signals, title: str) -> float:
+    (window,) = (each for each in found.windows if each.title.startswith(title))
+    return (window.begin_s + window.end_s) / 2
+
+
+def test_windows_are_where_contact_changes(runs):
+    (found,) = all_signals(REFERENCE, runs)
+    assert when(found, "contact lost") == pytest.approx(0.2, abs=STEP_S)
+    assert when(found, "contact on the other side") == pytest.approx(0.21, abs=STEP_S)
+
+
+def test_a_page_is_shared_among_experiments(runs):
+    many = {f"e{number}": runs["pd"] for number in range(5)}
+    found = all_signals(REFERENCE, many, 20_000)
+    sizes = [numbers(s.whole, name).size for s in found for name in s.whole.data]
+    assert sum(sizes) <= 1.1 * 20_000
+    assert [s.experiment for s in found] == list(many)
+
+
+@pytest.mark.parametrize(
+    "arm", [PAPER, load_arm("direct-between"), arm_of(7)], ids=lambda a: a.name
+)
+def test_the_scheme_shows_every_part_and_lies_in_its_frame(arm):
+    svg = scheme(arm)
+    geared = [joint for joint in arm.joints if isinstance(joint, Planetary)]
+    assert svg.count('class="link"') == len(arm.links)
+    assert svg.count('class="ring"') == len(geared)
+    assert svg.count('class="planet"') == sum(joint.planet_count for joint in geared)
+    assert svg.count('class="motor"') == len(arm.joints) - len(geared)
+    width, height = map(float, re.search(r'viewBox="0 0 (\S+) (\S+)"', svg).groups())
+    for x, y, r in re.findall(r'cx="(\S+)" cy="(\S+)" r="(\S+)"', svg):
+        assert float(r) <= float(x) <= width - float(r)
+        assert float(r) <= float(y) <= height - float(r)
+
+
+def test_a_circle_of_the_scheme_has_the_gears_proportions():
+    radii = dict(re.findall(r'class="(sun|planet|ring)"[^>]* r="(\S+)"', scheme(PAPER)))
+    ratio = float(radii["sun"]) / float(radii["ring"])
+    assert ratio == pytest.approx(27 / 99, abs=0.01)  # Table I; drawn to a tenth of a pixel
+    assert float(radii["planet"]) / float(radii["ring"]) == pytest.approx(36 / 99, abs=0.01)

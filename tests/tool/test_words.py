@@ -1,0 +1,89 @@
+"""Docs, pages and help use the field's words: none that only this project would understand."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+from crosscheck.cli.app import add_installed, app
+from crosscheck.provenance import ROOT
+
+# Each with the word to use in its place (docs/project/glossary.md).
+BANNED = {
+    r"slips?": "error, erratum",
+    r"told apart|tells? apart": "distinguished",
+    r"handed over|handed|handover": "supplied",
+    r"held (?:against|to)|holds? against": "compared with",
+    r"rungs?|ladder": "level",
+    r"has no say": "excluded",
+    r"the lead": "reference model",
+    r"guests?": "plug-in",
+    r"teeth (?:part|meet or part)": "contact is lost",
+    r"play": "backlash",
+    r"suspects?": "candidate errors",
+    r"moved": "changed",
+    r"red": "failed",
+    r"on trial": "verified, audited",
+    r"yours is short of": "missing term",
+    r"means something": "acceptance limit",
+    r"by other integrators": "with another integrator",
+    r"formal order": "observed order of convergence",
+}
+TEMPLATES = ROOT / "crosscheck" / "report" / "templates"
+# What quotes the audit's pages and the trial's sentences has their words.
+QUOTING = ("audit.md", "your-own-model.md", "notebook.md")
+TEXTS = [
+    path
+    for path in (
+        ROOT / "README.md",
+        ROOT / "CONTRIBUTING.md",
+        ROOT / "CHANGELOG.md",
+        *sorted((ROOT / "docs").rglob("*.md")),
+        *sorted(TEMPLATES.glob("*.j2")),
+    )
+    if path.name not in QUOTING and path.parent.name != "generated"
+]
+
+
+def unclear(text: str) -> list[str]:
+    """Each banned word in a text, as it stands there."""
+    words = "|".join(BANNED)
+    return re.findall(rf"(?<![\w.\-])(?:{words})(?![\w\-])", text, flags=re.I)
+
+
+def read(path: Path) -> str:
+    """Words for readers: no code, no expressions of templates."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".j2":
+        return re.sub(r"{[%{].*?[%}]}|<style.*?</style>|<[^>]*>", " ", text, flags=re.S)
+    return re.sub(r"```.*?```|`[^`\n]*`", " ", text, flags=re.S)
+
+
+@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
+def test_a_page_has_no_private_words(path: Path):
+    assert unclear(read(path)) == []
+
+
+def helps(command: Any, name: str) -> dict[str, str]:
+    """Of every command and option below."""
+    found = {name: str(command.help or "")}
+    for each in command.params:
+        found[f"{name} {each.name}"] = str(getattr(each, "help", "") or "")
+    for own, below in getattr(command, "commands", {}).items():
+        found |= helps(below, f"{name} {own}")
+    return found
+
+
+def test_help_has_no_private_words():
+    add_installed()
+    told = helps(typer.main.get_command(app), "crosscheck")
+    assert {name: unclear(text) for name, text in told.items() if unclear(text)} == {}
+
+
+def test_a_banned_word_is_seen():
+    assert unclear("A slip, told apart; the Red one. `slip`ped, inred, colour-red") != []
+    assert unclear("replay, display, slippery, hundred, reduction, play-back") == []

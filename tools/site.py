@@ -1,0 +1,155 @@
+"""Pages of the docs site that the program itself answers: `make docs` writes docs/generated."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, get_args
+
+import typer
+
+from crosscheck.cli.app import add_installed, app
+from crosscheck.output import write_files
+from crosscheck.provenance import ROOT
+from crosscheck.registry import BUILT_IN
+from models.experiment.switches import Switches
+from models.trajectory import VARIABLES, meaning_of, unit_of
+
+
+def write_pages(folder: Path) -> None:
+    """All of them. Raises InputError."""
+    pages = {
+        "commands": commands(),
+        "models": models(),
+        "output-files": output_files(),
+        "notebook": notebook(ROOT / "docs" / "notebooks" / "your-own-model.ipynb"),
+    }
+    write_files({folder / f"{name}.md": text for name, text in pages.items()})
+
+
+def commands() -> str:
+    """Every command with its arguments and options, as the program has them."""
+    add_installed()
+    found: list[str] = ["# Commands and options\n"]
+    for name, command in sorted(_leaves(typer.main.get_command(app), "crosscheck")):
+        found.append(f"## {name}\n\n{inspect.cleandoc(command.help or '')}\n")
+        rows = [
+            [f"`{_spelled(each)}`", getattr(each, "help", None) or "", _default(each)]
+            for each in command.params
+            if each.name != "help"
+        ]
+        if rows:
+            found.append(_table(["argument or option", "meaning", "default"], rows))
+    return "\n".join(found)
+
+
+def _leaves(command: Any, name: str) -> Iterator[tuple[str, Any]]:
+    below = getattr(command, "commands", None)
+    if below is None:
+        yield name, command
+        return
+    for own, each in below.items():
+        yield from _leaves(each, f"{name} {own}")
+
+
+def _spelled(parameter: Any) -> str:
+    if parameter.param_type_name == "argument":
+        return str(parameter.metavar or parameter.name.upper())
+    return ", ".join(parameter.opts)
+
+
+def _default(parameter: Any) -> str:
+    value = parameter.default
+    if parameter.required:
+        return "required"
+    return "" if value is None or value is False or callable(value) else f"`{value}`"
+
+
+def models() -> str:
+    """The built-in models and the switches of the gear model."""
+    rows = [
+        [f"`{name}`", entry.role, entry.title, ", ".join(sorted(entry.promises))]
+        for name, entry in BUILT_IN.items()
+    ]
+    switches = [
+        [f"`{name}`", ", ".join(f"`{each}`" for each in get_args(field.annotation))]
+        for name, field in Switches.model_fields.items()
+    ]
+    return "\n".join(
+        [
+            "# Models and switches\n",
+            "A `geared` model must agree with every other geared one; a `form` is the paper's and",
+            "is measured against them; a `rigid` one has no gears.\n",
+            _table(["model", "role", "what it is", "abilities"], rows),
+            "## Switches\n",
+            _table(["switch", "values"], switches),
+            inspect.cleandoc(Switches.__doc__ or "").replace("``", "`"),
+            "",
+        ]
+    )
+
+
+def output_files() -> str:
+    """Variables of a trajectory and fields of the JSON files."""
+    rows = [[f"`{name}`", unit_of(name), meaning_of(name)] for name in VARIABLES]
+    found = [
+        "# Output files\n",
+        "## Trajectory: NetCDF of `crosscheck simulate`\n",
+        "Over `time` [s] and `joint`; mesh variables over `planet`, too. Attributes: model, step,",
+        "arm, scenario, switches, versions, command. `xarray.open_dataset(file)` reads it.\n",
+        _table(["variable", "unit", "meaning"], rows),
+    ]
+    for name, title in (
+        ("agreement", "agreement.json of `crosscheck run` and `validate --json`"),
+        ("trial", "JSON of `crosscheck trial --json`"),
+    ):
+        file = ROOT / "crosscheck" / "schema" / f"{name}.schema.json"
+        fields = _fields(json.loads(file.read_text(encoding="utf-8")), "")
+        found += [f"## {title}\n", _table(["field", "type", "meaning"], fields)]
+    return "\n".join(found)
+
+
+def _fields(schema: dict[str, Any], path: str, root: dict[str, Any] | None = None) -> Any:
+    """A row for each field, those inside of lists and objects behind theirs."""
+    root = root or schema
+    for name, field in schema.get("properties", {}).items():
+        own, about = f"{path}{name}", field
+        while "items" in about or "$ref" in about:
+            if "items" in about:
+                about, own = about["items"], f"{own}[]"
+            else:
+                about = root["$defs"][about["$ref"].rpartition("/")[2]] | {
+                    key: value for key, value in about.items() if key != "$ref"
+                }
+        kinds = about.get("enum") or about.get("type") or about.get("const", "")
+        listed = kinds if isinstance(kinds, list) else [kinds]
+        words = field.get("description") or about.get("description", "")
+        yield [f"`{own}`", ", ".join(map(str, listed)), words]
+        yield from _fields(about, f"{own}.", root)
+
+
+def notebook(file: Path) -> str:
+    """A notebook as it is stored, which the test suite holds to what its cells print."""
+    found = []
+    for cell in json.loads(file.read_text(encoding="utf-8"))["cells"]:
+        source = "".join(cell["source"])
+        if cell["cell_type"] == "markdown":
+            found.append(source)
+            continue
+        found.append(f"```python\n{source}\n```")
+        said = "".join("".join(each.get("text", "")) for each in cell["outputs"])
+        if said:
+            found.append(f"```text\n{said.rstrip()}\n```")
+    return "\n\n".join(found) + "\n"
+
+
+def _table(head: list[str], rows: Any) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    shown = ["| " + " | ".join(_cell(each) for each in line) + " |" for line in lines]
+    return "\n".join(shown) + "\n"
+
+
+def _cell(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|")
