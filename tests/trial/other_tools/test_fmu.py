@@ -96,7 +96,7 @@ def test_entry_of_a_wrong_model_is_named(tmp_path):
     entries = {named(wrong.place, trial.bench.frame.names) for wrong in inertia}
     assert entries == {"M[theta_1, theta_2]", "M[theta_2, theta_1]"}
     told = {
-        slip.right for wrong in inertia if wrong.explanation for slip in wrong.explanation.slips
+        error.right for wrong in inertia if wrong.explanation for error in wrong.explanation.errors
     }
     assert trial.level == "links"
     assert told == {"L2"}
