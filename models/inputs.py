@@ -8,6 +8,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from models.errors import InputError
+
 _inputs: set[str] = set()
 
 
@@ -24,6 +26,16 @@ def content_of(path: Path, largest: int, remembered: bool = True) -> bytes:
     if remembered:
         remember(path)
     return content
+
+
+def input_content(path: Path, largest: int) -> bytes:
+    """What an input holds, of at most so many bytes. Raises InputError for what cannot be read."""
+    try:
+        return content_of(path, largest)
+    except OSError as error:
+        raise InputError(str(path), "", None, f"cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(str(path), "", None, f"cannot be read: {error}") from None
 
 
 def size_of(path: Path) -> int:

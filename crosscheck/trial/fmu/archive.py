@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
 from models.errors import InputError
-from models.inputs import content_of
+from models.inputs import input_content
 
 LARGEST_FILE = 200_000_000  # bytes
 MOST_BYTES, MOST_FILES = 500_000_000, 10_000  # unpacked
@@ -31,12 +31,7 @@ def unpacked(path: Path, folder: Path) -> None:
     nothing is unpacked then.
     """
     where = str(path)
-    try:
-        content = content_of(path, LARGEST_FILE)
-    except OSError as error:
-        raise InputError(where, "", None, f"cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(where, "", None, f"cannot be read: {error}") from None
+    content = input_content(path, LARGEST_FILE)
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             entries = archive.infolist()

@@ -21,7 +21,7 @@ from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.tables.asked import ARGUMENTS
 from crosscheck.trial.tables.columns import LETTERS, NEEDED, ROW, SHORT, answer_columns
 from models.errors import InputError
-from models.inputs import content_of
+from models.inputs import input_content
 
 LARGEST_FILE = 500_000_000  # bytes
 MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself
@@ -52,12 +52,7 @@ def read_answers(path: Path, n: int, states: Named) -> AnswerFile:
     Raises InputError naming file, row and column.
     """
     where = str(path)
-    try:
-        content = content_of(path, LARGEST_FILE)
-    except OSError as error:
-        raise InputError(where, "", None, f"cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(where, "", None, f"cannot be read: {error}") from None
+    content = input_content(path, LARGEST_FILE)
     read = _from_mat if path.suffix == MAT else _from_csv
     found = read(where, content, n, states)
     rows, answers = found.pop(ROW), {part: found.pop(part) for part in SHORT if part in found}
