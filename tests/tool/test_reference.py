@@ -72,6 +72,7 @@ def test_the_unit_ends_the_name(record):
         assert field.name.endswith("_".join(unit.split())), field.name
 
 
+GENERATED = DOCS.parent.resolve() / "generated"
 PAGES = [*DOCS.parent.rglob("*.md"), *DOCS.parents[1].glob("*.md")]
 
 
@@ -81,7 +82,9 @@ def test_links_lead_somewhere(path: Path):
         where, _, anchor = target.partition("#")
         if where.startswith("https://"):
             continue
-        there = path.parent / where if where else path
+        there = (path.parent / where).resolve() if where else path
+        if there.is_relative_to(GENERATED):
+            continue  # written by `make docs`, which fails on a link that leads nowhere
         assert there.exists(), target
         assert not anchor or anchor in anchors(there), target
 
