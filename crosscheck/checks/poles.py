@@ -16,9 +16,9 @@ from models.arm.stiffness import SineStiffness, StiffnessLaw
 TOLERANCE, SAFETY = 1e-7, 3.0
 MEANINGFUL = 1e-5  # what no slip of a formula is below
 # Of a step by poles: the method's polynomial, how far it may be from zero in units of the fastest
-# pole, and how closely it is looked for; what is left of a pole on the imaginary axis.
+# pole, and how closely it is looked for.
 STABILITY = np.array([1 / 24, 1 / 6, 1 / 2, 1.0, 1.0])
-REACH, STEPS, ROUNDING, OTHER_POSES = 3.0, 2000, 1e-9, 1.5
+REACH, STEPS, OTHER_POSES = 3.0, 2000, 1.5
 SLOW = 1e-3  # of the fastest pole: slower ones are known to that share of its rounding
 BASIS = "1e-7: differences over 1e-4 rad leave 2e-9 of a weight's slope, roundings 1e-9 of a mesh's"
 
@@ -75,11 +75,13 @@ def step_follows(about: About, limit_s: float, mass: np.ndarray, slopes: np.ndar
 
 
 def _runge_kutta_step(poles: np.ndarray) -> float:
-    """The first step [s] at which a motion that decays grows by 1 + z + ... + z^4 / 24, z = h p."""
-    decaying = poles[poles.real < ROUNDING * np.abs(poles).max()]
-    steps = np.linspace(0.0, REACH / np.abs(poles).max(), STEPS)[1:]
-    growth = np.abs(np.polyval(STABILITY, np.outer(steps, decaying)))
-    grows = (growth > 1 + 1e-6).any(axis=1)
+    """The first step [s] at which |1 + z + ... + z^4 / 24| > 1, z = h p, of any mode.
+
+    The method must follow a growing mode's frequency too, so its growth alone is left out.
+    """
+    own = np.minimum(poles.real, 0.0) + 1j * poles.imag
+    steps = np.linspace(0.0, REACH / np.abs(own).max(), STEPS)[1:]
+    grows = (np.abs(np.polyval(STABILITY, np.outer(steps, own))) > 1 + 1e-6).any(axis=1)
     return float(steps[np.argmax(grows)]) if grows.any() else float(steps[-1])
 
 

@@ -21,5 +21,16 @@ def test_an_overdamped_mode_is_limited_on_the_real_axis():
     assert runge_kutta_limit(np.array([-2e4, -1.0])) == pytest.approx(REAL / 2e4, rel=2e-3)
 
 
-def test_a_mode_that_grows_limits_no_step():
+@pytest.mark.parametrize("growth", [1e-8, 1e-5, 1e-2])
+def test_a_fast_mode_that_grows_slowly_is_followed(growth):
+    fast = 1e5 * (growth + 1j)
+    poles = np.array([fast, fast.conjugate(), -10.0])
+    limit = runge_kutta_limit(poles)
+    assert limit == pytest.approx(IMAGINARY / 1e5, rel=2e-3)
+    z = 0.9 * limit * fast
+    grown = abs(1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24)
+    assert grown <= abs(np.exp(z)) * (1 + 5 * growth)
+
+
+def test_a_mode_that_grows_without_turning_limits_no_step():
     assert runge_kutta_limit(np.array([50.0, -10.0])) == pytest.approx(REAL / 10, rel=2e-3)
