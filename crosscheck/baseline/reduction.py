@@ -195,8 +195,10 @@ def bounds_of(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
     runs, case = datasets(result), result.cases[key]
     run, coarse = runs[key], runs.get(replace(key, variant=COARSER[key.variant]))
     pair = _pair(key.experiment, runs)
-    # A coarser run at the same step is one whose integrator chooses its own.
-    own_steps = coarse is not None and coarse.attrs["step_s"] == run.attrs["step_s"]
+    # A coarser run at the same step is one whose integrator chooses its own, as references do.
+    own_steps = key.variant == "reference" or (
+        coarse is not None and coarse.attrs["step_s"] == run.attrs["step_s"]
+    )
     bounds = {}
     for quantity in (name for name in (*SAMPLED, *EXTREMES) if name in run):
         measured = _measured(refinement, run, coarse, quantity)
@@ -234,7 +236,10 @@ def _measured(
 
 
 def _adaptive(floor: Limit, measured: float | None) -> Limit:
-    if measured is None or measured <= floor.value:
+    """Rounding differs between processors (SciPy's sums are BLAS's) and may choose other steps."""
+    if measured is None:
+        return Limit(math.inf, "the integrator chooses its own steps, and no second run was made")
+    if measured <= floor.value:
         return floor._replace(basis="numerical uncertainty is less; no run is held to more digits")
     basis = "numerical uncertainty by a coarser tolerance: the integrator chooses its own steps"
     return Limit(measured, basis)
@@ -253,8 +258,10 @@ def _repeated(pair: Pair | None, run: xr.Dataset, quantity: str) -> Limit:
 
 def _meaningful(limit: Limit, widest: Limit, uncertainty: float | None) -> Bound:
     if not limit.value <= widest.value:
-        reason = f"not compared: {limit.basis}, {limit.value:.2g}; {widest.value:.2g} at most"
-        return Bound(None, f"{reason}, {widest.basis}", uncertainty, _short(widest.value))
+        reason = f"not compared: {limit.basis}"
+        if math.isfinite(limit.value):
+            reason += f", {limit.value:.2g}; {widest.value:.2g} at most, {widest.basis}"
+        return Bound(None, reason, uncertainty, _short(widest.value))
     return Bound(_short(limit.value), limit.basis, uncertainty, _short(widest.value))
 
 
@@ -302,6 +309,9 @@ def _measurement_bound(finding: Finding, bounds: Bounds, arm: Arm) -> Bound:
     sides = [bounds.get(RunKey(key.case, model), {}) for model in (key.left, key.right)]
     own = [side[quantity].tolerance for side in sides if quantity in side]
     if len(own) < 2:
+        reference = bounds.get(RunKey(key.case, key.left, "reference"), {})
+        if reference and all(bound.tolerance is None for bound in reference.values()):
+            return Bound(None, "not compared: neither is the run that it measures")
         return _unknown(finding)
     known = [value for value in own if value is not None]
     if len(known) < 2:

@@ -260,6 +260,16 @@ def test_without_a_meaningful_tolerance_nothing_is_compared(result: CrossCheck) 
     assert sampled["theta"].tolerance is not None
 
 
+def test_an_adaptive_run_without_a_second_one_is_not_compared(result: CrossCheck) -> None:
+    """Its steps hang on roundings of BLAS, which are other ones on other processors."""
+    adaptive = replace(ANALYTIC, variant="reference")
+    second = replace(ANALYTIC, variant="reference-coarse")
+    alone = with_run(result, second, Failure("Diverged", "at t = 0.01 s"))
+    sampled = baseline_of(alone).runs[str(adaptive)].sampled
+    assert {table.tolerance for table in sampled.values()} == {None}
+    assert sampled["theta"].basis.startswith("not compared: the integrator chooses its own steps")
+
+
 @pytest.mark.parametrize(("times", "red"), [(50.0, False), (200.0, True)])
 def test_a_tolerance_is_as_wide_as_is_granted_today(
     result: CrossCheck, recorded: Path, times: float, red: bool
@@ -376,8 +386,10 @@ def test_the_projects_own_records_fit(name: str) -> None:
     baseline = read_baseline(path, quick(arm), RENEW)
     assert path.stat().st_size < 400_000
     assert baseline.provenance.arm_sha256 == arm_digest(arm)
-    for run in baseline.runs.values():
+    for key, run in baseline.runs.items():
         for quantity, record in run.tables.items():
             assert record.basis
-            assert record.tolerance is not None
-            assert record.tolerance <= record.widest, quantity
+            if record.tolerance is None:
+                assert (key.split("-")[0], key.split("/")[-1]) == ("energy", "reference")
+            else:
+                assert record.tolerance <= record.widest, quantity
