@@ -12,7 +12,7 @@ from analytic.derivation.bodies import all_bodies
 from analytic.derivation.chain import exact_chain
 from analytic.derivation.gears import Gears, gears
 from analytic.derivation.rigid import rigid_bodies
-from analytic.derivation.terms import Terms, chain_terms
+from analytic.derivation.terms import Terms, chain_terms, inverse_dynamics
 from analytic.ensemble import alone, trajectories
 from analytic.kernel.batch import Records
 from analytic.kernel.equations import Equations, LinkEquations, TermEquations
@@ -268,6 +268,10 @@ class RigidModel(AnalyticModel):
     def links(self) -> Links:  # type: ignore[override]
         """Of the level's bodies."""
         return links_of(self.arm, self.layout, self.level)
+
+    def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """Torques [N m] on the output side that give accelerations a at q, v: (states, joints)."""
+        return inverse_dynamics(self.terms, q, v, a)
 
 
 class RigidLinks(RigidModel):

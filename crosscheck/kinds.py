@@ -54,12 +54,20 @@ SHEET = Kind("an errata sheet", b"# Errata sheet\n", ())
 TRAJECTORY = Kind("a trajectory", HDF5, (b"theta_dot", b"switches", b"step_s", b"joint number"))
 C_FILE = Kind("an exported C file", b"/* Equations of motion of ", (b" */\n#include <math.h>",))
 FMU_FILE = Kind("an exported FMU", b"PK\x03\x04", (b'generationTool="crosscheck export"',))
+MEASURED = Kind(
+    "a comparison with a record",
+    b'{\n "schema_version": ',
+    (b'\n "knot_spacing_s": ', b'\n "parameters_alone": ['),
+)
+MEASURED_PAGE = Kind(
+    "a comparison's page", b"<!doctype html>", (b"<title>Recording compared with ",)
+)
 PICTURE = Kind("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))
 
 
 KINDS = (
     *(AGREEMENT, TRIAL, RECORD, ERRATA, CLAIMS, JUNIT, PAGE, TRIAL_PAGE, PAPER_PAGE, SHEET),
-    *(VIEW, TRAJECTORY, C_FILE, FMU_FILE, PICTURE),
+    *(VIEW, TRAJECTORY, C_FILE, FMU_FILE, PICTURE, MEASURED, MEASURED_PAGE),
 )
 
 

@@ -65,6 +65,22 @@ class Model(ABC):
         """q'' at time t [s], shape (n,)."""
         raise CannotDo(f"{self.name} has no acceleration")
 
+    def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """Torques [N m] of a rigid arm's joints beside the drive's, shape (states, joints).
+
+        By angles, rates and accelerations, each (states, joints), at t = 0: with a drive of zero
+        torque, what motors on the output side must give.
+        """
+        states = zip(q, v, a, strict=True)
+        return np.array(
+            [
+                self.mass_matrix(at) @ own
+                + self.bias(at, rate)
+                - self.generalized_force(0.0, at, rate)
+                for at, rate, own in states
+            ]
+        )
+
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """(q, v) of the scenario's start, each of shape (n,)."""
         raise CannotDo(f"{self.name} has no start")

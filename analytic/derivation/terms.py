@@ -55,6 +55,21 @@ def mass_matrices(terms: Terms, q: np.ndarray) -> np.ndarray:
     return matrices.reshape(*q.shape[:-1], n, n)
 
 
+def inverse_dynamics(terms: Terms, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """M(q) a + C(q, v) v - friction - weight (states, n) of a rigid arm; all (states, n)."""
+    angles = q @ terms.waves.T
+    cosines, sines = np.cos(angles), np.sin(angles)
+    found = np.zeros_like(q)
+    for (row, column, wave), coeff in zip(terms.mass, terms.mass_coeff, strict=True):
+        found[:, row] += coeff * cosines[:, wave] * a[:, column]
+    for (row, wave, one, other), coeff in zip(terms.bias, terms.bias_coeff, strict=True):
+        found[:, row] += coeff * sines[:, wave] * v[:, one] * v[:, other]
+    for (row, wave), (cosine, sine) in zip(terms.weight, terms.weight_coeff, strict=True):
+        found[:, row] -= cosine * cosines[:, wave] + sine * sines[:, wave]
+    found[:, terms.theta] += terms.friction * v[:, terms.theta]
+    return found
+
+
 class Waves:
     """Numbers the distinct angle sums w . q; sign is the caller's business."""
 

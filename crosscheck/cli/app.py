@@ -266,6 +266,36 @@ def trial(
 
 
 @app.command()
+def compare(
+    record: Annotated[
+        Path, typer.Argument(metavar="RECORD", help="CSV, MAT, HDF5 or NetCDF file of a motion.")
+    ],
+    arm: ArmName = "paper-labelled",
+    scenario: Annotated[
+        str | None, typer.Option(help="Torques by the drive of this, a name or file.")
+    ] = None,
+    settings: Settings = None,
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PATH=SHARE",
+            help="Standard uncertainty of a number of the arm, arm.payload_mass_kg=0.01 for 1 %.",
+        ),
+    ] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the page, compare.html.")] = None,
+) -> None:
+    """Compare a recorded motion with an arm's rigid models, within the record's noise."""
+    # Many small matrices: threads of the linear algebra cost more than they save.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from crosscheck.cli.compare import compare_command
+
+    scenarios = [scenario] if scenario is not None else []
+    code = compare_command(record, arm, scenarios, settings or [], tolerance or [], json_file, out)
+    raise typer.Exit(code)
+
+
+@app.command()
 def export(
     arm: ArmName,
     model: Annotated[str, typer.Option(help="An analytic one, see `crosscheck list`.")],

@@ -85,6 +85,12 @@ class PinocchioLinks(Model):
         """theta'' [rad/s^2] at time t [s], shape (n,), by the articulated body algorithm."""
         return np.array(pin.aba(self._tree, self._data, q, v, self._joint_torques(t, q, v)))
 
+    def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """Torques [N m] of the joints, friction overcome, (states, joints), by Newton and Euler."""
+        tree, data, solve = self._tree, self._data, pin.rnea
+        torques = [solve(tree, data, *state) for state in zip(q, v, a, strict=True)]
+        return np.array(torques).reshape(q.shape) + self._friction * v
+
     def driving_torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Output-side torques [N m] of the motors at time t [s], shape (n,)."""
         law, gains, table_time, table_torque = self._drive

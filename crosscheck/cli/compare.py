@@ -1,0 +1,63 @@
+"""`crosscheck compare`: a recorded motion and the rigid levels of an arm."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from crosscheck.kinds import MEASURED, MEASURED_PAGE
+from crosscheck.measured.compare import compare
+from crosscheck.measured.output import comparison_json, comparison_page, lines
+from crosscheck.measured.record import read_record
+from crosscheck.output import require_files, require_writable, write_files
+from crosscheck.report.words import printable
+from crosscheck.runner.progress import progress_bar
+from models.errors import InputError
+from models.loading import load_chosen
+
+PAGE = "compare.html"
+
+
+def compare_command(
+    record: Path,
+    arm: str,
+    scenarios: list[str],
+    settings: list[str],
+    stated: list[str],
+    json_file: Path | None,
+    out: Path | None,
+) -> int:
+    """The exit code: 0 if the likeliest level leaves noise alone, else 1. Raises InputError."""
+    chosen = load_chosen(arm, scenarios, settings)
+    tolerances = dict(_tolerance(text) for text in stated)
+    page = None if out is None else out / PAGE
+    if out is not None:
+        require_writable(out)
+    require_files((json_file, MEASURED), (page, MEASURED_PAGE))
+    own = read_record(record, len(chosen.arm.joints))
+    scenario = chosen.scenarios[0] if chosen.scenarios else None
+    with progress_bar() as told:
+        found = compare(own, chosen.arm, scenario, tolerances, told)
+    files: dict[Path, str | bytes] = {}
+    if json_file is not None:
+        files[json_file] = comparison_json(found)
+    if page is not None:
+        files[page] = comparison_page(found)
+    write_files(files)
+    for line in lines(found):
+        print(printable(line))
+    for path in files:
+        print(f"wrote {printable(str(path))}")
+    return 0 if found.explained else 1
+
+
+def _tolerance(text: str) -> tuple[str, float]:
+    """A path and a relative standard uncertainty. Raises InputError."""
+    path, _, number = text.partition("=")
+    try:
+        share = float(number)
+    except ValueError:
+        share = -1.0
+    if not 0 < share < 1:
+        allowed = "must be PATH=SHARE with a share between 0 and 1, such as 0.01 for 1 %"
+        raise InputError("--tolerance", path, number or None, allowed)
+    return path, share

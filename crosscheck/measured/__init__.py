@@ -1,0 +1,1 @@
+"""A recorded motion compared with models of the arm: which explains it, and within what noise."""

@@ -1,0 +1,209 @@
+"""A comparison with a record as lines for the terminal, as JSON and as a page."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterator
+
+import numpy as np
+
+from crosscheck import __version__
+from crosscheck.measured.compare import Comparison
+from crosscheck.measured.parameters import NORMAL, Estimate
+from crosscheck.registry import LEVELS
+
+SCHEMA_VERSION = 1
+MOST_PARAMETERS = 6  # of those alone, in the terminal
+
+
+def first_lines(found: Comparison) -> Iterator[str]:
+    """The answers: which level, whether within the noise, what the record asks for, how long."""
+    best, share = found.best, found.own_chi2 / found.own_freedom
+    left = f"chi squared is {share:.3g} per degree of freedom"
+    if found.decided:
+        nearest = _ratio(min(level.ratio for level in found.levels[1:]))
+        yield f"level: {best.name} leaves noise alone ({left}), {nearest} as likely as the next"
+    elif found.explained:
+        names = " and ".join(found.candidates)
+        yield f"level: undecided between {names}, which all leave noise alone ({left})"
+    else:
+        yield f"level: none leaves noise alone; {best.name} is the nearest ({left})"
+    if found.explained:
+        yield "parameters: the record asks for none to change"
+    for repair in found.repairs:
+        yield f"explained by {repair.level} with {_told(repair.estimate)}"
+    if not found.explained and not found.repairs:
+        yield f"parameters: no single one explains it; most does {_told(found.single[0])}"
+    if found.windows:
+        stays = np.median([window.stays_s for window in found.windows])
+        long = np.median([window.time[-1] - window.time[0] for window in found.windows])
+        inside = np.mean([window.within for window in found.windows])
+        yield (
+            f"runs: {len(found.windows)} from the record's states stay within 3 u_val for"
+            f" {stays:.3g} s of {long:.3g} s (median); |E| is at most 2 u_val at"
+            f" {100 * inside:.0f} % of the rows"
+        )
+
+
+def lines(found: Comparison) -> Iterator[str]:
+    """The first lines, then every level, joint and parameter."""
+    yield from first_lines(found)
+    yield ""
+    knots = f"angles smoothed with a knot every {found.spacing_s:.3g} s"
+    yield f"torques from {found.torques_from}; {knots}"
+    for joint, (angle, torque) in enumerate(
+        zip(found.angle_noise, found.torque_noise, strict=True), 1
+    ):
+        yield f"noise of joint {joint}: {angle:.2g} rad and {torque:.2g} N m a sample"
+    for level in found.levels:
+        left = ", ".join(f"{value:.3g}" for value in level.fit.left)
+        noise = ", ".join(f"{value:.3g}" for value in level.fit.noise)
+        share = level.fit.chi2 / level.fit.freedom
+        yield (
+            f"{level.name}: {LEVELS[level.name]}; chi squared {share:.4g} per degree of freedom;"
+            f" residual {left} N m rms, {noise} by noise"
+        )
+    for engine in found.engines:
+        yield f"{engine.name}: torques as analytic to {engine.apart:.1e} at {engine.rows:,} rows"
+    for each in found.single[:MOST_PARAMETERS]:
+        yield f"alone: {_told(each)}"
+
+
+def _told(each: Estimate) -> str:
+    parameter = each.parameter
+    return (
+        f"{parameter.path} = {each.value:.6g} +- {each.half_width:.2g} (95 %), in the file"
+        f" {parameter.value:.6g}; chi squared falls by {each.better:.3g}"
+    )
+
+
+def _ratio(value: float) -> str:
+    return f"{value:.2g} times" if value < 1e12 else "over 1e12 times"
+
+
+def comparison_json(found: Comparison) -> str:
+    """Everything, with units in the names."""
+    data = {
+        "schema_version": SCHEMA_VERSION,
+        "record": found.record.where,
+        "arm": found.arm.name,
+        "program": f"geararm-crosscheck {__version__}",
+        "torques_from": found.torques_from,
+        "rows": int(found.record.time.size),
+        "knot_spacing_s": found.spacing_s,
+        "angle_noise_rad": found.angle_noise.tolist(),
+        "torque_noise_N_m": found.torque_noise.tolist(),
+        "decided": found.decided,
+        "explained": found.explained,
+        "candidates": list(found.candidates),
+        "own_chi2": found.own_chi2,
+        "own_degrees_of_freedom": found.own_freedom,
+        "levels": [
+            {
+                "level": level.name,
+                "chi2": level.fit.chi2,
+                "degrees_of_freedom": level.fit.freedom,
+                "likelihood_ratio_of_the_best": level.ratio,
+                "residual_rms_N_m": level.fit.left.tolist(),
+                "of_noise_rms_N_m": level.fit.noise.tolist(),
+            }
+            for level in found.levels
+        ],
+        "engines": [
+            {"model": each.name, "relative_difference": each.apart, "rows": each.rows}
+            for each in found.engines
+        ],
+        "parameters_alone": [_estimate(each) for each in found.single],
+        "parameters_together": [_estimate(each) for each in found.base],
+        "condition_number": found.condition,
+        "explained_by": [
+            {"level": each.level, **_estimate(each.estimate)} for each in found.repairs
+        ],
+        "tolerances": dict(found.tolerances),
+        "windows": [
+            {
+                "from_s": float(window.time[0]),
+                "to_s": float(window.time[-1]),
+                "stays_s": window.stays_s,
+                "within_2_u_val": window.within,
+                "last_E_rad": window.error[-1].tolist(),
+                "last_u_num_rad": window.numerical[-1].tolist(),
+                "last_u_input_rad": window.inputs[-1].tolist(),
+                "last_u_D_rad": window.data[-1].tolist(),
+                "last_u_val_rad": window.validation[-1].tolist(),
+            }
+            for window in found.windows
+        ],
+    }
+    return json.dumps(data, indent=1) + "\n"
+
+
+def _estimate(each: Estimate) -> dict[str, object]:
+    return {
+        "path": each.parameter.path,
+        "in_the_file": each.parameter.value,
+        "estimate": each.value,
+        "half_of_95_percent_interval": each.half_width,
+        "standard_uncertainty": each.half_width / NORMAL,
+        "chi2_falls_by": each.better,
+        "holds": dict(each.holds),
+    }
+
+
+def comparison_page(found: Comparison) -> str:
+    """HTML text, figures inlined."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
+    )
+    return environment.get_template("measured.html.j2").render(
+        found=found,
+        answers=list(first_lines(found)),
+        levels=LEVELS,
+        residual=_residual_drawing(found),
+        runs=_runs_drawing(found),
+    )
+
+
+def _residual_drawing(found: Comparison) -> str:
+    from matplotlib.figure import Figure
+
+    joints = found.shown.residual.shape[1]
+    figure = Figure(figsize=(9, 2.2 * joints), layout="constrained")
+    rows = figure.subplots(joints, 1, sharex=True, squeeze=False)[:, 0]
+    for joint, axes in enumerate(rows):
+        noise = float(found.best.fit.noise[joint])
+        axes.axhspan(-2 * noise, 2 * noise, color="0.85", label="2 standard deviations of noise")
+        axes.plot(found.shown.time, found.shown.residual[:, joint], lw=0.7, label="residual")
+        axes.set_ylabel(f"joint {joint + 1} [N m]")
+    rows[0].legend(loc="upper right", fontsize="small")
+    rows[-1].set_xlabel("time [s]")
+    return _svg(figure)
+
+
+def _runs_drawing(found: Comparison) -> str:
+    from matplotlib.figure import Figure
+
+    joints = found.shown.residual.shape[1]
+    figure = Figure(figsize=(9, 2.2 * joints), layout="constrained")
+    rows = figure.subplots(joints, 1, sharex=True, squeeze=False)[:, 0]
+    for joint, axes in enumerate(rows):
+        for number, window in enumerate(found.windows):
+            bound = 2 * window.validation[:, joint]
+            label = ("2 u_val", "E") if number == 0 else (None, None)
+            axes.fill_between(window.time, -bound, bound, color="0.85", label=label[0])
+            axes.plot(window.time, window.error[:, joint], "C1", lw=0.9, label=label[1])
+        axes.set_ylabel(f"joint {joint + 1} [rad]")
+    if found.windows:
+        rows[0].legend(loc="upper right", fontsize="small")
+    rows[-1].set_xlabel("time [s]")
+    return _svg(figure)
+
+
+def _svg(figure: object) -> str:
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None})  # type: ignore[attr-defined]
+    drawing = text.getvalue()
+    return drawing[drawing.index("<svg") :]

@@ -1,0 +1,125 @@
+"""Numbers of an arm file that a record asks for: those on which the torques depend linearly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from crosscheck.measured.residual import Normal
+from models.arm.arm import Arm
+from models.loading import validated
+
+ENDINGS = ("mass_kg", "inertia_kg_m2", "density_kg_per_m3", "friction_N_m_s_per_rad")
+STEP = 2.0**-10  # relative; of a number that is zero, its own unit
+NORMAL = 1.96  # of a 95 % interval
+# Of a column, what the others leave of its square: less is no information but rounding.
+LEAST_APART = 1e-8
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of the arm file by its path, as in `--set`, and its value there."""
+
+    path: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a record asks a parameter to be, with half its 95 % interval.
+
+    better: by how much chi squared falls. holds: other parameters by how much of each is in it,
+    for the record cannot tell them apart.
+    """
+
+    parameter: Parameter
+    value: float
+    half_width: float
+    better: float
+    holds: tuple[tuple[str, float], ...] = ()
+
+
+def parameters(arm: Arm) -> list[Parameter]:
+    """Those that an arm has."""
+    return list(_walked(arm.model_dump(), "arm"))
+
+
+def _walked(data: Any, path: str) -> Iterator[Parameter]:
+    if isinstance(data, Mapping):
+        for name, value in data.items():
+            if isinstance(value, float) and name.endswith(ENDINGS):
+                yield Parameter(f"{path}.{name}", value)
+            else:
+                yield from _walked(value, f"{path}.{name}")
+    elif isinstance(data, list | tuple):
+        for number, value in enumerate(data):
+            yield from _walked(value, f"{path}.{number}")
+
+
+def increased(arm: Arm, parameter: Parameter) -> tuple[Arm, float]:
+    """The arm with a little more of a parameter, and how much that is."""
+    step = STEP * parameter.value or STEP
+    return changed(arm, {parameter.path: parameter.value + step}), step
+
+
+def changed(arm: Arm, values: Mapping[str, float]) -> Arm:
+    """The arm with other values of its parameters, by path. Raises InputError."""
+    data = arm.model_dump()
+    for path, value in values.items():
+        place: Any = data
+        *above, name = path.split(".")[1:]
+        for key in above:
+            place = place[int(key)] if key.isdigit() else place[key]
+        place[name] = value
+    return validated(Arm, data, arm.name)
+
+
+def alone(found: Normal, among: Sequence[Parameter]) -> list[Estimate]:
+    """Each parameter as if it alone were wrong, the one that explains most first."""
+    estimates = []
+    for parameter, square, right in zip(among, np.diag(found.matrix), found.right, strict=True):
+        if square > 0:
+            better = float(right**2 / square)
+            half = NORMAL * found.scatter(better) / np.sqrt(square)
+            value = parameter.value + right / square
+            estimates.append(Estimate(parameter, float(value), float(half), better))
+    return sorted(estimates, key=lambda each: -each.better)
+
+
+def together(found: Normal, among: Sequence[Parameter]) -> tuple[list[Estimate], float]:
+    """Those that the record can tell apart, estimated at once, and their condition number.
+
+    By a Cholesky factorisation with pivots of the scaled normal equations: a parameter whose
+    column the chosen ones explain is contained in them (Gautier's base parameters).
+    """
+    size = np.sqrt(np.diag(found.matrix))
+    used = np.flatnonzero(size > 0)
+    scaled = found.matrix[np.ix_(used, used)] / np.outer(size[used], size[used])
+    left, chosen = scaled.copy(), []
+    while (apart := np.diag(left).max(initial=0.0)) > LEAST_APART:
+        pivot = int(np.argmax(np.diag(left)))
+        chosen.append(pivot)
+        left = left - np.outer(left[:, pivot], left[pivot]) / apart
+        left[chosen] = left[:, chosen] = 0.0
+    base = scaled[np.ix_(chosen, chosen)]
+    covariance = np.linalg.inv(base)
+    right = found.right[used][chosen] / size[used][chosen]
+    more = covariance @ right
+    scatter = found.scatter(float(right @ more))
+    mixed = covariance @ scaled[chosen]  # of every column, how much each chosen one holds
+    estimates = []
+    for place, index in enumerate(chosen):
+        parameter, unit = among[used[index]], size[used[index]]
+        holds = tuple(
+            (among[used[other]].path, float(mixed[place, other] * size[used[other]] / unit))
+            for other in range(used.size)
+            if other not in chosen and abs(mixed[place, other]) > np.sqrt(LEAST_APART)
+        )
+        half = NORMAL * scatter * np.sqrt(covariance[place, place]) / unit
+        value = parameter.value + more[place] / unit
+        better = float(more[place] ** 2 / covariance[place, place])
+        estimates.append(Estimate(parameter, float(value), float(half), better, holds))
+    return estimates, float(np.sqrt(np.linalg.cond(base))) if chosen else 1.0

@@ -1,0 +1,275 @@
+"""Recorded motions, opened here and nowhere else: CSV, MAT, HDF5 and NetCDF; units in the names."""
+
+from __future__ import annotations
+
+import io
+import re
+import signal
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+
+import h5py
+import numpy as np
+import scipy.io
+
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.workers import perform_all
+from models.errors import InputError, one_line
+from models.inputs import input_content
+
+LARGEST_FILE = 2_000_000_000  # bytes
+MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself
+READING_S = 60.0
+# What a column holds, by the beginning of its name, and what its unit is multiplied by.
+UNITS: dict[str, dict[str, float]] = {
+    "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
+    "theta": {"rad": 1.0, "deg": pi / 180},
+    "theta_dot": {"rad_per_s": 1.0, "deg_per_s": pi / 180, "rpm": pi / 30},
+    "torque": {"N_m": 1.0, "mN_m": 1e-3},
+}
+NUMBERED = re.compile(r"(theta_dot|theta|torque)_(\d+)_(.+)")
+TOGETHER = re.compile(r"(theta_dot|theta|torque)_(.+)")
+OWN = {"time": "t_s", "theta": "theta_rad", "theta_dot": "theta_dot_rad_per_s"}
+OWN |= {"torque": "torque_N_m"}  # as this program's own trajectories call them
+# What rates are times the slope of the angles, within this share, if one has another unit.
+FACTORS = {
+    "the rates are in degrees per second": 180 / pi,
+    "the rates are in revolutions per minute": 30 / pi,
+    "the angles are in degrees": pi / 180,
+    "the times are in milliseconds": 1e3,
+}
+ALIKE = 0.02
+
+
+@dataclass(frozen=True)
+class Record:
+    """Times (N,) [s], rising; angles, maybe rates and torques (N, joints) in rad, rad/s and N m."""
+
+    where: str
+    time: np.ndarray
+    angles: np.ndarray
+    rates: np.ndarray | None
+    torques: np.ndarray | None
+
+
+def read_record(path: Path, joints: int) -> Record:
+    """The record in a file. Raises InputError naming file, row, column and what is allowed.
+
+    Columns are `t_s`, `theta_1_rad`, `theta_dot_1_rad_per_s`, `torque_1_N_m` and so on, in other
+    units with those at the end; rates and torques may be missing. In MAT, HDF5 and NetCDF files
+    they are variables of these names, or `theta_rad` (N, joints) and so on, or those of a
+    trajectory of this program.
+    """
+    where, content = str(path), input_content(path, LARGEST_FILE)
+    columns = _of_csv(where, content) if path.suffix == ".csv" else _of_binary(where, content)
+    time = _taken(where, columns, "t", None)
+    if time is None:
+        allowed = ", ".join(f"t_{unit}" for unit in UNITS["t"])
+        raise InputError(where, "", None, f"has no times; a column must be one of {allowed}")
+    tables = {kind: _table(where, columns, kind, joints) for kind in list(UNITS)[1:]}
+    angles = tables["theta"]
+    if angles is None:
+        raise InputError(where, "", None, "has no angles; columns must be theta_1_rad, ...")
+    _require_rising(where, time)
+    for kind, table in tables.items():
+        if table is not None:
+            _require_finite(where, kind, time.size, table)
+    return Record(where, time, angles, tables["theta_dot"], tables["torque"])
+
+
+def _of_csv(where: str, content: bytes) -> dict[str, np.ndarray]:
+    try:
+        lines = io.StringIO(content.decode("utf-8-sig"))
+    except UnicodeDecodeError:
+        raise InputError(where, "", None, "is not UTF-8 text; a CSV file is expected") from None
+    names = [name.strip() for name in lines.readline().split(",")]
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a table without rows
+            table = np.loadtxt(lines, delimiter=",", ndmin=2, comments=None)
+    except ValueError as error:
+        lines.seek(0)
+        raise _misfit(where, names, lines) or InputError(where, "", None, str(error)) from None
+    if not table.size:
+        raise InputError(where, "", None, "has no rows below the names of its columns")
+    if len(names) != table.shape[1]:
+        reason = f"names {len(names)} columns, the rows have {table.shape[1]}"
+        raise InputError(where, "line 1", None, reason)
+    twice = next((name for name in names if names.count(name) > 1), "")
+    if twice:
+        raise InputError(where, "line 1", twice, "is there twice")
+    return dict(zip(names, table.T, strict=True))
+
+
+def _misfit(where: str, names: Sequence[str], lines: Iterable[str]) -> InputError | None:
+    """What is wrong with the first line below the names that is no row of numbers."""
+    for number, line in enumerate(lines, 1):
+        cells = line.strip().split(",")
+        if number == 1 or cells == [""]:
+            continue
+        if len(cells) != len(names):
+            reason = f"has {len(cells)} columns, must have {len(names)}, as line 1"
+            return InputError(where, f"line {number}", None, reason)
+        for name, cell in zip(names, cells, strict=True):
+            try:
+                float(cell)
+            except ValueError:
+                return InputError(where, f"line {number}, {name}", cell[:40], "must be a number")
+    return None
+
+
+def _of_binary(where: str, content: bytes) -> dict[str, np.ndarray]:
+    """Read in a worker, which a damaged file may end."""
+    task = Reading(content)
+    (found,) = perform_all([task], 1, lambda outcome: None).values()
+    if isinstance(found, Failure):
+        raise InputError(where, "", None, f"cannot be read: {found}")
+    if isinstance(found, str):
+        raise InputError(where, "", None, found)
+    variables: dict[str, np.ndarray] = found
+    return {OWN.get(name, name): values for name, values in variables.items()}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The task of reading a MAT, HDF5 or NetCDF file."""
+
+    content: bytes
+    key: str = "record"
+
+    @property
+    def cost(self) -> float:
+        """Rough seconds."""
+        return 1.0
+
+    def perform(self) -> dict[str, np.ndarray] | str:
+        """Arrays of numbers by name, or what is wrong with the file."""
+        signal.setitimer(signal.ITIMER_REAL, READING_S)  # which ends the process
+        try:
+            return self._of_hdf5() if b"\x89HDF\r\n" in self.content[:600] else self._of_mat()
+        except (OSError, ValueError, KeyError, TypeError, RuntimeError, NotImplementedError) as bad:
+            return f"is no CSV, MAT, HDF5 or NetCDF file: {one_line(str(bad))[:200]}"
+
+    def _of_mat(self) -> dict[str, np.ndarray]:
+        shapes = scipy.io.whosmat(io.BytesIO(self.content))
+        _require_few(sum(int(np.prod(shape)) for _, shape, _ in shapes))
+        found = scipy.io.loadmat(io.BytesIO(self.content))
+        return {
+            name: np.asarray(values, dtype=float)
+            for name, values in found.items()
+            if isinstance(values, np.ndarray) and values.dtype.kind in "fiu"
+        }
+
+    def _of_hdf5(self) -> dict[str, np.ndarray]:
+        with h5py.File(io.BytesIO(self.content), "r") as file:
+            sets = {
+                name: each
+                for name, each in file.items()
+                if file.get(name, getlink=True).__class__ is h5py.HardLink
+                and isinstance(each, h5py.Dataset)
+                and each.dtype.kind in "fiu"
+                and not each.external
+                and not each.is_virtual
+            }
+            wanted = {name: each for name, each in sets.items() if _is_wanted(OWN.get(name, name))}
+            _require_few(sum(each.size for each in wanted.values()))
+            # MATLAB's arrays are stored column by column.
+            turned = self.content[:6] == b"MATLAB"
+            read = {name: np.asarray(each[()], dtype=float) for name, each in wanted.items()}
+            return {name: values.T if turned else values for name, values in read.items()}
+
+
+def _is_wanted(name: str) -> bool:
+    return name.startswith(("t_", "theta_", "torque_"))
+
+
+def _require_few(count: int) -> None:
+    if count > MOST_NUMBERS:
+        raise ValueError(f"holds {count:,} numbers, at most {MOST_NUMBERS:,} are allowed")
+
+
+def _taken(
+    where: str, columns: Mapping[str, np.ndarray], kind: str, number: int | None
+) -> np.ndarray | None:
+    """The column of a kind in SI units; None where there is none. Raises InputError."""
+    begin = kind if number is None else f"{kind}_{number}"
+    found = {unit: columns.get(f"{begin}_{unit}") for unit in UNITS[kind]}
+    there = {unit: values for unit, values in found.items() if values is not None}
+    if len(there) > 1:
+        raise InputError(where, begin, None, f"is there in {' and in '.join(there)}")
+    if begin in columns and not there:
+        allowed = " or ".join(f"{begin}_{unit}" for unit in UNITS[kind])
+        raise InputError(where, begin, None, f"has no unit in its name; must be {allowed}")
+    for unit, values in there.items():
+        return np.ravel(values) * UNITS[kind][unit]
+    return None
+
+
+def _table(
+    where: str, columns: Mapping[str, np.ndarray], kind: str, joints: int
+) -> np.ndarray | None:
+    """(N, joints) in SI units. Raises InputError for a joint too many or too few."""
+    whole = [name for name in columns if (m := TOGETHER.fullmatch(name)) and m[1] == kind]
+    for name in whole:
+        unit = name.removeprefix(f"{kind}_")
+        if unit in UNITS[kind] and columns[name].ndim == 2:
+            values = columns[name]
+            if values.shape[1] != joints:
+                reason = f"has shape {values.shape}; must be (times, {joints}), the arm's joints"
+                raise InputError(where, name, None, reason)
+            return values * UNITS[kind][unit]
+    numbers = {int(m[2]) for name in columns if (m := NUMBERED.fullmatch(name)) and m[1] == kind}
+    if numbers - set(range(1, joints + 1)):
+        worst = max(numbers)
+        raise InputError(where, f"{kind}_{worst}", None, f"the arm has {joints} joints")
+    found = [_taken(where, columns, kind, number) for number in range(1, joints + 1)]
+    given = [values for values in found if values is not None]
+    if not given:
+        return None
+    if len(given) < joints:
+        missing = next(number for number, each in enumerate(found, 1) if each is None)
+        raise InputError(where, f"{kind}_{missing}", None, "is missing; other joints have it")
+    return np.stack(given, axis=1)
+
+
+def _require_rising(where: str, time: np.ndarray) -> None:
+    wrong = np.flatnonzero(~np.isfinite(time))
+    if wrong.size:
+        raise InputError(where, f"t, row {wrong[0] + 1}", None, "must be a number")
+    wrong = np.flatnonzero(np.diff(time) <= 0)
+    if wrong.size:
+        row = int(wrong[0]) + 1
+        value = float(time[row])
+        raise InputError(where, f"t, row {row + 1}", value, f"must be after {float(time[row - 1])}")
+
+
+def _require_finite(where: str, kind: str, rows: int, table: np.ndarray) -> None:
+    if len(table) != rows:
+        raise InputError(where, kind, None, f"has {len(table)} rows, the times have {rows}")
+    wrong = np.argwhere(~np.isfinite(table))
+    if wrong.size:
+        row, joint = map(int, wrong[0])
+        allowed = "must be a number: cut the record where it has gaps"
+        raise InputError(where, f"{kind}_{joint + 1}, row {row + 1}", None, allowed)
+
+
+def require_same_units(record: Record, slopes: np.ndarray) -> None:
+    """Raise InputError if the record's rates are not the slopes [rad/s] of its angles (N, joints).
+
+    A factor that another unit would make is told as that.
+    """
+    if record.rates is None:
+        return
+    for joint, (given, slope) in enumerate(zip(record.rates.T, slopes.T, strict=True), 1):
+        power = float(slope @ slope)
+        factor = float(given @ slope) / power if power > 0 else 1.0
+        left = given - factor * slope
+        if abs(factor - 1) < 0.1 or float(left @ left) > 0.1 * float(given @ given):
+            continue
+        said = f"is {factor:.4g} times the slope of theta_{joint}"
+        cause = next((c for c, of in FACTORS.items() if abs(factor / of - 1) < ALIKE), "")
+        reason = f"{said}: {cause}" if cause else said
+        raise InputError(record.where, f"theta_dot_{joint}", None, reason)

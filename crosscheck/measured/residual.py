@@ -1,0 +1,164 @@
+"""What a record's torques leave of models' inverse dynamics, in units of the record's noise.
+
+The residual r = torque - ID(angles) is summed with every B-spline of the smoothing as a weight. Its
+noise is that of the torques, and that of the angles through the accelerations of their splines:
+neighbouring accelerations have correlated errors, and the sums' covariance has all of it. Divided
+by its Cholesky factor the sums are independent, of variance one if the model is right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+from scipy.sparse import csr_array
+
+from crosscheck.measured.smoothing import Block
+from models.interface import Model
+
+Told = Callable[[int], None]
+DIFFERENCE = 1e-6  # [rad, rad/s, rad/s^2]
+ROUNDED = 1e-12  # of a covariance's mean variance: what keeps it definite
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How well one model explains a record.
+
+    chi2: sum of squares of the whitened residuals, over degrees of freedom as many; left and noise
+    (joints,) [N m]: rms of the smoothed residual, and what the record's noise makes of it.
+    """
+
+    chi2: float
+    freedom: int
+    left: np.ndarray
+    noise: np.ndarray
+
+
+def fits(
+    blocks: Iterable[Block], models: Sequence[Model], reference: Model, told: Told
+) -> list[Fit]:
+    """One of each model, over all blocks; reference: whose mass matrix carries the noise."""
+    chi2, freedom, rows = np.zeros(len(models)), 0, 0
+    left = np.zeros((len(models), len(reference.arm.joints)))
+    noise = np.zeros(left.shape[1])
+    for block in blocks:
+        whiten, covariance = whitening(block, reference)
+        inverse = np.linalg.inv(block.gram)
+        size, joints = len(block.gram), left.shape[1]
+        for number, model in enumerate(models):
+            sums = _summed(block, block.torques - _inverse(model, block))
+            chi2[number] += (whiten(sums) ** 2).sum()
+            left[number] += np.einsum("kj,kl,lj->j", sums, inverse, sums)
+        for joint in range(joints):
+            own = slice(joint * size, (joint + 1) * size)
+            noise[joint] += np.trace(inverse @ covariance[own, own])
+        freedom += size * joints
+        rows += len(block.time)
+        told(rows)
+    rms = np.sqrt(noise / rows)
+    return [
+        Fit(float(each), freedom, np.sqrt(of / rows), rms)
+        for each, of in zip(chi2, left, strict=True)
+    ]
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Normal equations of a linear fit: columns' columns, columns' residual, residual's square."""
+
+    matrix: np.ndarray
+    right: np.ndarray
+    chi2: float
+    freedom: int
+
+    def scatter(self, better: float) -> float:
+        """Standard deviation of what a fit leaves that lowers chi squared by so much, at least 1.
+
+        More than noise, such as what the model lacks, counts as noise for the intervals.
+        """
+        return float(np.sqrt(max((self.chi2 - better) / self.freedom, 1.0)))
+
+
+def normal_equations(
+    blocks: Iterable[Block], model: Model, changed: Sequence[tuple[Model, float]], told: Told
+) -> Normal:
+    """Of what the parameters should be more than they are.
+
+    changed: models with one parameter larger by so much, of which the torques depend linearly.
+    """
+    count, freedom, chi2, rows = len(changed), 0, 0.0, 0
+    matrix, right = np.zeros((count, count)), np.zeros(count)
+    for block in blocks:
+        whiten, _ = whitening(block, model)
+        base = _inverse(model, block)
+        residual = whiten(_summed(block, block.torques - base))
+        columns = np.stack(
+            [whiten(_summed(block, (_inverse(other, block) - base) / by)) for other, by in changed],
+            axis=1,
+        )
+        matrix += columns.T @ columns
+        right += columns.T @ residual
+        chi2 += residual @ residual
+        freedom += residual.size
+        rows += len(block.time)
+        told(rows)
+    return Normal(matrix, right, float(chi2), freedom)
+
+
+def whitening(block: Block, model: Model) -> tuple[Callable[[np.ndarray], np.ndarray], np.ndarray]:
+    """What divides sums (size, joints) by their noise, and their covariance, joint by joint."""
+    slopes, joints, size = _slopes(model, block), block.angles.shape[1], len(block.gram)
+    inverse = np.linalg.inv(block.gram)
+    first = block.bases[0]
+    # A row of the derivatives has its entries in the same columns as that of the basis.
+    places = first.indices.reshape(len(block.time), -1)
+    entries = [np.take_along_axis(each.toarray(), places, axis=1) for each in block.bases]
+    # What a change of the splines' coefficients does to the sums.
+    through = np.empty((joints, joints, size, size))
+    for j, k in np.ndindex(joints, joints):
+        rows = sum(slope[:, j, k, None] * each for slope, each in zip(slopes, entries, strict=True))
+        changed = csr_array((np.ravel(rows), first.indices, first.indptr), first.shape)
+        through[j, k] = (first.T @ changed).toarray()
+    covariance = np.einsum(
+        "l,jlab,bc,kldc->jakd", block.angle_noise**2, through, inverse, through, optimize=True
+    )
+    for joint, noise in enumerate(block.torque_noise):
+        covariance[joint, :, joint, :] += noise**2 * block.gram
+    flat = covariance.reshape(joints * size, joints * size)
+    # Joints of other sizes: their variances are made alike before they are factored.
+    scale = np.sqrt(np.diag(flat))
+    alike = flat / np.outer(scale, scale) + ROUNDED * np.eye(len(flat))
+    factor = cholesky(alike, lower=True)
+
+    def whiten(sums: np.ndarray) -> np.ndarray:
+        found: np.ndarray = solve_triangular(factor, sums.T.ravel() / scale, lower=True)
+        return found
+
+    return whiten, flat
+
+
+def _summed(block: Block, rows: np.ndarray) -> np.ndarray:
+    found: np.ndarray = block.bases[0].T @ rows
+    return found
+
+
+def _inverse(model: Model, block: Block) -> np.ndarray:
+    return model.inverse_dynamics(block.angles, block.rates, block.accelerations)
+
+
+def _slopes(model: Model, block: Block) -> list[np.ndarray]:
+    """Of the torques by angles, rates and accelerations: each (rows, joints, of joints)."""
+    motion = block.angles, block.rates, block.accelerations
+    here, found = model.inverse_dynamics(*motion), []
+    for number, signal in enumerate(motion):
+        columns = []
+        for joint in range(signal.shape[1]):
+            moved = [*motion]
+            moved[number] = signal.copy()
+            moved[number][:, joint] += DIFFERENCE
+            columns.append((model.inverse_dynamics(*moved) - here) / DIFFERENCE)
+        found.append(np.stack(columns, axis=2))
+    return found

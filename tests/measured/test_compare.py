@@ -1,0 +1,133 @@
+"""Recorded motions: the true level is named, a wrong number found, and noise blamed for nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+
+from crosscheck.measured.forward import windows
+from crosscheck.measured.parameters import alone, changed, increased, parameters
+from crosscheck.measured.record import require_same_units
+from crosscheck.measured.residual import normal_equations
+from crosscheck.measured.smoothing import DEGREE, blocks, chosen_spacing
+from crosscheck.registry import RIGID_LEVELS
+from models.errors import InputError
+from models.loading import load_arm
+from tests.measured.records import ANGLE_NOISE, TORQUE_NOISE, compared, level, motion, record_of
+
+PAYLOAD = "arm.payload_mass_kg"
+
+
+@pytest.mark.parametrize("true", RIGID_LEVELS)
+def test_the_true_level_is_named(labelled, true):
+    found = compared(record_of(level(labelled, true), rows=6000), labelled)
+    assert (found.best.name, found.decided, found.explained) == (true, True, True)
+    assert found.repairs == ()
+    assert found.angle_noise == pytest.approx([ANGLE_NOISE] * 2, rel=0.05)
+    assert found.torque_noise == pytest.approx([TORQUE_NOISE] * 2, rel=0.05)
+
+
+def test_levels_that_a_record_cannot_tell_apart_are_undecided(labelled):
+    slow = record_of(level(labelled, "coupled"), amplitude=0.01)
+    found = compared(slow, labelled)
+    assert found.explained
+    assert not found.decided
+    assert {"armature", "coupled"} <= set(found.candidates)
+
+
+def test_a_wrong_payload_is_found_with_its_level(labelled):
+    heavier = changed(labelled, {PAYLOAD: 1.02 * labelled.payload_mass_kg})
+    found = compared(record_of(level(heavier, "coupled"), rows=6000), labelled)
+    assert not found.explained
+    assert [(each.level, each.estimate.parameter.path) for each in found.repairs] == [
+        ("coupled", PAYLOAD)
+    ]
+    (repair,) = found.repairs
+    apart = repair.estimate.value - heavier.payload_mass_kg
+    assert abs(apart) < 2 * repair.estimate.half_width
+
+
+def test_intervals_cover_as_often_as_they_say(labelled):
+    """Fewer than 16 of 20 intervals of 95 % cover once in 400 such tests."""
+    model, own = level(labelled, "links"), {each.path: each for each in parameters(labelled)}
+    more, by = increased(labelled, own[PAYLOAD])
+    inside = 0
+    for seed in range(20):
+        record = record_of(model, seed, rows=2000)
+        pieces = blocks(record, record.torques, chosen_spacing(record))
+        normal = normal_equations(pieces, model, [(level(more, "links"), by)], lambda rows: None)
+        (found,) = alone(normal, [own[PAYLOAD]])
+        inside += abs(found.value - labelled.payload_mass_kg) < found.half_width
+    assert inside >= 16
+
+
+def test_residual_of_a_true_model_is_noise_at_uneven_times(labelled):
+    """Chi squared over its degrees of freedom is one, whatever the times: nothing is resampled."""
+    rng = np.random.default_rng(3)
+    time = np.cumsum(rng.uniform(0.5e-3, 1.5e-3, 4000))
+    found = compared(record_of(level(labelled, "carriers"), time=time), labelled)
+    assert found.best.name == "carriers"
+    assert found.own_chi2 / found.own_freedom == pytest.approx(1.0, abs=0.25)
+
+
+def test_arms_with_weight_friction_and_more_joints():
+    arm = load_arm("direct-between")
+    found = compared(record_of(level(arm, "coupled"), rows=4000), arm)
+    assert found.explained
+    assert "coupled" in found.candidates
+    assert {engine.apart < 1e-12 for engine in found.engines} == {True}
+
+
+def test_bases_are_the_derivatives_of_b_splines(labelled):
+    record = record_of(level(labelled, "links"), rows=500)
+    (block,) = blocks(record, record.torques, 32)
+    count = block.gram.shape[0] - DEGREE
+    edges = np.interp(np.linspace(0, 499, count + 1), np.arange(500), record.time)
+    knots = np.concatenate([[edges[0]] * DEGREE, edges, [edges[-1]] * DEGREE])
+    unit = BSpline(knots, np.eye(len(block.gram)), DEGREE)
+    for derivative, basis in enumerate(block.bases):
+        expected = unit(record.time, derivative)
+        assert basis.toarray() == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+
+
+def test_smoothing_keeps_motion_and_slopes(labelled):
+    record = record_of(level(labelled, "links"))
+    spacing = chosen_spacing(record)
+    middle = next(iter(blocks(record, record.torques, spacing)))
+    inner = slice(len(middle.time) // 4, -len(middle.time) // 4)
+    _, rates, accelerations = motion(2, middle.time, 0.3)
+    assert np.abs(middle.rates - rates)[inner].max() < 1e-3
+    assert np.abs(middle.accelerations - accelerations)[inner].max() < 0.1
+
+
+def test_runs_stay_with_their_own_level_and_leave_with_another(labelled):
+    record = record_of(level(labelled, "coupled"))
+    pieces = list(blocks(record, record.torques, chosen_spacing(record)))
+    right = list(windows(pieces, labelled, "coupled", {}))
+    wrong = list(windows(pieces, labelled, "links", {}))
+    whole = right[0].time[-1] - right[0].time[0]
+    assert np.median([each.stays_s for each in right]) == pytest.approx(whole)
+    assert np.median([each.stays_s for each in wrong]) < whole / 3
+    assert np.max([each.numerical.max() for each in right]) < 1e-8
+
+
+def test_a_stated_tolerance_widens_the_uncertainty_of_inputs(labelled):
+    record = record_of(level(labelled, "coupled"), rows=2000)
+    pieces = list(blocks(record, record.torques, chosen_spacing(record)))
+    plain, stated = (
+        next(windows(pieces, labelled, "coupled", given)) for given in ({}, {PAYLOAD: 0.05})
+    )
+    assert (stated.inputs[-1] > 2 * plain.inputs[-1]).any()
+    assert stated.data[-1] == pytest.approx(plain.data[-1])
+
+
+def test_rates_in_another_unit_are_told(labelled):
+    record = record_of(level(labelled, "links"), rows=500)
+    _, rates, _ = motion(2, record.time, 0.3)
+    require_same_units(replace(record, rates=rates), rates)
+    for factor, said in ((180 / np.pi, "rates are in degrees"), (1e3, "times are in milliseconds")):
+        with pytest.raises(InputError, match=said):
+            require_same_units(replace(record, rates=factor * rates), rates)

@@ -1,0 +1,158 @@
+"""Files of recorded motions: four formats say the same, and what is wrong with one is one line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+
+from crosscheck.measured.record import Record, read_record
+from models.errors import InputError
+from tests.measured.records import level, record_of
+from tests.tool.conftest import Command, crosscheck
+from tests.tool.test_bad_input import assert_one_line
+
+__all__ = ["crosscheck"]  # a fixture
+HEADER = "t_s,theta_1_rad,theta_2_rad,torque_1_N_m,torque_2_N_m"
+
+
+@pytest.fixture(scope="module")
+def record(labelled) -> Record:
+    return record_of(level(labelled, "coupled"), rows=600)
+
+
+def rows_of(record: Record) -> np.ndarray:
+    return np.column_stack([record.time, record.angles, record.torques])
+
+
+def written(record: Record, path: Path, header: str = HEADER) -> Path:
+    np.savetxt(path, rows_of(record), delimiter=",", header=header, comments="", fmt="%.17g")
+    return path
+
+
+def assert_same(found: Record, record: Record) -> None:
+    assert np.array_equal(found.time, record.time)
+    assert np.array_equal(found.angles, record.angles)
+    assert np.array_equal(found.torques, record.torques)
+    assert found.rates is None
+
+
+def test_every_format_says_the_same(record, tmp_path):
+    assert_same(read_record(written(record, tmp_path / "r.csv"), 2), record)
+    named = {"t_s": record.time, "theta_rad": record.angles, "torque_N_m": record.torques}
+    scipy.io.savemat(tmp_path / "r.mat", named)
+    assert_same(read_record(tmp_path / "r.mat", 2), record)
+    with h5py.File(tmp_path / "r.h5", "w") as file:
+        for name, values in named.items():
+            file[name] = values
+    assert_same(read_record(tmp_path / "r.h5", 2), record)
+
+
+def test_units_are_those_of_the_names(record, tmp_path):
+    turned = record.angles * 180 / np.pi
+    named = {"t_ms": 1e3 * record.time, "theta_deg": turned, "torque_mN_m": 1e3 * record.torques}
+    scipy.io.savemat(tmp_path / "r.mat", named)
+    found = read_record(tmp_path / "r.mat", 2)
+    assert found.time == pytest.approx(record.time)
+    assert found.angles == pytest.approx(record.angles)
+    assert found.torques == pytest.approx(record.torques)
+
+
+def test_a_trajectory_of_this_program_is_a_record(crosscheck: Command, tmp_path):
+    run = tmp_path / "run.nc"
+    given = "--scenario", "pd", "--t-end", "0.02", "--out", run
+    assert crosscheck("simulate", "paper-labelled", "--model", "analytic:coupled", *given).code == 0
+    found = read_record(run, 2)
+    assert found.rates is not None
+    assert found.torques.shape == found.angles.shape == found.rates.shape
+    answer = crosscheck("compare", run, "--json", tmp_path / "c.json", "--out", tmp_path)
+    assert "coupled" in answer.out
+    data = json.loads((tmp_path / "c.json").read_text())
+    assert data["levels"][0]["level"] == "coupled"
+    page = (tmp_path / "compare.html").read_text()
+    assert "<title>Recording compared with paper-labelled" in page
+    again = crosscheck("compare", run, "--json", tmp_path / "c.json", "--out", tmp_path)
+    assert again.code == answer.code  # its own files are replaced
+
+
+def cell(text: str, row: int, column: int, value: str) -> str:
+    lines = [line.split(",") for line in text.splitlines()]
+    lines[row][column] = value
+    return "\n".join(",".join(line) for line in lines) + "\n"
+
+
+BAD = {
+    "no times": (lambda text: text.replace("t_s", "clock"), "has no times; a column must be one"),
+    "a time without a unit": (lambda text: text.replace("t_s", "t"), "t: has no unit in its name"),
+    "no angles": (lambda text: text.replace("theta_", "phi_"), "has no angles"),
+    "an angle without a unit": (
+        lambda text: text.replace("theta_1_rad", "theta_1"),
+        "theta_1: has no unit in its name; must be theta_1_rad or theta_1_deg",
+    ),
+    "a joint too many": (
+        lambda text: text.replace("theta_2_rad", "theta_3_rad"),
+        "theta_3: the arm has 2 joints",
+    ),
+    "a joint missing": (
+        lambda text: text.replace("torque_2_N_m", "current_2_A"),
+        "torque_2: is missing; other joints have it",
+    ),
+    "a time that repeats": (lambda text: cell(text, 9, 0, "0.007"), "t, row 9 = 0.007: must be"),
+    "a time that goes back": (lambda text: cell(text, 9, 0, "-1"), "t, row 9 = -1.0: must be"),
+    "a gap": (lambda text: cell(text, 5, 2, "nan"), "theta_2, row 5: must be a number: cut"),
+    "a word": (lambda text: cell(text, 5, 1, "n/a"), "line 6, theta_1_rad = 'n/a': must be a"),
+    "an empty cell": (lambda text: cell(text, 5, 1, ""), "line 6, theta_1_rad = '': must be a"),
+    "a short line": (lambda text: text + "0.7,1\n", "has 2 columns, must have 5, as line 1"),
+    "a column twice": (
+        lambda text: text.replace("theta_2_rad", "theta_1_rad"),
+        "line 1 = 'theta_1_rad': is there twice",
+    ),
+    "few rows": (lambda text: "\n".join(text.splitlines()[:21]) + "\n", "has 20 rows; must be at"),
+    "no rows": (lambda text: HEADER + "\n", "has no rows below the names"),
+    "nothing": (lambda text: "", "has no rows below the names"),
+    "no torques": (lambda text: text.replace("torque", "effort"), "has no torques; columns must"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_table_is_one_line(crosscheck: Command, record, tmp_path, case):
+    change, said = BAD[case]
+    path = written(record, tmp_path / "r.csv")
+    path.write_text(change(path.read_text()))
+    answer = crosscheck("compare", path, "--json", tmp_path / "c.json", "--out", tmp_path / "page")
+    assert_one_line(answer, said)
+    assert not (tmp_path / "c.json").exists()
+    assert not (tmp_path / "page" / "compare.html").exists()
+
+
+@pytest.mark.parametrize("content", [b"", b"\x89HDF\r\n\x1a\nand then nothing", b"MATLAB 5.0 MAT"])
+def test_damaged_binary_is_one_line(crosscheck: Command, tmp_path, content):
+    path = tmp_path / "r.mat"
+    path.write_bytes(content)
+    assert_one_line(crosscheck("compare", path), "r.mat: ")
+
+
+def test_outputs_never_replace_inputs(crosscheck: Command, record, tmp_path):
+    path = written(record, tmp_path / "r.csv")
+    before = path.read_bytes()
+    assert_one_line(crosscheck("compare", path, "--json", path), "r.csv")
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("given", ["payload=0.1", "arm.payload_mass_kg", "arm.payload_mass_kg=2"])
+def test_bad_tolerance_is_one_line(crosscheck: Command, record, tmp_path, given):
+    path = written(record, tmp_path / "r.csv")
+    assert_one_line(crosscheck("compare", path, "--tolerance", given), "--tolerance")
+
+
+def test_external_data_are_not_followed(tmp_path):
+    with h5py.File(tmp_path / "r.h5", "w") as file:
+        file.create_dataset(
+            "t_s", (10,), "f8", external=[(str(tmp_path / "secret"), 0, h5py.h5f.UNLIMITED)]
+        )
+    with pytest.raises(InputError, match="has no times"):
+        read_record(tmp_path / "r.h5", 2)
