@@ -13,6 +13,7 @@ from models.arm.arm import Arm
 from models.arm.layout import Layout
 from models.arm.planets import require_alike, usual_switches
 from models.errors import CannotDo, Diverged
+from models.experiment.drive import drive_data, torques_along
 from models.experiment.scenario import Scenario
 from models.experiment.switches import Switches
 from models.loading import require_fit
@@ -66,20 +67,16 @@ class Model(ABC):
         raise CannotDo(f"{self.name} has no acceleration")
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """Torques [N m] of a rigid arm's joints beside the drive's, shape (states, joints).
+        """Torques [N m] that a rigid arm's motors must give on the output side, (states, joints).
 
-        By angles, rates and accelerations, each (states, joints), at t = 0: with a drive of zero
-        torque, what motors on the output side must give.
+        By angles, rates and accelerations, each (states, joints); whatever the scenario's drive.
         """
-        states = zip(q, v, a, strict=True)
-        return np.array(
-            [
-                self.mass_matrix(at) @ own
-                + self.bias(at, rate)
-                - self.generalized_force(0.0, at, rate)
-                for at, rate, own in states
-            ]
-        )
+        asked = [
+            self.mass_matrix(at) @ own + self.bias(at, rate) - self.generalized_force(0.0, at, rate)
+            for at, rate, own in zip(q, v, a, strict=True)
+        ]
+        drive = drive_data(self.scenario, q.shape[1])
+        return np.array(asked).reshape(q.shape) + torques_along(drive, np.zeros(len(q)), q, v)
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """(q, v) of the scenario's start, each of shape (n,)."""

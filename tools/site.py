@@ -104,6 +104,7 @@ def output_files() -> str:
     for name, title in (
         ("agreement", "agreement.json of `crosscheck run` and `validate --json`"),
         ("trial", "JSON of `crosscheck trial --json`"),
+        ("measured", "JSON of `crosscheck compare --json`"),
     ):
         file = ROOT / "crosscheck" / "schema" / f"{name}.schema.json"
         fields = _fields(json.loads(file.read_text(encoding="utf-8")), "")

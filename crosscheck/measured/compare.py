@@ -13,7 +13,7 @@ from crosscheck.measured.forward import Window, windows
 from crosscheck.measured.parameters import Estimate, Parameter, alone, increased, parameters
 from crosscheck.measured.parameters import together as base_of
 from crosscheck.measured.record import Record, require_same_units
-from crosscheck.measured.residual import Fit, Normal, fits, normal_equations
+from crosscheck.measured.residual import Fit, Normal, fits, normal_equations, whitening
 from crosscheck.measured.smoothing import Block, blocks, chosen_spacing
 from crosscheck.planning.sizing import at_rest
 from crosscheck.registry import RIGID_LEVELS, build, covering, of_level
@@ -73,10 +73,14 @@ class Engine:
 
 @dataclass(frozen=True)
 class Shown:
-    """The smoothed residual of the best level: times [s] and torques (rows, joints) [N m]."""
+    """The smoothed residual of the best level and its standard deviation by the record's noise.
+
+    time [s]; both (rows, joints) [N m].
+    """
 
     time: np.ndarray
     residual: np.ndarray
+    deviation: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -272,13 +276,19 @@ def _engines(motion: Motion, arm: Arm, best: str, told: Told) -> Iterator[Engine
 
 
 def _shown(pieces: Sequence[Block], model: Model) -> Shown:
-    times, rows = [], []
+    times, rows, deviations = [], [], []
     for block in pieces:
+        shown = slice(None, None, max(len(block.time) // SAMPLES, 1))
         residual = block.torques - model.inverse_dynamics(
             block.angles, block.rates, block.accelerations
         )
-        smooth = block.bases[0] @ np.linalg.solve(block.gram, block.bases[0].T @ residual)
-        every = max(len(block.time) // SAMPLES, 1)
-        times.append(block.time[::every])
-        rows.append(smooth[::every])
-    return Shown(np.concatenate(times), np.concatenate(rows))
+        smoothing = block.bases[0][shown] @ np.linalg.inv(block.gram)
+        _, covariance = whitening(block, model)
+        own = np.split(covariance, residual.shape[1])
+        own = [np.split(part, len(own), axis=1)[joint] for joint, part in enumerate(own)]
+        times.append(block.time[shown])
+        rows.append(smoothing @ (block.bases[0].T @ residual))
+        deviations.append(
+            np.sqrt([np.einsum("rk,kl,rl->r", smoothing, part, smoothing) for part in own]).T
+        )
+    return Shown(np.concatenate(times), np.concatenate(rows), np.concatenate(deviations))

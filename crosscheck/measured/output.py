@@ -15,12 +15,13 @@ from crosscheck.registry import LEVELS
 
 SCHEMA_VERSION = 1
 MOST_PARAMETERS = 6  # of those alone, in the terminal
+IN_SIGHT = 2.0  # medians of the noise band that a picture has room for
 
 
 def first_lines(found: Comparison) -> Iterator[str]:
     """The answers: which level, whether within the noise, what the record asks for, how long."""
     best, share = found.best, found.own_chi2 / found.own_freedom
-    left = f"chi squared is {share:.3g} per degree of freedom"
+    left = f"chi squared is {_number(share)} per degree of freedom"
     if found.decided:
         nearest = _ratio(min(level.ratio for level in found.levels[1:]))
         yield f"level: {best.name} leaves noise alone ({left}), {nearest} as likely as the next"
@@ -28,13 +29,13 @@ def first_lines(found: Comparison) -> Iterator[str]:
         names = " and ".join(found.candidates)
         yield f"level: undecided between {names}, which all leave noise alone ({left})"
     else:
-        yield f"level: none leaves noise alone; {best.name} is the nearest ({left})"
+        yield f"level: none leaves noise alone as the file is; {best.name} is the nearest ({left})"
     if found.explained:
         yield "parameters: the record asks for none to change"
     for repair in found.repairs:
         yield f"explained by {repair.level} with {_told(repair.estimate)}"
     if not found.explained and not found.repairs:
-        yield f"parameters: no single one explains it; most does {_told(found.single[0])}"
+        yield f"parameters: no single one explains it; nearest is {_told(found.single[0])}"
     if found.windows:
         stays = np.median([window.stays_s for window in found.windows])
         long = np.median([window.time[-1] - window.time[0] for window in found.windows])
@@ -61,7 +62,7 @@ def lines(found: Comparison) -> Iterator[str]:
         noise = ", ".join(f"{value:.3g}" for value in level.fit.noise)
         share = level.fit.chi2 / level.fit.freedom
         yield (
-            f"{level.name}: {LEVELS[level.name]}; chi squared {share:.4g} per degree of freedom;"
+            f"{level.name}: chi squared {_number(share)} per degree of freedom;"
             f" residual {left} N m rms, {noise} by noise"
         )
     for engine in found.engines:
@@ -74,8 +75,13 @@ def _told(each: Estimate) -> str:
     parameter = each.parameter
     return (
         f"{parameter.path} = {each.value:.6g} +- {each.half_width:.2g} (95 %), in the file"
-        f" {parameter.value:.6g}; chi squared falls by {each.better:.3g}"
+        f" {parameter.value:.6g}; leaves a chi squared of {_number(each.left)} per degree of"
+        " freedom"
     )
+
+
+def _number(value: float) -> str:
+    return f"{value:,.0f}" if 1e3 <= value < 1e7 else f"{value:.3g}"
 
 
 def _ratio(value: float) -> str:
@@ -147,6 +153,7 @@ def _estimate(each: Estimate) -> dict[str, object]:
         "half_of_95_percent_interval": each.half_width,
         "standard_uncertainty": each.half_width / NORMAL,
         "chi2_falls_by": each.better,
+        "chi2_per_degree_of_freedom_left": each.left,
         "holds": dict(each.holds),
     }
 
@@ -174,9 +181,12 @@ def _residual_drawing(found: Comparison) -> str:
     figure = Figure(figsize=(9, 2.2 * joints), layout="constrained")
     rows = figure.subplots(joints, 1, sharex=True, squeeze=False)[:, 0]
     for joint, axes in enumerate(rows):
-        noise = float(found.best.fit.noise[joint])
-        axes.axhspan(-2 * noise, 2 * noise, color="0.85", label="2 standard deviations of noise")
-        axes.plot(found.shown.time, found.shown.residual[:, joint], lw=0.7, label="residual")
+        residual, bound = found.shown.residual[:, joint], 2 * found.shown.deviation[:, joint]
+        label = "2 standard deviations of noise"
+        axes.fill_between(found.shown.time, -bound, bound, color="0.85", label=label)
+        axes.plot(found.shown.time, residual, lw=0.7, label="residual")
+        top = IN_SIGHT * np.median(bound) + np.quantile(np.abs(residual), 0.98)
+        axes.set_ylim(-top, top)
         axes.set_ylabel(f"joint {joint + 1} [N m]")
     rows[0].legend(loc="upper right", fontsize="small")
     rows[-1].set_xlabel("time [s]")

@@ -31,14 +31,15 @@ class Parameter:
 class Estimate:
     """What a record asks a parameter to be, with half its 95 % interval.
 
-    better: by how much chi squared falls. holds: other parameters by how much of each is in it,
-    for the record cannot tell them apart.
+    better: by how much chi squared falls; left: what it is then, per degree of freedom. holds:
+    other parameters by how much of each is in it, for the record cannot tell them apart.
     """
 
     parameter: Parameter
     value: float
     half_width: float
     better: float
+    left: float
     holds: tuple[tuple[str, float], ...] = ()
 
 
@@ -78,14 +79,18 @@ def changed(arm: Arm, values: Mapping[str, float]) -> Arm:
 
 
 def alone(found: Normal, among: Sequence[Parameter]) -> list[Estimate]:
-    """Each parameter as if it alone were wrong, the one that explains most first."""
+    """Each parameter as if it alone were wrong, the one that explains most first.
+
+    What a fit leaves beyond noise, such as what the model lacks, counts as noise for the intervals.
+    """
     estimates = []
     for parameter, square, right in zip(among, np.diag(found.matrix), found.right, strict=True):
         if square > 0:
             better = float(right**2 / square)
-            half = NORMAL * found.scatter(better) / np.sqrt(square)
+            left = found.left(better)
+            half = NORMAL * np.sqrt(max(left, 1.0) / square)
             value = parameter.value + right / square
-            estimates.append(Estimate(parameter, float(value), float(half), better))
+            estimates.append(Estimate(parameter, float(value), float(half), better, left))
     return sorted(estimates, key=lambda each: -each.better)
 
 
@@ -108,7 +113,8 @@ def together(found: Normal, among: Sequence[Parameter]) -> tuple[list[Estimate],
     covariance = np.linalg.inv(base)
     right = found.right[used][chosen] / size[used][chosen]
     more = covariance @ right
-    scatter = found.scatter(float(right @ more))
+    remains = found.left(float(right @ more))
+    scatter = np.sqrt(max(remains, 1.0))
     mixed = covariance @ scaled[chosen]  # of every column, how much each chosen one holds
     estimates = []
     for place, index in enumerate(chosen):
@@ -121,5 +127,5 @@ def together(found: Normal, among: Sequence[Parameter]) -> tuple[list[Estimate],
         half = NORMAL * scatter * np.sqrt(covariance[place, place]) / unit
         value = parameter.value + more[place] / unit
         better = float(more[place] ** 2 / covariance[place, place])
-        estimates.append(Estimate(parameter, float(value), float(half), better, holds))
+        estimates.append(Estimate(parameter, float(value), float(half), better, remains, holds))
     return estimates, float(np.sqrt(np.linalg.cond(base))) if chosen else 1.0

@@ -74,12 +74,9 @@ class Normal:
     chi2: float
     freedom: int
 
-    def scatter(self, better: float) -> float:
-        """Standard deviation of what a fit leaves that lowers chi squared by so much, at least 1.
-
-        More than noise, such as what the model lacks, counts as noise for the intervals.
-        """
-        return float(np.sqrt(max((self.chi2 - better) / self.freedom, 1.0)))
+    def left(self, better: float) -> float:
+        """Chi squared per degree of freedom of a fit that lowers chi squared by so much."""
+        return (self.chi2 - better) / self.freedom
 
 
 def normal_equations(

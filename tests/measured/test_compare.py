@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import runpy
+import sys
 from dataclasses import replace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
 from crosscheck.measured.forward import windows
+from crosscheck.measured.output import first_lines
 from crosscheck.measured.parameters import alone, changed, increased, parameters
-from crosscheck.measured.record import require_same_units
+from crosscheck.measured.record import read_record, require_same_units
 from crosscheck.measured.residual import normal_equations
 from crosscheck.measured.smoothing import DEGREE, blocks, chosen_spacing
+from crosscheck.provenance import ROOT
 from crosscheck.registry import RIGID_LEVELS
 from models.errors import InputError
 from models.loading import load_arm
@@ -131,3 +136,14 @@ def test_rates_in_another_unit_are_told(labelled):
     for factor, said in ((180 / np.pi, "rates are in degrees"), (1e3, "times are in milliseconds")):
         with pytest.raises(InputError, match=said):
             require_same_units(replace(record, rates=factor * rates), rates)
+
+
+def test_the_example_of_the_docs_is_explained_by_its_payload(tmp_path):
+    script = ROOT / "examples" / "recorded_motion.py"
+    with patch.object(sys, "argv", [str(script), str(tmp_path / "recording.csv")]):
+        runpy.run_path(str(script))
+    record = read_record(tmp_path / "recording.csv", 2)
+    told = list(first_lines(compared(record, load_arm("paper-labelled"))))
+    page = (ROOT / "docs" / "how-to" / "compare-a-recording.md").read_text()
+    for line in told:
+        assert line in " ".join(page.split())

@@ -6,17 +6,20 @@ import json
 from pathlib import Path
 
 import h5py
+import jsonschema
 import numpy as np
 import pytest
 import scipy.io
 
 from crosscheck.measured.record import Record, read_record
+from crosscheck.provenance import ROOT
 from models.errors import InputError
 from tests.measured.records import level, record_of
 from tests.tool.conftest import Command, crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
 __all__ = ["crosscheck"]  # a fixture
+SCHEMA = ROOT / "crosscheck" / "schema" / "measured.schema.json"
 HEADER = "t_s,theta_1_rad,theta_2_rad,torque_1_N_m,torque_2_N_m"
 
 
@@ -72,6 +75,7 @@ def test_a_trajectory_of_this_program_is_a_record(crosscheck: Command, tmp_path)
     answer = crosscheck("compare", run, "--json", tmp_path / "c.json", "--out", tmp_path)
     assert "coupled" in answer.out
     data = json.loads((tmp_path / "c.json").read_text())
+    jsonschema.validate(data, json.loads(SCHEMA.read_text()))
     assert data["levels"][0]["level"] == "coupled"
     page = (tmp_path / "compare.html").read_text()
     assert "<title>Recording compared with paper-labelled" in page
