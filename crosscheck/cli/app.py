@@ -268,7 +268,7 @@ def trial(
 @app.command()
 def compare(
     record: Annotated[
-        Path, typer.Argument(metavar="RECORD", help="CSV, MAT, HDF5 or NetCDF file of a motion.")
+        Path, typer.Argument(metavar="RECORD", help="CSV, MAT, HDF5 or NetCDF file, or ROS bag.")
     ],
     arm: ArmName = "paper-labelled",
     scenario: Annotated[
@@ -282,6 +282,11 @@ def compare(
             help="Standard uncertainty of a number of the arm, arm.payload_mass_kg=0.01 for 1 %.",
         ),
     ] = None,
+    topic: Annotated[str, typer.Option(help="Of a ROS bag: messages of JointState.")] = "",
+    joint: Annotated[
+        list[str] | None,
+        typer.Option(help="Of a ROS bag: name of a joint, repeated from the base on."),
+    ] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the page, compare.html.")] = None,
 ) -> None:
@@ -291,7 +296,17 @@ def compare(
     from crosscheck.cli.compare import compare_command
 
     scenarios = [scenario] if scenario is not None else []
-    code = compare_command(record, arm, scenarios, settings or [], tolerance or [], json_file, out)
+    code = compare_command(
+        record,
+        arm,
+        scenarios=scenarios,
+        settings=settings or [],
+        stated=tolerance or [],
+        topic=topic,
+        joints=joint or [],
+        json_file=json_file,
+        out=out,
+    )
     raise typer.Exit(code)
 
 

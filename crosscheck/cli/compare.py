@@ -20,9 +20,12 @@ PAGE = "compare.html"
 def compare_command(
     record: Path,
     arm: str,
+    *,
     scenarios: list[str],
     settings: list[str],
     stated: list[str],
+    topic: str,
+    joints: list[str],
     json_file: Path | None,
     out: Path | None,
 ) -> int:
@@ -33,7 +36,7 @@ def compare_command(
     if out is not None:
         require_writable(out)
     require_files((json_file, MEASURED), (page, MEASURED_PAGE))
-    own = read_record(record, len(chosen.arm.joints))
+    own = read_record(record, len(chosen.arm.joints), topic, joints)
     scenario = chosen.scenarios[0] if chosen.scenarios else None
     with progress_bar() as told:
         found = compare(own, chosen.arm, scenario, tolerances, told)

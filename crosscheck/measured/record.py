@@ -1,4 +1,4 @@
-"""Recorded motions, opened here and nowhere else: CSV, MAT, HDF5 and NetCDF; units in the names."""
+"""Recorded motions, opened here alone: CSV, MAT, HDF5, NetCDF, ROS bags; units in the names."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ import h5py
 import numpy as np
 import scipy.io
 
+from crosscheck.measured.bag import ENDINGS, BagReading
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import perform_all
 from models.errors import InputError, one_line
-from models.inputs import input_content
+from models.inputs import input_content, size_of
 
 LARGEST_FILE = 2_000_000_000  # bytes
 MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself
@@ -55,16 +56,25 @@ class Record:
     torques: np.ndarray | None
 
 
-def read_record(path: Path, joints: int) -> Record:
+def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] = ()) -> Record:
     """The record in a file. Raises InputError naming file, row, column and what is allowed.
 
     Columns are `t_s`, `theta_1_rad`, `theta_dot_1_rad_per_s`, `torque_1_N_m` and so on, in other
     units with those at the end; rates and torques may be missing. In MAT, HDF5 and NetCDF files
     they are variables of these names, or `theta_rad` (N, joints) and so on, or those of a
-    trajectory of this program.
+    trajectory of this program. topic, named: of a ROS bag, and its names of the arm's joints.
     """
-    where, content = str(path), input_content(path, LARGEST_FILE)
-    columns = _of_csv(where, content) if path.suffix == ".csv" else _of_binary(where, content)
+    where = str(path)
+    if path.is_dir() or path.suffix in ENDINGS:
+        if named and len(named) != joints:
+            raise InputError("--joint", "", len(named), f"must be given {joints} times")
+        columns = _of_bag(path, topic, tuple(named))
+    elif topic or named:
+        option, value = ("--topic", topic) if topic else ("--joint", named[0])
+        raise InputError(option, value, None, f"is for ROS bags, and {where} is none")
+    else:
+        content = input_content(path, LARGEST_FILE)
+        columns = _of_csv(where, content) if path.suffix == ".csv" else _of_binary(where, content)
     time = _taken(where, columns, "t", None)
     if time is None:
         allowed = ", ".join(f"t_{unit}" for unit in UNITS["t"])
@@ -121,16 +131,33 @@ def _misfit(where: str, names: Sequence[str], lines: Iterable[str]) -> InputErro
     return None
 
 
+def _of_bag(path: Path, topic: str, joints: tuple[str, ...]) -> dict[str, np.ndarray]:
+    files = [each for each in path.iterdir() if each.is_file()] if path.is_dir() else [path]
+    try:
+        size = sum(map(size_of, files))
+    except OSError as error:
+        raise InputError(str(path), "", None, f"cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(str(path), "", None, f"cannot be read: {error}") from None
+    if size > LARGEST_FILE:
+        raise InputError(str(path), "", None, f"more than {LARGEST_FILE // 1_000_000} MB")
+    return _in_worker(str(path), BagReading(str(path), topic, joints))
+
+
 def _of_binary(where: str, content: bytes) -> dict[str, np.ndarray]:
-    """Read in a worker, which a damaged file may end."""
-    task = Reading(content)
+    variables = _in_worker(where, Reading(content))
+    return {OWN.get(name, name): values for name, values in variables.items()}
+
+
+def _in_worker(where: str, task: Reading | BagReading) -> dict[str, np.ndarray]:
+    """What a task reads in a process that a damaged file may end. Raises InputError."""
     (found,) = perform_all([task], 1, lambda outcome: None).values()
     if isinstance(found, Failure):
         raise InputError(where, "", None, f"cannot be read: {found}")
     if isinstance(found, str):
         raise InputError(where, "", None, found)
     variables: dict[str, np.ndarray] = found
-    return {OWN.get(name, name): values for name, values in variables.items()}
+    return variables
 
 
 @dataclass(frozen=True)

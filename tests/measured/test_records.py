@@ -10,6 +10,8 @@ import jsonschema
 import numpy as np
 import pytest
 import scipy.io
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
 
 from crosscheck.measured.record import Record, read_record
 from crosscheck.provenance import ROOT
@@ -19,6 +21,7 @@ from tests.tool.conftest import Command, crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
 __all__ = ["crosscheck"]  # a fixture
+JOINT_STATE, TIME = "sensor_msgs/msg/JointState", "builtin_interfaces/msg/Time"
 SCHEMA = ROOT / "crosscheck" / "schema" / "measured.schema.json"
 HEADER = "t_s,theta_1_rad,theta_2_rad,torque_1_N_m,torque_2_N_m"
 
@@ -160,3 +163,51 @@ def test_external_data_are_not_followed(tmp_path):
         )
     with pytest.raises(InputError, match="has no times"):
         read_record(tmp_path / "r.h5", 2)
+
+
+def bag_of(record: Record, folder: Path, storage: StoragePlugin) -> Path:
+    """A ROS 2 bag of the record, its joints in the other order and a gripper beside them."""
+    types = get_typestore(Stores.ROS2_JAZZY)
+    message, stamp = (types.types[name] for name in (JOINT_STATE, TIME))
+    header = types.types["std_msgs/msg/Header"]
+    with Writer(folder, version=9, storage_plugin=storage) as bag:
+        topic = bag.add_connection("/joint_states", message.__msgtype__, typestore=types)
+        bag.add_connection("/chatter", "std_msgs/msg/String", typestore=types)
+        for time, angles, torques in zip(record.time, record.angles, record.torques, strict=True):
+            nanoseconds = 1_700_000_000 * 10**9 + round(1e9 * time)
+            state = message(
+                header(stamp(*divmod(nanoseconds, 10**9)), "base"),
+                ["elbow", "gripper", "shoulder"],
+                np.array([angles[1], 0.5, angles[0]]),
+                np.array([]),
+                np.array([torques[1], 0.0, torques[0]]),
+            )
+            raw = types.serialize_cdr(state, message.__msgtype__)
+            bag.write(topic, nanoseconds + 1000, raw)
+    return folder
+
+
+@pytest.mark.parametrize("storage", StoragePlugin)
+def test_a_bag_is_read_by_the_names_of_its_joints(record, tmp_path, storage):
+    folder = bag_of(record, tmp_path / "bag", storage)
+    for path in (folder, next(each for each in folder.iterdir() if each.suffix != ".yaml")):
+        found = read_record(path, 2, named=("shoulder", "elbow"))
+        assert found.time == pytest.approx(record.time, abs=1e-9)
+        assert np.array_equal(found.angles, record.angles)
+        assert np.array_equal(found.torques, record.torques)
+        assert found.rates is None
+    for topic, named, said in (
+        ("", (), "needs --joint for each joint; message 1 has elbow, gripper, shoulder"),
+        ("", ("shoulder", "wrist"), "has no joint wrist; message 1 has elbow, gripper, shoulder"),
+        ("", ("shoulder",), "must be given 2 times"),
+        ("/chatter", ("shoulder", "elbow"), "has no topic /chatter of .*: /joint_states"),
+    ):
+        with pytest.raises(InputError, match=said):
+            read_record(folder, 2, topic, named)
+
+
+@pytest.mark.parametrize("name", ["bag", "bag.mcap", "bag.db3", "bag.bag"])
+def test_no_bag_is_one_line(crosscheck: Command, tmp_path, name):
+    path = tmp_path / name
+    path.write_bytes(b"\x89MCAP0\r\nand then nothing") if path.suffix else path.mkdir()
+    assert_one_line(crosscheck("compare", path, "--joint", "a", "--joint", "b"), f"{name}: is no r")
