@@ -31,7 +31,7 @@ from tests.tool.test_bad_input import assert_one_line
 
 __all__ = ["crosscheck"]  # a fixture
 COMPILER = shutil.which("gcc")
-fmi3 = pytest.importorskip("fmpy.fmi3", reason="no FMPy here")
+fmi2, fmi3 = (pytest.importorskip(f"fmpy.fmi{n}", reason="no FMPy here") for n in (2, 3))
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="no gcc here")
 RIGID = """\
 q = ["theta_1", "theta_2"]
@@ -179,6 +179,100 @@ int fmi3DoStep(void *c, double t, double h, _Bool keep, _Bool *event, _Bool *sto
     return 0;
 }
 """
+
+
+STEPPED_2 = """
+#include <stddef.h>
+#include <stdlib.h>
+typedef struct { double state[2 * N], torque[JOINTS]; } Unit;
+void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources,
+                      const void *calls, int visible, int logging) {
+    return type == 1 ? calloc(1, sizeof(Unit)) : NULL;
+}
+void fmi2FreeInstance(void *c) { free(c); }
+int fmi2SetupExperiment(void *c, int d, double tol, double start, int e, double stop) { return 0; }
+int fmi2EnterInitializationMode(void *c) { return 0; }
+int fmi2ExitInitializationMode(void *c) { return 0; }
+int fmi2SetReal(void *c, const unsigned *r, size_t n, const double *x) {
+    Unit *u = c;
+    for (size_t k = 0; k < n; k++)
+        *(r[k] < 2 * N ? &u->state[r[k]] : &u->torque[r[k] - 4 * N]) = x[k];
+    return 0;
+}
+int fmi2GetReal(void *c, const unsigned *r, size_t n, double *x) {
+    for (size_t k = 0; k < n; k++) x[k] = ((Unit *)c)->state[r[k]];
+    return 0;
+}
+/* Five hundred midpoint steps. */
+int fmi2DoStep(void *c, double t, double h, int keep) {
+    Unit *u = c;
+    double part = h / 500, a[N], *q = u->state, *v = u->state + N, middle[2 * N];
+    for (int step = 0; step < 500; step++) {
+        PREFIX_acceleration(t + step * part, q, v, u->torque, a);
+        for (int k = 0; k < N; k++) {
+            middle[k] = q[k] + part / 2 * v[k];
+            middle[N + k] = v[k] + part / 2 * a[k];
+        }
+        PREFIX_acceleration(t + (step + 0.5) * part, middle, middle + N, u->torque, a);
+        for (int k = 0; k < N; k++) q[k] += part * middle[N + k], v[k] += part * a[k];
+    }
+    return 0;
+}
+"""
+
+
+def stepped_2(arm: str, name: str, folder: Path) -> bytes:
+    """A unit of FMI 2.0 for Co-Simulation around the exported C."""
+    model = model_of(arm, name, [])
+    prefix = prefix_of(model)
+    code = c_text(model.term_equations, prefix, "a model") + STEPPED_2.replace("PREFIX", prefix)
+    unused = [
+        each for each in dir(fmi2.FMU2Slave) if each.startswith("fmi2") and f"{each}(" not in code
+    ]
+    code += "".join(f"int {each}(void) {{ return 3; }}\n" for each in unused)
+    source, library = folder / "unit.c", folder / "unit.so"
+    source.write_text(code, encoding="utf-8")
+    command = [str(COMPILER), "-O1", "-fPIC", "-shared", "-o", library, source, "-lm"]
+    subprocess.run(command, check=True)
+    names = [*model.layout.names, *(f"v_{each}" for each in model.layout.names)]
+    real = (
+        '<ScalarVariable name="{}" valueReference="{}" causality="{}"{}><Real{}/></ScalarVariable>'
+    )
+    rows = [
+        real.format(each, k, "output", ' initial="exact"', ' start="0"')
+        for k, each in enumerate(names)
+    ]
+    rows += [
+        real.format(f"torque_{j + 1}", 2 * len(names) + j, "input", "", ' start="0"')
+        for j in (0, 1)
+    ]
+    outputs = "".join(f'<Unknown index="{k + 1}"/>' for k in range(len(names)))
+    description = (
+        '<fmiModelDescription fmiVersion="2.0" modelName="unit" guid="{1}">'
+        '<CoSimulation modelIdentifier="unit"/>'
+        f"<ModelVariables>{''.join(rows)}</ModelVariables>"
+        f"<ModelStructure><Outputs>{outputs}</Outputs></ModelStructure></fmiModelDescription>"
+    )
+    return zipped(
+        {DESCRIPTION: description.encode(), "binaries/linux64/unit.so": library.read_bytes()}
+    )
+
+
+@pytest.mark.parametrize(
+    ("model", "mapping"),
+    [
+        ("analytic:coupled", RIGID + 'level = "coupled"\n'),
+        ("analytic:physical", GEARED),
+    ],
+)
+def test_co_simulation_of_version_2_agrees(model, mapping, tmp_path):
+    content = stepped_2("paper-labelled", model, tmp_path)
+    unit = mapped(content, mapping, "paper-labelled", tmp_path)
+    scenario = load_scenario("constant-torque").model_copy(update={"duration_s": 0.01})
+    arm = load_arm("paper-labelled")
+    found = beside(unit, "unit.fmu", arm, [scenario], usual_switches(arm), 1, unsaid).checks
+    assert len(found) > 1
+    assert [finding for finding in found if finding.verdict != "agree"] == []
 
 
 def version_3(arm: str, name: str, folder: Path, steps: bool = False, *changes: str) -> bytes:
