@@ -15,10 +15,10 @@ from analytic.derivation.rigid import rigid_bodies
 from analytic.derivation.terms import Terms, chain_terms, inverse_dynamics
 from analytic.ensemble import alone, trajectories
 from analytic.kernel.batch import Records
-from analytic.kernel.equations import Equations, LinkEquations, TermEquations
+from analytic.kernel.equations import KernelEquations, LinkEquations, TermEquations
 from analytic.kernel.links import Links, links_of
 from analytic.kernel.precise import followed
-from analytic.kernel.states import States
+from analytic.kernel.states import StateEvaluator
 from analytic.paper.stiffness import peak_stiffness
 from analytic.reference import solve
 from analytic.stability import contact_eigenvalues, runge_kutta_limit
@@ -75,16 +75,16 @@ class AnalyticModel(Model):
         return TermEquations(self.arm, self.layout, self.gears, self.drive, self.terms)
 
     @cached_property
-    def equations(self) -> Equations:
+    def equations(self) -> KernelEquations:
         """That runs are made by."""
         if self.links is None:
             return self.term_equations
         return LinkEquations(self.arm, self.layout, self.gears, self.drive, self.links)
 
     @cached_property
-    def states(self) -> States:
+    def states(self) -> StateEvaluator:
         """What the equations say of single states."""
-        return States(self.term_equations)
+        return StateEvaluator(self.term_equations)
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q) of Eq. 21."""

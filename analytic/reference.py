@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from analytic.derivation.gears import Gears
-from analytic.kernel.states import States
+from analytic.kernel.states import StateEvaluator
 
 # Sizes below which an error does not matter at relative tolerance 1: displacements of the order of
 # the play and their rates at the mesh modes, against angles of the order of a radian.
@@ -13,7 +13,7 @@ MESH_SIZE_M, MESH_RATE_M_PER_S = 1e-4, 1e-1
 
 
 def solve(
-    states: States,
+    states: StateEvaluator,
     gears: Gears,
     start: tuple[np.ndarray, np.ndarray],
     time: np.ndarray,

@@ -12,7 +12,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from audit.claims.rule import Kind
+from audit.claims.rule import VerdictKind
 from audit.experiments.scale import FULL, QUICK
 from audit.experiments.study import Study, cache_folder
 from audit.page.material import Material
@@ -21,12 +21,12 @@ from crosscheck.runner.progress import progress_bar
 APART = 1000  # between the first seeds of two sets
 
 
-def verdicts(material: Material) -> dict[str, Kind]:
+def verdicts(material: Material) -> dict[str, VerdictKind]:
     """By claim id."""
     return {name: judged.verdict.kind for name, judged in material.judged.items()}
 
 
-def told(sets: Sequence[Mapping[str, Kind]]) -> str:
+def told(sets: Sequence[Mapping[str, VerdictKind]]) -> str:
     """What differs."""
     lines, moved = [], 0
     for name in sets[0]:
@@ -34,7 +34,7 @@ def told(sets: Sequence[Mapping[str, Kind]]) -> str:
         if len(set(found)) == 1:
             continue
         moved += 1
-        through = "" if Kind.BISTABLE in found else "  NOT by way of bistable"
+        through = "" if VerdictKind.BISTABLE in found else "  NOT by way of bistable"
         lines.append(f"{name}: {' | '.join(found)}{through}")
     share = moved / len(sets[0])
     return "\n".join([*lines, f"{moved} of {len(sets[0])} claims ({100 * share:.1f} %)"])

@@ -27,7 +27,7 @@ from models.loading import load_scenario
 RIGID = 1e-3  # of the fastest eigenvalue: slower ones are the arm's own, or their rounding
 
 
-class Quantity(NamedTuple):
+class DerivedQuantity(NamedTuple):
     """A number, or numbers or a word, with what it is and its unit."""
 
     name: str
@@ -63,18 +63,18 @@ def named_meshes(joint: Planetary) -> Iterator[NamedMesh]:
             yield NamedMesh(f"{side} mesh{suffix}", pair, mesh, masses[k], d[k], phases[k])
 
 
-def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[Quantity]:
+def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[DerivedQuantity]:
     """Stiffness of one planet's contact, and damping in both forms."""
     law, pair = named.mesh.stiffness, named.pair
     mean = mean_stiffness(law)
     ratio = named.damping / (2 * math.sqrt(joint.planet_count * mean * named.mass))
-    yield Quantity("mean stiffness, per planet", mean, "N/m")
-    yield Quantity("largest stiffness, per planet", _largest_stiffness(law), "N/m")
+    yield DerivedQuantity("mean stiffness, per planet", mean, "N/m")
+    yield DerivedQuantity("largest stiffness, per planet", _largest_stiffness(law), "N/m")
     together = f"d_{pair}, damping of x_{pair}, {joint.planet_count} planets alike"
-    yield Quantity(together, named.damping, "N s/m")
-    yield Quantity(f"zeta_{pair}, damping ratio of x_{pair}", ratio)
+    yield DerivedQuantity(together, named.damping, "N s/m")
+    yield DerivedQuantity(f"zeta_{pair}, damping ratio of x_{pair}", ratio)
     if named.mesh.phase_rad is None:
-        yield Quantity("phase from the teeth", named.phase, "rad")
+        yield DerivedQuantity("phase from the teeth", named.phase, "rad")
 
 
 def _largest_stiffness(law: StiffnessLaw) -> float:
@@ -83,44 +83,48 @@ def _largest_stiffness(law: StiffnessLaw) -> float:
     return float(peak_stiffness(stiffness_data([law]), mean, np.array([amplitude]))[0])
 
 
-def derived_joint(joint: Planetary | Direct) -> Iterator[Quantity]:
+def derived_joint(joint: Planetary | Direct) -> Iterator[DerivedQuantity]:
     """Of its gears, if it has any, and what a rigid arm has of it."""
     if isinstance(joint, Planetary):
         yield from _gearing(joint)
         yield from _inertias(joint)
     source = "sun and planets" if isinstance(joint, Planetary) else "the rotor"
-    yield Quantity(f"reflected inertia of {source}", _reflected(joint), "kg m^2")
-    yield Quantity("mass at the joint's axis", joint_mass(joint), "kg")
+    yield DerivedQuantity(f"reflected inertia of {source}", _reflected(joint), "kg m^2")
+    yield DerivedQuantity("mass at the joint's axis", joint_mass(joint), "kg")
 
 
-def _gearing(joint: Planetary) -> Iterator[Quantity]:
+def _gearing(joint: Planetary) -> Iterator[DerivedQuantity]:
     geometry = stage_geometry(joint)
-    yield Quantity("r_s, base radius of the sun", geometry.r_s, "m")
-    yield Quantity("r_p, base radius of a planet", geometry.r_p, "m")
-    yield Quantity("r_c, carrier radius", geometry.r_c, "m")
-    yield Quantity("r_cp = r_c cos(alpha)", geometry.r_cp, "m")
-    yield Quantity("n, reduction ratio", geometry.n)
-    yield Quantity("sun mesh: cycles per turn of the carrier", sun_mesh_rate(joint, geometry))
+    yield DerivedQuantity("r_s, base radius of the sun", geometry.r_s, "m")
+    yield DerivedQuantity("r_p, base radius of a planet", geometry.r_p, "m")
+    yield DerivedQuantity("r_c, carrier radius", geometry.r_c, "m")
+    yield DerivedQuantity("r_cp = r_c cos(alpha)", geometry.r_cp, "m")
+    yield DerivedQuantity("n, reduction ratio", geometry.n)
+    yield DerivedQuantity(
+        "sun mesh: cycles per turn of the carrier", sun_mesh_rate(joint, geometry)
+    )
     for rate in ("eq13", "corrected"):
         cycles = ring_mesh_rate(joint, geometry, rate)
-        yield Quantity(f"ring mesh: the same, {rate}", cycles)
+        yield DerivedQuantity(f"ring mesh: the same, {rate}", cycles)
 
 
-def _inertias(joint: Planetary) -> Iterator[Quantity]:
+def _inertias(joint: Planetary) -> Iterator[DerivedQuantity]:
     """As equivalent masses M and as inertias I = M r^2."""
     geometry = stage_geometry(joint)
     parts = (("s", "the sun"), ("p", "a planet"), ("c", "the carrier"))
     radii = geometry.r_s, geometry.r_p, geometry.r_cp
     masses = equivalent_masses(joint)
     for (index, part), mass, radius in zip(parts, masses, radii, strict=True):
-        yield Quantity(f"M_{index}, equivalent mass of {part}", mass, "kg")
-        yield Quantity(f"I_{index}, inertia of {part}", mass * radius**2, "kg m^2")
+        yield DerivedQuantity(f"M_{index}, equivalent mass of {part}", mass, "kg")
+        yield DerivedQuantity(f"I_{index}, inertia of {part}", mass * radius**2, "kg m^2")
     for part, own, mass in (
         ("sun", masses[0], joint.sun_mass_kg),
         ("planet", masses[1], joint.planet_mass_kg),
     ):
         if mass:
-            yield Quantity(f"{part}: radius of gyration over base radius", math.sqrt(own / mass))
+            yield DerivedQuantity(
+                f"{part}: radius of gyration over base radius", math.sqrt(own / mass)
+            )
 
 
 def _reflected(joint: Planetary | Direct) -> float:
@@ -131,23 +135,23 @@ def _reflected(joint: Planetary | Direct) -> float:
     return (4 * sun + joint.planet_count * planet) * stage_geometry(joint).r_cp ** 2
 
 
-def derived_link(arm: Arm, place: int) -> Iterator[Quantity]:
+def derived_link(arm: Arm, place: int) -> Iterator[DerivedQuantity]:
     """Of the link behind a joint, counted from 0."""
     values = stage_values(arm.joints[place], arm.links[place])
-    yield Quantity("mass", float(values.m), "kg")
-    yield Quantity("inertia about its centre of mass", float(values.I_l), "kg m^2")
+    yield DerivedQuantity("mass", float(values.m), "kg")
+    yield DerivedQuantity("inertia about its centre of mass", float(values.I_l), "kg m^2")
 
 
-def derived_arm(arm: Arm) -> Iterator[Quantity]:
+def derived_arm(arm: Arm) -> Iterator[DerivedQuantity]:
     """Masses and weight; modes with every tooth in contact, arm stretched out, not controlled."""
     masses = *map(link_mass, arm.links), *map(joint_mass, arm.joints), arm.payload_mass_kg
-    yield Quantity("total mass", sum(masses), "kg")
+    yield DerivedQuantity("total mass", sum(masses), "kg")
     for number, moment in enumerate(largest_weights(arm), start=1):
-        yield Quantity(f"joint {number}: largest moment of weight", float(moment), "N m")
+        yield DerivedQuantity(f"joint {number}: largest moment of weight", float(moment), "N m")
     for pole in _mesh_poles(arm):
-        yield Quantity("mesh mode", abs(pole) / (2 * math.pi), "Hz")
-        yield Quantity("its damping ratio", -pole.real / abs(pole))
-    yield Quantity("largest stable step of RK4", _model(arm).largest_stable_step(), "s")
+        yield DerivedQuantity("mesh mode", abs(pole) / (2 * math.pi), "Hz")
+        yield DerivedQuantity("its damping ratio", -pole.real / abs(pole))
+    yield DerivedQuantity("largest stable step of RK4", _model(arm).largest_stable_step(), "s")
 
 
 def _mesh_poles(arm: Arm) -> list[complex]:
@@ -167,11 +171,11 @@ def _model(arm: Arm) -> PhysicalModel:
     return PhysicalModel(arm, load_scenario("constant-torque"))
 
 
-def derived_experiments(sizes: Sizes) -> Iterator[Quantity]:
+def derived_experiments(sizes: Sizes) -> Iterator[DerivedQuantity]:
     """What a cross-check does to an arm that is not the paper's."""
-    yield Quantity("rate of the controller", sizes.rate, "rad/s")
-    yield Quantity("duration of the step of torque", step_scenario(sizes).duration_s, "s")
-    yield Quantity("duration of the controlled motion", pd_scenario(sizes).duration_s, "s")
+    yield DerivedQuantity("rate of the controller", sizes.rate, "rad/s")
+    yield DerivedQuantity("duration of the step of torque", step_scenario(sizes).duration_s, "s")
+    yield DerivedQuantity("duration of the controlled motion", pd_scenario(sizes).duration_s, "s")
     columns = (
         ("inertia of the rigid arm, stretched out", sizes.inertia, "kg m^2"),
         ("step of torque", sizes.step, "N m"),
@@ -181,4 +185,4 @@ def derived_experiments(sizes: Sizes) -> Iterator[Quantity]:
     )
     for place in range(len(sizes.inertia)):
         for name, values, unit in columns:
-            yield Quantity(f"joint {place + 1}: {name}", values[place], unit)
+            yield DerivedQuantity(f"joint {place + 1}: {name}", values[place], unit)

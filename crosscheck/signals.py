@@ -70,7 +70,7 @@ def spectrum(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return np.fft.rfftfreq(values.size, time[1] - time[0]), amplitudes
 
 
-class Line(NamedTuple):
+class SpectralLine(NamedTuple):
     """A line of a spectrum: frequency [Hz], and single-sided amplitude as the signal's unit."""
 
     frequency_Hz: float
@@ -79,7 +79,7 @@ class Line(NamedTuple):
 
 def largest_line(
     time: np.ndarray, values: np.ndarray, above_hz: float, below_hz: float = np.inf
-) -> Line:
+) -> SpectralLine:
     """The largest line from ``above_hz`` on, below ``below_hz``, refined by a parabola through it.
 
     nan if there is none.
@@ -87,14 +87,14 @@ def largest_line(
     frequency, amplitudes = spectrum(time, values)
     band = window(frequency, above_hz, below_hz)
     if amplitudes[band].max(initial=0.0) == 0:
-        return Line(np.nan, np.nan)
+        return SpectralLine(np.nan, np.nan)
     peak = band.start + int(np.argmax(amplitudes[band]))
     size = float(amplitudes[peak])
     if peak in (0, amplitudes.size - 1):
-        return Line(float(frequency[peak]), size)
+        return SpectralLine(float(frequency[peak]), size)
     left, middle, right = np.log(amplitudes[peak - 1 : peak + 2] + 1e-300)
     shift = 0.5 * (left - right) / (left - 2 * middle + right)
-    return Line(float(frequency[peak] + shift * frequency[1]), size)
+    return SpectralLine(float(frequency[peak] + shift * frequency[1]), size)
 
 
 def dominant_frequency(time: np.ndarray, values: np.ndarray, above_hz: float = 100.0) -> float:

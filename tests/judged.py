@@ -9,7 +9,7 @@ import xarray as xr
 from crosscheck.checks import invariants as laws
 from crosscheck.checks import trajectories
 from crosscheck.checks.answers import answers
-from crosscheck.checks.scales import Limit, meaningful
+from crosscheck.checks.scales import ReasonedLimit, meaningful
 from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair
 from crosscheck.findings import About, Finding, Key
 from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
@@ -94,7 +94,7 @@ def _recorded(run: xr.Dataset, quantities: Sequence[str]) -> list[str]:
     return [quantity for quantity in quantities if quantity in run]
 
 
-def _widest(of: Case, quantity: str, run: xr.Dataset) -> Limit:
+def _widest(of: Case, quantity: str, run: xr.Dataset) -> ReasonedLimit:
     return meaningful(quantity, of.arm, of.scenario, trajectories.size(run, quantity))
 
 

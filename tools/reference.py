@@ -15,7 +15,7 @@ from crosscheck.studies.definition.definition import (
     ListAxis,
     NormalAxis,
     Samples,
-    Starts,
+    StudyStarts,
     UniformAxis,
 )
 from crosscheck.studies.definition.quantities import (
@@ -74,7 +74,7 @@ HEADINGS: dict[type[Data], str] = {
     NormalAxis: "Axis: normal",
     UniformAxis: "Axis: uniform",
     Samples: "Samples of a study",
-    Starts: "Starts of a study",
+    StudyStarts: "Starts of a study",
     Size: "Quantity: size",
     BandRms: "Quantity: RMS in a band",
     SpectralPeak: "Quantity: spectral peak",

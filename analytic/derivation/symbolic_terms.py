@@ -11,7 +11,7 @@ import sympy as sp
 
 from analytic.derivation.forms import Form
 from analytic.derivation.symbols import geared_variables, parameter_values
-from analytic.derivation.terms import Terms, Waves, indices
+from analytic.derivation.terms import AngleSums, Terms, indices
 from models.arm.arm import Arm
 from models.arm.layout import lumped_layout
 
@@ -24,7 +24,7 @@ def form_terms(form: Form, arm: Arm) -> Terms:
     Raises ValueError if an entry is not of the shape that Terms describe.
     """
     values, variables = parameter_values(arm), geared_variables(len(arm.joints))
-    waves = Waves(len(form.q))
+    waves = AngleSums(len(form.q))
     mass, bias = _mass_terms(form, values, waves), _bias_terms(form, values, waves)
     mesh_map = _linear_map(form.force, variables.mesh_forces, values)
     drive_map = _linear_map(form.force, variables.torques, values)
@@ -43,7 +43,7 @@ def form_terms(form: Form, arm: Arm) -> Terms:
     )
 
 
-def _mass_terms(form: Form, values: Mapping[sp.Symbol, Fraction], waves: Waves) -> Indexed:
+def _mass_terms(form: Form, values: Mapping[sp.Symbol, Fraction], waves: AngleSums) -> Indexed:
     found: Indexed = defaultdict(float)
     for (row, column), entry in _entries(form.mass_matrix):
         for term in _summands(entry, values):
@@ -53,7 +53,7 @@ def _mass_terms(form: Form, values: Mapping[sp.Symbol, Fraction], waves: Waves) 
     return found
 
 
-def _bias_terms(form: Form, values: Mapping[sp.Symbol, Fraction], waves: Waves) -> Indexed:
+def _bias_terms(form: Form, values: Mapping[sp.Symbol, Fraction], waves: AngleSums) -> Indexed:
     found: Indexed = defaultdict(float)
     for (row, _), entry in _entries(form.bias):
         for term in _summands(entry, values):

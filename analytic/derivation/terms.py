@@ -70,7 +70,7 @@ def inverse_dynamics(terms: Terms, q: np.ndarray, v: np.ndarray, a: np.ndarray) 
     return found
 
 
-class Waves:
+class AngleSums:
     """Numbers the distinct angle sums w . q; sign is the caller's business."""
 
     def __init__(self, size: int) -> None:
@@ -88,7 +88,7 @@ class Waves:
 
 def chain_terms(chain: Chain, bodies: Sequence[Body], arm: Arm) -> Terms:
     """The terms of an arm's chain in exact numbers, with these of its bodies."""
-    links, n, waves = chain.angles[1:], len(chain.layout), Waves(len(chain.layout))
+    links, n, waves = chain.angles[1:], len(chain.layout), AngleSums(len(chain.layout))
     derived = mass_terms(bodies, links)
     # Sorted, M[i, j] and M[j, i] add up the same waves in the same order: they are the same.
     mass = {(i, j, waves.number(w)): c for (i, j, w), c in sorted(derived.items())}

@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from analytic.derivation.gears import Gears
-from analytic.kernel.equations import Equations
+from analytic.kernel.equations import KernelEquations
 from analytic.kernel.numbers import Numbers
 from analytic.kernel.program import STATE, Program, code_of, steps_program
 from models.experiment.drive import TABLE, DriveData, table_torques
@@ -32,7 +32,7 @@ class KernelModel(Protocol):
     def gears(self) -> Gears: ...
 
     @property
-    def equations(self) -> Equations: ...
+    def equations(self) -> KernelEquations: ...
 
     def start(self) -> tuple[np.ndarray, np.ndarray]: ...
 

@@ -21,7 +21,7 @@ from models.arm.layout import Layout
 from models.experiment.drive import DriveData
 
 
-class Equations(Protocol):
+class KernelEquations(Protocol):
     """What runs ask of them; x is a state's coordinates or rates, shape (..., n)."""
 
     @property

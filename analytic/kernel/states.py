@@ -25,7 +25,7 @@ class Quantities(NamedTuple):
     mesh_forces: np.ndarray
 
 
-class States:
+class StateEvaluator:
     """What a model's equations say of states that it is asked for one after the other."""
 
     def __init__(self, equations: TermEquations) -> None:

@@ -13,7 +13,7 @@ from audit.claims.settings import plan_of
 from audit.claims.summary import Varied, varied
 from audit.claims.words import page
 from audit.experiments.cells import GearModel
-from audit.page.chapter import Chapter
+from audit.page.chapter import AuditChapter
 from audit.page.material import Material
 from audit.page.said import Said
 
@@ -21,19 +21,19 @@ ID, TITLE = "claims", "The paper's statements, one by one"
 
 
 @dataclass(frozen=True)
-class Row:
+class ClaimRow:
     """A claim and what the model's variants say of it."""
 
     judged: Judged
     variants: tuple[Varied, ...]
 
 
-def chapter(material: Material) -> Chapter:
+def chapter(material: Material) -> AuditChapter:
     """The claims, their values in all settings and their verdicts."""
     found = rows(material)
     counts = Counter(row.judged.verdict.kind for row in found)
     outcome = "; ".join(f"{kind}: {count}" for kind, count in counts.most_common())
-    return Chapter(
+    return AuditChapter(
         ID,
         TITLE,
         page(found, plan_of(material.scale), material.scale),
@@ -43,10 +43,10 @@ def chapter(material: Material) -> Chapter:
     )
 
 
-def rows(material: Material) -> list[Row]:
+def rows(material: Material) -> list[ClaimRow]:
     """Of every claim, in the paper's order."""
     return [
-        Row(one, tuple(varied(one, _of_variants(one.claim, material))))
+        ClaimRow(one, tuple(varied(one, _of_variants(one.claim, material))))
         for one in material.judged.values()
     ]
 

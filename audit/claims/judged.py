@@ -13,10 +13,10 @@ import numpy as np
 from audit.claims.rule import (
     Answer,
     Claim,
-    Kind,
     Limits,
     State,
     Verdict,
+    VerdictKind,
     ends,
     kind_of,
     state,
@@ -113,7 +113,7 @@ class Judged:
 
         return first(below, -math.inf), first(beyond, math.inf)
 
-    def _kind_at(self, limits: Limits) -> Kind:
+    def _kind_at(self, limits: Limits) -> VerdictKind:
         return kind_of([state(a.share_at(limits)) for a in self.answers])
 
 

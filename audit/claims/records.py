@@ -9,7 +9,7 @@ from audit.claims.rule import PARTS, Answer, Verdict
 from audit.claims.summary import Varied
 from audit.experiments.cells import AS_GEARS, AS_MODELLED, BETWEEN
 from audit.measures.numbers import defined
-from audit.page.columns import Column, Columns
+from audit.page.columns import Columns, TableColumn
 from audit.page.record import JsonObject
 
 ANSWERS = Columns[Answer](
@@ -24,18 +24,18 @@ ANSWERS = Columns[Answer](
         if part
     ),
     (
-        Column("law", "law", lambda a: a.place.law.id if a.place.law else None),
-        Column("planets", "planets", lambda a: a.place.planets if a.place.law else None),
-        Column("arm", "arm", lambda a: a.place.arm),
-        Column("zeta", "zeta", lambda a: a.place.zeta, "g"),
-        Column("choice", "choice", lambda a: a.place.choice or None),
-        Column("state", "state", lambda a: a.state.value),
-        Column("yes", "yes", lambda a: a.share.yes if a.share else None),
-        Column("share", "share", lambda a: a.share.value if a.share else None),
-        Column("share_95", "95 % interval", lambda a: a.share.interval if a.share else None),
-        Column("quantiles", "quantiles", lambda a: a.quantiles),
-        Column("starts", "starts", lambda a: a.starts),
-        Column("undefined", "undefined", lambda a: a.undefined),
+        TableColumn("law", "law", lambda a: a.place.law.id if a.place.law else None),
+        TableColumn("planets", "planets", lambda a: a.place.planets if a.place.law else None),
+        TableColumn("arm", "arm", lambda a: a.place.arm),
+        TableColumn("zeta", "zeta", lambda a: a.place.zeta, "g"),
+        TableColumn("choice", "choice", lambda a: a.place.choice or None),
+        TableColumn("state", "state", lambda a: a.state.value),
+        TableColumn("yes", "yes", lambda a: a.share.yes if a.share else None),
+        TableColumn("share", "share", lambda a: a.share.value if a.share else None),
+        TableColumn("share_95", "95 % interval", lambda a: a.share.interval if a.share else None),
+        TableColumn("quantiles", "quantiles", lambda a: a.quantiles),
+        TableColumn("starts", "starts", lambda a: a.starts),
+        TableColumn("undefined", "undefined", lambda a: a.undefined),
     ),
 )
 

@@ -216,7 +216,7 @@ def _place(claim: Claim, cell: Cell, choice: str) -> Place:
     return Place(cell.law, cell.arm, cell.zeta, choice, cell.planets)
 
 
-class Kind(StrEnum):
+class VerdictKind(StrEnum):
     """A verdict's first word."""
 
     HOLDS = "holds"
@@ -240,7 +240,7 @@ class Counts(NamedTuple):
 class Verdict(NamedTuple):
     """depends_on: the parameters that decide, where some settings say yes and others no."""
 
-    kind: Kind
+    kind: VerdictKind
     counts: Counts
     depends_on: tuple[str, ...] = ()
 
@@ -257,7 +257,7 @@ def verdict_of(given: Sequence[Stated], free: str = "") -> Verdict:
     """Of settings that have said what they say."""
     kind = kind_of([said for _, said in given])
     clear = [one for one in given if one[1] in (State.YES, State.NO)]
-    depends_on = _deciding(clear, free) if kind == Kind.DEPENDS else ()
+    depends_on = _deciding(clear, free) if kind == VerdictKind.DEPENDS else ()
     return Verdict(kind, counts_of([said for _, said in given]), depends_on)
 
 
@@ -269,25 +269,25 @@ def counts_of(said: Sequence[State]) -> Counts:
 COUNTED = (State.YES, State.NO, State.BISTABLE, State.UNDEFINED)
 
 
-def kind_of(said: Sequence[State]) -> Kind:
+def kind_of(said: Sequence[State]) -> VerdictKind:
     """Bistable settings counted as yes, and as no: `bistable` if that is not the same verdict."""
     counts = counts_of(said)
     if not said:
-        return Kind.NOT_SIMULATED
+        return VerdictKind.NOT_SIMULATED
     if counts.undefined == len(said):
-        return Kind.UNDEFINED
+        return VerdictKind.UNDEFINED
     found = {
         _kind(counts.yes + counts.bistable, counts.no, counts.undefined),
         _kind(counts.yes, counts.no + counts.bistable, counts.undefined),
     }
-    return found.pop() if len(found) == 1 else Kind.BISTABLE
+    return found.pop() if len(found) == 1 else VerdictKind.BISTABLE
 
 
-def _kind(yes: int, no: int, undefined: int) -> Kind:
+def _kind(yes: int, no: int, undefined: int) -> VerdictKind:
     """Of settings that all say yes or no, but for those without the event."""
     if not no:
-        return Kind.WHERE_DEFINED if undefined else Kind.HOLDS
-    return Kind.DEPENDS if yes else Kind.FAILS
+        return VerdictKind.WHERE_DEFINED if undefined else VerdictKind.HOLDS
+    return VerdictKind.DEPENDS if yes else VerdictKind.FAILS
 
 
 def _deciding(given: Sequence[Stated], free: str) -> tuple[str, ...]:

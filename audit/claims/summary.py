@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from audit.claims.judged import Judged
-from audit.claims.rule import Answer, Kind, State
+from audit.claims.rule import Answer, State, VerdictKind
 from audit.experiments.cells import MODELS, READINGS, VARIANTS, GearModel
 
 TYPICAL_ZETAS = (0.005, 0.05)  # of the figures, where the third fluctuation shows and where not
 
 
 @dataclass(frozen=True)
-class Strip:
+class ClaimStrip:
     """A claim of one model, one choice of its free parameter and the readings that agree.
 
     model: of the gears, None where static; answers: by damping ratio, ascending.
@@ -45,16 +45,16 @@ class Strip:
         return [a for a in self.answers if a.place.zeta in (None, *TYPICAL_ZETAS)]
 
 
-def strips(judged: Judged, model: GearModel | None) -> list[Strip]:
+def strips(judged: Judged, model: GearModel | None) -> list[ClaimStrip]:
     """Readings with the same states are told together, by the first one's numbers."""
     mine = [answer for answer in judged.answers if answer.place.model == model]
-    by_states: dict[tuple[str, tuple[State, ...]], list[Strip]] = {}
+    by_states: dict[tuple[str, tuple[State, ...]], list[ClaimStrip]] = {}
     for (choice, arm), answers in _grouped(mine, lambda a: (a.place.choice, a.place.arm)).items():
         ordered = tuple(sorted(answers, key=lambda a: a.place.zeta or 0.0))
-        strip = Strip(model, (READINGS[arm],), choice, ordered)
+        strip = ClaimStrip(model, (READINGS[arm],), choice, ordered)
         by_states.setdefault((choice, strip.states), []).append(strip)
     return [
-        Strip(model, tuple(s.readings[0] for s in alike), alike[0].choice, alike[0].answers)
+        ClaimStrip(model, tuple(s.readings[0] for s in alike), alike[0].choice, alike[0].answers)
         for alike in by_states.values()
     ]
 
@@ -78,8 +78,8 @@ class Varied:
     """A claim asked of one of VARIANTS, beside what the model next to it says there."""
 
     model: GearModel
-    kind: Kind
-    own: Kind
+    kind: VerdictKind
+    own: VerdictKind
 
     @property
     def differs(self) -> bool:

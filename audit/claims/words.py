@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from audit.claims.judged import Judged
-from audit.claims.rule import FEW, MOST, Answer, Counts, Kind, Verdict, ends
+from audit.claims.rule import FEW, MOST, Answer, Counts, Verdict, VerdictKind, ends
 from audit.claims.settings import Plan
 from audit.claims.summary import models_of, strips
 from audit.experiments.cells import AS_GEARS, AS_MODELLED, GearModel
@@ -18,19 +18,24 @@ from audit.page.text import text
 from audit.page.words import LAW_NAMES, number
 
 if TYPE_CHECKING:
-    from audit.claims.chapter import Row
+    from audit.claims.chapter import ClaimRow
 
 # What a reader looks for first: what is wrong, what hangs on chance, what on an unknown.
 ORDER = (
-    *(Kind.FAILS, Kind.BISTABLE, Kind.DEPENDS),
-    *(Kind.UNDEFINED, Kind.NOT_SIMULATED, Kind.WHERE_DEFINED, Kind.HOLDS),
+    *(VerdictKind.FAILS, VerdictKind.BISTABLE, VerdictKind.DEPENDS),
+    *(
+        VerdictKind.UNDEFINED,
+        VerdictKind.NOT_SIMULATED,
+        VerdictKind.WHERE_DEFINED,
+        VerdictKind.HOLDS,
+    ),
 )
 COLOURS = {
-    Kind.HOLDS: "agree",
-    Kind.WHERE_DEFINED: "agree",
-    Kind.FAILS: "differ",
-    Kind.DEPENDS: "unresolved",
-    Kind.BISTABLE: "bistable",
+    VerdictKind.HOLDS: "agree",
+    VerdictKind.WHERE_DEFINED: "agree",
+    VerdictKind.FAILS: "differ",
+    VerdictKind.DEPENDS: "unresolved",
+    VerdictKind.BISTABLE: "bistable",
 }
 
 
@@ -38,7 +43,7 @@ COLOURS = {
 COLUMNS = {AS_MODELLED: "as modelled in the paper", AS_GEARS: "as the gears are"}
 
 
-def page(found: Sequence[Row], plan: Plan, scale: Scale) -> str:
+def page(found: Sequence[ClaimRow], plan: Plan, scale: Scale) -> str:
     """The rule, the count of verdicts by model and section, and every claim's row."""
     sections = dict.fromkeys(row.judged.claim.section for row in found)
     counts = Counter((row.judged.claim.section, row.judged.verdict.kind) for row in found)
@@ -76,7 +81,7 @@ def page(found: Sequence[Row], plan: Plan, scale: Scale) -> str:
     )
 
 
-def _sorted(found: Sequence[Row]) -> list[Row]:
+def _sorted(found: Sequence[ClaimRow]) -> list[ClaimRow]:
     """Failures and what hangs on the start first; else in the paper's order."""
     return sorted(found, key=lambda row: ORDER.index(row.judged.verdict.kind))
 
@@ -86,8 +91,8 @@ def verdict_words(found: Verdict) -> str:
     words = str(found.kind)
     if found.depends_on:
         words += f" on {', '.join(found.depends_on)}"
-    mixed = found.kind in (Kind.DEPENDS, Kind.BISTABLE)
-    if mixed or (found.counts.undefined and found.kind != Kind.UNDEFINED):
+    mixed = found.kind in (VerdictKind.DEPENDS, VerdictKind.BISTABLE)
+    if mixed or (found.counts.undefined and found.kind != VerdictKind.UNDEFINED):
         words += f" ({counts_words(found.counts)})"
     return words
 

@@ -16,7 +16,7 @@ from analytic.paper.backlash import dead_zone, dead_zone_tanh
 from analytic.paper.kinematics import gear_angles
 from analytic.paper.mesh_frequency import meshing_frequency, ring_mesh_rate, sun_mesh_rate
 from analytic.paper.mesh_phasing import ring_behind_sun, sun_lag
-from audit.errata.erratum import Erratum, Trial
+from audit.errata.erratum import Erratum, ErratumPair
 from audit.errata.formulas import tex
 from audit.errata.sides import PhysicalSide
 from audit.measures.stage import PaperStage, paper_stage, without_backlash
@@ -83,7 +83,7 @@ def clearance_attracts(arm: Arm) -> Iterator[Erratum]:
             size=pull * stage.mesh_stiffness_N_per_m,
             unit="N",
             quoted={"pull": pull * sigma, "sigma": sigma},
-            trial=Trial(
+            trial=ErratumPair(
                 PhysicalSide(arm, switches(dead_zone="tanh")), PhysicalSide(arm, switches())
             ),
         )
@@ -145,7 +145,7 @@ def ring_mesh_frequency(arm: Arm) -> Iterator[Erratum]:
             derived_tex=tex(derived),
             size=rates["corrected"] - rates["eq13"],
             unit="cycles per carrier turn",
-            trial=Trial(
+            trial=ErratumPair(
                 PhysicalSide(arm, switches(phase="omega_t", ring_rate="eq13")),
                 PhysicalSide(arm, switches(phase="omega_t", ring_rate="corrected")),
             ),
@@ -167,7 +167,7 @@ def phase_of_a_varying_frequency(arm: Arm) -> Iterator[Erratum]:
                 "work": virtual_work(paper_stage(arm), TORQUE_N_M),
                 "torque": TORQUE_N_M,
             },
-            trial=Trial(
+            trial=ErratumPair(
                 PhysicalSide(arm, switches(phase="omega_t", ring_rate="corrected")),
                 PhysicalSide(arm, switches(phase="angle", ring_rate="corrected")),
             ),
@@ -186,7 +186,7 @@ def one_phase_for_all(arm: Arm) -> Iterator[Erratum]:
             size=behind,
             unit="cycles between sun and ring mesh",
             quoted={"between_planets": between_planets},
-            trial=Trial(
+            trial=ErratumPair(
                 PhysicalSide(arm, switches()), PhysicalSide(_ring_behind(arm, behind), switches())
             ),
         )
@@ -217,7 +217,7 @@ def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
             derived_tex=r"F = k \, f_k(x - e, b)",
             size=force_at_edge,
             unit="N",
-            trial=Trial(
+            trial=ErratumPair(
                 PhysicalSide(without_backlash(arm), switches()), PhysicalSide(arm, switches())
             ),
         )

@@ -18,7 +18,7 @@ Side = Callable[[Scenario], Model]  # equal ones make equal models
 
 
 @dataclass(frozen=True)
-class Trial:
+class ErratumPair:
     """Two models of any scenario that differ in the erratum alone: as printed, and put right."""
 
     as_printed: Side
@@ -63,7 +63,7 @@ class Erratum:
     size: float | None = None
     unit: str = ""
     relative: float | None = None
-    trial: Trial | None = None
+    trial: ErratumPair | None = None
     quoted: Mapping[str, float | str] = field(default_factory=dict)
     printed_tex: str = ""
     derived_tex: str = ""
@@ -75,7 +75,7 @@ def simulated(side: Side, scenario: Scenario) -> xr.Dataset:
 
 
 def effect_of(
-    trial: Trial, scenario: Scenario, run: Callable[[Side, Scenario], xr.Dataset] = simulated
+    trial: ErratumPair, scenario: Scenario, run: Callable[[Side, Scenario], xr.Dataset] = simulated
 ) -> Effect:
     """Run both models through a scenario and compare. Raises Diverged.
 

@@ -20,8 +20,8 @@ from audit.errata.auxiliary import equation_errata
 from audit.errata.erratum import (
     CLASSES,
     Erratum,
+    ErratumPair,
     SimulatedErratum,
-    Trial,
     effect_of,
     simulated,
     tried,
@@ -92,7 +92,7 @@ def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
             size=size,
             unit=_unit(difference),
             relative=relative,
-            trial=Trial(FormSide(arm, printed), FormSide(arm, right)),
+            trial=ErratumPair(FormSide(arm, printed), FormSide(arm, right)),
         )
 
 
@@ -144,7 +144,7 @@ def energy_errata(arm: Arm) -> Iterator[Erratum]:
             size=size,
             unit="kg m^2 in M_33",
             relative=relative,
-            trial=Trial(
+            trial=ErratumPair(
                 FormSide(arm, energies_form()),
                 FormSide(arm, _with_energy(difference.missing.subs(stated))),
             ),

@@ -25,7 +25,7 @@ Place = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class Plant:
+class LeftOutEntry:
     """An entry of the matrices of Eqs. 21-22, counted from 0, that is left out with its mirror.
 
     theta_rad: the largest change of a joint angle over the run; None if nothing can be run.
@@ -51,11 +51,11 @@ class Planted:
     def cost(self) -> float:
         return 15.0
 
-    def answer(self) -> list[Plant]:
+    def answer(self) -> list[LeftOutEntry]:
         clean = energies_form()
         right = self._run(clean)
         return [
-            Plant(matrix, entry, self._effect(right, without(clean, matrix, entry)))
+            LeftOutEntry(matrix, entry, self._effect(right, without(clean, matrix, entry)))
             for matrix, entry in entries(clean)
         ]
 
@@ -69,7 +69,7 @@ class Planted:
             return None
 
 
-def shown(plants: Sequence[Plant]) -> float:
+def shown(plants: Sequence[LeftOutEntry]) -> float:
     """Share of the errors that change an angle by more than AGREEMENT_RAD, or leave no run."""
     seen = [plant.theta_rad is None or plant.theta_rad > AGREEMENT_RAD for plant in plants]
     return sum(seen) / len(seen)

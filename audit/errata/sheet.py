@@ -11,7 +11,7 @@ from audit.errata.finder import EFFECT_S, Errata
 from audit.errata.tables import BY_CLASS, CONTRADICTIONS, GAPS, WHOLE, ArmErratum
 from audit.errata.words import in_words, notes
 from audit.experiments.cells import LABELLED, READINGS
-from audit.page.chapter import Chapter
+from audit.page.chapter import AuditChapter
 from audit.page.material import Material
 from audit.page.said import StatedNumber
 from audit.page.text import html, text
@@ -26,7 +26,7 @@ HEADINGS: dict[Class, str] = {
 
 
 @dataclass(frozen=True)
-class ErrataSheet(Chapter):
+class ErrataSheet(AuditChapter):
     """The chapter, with the errata in it that are those of the first arm."""
 
     found: tuple[SimulatedErratum, ...] = ()

@@ -245,16 +245,16 @@ def quantities_with_two_symbols() -> Iterator[Erratum]:
 
 
 def _named(
-    definitions: Iterable[transcript.Definition], name: str, others: str
+    definitions: Iterable[transcript.SymbolDefinition], name: str, others: str
 ) -> dict[str, float | str]:
     return {"where": "; ".join(d.where for d in definitions), "name": name, "others": others}
 
 
 def _grouped(
-    named: Iterable[tuple[str, transcript.Definition]],
-) -> Iterable[tuple[str, list[transcript.Definition]]]:
+    named: Iterable[tuple[str, transcript.SymbolDefinition]],
+) -> Iterable[tuple[str, list[transcript.SymbolDefinition]]]:
     """By name, in the order in which names first come."""
-    groups: dict[str, list[transcript.Definition]] = defaultdict(list)
+    groups: dict[str, list[transcript.SymbolDefinition]] = defaultdict(list)
     for name, definition in named:
         groups[name].append(definition)
     return groups.items()

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from audit.errata.erratum import Class, Effect, SimulatedErratum
 from audit.errata.formulas import formula_svg
 from audit.errata.words import Contradiction, Gap
-from audit.page.columns import Column, Columns
+from audit.page.columns import Columns, TableColumn
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class ArmErratum:
 
 
 @dataclass(frozen=True)
-class FormulaColumn(Column[ArmErratum]):
+class FormulaColumn(TableColumn[ArmErratum]):
     """Words, or a formula where there is one."""
 
     tex: Callable[[ArmErratum], str] = lambda row: ""
@@ -53,7 +53,7 @@ def _id(row: ArmErratum) -> str:
 
 
 _TEXTS = (
-    Column[ArmErratum]("where", "where", lambda row: row.found.erratum.where),
+    TableColumn[ArmErratum]("where", "where", lambda row: row.found.erratum.where),
     FormulaColumn(
         "printed",
         "printed",
@@ -66,33 +66,35 @@ _TEXTS = (
         lambda row: row.found.erratum.derived,
         tex=lambda row: row.found.erratum.derived_tex,
     ),
-    Column[ArmErratum]("remark", "remark", lambda row: row.found.erratum.remark),
+    TableColumn[ArmErratum]("remark", "remark", lambda row: row.found.erratum.remark),
 )
 _SIZES = (
-    Column[ArmErratum]("size", "size", lambda row: row.found.erratum.size),
-    Column[ArmErratum]("unit", "in", lambda row: row.found.erratum.unit),
+    TableColumn[ArmErratum]("size", "size", lambda row: row.found.erratum.size),
+    TableColumn[ArmErratum]("unit", "in", lambda row: row.found.erratum.unit),
 )
 _EFFECTS = (
-    Column[ArmErratum]("relative", "over its own size", lambda row: row.found.erratum.relative),
-    Column[ArmErratum](
+    TableColumn[ArmErratum](
+        "relative", "over its own size", lambda row: row.found.erratum.relative
+    ),
+    TableColumn[ArmErratum](
         "constant_torque_theta_rad",
         "effect under 100 N m: angle [rad]",
         _effect("constant-torque", lambda effect: effect.theta_rad),
         ".2g",
     ),
-    Column[ArmErratum](
+    TableColumn[ArmErratum](
         "constant_torque_force_N",
         "mesh force [N]",
         _effect("constant-torque", lambda effect: effect.mesh_force_N),
         ".2g",
     ),
-    Column[ArmErratum](
+    TableColumn[ArmErratum](
         "pd_theta_rad",
         "effect under PD control: angle [rad]",
         _effect("pd", lambda effect: effect.theta_rad),
         ".2g",
     ),
-    Column[ArmErratum](
+    TableColumn[ArmErratum](
         "pd_impulse_N_s",
         "impulse of a mesh [N s]",
         _effect("pd", lambda effect: effect.impulse_N_s),
@@ -100,15 +102,15 @@ _EFFECTS = (
     ),
 )
 _UNSEEN = (
-    Column[ArmErratum]("class", None, lambda row: row.found.erratum.kind),
-    Column[ArmErratum]("printed_tex", None, lambda row: row.found.erratum.printed_tex),
-    Column[ArmErratum]("derived_tex", None, lambda row: row.found.erratum.derived_tex),
-    Column[ArmErratum](
+    TableColumn[ArmErratum]("class", None, lambda row: row.found.erratum.kind),
+    TableColumn[ArmErratum]("printed_tex", None, lambda row: row.found.erratum.printed_tex),
+    TableColumn[ArmErratum]("derived_tex", None, lambda row: row.found.erratum.derived_tex),
+    TableColumn[ArmErratum](
         "constant_torque_impulse_N_s",
         None,
         _effect("constant-torque", lambda effect: effect.impulse_N_s),
     ),
-    Column[ArmErratum](
+    TableColumn[ArmErratum](
         "pd_force_N", None, _effect("pd", lambda effect: effect.mesh_force_N), ".2g"
     ),
 )
@@ -121,17 +123,17 @@ BY_CLASS: dict[Class, Columns[ArmErratum]] = {
 CONTRADICTIONS = Columns[Contradiction](
     lambda row: f"contradiction/{row.id}",
     (
-        Column("first", "here", lambda row: row.first),
-        Column("first_says", "it says", lambda row: row.first_says),
-        Column("second", "there", lambda row: row.second),
-        Column("second_says", "it says", lambda row: row.second_says),
+        TableColumn("first", "here", lambda row: row.first),
+        TableColumn("first_says", "it says", lambda row: row.first_says),
+        TableColumn("second", "there", lambda row: row.second),
+        TableColumn("second_says", "it says", lambda row: row.second_says),
     ),
 )
 GAPS = Columns[Gap](
     lambda row: f"gap/{row.id}",
     (
-        Column("quantity", "not given", lambda row: row.quantity),
-        Column("needed_for", "needed for", lambda row: row.needed_for),
-        Column("here", "here", lambda row: row.here),
+        TableColumn("quantity", "not given", lambda row: row.quantity),
+        TableColumn("needed_for", "needed for", lambda row: row.needed_for),
+        TableColumn("here", "here", lambda row: row.here),
     ),
 )

@@ -15,20 +15,20 @@ from typing import NamedTuple
 import xarray as xr
 
 from audit.experiments.variant import (
-    Comparison,
     Measure,
     Numbers,
     Variant,
+    VariantComparison,
     simulate,
     spelled_out,
 )
 from audit.experiments.work import (
+    AuditTask,
     Made,
     Piece,
     Question,
     Reduction,
     Run,
-    Task,
     Value,
     decoded,
     inquiry,
@@ -49,24 +49,24 @@ from models.places import cache_folder
 from models.trajectory import from_netcdf
 
 __all__ = [
-    "Asked",
-    "Comparison",
     "Measure",
     "Numbers",
     "Question",
     "Reduction",
     "Study",
     "Variant",
+    "VariantComparison",
+    "VariantNumbers",
     "cache_folder",
 ]
 STORES_PACKAGES = ("h5netcdf", "h5py")
 
 
-class Asked(NamedTuple):
+class VariantNumbers(NamedTuple):
     """Numbers of a variant's run that are asked for."""
 
     variant: Variant
-    measure: Measure | Comparison
+    measure: Measure | VariantComparison
 
 
 @dataclass
@@ -99,12 +99,15 @@ class Study:
         return {variant: whole(run) for variant, run in tried.items()}
 
     def measures(
-        self, variants: Sequence[Variant], measure: Measure | Comparison, what: str = "measures"
+        self,
+        variants: Sequence[Variant],
+        measure: Measure | VariantComparison,
+        what: str = "measures",
     ) -> list[Numbers]:
         """``numbers`` of one kind."""
-        return self.numbers([Asked(variant, measure) for variant in variants], what)
+        return self.numbers([VariantNumbers(variant, measure) for variant in variants], what)
 
-    def numbers(self, asked: Sequence[Asked], what: str) -> list[Numbers]:
+    def numbers(self, asked: Sequence[VariantNumbers], what: str) -> list[Numbers]:
         """Numbers of trajectories, worked out where they ran; only they are kept.
 
         Measures are functions of a module. A run that diverges gives {"diverged_s": time}.
@@ -120,7 +123,7 @@ class Study:
         keyed = [(question_key(question), question) for question in questions]
         wanted = dict(keyed)
 
-        def planned(missing: Sequence[str]) -> list[Task]:
+        def planned(missing: Sequence[str]) -> list[AuditTask]:
             return [inquiry(key, wanted[key], self.store) for key in missing]
 
         decoders = {key: partial(decoded, question) for key, question in wanted.items()}
@@ -128,8 +131,8 @@ class Study:
         return [whole(found[key]) for key, _ in keyed]
 
     def _measurings(
-        self, wanted: Mapping[str, Asked], what: str, missing: Sequence[str]
-    ) -> list[Task]:
+        self, wanted: Mapping[str, VariantNumbers], what: str, missing: Sequence[str]
+    ) -> list[AuditTask]:
         """The work for what is missing of the wanted; what it is compared with has been run."""
         left = {key: wanted[key] for key in missing}
         others = dict.fromkeys(other for one in left.values() for other in _others(*one))
@@ -144,7 +147,7 @@ class Study:
         keys = {variant: run_key(variant, keep) for variant in dict.fromkeys(variants)}
         wanted = {key: variant for variant, key in keys.items()}
 
-        def planned(missing: Sequence[str]) -> list[Task]:
+        def planned(missing: Sequence[str]) -> list[AuditTask]:
             pieces = [Piece(key, wanted[key], partial(kept, keep)) for key in missing]
             return integrations(pieces, self.store, self.jobs)
 
@@ -154,7 +157,7 @@ class Study:
     def _results(
         self,
         wanted: Mapping[str, Callable[[bytes], Value]],
-        planned: Callable[[Sequence[str]], list[Task]],
+        planned: Callable[[Sequence[str]], list[AuditTask]],
         what: str,
     ) -> dict[str, Value | Diverged]:
         """By key, each with how it is read: kept already, or performed now as planned."""
@@ -169,7 +172,7 @@ class Study:
             results[made.key] = content if isinstance(content, Diverged) else read(content)
         return results
 
-    def _perform(self, tasks: Sequence[Task], done: int, what: str) -> list[Made]:
+    def _perform(self, tasks: Sequence[AuditTask], done: int, what: str) -> list[Made]:
         """What all tasks made."""
         total = done + sum(len(task.keys) for task in tasks)
         by_key = {task.key: task for task in tasks}
@@ -196,13 +199,13 @@ class Study:
 
 
 def _others(
-    variant: Variant, made_of_it: Measure | Comparison | Reduction | None
+    variant: Variant, made_of_it: Measure | VariantComparison | Reduction | None
 ) -> tuple[Variant, ...]:
     """The variants beside which something is made of a variant's run."""
-    return made_of_it.others(variant) if isinstance(made_of_it, Comparison) else ()
+    return made_of_it.others(variant) if isinstance(made_of_it, VariantComparison) else ()
 
 
-def _numbers_of(asked: Asked, beside: Mapping[Variant, Run]) -> Callable[[Run], bytes]:
+def _numbers_of(asked: VariantNumbers, beside: Mapping[Variant, Run]) -> Callable[[Run], bytes]:
     return partial(measured, asked.measure, tuple(beside[other] for other in _others(*asked)))
 
 
@@ -211,10 +214,12 @@ def _numbers(content: bytes) -> Numbers:
     return numbers
 
 
-def run_key(variant: Variant, made_of_it: Measure | Comparison | Reduction | None = None) -> str:
+def run_key(
+    variant: Variant, made_of_it: Measure | VariantComparison | Reduction | None = None
+) -> str:
     """Of a variant's trajectory, or of what functions of a module make of it."""
     needed = [variant, *_others(variant, made_of_it)]
-    function = made_of_it.numbers if isinstance(made_of_it, Comparison) else made_of_it
+    function = made_of_it.numbers if isinstance(made_of_it, VariantComparison) else made_of_it
     names = [(simulate.__module__, name) for name in ("Variant", "simulate_all")]
     names += [home(one.model) for one in needed]
     inputs = [spelled_out(one.case(), one.model) for one in needed]

@@ -92,7 +92,7 @@ def _case(of: Variant, *files: tuple[int, ...] | None) -> Case:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class VariantComparison:
     """Numbers of a variant's run beside other runs; both are functions of a module.
 
     numbers: of the run and the others, in their order; others: which they are.

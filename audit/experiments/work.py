@@ -14,9 +14,9 @@ from pydantic import TypeAdapter
 
 from audit.experiments.variant import (
     Company,
-    Comparison,
     Measure,
     Variant,
+    VariantComparison,
     company,
     integration,
     simulate_all,
@@ -82,7 +82,7 @@ class Piece(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Task:
+class AuditTask:
     """Work for another process, which keeps all its results by their keys.
 
     runs: how many integrations it makes; of a Question one.
@@ -119,14 +119,14 @@ def _reason(error: Exception) -> Failure | InputError | Diverged:
     return error if isinstance(error, InputError | Diverged) else failure(error)
 
 
-def made_by(task: Task, outcome: list[Made] | Failure) -> list[Made]:
+def made_by(task: AuditTask, outcome: list[Made] | Failure) -> list[Made]:
     """What a task made; its failure for every result if its process died."""
     if isinstance(outcome, Failure):
         return [Made(key, task.name, outcome) for key in task.keys]
     return outcome
 
 
-def integrations(pieces: Iterable[Piece], store: Store, jobs: int = 1) -> list[Task]:
+def integrations(pieces: Iterable[Piece], store: Store, jobs: int = 1) -> list[AuditTask]:
     """Tasks for all pieces: those of one integration in one, with as many beside it as fit.
 
     jobs: processes that share the work.
@@ -152,10 +152,10 @@ def _shared_out(groups: Sequence[list[Piece]], jobs: int) -> Iterator[Sequence[l
         yield groups[begin : begin + size]
 
 
-def _batch(groups: Sequence[list[Piece]], store: Store) -> Task:
+def _batch(groups: Sequence[list[Piece]], store: Store) -> AuditTask:
     """One task for integrations that run side by side."""
     pieces = [piece for group in groups for piece in group]
-    return Task(
+    return AuditTask(
         pieces[0].key,
         pieces[0].variant.model,
         sum(_cost(group[0].variant) for group in groups),
@@ -175,9 +175,9 @@ def _integrated(groups: Sequence[Sequence[Piece]]) -> list[Callable[[], bytes]]:
     ]
 
 
-def inquiry(key: str, question: Question[object], store: Store) -> Task:
+def inquiry(key: str, question: Question[object], store: Store) -> AuditTask:
     name = type(question).__name__
-    return Task(key, name, question.cost, (key,), partial(_asked, question), store)
+    return AuditTask(key, name, question.cost, (key,), partial(_asked, question), store)
 
 
 def _asked(question: Question[object]) -> list[Callable[[], bytes]]:
@@ -190,11 +190,11 @@ def kept(keep: Reduction | None, run: Run) -> bytes:
     return netcdf(this if keep is None else keep(this))
 
 
-def measured(measure: Measure | Comparison, others: Sequence[Run], run: Run) -> bytes:
+def measured(measure: Measure | VariantComparison, others: Sequence[Run], run: Run) -> bytes:
     """Numbers of a run; when it, or one that it is compared with, diverged."""
     try:
         this, beside = whole(run), tuple(map(whole, others))
-        if isinstance(measure, Comparison):
+        if isinstance(measure, VariantComparison):
             return _json(measure.numbers(this, beside))
         return _json(measure(this))
     except Diverged as error:

@@ -26,7 +26,7 @@ from audit.figures.views import severe_over_zeta
 from audit.measures.shares import Share
 from audit.measures.third import Third
 from audit.measures.thresholds import SEVERE
-from audit.page.chapter import Chapter
+from audit.page.chapter import AuditChapter
 from audit.page.material import Material
 from audit.page.text import html, text
 from models.errors import Diverged
@@ -55,13 +55,13 @@ ID, TITLE = "figures", "Figures 4 to 20"
 QUICK_NUMBERS = (4, 5, 6, 8, 14, 17)
 
 
-def chapter(material: Material) -> Chapter:
+def chapter(material: Material) -> AuditChapter:
     """All figures, or six of them."""
     shelf = Shelf(material)
     numbers = QUICK_NUMBERS if material.scale.quick else NUMBERS
     made = [(_made(shelf, number), _rows(shelf, number)) for number in numbers]
     drawn = [plate.html(found) for plate, found in made]
-    return Chapter(
+    return AuditChapter(
         ID,
         TITLE,
         "\n".join([_introduction(material), *drawn]),

@@ -29,7 +29,7 @@ from audit.measures.course import Course
 from audit.measures.rigid import COUPLED, rigid_arm
 from audit.measures.third import Third
 from audit.measures.thresholds import SEVERE
-from audit.page.columns import Column, Columns
+from audit.page.columns import Columns, TableColumn
 from audit.page.words import LAW_NAMES
 from crosscheck import signals
 from crosscheck.report.figures import new_figure, to_svg
@@ -55,12 +55,12 @@ class Gain(NamedTuple):
 GAIN_COLUMNS = Columns[Gain](
     lambda row: f"P {row.proportional:g} D {row.derivative:g} joint {row.joint}",
     (
-        Column("proportional", "P [N m/rad]", lambda row: row.proportional, "g"),
-        Column("derivative", "D [N m s/rad]", lambda row: row.derivative, "g"),
-        Column("joint", "joint", lambda row: row.joint),
-        Column("overshoot_percent", "overshoot [%]", lambda row: 100 * row.overshoot, ".1f"),
-        Column("within_2_s", "within 2 % from [s]", lambda row: row.within_s[0], ".2f"),
-        Column("within_1_s", "within 1 % from [s]", lambda row: row.within_s[1], ".2f"),
+        TableColumn("proportional", "P [N m/rad]", lambda row: row.proportional, "g"),
+        TableColumn("derivative", "D [N m s/rad]", lambda row: row.derivative, "g"),
+        TableColumn("joint", "joint", lambda row: row.joint),
+        TableColumn("overshoot_percent", "overshoot [%]", lambda row: 100 * row.overshoot, ".1f"),
+        TableColumn("within_2_s", "within 2 % from [s]", lambda row: row.within_s[0], ".2f"),
+        TableColumn("within_1_s", "within 1 % from [s]", lambda row: row.within_s[1], ".2f"),
     ),
 )
 

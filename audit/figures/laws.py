@@ -12,7 +12,7 @@ from audit.figures.plate import Drawing, Plate
 from audit.figures.shelf import Shelf
 from audit.figures.views import MICRO
 from audit.measures.stage import paper_stage
-from audit.page.columns import Column, Columns
+from audit.page.columns import Columns, TableColumn
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 from models.loading import load_arm
@@ -59,10 +59,10 @@ def sharpness(x: np.ndarray, b: float, sigma: float) -> Sharpness:
 SHARPNESS = Columns[Sharpness](
     lambda row: f"{row.sigma:g}",
     (
-        Column("sigma", "sigma [1/m]", lambda row: row.sigma),
-        Column("gap_um", "largest deviation [µm]", lambda row: MICRO * row.gap_m),
-        Column("gap_sigma", "deviation times sigma", lambda row: row.gap_m * row.sigma),
-        Column("pull_um", "pull outside contact [µm]", lambda row: MICRO * row.pull_m),
+        TableColumn("sigma", "sigma [1/m]", lambda row: row.sigma),
+        TableColumn("gap_um", "largest deviation [µm]", lambda row: MICRO * row.gap_m),
+        TableColumn("gap_sigma", "deviation times sigma", lambda row: row.gap_m * row.sigma),
+        TableColumn("pull_um", "pull outside contact [µm]", lambda row: MICRO * row.pull_m),
     ),
 )
 
@@ -129,10 +129,10 @@ class Ratio(NamedTuple):
 RATIOS = Columns[Ratio](
     lambda row: f"{row.contact_ratio:g}",
     (
-        Column("contact_ratio", "contact ratio", lambda row: row.contact_ratio),
-        Column("phase_deg", "phase of the fundamental [deg]", lambda row: row.phase_deg),
-        Column("swing", "k_max - k_min [N/m]", lambda row: row.swing_N_per_m, ".4g"),
-        Column("mean", "mean [N/m]", lambda row: row.mean_N_per_m, ".4g"),
+        TableColumn("contact_ratio", "contact ratio", lambda row: row.contact_ratio),
+        TableColumn("phase_deg", "phase of the fundamental [deg]", lambda row: row.phase_deg),
+        TableColumn("swing", "k_max - k_min [N/m]", lambda row: row.swing_N_per_m, ".4g"),
+        TableColumn("mean", "mean [N/m]", lambda row: row.mean_N_per_m, ".4g"),
     ),
 )
 

@@ -32,7 +32,7 @@ from audit.measures.course import Course
 from audit.measures.events import THIRD_S
 from audit.measures.reading import arm_of
 from audit.measures.stage import paper_stage
-from audit.page.columns import Column, Columns
+from audit.page.columns import Columns, TableColumn
 from audit.page.words import LAW_NAMES
 from crosscheck import signals
 from crosscheck.report.figures import legend, log_y, new_figure, not_reached, to_svg
@@ -139,10 +139,10 @@ class Energy(NamedTuple):
 ENERGY = Columns[Energy](
     lambda row: f"{row.law.id}/{row.size_um:g}",
     (
-        Column("law", "phase law", lambda row: LAW_NAMES[row.law]),
-        Column("b_um", "b [µm]", lambda row: row.size_um, "g"),
-        Column("peak_J", "largest kinetic energy [J]", lambda row: row.peak_J, ".4g"),
-        Column("work_J", "work of the drive until then [J]", lambda row: row.work_J, ".4g"),
+        TableColumn("law", "phase law", lambda row: LAW_NAMES[row.law]),
+        TableColumn("b_um", "b [µm]", lambda row: row.size_um, "g"),
+        TableColumn("peak_J", "largest kinetic energy [J]", lambda row: row.peak_J, ".4g"),
+        TableColumn("work_J", "work of the drive until then [J]", lambda row: row.work_J, ".4g"),
     ),
 )
 

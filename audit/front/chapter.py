@@ -15,7 +15,7 @@ from audit.hypotheses.evidence.shaking import DRIVES
 from audit.hypotheses.ladder import climbed, picture
 from audit.hypotheses.words import LEVELS
 from audit.measures.thresholds import SEVERE
-from audit.page.chapter import Chapter, rendered
+from audit.page.chapter import AuditChapter, rendered
 from audit.page.material import Material
 from audit.page.said import StatedNumber
 from audit.page.text import html, text
@@ -25,7 +25,7 @@ from audit.phase.clock import RUN_WINDOW_S, RUN_ZETA, clocks
 ID, TITLE = "findings", "What came out"
 
 
-def chapter(material: Material) -> Chapter:
+def chapter(material: Material) -> AuditChapter:
     """The findings."""
     study, scale = material.study, material.scale
     (printed,) = study.answers([PrintedBeside(LABELLED, scale.longest_s)], "printed equations")
@@ -77,4 +77,4 @@ def chapter(material: Material) -> Chapter:
         for name, deviation in one.found.items()
     ]
     outcome = text("front/outcome", **said)
-    return Chapter(ID, TITLE, page, records, outcome, third.said(), numbers)
+    return AuditChapter(ID, TITLE, page, records, outcome, third.said(), numbers)

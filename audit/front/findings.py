@@ -10,7 +10,7 @@ from audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED, Cell, Law
 from audit.experiments.experiments import PD
 from audit.experiments.variant import Planets
 from audit.figures.runs import LOW_ZETA
-from audit.hypotheses.evidence.attribution import LadderVerdict, Left
+from audit.hypotheses.evidence.attribution import LadderVerdict, RigidResidual
 from audit.hypotheses.evidence.reversals import reversals
 from audit.hypotheses.ladder import Climbed
 from audit.measures.numbers import defined
@@ -24,7 +24,7 @@ MODELS: tuple[Planets, ...] = ("lumped", "free")  # the paper's own first
 
 
 @dataclass(frozen=True)
-class Strip:
+class StartsStrip:
     """The third fluctuation of every start in one setting."""
 
     cell: Cell
@@ -46,7 +46,7 @@ class Thirds:
     """By law and model, planets lumped and free, at one damping."""
 
     zeta: float
-    strips: tuple[Strip, ...]
+    strips: tuple[StartsStrip, ...]
 
     def share(self, law: Law, planets: Planets) -> Share | None:
         """Of severe starts."""
@@ -81,7 +81,7 @@ def third_finding(material: Material, zeta: float = LOW_ZETA) -> Thirds:
     """From all starts."""
     cells = [Cell(law, zeta, planets=planets) for planets, law in product(MODELS, LAWS)]
     found = material.samples([(cell, PD) for cell in cells], "the third fluctuation")
-    return Thirds(zeta, tuple(Strip(cell, Third.of(found[cell, PD])) for cell in cells))
+    return Thirds(zeta, tuple(StartsStrip(cell, Third.of(found[cell, PD])) for cell in cells))
 
 
 @dataclass(frozen=True)
@@ -92,12 +92,12 @@ class Baselines:
     PD control.
     """
 
-    left: tuple[Left, ...]
+    left: tuple[RigidResidual, ...]
     verdict: LadderVerdict
     return_s: float | None
 
     @property
-    def nearest(self) -> Left | None:
+    def nearest(self) -> RigidResidual | None:
         """The one that leaves the paper's theta_2, if one does."""
         return next((one for one in self.left if one.fits["theta_2"]), None)
 

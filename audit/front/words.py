@@ -6,7 +6,7 @@ from audit.experiments.cells import LABELLED
 from audit.front.terms import teeth_passed
 from audit.front.views import stage_svg, teeth_passed_svg
 from audit.measures.stage import paper_stage
-from audit.page.chapter import Chapter
+from audit.page.chapter import AuditChapter
 from audit.page.material import Material
 from audit.page.text import html, text
 from audit.page.words import LAW_MEANINGS, LAW_NAMES
@@ -15,7 +15,7 @@ from models.loading import load_arm
 ID, TITLE = "terms", "The arm, and the words of this page"
 
 
-def chapter(material: Material) -> Chapter:
+def chapter(material: Material) -> AuditChapter:
     """Stage, terms and phase laws."""
     passed = teeth_passed(material)
     most = {
@@ -32,4 +32,4 @@ def chapter(material: Material) -> Chapter:
         **most,
     )
     records = [{"id": "terms/teeth-passed", **most}]
-    return Chapter(ID, TITLE, page, records, text("front/terms-outcome"))
+    return AuditChapter(ID, TITLE, page, records, text("front/terms-outcome"))

@@ -20,8 +20,8 @@ from audit.hypotheses.evidence.shaking import (
 )
 from audit.measures.shares import Share
 from audit.measures.undefined import UNDEFINED
-from audit.page.chapter import Chapter
-from audit.page.columns import Column, Columns
+from audit.page.chapter import AuditChapter
+from audit.page.columns import Columns, TableColumn
 from audit.page.material import Material
 from audit.page.record import JsonObject
 from audit.page.text import html, text
@@ -31,7 +31,7 @@ DURATION_S = 2.0  # the paper's Fig. 15 does not say
 WORDS = {"sqrt_time": "2000 sin(20π√t)", "time": "2000 sin(20πt)"}  # N m
 
 
-class Verdict(NamedTuple):
+class DriveVerdict(NamedTuple):
     """H3 for each drive, over all damping ratios: the state that all of them have, else None."""
 
     own: State | None
@@ -39,7 +39,7 @@ class Verdict(NamedTuple):
     ordered: State | None
 
 
-def chapter(material: Material) -> Chapter:
+def chapter(material: Material) -> AuditChapter:
     """Growth, prediction, linearity and order of the backlash error, for both drive laws."""
     scale, found = material.scale, shaken(material)
     verdicts = {drive: verdict([x for x in found if x.drive == drive]) for drive in DRIVES}
@@ -61,7 +61,7 @@ def chapter(material: Material) -> Chapter:
     printed = verdicts["sqrt_time"]
     outcome = text("hypotheses/accumulation_outcome", own=printed.own, found=first["sqrt_time"])
     records = [_record(verdicts), *SUMMARY.json(found), *SIZES.json(_sizes(found))]
-    return Chapter(ID, TITLE, page, records, outcome)
+    return AuditChapter(ID, TITLE, page, records, outcome)
 
 
 def shaken(material: Material) -> list[Shaken]:
@@ -75,9 +75,9 @@ def shaken(material: Material) -> list[Shaken]:
     return material.study.answers(asked, "H3, back and forth")
 
 
-def verdict(found: Sequence[Shaken]) -> Verdict:
+def verdict(found: Sequence[Shaken]) -> DriveVerdict:
     """Of one drive at every damping ratio."""
-    return Verdict(
+    return DriveVerdict(
         _common(one.own for one in found),
         _common(one.linear for one in found),
         _common(one.ordered for one in found),
@@ -95,7 +95,7 @@ def largest(found: Shaken, backlash_m: float = REFERENCE_M) -> float:
     return max(start.largest_rad[place] for start in found.starts)
 
 
-def _record(verdicts: dict[str, Verdict]) -> JsonObject:
+def _record(verdicts: dict[str, DriveVerdict]) -> JsonObject:
     return {
         "id": "H3",
         "verdict": _WORDS.get(verdicts["sqrt_time"].own, "depends on the damping"),
@@ -125,26 +125,34 @@ def _yes(share: Share | None) -> int | None:
 SUMMARY: Columns[Shaken] = Columns(
     lambda one: one.id,
     [
-        Column("drive", "drive [N m]", lambda one: WORDS[one.drive]),
-        Column("zeta", "ζ", lambda one: one.zeta, "g"),
-        Column("starts", "starts", lambda one: len(one.starts)),
-        Column("error_growth_per_s", "growth of the error [1/s]", _span("growth_per_s")),
-        Column("rigid_growth_per_s", "of the nudged rigid arm", lambda one: one.rigid_growth_per_s),
-        Column("misfit_percent", "rigid arm's forecast misses by [%]", _span("misfit", 100), ".2g"),
-        Column("own_sensitivity", "own sensitivity in", lambda one: _yes(one.own)),
-        Column("nonlinearity_percent", "not linear in b by [%]", _span("nonlinearity", 100), ".2g"),
-        Column("linear", "linear in", lambda one: _yes(one.linear)),
-        Column("ordered_before_percent", None, _span("ordered_before", 100)),
-        Column("ordered_percent", "later in order [% of 0.2 s]", _span("ordered_after", 100)),
-        Column("ordered", "ordered in", lambda one: _yes(one.ordered)),
-        Column("sensitivity_small", None, lambda one: one.sensitivity_small),
-        Column("largest_sensitivity", "largest dθ₁/dθ₂(0)", lambda one: one.largest_sensitivity),
-        Column("geared_minus_rigid_rad", None, lambda one: one.rest_rad),
+        TableColumn("drive", "drive [N m]", lambda one: WORDS[one.drive]),
+        TableColumn("zeta", "ζ", lambda one: one.zeta, "g"),
+        TableColumn("starts", "starts", lambda one: len(one.starts)),
+        TableColumn("error_growth_per_s", "growth of the error [1/s]", _span("growth_per_s")),
+        TableColumn(
+            "rigid_growth_per_s", "of the nudged rigid arm", lambda one: one.rigid_growth_per_s
+        ),
+        TableColumn(
+            "misfit_percent", "rigid arm's forecast misses by [%]", _span("misfit", 100), ".2g"
+        ),
+        TableColumn("own_sensitivity", "own sensitivity in", lambda one: _yes(one.own)),
+        TableColumn(
+            "nonlinearity_percent", "not linear in b by [%]", _span("nonlinearity", 100), ".2g"
+        ),
+        TableColumn("linear", "linear in", lambda one: _yes(one.linear)),
+        TableColumn("ordered_before_percent", None, _span("ordered_before", 100)),
+        TableColumn("ordered_percent", "later in order [% of 0.2 s]", _span("ordered_after", 100)),
+        TableColumn("ordered", "ordered in", lambda one: _yes(one.ordered)),
+        TableColumn("sensitivity_small", None, lambda one: one.sensitivity_small),
+        TableColumn(
+            "largest_sensitivity", "largest dθ₁/dθ₂(0)", lambda one: one.largest_sensitivity
+        ),
+        TableColumn("geared_minus_rigid_rad", None, lambda one: one.rest_rad),
     ],
 )
 
 
-class Size(NamedTuple):
+class BacklashErrors(NamedTuple):
     """Errors [rad] of one backlash [um], least and largest of the starts."""
 
     found: Shaken
@@ -153,9 +161,9 @@ class Size(NamedTuple):
     end: tuple[float, float]
 
 
-def _sizes(found: Sequence[Shaken]) -> list[Size]:
+def _sizes(found: Sequence[Shaken]) -> list[BacklashErrors]:
     return [
-        Size(
+        BacklashErrors(
             one,
             1e6 * b,
             _ends([start.largest_rad[place] for start in one.starts]),
@@ -170,13 +178,13 @@ def _ends(values: Sequence[float]) -> tuple[float, float]:
     return min(values), max(values)
 
 
-SIZES: Columns[Size] = Columns(
+SIZES: Columns[BacklashErrors] = Columns(
     lambda size: f"{size.found.id}/{size.b_um:g}",
     [
-        Column("drive", "drive [N m]", lambda size: WORDS[size.found.drive]),
-        Column("zeta", "ζ", lambda size: size.found.zeta, "g"),
-        Column("b_um", "b [µm]", lambda size: size.b_um, "g"),
-        Column("largest_rad", "largest error of θ₁ [rad]", lambda size: size.largest),
-        Column("end_rad", "at 2 s [rad]", lambda size: size.end),
+        TableColumn("drive", "drive [N m]", lambda size: WORDS[size.found.drive]),
+        TableColumn("zeta", "ζ", lambda size: size.found.zeta, "g"),
+        TableColumn("b_um", "b [µm]", lambda size: size.b_um, "g"),
+        TableColumn("largest_rad", "largest error of θ₁ [rad]", lambda size: size.largest),
+        TableColumn("end_rad", "at 2 s [rad]", lambda size: size.end),
     ],
 )

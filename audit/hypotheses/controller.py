@@ -14,10 +14,10 @@ from audit.hypotheses.evidence.flutter import (
     VIBRATES,
     Damping,
     Flutter,
-    Setting,
+    FlutterSetting,
     flutters,
 )
-from audit.hypotheses.evidence.handed import AFTER_S, HANDED_S, Handed, Handover
+from audit.hypotheses.evidence.handed import AFTER_S, HANDED_S, DriveHandover, Handed
 from audit.hypotheses.evidence.linear_limits import (
     GrowthCheck,
     Threshold,
@@ -29,8 +29,8 @@ from audit.hypotheses.evidence.linear_limits import (
 )
 from audit.measures.shares import Share
 from audit.measures.undefined import recorded, word
-from audit.page.chapter import Chapter
-from audit.page.columns import Column, Columns
+from audit.page.chapter import AuditChapter
+from audit.page.columns import Columns, TableColumn
 from audit.page.material import Material
 from audit.page.record import JsonObject
 from audit.page.text import html, text
@@ -40,13 +40,13 @@ ZETAS = (0.003, 0.004, 0.005, 0.006, 0.008, 0.01, 0.015, 0.02)
 ERRORS_UM = (0.0, 5.0)
 DAMPINGS: tuple[Damping, ...] = ("always", "contact")
 # Above the linear limit, dampers in contact alone; with lumped planets it vibrates further up.
-HANDED = (Setting("contact", 0.006), Setting("contact", 0.01, planets="lumped"))
+HANDED = (FlutterSetting("contact", 0.006), FlutterSetting("contact", 0.01, planets="lumped"))
 HANDED_STARTS = 16
 RESOLVED = 1e-3  # rad/s^2: ten times what is left of a torque that is played back from 1 ms rows
 ROUNDING_PER_S = 1e-6
 
 
-def chapter(material: Material) -> Chapter:
+def chapter(material: Material) -> AuditChapter:
     """Thresholds and the growth check; full: also runs over zeta and what they live on."""
     limits = survey(material.scale.quick)
     check = _growth(material)
@@ -80,7 +80,7 @@ def chapter(material: Material) -> Chapter:
         *HANDOVERS.json(found.handed),
     ]
     outcome = text("hypotheses/controller_outcome", verdict=verdict)
-    return Chapter(ID, TITLE, page, records, outcome)
+    return AuditChapter(ID, TITLE, page, records, outcome)
 
 
 def _growth(material: Material) -> GrowthCheck:
@@ -99,7 +99,7 @@ class Vibrating:
     """What is simulated; nothing in the quick report. handed: what becomes of each of HANDED."""
 
     cells: tuple[Flutter, ...] = ()
-    handed: tuple[tuple[Setting, Handed], ...] = ()
+    handed: tuple[tuple[FlutterSetting, Handed], ...] = ()
 
     def of(self, **fields: object) -> dict[tuple[Damping, float], Flutter]:
         """By damping and zeta, the cells whose settings have these fields."""
@@ -117,19 +117,21 @@ def vibrating(material: Material) -> Vibrating:
     if scale.longest_s < HANDED_S + AFTER_S:
         return Vibrating(tuple(cells))
     seeds = scale.seeds[: scale.starts(HANDED_STARTS)]
-    asked = [Handover(one.variant(), seeds) for one in HANDED]
+    asked = [DriveHandover(one.variant(), seeds) for one in HANDED]
     handed = material.study.answers(asked, "H6, vibration handed over")
     return Vibrating(tuple(cells), tuple(zip(HANDED, handed, strict=True)))
 
 
-def settings() -> list[Setting]:
+def settings() -> list[FlutterSetting]:
     """With and without error and dampers in the play; then what contact-only damping lives on."""
-    every = [Setting(d, zeta, error) for d, zeta, error in product(DAMPINGS, ZETAS, ERRORS_UM)]
+    every = [
+        FlutterSetting(d, zeta, error) for d, zeta, error in product(DAMPINGS, ZETAS, ERRORS_UM)
+    ]
     for zeta in ZETAS:
         every += [
-            Setting("contact", zeta, played_back=True),
-            Setting("contact", zeta, varying=False),
-            Setting("contact", zeta, planets="lumped"),
+            FlutterSetting("contact", zeta, played_back=True),
+            FlutterSetting("contact", zeta, varying=False),
+            FlutterSetting("contact", zeta, planets="lumped"),
         ]
     return every
 
@@ -266,44 +268,50 @@ LIMITS: Columns[Threshold] = Columns(
         f"/k {one.point.stiffness:g}/{one.point.sensed}"
     ),
     [
-        Column("arm", "reading", lambda one: READINGS[one.point.arm]),
-        Column("elbow_deg", "elbow [°]", lambda one: one.elbow_deg, ".0f"),
-        Column("P_N_m_per_rad", "P [N m/rad]", lambda one: one.point.gains[0], "g"),
-        Column("D_N_m_s_per_rad", "D [N m s/rad]", lambda one: one.point.gains[1], "g"),
-        Column("stiffness_over_k_m", "k / k_m", lambda one: one.point.stiffness, "g"),
-        Column("sensed", "looks at the", lambda one: one.point.sensed),
-        Column("zeta", "unstable below ζ (0: nowhere)", lambda one: one.zeta, ".5f"),
-        Column("frequency_Hz", "mode there [Hz]", lambda one: one.frequency_Hz, ".0f"),
-        Column("undamped_growth_per_s", "growth at ζ = 0 [1/s]", _growing),
-        Column("growth_at_threshold_per_s", None, lambda one: one.growth_per_s),
+        TableColumn("arm", "reading", lambda one: READINGS[one.point.arm]),
+        TableColumn("elbow_deg", "elbow [°]", lambda one: one.elbow_deg, ".0f"),
+        TableColumn("P_N_m_per_rad", "P [N m/rad]", lambda one: one.point.gains[0], "g"),
+        TableColumn("D_N_m_s_per_rad", "D [N m s/rad]", lambda one: one.point.gains[1], "g"),
+        TableColumn("stiffness_over_k_m", "k / k_m", lambda one: one.point.stiffness, "g"),
+        TableColumn("sensed", "looks at the", lambda one: one.point.sensed),
+        TableColumn("zeta", "unstable below ζ (0: nowhere)", lambda one: one.zeta, ".5f"),
+        TableColumn("frequency_Hz", "mode there [Hz]", lambda one: one.frequency_Hz, ".0f"),
+        TableColumn("undamped_growth_per_s", "growth at ζ = 0 [1/s]", _growing),
+        TableColumn("growth_at_threshold_per_s", None, lambda one: one.growth_per_s),
     ],
 )
 CELLS: Columns[Flutter] = Columns(
     lambda one: f"controller/flutter/{one.setting.id}",
     [
-        Column("damping", "dampers act", lambda one: one.setting.damping),
-        Column("zeta", "ζ", lambda one: one.setting.zeta, "g"),
-        Column("tooth_error_um", "E [µm]", lambda one: one.setting.tooth_error_um, "g"),
-        Column("varying", "stiffness varies", lambda one: one.setting.varying),
-        Column("feedback", "feedback", lambda one: not one.setting.played_back),
-        Column("planets", "planets", lambda one: one.setting.planets),
-        Column(
+        TableColumn("damping", "dampers act", lambda one: one.setting.damping),
+        TableColumn("zeta", "ζ", lambda one: one.setting.zeta, "g"),
+        TableColumn("tooth_error_um", "E [µm]", lambda one: one.setting.tooth_error_um, "g"),
+        TableColumn("varying", "stiffness varies", lambda one: one.setting.varying),
+        TableColumn("feedback", "feedback", lambda one: not one.setting.played_back),
+        TableColumn("planets", "planets", lambda one: one.setting.planets),
+        TableColumn(
             "vibrating", "starts that vibrate", lambda one: one.share.yes if one.share else None
         ),
-        Column("starts", "of", lambda one: len(one.sizes)),
-        Column("quantiles_rad_per_s2", "vibration [rad/s²]", _resolved),
-        Column("frequency_Hz", "[Hz]", lambda one: one.frequency_Hz, ".0f"),
-        Column("state", None, lambda one: str(one.state)),
+        TableColumn("starts", "of", lambda one: len(one.sizes)),
+        TableColumn("quantiles_rad_per_s2", "vibration [rad/s²]", _resolved),
+        TableColumn("frequency_Hz", "[Hz]", lambda one: one.frequency_Hz, ".0f"),
+        TableColumn("state", None, lambda one: str(one.state)),
     ],
 )
-HANDOVERS: Columns[tuple[Setting, Handed]] = Columns(
+HANDOVERS: Columns[tuple[FlutterSetting, Handed]] = Columns(
     lambda pair: f"controller/handed/{pair[0].id}",
     [
-        Column("zeta", "ζ", lambda pair: pair[0].zeta, "g"),
-        Column("planets", "planets", lambda pair: pair[0].planets),
-        Column("starts", "starts", lambda pair: len(pair[1].link)),
-        Column("link_rad_per_s2", "goes on as it was [rad/s²]", lambda pair: _parts(pair[1].link)),
-        Column("torque_rad_per_s2", "torque alone", lambda pair: _parts(pair[1].torque), ".1g"),
-        Column("sun_rad_per_s2", "looking at the sun", lambda pair: _parts(pair[1].sun), ".1g"),
+        TableColumn("zeta", "ζ", lambda pair: pair[0].zeta, "g"),
+        TableColumn("planets", "planets", lambda pair: pair[0].planets),
+        TableColumn("starts", "starts", lambda pair: len(pair[1].link)),
+        TableColumn(
+            "link_rad_per_s2", "goes on as it was [rad/s²]", lambda pair: _parts(pair[1].link)
+        ),
+        TableColumn(
+            "torque_rad_per_s2", "torque alone", lambda pair: _parts(pair[1].torque), ".1g"
+        ),
+        TableColumn(
+            "sun_rad_per_s2", "looking at the sun", lambda pair: _parts(pair[1].sun), ".1g"
+        ),
     ],
 )

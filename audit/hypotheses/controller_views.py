@@ -10,7 +10,7 @@ from matplotlib.ticker import NullFormatter
 
 from audit.experiments.cells import READINGS
 from audit.hypotheses.evidence.feedback import PAPER_GAINS, SUN
-from audit.hypotheses.evidence.flutter import Flutter, Setting
+from audit.hypotheses.evidence.flutter import Flutter, FlutterSetting
 from audit.hypotheses.evidence.linear_limits import Threshold
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
@@ -50,7 +50,7 @@ def _shares(axes: Axes, cells: Sequence[Flutter]) -> None:
     axes.xaxis.set_minor_formatter(NullFormatter())
 
 
-def _kind(setting: Setting) -> str:
+def _kind(setting: FlutterSetting) -> str:
     """All but zeta."""
     words = [f"dampers act {'always' if setting.damping == 'always' else 'in contact'}"]
     if setting.played_back:

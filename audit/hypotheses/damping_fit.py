@@ -13,7 +13,7 @@ from audit.hypotheses.damping_fit_views import drawing
 from audit.hypotheses.evidence.fit import (
     ALPHA,
     NUMBERS,
-    Fit,
+    DampingFit,
     Span,
     each_left_out,
     equally_good,
@@ -23,8 +23,8 @@ from audit.hypotheses.evidence.fit import (
     tells_nothing,
 )
 from audit.hypotheses.evidence.reversals import Reversals, reversals
-from audit.page.chapter import Chapter
-from audit.page.columns import Column, Columns
+from audit.page.chapter import AuditChapter
+from audit.page.columns import Columns, TableColumn
 from audit.page.material import Material
 from audit.page.text import html, text
 
@@ -38,7 +38,7 @@ LAW_WORDS = dict(
 )
 
 
-def chapter(material: Material) -> Chapter:
+def chapter(material: Material) -> AuditChapter:
     """The set of settings that explain the printed numbers equally well."""
     claims = [BY_ID[name] for name in NUMBERS]
     found = fits(material, claims)
@@ -76,34 +76,34 @@ def chapter(material: Material) -> Chapter:
     }
     records: list[Mapping[str, object]] = [verdict, *REVERSALS.json(rigid), *table.json(found)]
     outcome = text("hypotheses/damping_fit_outcome", **given)
-    return Chapter(ID, TITLE, page, records, outcome, said=said(found, claims))
+    return AuditChapter(ID, TITLE, page, records, outcome, said=said(found, claims))
 
 
 def _span_record(one: Span) -> dict[str, object]:
     return {name: list(v) if isinstance(v, tuple) else v for name, v in vars(one).items()}
 
 
-def _most(found: Sequence[Fit], law: Law) -> float:
+def _most(found: Sequence[DampingFit], law: Law) -> float:
     """Numbers that a law's best setting explains."""
     return max(fit.mean for fit in found if fit.cell.law == law)
 
 
-def _share(claim: Claim) -> Callable[[Fit], float]:
+def _share(claim: Claim) -> Callable[[DampingFit], float]:
     return lambda fit: float(np.mean(fit.explained[claim.id]))
 
 
-def _columns(claims: Sequence[Claim], chosen: Sequence[Fit]) -> Columns[Fit]:
+def _columns(claims: Sequence[Claim], chosen: Sequence[DampingFit]) -> Columns[DampingFit]:
     """claims: whose shares of starts are shown."""
     return Columns(
         lambda fit: f"damping_fit/{fit.cell.id}",
         [
-            Column("law", "phase law", lambda fit: LAW_WORDS[fit.cell.law.id]),
-            Column("reading", "reading", lambda fit: fit.cell.reading),
-            Column("planets", "planets", lambda fit: fit.cell.planets),
-            Column("zeta", "ζ", lambda fit: fit.cell.zeta, "g"),
-            Column("explained", "numbers explained", lambda fit: fit.mean, ".2f"),
-            *(Column(claim.id, claim.id, _share(claim), ".2f") for claim in claims),
-            Column("equally_good", None, lambda fit: fit in chosen),
+            TableColumn("law", "phase law", lambda fit: LAW_WORDS[fit.cell.law.id]),
+            TableColumn("reading", "reading", lambda fit: fit.cell.reading),
+            TableColumn("planets", "planets", lambda fit: fit.cell.planets),
+            TableColumn("zeta", "ζ", lambda fit: fit.cell.zeta, "g"),
+            TableColumn("explained", "numbers explained", lambda fit: fit.mean, ".2f"),
+            *(TableColumn(claim.id, claim.id, _share(claim), ".2f") for claim in claims),
+            TableColumn("equally_good", None, lambda fit: fit in chosen),
         ],
     )
 
@@ -111,20 +111,22 @@ def _columns(claims: Sequence[Claim], chosen: Sequence[Fit]) -> Columns[Fit]:
 SPANS: Columns[Span] = Columns(
     lambda one: f"damping_fit/without/{one.left_out}",
     [
-        Column("left_out", "without", lambda one: one.left_out),
-        Column("settings", "equally good", lambda one: one.settings),
-        Column("explained", "numbers explained, at most", lambda one: one.mean, ".2f"),
-        Column("laws", "phase law", lambda one: "; ".join(LAW_WORDS[law] for law in one.laws)),
-        Column("readings", "reading", lambda one: ", ".join(one.readings)),
-        Column("planets", "planets", lambda one: ", ".join(one.planets)),
-        Column("zetas", "ζ", lambda one: one.zetas, "g"),
+        TableColumn("left_out", "without", lambda one: one.left_out),
+        TableColumn("settings", "equally good", lambda one: one.settings),
+        TableColumn("explained", "numbers explained, at most", lambda one: one.mean, ".2f"),
+        TableColumn("laws", "phase law", lambda one: "; ".join(LAW_WORDS[law] for law in one.laws)),
+        TableColumn("readings", "reading", lambda one: ", ".join(one.readings)),
+        TableColumn("planets", "planets", lambda one: ", ".join(one.planets)),
+        TableColumn("zetas", "ζ", lambda one: one.zetas, "g"),
     ],
 )
 REVERSALS: Columns[Reversals] = Columns(
     lambda one: f"damping_fit/rigid/{one.level}",
     [
-        Column("level", "rigid arm", lambda one: one.level),
-        Column("side_change_s", "torque changes sign at [s]", lambda one: one.side_change_s, ".3f"),
-        Column("return_s", "and again at [s]", lambda one: one.return_s, ".3f"),
+        TableColumn("level", "rigid arm", lambda one: one.level),
+        TableColumn(
+            "side_change_s", "torque changes sign at [s]", lambda one: one.side_change_s, ".3f"
+        ),
+        TableColumn("return_s", "and again at [s]", lambda one: one.return_s, ".3f"),
     ],
 )

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from audit.experiments.cells import LAWS, READINGS
-from audit.hypotheses.evidence.fit import PLANETS, Fit
+from audit.hypotheses.evidence.fit import PLANETS, DampingFit
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 
 
-def drawing(found: Sequence[Fit], chosen: Sequence[Fit], names: dict[str, str]) -> str:
+def drawing(
+    found: Sequence[DampingFit], chosen: Sequence[DampingFit], names: dict[str, str]
+) -> str:
     """Over zeta, a panel for each reading and way of the planets; names: of the laws."""
     picture, grid = new_figure(len(PLANETS), len(READINGS), 2.4)
     for row, planets in zip(grid, PLANETS, strict=True):

@@ -17,8 +17,8 @@ from audit.hypotheses.evidence.flights import (
 )
 from audit.hypotheses.floating_base_views import drawing
 from audit.hypotheses.words import SCENARIOS as TITLES
-from audit.page.chapter import Chapter
-from audit.page.columns import Column, Columns
+from audit.page.chapter import AuditChapter
+from audit.page.columns import Columns, TableColumn
 from audit.page.material import Material
 from audit.page.record import JsonObject
 from audit.page.text import html, text
@@ -27,7 +27,7 @@ from models.loading import load_scenario
 ID, TITLE = "floating_base", "A base that is free to fly (H5)"
 
 
-def chapter(material: Material) -> Chapter:
+def chapter(material: Material) -> AuditChapter:
     """Tip error of the fixed base over the base's mass."""
     tasks = [
         Flights(name, side, material.scale.seconds(load_scenario(name).duration_s))
@@ -56,7 +56,7 @@ def chapter(material: Material) -> Chapter:
         **said,
     )
     records = [_verdict(needs, enough), *NEEDS.json(needs), *FLIGHTS.json(flights)]
-    return Chapter(ID, TITLE, page, records, text("hypotheses/floating_base_outcome", **said))
+    return AuditChapter(ID, TITLE, page, records, text("hypotheses/floating_base_outcome", **said))
 
 
 def _needed(needs: Sequence[Need], scenario: str) -> str:
@@ -82,11 +82,11 @@ def _verdict(needs: Sequence[Need], enough: bool) -> JsonObject:
 NEEDS: Columns[Need] = Columns(
     lambda one: f"floating_base/needed/{one.scenario}/cube {one.side_m:g} m",
     [
-        Column("scenario", "experiment", lambda one: TITLES[one.scenario]),
-        Column("side_m", "cube [m]", lambda one: one.side_m, "g"),
-        Column("ratio", "mass ratio needed, whole run", lambda one: one.ratio),
-        Column("ratio_at_end", "at the end", lambda one: one.ratio_at_end),
-        Column(
+        TableColumn("scenario", "experiment", lambda one: TITLES[one.scenario]),
+        TableColumn("side_m", "cube [m]", lambda one: one.side_m, "g"),
+        TableColumn("ratio", "mass ratio needed, whole run", lambda one: one.ratio),
+        TableColumn("ratio_at_end", "at the end", lambda one: one.ratio_at_end),
+        TableColumn(
             "error_times_ratio_m",
             "error times ratio, heavy [m]",
             lambda one: one.error_times_ratio_m,
@@ -96,17 +96,17 @@ NEEDS: Columns[Need] = Columns(
 FLIGHTS: Columns[Flight] = Columns(
     lambda one: f"floating_base/{one.scenario}/cube {one.side_m:g} m/ratio {one.ratio:g}",
     [
-        Column("scenario", "experiment", lambda one: TITLES[one.scenario]),
-        Column("side_m", "cube [m]", lambda one: one.side_m, "g"),
-        Column("ratio", "mass ratio", lambda one: one.ratio, "g"),
-        Column("base_kg", "base [kg]", lambda one: one.base_mass_kg, ".4g"),
-        Column("largest_mm", "largest tip error [mm]", lambda one: 1e3 * one.largest_m),
-        Column("largest_at_s", "at [s]", lambda one: one.largest_at_s, ".2f"),
-        Column("end_mm", "at the end [mm]", lambda one: 1e3 * one.end_m),
-        Column("base_turn_rad", "base turned [rad]", lambda one: one.base_turn_rad),
-        Column(
+        TableColumn("scenario", "experiment", lambda one: TITLES[one.scenario]),
+        TableColumn("side_m", "cube [m]", lambda one: one.side_m, "g"),
+        TableColumn("ratio", "mass ratio", lambda one: one.ratio, "g"),
+        TableColumn("base_kg", "base [kg]", lambda one: one.base_mass_kg, ".4g"),
+        TableColumn("largest_mm", "largest tip error [mm]", lambda one: 1e3 * one.largest_m),
+        TableColumn("largest_at_s", "at [s]", lambda one: one.largest_at_s, ".2f"),
+        TableColumn("end_mm", "at the end [mm]", lambda one: 1e3 * one.end_m),
+        TableColumn("base_turn_rad", "base turned [rad]", lambda one: one.base_turn_rad),
+        TableColumn(
             "joint_error_rad", "joint angles moved [rad]", lambda one: one.joint_error_rad, ".2g"
         ),
-        Column("momentum_drift", None, lambda one: one.momentum_drift),
+        TableColumn("momentum_drift", None, lambda one: one.momentum_drift),
     ],
 )

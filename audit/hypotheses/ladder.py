@@ -16,7 +16,7 @@ from audit.hypotheses.evidence.attribution import (
     TORQUE,
     Deviation,
     LadderVerdict,
-    Left,
+    RigidResidual,
     by_level,
     deviations,
     ladder_verdict,
@@ -34,8 +34,8 @@ from audit.hypotheses.evidence.rungs import (
 from audit.hypotheses.ladder_views import baselines, waterfall
 from audit.hypotheses.words import GROUPS, LEVELS, RUNGS, SCENARIOS, SYMBOLS
 from audit.measures.undefined import recorded, word
-from audit.page.chapter import Chapter
-from audit.page.columns import Column, Columns
+from audit.page.chapter import AuditChapter
+from audit.page.columns import Columns, TableColumn
 from audit.page.material import Material
 from audit.page.record import JsonObject
 from audit.page.said import StatedNumber
@@ -58,7 +58,7 @@ class Climbed(NamedTuple):
     ladders: list[Ladder]
     levels: list[Deviation]
     whole: list[Deviation]
-    left: list[Left]
+    left: list[RigidResidual]
     verdict: LadderVerdict
 
 
@@ -83,7 +83,7 @@ def picture(found: Climbed) -> str:
     return baselines(found.left, {name: claim.limits for name, claim in claims().items()})
 
 
-def chapter(material: Material) -> Chapter:
+def chapter(material: Material) -> AuditChapter:
     """The ladder."""
     found = climbed(material)
     page = text(
@@ -116,10 +116,10 @@ def chapter(material: Material) -> Chapter:
         for one in found.left
         for name, deviation in one.found.items()
     ]
-    return Chapter(ID, TITLE, page, records, outcome, said(found.left, claims()), numbers)
+    return AuditChapter(ID, TITLE, page, records, outcome, said(found.left, claims()), numbers)
 
 
-def _most(found: Sequence[Left], level: str) -> float:
+def _most(found: Sequence[RigidResidual], level: str) -> float:
     """Largest deviation of theta_2 [rad] that a level leaves."""
     return max(abs(one.found["theta_2"].total) for one in found if one.level == level)
 
@@ -129,7 +129,7 @@ def _unlike(found: Sequence[Deviation]) -> list[Deviation]:
     return list({(one.where, one.quantity): one for one in found}.values())
 
 
-class Scenario(NamedTuple):
+class ScenarioSection(NamedTuple):
     """For the page: a scenario with its drawing and tables."""
 
     title: str
@@ -137,13 +137,13 @@ class Scenario(NamedTuple):
     tables: list[Markup]
 
 
-def _scenario(ladders: Sequence[Ladder], name: str) -> Scenario | None:
+def _scenario(ladders: Sequence[Ladder], name: str) -> ScenarioSection | None:
     """None where it was not climbed."""
     mine = [x for x in ladders if x.scenario == name and x.arm == next(iter(READINGS))]
     if not mine:
         return None
     tables = [html(_rung_columns(x).html(_lines(x, "largest"), f"Order {x.order}")) for x in mine]
-    return Scenario(SCENARIOS[name], html(waterfall(mine)), tables)
+    return ScenarioSection(SCENARIOS[name], html(waterfall(mine)), tables)
 
 
 Line = tuple[str, dict[str, Deviation]]  # a rung, and the deviations that it is a part of
@@ -164,11 +164,13 @@ def _rungs(ladder: Ladder) -> list[JsonObject]:
 
 def _rung_columns(ladder: Ladder, instant: str = "") -> Columns[Line]:
     place = f"ladder/{ladder.arm}/{ladder.scenario}/{ladder.order}{instant}"
-    columns: list[Column[Line]] = [Column("rung", "model change", lambda line: RUNGS[line[0]])]
+    columns: list[TableColumn[Line]] = [
+        TableColumn("rung", "model change", lambda line: RUNGS[line[0]])
+    ]
     for name, unit in QUANTITIES.items():
         columns += [
-            Column(f"{name}_{unit}", f"{SYMBOLS[name]} [{unit}]", partial(_resolved, name)),
-            Column(f"{name}_with_uncertainty", None, partial(_both, name)),
+            TableColumn(f"{name}_{unit}", f"{SYMBOLS[name]} [{unit}]", partial(_resolved, name)),
+            TableColumn(f"{name}_with_uncertainty", None, partial(_both, name)),
         ]
     return Columns(lambda line: f"{place}/{line[0]}", columns)
 
@@ -192,50 +194,58 @@ def _share(group: str) -> Callable[[Deviation], float]:
 SHARES: Columns[Deviation] = Columns(
     lambda one: f"ladder/{one.where}/{one.quantity}",
     [
-        Column("reading", "reading", lambda one: READINGS[one.arm]),
-        Column("scenario", "experiment", lambda one: one.scenario),
-        Column("order", "order", lambda one: one.order),
-        Column("level", None, lambda one: one.level),
-        Column("quantity", "of", lambda one: SYMBOLS[one.quantity]),
-        Column("instant", None, lambda one: one.instant),
-        Column("time_s", "at [s]", lambda one: one.time_s),
-        Column("total", "deviation [rad, m]", lambda one: one.total),
-        *(Column(f"{group}_percent", f"{GROUPS[group]} [%]", _share(group)) for group in GROUPS),
-        Column("dominant", "nearly all of it", lambda one: GROUPS.get(one.dominant, one.dominant)),
+        TableColumn("reading", "reading", lambda one: READINGS[one.arm]),
+        TableColumn("scenario", "experiment", lambda one: one.scenario),
+        TableColumn("order", "order", lambda one: one.order),
+        TableColumn("level", None, lambda one: one.level),
+        TableColumn("quantity", "of", lambda one: SYMBOLS[one.quantity]),
+        TableColumn("instant", None, lambda one: one.instant),
+        TableColumn("time_s", "at [s]", lambda one: one.time_s),
+        TableColumn("total", "deviation [rad, m]", lambda one: one.total),
+        *(
+            TableColumn(f"{group}_percent", f"{GROUPS[group]} [%]", _share(group))
+            for group in GROUPS
+        ),
+        TableColumn(
+            "dominant", "nearly all of it", lambda one: GROUPS.get(one.dominant, one.dominant)
+        ),
     ],
 )
 
 
-def _size(quantity: str) -> Callable[[Left], float]:
+def _size(quantity: str) -> Callable[[RigidResidual], float]:
     return lambda one: abs(one.found[quantity].total)
 
 
-def _fits(quantity: str) -> Callable[[Left], bool]:
+def _fits(quantity: str) -> Callable[[RigidResidual], bool]:
     return lambda one: one.fits[quantity]
 
 
-def _span(group: str) -> Callable[[Left], tuple[float, float]]:
-    def percent(one: Left) -> tuple[float, float]:
+def _span(group: str) -> Callable[[RigidResidual], tuple[float, float]]:
+    def percent(one: RigidResidual) -> tuple[float, float]:
         low, high = one.span(group)
         return 100 * low, 100 * high
 
     return percent
 
 
-LEFT: Columns[Left] = Columns(
+LEFT: Columns[RigidResidual] = Columns(
     lambda one: one.id,
     [
-        Column("reading", "reading", lambda one: READINGS[one.arm]),
-        Column("level", "the baseline has", lambda one: LEVELS[one.level]),
+        TableColumn("reading", "reading", lambda one: READINGS[one.arm]),
+        TableColumn("level", "the baseline has", lambda one: LEVELS[one.level]),
         *(
             column
             for name, unit in QUANTITIES.items()
             for column in (
-                Column(f"{name}_{unit}", f"left of {SYMBOLS[name]} [{unit}]", _size(name)),
-                Column(f"{name}_fits", "as in the paper", _fits(name)),
+                TableColumn(f"{name}_{unit}", f"left of {SYMBOLS[name]} [{unit}]", _size(name)),
+                TableColumn(f"{name}_fits", "as in the paper", _fits(name)),
             )
         ),
-        *(Column(f"{g}_percent", f"{GROUPS[g]} [%]", _span(g)) for g in (INERTIA, MESHES, SLIPPED)),
+        *(
+            TableColumn(f"{g}_percent", f"{GROUPS[g]} [%]", _span(g))
+            for g in (INERTIA, MESHES, SLIPPED)
+        ),
     ],
 )
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from audit.claims.rule import Limits
 from audit.experiments.cells import READINGS
-from audit.hypotheses.evidence.attribution import IN_UNIT_OF_CLAIM, Left
+from audit.hypotheses.evidence.attribution import IN_UNIT_OF_CLAIM, RigidResidual
 from audit.hypotheses.evidence.rungs import QUANTITIES, Ladder
 from audit.hypotheses.words import LEVELS, RUNGS, SYMBOLS
 from crosscheck.registry import RIGID_LEVELS
@@ -20,7 +20,7 @@ MILLI = 1e3
 _SMALLEST = 1e-13  # a contribution of rounding size still gets a mark
 
 
-def baselines(found: Sequence[Left], limits: Mapping[str, Limits]) -> str:
+def baselines(found: Sequence[RigidResidual], limits: Mapping[str, Limits]) -> str:
     """The size of what every baseline leaves, beside what the paper says; limits: by quantity."""
     figure, grid = new_figure(1, len(QUANTITIES), 2.6)
     for axes, (name, factor) in zip(grid[0], IN_UNIT_OF_CLAIM.items(), strict=True):

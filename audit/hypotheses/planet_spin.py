@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from audit.experiments.cells import READINGS
 from audit.hypotheses.evidence.spin import CONSIDERABLE_M, Difference, SpinCost, matters
-from audit.page.chapter import Chapter
-from audit.page.columns import Column, Columns
+from audit.page.chapter import AuditChapter
+from audit.page.columns import Columns, TableColumn
 from audit.page.material import Material
 from audit.page.said import StatedNumber
 from audit.page.text import html, text
@@ -14,7 +14,7 @@ ID, TITLE = "planet_spin", "The elbow planets' spin (H4)"
 DURATIONS_S = {"constant-torque": 0.5, "pd": 3.0}
 
 
-def chapter(material: Material) -> Chapter:
+def chapter(material: Material) -> AuditChapter:
     """Both readings and scenarios."""
     wanted = [
         SpinCost(arm, scenario, material.scale.seconds(duration_s))
@@ -35,7 +35,7 @@ def chapter(material: Material) -> Chapter:
     numbers = [
         StatedNumber(TITLE, "eq18-planets-2, size", one.arm, one.missing_kg_m2) for one in found
     ]
-    return Chapter(ID, TITLE, page, [verdict, *COSTS.json(found)], outcome, numbers=numbers)
+    return AuditChapter(ID, TITLE, page, [verdict, *COSTS.json(found)], outcome, numbers=numbers)
 
 
 def _percent(found: Difference) -> float | None:
@@ -45,13 +45,13 @@ def _percent(found: Difference) -> float | None:
 COSTS: Columns[Difference] = Columns(
     lambda one: f"H4/{one.arm}/{one.scenario}",
     [
-        Column("arm", "reading", lambda one: READINGS[one.arm]),
-        Column("scenario", "experiment", lambda one: one.scenario),
-        Column("duration_s", "[s]", lambda one: one.duration_s, "g"),
-        Column("missing_kg_m2", "missing in M₃₃ [kg m²]", lambda one: one.missing_kg_m2),
-        Column("missing_percent", "of M₃₃ [%]", _percent, ".2g"),
-        Column("theta_rad", "Δθ [rad]", lambda one: one.theta_rad),
-        Column("tip_mm", "tip [mm]", lambda one: 1e3 * one.tip_m),
-        Column("mesh_force_N", "mesh force per planet [N]", lambda one: one.mesh_force_N),
+        TableColumn("arm", "reading", lambda one: READINGS[one.arm]),
+        TableColumn("scenario", "experiment", lambda one: one.scenario),
+        TableColumn("duration_s", "[s]", lambda one: one.duration_s, "g"),
+        TableColumn("missing_kg_m2", "missing in M₃₃ [kg m²]", lambda one: one.missing_kg_m2),
+        TableColumn("missing_percent", "of M₃₃ [%]", _percent, ".2g"),
+        TableColumn("theta_rad", "Δθ [rad]", lambda one: one.theta_rad),
+        TableColumn("tip_mm", "tip [mm]", lambda one: 1e3 * one.tip_m),
+        TableColumn("mesh_force_N", "mesh force per planet [N]", lambda one: one.mesh_force_N),
     ],
 )

@@ -69,7 +69,7 @@ def told_apart(p: float, tests: float = 1.0) -> bool:
     return p < SIGNIFICANT / tests
 
 
-class Made(NamedTuple):
+class RaisedByError(NamedTuple):
     """What the tooth error makes of starts that are not above a level without it.
 
     share: of these, those that are above it with the tooth error; None where more than a tenth of
@@ -88,15 +88,15 @@ class Made(NamedTuple):
         return State.NO if found == State.BISTABLE and not told_apart(self.p) else found
 
 
-def made_by_error(with_error: Third, without: Third, level: Limits = LARGE) -> Made:
+def made_by_error(with_error: Third, without: Third, level: Limits = LARGE) -> RaisedByError:
     """Start i is compared with start i."""
     calm = np.isfinite(without.size) & np.isfinite(with_error.size)
     loud, there = (calm & level.yes(third.size) for third in (without, with_error))
     if calm.sum() < max(1.0, FEW * calm.size) or loud.sum() > FEW * calm.sum():
-        return Made(None, 1.0)
+        return RaisedByError(None, 1.0)
     quiet, of = calm & ~loud, int(calm.sum())
     p = shares_p(Share(int(there.sum()), of), Share(int(loud.sum()), of))
-    return Made(Share(int(there[quiet].sum()), int(quiet.sum())), p)
+    return RaisedByError(Share(int(there[quiet].sum()), int(quiet.sum())), p)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,11 +107,11 @@ class WithAndWithout:
     without: Third
 
     @cached_property
-    def made(self) -> Made:
+    def made(self) -> RaisedByError:
         """Starts that the tooth error makes severe."""
         return made_by_error(self.third, self.without)
 
     @cached_property
-    def made_visible(self) -> Made:
+    def made_visible(self) -> RaisedByError:
         """The same of those that reach what counts as a fluctuation at all."""
         return made_by_error(self.third, self.without, VISIBLE)

@@ -12,7 +12,7 @@ rendered = chapter.rendered
 
 
 @dataclass(frozen=True)
-class Chapter(chapter.Chapter):
+class AuditChapter(chapter.Chapter):
     """said, numbers: every answer and number that another chapter may give, too."""
 
     said: Sequence[Said] = ()

@@ -18,7 +18,7 @@ NONE = "-"
 
 
 @dataclass(frozen=True)
-class Column(Generic[Row]):
+class TableColumn(Generic[Row]):
     """name: in JSON; title: above a table, with its unit; None: not shown there.
 
     of: a row's value, None or not finite for what is undefined; form: how a number is written.
@@ -51,7 +51,7 @@ class Columns(Generic[Row]):
     """id: names a row in JSON."""
 
     id: Callable[[Row], str]
-    columns: Sequence[Column[Row]]
+    columns: Sequence[TableColumn[Row]]
 
     def json(self, rows: Iterable[Row]) -> list[JsonObject]:
         """A record for every row."""
@@ -72,7 +72,7 @@ class Columns(Generic[Row]):
         lines = [head, ["---"] * len(head), *body]
         return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
 
-    def _shown(self) -> list[Column[Row]]:
+    def _shown(self) -> list[TableColumn[Row]]:
         return [column for column in self.columns if column.title is not None]
 
     def _head(self) -> list[str]:

@@ -13,7 +13,7 @@ Kept = TypeVar("Kept")
 
 
 @dataclass(frozen=True)
-class Record(ABC):
+class ChapterRecord(ABC):
     """Numbers and verdicts of a chapter; a subclass's fields are the names in its JSON."""
 
     @property

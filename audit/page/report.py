@@ -15,7 +15,7 @@ from audit.experiments.scale import FULL, Scale
 from audit.experiments.study import Study
 from audit.figures.store import stored_runs, trajectories
 from audit.measures.undefined import UNDEFINED
-from audit.page.chapter import Chapter
+from audit.page.chapter import AuditChapter
 from audit.page.material import Material
 from crosscheck import kinds
 from crosscheck.output import write_files, write_text
@@ -28,7 +28,7 @@ from models.trajectory import netcdf
 
 SCHEMA_VERSION = 3
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
-# In reading order; each module has a function chapter(material) -> Chapter.
+# In reading order; each module has a function chapter(material) -> AuditChapter.
 CHAPTERS = (
     "front.chapter",
     "front.words",
@@ -57,27 +57,27 @@ def _file(run: str) -> str:
     return f"{run}.nc"
 
 
-def _chapters(material: Material) -> list[Chapter]:
+def _chapters(material: Material) -> list[AuditChapter]:
     return [_chapter(material, name) for name in CHAPTERS]
 
 
-def _chapter(material: Material, name: str) -> Chapter:
+def _chapter(material: Material, name: str) -> AuditChapter:
     """One of them; if a run that it cannot do without diverges, a chapter that says so."""
     module = importlib.import_module(f"audit.{name}")
     try:
-        made: Chapter = module.chapter(material)
+        made: AuditChapter = module.chapter(material)
     except Diverged as error:
         return _without(module.ID, module.TITLE, str(error))
     return made
 
 
-def _without(chapter_id: str, title: str, reason: str) -> Chapter:
+def _without(chapter_id: str, title: str, reason: str) -> AuditChapter:
     text = f"Undefined: a run that this chapter rests on has no result ({reason})."
     record = {"id": chapter_id, "verdict": UNDEFINED}
-    return Chapter(chapter_id, title, paragraph(text), [record], text)
+    return AuditChapter(chapter_id, title, paragraph(text), [record], text)
 
 
-def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[Chapter]:
+def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[AuditChapter]:
     """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
     made = _chapters(Material(study, scale))
     errata = [one for chapter in made if isinstance(chapter, ErrataSheet) for one in chapter.found]
@@ -93,16 +93,16 @@ def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[Chapter]:
 
 def write_figures(
     study: Study, numbers: Sequence[int], out: Path, scale: Scale = FULL
-) -> list[Chapter]:
+) -> list[AuditChapter]:
     """Write paper.html with these figures alone."""
     figures = importlib.import_module("audit.figures.chapter")
     html = figures.alone(Material(study, scale), sorted(set(numbers)))
-    made = [Chapter(figures.ID, "Figures", html)]
+    made = [AuditChapter(figures.ID, "Figures", html)]
     write_text(out / PAGE, page(made, study))
     return made
 
 
-def page(made: Sequence[Chapter], study: Study) -> str:
+def page(made: Sequence[AuditChapter], study: Study) -> str:
     """The self-contained page."""
     environment = Environment(
         loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
@@ -111,7 +111,7 @@ def page(made: Sequence[Chapter], study: Study) -> str:
     return sound_links(template.render(chapters=made, provenance=_provenance(study)))
 
 
-def records_json(made: Sequence[Chapter], study: Study) -> str:
+def records_json(made: Sequence[AuditChapter], study: Study) -> str:
     """All chapters' records; but for the provenance identical for identical inputs."""
     document = {
         "schema_version": SCHEMA_VERSION,

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from audit.measures.shares import Share
 from audit.measures.third import said
 from audit.measures.thresholds import EVIDENT, SEVERE
-from audit.page.chapter import Chapter
+from audit.page.chapter import AuditChapter
 from audit.page.material import Material
 from audit.page.record import JsonObject
 from audit.page.text import text
@@ -38,7 +38,7 @@ class H1:
     evidence: dict[str, bool | None]
 
 
-def chapter(material: Material) -> Chapter:
+def chapter(material: Material) -> AuditChapter:
     """Kinds of evidence and a referee's objections; quick: the clock, few settings, the modes."""
     study, scale = material.study, material.scale
     simulated = maps(material)
@@ -74,7 +74,7 @@ ORDER = (
 )
 
 
-def _made(simulated: Maps, found: dict[str, Section], material: Material) -> Chapter:
+def _made(simulated: Maps, found: dict[str, Section], material: Material) -> AuditChapter:
     supports = {name: one.supports for name, one in found.items() if name != BESIDE}
     verdict = H1(
         h1_verdict(simulated.visible, supports), simulated.visible, simulated.severe, supports
@@ -92,7 +92,7 @@ def _made(simulated: Maps, found: dict[str, Section], material: Material) -> Cha
         severe=SEVERE,
         **shares,
     )
-    return Chapter(
+    return AuditChapter(
         ID,
         TITLE,
         "\n".join([introduction, *(section.html for section in ordered)]),

@@ -31,7 +31,7 @@ BINS = 400  # of what is kept for a drawing
 CLOCK_N = 1e-9  # rounding of mesh forces of some 1e3 N, with room
 
 
-class Band(NamedTuple):
+class SignalEnvelope(NamedTuple):
     """A fast signal for a drawing: smallest and largest value of bins at times [s]."""
 
     time_s: tuple[float, ...]
@@ -39,7 +39,7 @@ class Band(NamedTuple):
     high: tuple[float, ...]
 
     @classmethod
-    def of(cls, time: np.ndarray, values: np.ndarray) -> Band:
+    def of(cls, time: np.ndarray, values: np.ndarray) -> SignalEnvelope:
         """Of values (times,)."""
         return cls(*(tuple(map(float, part)) for part in envelope(time, values, BINS)))
 
@@ -59,8 +59,8 @@ class Delayed:
     largest_force_N: float
     vibration_rad_per_s2: tuple[float | None, ...]
     same: bool
-    force_N: Band
-    shoulder: Band
+    force_N: SignalEnvelope
+    shoulder: SignalEnvelope
 
 
 @dataclass(frozen=True)
@@ -95,8 +95,8 @@ class ClockTest:
                 float(np.abs(forces[0]).max()),
                 self._sizes(elapsed, acceleration),
                 bool(np.array_equal(acceleration, runs[0][1])),
-                Band.of(time, force[:, 0]),
-                Band.of(elapsed, acceleration[:, 0]),
+                SignalEnvelope.of(time, force[:, 0]),
+                SignalEnvelope.of(elapsed, acceleration[:, 0]),
             )
             for clock, force, (elapsed, acceleration) in zip(CLOCKS_S, forces, runs, strict=True)
         ]

@@ -16,14 +16,14 @@ from audit.measures.events import THIRD_S
 from audit.measures.shares import Share
 from audit.measures.third import Quantiles, quantiles
 from audit.measures.thresholds import SEVERE
-from audit.phase.clock import Band
+from audit.phase.clock import SignalEnvelope
 from audit.phase.runs.experiments import (
     NO_ERROR,
     models_of,
     pd_run,
     shoulder_excess,
 )
-from audit.phase.runs.motion import Continued, Motion, motion
+from audit.phase.runs.motion import Continued, RecordedMotion, motion
 from crosscheck import signals
 
 # At the smallest damping the controller itself flutters; with the paper's ring rate few starts are
@@ -83,7 +83,7 @@ class HandedOver:
     asked: int
     at_s: tuple[float, ...]
     left: tuple[tuple[Left, ...], ...]
-    drawn: tuple[Band, ...]
+    drawn: tuple[SignalEnvelope, ...]
 
 
 @dataclass(frozen=True)
@@ -121,10 +121,14 @@ class Handover:
             asked=int(sound.sum()),
             at_s=tuple(float(run.time[peak]) for peak in peaks.values()),
             left=tuple(tuple(self._left(one) for one in each) for each in runs),
-            drawn=tuple(Band.of(each[0].time, each[0].shoulder[:, 0]) for each in runs if each),
+            drawn=tuple(
+                SignalEnvelope.of(each[0].time, each[0].shoulder[:, 0]) for each in runs if each
+            ),
         )
 
-    def _continued(self, run: Motion, start: int, record: int, heir: Heir) -> Motion:
+    def _continued(
+        self, run: RecordedMotion, start: int, record: int, heir: Heir
+    ) -> RecordedMotion:
         """From a start's state at a record, the clock going on."""
         rate = self.cell.law.ring_rate if heir.phase == "omega_t" else "corrected"
         cell = Cell(Law(heir.phase, rate), self.cell.zeta, self.cell.arm)
@@ -133,12 +137,12 @@ class Handover:
         state = run.q[record, :, start].copy(), run.v[record, :, start].copy()
         return motion([Continued(case, *state)], float(run.time[record]))
 
-    def _left(self, run: Motion) -> Left:
+    def _left(self, run: RecordedMotion) -> Left:
         excess, elapsed = self._excess(run), run.time - run.time[0]
         sizes = (signals.amplitude(excess[signals.window(elapsed, *w)]) for w in WINDOWS_S)
         return Left(*sizes)
 
-    def _excess(self, run: Motion) -> np.ndarray:
+    def _excess(self, run: RecordedMotion) -> np.ndarray:
         """(times, members), against the rigid arm in the whole experiment."""
         whole = pd_run(self.cell, THIRD_S[1] + AFTER_S)
         return shoulder_excess(whole, run.time, run.shoulder)

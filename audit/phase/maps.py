@@ -21,7 +21,7 @@ from audit.experiments.experiments import (
 )
 from audit.experiments.pool import Wanted
 from audit.measures.third import Third
-from audit.measures.twosamples import Made, TwoTests, WithAndWithout, two_tests
+from audit.measures.twosamples import RaisedByError, TwoTests, WithAndWithout, two_tests
 from audit.page.material import Material
 
 # The integral with Eq. 13's ring rate: the one combination that no claim is judged with.
@@ -33,7 +33,7 @@ BACKLASHES_UM = (5.0, 25.0, DEFAULT_B_UM, 500.0)  # of Figs. 16-17
 
 
 @dataclass(frozen=True)
-class Setting:
+class MapSetting:
     """A cell at one tooth error and one backlash [um]."""
 
     cell: Cell
@@ -57,7 +57,7 @@ class Setting:
 class Mapped(WithAndWithout):
     """Of a setting of the maps."""
 
-    setting: Setting
+    setting: MapSetting
 
 
 class Presence(StrEnum):
@@ -112,17 +112,17 @@ class Maps:
         return _presence(self.lumped, lambda one: one.made)
 
     @property
-    def repairs(self) -> list[Repair]:
+    def repairs(self) -> list[RepairedSetting]:
         """What the conservative law changes, setting by setting."""
         plain = {one.setting: one for one in self.settings}
         return [
-            Repair(plain[integral_of(one.setting)], one)
+            RepairedSetting(plain[integral_of(one.setting)], one)
             for one in self.conservative
             if integral_of(one.setting) in plain
         ]
 
 
-def _presence(settings: Sequence[Mapped], made: Callable[[Mapped], Made]) -> Presence:
+def _presence(settings: Sequence[Mapped], made: Callable[[Mapped], RaisedByError]) -> Presence:
     by_phase = {
         phase: [made(one).state for one in settings if one.setting.cell.law.phase == phase]
         for phase in PHASES
@@ -131,7 +131,7 @@ def _presence(settings: Sequence[Mapped], made: Callable[[Mapped], Made]) -> Pre
 
 
 @dataclass(frozen=True)
-class Repair:
+class RepairedSetting:
     """A setting under `angle` without and with the virtual work of k(theta) and e(theta)."""
 
     plain: Mapped
@@ -143,18 +143,18 @@ class Repair:
         return two_tests(self.plain.third, self.conservative.third)
 
 
-def integral_of(setting: Setting) -> Setting:
+def integral_of(setting: MapSetting) -> MapSetting:
     """The same setting under `angle` alone."""
     cell = setting.cell
     moved = Cell(INTEGRAL, cell.zeta, cell.arm, cell.planets)
-    return Setting(moved, setting.error_um, setting.backlash_um)
+    return MapSetting(moved, setting.error_um, setting.backlash_um)
 
 
 def maps(material: Material) -> Maps:
     """Every start of every setting; few settings if quick."""
     plan = plan_of(material.scale)
     over_zeta = [
-        Setting(Cell(law, zeta, arm))
+        MapSetting(Cell(law, zeta, arm))
         for arm in plan.readings
         for law in FOUR
         for zeta in plan.zetas
@@ -163,9 +163,9 @@ def maps(material: Material) -> Maps:
     asked = list(dict.fromkeys([*over_zeta, *more]))
     if material.scale.quick:
         return Maps(mapped(material, asked), [], [])
-    lumped = [Setting(_held_alike(one.cell)) for one in over_zeta]
+    lumped = [MapSetting(_held_alike(one.cell)) for one in over_zeta]
     conservative = [
-        Setting(Cell(CONSERVATIVE, one.cell.zeta, one.cell.arm))
+        MapSetting(Cell(CONSERVATIVE, one.cell.zeta, one.cell.arm))
         for one in over_zeta
         if one.cell.law == INTEGRAL
     ]
@@ -177,25 +177,25 @@ def _held_alike(cell: Cell) -> Cell:
     return Cell(cell.law, cell.zeta, cell.arm, "lumped")
 
 
-def _over_error(zetas: Iterable[float]) -> list[Setting]:
+def _over_error(zetas: Iterable[float]) -> list[MapSetting]:
     return [
-        Setting(Cell(law, zeta, LABELLED), error_um)
+        MapSetting(Cell(law, zeta, LABELLED), error_um)
         for law in FOUR
         for zeta in zetas
         for error_um in ERRORS_UM
     ]
 
 
-def _over_backlash() -> list[Setting]:
+def _over_backlash() -> list[MapSetting]:
     return [
-        Setting(Cell(law, zeta, LABELLED), backlash_um=b)
+        MapSetting(Cell(law, zeta, LABELLED), backlash_um=b)
         for law in FOUR
         for zeta in BACKLASH_ZETAS
         for b in BACKLASHES_UM
     ]
 
 
-def mapped(material: Material, settings: Sequence[Setting]) -> list[Mapped]:
+def mapped(material: Material, settings: Sequence[MapSetting]) -> list[Mapped]:
     """Simulated, those that the claims have asked already read."""
     wanted: list[Wanted] = [(one.cell, source) for one in settings for source in one.sources]
     found = material.samples(wanted, "phase: maps")

@@ -139,7 +139,7 @@ class Rates:
 
 
 @dataclass(frozen=True)
-class Growth:
+class RateGrowth:
     """A Question: the ``Rates`` of a setting, as far as the duration [s] lets them be seen."""
 
     cell: Cell
@@ -212,7 +212,7 @@ def objections(study: Study, scale: Scale) -> Objections:
     objected += [
         Objected(IN_FULL, cell, third=full[cell, True], without=full[cell, False]) for cell in cells
     ]
-    growth = [Growth(cell, scale.seconds(DURATION_S)) for cell in DECISIVE]
+    growth = [RateGrowth(cell, scale.seconds(DURATION_S)) for cell in DECISIVE]
     rates = study.answers(growth, "phase: growth rates")
     return Objections(objected, dict(zip(DECISIVE, rates, strict=True)))
 

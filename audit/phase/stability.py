@@ -21,7 +21,7 @@ from audit.experiments.variant import Variant, spelled_out
 from audit.measures.events import THIRD_S
 from audit.measures.numbers import quotient
 from audit.measures.shares import Share
-from audit.phase.clock import Band
+from audit.phase.clock import SignalEnvelope
 from audit.phase.runs.experiments import (
     DECISIVE,
     FILTER_EDGE_S,
@@ -111,7 +111,7 @@ class Linearised:
     unstable: tuple[tuple[bool, ...], ...]
     simulated: Curve
     predicted: Curve
-    shoulder: Band
+    shoulder: SignalEnvelope
 
     @property
     def as_predicted(self) -> Share | None:
@@ -170,7 +170,7 @@ class Linearisation:
             unstable=tuple(_thinned(column > 0) for column in modes.growth.T),
             simulated=_highest(run.time, first.simulated),
             predicted=_highest(first.time, first.predicted),
-            shoulder=Band.of(run.time, run.shoulder[:, 0]),
+            shoulder=SignalEnvelope.of(run.time, run.shoulder[:, 0]),
         )
 
 
@@ -260,7 +260,7 @@ def _highest(time: np.ndarray, values: np.ndarray) -> Curve:
     """The largest of every bin; nothing where the signal is undefined."""
     if not time.size or not np.isfinite(values).all():
         return Curve((), ())
-    band = Band.of(time, values)
+    band = SignalEnvelope.of(time, values)
     return Curve(band.time_s, band.high)
 
 

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from audit.measures.third import APART_M, said
 from audit.measures.thresholds import SEVERE
 from audit.measures.twosamples import SIGNIFICANT
-from audit.page.chapter import Chapter
+from audit.page.chapter import AuditChapter
 from audit.page.material import Material
 from audit.page.text import html, text
 from audit.phase.engines import Engines, engines
@@ -17,7 +17,7 @@ from audit.planets import tables, views
 from audit.planets.features import Feature, features
 from audit.planets.freed import Freed, effects_by_law, freed
 from audit.planets.growth import CELL, STARTING_S, STARTS, Growth, growth
-from audit.planets.verdict import PREDICTED, Effect, Survival, h7_verdict
+from audit.planets.verdict import PREDICTED, PlanetsEffect, Survival, h7_verdict
 
 MOSTLY = 0.5  # of the starts
 ID, TITLE = "planets", "Three planets counted as one (H7)"
@@ -36,7 +36,7 @@ class H7:
     claims_changed: int
 
 
-def chapter(material: Material) -> Chapter:
+def chapter(material: Material) -> AuditChapter:
     """Samples, the growth of differences, another engine, the figures' statements."""
     sampled, grown = freed(material), growth(material.study, material.scale)
     compared, seen = engines(material), features(material)
@@ -58,7 +58,7 @@ def chapter(material: Material) -> Chapter:
     ]
     stated = [each for one in sampled for each in said(f"{ID}, free", one.cell, one.free)]
     outcome = text("planets/outcome", verdict=verdict)
-    return Chapter(ID, TITLE, "\n".join(shown), records, outcome, stated)
+    return AuditChapter(ID, TITLE, "\n".join(shown), records, outcome, stated)
 
 
 def _verdict(
@@ -68,8 +68,8 @@ def _verdict(
     return H7(
         verdict=h7_verdict(effects),
         settings=len(effects),
-        weaker=effects.count(Effect.WEAKER),
-        stronger=effects.count(Effect.STRONGER),
+        weaker=effects.count(PlanetsEffect.WEAKER),
+        stronger=effects.count(PlanetsEffect.STRONGER),
         foretold=grown.free.all_right,
         engines_agree=compared.same,
         claims_changed=sum(one.changed is True for one in seen),
@@ -85,7 +85,7 @@ def _sizes(sampled: Sequence[Freed], material: Material) -> str:
         drawing=views.sizes(sampled),
         table=html(tables.FREED.html(sampled)),
         effects={law.id: counts for law, counts in effects_by_law(sampled).items()},
-        Effect=Effect,
+        PlanetsEffect=PlanetsEffect,
     )
 
 

@@ -13,7 +13,7 @@ from audit.experiments.experiments import PD
 from audit.measures.third import Third
 from audit.measures.twosamples import TwoTests, two_tests
 from audit.page.material import Material
-from audit.planets.verdict import Effect, effect
+from audit.planets.verdict import PlanetsEffect, effect
 
 TESTS = 2  # of every setting: of the shares and of the sizes
 
@@ -33,7 +33,7 @@ class Freed:
         return two_tests(self.lumped, self.free)
 
     @cached_property
-    def effect(self) -> Effect:
+    def effect(self) -> PlanetsEffect:
         """What freeing the planets does."""
         return effect(self.lumped, self.free, self.tests, self.family)
 
@@ -51,6 +51,6 @@ def freed(material: Material) -> list[Freed]:
     ]
 
 
-def effects_by_law(records: Sequence[Freed]) -> dict[Law, Counter[Effect]]:
+def effects_by_law(records: Sequence[Freed]) -> dict[Law, Counter[PlanetsEffect]]:
     """How often each effect is seen."""
     return {law: Counter(r.effect for r in records if r.cell.law == law) for law in LAWS}

@@ -16,7 +16,7 @@ from audit.measures.shares import Share
 from audit.measures.third import Quantiles, quantiles
 from audit.measures.undefined import extreme
 from audit.phase.runs.experiments import pd_run
-from audit.planets.parting import Course, FirstPartings, Parted, partings
+from audit.planets.parting import FirstPartings, Parted, PartingCourse, partings
 from audit.planets.verdict import parting_is_predicted
 
 JOINTS = ("shoulder", "elbow")
@@ -150,7 +150,7 @@ def earliest(times: Sequence[float | None]) -> float | None:
 
 
 def _first_parting(
-    along: str, asked: int, found: Sequence[Parted], courses: Sequence[Course]
+    along: str, asked: int, found: Sequence[Parted], courses: Sequence[PartingCourse]
 ) -> Foretold:
     told = [
         (pair, _strayed_before(one, pair[1]))
@@ -222,6 +222,6 @@ def _rate(one: Parted, joint: int) -> float:
     return float(np.nanmax(rates))
 
 
-def levels(course: Course, joint: int) -> np.ndarray:
+def levels(course: PartingCourse, joint: int) -> np.ndarray:
     """log10 of the spread [m] in every bin, nan where undefined."""
     return np.array([np.nan if v is None else v for v in course.spread[joint]])

@@ -63,7 +63,7 @@ class Differences(NamedTuple):
     size: np.ndarray
 
 
-class Followed(NamedTuple):
+class FollowedPlanets(NamedTuple):
     """A model's own run at its records, and how planets part along it.
 
     time (times,) [s]; x_pr (times, coordinates) [m] of every planet that has a coordinate, stage by
@@ -98,7 +98,7 @@ class _Now(NamedTuple):
     sped: np.ndarray
 
 
-def followed(models: Sequence[PhysicalModel], start_m: np.ndarray) -> list[Followed | None]:
+def followed(models: Sequence[PhysicalModel], start_m: np.ndarray) -> list[FollowedPlanets | None]:
     """Along the models' own runs, at their records: how far planets get that start so far apart.
 
     models: alike but for their starts, no table for a drive; start_m (models, stages). Planets
@@ -112,7 +112,7 @@ def followed(models: Sequence[PhysicalModel], start_m: np.ndarray) -> list[Follo
     finite = np.isfinite(course.q).all(axis=(0, 2))
     ends = stages.ring + stages.planets
     return [
-        Followed(
+        FollowedPlanets(
             time,
             [course.q[:, k, begin:end] for begin, end in zip(stages.ring, ends, strict=True)],
             *(Differences(course.part[:, k, law], course.size[:, k, law]) for law in range(LAWS)),

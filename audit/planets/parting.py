@@ -13,7 +13,7 @@ from audit.measures.numbers import defined
 from audit.measures.third import APART_M
 from audit.phase.runs.experiments import models_of
 from audit.phase.runs.motion import motion
-from audit.planets.hill import Differences, Followed, followed
+from audit.planets.hill import Differences, FollowedPlanets, followed
 from models.loading import Case
 
 BIN_S = 0.005
@@ -25,7 +25,7 @@ Times = tuple[float | None, ...]  # (stages,)
 
 
 @dataclass(frozen=True)
-class Course:
+class PartingCourse:
     """Largest spread of a stage's planets in every bin, log10 of metres; when it passes 1 um."""
 
     spread: Series
@@ -43,10 +43,10 @@ class Parted:
     """
 
     time_s: tuple[float, ...]
-    measured: Course
-    by_lumped: Course
-    by_free: Course
-    pressed: Course
+    measured: PartingCourse
+    by_lumped: PartingCourse
+    by_free: PartingCourse
+    pressed: PartingCourse
     strayed_s: Times
 
 
@@ -123,7 +123,7 @@ class Partings:
         ]
 
 
-def _parted(free: Followed, shared: Followed) -> Parted:
+def _parted(free: FollowedPlanets, shared: FollowedPlanets) -> Parted:
     """Of one start: its free run and the lumped one."""
     time = free.time
     spread = _log(np.column_stack([np.ptp(x, axis=1) for x in free.x_pr]))
@@ -162,11 +162,11 @@ def _edges(time: np.ndarray) -> np.ndarray:
     return np.flatnonzero(np.diff(np.floor(time / BIN_S + 1e-9), prepend=-1))
 
 
-def _course(time: np.ndarray, found: Differences) -> Course:
+def _course(time: np.ndarray, found: Differences) -> PartingCourse:
     """found: natural logarithms."""
     largest = np.maximum.reduceat(found.size, _edges(time), axis=0) / np.log(10)
     spread = tuple(tuple(defined(value) for value in column) for column in largest.T)
-    return Course(spread, tuple(_first(time, column) for column in found.part.T))
+    return PartingCourse(spread, tuple(_first(time, column) for column in found.part.T))
 
 
 def _first(time: np.ndarray, spread: np.ndarray) -> float | None:

@@ -16,7 +16,7 @@ from audit.measures.twosamples import TwoTests, shares_p, told_apart
 PREDICTED = 0.10  # relative error of the time at which planets part
 
 
-class Effect(StrEnum):
+class PlanetsEffect(StrEnum):
     """What freeing the planets does to a third fluctuation."""
 
     WEAKER = "weaker"
@@ -25,20 +25,24 @@ class Effect(StrEnum):
     UNKNOWN = "undefined"
 
 
-def effect(lumped: Third, free: Third, p: TwoTests, family: int) -> Effect:
+def effect(lumped: Third, free: Third, p: TwoTests, family: int) -> PlanetsEffect:
     """From both samples and the p of both tests on them, two of so many.
 
     Told apart by the shares of severe starts; or by sizes, where a tenth of the larger ones count
     as a fluctuation at all: the sample whose starts are mostly the smaller is the weaker one.
     """
     if p.by_share is None or p.by_size is None or lumped.share is None or free.share is None:
-        return Effect.UNKNOWN
+        return PlanetsEffect.UNKNOWN
     if told_apart(p.by_share, family):
-        return Effect.WEAKER if free.share.value < lumped.share.value else Effect.STRONGER
+        return (
+            PlanetsEffect.WEAKER
+            if free.share.value < lumped.share.value
+            else PlanetsEffect.STRONGER
+        )
     high = max(quantiles[-1] or 0.0 for quantiles in (lumped.quantiles, free.quantiles))
     if high > EVIDENT and told_apart(p.by_size, family):
-        return Effect.WEAKER if _mostly_smaller(free, lumped) else Effect.STRONGER
-    return Effect.NONE
+        return PlanetsEffect.WEAKER if _mostly_smaller(free, lumped) else PlanetsEffect.STRONGER
+    return PlanetsEffect.NONE
 
 
 def _mostly_smaller(one: Third, other: Third) -> bool:
@@ -86,8 +90,8 @@ def is_changed(lumped: Share | None, free: Share | None, family: int) -> bool | 
     return told_apart(shares_p(lumped, free), family) if told_apart(least, family) else None
 
 
-def h7_verdict(effects: Sequence[Effect]) -> str:
+def h7_verdict(effects: Sequence[PlanetsEffect]) -> str:
     """`holds` if freeing the planets changes the third fluctuation in any setting."""
-    if any(one in (Effect.WEAKER, Effect.STRONGER) for one in effects):
+    if any(one in (PlanetsEffect.WEAKER, PlanetsEffect.STRONGER) for one in effects):
         return "holds"
-    return "not seen" if Effect.NONE in effects else "undefined"
+    return "not seen" if PlanetsEffect.NONE in effects else "undefined"

@@ -19,7 +19,7 @@ from crosscheck.checks.weights import joint_mass, link_mass
 from models.arm.arm import Arm
 from models.experiment.scenario import ConstantDrive
 from models.loading import Case, load_case, load_scenario
-from models.pinocchio.floating import Base, PinocchioFloating
+from models.pinocchio.floating import FloatingBase, PinocchioFloating
 
 BASE_MASSES = ("5", "50", "500", "5000")  # over the arm's mass
 CONSTANT = "constant-torque"
@@ -43,7 +43,7 @@ def _tip_errors_m(case: Case) -> list[float]:
     """For every mass of the base."""
     fixed = on_fixed_base(case)
     carried = arm_mass(case)
-    bases = [Base(carried * float(ratio)) for ratio in BASE_MASSES]
+    bases = [FloatingBase(carried * float(ratio)) for ratio in BASE_MASSES]
     flights = (PinocchioFloating(case.arm, case.scenario, base).simulate() for base in bases)
     return [float(tip_error(flight, fixed, case).max()) for flight in flights]
 

@@ -63,7 +63,7 @@ class Measurement(Bounded):
     measured: Finite
 
 
-class Table(Bounded):
+class RecordedTable(Bounded):
     """Numbers of one quantity of a run (planet 1); a row's first entry says what it is about.
 
     joints: the numbers of those that have the quantity, in their order.
@@ -82,7 +82,7 @@ class Table(Bounded):
         return self
 
 
-class Sampled(Table):
+class SampledQuantity(RecordedTable):
     """A quantity at some times; rows of time [s] and a value per joint."""
 
     @property
@@ -113,7 +113,7 @@ class Sampled(Table):
         return self
 
 
-class Extremes(Table):
+class Extremes(RecordedTable):
     """Extreme values over a run; rows of joint, minimum, its time, maximum, its time.
 
     The times [s] are for the reader: of two peaks of one height, rounding picks the higher.
@@ -147,16 +147,16 @@ class Extremes(Table):
         return self
 
 
-class Run(Data):
+class RecordedRun(Data):
     """One simulation, reduced: the experiment as its Dataset states it, and numbers."""
 
     scenario: Scenario
     switches: Switches
-    sampled: dict[SampledName, Sampled]
+    sampled: dict[SampledName, SampledQuantity]
     extremes: dict[ExtremesName, Extremes]
 
     @property
-    def tables(self) -> dict[str, Sampled | Extremes]:
+    def tables(self) -> dict[str, SampledQuantity | Extremes]:
         """Quantity -> its table."""
         sampled = {str(quantity): table for quantity, table in self.sampled.items()}
         return {**sampled, **{str(quantity): table for quantity, table in self.extremes.items()}}
@@ -176,22 +176,24 @@ class Run(Data):
         return self
 
 
-def _require_own_unit(where: str, quantity: str, table: Table) -> None:
+def _require_own_unit(where: str, quantity: str, table: RecordedTable) -> None:
     if table.unit != UNITS[quantity]:
         raise Misfit(f"{where}.unit", table.unit, f"must be {UNITS[quantity]}")
 
 
-def _require_within(where: str, table: Sampled | Extremes, duration_s: float) -> None:
+def _require_within(where: str, table: SampledQuantity | Extremes, duration_s: float) -> None:
     times = table.times_s
     for time in times:
         if not 0 <= time <= duration_s + SAME_TIME_S:
             raise Misfit(f"{where}.rows", time, f"times from 0 to {duration_s:g} s")
-    if isinstance(table, Sampled) and (times[0] > 0 or duration_s - times[-1] > SAME_TIME_S):
+    if isinstance(table, SampledQuantity) and (
+        times[0] > 0 or duration_s - times[-1] > SAME_TIME_S
+    ):
         ends = [times[0], times[-1]]
         raise Misfit(f"{where}.rows", ends, f"must reach from 0 to {duration_s:g} s")
 
 
-class Known(Data):
+class KnownFailure(Data):
     """A check that was red when it was accepted: what it said, and its number, if it had one."""
 
     said: str
@@ -204,9 +206,9 @@ class Baseline(Data):
     schema_version: Literal[3] = 3
     project_version: str
     checks: dict[str, CheckVerdict]
-    known: dict[str, Known]
+    known: dict[str, KnownFailure]
     measurements: dict[str, Measurement]
-    runs: dict[str, Run]
+    runs: dict[str, RecordedRun]
     provenance: Provenance
 
     @model_validator(mode="after")

@@ -24,14 +24,14 @@ from crosscheck.baseline.record import (
     Baseline,
     CheckVerdict,
     ExtremesName,
-    Known,
+    KnownFailure,
     Measurement,
     Misfit,
-    Run,
+    RecordedRun,
     SampledName,
 )
 from crosscheck.checks.records import BY_PLANET
-from crosscheck.checks.scales import Limit, meaningful
+from crosscheck.checks.scales import ReasonedLimit, meaningful
 from crosscheck.checks.states import LOOSEST
 from crosscheck.checks.trajectories import (
     Incomparable,
@@ -85,7 +85,7 @@ def baseline_of(result: CrossCheck) -> Baseline:
     """What to record of a cross-check. Runs that failed and checks not judged are left out."""
     agreement = result.agreement
     assert agreement.provenance is not None  # as cross_check gives it
-    runs: dict[str, Run] = {}
+    runs: dict[str, RecordedRun] = {}
     bounds: Bounds = {}
     for key in filter(is_recorded, result.runs):
         reduced = reduced_run(key, result)
@@ -102,7 +102,7 @@ def baseline_of(result: CrossCheck) -> Baseline:
         project_version=__version__,
         checks={name: cast(CheckVerdict, finding.verdict) for name, finding in checks.items()},
         known={
-            name: Known(said=outcome(f), number=None if f.measured is None else number(f))
+            name: KnownFailure(said=outcome(f), number=None if f.measured is None else number(f))
             for name, f in red.items()
         },
         measurements={name: number(f) for name, f in measurements_by_id(agreement).items()},
@@ -122,7 +122,7 @@ def measurements_by_id(agreement: Agreement) -> dict[str, Finding]:
     return {f.id: f for f in agreement.findings if f.kind == "measurement"}
 
 
-def reduced_run(key: RunKey, result: CrossCheck) -> tuple[Run, dict[str, Bound]] | Failure:
+def reduced_run(key: RunKey, result: CrossCheck) -> tuple[RecordedRun, dict[str, Bound]] | Failure:
     """What is recorded of a run, and how far each quantity may move; or why it has no record.
 
     A run holds whatever its model put there: what cannot be reduced is a failed run, no crash.
@@ -235,28 +235,32 @@ def _measured(
         return None
 
 
-def _adaptive(floor: Limit, measured: float | None) -> Limit:
+def _adaptive(floor: ReasonedLimit, measured: float | None) -> ReasonedLimit:
     """Rounding differs between processors (SciPy's sums are BLAS's) and may choose other steps."""
     if measured is None:
-        return Limit(math.inf, "the integrator chooses its own steps, and no second run was made")
+        return ReasonedLimit(
+            math.inf, "the integrator chooses its own steps, and no second run was made"
+        )
     if measured <= floor.value:
         return floor._replace(basis="numerical uncertainty is less; no run is held to more digits")
     basis = "numerical uncertainty by a coarser tolerance: the integrator chooses its own steps"
-    return Limit(measured, basis)
+    return ReasonedLimit(measured, basis)
 
 
-def _repeated(pair: Pair | None, run: xr.Dataset, quantity: str) -> Limit:
+def _repeated(pair: Pair | None, run: xr.Dataset, quantity: str) -> ReasonedLimit:
     """What rounding alone can make of the same steps again, in whichever engine."""
     try:
         if pair is not None and quantity in pair.run:
-            return Limit(repeatable(pair, quantity).value, BY_ROUNDING)
+            return ReasonedLimit(repeatable(pair, quantity).value, BY_ROUNDING)
     except Incomparable:
         pass
     value = UNMEASURED_ROUNDINGS * rounding_of(run, quantity)
-    return Limit(value, f"{UNMEASURED_ROUNDINGS} x rounding, whose growth could not be measured")
+    return ReasonedLimit(
+        value, f"{UNMEASURED_ROUNDINGS} x rounding, whose growth could not be measured"
+    )
 
 
-def _meaningful(limit: Limit, widest: Limit, uncertainty: float | None) -> Bound:
+def _meaningful(limit: ReasonedLimit, widest: ReasonedLimit, uncertainty: float | None) -> Bound:
     if not limit.value <= widest.value:
         reason = f"not compared: {limit.basis}"
         if math.isfinite(limit.value):
@@ -273,7 +277,7 @@ def _short(value: float | None) -> float | None:
     return digits if digits >= value else float(f"{value * 1.005:.2e}")
 
 
-def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> Run:
+def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> RecordedRun:
     times = run["time"].values.round(10)
     at = sample_times(run)
     tables: dict[str, dict[str, Any]] = {"sampled": {}, "extremes": {}}
@@ -287,7 +291,7 @@ def _reduced(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> Run:
         joints = joints_of(run, case, quantity)
         tables[section][quantity] = {"joints": joints, "rows": rows.tolist(), **fields}
     settings = {"scenario": case.scenario, "switches": case.switches}
-    return Run.model_validate({**settings, **tables})
+    return RecordedRun.model_validate({**settings, **tables})
 
 
 def _measurement(finding: Finding, bounds: Bounds, arm: Arm) -> Measurement:

@@ -14,9 +14,9 @@ from crosscheck.baseline.record import (
     Baseline,
     Bounded,
     Extremes,
-    Known,
-    Run,
-    Sampled,
+    KnownFailure,
+    RecordedRun,
+    SampledQuantity,
     differences,
 )
 from crosscheck.baseline.reduction import (
@@ -52,7 +52,7 @@ _NEW = "appeared: nothing on record"
 _GUEST = "of a model that came in after the record was made; accept again to hold it"
 
 
-class Pair(NamedTuple):
+class NumberPair(NamedTuple):
     """A number on record and the same now, each with its bounds."""
 
     record: Bounded
@@ -147,13 +147,15 @@ def _turned(about: About, was: str, finding: Finding) -> Finding:
     return _verdict(about, abs(steps), note)
 
 
-def _unturned(about: About, was: Known | None, now: Known | None, finding: Finding) -> Finding:
+def _unturned(
+    about: About, was: KnownFailure | None, now: KnownFailure | None, finding: Finding
+) -> Finding:
     """A check of the same verdict; one that is red must also be red by as much."""
     if was is None or now is None:
         return _verdict(about, 0, "")
     said = f"known difference, {finding.verdict}: {outcome(finding)}"
     if was.number is not None and now.number is not None:
-        pair = Pair(was.number, now.number, was.number.measured, now.number.measured)
+        pair = NumberPair(was.number, now.number, was.number.measured, now.number.measured)
         found = _number(replace(about, unit=finding.unit), pair, said)
         if found.kind == "check":
             return found
@@ -181,12 +183,12 @@ def _measurements(baseline: Baseline, now: Baseline, agreement: Agreement) -> It
         elif record is None:
             yield failed(about, _NEW)
         else:
-            pair = Pair(record, is_now, record.measured, is_now.measured)
+            pair = NumberPair(record, is_now, record.measured, is_now.measured)
             yield _number(about, pair, "")
 
 
 def _run_findings(
-    name: str, record: Run | None, now: Run | None, result: CrossCheck
+    name: str, record: RecordedRun | None, now: RecordedRun | None, result: CrossCheck
 ) -> Iterator[Finding]:
     if record is None and any(str(key) == name and is_guest(key.model) for key in result.runs):
         basis = "nothing on record"
@@ -218,7 +220,7 @@ def _absence(name: str, result: CrossCheck) -> Failure | str:
     return reduced
 
 
-def _moved_settings(record: Run, now: Run) -> list[str]:
+def _moved_settings(record: RecordedRun, now: RecordedRun) -> list[str]:
     then, today = (
         run.model_dump(mode="json", include={"scenario", "switches"}) for run in (record, now)
     )
@@ -226,7 +228,7 @@ def _moved_settings(record: Run, now: Run) -> list[str]:
 
 
 def _table(
-    about: About, record: Sampled | Extremes | None, now: Sampled | Extremes | None
+    about: About, record: SampledQuantity | Extremes | None, now: SampledQuantity | Extremes | None
 ) -> Finding:
     if now is None:
         return failed(about, f"{_GONE}: the run has no such quantity")
@@ -239,11 +241,11 @@ def _table(
         apart = np.abs(is_now - was)[:, record.values]
     row, place = map(int, np.unravel_index(int(apart.argmax()), apart.shape))
     column = record.values[place]
-    pair = Pair(record, now, float(was[row, column]), float(is_now[row, column]))
+    pair = NumberPair(record, now, float(was[row, column]), float(is_now[row, column]))
     return _number(about, pair, record.place(row, column))
 
 
-def _number(about: About, pair: Pair, where: str) -> Finding:
+def _number(about: About, pair: NumberPair, where: str) -> Finding:
     """One number held against another; where: what to say before it."""
     record, now, was, is_now = pair
     apart = abs(is_now - was)

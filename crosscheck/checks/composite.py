@@ -15,7 +15,7 @@ import numpy as np
 Content = Mapping[str, Any]  # of an arm's file, of either version
 
 
-class Part(NamedTuple):
+class CompositePart(NamedTuple):
     """A body, or what of a body turns by itself.
 
     mass [kg] at a distance [m] along a link, counted from 0; inertia [kg m^2] about its centre;
@@ -39,17 +39,17 @@ class Pose(NamedTuple):
     directions: np.ndarray
 
 
-def parts_of(content: Content, level: str = "coupled") -> list[Part]:
+def parts_of(content: Content, level: str = "coupled") -> list[CompositePart]:
     """The bodies that a rigid level has; of ``coupled``, and of a geared arm, all of them."""
     links, joints = content["links"], content["joints"]
     after = np.tril(np.ones((len(links), len(links))))  # what turns with link k
     found = []
     for k, link in enumerate(links):
         mass, inertia = _link(link)
-        found.append(Part(mass, inertia, k, float(link["com_m"]), after[k], after[k]))
+        found.append(CompositePart(mass, inertia, k, float(link["com_m"]), after[k], after[k]))
     last = len(links) - 1
     payload, tip = float(content["payload_mass_kg"]), float(links[-1]["length_m"])
-    found.append(Part(payload, 0.0, last, tip, after[last], after[last]))
+    found.append(CompositePart(payload, 0.0, last, tip, after[last], after[last]))
     for k, joint in enumerate(joints) if level != "links" else ():
         found += _at_joint(joint, k, after, level)
     return found
@@ -64,25 +64,27 @@ def _link(link: Content) -> tuple[float, float]:
     return mass, mass * length * length / 12
 
 
-def _at_joint(joint: Content, k: int, after: np.ndarray, level: str) -> Iterator[Part]:
+def _at_joint(joint: Content, k: int, after: np.ndarray, level: str) -> Iterator[CompositePart]:
     """Motor or gears, their masses at the axis."""
     before, own = after[k] - np.eye(len(after))[k], np.eye(len(after))[k]
     if joint.get("kind") == "direct":
         motor, rotor = float(joint["motor_mass_kg"]), float(joint["rotor_inertia_kg_m2"])
-        yield Part(motor, rotor, k, 0.0, after[k], after[k])
+        yield CompositePart(motor, rotor, k, 0.0, after[k], after[k])
         return
     count, suns, planets, rings = (int(joint.get(name, 3)) for name in ("planet_count", *TEETH))
     orbit = (suns + planets) * joint["module_m"] / 2
     sun, planet, carrier = (gear_inertia(joint, gear) for gear in ("sun", "planet", "carrier"))
     carried = count * joint["planet_mass_kg"]
     masses = joint["sun_mass_kg"] + carried + joint["carrier_mass_kg"] + joint["ring_mass_kg"]
-    yield Part(masses, 0.0, k, 0.0, after[k], after[k])
-    yield Part(0.0, carrier + carried * orbit**2, k, 0.0, after[k], after[k])
-    yield Part(0.0, float(joint.get("ring_inertia_kg_m2", 0.0)), k, 0.0, before, before)
+    yield CompositePart(masses, 0.0, k, 0.0, after[k], after[k])
+    yield CompositePart(0.0, carrier + carried * orbit**2, k, 0.0, after[k], after[k])
+    yield CompositePart(0.0, float(joint.get("ring_inertia_kg_m2", 0.0)), k, 0.0, before, before)
     base = {"armature": 0 * own, "coupled": before}.get(level)
     if base is not None:
-        yield Part(0.0, sun, k, 0.0, base + (1 + rings / suns) * own, after[k])
-        yield Part(0.0, count * planet, k, 0.0, base + (1 - rings / planets) * own, after[k])
+        yield CompositePart(0.0, sun, k, 0.0, base + (1 + rings / suns) * own, after[k])
+        yield CompositePart(
+            0.0, count * planet, k, 0.0, base + (1 - rings / planets) * own, after[k]
+        )
 
 
 TEETH = ("sun_teeth", "planet_teeth", "ring_teeth")
@@ -111,7 +113,7 @@ def posed(content: Content, theta: np.ndarray) -> Pose:
     return Pose(np.array([0.0, *ends[:-1]]), ends, directions)
 
 
-def inertia(parts: Sequence[Part], pose: Pose, *, locked: bool) -> np.ndarray:
+def inertia(parts: Sequence[CompositePart], pose: Pose, *, locked: bool) -> np.ndarray:
     """Mass matrix [kg m^2] by the parallel axis theorem, shape (joints, joints).
 
     locked: twice as large, after the joints with their gears rolling the same with their gears
@@ -129,14 +131,14 @@ def inertia(parts: Sequence[Part], pose: Pose, *, locked: bool) -> np.ndarray:
     return found
 
 
-def weight(parts: Sequence[Part], pose: Pose, content: Content) -> np.ndarray:
+def weight(parts: Sequence[CompositePart], pose: Pose, content: Content) -> np.ndarray:
     """Moment of weight about every axis of the arm [N m], shape (joints,)."""
     pull = complex(*content.get("gravity_m_per_s2", (0.0, 0.0)))
     moments = (part.mass * (np.conj(_levers(part, pose)) * pull).imag for part in parts)
     return np.asarray(sum(moments))
 
 
-def _levers(part: Part, pose: Pose) -> np.ndarray:
+def _levers(part: CompositePart, pose: Pose) -> np.ndarray:
     """From every axis that carries the part to its centre [m], complex, (joints,); else 0."""
     place = pose.axes[part.link] + part.along * pose.directions[part.link]
     return np.where(np.arange(len(pose.axes)) <= part.link, place - pose.axes, 0.0)

@@ -14,7 +14,7 @@ from crosscheck.checks.invariants import (
     outside_powers,
     sun_of,
 )
-from crosscheck.checks.mesh_energy import Spring, energy_of, springs, waves
+from crosscheck.checks.mesh_energy import MeshSpring, energy_of, springs, waves
 from crosscheck.checks.scales import geared, meshes
 from crosscheck.checks.states import Setting
 from crosscheck.checks.weights import weight_energy
@@ -76,7 +76,7 @@ def _along(arm: Arm, layout: Layout, v: np.ndarray) -> float:
     return min(ALONG_S, ALONG_RAD / fastest) if fastest else ALONG_S
 
 
-def springs_at(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray) -> Iterator[Spring]:
+def springs_at(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray) -> Iterator[MeshSpring]:
     """Every mesh at states q (times, n)."""
     planets = max(joint.planet_count for joint in arm.joints)
     x = np.zeros((2, len(q), len(arm.joints), planets))

@@ -50,7 +50,7 @@ class Answered(NamedTuple):
     acceleration: np.ndarray
 
 
-class Motion(NamedTuple):
+class ForcedState(NamedTuple):
     """One state, what moves it and how it moves: M a + bias [n], force [n], torques [joints].
 
     summed [n]: the magnitudes whose sum ``inertial`` is, |M| |a| + |bias|; their rounding stays.
@@ -95,7 +95,7 @@ def balanced(about: About, pairs: list[tuple[float, float]]) -> Finding:
     )
 
 
-def motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[Motion]:
+def motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[ForcedState]:
     """What moves each state and how it moves."""
     drive = drive_data(scenario, len(setting.arm.joints))
     mass, a, bias = given.mass_matrix, given.acceleration, given.bias
@@ -107,7 +107,7 @@ def motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[M
         theta, theta_dot = q[setting.layout.theta], v[setting.layout.theta]
         torques = torques_at(drive, t, theta, theta_dot)
         passive = weight_moments(setting.arm, theta) - friction * theta_dot
-        yield Motion(setting.layout, v, moved, magnitude, force, torques, passive)
+        yield ForcedState(setting.layout, v, moved, magnitude, force, torques, passive)
 
 
 def torques_at(drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
@@ -118,7 +118,7 @@ def torques_at(drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndar
     )
 
 
-def _power_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
+def _power_residual(arm: Arm, motion: ForcedState) -> tuple[float, float]:
     """d(kinetic)/dt = sum of T theta_s' / n and of what meshes, dampers, weight, friction put in.
 
     v . (M a + bias) is the rate of v . M v / 2. A motor turns its sun n times as fast as the link,
@@ -134,7 +134,7 @@ def _power_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
     return float(motion.v @ motion.inertial - np.sum(terms)), float(size)
 
 
-def outside_powers(arm: Arm, motion: Motion) -> list[float]:
+def outside_powers(arm: Arm, motion: ForcedState) -> list[float]:
     """What motors, weight and friction put in [W], term by term."""
     dtheta = motion.v[motion.layout.theta]
     powers = [*(motion.passive * dtheta)]
@@ -148,7 +148,7 @@ def outside_powers(arm: Arm, motion: Motion) -> list[float]:
     return powers
 
 
-def _angular_momentum_residual(arm: Arm, motion: Motion) -> tuple[float, float]:
+def _angular_momentum_residual(arm: Arm, motion: ForcedState) -> tuple[float, float]:
     """dH/dt = T_1 / n + (N F_pr1 + d_pr x_pr1') r_r, friction and weight: what is outside acts.
 
     Turning the whole arm turns the first ring's teeth past its planets: x_pr1 changes by -r_r, of

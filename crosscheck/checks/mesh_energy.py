@@ -14,7 +14,7 @@ from models.arm.stiffness import FourierStiffness, SineStiffness, SquareStiffnes
 from models.experiment.switches import Switches
 
 
-class Spring(NamedTuple):
+class MeshSpring(NamedTuple):
     """One mesh along a way: its clearance b [m], k [N/m] and x - e [m], both (times,)."""
 
     backlash: float
@@ -24,7 +24,7 @@ class Spring(NamedTuple):
 
 def springs(
     arm: Arm, chosen: Switches, theta: np.ndarray, x_sp: np.ndarray, x_pr: np.ndarray
-) -> Iterator[Spring]:
+) -> Iterator[MeshSpring]:
     """Every mesh of every planet, with the phase by the angle.
 
     theta (times, joints) [rad]; x_sp, x_pr (times, joints, planets) [m].
@@ -38,10 +38,10 @@ def springs(
                 phase = rate * theta[:, number] + constant
                 wave = np.sin(phase + mesh.tooth_error_phase_rad)
                 gap = x[:, number, planet] - mesh.static_error_m - mesh.tooth_error_m * wave
-                yield Spring(mesh.backlash_m, stiffness_at(mesh.stiffness, phase), gap)
+                yield MeshSpring(mesh.backlash_m, stiffness_at(mesh.stiffness, phase), gap)
 
 
-def energy_of(spring: Spring) -> np.ndarray:
+def energy_of(spring: MeshSpring) -> np.ndarray:
     """1/2 k f^2 [J], (times,): what of x - e is beyond the clearance is pressed in."""
     pressed = np.maximum(np.abs(spring.gap) - spring.backlash, 0.0)
     return spring.stiffness * pressed**2 / 2

@@ -20,7 +20,7 @@ OF_TRAVEL, OF_LOST_MOTION, OF_SIZE = 0.01, 0.001, 0.01
 WITHOUT_GEARS_RAD = 1e-6
 
 
-class Limit(NamedTuple):
+class ReasonedLimit(NamedTuple):
     """A limit with the reason for it."""
 
     value: float
@@ -105,25 +105,27 @@ def base_radius(joint: Planetary, teeth: int) -> float:
     return joint.module_m * teeth / 2 * math.cos(math.radians(joint.pressure_angle_deg))
 
 
-def meaningful(quantity: str, arm: Arm, scenario: Scenario, size: float) -> Limit:
+def meaningful(quantity: str, arm: Arm, scenario: Scenario, size: float) -> ReasonedLimit:
     """What an uncertainty must stay below to mean something; size: the quantity's in its run."""
     if quantity in ("x_sp", "x_pr"):
         travel = min(travel for _, travel in travels(arm, scenario))
-        return Limit(OF_TRAVEL * travel, f"a hundredth of a mesh's travel, {travel:.2g} m")
+        return ReasonedLimit(OF_TRAVEL * travel, f"a hundredth of a mesh's travel, {travel:.2g} m")
     if quantity == "theta":
         return _meaningful_angle(arm, scenario)
-    return Limit(OF_SIZE * size, f"a hundredth of its largest value, {size:.3g}")
+    return ReasonedLimit(OF_SIZE * size, f"a hundredth of its largest value, {size:.3g}")
 
 
-def _meaningful_angle(arm: Arm, scenario: Scenario) -> Limit:
+def _meaningful_angle(arm: Arm, scenario: Scenario) -> ReasonedLimit:
     lost = [
         2 * travel / base_radius(joint, joint.sun_teeth + joint.planet_teeth)
         for joint, travel in travels(arm, scenario)
     ]
     if not lost:
-        return Limit(WITHOUT_GEARS_RAD, "a millionth of a radian")
+        return ReasonedLimit(WITHOUT_GEARS_RAD, "a millionth of a radian")
     least = min(lost)
-    return Limit(OF_LOST_MOTION * least, f"a thousandth of a joint's lost motion, {least:.2g} rad")
+    return ReasonedLimit(
+        OF_LOST_MOTION * least, f"a thousandth of a joint's lost motion, {least:.2g} rad"
+    )
 
 
 def rounding(arm: Arm) -> float:

@@ -31,7 +31,7 @@ class Setting(NamedTuple):
 Judge = Callable[[About, np.ndarray, np.ndarray, np.ndarray | None, Setting], Finding]
 
 
-class Scale(NamedTuple):
+class DifferenceScale(NamedTuple):
     """What a difference is measured against.
 
     natural: sizes (n,) of components that vanish; least: (n,), no component's size is smaller;
@@ -76,7 +76,9 @@ def usable(mass: np.ndarray) -> bool:
     return bool((np.diag(mass) > 0).all())
 
 
-def relative_difference(one: np.ndarray, other: np.ndarray, quantity: str, scale: Scale) -> float:
+def relative_difference(
+    one: np.ndarray, other: np.ndarray, quantity: str, scale: DifferenceScale
+) -> float:
     """Largest difference, component by component, over that component's size.
 
     Arrays (count, n) or, for mass matrices, (count, n, n), where M_ij's size is sqrt(M_ii M_jj).
@@ -119,7 +121,9 @@ def natural_sizes(
     return weight * (shared or 1.0)
 
 
-def _scale(quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Setting) -> Scale:
+def _scale(
+    quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Setting
+) -> DifferenceScale:
     conditioning, reason = 1.0, "1"
     if quantity in ("generalized_force", "acceleration"):
         conditioning = _play_conditioning(setting)
@@ -133,7 +137,9 @@ def _scale(quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Sett
     least = np.zeros(len(inertia))
     if quantity == "generalized_force":
         least = _cancelling(values, setting) * ROUNDINGS * EPS / tolerance
-    return Scale(natural_sizes(quantity, values, inertia, setting), least, tolerance, basis)
+    return DifferenceScale(
+        natural_sizes(quantity, values, inertia, setting), least, tolerance, basis
+    )
 
 
 def _cancelling(values: np.ndarray, setting: Setting) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.scales import EPS, Limit
+from crosscheck.checks.scales import EPS, ReasonedLimit
 from crosscheck.findings import About, Finding, checked, measured_only
 from models.arm.arm import Arm
 
@@ -91,7 +91,7 @@ class Pair(NamedTuple):
 
 
 def same_step(
-    about: About, left: xr.Dataset, right: xr.Dataset, pair: Pair, widest: Limit
+    about: About, left: xr.Dataset, right: xr.Dataset, pair: Pair, widest: ReasonedLimit
 ) -> Finding:
     """Two models through the same integrator and step, over the whole run."""
     quantity = about.key.quantity
@@ -107,7 +107,7 @@ def same_step(
     )
 
 
-def repeatable(pair: Pair, quantity: str) -> Limit:
+def repeatable(pair: Pair, quantity: str) -> ReasonedLimit:
     """How far the same steps may lead apart by rounding alone."""
     grown, own = largest_difference(*pair, quantity), EPS * size(pair.run, quantity)
     steps = steps_of(pair.run)
@@ -115,10 +115,10 @@ def repeatable(pair: Pair, quantity: str) -> Limit:
         f"{ROUNDINGS_AT_ONCE} sqrt(N) (g + eps s), N = {steps:.0f} steps, g = {grown:.1e} (what one"
         f" rounding in the start grows to), eps s = {own:.1e} (rounding of the quantity)"
     )
-    return Limit(ROUNDINGS_AT_ONCE * math.sqrt(steps) * (grown + own), basis)
+    return ReasonedLimit(ROUNDINGS_AT_ONCE * math.sqrt(steps) * (grown + own), basis)
 
 
-def accepted(widest: Limit) -> str:
+def accepted(widest: ReasonedLimit) -> str:
     """What an uncertainty must stay below for a verdict, in words."""
     return f"acceptance limit of the uncertainty {widest.value:.2g}, {widest.basis}"
 
@@ -129,7 +129,12 @@ def steps_of(run: xr.Dataset) -> float:
 
 
 def at_time(
-    about: About, left: xr.Dataset, right: xr.Dataset, pair: Pair, widest: Limit, time_s: float
+    about: About,
+    left: xr.Dataset,
+    right: xr.Dataset,
+    pair: Pair,
+    widest: ReasonedLimit,
+    time_s: float,
 ) -> Finding:
     """The same comparison at one instant."""
     return same_step(about, _at(left, time_s), _at(right, time_s), pair, widest)
@@ -145,7 +150,7 @@ def refined(
     about: About,
     left: Sequence[xr.Dataset],
     right: Sequence[xr.Dataset],
-    widest: Limit,
+    widest: ReasonedLimit,
 ) -> Finding:
     """Each side's own best run against the other's.
 

@@ -31,7 +31,7 @@ DIRECT = (
 )
 
 
-class Size(NamedTuple):
+class JointSize(NamedTuple):
     """What of one joint and its link does not scale with the others; planets: how many."""
 
     module_m: float
@@ -44,13 +44,13 @@ class Size(NamedTuple):
 
 # From the shoulder on. An arm of few joints has the first of them.
 SIZES = (
-    Size(0.003, 27, 36, 3, 24.0, 1.0),
-    Size(0.0025, 30, 30, 4, 20.0, 0.75),
-    Size(0.002, 24, 33, 3, 22.0, 0.55),
-    Size(0.00175, 28, 28, 4, 20.0, 0.4),
-    Size(0.0015, 24, 30, 3, 25.0, 0.3),
-    Size(0.00125, 21, 27, 3, 21.0, 0.2),
-    Size(0.001, 30, 24, 3, 23.0, 0.15),
+    JointSize(0.003, 27, 36, 3, 24.0, 1.0),
+    JointSize(0.0025, 30, 30, 4, 20.0, 0.75),
+    JointSize(0.002, 24, 33, 3, 22.0, 0.55),
+    JointSize(0.00175, 28, 28, 4, 20.0, 0.4),
+    JointSize(0.0015, 24, 30, 3, 25.0, 0.3),
+    JointSize(0.00125, 21, 27, 3, 21.0, 0.2),
+    JointSize(0.001, 30, 24, 3, 23.0, 0.15),
 )
 
 
@@ -94,7 +94,7 @@ def example_arm(name: str, joints: int) -> Arm:
     )
 
 
-def _joint(size: Size) -> Planetary:
+def _joint(size: JointSize) -> Planetary:
     scale = size.module_m / SIZES[0].module_m
     area, volume = scale**2, scale**3
     return Planetary(
@@ -132,7 +132,7 @@ def _mesh(stiffness: float, backlash: float, error: float, phase: float, scale: 
     )
 
 
-def _link(size: Size) -> Link:
+def _link(size: JointSize) -> Link:
     """An aluminium rod, thinner the shorter it is."""
     return Link(
         length_m=size.length_m,

@@ -34,7 +34,7 @@ SAMPLES = 400  # of the residual that a picture shows, a block
 Told = Callable[[str, int, int], None]
 
 
-class Motion(NamedTuple):
+class SmoothedMotion(NamedTuple):
     """Of the smoothed angles at all rows, each (rows, joints)."""
 
     angles: np.ndarray
@@ -43,7 +43,7 @@ class Motion(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Level:
+class LevelResult:
     """A rigid level's fit; ratio: how much less likely than the best one, at least 1e-300."""
 
     name: str
@@ -60,7 +60,7 @@ class Repair:
 
 
 @dataclass(frozen=True)
-class Engine:
+class EngineAgreement:
     """Largest difference of an engine's torques from the analytic ones', of their size.
 
     rows: of the record at which it was asked.
@@ -84,7 +84,7 @@ class Shown:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class RecordComparison:
     """What a record says of an arm.
 
     spacing_s: time between knots of the smoothing, in the mean; angle_noise [rad] and torque_noise
@@ -100,10 +100,10 @@ class Comparison:
     spacing_s: float
     angle_noise: np.ndarray
     torque_noise: np.ndarray
-    levels: tuple[Level, ...]
+    levels: tuple[LevelResult, ...]
     own_chi2: float
     own_freedom: int
-    engines: tuple[Engine, ...]
+    engines: tuple[EngineAgreement, ...]
     single: tuple[Estimate, ...]
     base: tuple[Estimate, ...]
     condition: float
@@ -113,7 +113,7 @@ class Comparison:
     shown: Shown
 
     @property
-    def best(self) -> Level:
+    def best(self) -> LevelResult:
         """The likeliest level."""
         return self.levels[0]
 
@@ -139,7 +139,7 @@ def compare(
     scenario: Scenario | None,
     tolerances: Mapping[str, float],
     told: Told,
-) -> Comparison:
+) -> RecordComparison:
     """Raises InputError for a record without torques or with too few rows.
 
     scenario: whose drive gives the torques of a record that has none. tolerances: relative
@@ -154,7 +154,9 @@ def compare(
     torques, source = _torques(record, scenario, spacing)
     rows = record.time.size
     every = list(blocks(record, torques, spacing))
-    motion = Motion(*(np.concatenate([getattr(b, name) for b in every]) for name in Motion._fields))
+    motion = SmoothedMotion(
+        *(np.concatenate([getattr(b, name) for b in every]) for name in SmoothedMotion._fields)
+    )
     require_same_units(record, motion.rates)
 
     models = {level: _model(f"analytic:{level}", arm) for level in RIGID_LEVELS}
@@ -188,7 +190,7 @@ def compare(
     ]
     told("running the model forward", rows, rows)
     runs = tuple(windows(pieces, arm, best, tolerances))
-    return Comparison(
+    return RecordComparison(
         record=record,
         arm=arm,
         torques_from=source,
@@ -236,12 +238,12 @@ def _changed(arm: Arm, parameter: Parameter, level: str) -> tuple[Model, float]:
     return _model(f"analytic:{level}", more), by
 
 
-def _ranked(found: Mapping[str, Fit]) -> tuple[Level, ...]:
+def _ranked(found: Mapping[str, Fit]) -> tuple[LevelResult, ...]:
     """By likelihood; where more than noise is left, what is left counts as noise for all."""
     best = min(found.values(), key=lambda fit: fit.chi2)
     scale = 2 * max(best.chi2 / best.freedom, 1.0)
     ratios = {name: exp(min((fit.chi2 - best.chi2) / scale, 690.0)) for name, fit in found.items()}
-    levels = [Level(name, fit, ratios[name]) for name, fit in found.items()]
+    levels = [LevelResult(name, fit, ratios[name]) for name, fit in found.items()]
     return tuple(sorted(levels, key=lambda level: level.fit.chi2))
 
 
@@ -257,7 +259,7 @@ def _mean_noise(pieces: Sequence[Block], name: str) -> np.ndarray:
     return found
 
 
-def _engines(motion: Motion, arm: Arm, best: str, told: Told) -> Iterator[Engine]:
+def _engines(motion: SmoothedMotion, arm: Arm, best: str, told: Told) -> Iterator[EngineAgreement]:
     """Every other rigid model: Pinocchio's of the best level at all rows, others at drawn ones."""
     able, rows = set(covering("rigid", arm, usual_switches(arm))), len(motion.angles)
     drawn = np.linspace(0, rows - 1, min(rows, DRAWN)).round().astype(int)
@@ -272,7 +274,7 @@ def _engines(motion: Motion, arm: Arm, best: str, told: Told) -> Iterator[Engine
             states = [part[at] for part in motion]
             expected = own.inverse_dynamics(*states)
             apart = np.abs(_model(name, arm).inverse_dynamics(*states) - expected).max()
-            yield Engine(name, float(apart / np.abs(expected).max()), at.size)
+            yield EngineAgreement(name, float(apart / np.abs(expected).max()), at.size)
 
 
 def _shown(pieces: Sequence[Block], model: Model) -> Shown:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from crosscheck import __version__
-from crosscheck.measured.compare import Comparison
+from crosscheck.measured.compare import RecordComparison
 from crosscheck.measured.parameters import NORMAL, Estimate
 from crosscheck.registry import LEVELS
 
@@ -18,7 +18,7 @@ MOST_PARAMETERS = 6  # of those alone, in the terminal
 IN_SIGHT = 2.0  # medians of the noise band that a picture has room for
 
 
-def first_lines(found: Comparison) -> Iterator[str]:
+def first_lines(found: RecordComparison) -> Iterator[str]:
     """The answers: which level, whether within the noise, what the record asks for, how long."""
     best, share = found.best, found.own_chi2 / found.own_freedom
     left = f"chi squared is {_number(share)} per degree of freedom"
@@ -47,7 +47,7 @@ def first_lines(found: Comparison) -> Iterator[str]:
         )
 
 
-def lines(found: Comparison) -> Iterator[str]:
+def lines(found: RecordComparison) -> Iterator[str]:
     """The first lines, then every level, joint and parameter."""
     yield from first_lines(found)
     yield ""
@@ -88,7 +88,7 @@ def _ratio(value: float) -> str:
     return f"{value:.2g} times" if value < 1e12 else "over 1e12 times"
 
 
-def comparison_json(found: Comparison) -> str:
+def comparison_json(found: RecordComparison) -> str:
     """Everything, with units in the names."""
     data = {
         "schema_version": SCHEMA_VERSION,
@@ -158,7 +158,7 @@ def _estimate(each: Estimate) -> dict[str, object]:
     }
 
 
-def comparison_page(found: Comparison) -> str:
+def comparison_page(found: RecordComparison) -> str:
     """HTML text, figures inlined."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -174,7 +174,7 @@ def comparison_page(found: Comparison) -> str:
     )
 
 
-def _residual_drawing(found: Comparison) -> str:
+def _residual_drawing(found: RecordComparison) -> str:
     from matplotlib.figure import Figure
 
     joints = found.shown.residual.shape[1]
@@ -193,7 +193,7 @@ def _residual_drawing(found: Comparison) -> str:
     return _svg(figure)
 
 
-def _runs_drawing(found: Comparison) -> str:
+def _runs_drawing(found: RecordComparison) -> str:
     from matplotlib.figure import Figure
 
     joints = found.shown.residual.shape[1]

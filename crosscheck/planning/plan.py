@@ -12,7 +12,7 @@ import numpy as np
 from crosscheck.checks.composite import Content
 from crosscheck.checks.scales import EPS, base_radius, geared, largest_torques, meshes, rounding
 from crosscheck.planning.sizing import Sizes, held_torques, made, pd_scenario, step_scenario
-from crosscheck.planning.stability import Growth
+from crosscheck.planning.stability import GrowingMode
 from crosscheck.registry import MODELS
 from crosscheck.runner.tasks import RunKey, Simulation
 from models.arm.arm import Arm
@@ -67,7 +67,7 @@ class Experiment:
 
     name: str
     case: Case
-    growth: Growth | None = None
+    growth: GrowingMode | None = None
 
     def run(self, model: str, variant: Variant = "") -> Simulation:
         """One of a model's runs: at its step, at about twice that, or from a start a rounding away.

@@ -9,7 +9,7 @@ from typing import Any
 
 from crosscheck.checks import convergence, invariants, trajectories
 from crosscheck.checks.records import BY_PLANET
-from crosscheck.checks.scales import Limit, meaningful
+from crosscheck.checks.scales import ReasonedLimit, meaningful
 from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair, sensitivity
 from crosscheck.findings import About, Finding, Key, checked, measured_only
 from crosscheck.planning.comparison import Comparison, Results
@@ -151,7 +151,7 @@ def _same_step(
     return trajectories.at_time(about, left, right, pair, widest, time_s)
 
 
-def _widest(experiment: Experiment, about: About, run: Any) -> Limit:
+def _widest(experiment: Experiment, about: About, run: Any) -> ReasonedLimit:
     arm, scenario, _ = experiment.case
     quantity = about.key.quantity
     return meaningful(quantity, arm, scenario, trajectories.size(run, quantity))

@@ -16,7 +16,7 @@ TOLERATED = 0.1  # growth over a whole run, as the exponent of e: it changes no 
 
 
 @dataclass(frozen=True)
-class Growth:
+class GrowingMode:
     """A mode of the closed loop that grows with the teeth in contact: its rate and frequency."""
 
     rate_per_s: float
@@ -27,7 +27,7 @@ class Growth:
         return f"the loop is unstable while teeth touch: {grows}"
 
 
-def growth_of(arm: Arm, scenario: Scenario) -> Growth | None:
+def growth_of(arm: Arm, scenario: Scenario) -> GrowingMode | None:
     """The fastest-growing vibration of a scenario's loop, at its start and its target.
 
     None if none grows to speak of within its duration. A fall is no vibration.
@@ -37,14 +37,14 @@ def growth_of(arm: Arm, scenario: Scenario) -> Growth | None:
     return worst if worst.rate_per_s * scenario.duration_s > TOLERATED else None
 
 
-def _growth(arm: Arm, scenario: Scenario) -> Growth:
+def _growth(arm: Arm, scenario: Scenario) -> GrowingMode:
     poles = build(lead(), arm, scenario, usual_switches(arm)).contact_poles()
     vibrations = poles[poles.imag > ROUNDING * np.abs(poles).max()]
     if not vibrations.size:
-        return Growth(0.0, 0.0)
+        return GrowingMode(0.0, 0.0)
     worst = vibrations[np.argmax(vibrations.real)]
     rate = float(worst.real) if worst.real > ROUNDING * np.abs(poles).max() else 0.0
-    return Growth(rate, float(worst.imag) / (2 * np.pi))
+    return GrowingMode(rate, float(worst.imag) / (2 * np.pi))
 
 
 def _poses(arm: Arm, scenario: Scenario) -> list[Scenario]:

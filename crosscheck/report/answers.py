@@ -31,7 +31,7 @@ SMALL = 1e-4  # relative differences from here on are told in per cent
 
 
 @dataclass(frozen=True)
-class Compared:
+class ModelAnswer:
     """A model beside all others that it was compared with.
 
     against: those models; worst: by quantity the Finding of the largest difference on the arm
@@ -79,7 +79,7 @@ def amount(finding: Finding) -> str:
     return f"{100 * value:.2g} %" if value >= SMALL else f"{value:.1g}"
 
 
-def compared(agreement: Agreement, arm: Arm) -> list[Compared]:
+def compared(agreement: Agreement, arm: Arm) -> list[ModelAnswer]:
     """The paper's forms, the derivation and the rigid levels beside the engines, as far as they
     are about this arm.
     """
@@ -118,7 +118,7 @@ def _is_own(finding: Finding, arm: Arm) -> bool:
 
 def _compared(
     model: str, others: Sequence[Finding], checks: Sequence[Finding], own: Sequence[Finding]
-) -> Compared:
+) -> ModelAnswer:
     worst: dict[str, Finding] = {}
     for finding in others:
         quantity, known = finding.quantity, worst.get(finding.quantity)
@@ -132,7 +132,7 @@ def _compared(
     ordered = {quantity: worst[quantity] for quantity in QUANTITIES if quantity in worst}
     relative = [f.relative for f in checks if f.about.key.family == "states"]
     common = [digits(value) for value in relative if value is not None]
-    return Compared(model, tuple(against), ordered, verdict, min(common, default=None))
+    return ModelAnswer(model, tuple(against), ordered, verdict, min(common, default=None))
 
 
 def _size(finding: Finding) -> float:
@@ -153,7 +153,7 @@ def _beyond(finding: Finding, own: Sequence[Finding]) -> bool:
     return finding.about.key.family in STATES and bool(allowed) and _size(finding) > max(allowed)
 
 
-def headline(rows: Sequence[Compared]) -> str:
+def headline(rows: Sequence[ModelAnswer]) -> str:
     """The answer to the first question in two sentences at most."""
     forms = [row for row in rows if MODELS[row.model].role == "form"]
     rest = [row for row in rows if row not in forms]
@@ -211,7 +211,7 @@ def trust(agreement: Agreement) -> str:
 class Answers:
     """rows: the models behind the first answer; equations, rigid, trust: the answers as text."""
 
-    rows: tuple[Compared, ...]
+    rows: tuple[ModelAnswer, ...]
     equations: str
     rigid: str
     trust: str

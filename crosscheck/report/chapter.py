@@ -23,13 +23,13 @@ class Chapter:
     outcome: str = ""
 
 
-class Record(Protocol):
+class ChapterNumbers(Protocol):
     """Numbers or a verdict of a chapter."""
 
     def to_dict(self) -> Mapping[str, object]:
         """As it goes into the JSON file, with an ``id``."""
 
 
-def rendered(records: Iterable[Record]) -> list[Mapping[str, object]]:
+def rendered(records: Iterable[ChapterNumbers]) -> list[Mapping[str, object]]:
     """All of them, as they go into the JSON file."""
     return [record.to_dict() for record in records]

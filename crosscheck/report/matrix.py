@@ -29,7 +29,7 @@ FORMS = ("form-states", "form")  # of the paper's equations, which are measured 
 
 
 @dataclass(frozen=True)
-class Cell:
+class MatrixCell:
     """What all checks between two models, or of a model against something else, come to.
 
     verdict: ``measured`` of two models that are only measured; digits: per family, those that its
@@ -44,8 +44,8 @@ class Cell:
     digits: dict[str, float]
 
 
-def cells(findings: Sequence[Finding]) -> list[Cell]:
-    """One Cell per pair that is compared, pairs of models first, else by appearance.
+def cells(findings: Sequence[Finding]) -> list[MatrixCell]:
+    """One MatrixCell per pair that is compared, pairs of models first, else by appearance.
 
     Of measurements those of the paper's equations count.
     """
@@ -61,10 +61,10 @@ def cells(findings: Sequence[Finding]) -> list[Cell]:
     return sorted(found, key=lambda cell: not cell.between_models)
 
 
-def folded(found: Sequence[Cell]) -> list[Cell]:
-    """The same with one Cell for all models that are compared with one other thing and agree."""
+def folded(found: Sequence[MatrixCell]) -> list[MatrixCell]:
+    """The same with one for all models that are compared with one other thing and agree."""
     alone = [cell for cell in found if cell.between_models or cell.verdict != "agree"]
-    rest: dict[str, list[Cell]] = {}
+    rest: dict[str, list[MatrixCell]] = {}
     for cell in found:
         if cell not in alone:
             rest.setdefault(cell.right, []).append(cell)
@@ -81,7 +81,7 @@ def folded(found: Sequence[Cell]) -> list[Cell]:
     ]
 
 
-def _cell(pair: tuple[str, str, bool], found: list[Finding]) -> Cell:
+def _cell(pair: tuple[str, str, bool], found: list[Finding]) -> MatrixCell:
     judged = [check.verdict for check in found if check.kind == "check"]
     verdict: Verdict = min(judged, key=WORST_FIRST.index, default="measured")
     worst: dict[str, float] = {}
@@ -89,10 +89,12 @@ def _cell(pair: tuple[str, str, bool], found: list[Finding]) -> Cell:
         family = FAMILIES.get(check.about.key.family)
         if family is not None and check.relative is not None:
             worst[family] = max(worst.get(family, 0.0), check.relative)
-    return Cell(*pair, verdict, len(judged), {name: digits(value) for name, value in worst.items()})
+    return MatrixCell(
+        *pair, verdict, len(judged), {name: digits(value) for name, value in worst.items()}
+    )
 
 
-def groups(found: Sequence[Cell]) -> list[list[str]]:
+def groups(found: Sequence[MatrixCell]) -> list[list[str]]:
     """Models that checks connect, directly or through others, in order of appearance."""
     together: list[list[str]] = []
     for cell in found:

@@ -87,23 +87,23 @@ def misread_line(found: Misread, names: Sequence[str]) -> str:
     return f"{entries}: {times} times what the models say at every state: another unit?"
 
 
-class Verdict(NamedTuple):
+class VerdictLine(NamedTuple):
     """A line on what is wrong; hidden: by the numbers of the arm on trial."""
 
     text: str
     hidden: bool = False
 
 
-def verdicts(trial: Trial) -> Iterator[Verdict]:
+def verdicts(trial: Trial) -> Iterator[VerdictLine]:
     """What is wrong, a line for each error, whatever number of entries it is in."""
     names = trial.bench.frame.names
     for note in dict.fromkeys(note for wrong in trial.wrong for note in wrong.notes):
         places = [wrong.place for wrong in trial.wrong if note in wrong.notes]
-        yield Verdict(f"{', '.join(named(place, names) for place in places)}: {note}")
+        yield VerdictLine(f"{', '.join(named(place, names) for place in places)}: {note}")
     for group in told_once([wrong for wrong in trial.wrong if not wrong.notes]):
         first, *others = group
         also = f"; also in {', '.join(named(w.place, names) for w in others)}" if others else ""
-        yield Verdict(wrong_line(trial, first) + also, bool(first.shown_on))
+        yield VerdictLine(wrong_line(trial, first) + also, bool(first.shown_on))
 
 
 def wrong_line(trial: Trial, wrong: Wrong) -> str:

@@ -16,7 +16,7 @@ from models.places import cache_folder
 MACHINE_CODE = "machine-code"
 
 
-class Kept(NamedTuple):
+class KeptFiles(NamedTuple):
     """A kind of files in a folder, with their sizes [bytes]."""
 
     said: str
@@ -38,7 +38,7 @@ def clear_command() -> None:
     clear(cache_folder())
 
 
-def kept() -> Iterator[Kept]:
+def kept() -> Iterator[KeptFiles]:
     """Simulations, kernels, and the functions of an engine, compiled."""
     own = cache_folder()
     yield _of("simulations", own, entries(own))
@@ -48,7 +48,7 @@ def kept() -> Iterator[Kept]:
     yield _of("compiled functions", ROOT, sorted(set(compiled)))
 
 
-def _of(said: str, folder: Path, paths: list[Path]) -> Kept:
+def _of(said: str, folder: Path, paths: list[Path]) -> KeptFiles:
     with in_one_line(folder):
         sizes = {path: path.lstat().st_size for path in paths}
-    return Kept(said, folder, sizes)
+    return KeptFiles(said, folder, sizes)

@@ -12,7 +12,7 @@ import xarray as xr
 from crosscheck.studies.batches.run import How, run_study
 from crosscheck.studies.definition.definition import AxisOf, Definition
 from crosscheck.studies.definition.files import study_from
-from crosscheck.studies.definition.quantities import Measured
+from crosscheck.studies.definition.quantities import MeasuredQuantity
 from models.arm.arm import Arm
 from models.arm.quantities import Data
 from models.experiment.scenario import Scenario
@@ -27,7 +27,7 @@ def sweep(
     axes: Mapping[str, Sequence[Any]] | Sequence[AxisOf | Mapping[str, Any]],
     *,
     scenario: Scenario | str,
-    measures: Sequence[Measured | Mapping[str, Any]],
+    measures: Sequence[MeasuredQuantity | Mapping[str, Any]],
     switches: Mapping[str, str] | None = None,
     settings: Mapping[str, Any] | None = None,
     samples: int | Mapping[str, int] | None = None,

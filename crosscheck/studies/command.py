@@ -16,7 +16,7 @@ from crosscheck.studies.batches.result_file import CHECKED
 from crosscheck.studies.batches.run import How, run_study
 from crosscheck.studies.definition.files import read_study
 from crosscheck.studies.measures.columns import DIVERGED, columns
-from crosscheck.studies.members.members import Study
+from crosscheck.studies.members.members import PreparedStudy
 
 
 def sweep_command(
@@ -33,7 +33,7 @@ def sweep_command(
     print(f"wrote {out}: {study.count:,} members{rate}" if ran else f"{out}: is complete")
 
 
-def _print(study: Study, out: Path) -> None:
+def _print(study: PreparedStudy, out: Path) -> None:
     """The range of every number, and how near a second engine came."""
     with xr.open_dataset(out, engine="h5netcdf", decode_times=False) as result:
         checked = CHECKED in result.dims

@@ -11,7 +11,7 @@ from crosscheck.checks.invariants import torques_at
 from crosscheck.checks.scales import geared
 from crosscheck.registry import Entry, build, lead, of_level
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.input.calls import Handed, handed
+from crosscheck.trial.input.calls import SuppliedEquations, handed
 from crosscheck.trial.input.equations import Equations
 from models.arm.arm import Arm
 from models.arm.layout import MESHES, Layout, Meaning
@@ -43,9 +43,9 @@ class HandedModel(Model):
         own = self.equations.on(arm, scenario)
         self.frame = frame_of(own.coordinates, arm)
         self.layout: Layout = self.frame.layout
-        self.handed: Handed = handed(own, arm, self.frame)
+        self.handed: SuppliedEquations = handed(own, arm, self.frame)
         again = own if own.table is None else own.table.again
-        self.asked_again: Handed = handed(again, arm, self.frame)
+        self.asked_again: SuppliedEquations = handed(again, arm, self.frame)
         self.drive = drive_data(scenario, len(arm.joints))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
@@ -173,7 +173,7 @@ def switches_of(equations: Equations, arm: Arm, chosen: Switches | None) -> Swit
 def entry_for(name: str, equations: Equations, has: frozenset[str]) -> Entry:
     """What the registry holds of equations while they are on trial."""
     attributes = {"name": name, "equations": equations, "abilities": _abilities(has)}
-    made = type("Handed", (HandedModel,), attributes)
+    made = type("SuppliedEquations", (HandedModel,), attributes)
     return Entry(
         module=__name__,
         attribute="HandedModel",

@@ -39,7 +39,7 @@ from crosscheck.trial.judge.entries import deviations
 from crosscheck.trial.judge.ladder import Rung, closest, ladder
 from crosscheck.trial.judge.misread import Misread, misread
 from crosscheck.trial.judge.places import Wrong
-from crosscheck.trial.judge.questions import QUESTIONS, Question
+from crosscheck.trial.judge.questions import QUESTIONS, StateQuestion
 from crosscheck.trial.judge.runs import run_comparisons
 from crosscheck.trial.judge.suite import (
     COMPARED,
@@ -180,7 +180,7 @@ def _planned(bench: Bench, asked: Asked) -> Iterator[Comparison]:
     yield from own_balances(bench)
 
 
-def localising(bench: Bench) -> Iterator[Question]:
+def localising(bench: Bench) -> Iterator[StateQuestion]:
     """What is looked at entry by entry: yours and that of the reference, of every level."""
     for level in bench.levels or ("",):
         yield from sizing(bench, level)

@@ -17,7 +17,7 @@ CURRENT, INITIAL = exudyn.ConfigurationType.Current, exudyn.ConfigurationType.In
 UserFunction = Callable[[object, float, int, list[float], list[float]], list[float]]
 
 
-class Body(NamedTuple):
+class TreeBody(NamedTuple):
     """A body of the tree: planar inertia [kg m^2] about its com, com and joint in [m]."""
 
     parent: int
@@ -38,7 +38,7 @@ class Engine:
 
     def __init__(
         self,
-        bodies: Sequence[Body],
+        bodies: Sequence[TreeBody],
         force: UserFunction | None,
         clock: list[float],
         gravity: tuple[float, float],
@@ -116,7 +116,7 @@ def _settings() -> Any:
 
 
 def _tree(
-    node: int, bodies: Sequence[Body], force: UserFunction | None, gravity: tuple[float, float]
+    node: int, bodies: Sequence[TreeBody], force: UserFunction | None, gravity: tuple[float, float]
 ) -> Any:
     return items.ObjectKinematicTree(
         nodeNumber=node,

@@ -31,7 +31,7 @@ BASE_COORDINATES = ("base_x", "base_y", "base_angle")
 
 
 @dataclass(frozen=True)
-class Base:
+class FloatingBase:
     """A homogeneous cube: mass [kg], side [m]."""
 
     mass_kg: float
@@ -52,7 +52,7 @@ class PinocchioFloating(PinocchioCoupled):
     name = "pinocchio:floating"
     abilities = frozenset({*STATE_ABILITIES, "simulate"})
 
-    def __init__(self, arm: Arm, scenario: Scenario, base: Base) -> None:
+    def __init__(self, arm: Arm, scenario: Scenario, base: FloatingBase) -> None:
         gravity = arm.gravity_m_per_s2
         if any(gravity):
             allowed = "must be (0, 0) on a free-flying base"
@@ -136,7 +136,7 @@ class PinocchioFloating(PinocchioCoupled):
         return run.y[:n].T, run.y[n:].T
 
 
-def _on_base(arm: pin.Model, base: Base) -> pin.Model:
+def _on_base(arm: pin.Model, base: FloatingBase) -> pin.Model:
     """The arm's tree on a body that slides along x and y and turns about z."""
     tree = pin.Model()
     tree.gravity.linear = np.zeros(3)

@@ -20,7 +20,7 @@ from models.experiment.switches import Switches
 from models.interface import STATE_ABILITIES, Model
 from models.pinocchio.meshes import Meshes, contacts_of, meshes_of, stiffness_of
 from models.pinocchio.tree import (
-    Stage,
+    TreeStage,
     base_radii,
     build_tree,
     map_to_tree,
@@ -126,7 +126,7 @@ class PinocchioGears(Model):
             coordinates[self.layout.at("theta", number)] = angles[stage.link - 1]
         return coordinates
 
-    def _displacements(self, joint: Planetary, stage: Stage, angles: np.ndarray) -> list[float]:
+    def _displacements(self, joint: Planetary, stage: TreeStage, angles: np.ndarray) -> list[float]:
         """Of a joint, in the layout's order.
 
         Approach of the teeth, as the carrier sees it: sun on planet, ring on planet. Of both

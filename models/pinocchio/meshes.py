@@ -12,7 +12,7 @@ from models.arm.arm import Arm, Planetary
 from models.arm.mesh import PlanetMesh
 from models.experiment.switches import Switches
 from models.pinocchio.stiffness import MeshStiffness, curve_of, mesh_stiffness
-from models.pinocchio.tree import Stage, base_radii, equivalent_masses
+from models.pinocchio.tree import TreeStage, base_radii, equivalent_masses
 
 BODIES = ("central", "planet", "link")  # those fields of Meshes that are no numbers but bodies
 
@@ -24,7 +24,7 @@ class Contact(NamedTuple):
     """
 
     joint: Planetary
-    stage: Stage
+    stage: TreeStage
     planet: int
     place: float
     side: int
@@ -62,7 +62,7 @@ class Meshes(NamedTuple):
     damping: np.ndarray
 
 
-def contacts_of(arm: Arm, stages: list[Stage], tree: pin.Model) -> list[Contact]:
+def contacts_of(arm: Arm, stages: list[TreeStage], tree: pin.Model) -> list[Contact]:
     """All meshes of the arm, joint by joint and planet by planet."""
     return [
         Contact(joint, stage, planet, _place(tree, planet), side, mesh.of_planet(number))

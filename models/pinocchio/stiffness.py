@@ -19,7 +19,7 @@ from models.arm.stiffness import (
 
 
 @dataclass(frozen=True)
-class Waves:
+class StiffnessWaves:
     """mean + sum over n = 1, 2, ... of cosine_n cos(n phase) + sine_n sin(n phase) [N/m]."""
 
     mean: float
@@ -61,7 +61,7 @@ class Spline:
 class MeshStiffness:
     """Many meshes' stiffness: the places of the meshes that share a curve, and the curve."""
 
-    shares: tuple[tuple[np.ndarray, Waves | Spline], ...]
+    shares: tuple[tuple[np.ndarray, StiffnessWaves | Spline], ...]
 
     def at(self, phase: np.ndarray) -> np.ndarray:
         """k [N/m] of every mesh at its phase [rad], both of shape (meshes,)."""
@@ -87,7 +87,7 @@ def mesh_stiffness(laws: Sequence[StiffnessLaw]) -> MeshStiffness:
     return MeshStiffness(tuple(shares))
 
 
-def curve_of(law: StiffnessLaw) -> Waves | Spline:
+def curve_of(law: StiffnessLaw) -> StiffnessWaves | Spline:
     """A law, ready to be evaluated."""
     if isinstance(law, TableStiffness):
         spline = make_interp_spline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
@@ -96,16 +96,16 @@ def curve_of(law: StiffnessLaw) -> Waves | Spline:
         return _square(law)
     if isinstance(law, FourierStiffness):
         cosine, sine = np.array(law.cosine_N_per_m), np.array(law.sine_N_per_m)
-        return Waves(law.mean_N_per_m, cosine, sine)
+        return StiffnessWaves(law.mean_N_per_m, cosine, sine)
     return _sine(law)
 
 
-def _sine(law: SineStiffness) -> Waves:
+def _sine(law: SineStiffness) -> StiffnessWaves:
     """Eq. 8."""
-    return Waves(law.mean_N_per_m, np.zeros(0), np.array([law.amplitude_N_per_m]))
+    return StiffnessWaves(law.mean_N_per_m, np.zeros(0), np.array([law.amplitude_N_per_m]))
 
 
-def _square(law: SquareStiffness) -> Waves:
+def _square(law: SquareStiffness) -> StiffnessWaves:
     """Fourier coefficients of the wave that is largest in the first e - 1 of a period, least else.
 
     Eq. 7, its phase shifts resolved.
@@ -114,7 +114,7 @@ def _square(law: SquareStiffness) -> Waves:
     ends = [(n, 2 * pi * n * width) for n in range(1, law.harmonics + 1)]
     cosine = np.array([swing * sin(end) / (pi * n) for n, end in ends])
     sine = np.array([swing * (1 - cos(end)) / (pi * n) for n, end in ends])
-    return Waves(law.least_N_per_m + swing * width, cosine, sine)
+    return StiffnessWaves(law.least_N_per_m + swing * width, cosine, sine)
 
 
 def _harmonics(

@@ -16,7 +16,7 @@ from models.arm.arm import Arm, Direct, Link, Planetary
 from models.arm.layout import Layout
 
 
-class Stage(NamedTuple):
+class TreeStage(NamedTuple):
     """Bodies of one joint in the tree; 0 is the base. Body b turns by tree coordinate b - 1.
 
     ``driven`` is the body that the motor turns against the previous one: the sun or, without gears,
@@ -29,7 +29,7 @@ class Stage(NamedTuple):
     driven: int
 
 
-def build_tree(arm: Arm) -> tuple[pin.Model, list[Stage]]:
+def build_tree(arm: Arm) -> tuple[pin.Model, list[TreeStage]]:
     """The tree without gravity: all links, then each joint's gears from the tip inwards.
 
     In this order every subtree is complete before the next begins (depth-first).
@@ -49,7 +49,7 @@ def build_tree(arm: Arm) -> tuple[pin.Model, list[Stage]]:
     return tree, stages[::-1]
 
 
-def map_to_tree(arm: Arm, stages: list[Stage], layout: Layout) -> np.ndarray:
+def map_to_tree(arm: Arm, stages: list[TreeStage], layout: Layout) -> np.ndarray:
     """Matrix from a layout's coordinates to the tree's angles, shape (angles, coordinates).
 
     The sun turns by theta_s; the planet, by -theta_p in the previous body, turns by -theta_p -
@@ -84,22 +84,24 @@ def base_radii(joint: Planetary) -> tuple[float, float, float]:
     return half * joint.sun_teeth, half * joint.planet_teeth, half * joint.ring_teeth
 
 
-def _angles(stage: Stage) -> int:
+def _angles(stage: TreeStage) -> int:
     """How many coordinates of the tree a joint has."""
     return len({stage.link, stage.driven, *stage.planets})
 
 
-def _add_drive(tree: pin.Model, joint: Planetary | Direct, previous: int, place: float) -> Stage:
+def _add_drive(
+    tree: pin.Model, joint: Planetary | Direct, previous: int, place: float
+) -> TreeStage:
     """Motor or gears of a joint at ``place`` [m] along the previous body."""
     if isinstance(joint, Planetary):
         return _add_gears(tree, joint, previous, place)
     link = previous + 1
     _load(tree, previous, place, joint.motor_mass_kg, 0.0)
     _load(tree, link, 0.0, 0.0, joint.rotor_inertia_kg_m2)
-    return Stage(previous, link, (), link)
+    return TreeStage(previous, link, (), link)
 
 
-def _add_gears(tree: pin.Model, joint: Planetary, previous: int, place: float) -> Stage:
+def _add_gears(tree: pin.Model, joint: Planetary, previous: int, place: float) -> TreeStage:
     """Carrier, planets, ring and sun of a joint at ``place`` [m] along the previous body."""
     link = previous + 1
     sun_inertia, planet_inertia, carrier_inertia = _inertias(joint)
@@ -113,7 +115,7 @@ def _add_gears(tree: pin.Model, joint: Planetary, previous: int, place: float) -
         _load(tree, planets[-1], 0.0, joint.planet_mass_kg, planet_inertia)
     sun = _add_body(tree, previous, (place, 0.0), f"sun_{link}")
     _load(tree, sun, 0.0, joint.sun_mass_kg, sun_inertia)
-    return Stage(previous, link, tuple(planets), sun)
+    return TreeStage(previous, link, tuple(planets), sun)
 
 
 def _inertias(joint: Planetary) -> tuple[float, float, float]:

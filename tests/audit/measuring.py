@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from audit.experiments.study import Comparison, Measure, Numbers, Variant
+from audit.experiments.study import Measure, Numbers, Variant, VariantComparison
 from audit.experiments.variant import simulate
 
 
-def numbers_of(variant: Variant, measure: Measure | Comparison) -> Numbers:
+def numbers_of(variant: Variant, measure: Measure | VariantComparison) -> Numbers:
     """What the measure says of the variant's run, beside those that it is held against."""
-    if not isinstance(measure, Comparison):
+    if not isinstance(measure, VariantComparison):
         return measure(simulate(variant))
     return measure.numbers(simulate(variant), tuple(map(simulate, measure.others(variant))))

@@ -12,8 +12,8 @@ import pytest
 
 from audit.claims import settings
 from audit.experiments.scale import Scale
-from audit.experiments.study import Asked, Comparison, Study
-from audit.page.chapter import Chapter
+from audit.experiments.study import Study, VariantComparison, VariantNumbers
+from audit.page.chapter import AuditChapter
 from tests.audit.markup import strict_json
 
 BRIEF = Scale(longest_s=0.002, most_starts=2)
@@ -42,9 +42,9 @@ class Noting(Study):
         self.note(type(question) for question in questions)
         return super().answers(questions, what)
 
-    def numbers(self, asked: Sequence[Asked], what: str):
+    def numbers(self, asked: Sequence[VariantNumbers], what: str):
         measures = {one.measure for one in asked}
-        self.note(m.numbers if isinstance(m, Comparison) else m for m in measures)
+        self.note(m.numbers if isinstance(m, VariantComparison) else m for m in measures)
         return super().numbers(asked, what)
 
     def runs(self, variants, what="runs", keep=None):
@@ -57,7 +57,7 @@ class Published(NamedTuple):
 
     study: Noting
     out: Path
-    chapters: dict[str, Chapter]
+    chapters: dict[str, AuditChapter]
 
     @property
     def html(self) -> str:

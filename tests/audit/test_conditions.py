@@ -18,11 +18,11 @@ from audit.front.findings import MODELS
 from audit.measures.shares import Share
 from audit.page.text import text
 from audit.page.words import LAW_MEANINGS, LAW_NAMES
-from audit.phase.clock import Band, Clocks, Delayed, LawsClock
+from audit.phase.clock import Clocks, Delayed, LawsClock, SignalEnvelope
 from audit.phase.objections import Rates
 
 Given = dict[str, Any]
-BAND = Band((), (), ())
+BAND = SignalEnvelope((), (), ())
 NOTHING = Share(0, 32)
 
 

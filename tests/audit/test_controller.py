@@ -16,10 +16,10 @@ from audit.hypotheses import controller
 from audit.hypotheses.controller import Vibrating
 from audit.hypotheses.evidence import feedback, flutter, linear_limits
 from audit.hypotheses.evidence.feedback import SUN, Point
-from audit.hypotheses.evidence.flutter import VIBRATES, Flutter, Setting
-from audit.hypotheses.evidence.handed import Handed, Handover
+from audit.hypotheses.evidence.flutter import VIBRATES, Flutter, FlutterSetting
+from audit.hypotheses.evidence.handed import DriveHandover, Handed
 from audit.hypotheses.evidence.linear_limits import Threshold, growth_agrees
-from audit.phase.runs.plant import Continued
+from audit.phase.runs.plant import ContinuedEquations
 from crosscheck.registry import build
 from models.experiment.drive import drive_data
 
@@ -58,7 +58,7 @@ def test_feedback_at_the_sun_only_stores_and_dissipates(elbow):
     assert feedback.threshold(Point(elbow_rad=elbow, sensed=SUN)) == 0
 
 
-def _cell(setting: Setting, vibrating: int, of: int = 32) -> Flutter:
+def _cell(setting: FlutterSetting, vibrating: int, of: int = 32) -> Flutter:
     sizes = [0.5 * VIBRATES] * (of - vibrating) + [2 * VIBRATES] * vibrating
     return Flutter(setting, tuple(sizes), None)
 
@@ -69,7 +69,7 @@ def _cell(setting: Setting, vibrating: int, of: int = 32) -> Flutter:
 )
 def test_independent_of_error(with_error, without, independent):
     counts = {5.0: with_error, 0.0: without}
-    cells = [_cell(Setting("always", 0.003, error), n) for error, n in counts.items()]
+    cells = [_cell(FlutterSetting("always", 0.003, error), n) for error, n in counts.items()]
     assert controller.independent_of_error(Vibrating(tuple(cells))) is independent
 
 
@@ -79,8 +79,8 @@ def test_independent_of_error(with_error, without, independent):
 )
 def test_what_lives_on_the_feedback(bare, link, sun, feeds):
     """None: where nothing vibrated, nothing was handed over."""
-    cell = _cell(Setting("contact", 0.006, played_back=True), bare)
-    handed = ((Setting("contact", 0.006), Handed([link, 0.0], [0.1, 0.0], [sun, 0.0])),)
+    cell = _cell(FlutterSetting("contact", 0.006, played_back=True), bare)
+    handed = ((FlutterSetting("contact", 0.006), Handed([link, 0.0], [0.1, 0.0], [sun, 0.0])),)
     assert controller.lives_on_feedback(Vibrating((cell,), handed)) is feeds
 
 
@@ -89,7 +89,7 @@ def test_a_diverged_start_vibrates_and_one_that_ends_early_says_nothing():
         {"vibration": np.array([0.1, np.nan, np.nan]), "frequency_Hz": np.array([9.0, 0.0, 0.0])},
         np.array([False, True, False]),
     )
-    found = flutter.flutter_of(Setting("always", 0.003), sample)
+    found = flutter.flutter_of(FlutterSetting("always", 0.003), sample)
     assert found.sizes == (0.1, np.inf)
     assert found.share is not None
     assert found.share.yes == 1
@@ -101,7 +101,7 @@ SEEDS = (1, 2)
 @pytest.mark.slow
 def test_the_vibration_of_undamped_play_dies_without_feedback():
     """H6's switch in small: a run that goes on with another controller."""
-    found = Handover(Setting("contact", 0.006).variant(), SEEDS).answer()
+    found = DriveHandover(FlutterSetting("contact", 0.006).variant(), SEEDS).answer()
     assert max(found.torque) < VIBRATES < max(found.link)
     assert max(found.sun) < VIBRATES
 
@@ -113,14 +113,14 @@ def test_a_sensor_on_the_links_is_the_drives_own_feedback():
     parts = model.arm, model.layout, model.gears, model.drive, model.terms
     runs = []
     for equations in (TermEquations(*parts), TermEquations(*parts, sensor=link)):
-        run = Continued(model.scenario, model.drive, model.gears, equations, model.start())
+        run = ContinuedEquations(model.scenario, model.drive, model.gears, equations, model.start())
         runs.append(Batch([run], lanes=1).advance(5, 100).q)
     np.testing.assert_array_equal(*runs)
     assert np.abs(runs[0] - runs[0][0]).max() > 0
 
 
 def test_a_torque_that_is_played_back_is_the_rigid_arms():
-    variant = Setting("contact", 0.01).variant()
+    variant = FlutterSetting("contact", 0.01).variant()
     case = flutter.played_back(variant.case(), variant)
     rigid = build("analytic:coupled", case.arm, variant.case().scenario).simulate()
     drive = drive_data(case.scenario, 2)

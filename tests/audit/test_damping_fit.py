@@ -19,7 +19,7 @@ from audit.experiments.variant import Variant, simulate
 from audit.hypotheses.evidence.fit import (
     ALPHA,
     NUMBERS,
-    Fit,
+    DampingFit,
     chance,
     each_left_out,
     equally_good,
@@ -43,9 +43,9 @@ def test_chance_by_counting_every_way():
     assert chance(best, other) == pytest.approx(expected, rel=1e-12)  # sums of few floats
 
 
-def _fit(zeta: float, *explained: list[int]) -> Fit:
+def _fit(zeta: float, *explained: list[int]) -> DampingFit:
     yes = {f"claim {k}": np.array(row, bool) for k, row in enumerate(explained)}
-    return Fit(Cell(PRINTED, zeta), yes, {})
+    return DampingFit(Cell(PRINTED, zeta), yes, {})
 
 
 STARTS = 32

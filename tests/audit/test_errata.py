@@ -20,7 +20,7 @@ from analytic.paper.energies import energies_form, kinetic_energies
 from analytic.paper.printed import printed_form
 from audit.errata import auxiliary, compare, energy, planted, statements, transcript
 from audit.errata import finder as errata
-from audit.errata.erratum import Erratum, Trial, effect_of, simulated
+from audit.errata.erratum import Erratum, ErratumPair, effect_of, simulated
 from audit.errata.words import WORDS, notes, told
 from audit.measures.stage import paper_stage, without_backlash
 from models.arm.meshes import with_meshes
@@ -101,7 +101,8 @@ def test_statement_errata_vanish_when_the_paper_is_put_right(monkeypatch):
     monkeypatch.setattr(transcript, "INITIAL_VALUES", twelve)
     assert list(statements.initial_values()) == []
     unique = tuple(
-        transcript.Definition(f"s{number}", f"quantity {number}", "here") for number in range(5)
+        transcript.SymbolDefinition(f"s{number}", f"quantity {number}", "here")
+        for number in range(5)
     )
     monkeypatch.setattr(transcript, "DEFINITIONS", unique)
     assert list(statements.symbols_used_twice()) == []
@@ -213,7 +214,7 @@ def test_an_impulse_hardly_sees_a_shifted_impact_and_a_force_sees_all_of_it():
         return xr.Dataset(values, {"time": time})
 
     pulses = {"printed": run(0.05), "right": run(0.0501)}
-    trial = Trial("printed", "right")  # type: ignore[arg-type]  # names of runs
+    trial = ErratumPair("printed", "right")  # type: ignore[arg-type]  # names of runs
     effect = effect_of(trial, None, lambda side, scenario: pulses[side])  # type: ignore[arg-type]
     assert effect.mesh_force_N == 1.0
     assert effect.impulse_N_s == pytest.approx(1e-4)
@@ -240,9 +241,9 @@ def test_a_planted_loss_is_seen_where_it_is_gross_and_not_in_the_meshes():
     assert ("mass_matrix", (0, 1)) in kept
     assert ("mass_matrix", (1, 0)) not in kept
     plants = [
-        planted.Plant("mass_matrix", (0, 1), 1e-8),
-        planted.Plant("mass_matrix", (2, 5), 0.7),
-        planted.Plant("mass_matrix", (0, 0), None),
+        planted.LeftOutEntry("mass_matrix", (0, 1), 1e-8),
+        planted.LeftOutEntry("mass_matrix", (2, 5), 0.7),
+        planted.LeftOutEntry("mass_matrix", (0, 0), None),
     ]
     assert planted.shown(plants) == pytest.approx(2 / 3)
 

@@ -8,7 +8,7 @@ import pytest
 from audit.hypotheses.evidence import flights
 from crosscheck.registry import build
 from models.loading import Case, load_case
-from models.pinocchio.floating import Base, PinocchioFloating
+from models.pinocchio.floating import FloatingBase, PinocchioFloating
 
 
 def _case(scenario: str, duration_s: float = 0.5) -> Case:
@@ -17,7 +17,7 @@ def _case(scenario: str, duration_s: float = 0.5) -> Case:
 
 
 def _model(case: Case, mass: float, side: float = 2.0) -> PinocchioFloating:
-    return PinocchioFloating(case.arm, case.scenario, Base(mass, side))
+    return PinocchioFloating(case.arm, case.scenario, FloatingBase(mass, side))
 
 
 @pytest.mark.parametrize("scenario", ["constant-torque", "pd"])

@@ -14,10 +14,10 @@ from audit.errata.engine import PrintedBeside
 from audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED, REPAIRED_RATE, Cell, Law
 from audit.experiments.scale import Scale
 from audit.experiments.study import Study
-from audit.front.findings import MODELS, Baselines, Strip, Thirds
+from audit.front.findings import MODELS, Baselines, StartsStrip, Thirds
 from audit.front.terms import teeth_passed
 from audit.front.views import stage_svg, third_svg
-from audit.hypotheses.evidence.attribution import TORQUE, Deviation, LadderVerdict, Left
+from audit.hypotheses.evidence.attribution import TORQUE, Deviation, LadderVerdict, RigidResidual
 from audit.hypotheses.ladder import claims
 from audit.measures.stage import paper_stage
 from audit.measures.third import Third
@@ -37,10 +37,10 @@ def _cells() -> list[Cell]:
     return [Cell(law, 0.005, planets=planets) for law, planets in product(LAWS, MODELS)]
 
 
-def _strip(cell: Cell, severe: dict[Law, int]) -> Strip:
+def _strip(cell: Cell, severe: dict[Law, int]) -> StartsStrip:
     count = severe.get(cell.law, 0) if cell.planets == "free" else 0
     sizes = np.where(np.arange(10) < count, 2 * SEVERE, 1.0)
-    return Strip(cell, Third(sizes, NONE, NONE, NONE, 0))
+    return StartsStrip(cell, Third(sizes, NONE, NONE, NONE, 0))
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,7 @@ def test_the_printed_equations_are_off_by_what_the_derivation_says() -> None:
     assert all(run.duration_s == 0.002 and run.F_sp_N > 0 for run in found.runs.values())
 
 
-def _left(level: str, theta_1: float, theta_2: float, tip: float) -> Left:
+def _left(level: str, theta_1: float, theta_2: float, tip: float) -> RigidResidual:
     """fits: by what rounds to the paper's digits."""
     sizes = {"theta_1": theta_1, "theta_2": theta_2, "tip": tip}
     found = {
@@ -100,7 +100,7 @@ def _left(level: str, theta_1: float, theta_2: float, tip: float) -> Left:
         for name, size in sizes.items()
     }
     fits = {name: claim.limits for name, claim in claims().items()}
-    return Left(LABELLED, level, found, {n: one.fits(fits[n]) for n, one in found.items()})
+    return RigidResidual(LABELLED, level, found, {n: one.fits(fits[n]) for n, one in found.items()})
 
 
 def test_the_baseline_is_the_one_that_leaves_the_papers_theta_2() -> None:

@@ -12,12 +12,12 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from audit.claims.catalogue import CLAIMS
-from audit.claims.chapter import Row
+from audit.claims.chapter import ClaimRow
 from audit.claims.judged import Judged
 from audit.claims.measured import MEASURED
 from audit.claims.quantities import Known, Quantity, difference, of, over, rank, spread
 from audit.claims.records import record
-from audit.claims.rule import Kind, State, answers, verdict
+from audit.claims.rule import State, VerdictKind, answers, verdict
 from audit.claims.settings import FULL
 from audit.claims.words import page
 from audit.experiments.cells import LAWS, Cell
@@ -65,7 +65,7 @@ def test_every_claim_gets_a_verdict_whatever_is_missing(seed: int) -> None:
             assert answer.undefined + len(answer.values) == answer.starts
             assert (answer.state == State.UNDEFINED) == (answer.share is None)
     json.dumps([record(judged, ()) for judged in found], allow_nan=False)
-    html = page([Row(judged, ()) for judged in found], FULL, Scale())
+    html = page([ClaimRow(judged, ()) for judged in found], FULL, Scale())
     assert html.count('class="claim"') == len(CLAIMS)
 
 
@@ -80,7 +80,7 @@ def test_a_setting_without_any_number_supports_nothing(fate: str) -> None:
         assert found
         if not claim.static and "diverge" not in next(iter(claim.choices.values())).id:
             assert {answer.state for answer in found} == {State.UNDEFINED}
-            assert verdict(found).kind == Kind.UNDEFINED
+            assert verdict(found).kind == VerdictKind.UNDEFINED
 
 
 def _sweep(diverged: Source) -> Known:

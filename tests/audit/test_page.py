@@ -11,7 +11,7 @@ import pytest
 
 from audit.experiments.scale import Scale
 from audit.experiments.study import Study
-from audit.page.chapter import Chapter
+from audit.page.chapter import AuditChapter
 from audit.page.command import paper_command
 from audit.page.report import page, paper_files, records_json
 from models.errors import InputError
@@ -56,7 +56,7 @@ def test_one_figure_alone_makes_a_self_contained_page(cache: Path):
 
 
 def test_the_contents_name_every_chapter_in_order(tmp_path: Path):
-    made = [Chapter(name, name.upper(), f"<p>{name}</p>", outcome="So.") for name in "abc"]
+    made = [AuditChapter(name, name.upper(), f"<p>{name}</p>", outcome="So.") for name in "abc"]
     html = page(made, Study(tmp_path))
     contents, _, rest = html.partition("</nav>")
     assert re.findall(r'href="#(\w+)"', contents) == ["a", "b", "c", "provenance"]
@@ -65,7 +65,7 @@ def test_the_contents_name_every_chapter_in_order(tmp_path: Path):
 
 
 def test_records_are_identical_but_for_the_provenance(tmp_path: Path):
-    made = [Chapter("x", "X", "<p>x</p>", [{"id": "x/1", "value": np.float64(1.5)}])]
+    made = [AuditChapter("x", "X", "<p>x</p>", [{"id": "x/1", "value": np.float64(1.5)}])]
     first, second = (json.loads(records_json(made, Study(tmp_path))) for _ in range(2))
     assert first["chapters"] == second["chapters"] == {"x": [{"id": "x/1", "value": 1.5}]}
     assert "X" in page(made, Study(tmp_path))

@@ -18,7 +18,7 @@ from audit.measures.shares import Share
 from audit.measures.third import NONE, Third
 from audit.measures.thresholds import EVIDENT, SEVERE
 from audit.page.material import Material
-from audit.phase.clock import CLOCK_N, Band, Clocks, ClockTest, Delayed, LawsClock
+from audit.phase.clock import CLOCK_N, Clocks, ClockTest, Delayed, LawsClock, SignalEnvelope
 from audit.phase.dampers import (
     ABLATIONS,
     ALWAYS,
@@ -32,7 +32,7 @@ from audit.phase.dampers import (
 )
 from audit.phase.engines import WITHIN, Engines, TwoModels, UnderAngle
 from audit.phase.handover import DEAD, ERROR_FREE, INTEGRATED, Fate, Handovers, Left
-from audit.phase.maps import FOUR, Mapped, Maps, Presence, Setting, integral_of, where_present
+from audit.phase.maps import FOUR, Mapped, Maps, MapSetting, Presence, integral_of, where_present
 from audit.phase.page.sections import of_maps
 from audit.phase.resonance import (
     FAR,
@@ -94,12 +94,12 @@ def test_a_law_that_says_nothing_leaves_it_open() -> None:
 
 
 def test_a_setting_asks_the_same_starts_without_tooth_error() -> None:
-    plain, other = Setting(CELL), Setting(CELL, backlash_um=500.0)
+    plain, other = MapSetting(CELL), MapSetting(CELL, backlash_um=500.0)
     assert [str(source) for source in plain.sources] == ["pd", "no error"]
     assert [source.size_um for source in other.sources] == [500.0, 500.0]
     assert len(set(FOUR)) == 4
-    conservative = Setting(Cell(Law("angle", "corrected", "conservative"), 0.02))
-    assert integral_of(conservative) == Setting(Cell(INTEGRAL, 0.02))
+    conservative = MapSetting(Cell(Law("angle", "corrected", "conservative"), 0.02))
+    assert integral_of(conservative) == MapSetting(Cell(INTEGRAL, 0.02))
 
 
 @pytest.mark.parametrize(("severe", "told"), [(0, False), (4, True), (8, False)])
@@ -111,7 +111,7 @@ def test_a_severe_fluctuation_is_of_a_branch_only_where_the_start_decides(
     def mapped(cell: Cell, loud: int) -> Mapped:
         sizes = np.array([300.0] * loud + [5.0] * (8 - loud))
         third = Third(sizes, 0 * sizes, 0 * sizes, 0 * sizes, 0)
-        return Mapped(Setting(cell), third=third, without=replace(third, size=0 * sizes))
+        return Mapped(MapSetting(cell), third=third, without=replace(third, size=0 * sizes))
 
     lumped = [mapped(replace(CELL, planets="lumped"), severe)]
     said = of_maps(Maps([mapped(CELL, 0)], lumped, []), Material(Study(tmp_path), QUICK)).html
@@ -132,7 +132,7 @@ def test_verdict_of_h1() -> None:
 
 def _clocks(*changes: float) -> Clocks:
     """Of the paper's laws and the integral."""
-    nothing = Band((), (), ())
+    nothing = SignalEnvelope((), (), ())
 
     def delayed(change: float) -> Delayed:
         return Delayed(1.0, change, 1.0, (), False, nothing, nothing)

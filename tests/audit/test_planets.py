@@ -19,8 +19,8 @@ from audit.planets import growth as growths
 from audit.planets import hill
 from audit.planets.features import Feature
 from audit.planets.freed import Freed, effects_by_law
-from audit.planets.parting import Course, FirstPartings, Parted, Partings, alike
-from audit.planets.verdict import PREDICTED, Effect, Survival
+from audit.planets.parting import FirstPartings, Parted, PartingCourse, Partings, alike
+from audit.planets.verdict import PREDICTED, PlanetsEffect, Survival
 from models.loading import Case
 
 ABOVE, BELOW = 1.01, 0.99
@@ -159,8 +159,8 @@ def test_pairs_of_samples_say_what_they_are() -> None:
         return Third(found, found, found, found, 0)
 
     weaker = Freed(CELL, third(400.0), third(20.0), 2)
-    assert weaker.effect == Effect.WEAKER
-    assert effects_by_law([weaker])[PRINTED] == {Effect.WEAKER: 1}
+    assert weaker.effect == PlanetsEffect.WEAKER
+    assert effects_by_law([weaker])[PRINTED] == {PlanetsEffect.WEAKER: 1}
     assert set(effects_by_law([])) == set(LAWS)
 
 
@@ -181,10 +181,10 @@ def _parted(measured: float | None, lumped: float | None, strayed: float | None 
     flat = tuple(-12.0 for _ in times)
     rising = tuple(-12.0 + k for k in range(8))
 
-    def course(parting: float | None) -> Course:
-        return Course((flat, rising), (None, parting))
+    def course(parting: float | None) -> PartingCourse:
+        return PartingCourse((flat, rising), (None, parting))
 
-    none = Course((flat, flat), (None, None))
+    none = PartingCourse((flat, flat), (None, None))
     courses = course(measured), course(lumped), course(measured)
     return Parted(times, *courses, none, (None, strayed))
 

@@ -12,7 +12,7 @@ from audit.measures.thresholds import EVIDENT
 from audit.measures.twosamples import SIGNIFICANT, TwoTests
 from audit.planets.verdict import (
     PREDICTED,
-    Effect,
+    PlanetsEffect,
     Survival,
     effect,
     h7_verdict,
@@ -33,18 +33,18 @@ def third(*sizes: float) -> Third:
 def test_the_effect_of_freeing_planets() -> None:
     large, small = third(*[400.0] * 5), third(*[20.0] * 5)
     told, untold = 0.5 * SIGNIFICANT / 48, 1.5 * SIGNIFICANT / 48
-    assert effect(large, small, TwoTests(told, 1.0), 48) == Effect.WEAKER
-    assert effect(small, large, TwoTests(told, 1.0), 48) == Effect.STRONGER
-    assert effect(large, small, TwoTests(untold, untold), 48) == Effect.NONE
-    assert effect(large, small, TwoTests(None, told), 48) == Effect.UNKNOWN
+    assert effect(large, small, TwoTests(told, 1.0), 48) == PlanetsEffect.WEAKER
+    assert effect(small, large, TwoTests(told, 1.0), 48) == PlanetsEffect.STRONGER
+    assert effect(large, small, TwoTests(untold, untold), 48) == PlanetsEffect.NONE
+    assert effect(large, small, TwoTests(None, told), 48) == PlanetsEffect.UNKNOWN
     larger = third(*[440.0] * 5)
-    assert effect(large, larger, TwoTests(1.0, told), 48) == Effect.STRONGER
-    assert effect(larger, large, TwoTests(1.0, told), 48) == Effect.WEAKER
+    assert effect(large, larger, TwoTests(1.0, told), 48) == PlanetsEffect.STRONGER
+    assert effect(larger, large, TwoTests(1.0, told), 48) == PlanetsEffect.WEAKER
 
 
 def test_sizes_that_are_no_fluctuation_have_no_effect() -> None:
     p = TwoTests(1.0, 0.0)
-    for by, expected in ((BELOW, Effect.NONE), (ABOVE, Effect.STRONGER)):
+    for by, expected in ((BELOW, PlanetsEffect.NONE), (ABOVE, PlanetsEffect.STRONGER)):
         assert effect(third(*[1.0] * 5), third(*[by * EVIDENT] * 5), p, 48) == expected
 
 
@@ -86,7 +86,7 @@ def test_an_answer_is_changed_where_its_shares_are_told_apart() -> None:
 
 
 def test_verdict_of_h7() -> None:
-    assert h7_verdict([Effect.NONE, Effect.WEAKER]) == "holds"
-    assert h7_verdict([Effect.STRONGER, Effect.UNKNOWN]) == "holds"
-    assert h7_verdict([Effect.NONE, Effect.UNKNOWN]) == "not seen"
-    assert h7_verdict([Effect.UNKNOWN]) == h7_verdict([]) == "undefined"
+    assert h7_verdict([PlanetsEffect.NONE, PlanetsEffect.WEAKER]) == "holds"
+    assert h7_verdict([PlanetsEffect.STRONGER, PlanetsEffect.UNKNOWN]) == "holds"
+    assert h7_verdict([PlanetsEffect.NONE, PlanetsEffect.UNKNOWN]) == "not seen"
+    assert h7_verdict([PlanetsEffect.UNKNOWN]) == h7_verdict([]) == "undefined"

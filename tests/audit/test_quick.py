@@ -19,7 +19,7 @@ from audit.experiments.scale import QUICK
 from audit.experiments.study import Study
 from audit.figures import chapter as figures
 from audit.page import report
-from audit.page.chapter import Chapter
+from audit.page.chapter import AuditChapter
 from audit.page.material import Material
 from audit.page.said import StatedNumber
 from audit.phase.stability import CELLS
@@ -48,7 +48,7 @@ def material(kept: Path) -> Material:
 
 
 @pytest.fixture(scope="module")
-def chapters(material: Material) -> dict[str, Chapter]:
+def chapters(material: Material) -> dict[str, AuditChapter]:
     """By id; of the figures one without runs and one of a sweep."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(figures, "QUICK_NUMBERS", NUMBERS)
@@ -56,7 +56,7 @@ def chapters(material: Material) -> dict[str, Chapter]:
     return {chapter.id: chapter for chapter in made}
 
 
-def test_the_page_contradicts_itself_nowhere(chapters: dict[str, Chapter]) -> None:
+def test_the_page_contradicts_itself_nowhere(chapters: dict[str, AuditChapter]) -> None:
     said = [one for chapter in chapters.values() for one in chapter.said]
     told = Counter((one.quantity, *one.place._replace(choice="")) for one in said)
     assert max(told.values()) > 1  # else there was nothing to compare
@@ -74,7 +74,7 @@ QUOTED_TOO = {
 
 
 def test_no_number_of_page_and_sheet_has_two_values(
-    material: Material, chapters: dict[str, Chapter]
+    material: Material, chapters: dict[str, AuditChapter]
 ) -> None:
     (statics,) = material.study.answers([Statics(LABELLED)], "statics")
     numbers = [one for chapter in chapters.values() for one in chapter.numbers]
@@ -87,13 +87,13 @@ def test_no_number_of_page_and_sheet_has_two_values(
     assert two_values(numbers) == []
 
 
-def test_the_page_is_well_formed(material: Material, chapters: dict[str, Chapter]) -> None:
-    made: Sequence[Chapter] = list(chapters.values())
+def test_the_page_is_well_formed(material: Material, chapters: dict[str, AuditChapter]) -> None:
+    made: Sequence[AuditChapter] = list(chapters.values())
     assert page_problems(report.page(made, material.study)) == []
     strict_json(report.records_json(made, material.study))
 
 
-def test_claims(material: Material, chapters: dict[str, Chapter]) -> None:
+def test_claims(material: Material, chapters: dict[str, AuditChapter]) -> None:
     made = chapters["claims"]
     assert [record["id"] for record in made.records] == [claim.id for claim in CLAIMS]
     json.dumps(made.records, allow_nan=False)
@@ -104,7 +104,7 @@ def test_claims(material: Material, chapters: dict[str, Chapter]) -> None:
     assert settings(material.study, QUICK)[0][0] == material.settings[0][0]
 
 
-def test_phase(chapters: dict[str, Chapter]) -> None:
+def test_phase(chapters: dict[str, AuditChapter]) -> None:
     made = chapters["phase"]
     assert made.records[0]["verdict"] == "holds"
     assert made.html.count("<svg") == 2
@@ -116,7 +116,7 @@ def test_phase(chapters: dict[str, Chapter]) -> None:
     }
 
 
-def test_figures(chapters: dict[str, Chapter]) -> None:
+def test_figures(chapters: dict[str, AuditChapter]) -> None:
     made = chapters["figures"]
     json.dumps(made.records, allow_nan=False)
     numbers = [str(number) for number in NUMBERS]

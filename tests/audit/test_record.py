@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 import pytest
 
-from audit.errata.erratum import Effect, Erratum, Trial, tried
+from audit.errata.erratum import Effect, Erratum, ErratumPair, tried
 from audit.errata.tables import WHOLE, ArmErratum
 from audit.page.record import read
 from audit.phase.objections import Rates
@@ -16,7 +16,7 @@ from audit.phase.resonance import Peak, Resonances
 RAMP = Resonances(((Peak(1.0, 2.0), Peak(None, None)),), (None,), (1.0, 2.0), (3.0, 4.0))
 RATES = Rates(1.0, None, 2.0, 3.0, 4.0)
 ERRATUM = Erratum(
-    "eq1", "equation", "Eq. 1", "a", "b", size=float("inf"), unit="N", trial=Trial(abs, abs)
+    "eq1", "equation", "Eq. 1", "a", "b", size=float("inf"), unit="N", trial=ErratumPair(abs, abs)
 )
 TRIED = tried(ERRATUM, {"pd": Effect(1e-3, 5.0, 0.1)})
 

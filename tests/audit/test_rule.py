@@ -23,10 +23,10 @@ from audit.claims.rule import (
     Answer,
     Claim,
     Counts,
-    Kind,
     Limits,
     Place,
     State,
+    VerdictKind,
     ends,
     kind_of,
     state,
@@ -62,16 +62,16 @@ def _stated(by_law: Said, zetas=ZETAS, arms=(LABELLED, SWAPPED)):
 @pytest.mark.parametrize(
     ("said", "kind", "counts"),
     [
-        ((YES, YES, YES), Kind.HOLDS, Counts(yes=24)),
-        ((NO, NO, NO), Kind.FAILS, Counts(no=24)),
-        ((YES, NO, NO), Kind.DEPENDS, Counts(yes=8, no=16)),
-        ((YES, YES, NONE), Kind.WHERE_DEFINED, Counts(yes=16, undefined=8)),
-        ((NO, NO, NONE), Kind.FAILS, Counts(no=16, undefined=8)),
-        ((NONE, NONE, NONE), Kind.UNDEFINED, Counts(undefined=24)),
-        ((YES, YES, EITHER), Kind.BISTABLE, Counts(yes=16, bistable=8)),
-        ((NO, EITHER, NO), Kind.BISTABLE, Counts(no=16, bistable=8)),
-        ((YES, EITHER, NO), Kind.DEPENDS, Counts(yes=8, no=8, bistable=8)),
-        ((EITHER, EITHER, EITHER), Kind.BISTABLE, Counts(bistable=24)),
+        ((YES, YES, YES), VerdictKind.HOLDS, Counts(yes=24)),
+        ((NO, NO, NO), VerdictKind.FAILS, Counts(no=24)),
+        ((YES, NO, NO), VerdictKind.DEPENDS, Counts(yes=8, no=16)),
+        ((YES, YES, NONE), VerdictKind.WHERE_DEFINED, Counts(yes=16, undefined=8)),
+        ((NO, NO, NONE), VerdictKind.FAILS, Counts(no=16, undefined=8)),
+        ((NONE, NONE, NONE), VerdictKind.UNDEFINED, Counts(undefined=24)),
+        ((YES, YES, EITHER), VerdictKind.BISTABLE, Counts(yes=16, bistable=8)),
+        ((NO, EITHER, NO), VerdictKind.BISTABLE, Counts(no=16, bistable=8)),
+        ((YES, EITHER, NO), VerdictKind.DEPENDS, Counts(yes=8, no=8, bistable=8)),
+        ((EITHER, EITHER, EITHER), VerdictKind.BISTABLE, Counts(bistable=24)),
     ],
 )
 def test_settings_are_counted_and_decide_the_verdict(said, kind, counts):
@@ -80,15 +80,15 @@ def test_settings_are_counted_and_decide_the_verdict(said, kind, counts):
 
 
 def test_no_setting_at_all_is_not_simulated():
-    assert verdict_of([]).kind == Kind.NOT_SIMULATED
+    assert verdict_of([]).kind == VerdictKind.NOT_SIMULATED
 
 
 def test_a_bistable_setting_beside_clear_ones_of_both_kinds_changes_nothing():
     given = _stated(dict.fromkeys(LAWS, NO))
     given[0] = (given[0][0], YES)
-    assert verdict_of(given).kind == Kind.DEPENDS
+    assert verdict_of(given).kind == VerdictKind.DEPENDS
     given[1] = (given[1][0], EITHER)
-    assert verdict_of(given).kind == Kind.DEPENDS
+    assert verdict_of(given).kind == VerdictKind.DEPENDS
 
 
 def _flipped(given, flips):
@@ -108,7 +108,7 @@ def test_dependence_names_what_decides(flips, expected):
     every = _stated(dict.fromkeys(LAWS, YES))
     given = _flipped(every, {place: NO for place, _ in every if flips(place)})
     found = verdict_of(given)
-    assert found.kind == Kind.DEPENDS
+    assert found.kind == VerdictKind.DEPENDS
     assert found.depends_on == expected
 
 
@@ -117,7 +117,7 @@ def test_the_law_is_named_alone_where_the_counts_split_by_it():
     every = _stated({PRINTED: NO, REPAIRED_RATE: NO, INTEGRAL: YES})
     odd = {p: (NO if p.law == INTEGRAL else YES) for p, _ in every if p.zeta == 0.003}
     found = verdict_of(_flipped(every, {p: s for p, s in odd.items() if p.arm == LABELLED}))
-    assert (found.kind, found.depends_on) == (Kind.DEPENDS, (LAW,))
+    assert (found.kind, found.depends_on) == (VerdictKind.DEPENDS, (LAW,))
 
 
 def test_lumped_planets_are_a_parameter():
@@ -139,7 +139,7 @@ def test_between_clear_and_bistable_a_verdict_moves_only_to_or_from_bistable(sai
         return
     before = kind_of(said)
     after = kind_of([*said[:at], EITHER, *said[at + 1 :]])
-    assert after == before or Kind.BISTABLE in (after, before)
+    assert after == before or VerdictKind.BISTABLE in (after, before)
 
 
 @pytest.mark.parametrize(
@@ -201,20 +201,20 @@ SPREAD = [float(value) for value in range(11, 31)]  # twenty starts, all above 1
 
 def test_a_verdict_turns_where_too_few_starts_are_left():
     judged = _judged({0.005: SPREAD})
-    assert judged.verdict.kind == Kind.HOLDS
+    assert judged.verdict.kind == VerdictKind.HOLDS
     down, up = judged.turning.low
     assert down is None
     _, least_yes = ends(20)
     assert up == SPREAD[20 - least_yes]  # above it are too few
     moved = Limits(low=np.nextafter(up, math.inf))
     others = tuple(replace(answer, limits=moved) for answer in judged.answers)
-    assert Judged(_claim(moved.low), others).verdict.kind != Kind.HOLDS
+    assert Judged(_claim(moved.low), others).verdict.kind != VerdictKind.HOLDS
     assert judged.turning.high == (None, None)
 
 
 def test_turning_downwards():
     judged = _judged({0.005: [value - 10 for value in SPREAD]}, low=25.0)  # 1 to 20, none above
-    assert judged.verdict.kind == Kind.FAILS
+    assert judged.verdict.kind == VerdictKind.FAILS
     most_no, _ = ends(20)
     assert judged.turning.low[0] == 20.0 - most_no  # below it, one too many is above
 
@@ -224,7 +224,7 @@ def test_what_hangs_on_one_start_is_told():
     assert not firm.hangs_on_a_start
     brittle = _judged({0.005: [20.0] * 25 + [1.0] * 7})
     assert state(Share(25, 33)) != YES
-    assert brittle.verdict.kind == Kind.HOLDS
+    assert brittle.verdict.kind == VerdictKind.HOLDS
     assert brittle.hangs_on_a_start
 
 
@@ -247,6 +247,6 @@ def test_both_models_have_a_verdict_of_their_own():
     ]
     judged = Judged(_claim(10.0), tuple(found))
     kinds = [judged.by_model[model].kind for model in (AS_MODELLED, AS_GEARS)]
-    assert kinds == [Kind.HOLDS, Kind.FAILS]
-    assert judged.verdict.kind == Kind.DEPENDS
+    assert kinds == [VerdictKind.HOLDS, VerdictKind.FAILS]
+    assert judged.verdict.kind == VerdictKind.DEPENDS
     assert verdict_words(judged.verdict) == "depends on planets lumped or free (1 yes, 3 no)"

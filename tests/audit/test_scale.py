@@ -18,7 +18,7 @@ from audit.experiments.experiments import (
     question,
 )
 from audit.experiments.scale import FULL, Scale
-from audit.experiments.study import Comparison, Measure, Study, Variant
+from audit.experiments.study import Measure, Study, Variant, VariantComparison
 from audit.hypotheses.evidence.linear_limits import growth_rate
 from audit.hypotheses.evidence.reversals import torque_reversals
 from audit.phase.handover import CELLS, HEIRS, handover
@@ -70,7 +70,7 @@ def test_a_still_signal_has_no_frequency_and_an_unknown_target_is_not_reached() 
     ],
 )
 def test_a_measure_has_the_same_numbers_for_a_run_of_any_length(
-    measure: Measure | Comparison, scenario: str
+    measure: Measure | VariantComparison, scenario: str
 ) -> None:
     variants = [Variant(scenario, duration_s=d, record_every=2) for d in (0.002, 0.02, 0.3)]
     found = [numbers_of(variant, measure) for variant in variants]

@@ -21,10 +21,10 @@ from analytic.paper.model import EnergiesModel, PrintedModel
 from analytic.paper.stiffness import square_wave_series
 from audit.claims.catalogue import BY_ID, CLAIMS
 from audit.claims.quantities import Known
-from audit.claims.rule import Kind, answers, verdict
+from audit.claims.rule import VerdictKind, answers, verdict
 from audit.claims.statements import statics as statements
 from audit.errata import transcript
-from audit.errata.planted import Plant, shown
+from audit.errata.planted import LeftOutEntry, shown
 from audit.experiments.cells import PRINTED, Cell
 from audit.experiments.experiments import PLANTED, STATIC
 from audit.experiments.pool import Sample
@@ -41,7 +41,7 @@ class Changed(NamedTuple):
     """A world: a stage or arm changed, what is put in a module's place, and the verdict there."""
 
     claim: str
-    verdict: Kind
+    verdict: VerdictKind
     measure: Callable[[Arm, PaperStage], Numbers]
     stage: Callable[[PaperStage], PaperStage] = lambda stage: stage
     arm: Callable[[Arm], Arm] = lambda arm: arm
@@ -110,7 +110,7 @@ class OtherForces(PrintedModel):
         return 1.01 * super().generalized_force(t, q, v)
 
 
-FAILS, HOLDS = Kind.FAILS, Kind.HOLDS
+FAILS, HOLDS = VerdictKind.FAILS, VerdictKind.HOLDS
 FEW_WAVES = (teeth, "HARMONICS", 10)  # where the series' own error is not the claim
 WORLDS = [
     Changed("2-01", HOLDS, _base, put=((surroundings, "_tip_errors_m", lambda case: [1e-3] * 4),)),
@@ -195,7 +195,7 @@ def _unchanged(measure: Callable[[Arm, PaperStage], Numbers]) -> Numbers:
     return measure(arm, paper_stage(arm))
 
 
-def _verdict(claim_id: str, numbers: Numbers) -> Kind:
+def _verdict(claim_id: str, numbers: Numbers) -> VerdictKind:
     claim = BY_ID[claim_id]
     values = {name: np.array([value], float) for name, value in numbers.items()}
     known = Known({source: Sample(values, np.zeros(1, bool)) for source in (STATIC, PLANTED)})
@@ -215,7 +215,7 @@ def test_a_claim_from_data_has_another_verdict_in_a_planted_world(world, labelle
 
 def test_an_agreement_that_shows_every_planted_error_validates_and_none_does_not():
     for size, said in ((0.5, HOLDS), (1e-3, FAILS)):
-        plants = [Plant("M", (0, 0), size), Plant("M", (0, 1), size)]
+        plants = [LeftOutEntry("M", (0, 0), size), LeftOutEntry("M", (0, 1), size)]
         assert _verdict("3.1-18", {"planted_shown": shown(plants)}) == said
 
 

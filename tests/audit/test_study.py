@@ -13,7 +13,14 @@ import xarray as xr
 
 from audit.experiments import study as study_module
 from audit.experiments import work
-from audit.experiments.study import Asked, Comparison, Numbers, Study, Variant, run_key
+from audit.experiments.study import (
+    Numbers,
+    Study,
+    Variant,
+    VariantComparison,
+    VariantNumbers,
+    run_key,
+)
 from audit.experiments.variant import integration, simulate
 from audit.experiments.work import Piece, integrations
 from crosscheck.registry import MODELS
@@ -123,7 +130,11 @@ def rigid(variant: Variant) -> tuple[Variant, ...]:
 
 def test_one_integration_serves_all_that_is_asked_of_it(study: Study):
     seldom = replace(SHORT, record_every=40)
-    asked = [Asked(SHORT, final_angle), Asked(SHORT, records), Asked(seldom, records)]
+    asked = [
+        VariantNumbers(SHORT, final_angle),
+        VariantNumbers(SHORT, records),
+        VariantNumbers(seldom, records),
+    ]
     angle, often, few = study.numbers(asked, "numbers")
     assert study.made == 1
     assert (often["records"], few["records"]) == (101, 6)
@@ -190,7 +201,7 @@ def test_a_divergence_is_found_at_the_runs_own_records(study: Study):
 
 def test_a_run_held_against_another_has_it_run_once(study: Study):
     variants = [SHORT, replace(SHORT, model="analytic:energies")]
-    found = study.measures(variants, Comparison(apart, rigid))
+    found = study.measures(variants, VariantComparison(apart, rigid))
     own = study.runs([*variants, *rigid(SHORT)])
     assert study.made == 5
     for variant, numbers in zip(variants, found, strict=True):
@@ -198,8 +209,10 @@ def test_a_run_held_against_another_has_it_run_once(study: Study):
 
 
 def test_what_a_run_is_held_against_is_part_of_the_key():
-    compared = Comparison(apart, rigid)
-    keys = {run_key(SHORT, made) for made in (compared, Comparison(apart, lambda v: (v,)), apart)}
+    compared = VariantComparison(apart, rigid)
+    keys = {
+        run_key(SHORT, made) for made in (compared, VariantComparison(apart, lambda v: (v,)), apart)
+    }
     assert len(keys) == 3
 
 

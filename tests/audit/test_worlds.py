@@ -15,7 +15,7 @@ import pytest
 
 from audit.claims.catalogue import CLAIMS
 from audit.claims.quantities import Known, Quantity
-from audit.claims.rule import Kind, answers, verdict
+from audit.claims.rule import VerdictKind, answers, verdict
 from audit.claims.settings import FULL
 from audit.claims.statements.section2 import changed_by
 from audit.experiments.cells import AS_MODELLED, PRINTED, Cell
@@ -136,7 +136,7 @@ def test_a_claim_that_runs_decide_holds_in_one_world_and_not_in_another(claim):
         if not diverging:  # a run that diverges has no numbers, and these worlds have all
             known = Known({s: replace(one, diverged=_no_run(1)) for s, one in known.items()})
         found.add(verdict(answers(claim, [(CELL, known)])).kind)
-        if {Kind.HOLDS, Kind.FAILS} <= found:
+        if {VerdictKind.HOLDS, VerdictKind.FAILS} <= found:
             return
     pytest.fail(f"{claim.id}: {found}")
 

@@ -21,7 +21,7 @@ from pydantic import ValidationError
 
 from analytic.ensemble import alone, trajectories
 from analytic.kernel.batch import WIDE, Batch, aligned, contiguous_table, number_rows
-from analytic.kernel.equations import Equations
+from analytic.kernel.equations import KernelEquations
 from analytic.kernel.precise import NEAR_S, precise_program
 from analytic.kernel.program import Program, code_of, states_program, steps_program
 from analytic.model import AnalyticModel
@@ -128,7 +128,7 @@ class At:
         return getattr(self.model, name)
 
     @property
-    def equations(self) -> Equations:
+    def equations(self) -> KernelEquations:
         """The kernel's."""
         return self.model.equations
 
@@ -138,7 +138,7 @@ class ByTerms(At):
     """The same, run by its terms."""
 
     @property
-    def equations(self) -> Equations:
+    def equations(self) -> KernelEquations:
         """In the layout's coordinates."""
         return self.model.term_equations
 

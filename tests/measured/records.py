@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from crosscheck.measured.compare import Comparison, compare
+from crosscheck.measured.compare import RecordComparison, compare
 from crosscheck.measured.record import Record
 from crosscheck.planning.sizing import at_rest
 from crosscheck.registry import build
@@ -54,6 +54,6 @@ def record_of(
     )
 
 
-def compared(record: Record, arm: Arm, **tolerances: float) -> Comparison:
+def compared(record: Record, arm: Arm, **tolerances: float) -> RecordComparison:
     """Without a word of progress."""
     return compare(record, arm, None, tolerances, lambda *doing: None)

@@ -17,7 +17,7 @@ from scipy.special import ellipj, ellipk
 from models.arm.arm import Arm
 from models.errors import InputError
 from models.experiment.scenario import Scenario
-from models.pinocchio.floating import Base, PinocchioFloating
+from models.pinocchio.floating import FloatingBase, PinocchioFloating
 from models.pinocchio.gears import PinocchioGears
 from models.pinocchio.rigid import (
     PinocchioArmature,
@@ -387,9 +387,9 @@ def test_a_damping_ratio_is_of_the_mean_stiffness(sun, ring):
 def test_a_free_flying_base_knows_friction_but_no_gravity():
     joints = [SHOULDER | {"friction_N_m_s_per_rad": 0.8}, ELBOW]
     arm = arm_of(joints, [UPPER, FORE], (0.0, 0.0))
-    model = PinocchioFloating(arm, scenario(2.0), Base(100.0))
+    model = PinocchioFloating(arm, scenario(2.0), FloatingBase(100.0))
     found = model.generalized_force(0.0, np.zeros(5), np.array([1.0, 1.0, 1.0, 0.5, 0.7]))
     np.testing.assert_array_equal(found, [0, 0, 0, 2 - 0.8 * 0.5, 2])
     assert model.coordinates == ("base_x", "base_y", "base_angle", "theta_1", "theta_2")
     with pytest.raises(InputError, match=r"gravity_m_per_s2 = .*must be \(0, 0\)"):
-        PinocchioFloating(arm_of(joints, [UPPER, FORE]), scenario(), Base(100.0))
+        PinocchioFloating(arm_of(joints, [UPPER, FORE]), scenario(), FloatingBase(100.0))

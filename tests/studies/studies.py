@@ -16,7 +16,7 @@ import numpy as np
 from crosscheck.provenance import ROOT
 from crosscheck.studies.definition.definition import Definition
 from crosscheck.studies.definition.files import study_from
-from crosscheck.studies.members.members import Study
+from crosscheck.studies.members.members import PreparedStudy
 from models.loading import raw_case
 
 PEAK = {"kind": "peak", "signal": "theta_ddot"}
@@ -76,7 +76,7 @@ def study(
     arm: str = "paper-labelled",
     scenario: str = "pd",
     **more: Any,
-) -> Study:
+) -> PreparedStudy:
     """Of these axes; 2 ms of the scenario unless settings say otherwise."""
     settings = {"scenario.duration_s": 0.002, **more.pop("settings", {})}
     switches = more.pop("switches", {})

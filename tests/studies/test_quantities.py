@@ -15,7 +15,7 @@ from crosscheck.registry import build, lead
 from crosscheck.studies.batches.batch import run_batch, run_check
 from crosscheck.studies.definition.files import study_from
 from crosscheck.studies.measures import folds
-from crosscheck.studies.members.members import Study
+from crosscheck.studies.members.members import PreparedStudy
 from models.loading import raw_case
 from tests.studies.studies import study
 
@@ -45,7 +45,7 @@ def pieces(draw: st.DrawFn):
 
 
 FOLDS = {
-    "peak": (lambda: folds.Peak((2,)), lambda t, v: signals.amplitude(v)),
+    "peak": (lambda: folds.PeakFold((2,)), lambda t, v: signals.amplitude(v)),
     "range": (lambda: folds.Range((2,)), lambda t, v: signals.peak_to_peak(v)),
     "mean": (lambda: folds.Average((2,), False), lambda t, v: signals.mean(v)),
     "rms": (lambda: folds.Average((2,), True), lambda t, v: np.sqrt(np.mean(v**2))),
@@ -62,9 +62,12 @@ FOLDS = {
         lambda: folds.Settled(np.array([1.0, 1.0]), 1.0),
         lambda t, v: _none(signals.settling_time(t, v, 1.0, 1.0)),
     ),
-    "share": (lambda: folds.Share((2,)), lambda t, v: np.mean(v == 0)),
+    "share": (lambda: folds.ContactLossShare((2,)), lambda t, v: np.mean(v == 0)),
     "loss": (lambda: folds.FirstLoss((2,)), lambda t, v: _lost(t, v)),
-    "band": (lambda: folds.BandRms((2,), 100, 400), lambda t, v: signals.band_rms(t, v, 100, 400)),
+    "band": (
+        lambda: folds.BandRmsFold((2,), 100, 400),
+        lambda t, v: signals.band_rms(t, v, 100, 400),
+    ),
     "line": (
         lambda: folds.LargestLine((2,), 100, 400),
         lambda t, v: signals.largest_line(t, v, 100, 400).frequency_Hz,
@@ -176,7 +179,7 @@ def test_a_diverged_member_has_no_numbers_but_when():
     assert np.array_equal(alone["theta_peak"][0], found["theta_peak"][2])
 
 
-def _with_function(tmp_path: Path, code: str, returns: dict[str, str]) -> Study:
+def _with_function(tmp_path: Path, code: str, returns: dict[str, str]) -> PreparedStudy:
     (tmp_path / "mine.py").write_text(code, encoding="utf-8")
     plain = study([])
     quantity = {"kind": "user_function", "function": "mine.py:measure", "returns": returns}

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from crosscheck.report.plots.scheme import scheme
-from crosscheck.report.plots.signals import Level, Signals, all_signals
+from crosscheck.report.plots.signals import RecordStretch, Signals, all_signals
 from models.arm.arm import Planetary
 from models.experiment.switches import switches
 from models.loading import load_arm, load_scenario
@@ -39,7 +39,7 @@ def runs() -> dict[str, dict[str, xr.Dataset]]:
     return {"pd": {REFERENCE: run(REFERENCE, force), OTHER: run(OTHER, force + TINY)}}
 
 
-def numbers(level: Level, name: str) -> np.ndarray:
+def numbers(level: RecordStretch, name: str) -> np.ndarray:
     found = np.frombuffer(base64.b64decode(level.data[name]), dtype="<f4")
     return found.reshape(level.count, 2) if level.binned else found
 

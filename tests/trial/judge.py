@@ -6,7 +6,7 @@ import numpy as np
 
 from crosscheck.checks.answers import random_states
 from crosscheck.registry import build
-from crosscheck.trial.input.calls import Handed
+from crosscheck.trial.input.calls import SuppliedEquations
 from models.arm.arm import Arm
 from models.experiment.scenario import ConstantDrive, Scenario
 from models.experiment.switches import switches
@@ -20,7 +20,7 @@ def experiment(joints: int) -> tuple[Scenario, np.ndarray]:
     return load_scenario("constant-torque").model_copy(update={"drive": drive}), torque
 
 
-def worst(handed: Handed, arm: Arm, count: int = 10) -> dict[str, float]:
+def worst(handed: SuppliedEquations, arm: Arm, count: int = 10) -> dict[str, float]:
     """By part, the largest difference from the reference over its largest entry."""
     scenario, torque = experiment(len(arm.joints))
     name = f"analytic:{handed.equations.level or 'physical'}"

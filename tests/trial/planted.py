@@ -8,13 +8,13 @@ import numpy as np
 
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.diagnose.explain import explain
-from crosscheck.trial.diagnose.keys import Entry, Key, Product
+from crosscheck.trial.diagnose.keys import Entry, Product, TermKey
 from crosscheck.trial.diagnose.polynomial import Monomial
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, entry_values, states_wanted
 from crosscheck.trial.input.equations import Coordinates
-from crosscheck.trial.judge.places import Explanation, Place
+from crosscheck.trial.judge.places import EntryPlace, Explanation
 from models.arm.arm import Arm
 from models.arm.planets import usual_switches
 
@@ -41,7 +41,7 @@ def _fitting(known: ReferenceTerms) -> tuple[np.ndarray, Fitting]:
     return angles, Fitting.of_waves(known, angles)
 
 
-def observed(arm: Arm, known: ReferenceTerms, place: Place, yours: Entry) -> Observed:
+def observed(arm: Arm, known: ReferenceTerms, place: EntryPlace, yours: Entry) -> Observed:
     """An entry of M or bias with these terms, against the right ones."""
     angles, fitting = _fitting(known)
     values = values_of(arm)
@@ -50,7 +50,9 @@ def observed(arm: Arm, known: ReferenceTerms, place: Place, yours: Entry) -> Obs
     return fitting.fit(mine - right, float(np.abs(right).max() + np.abs(mine).max()), values)
 
 
-def explained(known: ReferenceTerms, place: Place, yours: Entry, *arms: Arm) -> Explanation | None:
+def explained(
+    known: ReferenceTerms, place: EntryPlace, yours: Entry, *arms: Arm
+) -> Explanation | None:
     """What is said of an entry with these terms, on all these arms."""
     return explain(place, [observed(arm, known, place, yours) for arm in arms], known)
 
@@ -58,7 +60,7 @@ def explained(known: ReferenceTerms, place: Place, yours: Entry, *arms: Arm) -> 
 def term(number: float, *symbols: str, wave: tuple[int, ...], function: str = "cos") -> Product:
     """number * symbols before a wave."""
     powers = tuple(sorted((symbol, symbols.count(symbol)) for symbol in set(symbols)))
-    return Product(Key(wave, function), Monomial(number, powers))
+    return Product(TermKey(wave, function), Monomial(number, powers))
 
 
 def times(product: Product, by: float) -> Product:

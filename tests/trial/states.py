@@ -9,7 +9,7 @@ import numpy as np
 
 from crosscheck.registry import build
 from crosscheck.trial.coordinates.frame import LinearFrame, frame_of
-from crosscheck.trial.diagnose.force_terms import States, rate_name, signal_columns
+from crosscheck.trial.diagnose.force_terms import ForceStates, rate_name, signal_columns
 from crosscheck.trial.input.equations import Coordinates
 from models.arm.arm import Arm
 from models.experiment.scenario import Scenario
@@ -86,7 +86,7 @@ def sample(
             for state in zip(time, q, v, strict=True)
         ]
     )
-    signals = dict(signal_columns(arm, layout, model.switches, States(time, q, v, torque)))
+    signals = dict(signal_columns(arm, layout, model.switches, ForceStates(time, q, v, torque)))
     signals |= {rate_name(own): rates[:, k] for k, own in enumerate(frame.names)}
     return Sample(model, frame, x, rates, q[:, layout.theta], signals, time)
 

@@ -15,7 +15,7 @@ import sympy as sp
 
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.input.calls import Handed, handed
+from crosscheck.trial.input.calls import SuppliedEquations, handed
 from crosscheck.trial.input.equations import Coordinates, Equations
 from models.errors import CannotDo, InputError
 from models.loading import load_arm
@@ -26,7 +26,7 @@ MASS = np.array([[5.0, 1.0], [1.0, 3.0]])
 TWO = sp.symbols("a b")
 
 
-def of(**parts: Any) -> Handed:
+def of(**parts: Any) -> SuppliedEquations:
     return handed(Equations(**parts), ARM, frame_of(Coordinates(), ARM))
 
 

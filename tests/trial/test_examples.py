@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.input.calls import Handed, handed
+from crosscheck.trial.input.calls import SuppliedEquations, handed
 from crosscheck.trial.input.loading import handed_over
 from models.loading import load_arm
 from tests.trial.judge import worst
@@ -38,7 +38,7 @@ CASES = {
 }
 
 
-def loaded(example: str, name: str) -> Handed:
+def loaded(example: str, name: str) -> SuppliedEquations:
     arm = load_arm(name)
     equations = handed_over(f"{EXAMPLES / example}.py:model", arm, None)
     return handed(equations, arm, frame_of(equations.coordinates, arm))

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from crosscheck.trial.diagnose.explain import explain
-from crosscheck.trial.diagnose.keys import Key
+from crosscheck.trial.diagnose.keys import TermKey
 from crosscheck.trial.diagnose.summary import bias_of, follows, told_once
 from crosscheck.trial.diagnose.waves import Observed
 from crosscheck.trial.diagnose.words import difference_of, guess, monomial_text, told
-from crosscheck.trial.judge.places import Place, Wrong
+from crosscheck.trial.judge.places import EntryPlace, Wrong
 from models.arm.arm import Arm
 from models.loading import load_arm
 from tests.trial.planted import (
@@ -27,18 +27,18 @@ from tests.trial.planted import (
 
 PAPER, UNLIKE = load_arm("paper-labelled"), load_arm("three-unlike")
 ARMS = pytest.mark.parametrize("arm", [PAPER, UNLIKE], ids=lambda arm: arm.name)
-COUPLING = Place("mass_matrix", 0, 1)  # of phi_1, phi_2
-COUPLING_KEY = Key((0, 1, 0))
+COUPLING = EntryPlace("mass_matrix", 0, 1)  # of phi_1, phi_2
+COUPLING_KEY = TermKey((0, 1, 0))
 
 
-def _term(known, place: Place, *symbols: str):
+def _term(known, place: EntryPlace, *symbols: str):
     """The one term with these symbols and a wave."""
     found = [p for p in known.entry(place) if set(symbols) <= set(p.symbols) and any(p.key.wave)]
     assert len(found) == 1
     return found[0]
 
 
-def _with(known, place: Place, old, *new):
+def _with(known, place: EntryPlace, old, *new):
     return (*(p for p in known.entry(place) if p != old), *new)
 
 
@@ -46,7 +46,7 @@ def _with(known, place: Place, old, *new):
 def test_a_centre_of_mass_where_a_length_belongs(arm: Arm):
     """The words of the issue: yours is short of m_payload (L_2 - d_2) L_1 cos(phi_1 - phi_2)."""
     known, last = terms(arm, ABSOLUTE), len(arm.joints)
-    place = Place("mass_matrix", 0, last - 1)
+    place = EntryPlace("mass_matrix", 0, last - 1)
     old = _term(known, place, "m_payload")
     found = explained(
         known, place, _with(known, place, old, swapped(old, f"L{last}", f"d{last}")), arm
@@ -82,9 +82,9 @@ def test_a_radius_by_another_throughout_an_entry(
     arm: Arm, swap: tuple[str, str], row: int, column: int
 ):
     known = terms(arm, GEARS if row < 2 else LUMPED)
-    place = Place("mass_matrix", row, column)
+    place = EntryPlace("mass_matrix", row, column)
     right, yours = swap
-    entry = known.entry(place) or known.entry(place := Place("mass_matrix", row, row))
+    entry = known.entry(place) or known.entry(place := EntryPlace("mass_matrix", row, row))
     found = explained(known, place, tuple(swapped(p, right, yours) for p in entry), arm)
     assert (found.errors[0].yours, found.errors[0].right) == (yours, right)
 
@@ -98,7 +98,7 @@ def test_another_angle_in_a_cosine(arm: Arm, wave: tuple[int, ...]):
     if turned == old.key.wave:
         pytest.skip("is the right one")
     found = explained(
-        known, COUPLING, _with(known, COUPLING, old, old._replace(key=Key(turned))), arm
+        known, COUPLING, _with(known, COUPLING, old, old._replace(key=TermKey(turned))), arm
     )
     assert found.errors[0].kind == "angle"
     assert found.errors[0].right == "cos(theta_2)"
@@ -120,7 +120,7 @@ def test_a_sine_for_a_cosine(arm: Arm):
 @ARMS
 def test_a_power_too_few(arm: Arm):
     known = terms(arm, GEARS)
-    place = Place("mass_matrix", 0, 0)  # M_s1 r_s1^2
+    place = EntryPlace("mass_matrix", 0, 0)  # M_s1 r_s1^2
     (old,) = known.entry(place)
     found = explained(
         known,
@@ -143,7 +143,7 @@ def test_a_whole_entry_with_the_wrong_sign_is_one_error(arm: Arm):
 @ARMS
 def test_a_term_too_many(arm: Arm):
     known = terms(arm, ABSOLUTE)
-    foreign = known.entry(Place("mass_matrix", 1, 1))[0]
+    foreign = known.entry(EntryPlace("mass_matrix", 1, 1))[0]
     assert foreign.symbols == ("I_l2",)
     found = explained(known, COUPLING, (*known.entry(COUPLING), foreign), arm)
     everything = [told(error) for errors in (found.errors, *found.others) for error in errors]
@@ -172,7 +172,7 @@ def test_two_errors_are_told_apart(arm: Arm):
 
 def test_equal_numbers_are_told_apart_by_a_second_arm():
     """m_payload = m_r2 = 10 kg on the paper's arm: either may be missing."""
-    known, place = terms(PAPER, ABSOLUTE), Place("mass_matrix", 0, 0)
+    known, place = terms(PAPER, ABSOLUTE), EntryPlace("mass_matrix", 0, 0)
     old = next(p for p in known.entry(place) if p.symbols == ("L1", "m_payload"))
     yours = _with(known, place, old)
     alone = explained(known, place, yours, PAPER)
@@ -204,7 +204,7 @@ def test_a_bias_that_follows_from_a_wrong_mass_matrix(arm: Arm):
     wrong = times(old, 2)
     extra = {old.key: float(old.monomial.value(observed(arm, known, COUPLING, ()).values))}
     expected = bias_of({(0, 1): extra, (1, 0): extra}, known.angles)
-    place = Place("bias", 0, rates=(1, 1))
+    place = EntryPlace("bias", 0, rates=(1, 1))
     own = next(p for p in known.entry(place) if "m_payload" in p.symbols)
     yours = _with(known, place, own, times(own, 2))
     assert follows(observed(arm, known, place, yours), expected[place])
@@ -215,7 +215,7 @@ def test_a_bias_that_follows_from_a_wrong_mass_matrix(arm: Arm):
 def test_symmetric_entries_are_told_once():
     known = terms(UNLIKE, ABSOLUTE)
     wrong = []
-    for place in (COUPLING, Place("mass_matrix", 1, 0), Place("mass_matrix", 2, 2)):
+    for place in (COUPLING, EntryPlace("mass_matrix", 1, 0), EntryPlace("mass_matrix", 2, 2)):
         old = next(p for p in known.entry(place) if "m_payload" in p.symbols)
         yours = _with(known, place, old)
         wrong.append(Wrong(place, 0.1, explained(known, place, yours, UNLIKE)))

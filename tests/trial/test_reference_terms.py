@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from crosscheck.trial.diagnose.reference_terms import reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import entry_values
-from crosscheck.trial.judge.places import Place
+from crosscheck.trial.judge.places import EntryPlace
 from models.arm.planets import usual_switches
 from tests.any_arms import any_arms
 from tests.trial.states import Sample, drawn_coordinates, sample
@@ -55,7 +55,7 @@ def test_dictionary_is_the_model(trial):
     known = reference_terms_of(sampled.frame, arm, sampled.model.switches, level)
     values = values_of(arm)
 
-    def at(place: Place) -> np.ndarray:
+    def at(place: EntryPlace) -> np.ndarray:
         return entry_values(known.entry(place), values, sampled.angles, sampled.signals)
 
     n = len(sampled.frame.names)
@@ -63,7 +63,7 @@ def test_dictionary_is_the_model(trial):
     size = np.sqrt(np.einsum("kii->ki", mass))
     for i in range(n):
         for j in range(n):
-            off = np.abs(at(Place("mass_matrix", i, j)) - mass[:, i, j])
+            off = np.abs(at(EntryPlace("mass_matrix", i, j)) - mass[:, i, j])
             assert (off <= 1e-10 * size[:, i] * size[:, j]).all()
     _bias_agrees(sampled, at, size)
     _force_agrees(sampled, at)
@@ -76,7 +76,7 @@ def _bias_agrees(sampled: Sample, at, size: np.ndarray) -> None:
         total = np.zeros(len(v))
         for j in range(n):
             for k in range(j, n):
-                total += at(Place("bias", i, rates=(j, k))) * v[:, j] * v[:, k]
+                total += at(EntryPlace("bias", i, rates=(j, k))) * v[:, j] * v[:, k]
         # Slopes of M are no larger than M's sizes times the joints' turning with x.
         turning = np.abs(sampled.frame.matrix[sampled.frame.layout.theta]).sum()
         assert (
@@ -88,6 +88,6 @@ def _bias_agrees(sampled: Sample, at, size: np.ndarray) -> None:
 def _force_agrees(sampled: Sample, at) -> None:
     J = np.abs(sampled.frame.matrix)
     for i, whole in enumerate(sampled.force().T):
-        own = at(Place("force", i))
+        own = at(EntryPlace("force", i))
         largest = max(float(np.abs(column).max()) for column in sampled.signals.values())
         assert own == pytest.approx(whole, abs=1e-9 * (1 + largest) * J[:, i].max(), rel=1e-9)

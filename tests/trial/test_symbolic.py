@@ -12,10 +12,10 @@ from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.diagnose.difference import symbolic_difference
 from crosscheck.trial.diagnose.reference_terms import reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
-from crosscheck.trial.input.calls import Handed, handed
+from crosscheck.trial.input.calls import SuppliedEquations, handed
 from crosscheck.trial.input.equations import Coordinates, Equations, Symbolic
 from crosscheck.trial.input.symbolic import from_sympy, of_arm
-from crosscheck.trial.judge.places import Place
+from crosscheck.trial.judge.places import EntryPlace
 from models.arm.arm import Arm
 from models.arm.planets import usual_switches
 from models.errors import InputError
@@ -31,12 +31,12 @@ FORCE = sp.Matrix([torque[0] - sp.Rational(3, 10) * v[0], torque[1] * sp.cos(t) 
 X, V, TORQUE = np.array([[0.3, -0.4], [1.0, 2.0], [30.0, 40.0]])
 
 
-def on(equations: Equations, arm: Arm = ARM) -> Handed:
+def on(equations: Equations, arm: Arm = ARM) -> SuppliedEquations:
     bound = equations.on(arm)
     return handed(bound, arm, frame_of(bound.coordinates, arm))
 
 
-def assert_right(model: Handed) -> None:
+def assert_right(model: SuppliedEquations) -> None:
     lengths = [link.length_m for link in model.arm.links]
     cosine, sine = np.cos(X[1]), np.sin(X[1])
     mass = [[model.arm.payload_mass_kg * lengths[0] ** 2, lengths[1] * cosine]]
@@ -135,7 +135,7 @@ RIGHT_BIAS = L1 * (sp.Symbol("m2") * sp.Symbol("d2") + m_payload * L2)
 def test_a_difference_is_what_is_left_in_the_arms_symbols(written, apart) -> None:
     """By hand: the bias of joint 1 in v_2^2 is -L1 (m2 d2 + m_payload L2) sin(theta_2)."""
     symbolic = Symbolic(angles, v, bias=sp.Matrix([written * v[1] ** 2, 0]))
-    place = Place("bias", 0, rates=(1, 1))
+    place = EntryPlace("bias", 0, rates=(1, 1))
     found = symbolic_difference(place, symbolic, TERMS, values_of(PROBE))
     assert found is None if apart is None else sp.simplify(found - apart) == 0
 

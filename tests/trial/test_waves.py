@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.diagnose.alternates import ForceDifferences
-from crosscheck.trial.diagnose.force_terms import States
-from crosscheck.trial.diagnose.keys import Key
+from crosscheck.trial.diagnose.force_terms import ForceStates
+from crosscheck.trial.diagnose.keys import TermKey
 from crosscheck.trial.diagnose.waves import Fitting, keys_of, states_wanted, waves_tried
 from crosscheck.trial.diagnose.words import told
-from crosscheck.trial.judge.places import Place
+from crosscheck.trial.judge.places import EntryPlace
 from models.arm.planets import usual_switches
 from models.loading import load_arm
 from tests.trial.planted import ABSOLUTE, LUMPED, terms
@@ -62,7 +62,7 @@ def _forces(**chosen: str) -> tuple[ForceDifferences, np.ndarray]:
     right = sample(PAPER, "analytic:physical", LUMPED, own, 250, 5)
     q, v = right.x @ right.frame.matrix.T, right.v @ right.frame.matrix.T
     torque = np.array([right.signals["T_1"], right.signals["T_2"]]).T
-    states = States(right.time, q, v, torque)
+    states = ForceStates(right.time, q, v, torque)
     differences = ForceDifferences(frame_of(LUMPED, PAPER), PAPER, own, states, right.v)
     yours = sample(PAPER, "analytic:physical", LUMPED, usual_switches(PAPER, **chosen), 250, 5)
     return differences, yours.force() - right.force()
@@ -77,7 +77,7 @@ def _forces(**chosen: str) -> tuple[ForceDifferences, np.ndarray]:
 )
 def test_another_law_of_the_mesh_is_named(chosen: dict[str, str], expected: str):
     differences, off = _forces(**chosen)
-    place = Place("force", 1)  # x_pr1
+    place = EntryPlace("force", 1)  # x_pr1
     found = differences.explain(place, off[:, 1], 1e5)
     assert found is not None
     assert told(found.errors[0]).startswith(expected)
@@ -91,7 +91,7 @@ def test_backlash_left_out_of_one_mesh_is_named():
     right = sample(PAPER, "analytic:physical", LUMPED, usual_switches(PAPER), 250, 5)
     yours = sample(arm, "analytic:physical", LUMPED, usual_switches(PAPER), 250, 5)
     assert not off.any()
-    found = differences.explain(Place("force", 1), (yours.force() - right.force())[:, 1], 1e5)
+    found = differences.explain(EntryPlace("force", 1), (yours.force() - right.force())[:, 1], 1e5)
     assert found is not None
     errors = [told(error) for each in (found.errors, *found.others) for error in each]
     assert "backlash 0 where b belongs, in mesh force pr1" in errors
@@ -99,10 +99,10 @@ def test_backlash_left_out_of_one_mesh_is_named():
 
 def test_a_torque_on_the_wrong_joint_is_named():
     differences, _ = _forces()
-    place, torque = Place("force", 2), differences.states.torque
+    place, torque = EntryPlace("force", 2), differences.states.torque
     (own,) = (p for p in differences.terms.entry(place) if p.key.signal == "T_1")
     lever = own.monomial.value(differences.values)
     found = differences.explain(place, lever * (torque[:, 1] - torque[:, 0]), 1e3)
     assert found is not None
     assert (found.errors[0].yours, found.errors[0].right) == ("T_2", "T_1")
-    assert Key((0, 0), "cos", "T_1") in differences.observed(torque[:, 0], 1e3).coefficients
+    assert TermKey((0, 0), "cos", "T_1") in differences.observed(torque[:, 0], 1e3).coefficients

@@ -31,7 +31,7 @@ NEARLY_ALL = 0.9  # of a deviation
 Instant = Literal["end", "largest"]
 
 
-class Rung(NamedTuple):
+class LevelPart(NamedTuple):
     """A rung's part of a deviation and its numerical uncertainty [rad or m]."""
 
     name: str
@@ -54,7 +54,7 @@ class Deviation:
     instant: Instant
     time_s: float
     total: float
-    rungs: tuple[Rung, ...]
+    rungs: tuple[LevelPart, ...]
     shares: Mapping[str, float]
 
     @property
@@ -98,7 +98,7 @@ def _deviation(ladder: Ladder, number: int, quantity: str, instant: Instant) -> 
         instant=instant,
         time_s=float(ladder.time[index]),
         total=float(ladder.total[index, number]),
-        rungs=tuple(map(Rung, ladder.names, *parts)),
+        rungs=tuple(map(LevelPart, ladder.names, *parts)),
         shares=ladder.shares(index, number),
     )
 
@@ -191,7 +191,7 @@ def _span(shares: Sequence[float]) -> Span:
 
 
 @dataclass(frozen=True)
-class Left:
+class RigidResidual:
     """What a rigid baseline leaves under constant torque, at its largest, by quantity.
 
     fits: whether that is what the paper says.
@@ -212,18 +212,20 @@ class Left:
         return _span([one.shares[group] for one in self.found.values()])
 
 
-def left(levels: Iterable[Deviation], claims: Mapping[str, Claim]) -> list[Left]:
+def left(levels: Iterable[Deviation], claims: Mapping[str, Claim]) -> list[RigidResidual]:
     """By reading and level. claims: by quantity."""
     by_place: dict[tuple[str, str], dict[str, Deviation]] = {}
     for one in largest(levels, scenario=TORQUE):
         by_place.setdefault((one.arm, one.level), {})[one.quantity] = one
     return [
-        Left(*place, found, {name: one.fits(claims[name].limits) for name, one in found.items()})
+        RigidResidual(
+            *place, found, {name: one.fits(claims[name].limits) for name, one in found.items()}
+        )
         for place, found in by_place.items()
     ]
 
 
-def said(found: Iterable[Left], claims: Mapping[str, Claim]) -> list[Said]:
+def said(found: Iterable[RigidResidual], claims: Mapping[str, Claim]) -> list[Said]:
     """What the ladder says of the claims' quantities. claims: by quantity."""
     return [
         Said(

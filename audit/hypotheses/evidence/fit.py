@@ -40,7 +40,7 @@ ALPHA = 0.05  # that one setting or more is left out although it explains as muc
 
 
 @dataclass(frozen=True)
-class Fit:
+class DampingFit:
     """A setting. explained: by claim, (starts,), whether each start explains its number."""
 
     cell: Cell
@@ -57,13 +57,13 @@ class Fit:
         """Numbers that a start explains."""
         return float(self.counts.mean())
 
-    def without(self, claim: str) -> Fit:
+    def without(self, claim: str) -> DampingFit:
         """With one number left out."""
         left = {name: yes for name, yes in self.explained.items() if name != claim}
-        return Fit(self.cell, left, self.answers)
+        return DampingFit(self.cell, left, self.answers)
 
 
-def fits(material: Material, claims: Sequence[Claim]) -> list[Fit]:
+def fits(material: Material, claims: Sequence[Claim]) -> list[DampingFit]:
     """Every setting; quick: of the claims' own quick ones."""
     plan = plan_of(material.scale)
     cells = [
@@ -75,17 +75,17 @@ def fits(material: Material, claims: Sequence[Claim]) -> list[Fit]:
     return [fit_of(c, Known({s: found[c, s] for s in SOURCES}), claims) for c in cells]
 
 
-def fit_of(cell: Cell, known: Known, claims: Sequence[Claim]) -> Fit:
+def fit_of(cell: Cell, known: Known, claims: Sequence[Claim]) -> DampingFit:
     """From the setting's experiments, each claim about one quantity."""
     explained, given = {}, {}
     for claim in claims:
         (quantity,) = claim.choices.values()
         explained[claim.id] = claim.limits.yes(quantity(known))
         (given[claim.id],) = answers(claim, [(cell, known)])
-    return Fit(cell, explained, given)
+    return DampingFit(cell, explained, given)
 
 
-def equally_good(found: Sequence[Fit]) -> list[Fit]:
+def equally_good(found: Sequence[DampingFit]) -> list[DampingFit]:
     """The best, and every setting that is not told apart from it (Holm's procedure)."""
     best = max(found, key=lambda fit: fit.mean)
     others = [fit for fit in found if fit is not best]
@@ -123,7 +123,7 @@ class Span:
     mean: float
 
 
-def span(chosen: Sequence[Fit], left_out: str | None = None) -> Span:
+def span(chosen: Sequence[DampingFit], left_out: str | None = None) -> Span:
     """Of a set."""
     cells = [fit.cell for fit in chosen]
     zetas = [cell.zeta for cell in cells]
@@ -142,7 +142,7 @@ def _unlike(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def each_left_out(found: Sequence[Fit]) -> list[Span]:
+def each_left_out(found: Sequence[DampingFit]) -> list[Span]:
     """The set that is found when one of the numbers is not asked for, by turns."""
     return [
         span(equally_good([fit.without(claim) for fit in found]), claim)
@@ -150,7 +150,7 @@ def each_left_out(found: Sequence[Fit]) -> list[Span]:
     ]
 
 
-def tells_nothing(found: Sequence[Fit]) -> dict[State, list[str]]:
+def tells_nothing(found: Sequence[DampingFit]) -> dict[State, list[str]]:
     """Claims on which all settings agree, by what they say: these choose no damping."""
     silent: dict[State, list[str]] = {State.YES: [], State.NO: []}
     for claim in found[0].explained:
@@ -160,7 +160,7 @@ def tells_nothing(found: Sequence[Fit]) -> dict[State, list[str]]:
     return silent
 
 
-def said(found: Iterable[Fit], claims: Sequence[Claim]) -> list[Said]:
+def said(found: Iterable[DampingFit], claims: Sequence[Claim]) -> list[Said]:
     """What the fit says of the claims' quantities, in settings of theirs."""
     quantities = {claim.id: quantity.id for claim in claims for quantity in claim.choices.values()}
     return [

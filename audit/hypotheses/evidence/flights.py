@@ -13,7 +13,7 @@ from audit.measures.undefined import known
 from crosscheck.checks.trajectories import tip_position
 from crosscheck.registry import build
 from models.loading import Case, load_case
-from models.pinocchio.floating import Base, PinocchioFloating
+from models.pinocchio.floating import FloatingBase, PinocchioFloating
 
 READING = "paper-labelled"
 FIXED_BASE = "pinocchio:coupled"
@@ -88,7 +88,9 @@ class Flights:
     def _flight(self, case: Case, fixed: xr.Dataset, ratio: float) -> Flight:
         """ratio: base's mass over that of all that it carries."""
         mass = ratio * arm_mass(case)
-        free = PinocchioFloating(case.arm, case.scenario, Base(mass, self.side_m)).simulate()
+        free = PinocchioFloating(
+            case.arm, case.scenario, FloatingBase(mass, self.side_m)
+        ).simulate()
         error = tip_error(free, fixed, case)
         worst = int(np.argmax(error))
         return Flight(
@@ -112,7 +114,7 @@ def on_fixed_base(case: Case) -> xr.Dataset:
 
 def arm_mass(case: Case) -> float:
     """Mass [kg] of all that the base carries."""
-    return PinocchioFloating(case.arm, case.scenario, Base(1.0)).arm_mass_kg
+    return PinocchioFloating(case.arm, case.scenario, FloatingBase(1.0)).arm_mass_kg
 
 
 def tip_error(free: xr.Dataset, fixed: xr.Dataset, case: Case) -> np.ndarray:

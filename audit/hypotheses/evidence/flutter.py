@@ -34,7 +34,7 @@ TABLE_S = 1e-3  # rows of a torque that is played back
 Damping = Literal["always", "contact"]
 
 
-class Setting(NamedTuple):
+class FlutterSetting(NamedTuple):
     """What a vibration may hang on. played_back: the torque does not answer to the motion."""
 
     damping: Damping
@@ -106,7 +106,7 @@ class Flutter:
     inf: the run diverged; frequency_Hz: median of those that vibrate, None for none.
     """
 
-    setting: Setting
+    setting: FlutterSetting
     sizes: tuple[float, ...]
     frequency_Hz: float | None
 
@@ -131,7 +131,7 @@ class Flutter:
 
 
 def flutters(
-    study: Study, settings: Sequence[Setting], seeds: tuple[int, ...], scale: Scale
+    study: Study, settings: Sequence[FlutterSetting], seeds: tuple[int, ...], scale: Scale
 ) -> list[Flutter]:
     """Every setting from these starts."""
     asked = [
@@ -143,7 +143,7 @@ def flutters(
     ]
 
 
-def flutter_of(setting: Setting, sample: Sample) -> Flutter:
+def flutter_of(setting: FlutterSetting, sample: Sample) -> Flutter:
     """From what its starts measured; one that ends before says nothing."""
     sizes = np.where(sample.diverged, np.inf, sample["vibration"])
     vibrating = sample["frequency_Hz"][np.isfinite(sizes) & (sizes > VIBRATES)]

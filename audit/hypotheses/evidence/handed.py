@@ -18,7 +18,7 @@ from analytic.model import PhysicalModel
 from audit.experiments.torque import fast
 from audit.experiments.variant import Variant, spelled_out
 from audit.hypotheses.evidence.flutter import played_back
-from audit.phase.runs.plant import Continued
+from audit.phase.runs.plant import ContinuedEquations
 from crosscheck import signals
 from crosscheck.studies.members.starts import perturbed
 from models.experiment.drive import DriveData, drive_data
@@ -37,7 +37,7 @@ class Handed(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Handover:
+class DriveHandover:
     """A Question: the variant's run under PD control, handed over at HANDED_S."""
 
     variant: Variant
@@ -85,7 +85,7 @@ def after(
 def _left(model: PhysicalModel, equations: TermEquations, q: np.ndarray, v: np.ndarray) -> float:
     """Largest fast part [rad/s^2] of the shoulder's acceleration at the end; inf if it diverges."""
     step = model.scenario.step_s
-    run = Continued(model.scenario, equations.drive, model.gears, equations, (q, v))
+    run = ContinuedEquations(model.scenario, equations.drive, model.gears, equations, (q, v))
     with np.errstate(invalid="ignore", over="ignore"):  # of a run that diverges
         made = Batch([run], lanes=1).advance(round(AFTER_S / step) // STRIDE, STRIDE).a
     time, shoulder = STRIDE * step * np.arange(len(made)), made[:, model.layout.theta[0], 0]

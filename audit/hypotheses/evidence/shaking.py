@@ -40,7 +40,7 @@ Errors = Mapping[float, np.ndarray]  # by b: (times, joints) [rad]
 
 
 @dataclass(frozen=True)
-class Found:
+class StartShaking:
     """Of one start; None where a run ends before.
 
     Growth rates [1/s] of the error of REFERENCE_M; misfit: of the rigid prediction, over the
@@ -77,7 +77,7 @@ class Shaken:
 
     drive: str
     zeta: float
-    starts: tuple[Found, ...]
+    starts: tuple[StartShaking, ...]
     rigid_growth_per_s: float | None
     sensitivity_small: float | None
     largest_sensitivity: float
@@ -196,14 +196,14 @@ def _nudge(cause: int) -> str:
     return f"scenario.start.{name}={values}"
 
 
-def found(time: np.ndarray, errors: Errors, sensitivity: np.ndarray) -> Found:
+def found(time: np.ndarray, errors: Errors, sensitivity: np.ndarray) -> StartShaking:
     """The numbers of one start."""
     error = errors[REFERENCE_M]
     predicted = rigid_prediction(time, error, sensitivity)
     ahead = (time >= LEARNT_S[1]) & (time <= SMALL_S[1])
     misfit = quotient(*(signals.amplitude(x[ahead, 0]) for x in (predicted - error, error)))
     ordered = partial(ordered_share, time, errors)
-    return Found(
+    return StartShaking(
         growth_per_s=defined(growth_rate(time, error[:, 0])),
         misfit=defined(misfit),
         nonlinearity=defined(linearity(time, errors)),

@@ -24,7 +24,7 @@ from audit.page.record import JsonObject
 from audit.page.text import html, text
 from audit.phase import clock, dampers, engines, handover, maps, objections, resonance, stability
 from audit.phase.engines import FEWEST, Engines
-from audit.phase.maps import PHASES, Mapped, Maps, Repair
+from audit.phase.maps import PHASES, Mapped, Maps, RepairedSetting
 from audit.phase.objections import D_UNKNOWN, FLUTTER, FULL, PLANETS, Objected
 from audit.phase.page import tables, views, views_linear
 from audit.phase.runaway import Runaway
@@ -324,7 +324,7 @@ def of_dampers(found: dampers.Dampers, ran: Sequence[Runaway], material: Materia
 CALM_ZETA = 0.015  # well above the damping at which the controller makes the arm unstable
 
 
-def of_repair(found: Sequence[Repair]) -> Section:
+def of_repair(found: Sequence[RepairedSetting]) -> Section:
     """8."""
     calm = [one for one in found if one.plain.setting.cell.zeta >= CALM_ZETA]
     sizes = [_largest([pick(one) for one in calm]) for pick in (_plain, _conservative)]
@@ -348,11 +348,11 @@ def of_repair(found: Sequence[Repair]) -> Section:
     return Section(said, tables.REPAIR.json(found), stands)
 
 
-def _plain(one: Repair) -> Third:
+def _plain(one: RepairedSetting) -> Third:
     return one.plain.third
 
 
-def _conservative(one: Repair) -> Third:
+def _conservative(one: RepairedSetting) -> Third:
     return one.conservative.third
 
 

@@ -11,12 +11,12 @@ from audit.experiments.cells import Cell, Law
 from audit.measures.shares import Share
 from audit.measures.third import Quantiles, Third, quantiles
 from audit.measures.thresholds import EVIDENT
-from audit.page.columns import Column, Columns
+from audit.page.columns import Columns, TableColumn
 from audit.phase.clock import Delayed
 from audit.phase.dampers import Ablated
 from audit.phase.engines import Apart
 from audit.phase.handover import Fate
-from audit.phase.maps import Mapped, Repair
+from audit.phase.maps import Mapped, RepairedSetting
 from audit.phase.objections import Objected, Rates
 from audit.phase.resonance import FloquetRates, Peak
 from audit.phase.runaway import Runaway
@@ -27,49 +27,53 @@ Row = TypeVar("Row")
 VISIBLE_TITLE = f"raised above {EVIDENT:g} rad/s² by E"
 
 
-def share_column(name: str, title: str | None, of: Callable[[Row], Share | None]) -> Column[Row]:
+def share_column(
+    name: str, title: str | None, of: Callable[[Row], Share | None]
+) -> TableColumn[Row]:
     """So many of so many starts."""
 
     def counted(row: Row) -> str | None:
         share = of(row)
         return None if share is None else f"{share.yes} of {share.of}"
 
-    return Column(name, title, counted)
+    return TableColumn(name, title, counted)
 
 
-def interval_column(name: str, title: str | None, of: Callable[[Row], Share | None]) -> Column[Row]:
+def interval_column(
+    name: str, title: str | None, of: Callable[[Row], Share | None]
+) -> TableColumn[Row]:
     """Clopper and Pearson's 95 % interval of the share."""
 
     def interval(row: Row) -> tuple[float | None, ...] | None:
         share = of(row)
         return None if share is None else share.interval
 
-    return Column(name, title, interval, ".2f")
+    return TableColumn(name, title, interval, ".2f")
 
 
-def cell_columns(of: Callable[[Row], Cell]) -> list[Column[Row]]:
+def cell_columns(of: Callable[[Row], Cell]) -> list[TableColumn[Row]]:
     """A setting."""
     return [
-        Column("law", "law, ring rate", lambda row: of(row).law.id),
-        Column("reading", "reading", lambda row: of(row).reading),
-        Column("zeta", "ζ", lambda row: of(row).zeta, "g"),
-        Column("planets", None, lambda row: of(row).planets),
+        TableColumn("law", "law, ring rate", lambda row: of(row).law.id),
+        TableColumn("reading", "reading", lambda row: of(row).reading),
+        TableColumn("zeta", "ζ", lambda row: of(row).zeta, "g"),
+        TableColumn("planets", None, lambda row: of(row).planets),
     ]
 
 
 def third_columns(
     of: Callable[[Row], Third], prefix: str = "", word: str = ""
-) -> list[Column[Row]]:
+) -> list[TableColumn[Row]]:
     """Share, size and defined starts of a third fluctuation."""
     return [
         share_column(f"{prefix}severe", f"{word}severe in", lambda row: of(row).share),
         interval_column(f"{prefix}interval", None, lambda row: of(row).share),
-        Column(
+        TableColumn(
             f"{prefix}size_rad_per_s2",
             f"{word}size [rad/s²], 0.1, 0.5 and 0.9 of the starts",
             lambda row: of(row).quantiles,
         ),
-        Column(f"{prefix}diverged", None, lambda row: of(row).diverged),
+        TableColumn(f"{prefix}diverged", None, lambda row: of(row).diverged),
     ]
 
 
@@ -83,22 +87,22 @@ class OfClock(NamedTuple):
 CLOCK: Columns[OfClock] = Columns(
     lambda row: f"clock/{row.law.id}/{row.delay.clock_s:g}",
     [
-        Column("law", "law, ring rate", lambda row: row.law.id),
-        Column("clock_s", "clock at start [s]", lambda row: row.delay.clock_s, "g"),
-        Column(
+        TableColumn("law", "law, ring rate", lambda row: row.law.id),
+        TableColumn("clock_s", "clock at start [s]", lambda row: row.delay.clock_s, "g"),
+        TableColumn(
             "largest_change_N",
             "largest change of a mesh force, same motion [N]",
             lambda row: row.delay.largest_change_N,
             ".4g",
         ),
-        Column("largest_force_N", None, lambda row: row.delay.largest_force_N),
-        Column(
+        TableColumn("largest_force_N", None, lambda row: row.delay.largest_force_N),
+        TableColumn(
             "vibration_rad_per_s2",
             "vibration in runs from rest [rad/s²], 0.1, 0.5, 0.9 of the starts",
             lambda row: vibrations(row.delay),
             ".2g",
         ),
-        Column("same_as_clock_0", "bit for bit the runs at 0", lambda row: row.delay.same),
+        TableColumn("same_as_clock_0", "bit for bit the runs at 0", lambda row: row.delay.same),
     ],
 )
 
@@ -114,10 +118,10 @@ MAPPED: Columns[Mapped] = Columns(
     ),
     [
         *cell_columns(lambda row: row.setting.cell),
-        Column("E_um", None, lambda row: row.setting.error_um, "g"),
-        Column("b_um", None, lambda row: row.setting.backlash_um, "g"),
+        TableColumn("E_um", None, lambda row: row.setting.error_um, "g"),
+        TableColumn("b_um", None, lambda row: row.setting.backlash_um, "g"),
         *third_columns(lambda row: row.third),
-        Column(
+        TableColumn(
             "without_error_rad_per_s2",
             "the same with E = 0",
             lambda row: row.without.quantiles,
@@ -130,7 +134,7 @@ MAPPED: Columns[Mapped] = Columns(
     ],
 )
 
-REPAIR: Columns[Repair] = Columns(
+REPAIR: Columns[RepairedSetting] = Columns(
     lambda row: f"repair/{row.conservative.setting.cell.id}",
     [
         *cell_columns(lambda row: row.conservative.setting.cell)[1:],
@@ -158,7 +162,7 @@ OF_MODEL: Columns[OfModel] = Columns(
     lambda row: f"engine/{row.cell.id}/{row.model}",
     [
         *cell_columns(lambda row: row.cell),
-        Column("model", "model", lambda row: row.model),
+        TableColumn("model", "model", lambda row: row.model),
         *third_columns(lambda row: row.third),
         share_column("parted", "planets 1 µm apart in", lambda row: row.parted),
     ],
@@ -168,13 +172,13 @@ APART: Columns[tuple[Cell, Apart]] = Columns(
     lambda row: f"branch/{row[0].id}/{'severe' if row[1].severe else 'small'}/{row[1].number}",
     [
         *cell_columns(lambda row: row[0]),
-        Column("branch", "branch", lambda row: "severe" if row[1].severe else "small"),
-        Column("number", "median of", lambda row: row[1].number),
-        Column("analytic", "analytic", lambda row: row[1].analytic, ".4g"),
-        Column("engine", "Exudyn", lambda row: row[1].engine, ".4g"),
-        Column("difference", "relative difference", lambda row: row[1].difference, "+.3f"),
-        Column("within", "limit", lambda row: row[1].within, "g"),
-        Column("met", "within it", lambda row: row[1].met),
+        TableColumn("branch", "branch", lambda row: "severe" if row[1].severe else "small"),
+        TableColumn("number", "median of", lambda row: row[1].number),
+        TableColumn("analytic", "analytic", lambda row: row[1].analytic, ".4g"),
+        TableColumn("engine", "Exudyn", lambda row: row[1].engine, ".4g"),
+        TableColumn("difference", "relative difference", lambda row: row[1].difference, "+.3f"),
+        TableColumn("within", "limit", lambda row: row[1].within, "g"),
+        TableColumn("met", "within it", lambda row: row[1].met),
     ],
 )
 
@@ -190,29 +194,31 @@ LINEARISED: Columns[Found[Linearised]] = Columns(
     lambda row: f"stability/{row.cell.id}",
     [
         *cell_columns(lambda row: row.cell),
-        Column(
+        TableColumn(
             "largest_growth_per_s",
             "largest growth, 0.5-1.2 s [1/s]",
             lambda row: row.value.largest.growth_per_s if row.value.largest else None,
             ".1f",
         ),
-        Column("at_s", "at [s]", lambda row: row.value.largest.at_s if row.value.largest else None),
-        Column(
+        TableColumn(
+            "at_s", "at [s]", lambda row: row.value.largest.at_s if row.value.largest else None
+        ),
+        TableColumn(
             "mode_Hz",
             "mode [Hz]",
             lambda row: row.value.largest.frequency_Hz if row.value.largest else None,
             ".0f",
         ),
-        Column(
+        TableColumn(
             "predicted_s",
             "onset predicted [s], 0.1, 0.5, 0.9 of the starts",
             lambda row: _onsets(row.value, 0),
             ".3f",
         ),
-        Column("simulated_s", "simulated [s]", lambda row: _onsets(row.value, 1), ".3f"),
+        TableColumn("simulated_s", "simulated [s]", lambda row: _onsets(row.value, 1), ".3f"),
         share_column("begins", "begins in", lambda row: row.value.begins),
         share_column("as_predicted", "as predicted in", lambda row: row.value.as_predicted),
-        Column("jacobian_error", None, lambda row: row.value.jacobian_error),
+        TableColumn("jacobian_error", None, lambda row: row.value.jacobian_error),
     ],
 )
 
@@ -226,10 +232,10 @@ INTERVAL: Columns[Found[Interval]] = Columns(
     lambda row: f"unstable/{row.cell.id}/{row.value.begin:.3f}",
     [
         *cell_columns(lambda row: row.cell),
-        Column("from_s", "from [s]", lambda row: row.value.begin, ".3f"),
-        Column("to_s", "to [s]", lambda row: row.value.end, ".3f"),
-        Column("frequency_Hz", "mean frequency [Hz]", lambda row: row.value.frequency, ".0f"),
-        Column("folds", "∫ growth dt [e-folds]", lambda row: row.value.folds, ".1f"),
+        TableColumn("from_s", "from [s]", lambda row: row.value.begin, ".3f"),
+        TableColumn("to_s", "to [s]", lambda row: row.value.end, ".3f"),
+        TableColumn("frequency_Hz", "mean frequency [Hz]", lambda row: row.value.frequency, ".0f"),
+        TableColumn("folds", "∫ growth dt [e-folds]", lambda row: row.value.folds, ".1f"),
     ],
 )
 
@@ -237,11 +243,11 @@ FATE: Columns[Fate] = Columns(
     lambda row: f"handover/{row.cell.id}/{row.heir.name}",
     [
         *cell_columns(lambda row: row.cell),
-        Column("heir", "continued under", lambda row: row.heir.name),
-        Column("starts", None, lambda row: row.asked),
-        Column("before_rad_per_s2", "before [rad/s²]", lambda row: row.before),
-        Column("soon_rad_per_s2", "after 0.03 s", lambda row: row.soon),
-        Column("late_rad_per_s2", "after 0.33 s", lambda row: row.late, ".2g"),
+        TableColumn("heir", "continued under", lambda row: row.heir.name),
+        TableColumn("starts", None, lambda row: row.asked),
+        TableColumn("before_rad_per_s2", "before [rad/s²]", lambda row: row.before),
+        TableColumn("soon_rad_per_s2", "after 0.03 s", lambda row: row.soon),
+        TableColumn("late_rad_per_s2", "after 0.33 s", lambda row: row.late, ".2g"),
         share_column("dies", "dies in", lambda row: row.dying),
     ],
 )
@@ -264,16 +270,16 @@ def modes(zetas: tuple[float, ...]) -> Columns[Mode]:
     return Columns(
         lambda row: f"resonance/{row.mode_Hz:.0f} Hz",
         [
-            Column("mode_Hz", "mode [Hz]", lambda row: row.mode_Hz, ".1f"),
-            Column("speed_rad_per_s", "met at [rad/s]", lambda row: row.speed, ".1f"),
-            Column("times", "times the PD run's fastest", lambda row: row.times, ".0f"),
+            TableColumn("mode_Hz", "mode [Hz]", lambda row: row.mode_Hz, ".1f"),
+            TableColumn("speed_rad_per_s", "met at [rad/s]", lambda row: row.speed, ".1f"),
+            TableColumn("times", "times the PD run's fastest", lambda row: row.times, ".0f"),
             *[_peak(zeta) for zeta in zetas],
         ],
     )
 
 
-def _peak(zeta: float) -> Column[Mode]:
-    return Column(
+def _peak(zeta: float) -> TableColumn[Mode]:
+    return TableColumn(
         f"peak_{zeta:g}",
         f"run-up, ζ = {zeta:g}: peak at [rad/s], of [rad/s²]",
         lambda row: tuple(row.peaks[zeta]),
@@ -283,11 +289,13 @@ def _peak(zeta: float) -> Column[Mode]:
 TONGUE: Columns[tuple[float, FloquetRates]] = Columns(
     lambda row: f"tongue/{row[0]:g}",
     [
-        Column("zeta", "ζ", lambda row: row[0], "g"),
-        Column("growth_per_s", "largest growth [1/s]", lambda row: row[1].largest[0], ".1f"),
-        Column("at_rad_per_s", "at [rad/s]", lambda row: row[1].largest[1], ".1f"),
-        Column("lowest_rad_per_s", "lowest speed [rad/s]", lambda row: row[1].lowest_open, ".1f"),
-        Column(
+        TableColumn("zeta", "ζ", lambda row: row[0], "g"),
+        TableColumn("growth_per_s", "largest growth [1/s]", lambda row: row[1].largest[0], ".1f"),
+        TableColumn("at_rad_per_s", "at [rad/s]", lambda row: row[1].largest[1], ".1f"),
+        TableColumn(
+            "lowest_rad_per_s", "lowest speed [rad/s]", lambda row: row[1].lowest_open, ".1f"
+        ),
+        TableColumn(
             "slow_per_s", "growth at the PD run's fastest [1/s]", lambda row: row[1].slow, ".1f"
         ),
     ],
@@ -296,11 +304,11 @@ TONGUE: Columns[tuple[float, FloquetRates]] = Columns(
 OBJECTED: Columns[Objected] = Columns(
     lambda row: f"objection/{row.change.objection}/{row.change.name}/{row.cell.id}",
     [
-        Column("objection", "objection", lambda row: row.change.objection),
-        Column("change", "what was changed", lambda row: row.change.name),
+        TableColumn("objection", "objection", lambda row: row.change.objection),
+        TableColumn("change", "what was changed", lambda row: row.change.name),
         *cell_columns(lambda row: row.cell),
         *third_columns(lambda row: row.third),
-        Column(
+        TableColumn(
             "without_error_rad_per_s2",
             "the same with E = 0",
             lambda row: row.without.quantiles,
@@ -317,21 +325,25 @@ RATES: Columns[Found[Rates]] = Columns(
     lambda row: f"growth/{row.cell.id}",
     [
         *cell_columns(lambda row: row.cell),
-        Column("as_it_stands", "as it stands", lambda row: row.value.as_it_stands_per_s, ".0f"),
-        Column("no_feedback", "no feedback", lambda row: row.value.without_feedback_per_s, ".0f"),
-        Column("eq11", "Eq. 11 in full", lambda row: row.value.eq11_in_full_per_s, ".2g"),
-        Column("no_error", "E = 0", lambda row: row.value.without_tooth_error_per_s, ".0f"),
-        Column("steady", "k_a = 0", lambda row: row.value.constant_stiffness_per_s, ".0f"),
+        TableColumn(
+            "as_it_stands", "as it stands", lambda row: row.value.as_it_stands_per_s, ".0f"
+        ),
+        TableColumn(
+            "no_feedback", "no feedback", lambda row: row.value.without_feedback_per_s, ".0f"
+        ),
+        TableColumn("eq11", "Eq. 11 in full", lambda row: row.value.eq11_in_full_per_s, ".2g"),
+        TableColumn("no_error", "E = 0", lambda row: row.value.without_tooth_error_per_s, ".0f"),
+        TableColumn("steady", "k_a = 0", lambda row: row.value.constant_stiffness_per_s, ".0f"),
     ],
 )
 
 ABLATED: Columns[Ablated] = Columns(
     lambda row: f"no error/{row.ablation.name}/{row.zeta:g}",
     [
-        Column("what", "E = 0, phase an integral", lambda row: row.ablation.name),
-        Column("zeta", "ζ", lambda row: row.zeta, "g"),
+        TableColumn("what", "E = 0, phase an integral", lambda row: row.ablation.name),
+        TableColumn("zeta", "ζ", lambda row: row.zeta, "g"),
         *third_columns(lambda row: row.third),
-        Column(
+        TableColumn(
             "frequency_Hz",
             "frequency [Hz]",
             lambda row: quantiles(row.third.frequency_Hz) if _seen(row.third) else None,
@@ -349,12 +361,12 @@ def _seen(third: Third) -> bool:
 RUNAWAY: Columns[Runaway] = Columns(
     lambda row: f"runaway/{row.law.id}",
     [
-        Column("law", "law, ring rate", lambda row: row.law.id),
+        TableColumn("law", "law, ring rate", lambda row: row.law.id),
         share_column("runs_away", "runs away in", lambda row: row.share),
         interval_column("interval", "95 % interval of the share", lambda row: row.share),
-        Column("top_rad_per_s", "their top speeds [rad/s]", lambda row: row.top_rad_per_s),
-        Column("calm_rad_per_s", "top speed of the others", lambda row: row.calm_rad_per_s),
-        Column("asked_rad_per_s", "of the rigid arm", lambda row: row.asked_rad_per_s),
-        Column("diverged", None, lambda row: row.diverged),
+        TableColumn("top_rad_per_s", "their top speeds [rad/s]", lambda row: row.top_rad_per_s),
+        TableColumn("calm_rad_per_s", "top speed of the others", lambda row: row.calm_rad_per_s),
+        TableColumn("asked_rad_per_s", "of the rigid arm", lambda row: row.asked_rad_per_s),
+        TableColumn("diverged", None, lambda row: row.diverged),
     ],
 )

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from audit.experiments.cells import LABELLED, Law
 from audit.experiments.experiments import DEFAULT_B_UM, DEFAULT_E_UM
 from audit.measures.shares import Share
-from audit.phase.clock import RUN_WINDOW_S, Band, Clocks
+from audit.phase.clock import RUN_WINDOW_S, Clocks, SignalEnvelope
 from audit.phase.handover import HEIRS, HandedOver
 from audit.phase.maps import (
     BACKLASH_ZETAS,
@@ -30,7 +30,7 @@ NAMES = {
 }
 
 
-def band(axes: Axes, one: Band, colour: str, label: str | None = None) -> None:
+def band(axes: Axes, one: SignalEnvelope, colour: str, label: str | None = None) -> None:
     """A fast signal: smallest to largest."""
     axes.fill_between(
         one.time_s, one.low, one.high, color=colour, linewidth=0.6, alpha=0.75, label=label
@@ -61,15 +61,17 @@ def clock(found: Clocks) -> str:
     return to_svg(drawing)
 
 
-def within(one: Band, begin_s: float, end_s: float) -> Band:
+def within(one: SignalEnvelope, begin_s: float, end_s: float) -> SignalEnvelope:
     """The part of a band between two times."""
     kept = [values for values in zip(*one, strict=True) if begin_s <= values[0] <= end_s]
-    return Band(*map(tuple, zip(*kept, strict=True))) if kept else Band((), (), ())
+    return (
+        SignalEnvelope(*map(tuple, zip(*kept, strict=True))) if kept else SignalEnvelope((), (), ())
+    )
 
 
-def _scaled(one: Band, by: float) -> Band:
+def _scaled(one: SignalEnvelope, by: float) -> SignalEnvelope:
     low, high = (tuple(by * value for value in values) for values in (one.low, one.high))
-    return Band(one.time_s, low, high)
+    return SignalEnvelope(one.time_s, low, high)
 
 
 def _same_heights(row: Sequence[Axes]) -> None:

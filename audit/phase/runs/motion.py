@@ -14,7 +14,7 @@ from models.loading import Case
 CHUNK = 2000  # records at a time, which stay in a processor's cache
 
 
-class Motion(NamedTuple):
+class RecordedMotion(NamedTuple):
     """Records of runs: time (times,) [s] by the law's own clock; q, v, a (times, n, members).
 
     theta (joints,): which coordinates the joints' angles are.
@@ -43,7 +43,7 @@ class Continued(PhysicalModel):
         return self.state
 
 
-def motion(models: Sequence[PhysicalModel], clock_s: float = 0.0) -> Motion:
+def motion(models: Sequence[PhysicalModel], clock_s: float = 0.0) -> RecordedMotion:
     """The runs of models of one structure, the clock at ``clock_s``, whole steps, at the start.
 
     States after one that is not finite are not either.
@@ -54,7 +54,7 @@ def motion(models: Sequence[PhysicalModel], clock_s: float = 0.0) -> Motion:
         parts = list(_parts(models, begun))
     steps = begun + scenario.stride * np.arange(scenario.steps // scenario.stride + 1)
     q, v, a = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    return Motion(scenario.step_s * steps, q, v, a, np.array(models[0].layout.theta))
+    return RecordedMotion(scenario.step_s * steps, q, v, a, np.array(models[0].layout.theta))
 
 
 def _parts(models: Sequence[PhysicalModel], begun: int) -> Iterator[Records]:

@@ -15,7 +15,7 @@ from analytic.derivation.gears import Gears
 from analytic.derivation.terms import Terms
 from analytic.kernel.batch import Batch
 from analytic.kernel.equations import TermEquations
-from analytic.kernel.states import States
+from analytic.kernel.states import StateEvaluator
 from analytic.model import AnalyticModel
 from analytic.paper.mesh_frequency import OMEGA_T
 from audit.measures.stage import paper_stage
@@ -57,9 +57,9 @@ class Plant:
         return replace(self, equations=equations)
 
     @cached_property
-    def states(self) -> States:
+    def states(self) -> StateEvaluator:
         """What the equations say of states."""
-        return States(self.equations)
+        return StateEvaluator(self.equations)
 
 
 def plant_of(model: AnalyticModel, full_rate: bool = False) -> Plant:
@@ -92,7 +92,7 @@ def forces_along(plant: Plant, time: np.ndarray, qs: np.ndarray, vs: np.ndarray)
 
 
 @dataclass(frozen=True)
-class Continued:
+class ContinuedEquations:
     """Equations in an experiment from any state q, v (n,), for the kernel."""
 
     scenario: Scenario
@@ -113,7 +113,9 @@ def integrate(
 
     q, v and accelerations of shape (steps // stride + 1, n).
     """
-    run = Continued(plant.model.scenario, plant.drive, plant.gears, plant.equations, (q0, v0))
+    run = ContinuedEquations(
+        plant.model.scenario, plant.drive, plant.gears, plant.equations, (q0, v0)
+    )
     batch = Batch([run], lanes=1)
     batch.done = clock
     with np.errstate(invalid="ignore", over="ignore"):  # of a run that diverges

@@ -24,7 +24,7 @@ CONTACT = "F_sp"  # by which contact is judged
 
 
 @dataclass(frozen=True)
-class Level:
+class RecordStretch:
     """A stretch of records for drawing.
 
     start_s, step_s: of the times; count: how many; binned: whether every place holds the least and
@@ -60,7 +60,7 @@ class SignalWindow:
     title: str
     begin_s: float
     end_s: float
-    full_rate: Level | None
+    full_rate: RecordStretch | None
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Signals:
     reference: str
     others: tuple[str, ...]
     lines: tuple[Line, ...]
-    whole: Level
+    whole: RecordStretch
     windows: tuple[SignalWindow, ...]
 
 
@@ -138,7 +138,7 @@ def _first_planet(values: xr.DataArray) -> np.ndarray:
     return (values.isel(planet=0) if "planet" in values.dims else values).values
 
 
-def level(time: np.ndarray, table: Mapping[str, np.ndarray], width: int) -> Level:
+def level(time: np.ndarray, table: Mapping[str, np.ndarray], width: int) -> RecordStretch:
     """Records in bins of ``width``; with one record each, the records themselves."""
     edges = np.arange(0, time.size, width)
     data = {}
@@ -148,10 +148,12 @@ def level(time: np.ndarray, table: Mapping[str, np.ndarray], width: int) -> Leve
             kept = np.stack([f.reduceat(values, edges) for f in (np.minimum, np.maximum)], axis=1)
         data[name] = base64.b64encode(kept.astype("<f4").tobytes()).decode()
     step = float(time[-1] - time[0]) / max(time.size - 1, 1) * width
-    return Level(float(time[0]), step, edges.size, width > 1, data)
+    return RecordStretch(float(time[0]), step, edges.size, width > 1, data)
 
 
-def _cut(time: np.ndarray, table: Mapping[str, np.ndarray], begin: float, end: float) -> Level:
+def _cut(
+    time: np.ndarray, table: Mapping[str, np.ndarray], begin: float, end: float
+) -> RecordStretch:
     inside = slice(int(np.searchsorted(time, begin)), int(np.searchsorted(time, end, "right")))
     return level(time[inside], {name: values[inside] for name, values in table.items()}, 1)
 

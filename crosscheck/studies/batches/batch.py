@@ -12,8 +12,8 @@ import xarray as xr
 
 from crosscheck.registry import build, lead, second
 from crosscheck.studies.measures.columns import DIVERGED, columns
-from crosscheck.studies.measures.observers import SIGNALS, Records, Watched, observer
-from crosscheck.studies.members.members import Study, study_of
+from crosscheck.studies.measures.observers import SIGNALS, ChunkRecords, Watched, observer
+from crosscheck.studies.members.members import PreparedStudy, study_of
 from models.errors import Diverged
 from models.loading import Case
 
@@ -88,11 +88,11 @@ class _AsChunk:
         return self.run[name].values[..., np.newaxis]
 
 
-def _nothing(study: Study, members: int) -> Numbers:
+def _nothing(study: PreparedStudy, members: int) -> Numbers:
     return {c.name: np.full((members, *c.shape), np.nan) for c in columns(study)}
 
 
-def _watch(study: Study, cases: list[Case], chunks: Iterable[Records]) -> Numbers:
+def _watch(study: PreparedStudy, cases: list[Case], chunks: Iterable[ChunkRecords]) -> Numbers:
     watched = Watched(cases, study.sources, study.file)
     watching = [observer(quantity, watched) for quantity in study.definition.quantities]
     for chunk in chunks:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.studies.batches.batch import Numbers, run_batch, run_check
-from crosscheck.studies.batches.schedule import Task
+from crosscheck.studies.batches.schedule import FunctionTask
 from crosscheck.studies.batches.version import digest_of
 from crosscheck.studies.definition.quantities import (
     BandRms,
@@ -19,7 +19,7 @@ from crosscheck.studies.definition.quantities import (
     Trajectories,
 )
 from crosscheck.studies.measures.columns import Column
-from crosscheck.studies.members.members import Study
+from crosscheck.studies.members.members import PreparedStudy
 from models.loading import Case
 
 STEP_S = 1e-8  # roughly, of a step for each mesh of a member among others
@@ -29,7 +29,7 @@ LANES = 32
 MOST_BYTES = 200e6  # of signals that are kept whole meanwhile
 
 
-class Batch(NamedTuple):
+class MemberBatch(NamedTuple):
     """Members from one place to before another, in C order of the grid; key: by content."""
 
     key: str
@@ -37,30 +37,30 @@ class Batch(NamedTuple):
     end: int
 
 
-def batches(study: Study, version: str) -> Iterator[Batch]:
+def batches(study: PreparedStudy, version: str) -> Iterator[MemberBatch]:
     """All of a study, in order."""
     size = batch_size(study)
     for begin in range(0, study.count, size):
         end = min(begin + size, study.count)
-        yield Batch(digest_of(study.digest, version, begin, end), begin, end)
+        yield MemberBatch(digest_of(study.digest, version, begin, end), begin, end)
 
 
-def task_of(study: Study, batch: Batch) -> Task:
+def task_of(study: PreparedStudy, batch: MemberBatch) -> FunctionTask:
     """Its work."""
-    return Task(batch.key, run_batch, (study.text, batch.begin, batch.end))
+    return FunctionTask(batch.key, run_batch, (study.text, batch.begin, batch.end))
 
 
-def checks(study: Study, version: str) -> list[Task]:
+def checks(study: PreparedStudy, version: str) -> list[FunctionTask]:
     """The members that a second engine runs again, evenly chosen; arguments: (text, place)."""
     wanted = min(study.definition.spot_checks, study.count)
     places = [(2 * number + 1) * study.count // (2 * wanted) for number in range(wanted)]
     return [
-        Task(digest_of(study.digest, version, "check", p), run_check, (study.text, p))
+        FunctionTask(digest_of(study.digest, version, "check", p), run_check, (study.text, p))
         for p in places
     ]
 
 
-def batch_size(study: Study) -> int:
+def batch_size(study: PreparedStudy) -> int:
     """Members of a batch: some seconds of work, full lanes, bounded memory."""
     case = study.base
     meshes = sum(_meshes(case)) or 1
@@ -78,7 +78,7 @@ def _meshes(case: Case) -> list[int]:
     ]
 
 
-def _kept_bytes(study: Study) -> float:
+def _kept_bytes(study: PreparedStudy) -> float:
     """Of one member, while its batch runs."""
     scenario, joints = study.base.scenario, len(study.base.arm.joints)
     record = 8.0 * (scenario.steps // scenario.stride + 1) * joints

@@ -19,7 +19,7 @@ from crosscheck.studies.batches.batches import packed, unpacked
 from crosscheck.studies.batches.opened import identity_of
 from crosscheck.studies.batches.result_file import STUDY, VERSION
 from crosscheck.studies.measures.columns import Column
-from crosscheck.studies.members.members import Study
+from crosscheck.studies.members.members import PreparedStudy
 from models.errors import InputError
 from models.places import make_private
 
@@ -28,7 +28,7 @@ MARK_BYTES = 100_000_000
 SPARE = 1.1  # of the disk space that is counted on
 
 
-class Kept:
+class KeptBatches:
     """Numbers of batches by key, in a folder whose mark lists what is in it.
 
     keys: those that are listed; mark: descriptor of the list.
@@ -77,7 +77,7 @@ def require_room(out: Path, needed: int, members: int) -> None:
         raise InputError(str(out), "", None, allowed)
 
 
-def is_complete(out: Path, study: Study, version: str, resume: bool) -> bool:
+def is_complete(out: Path, study: PreparedStudy, version: str, resume: bool) -> bool:
     """Whether the result is there already. Raises InputError where it may not be made."""
     if not out.exists():
         return False
@@ -93,7 +93,9 @@ def is_complete(out: Path, study: Study, version: str, resume: bool) -> bool:
 
 
 @contextmanager
-def batches_of(out: Path, study: Study, columns: Sequence[Column], resume: bool) -> Iterator[Kept]:
+def batches_of(
+    out: Path, study: PreparedStudy, columns: Sequence[Column], resume: bool
+) -> Iterator[KeptBatches]:
     """The batches that are kept for a result; gone once all went well.
 
     Nothing is touched that the folder's own mark does not list, and no link is followed. Raises
@@ -114,7 +116,7 @@ def batches_of(out: Path, study: Study, columns: Sequence[Column], resume: bool)
         if keys is not None and not resume:
             allowed = "holds batches of this study; --resume goes on, or remove the folder"
             raise InputError(str(folder), "", None, allowed)
-        kept = Kept(folder, columns, mark, keys or set())
+        kept = KeptBatches(folder, columns, mark, keys or set())
         if keys is None:
             os.write(mark, f"{study.digest}\n".encode())
         try:
@@ -129,7 +131,7 @@ def batches_of(out: Path, study: Study, columns: Sequence[Column], resume: bool)
         os.close(mark)
 
 
-def clear_batches(out: Path, study: Study, columns: Sequence[Column]) -> None:
+def clear_batches(out: Path, study: PreparedStudy, columns: Sequence[Column]) -> None:
     """Remove what is kept of a result that is there: its writer was killed before it did."""
     if folder_of(out).is_dir():
         with suppress(InputError), batches_of(out, study, columns, resume=True):
@@ -144,7 +146,7 @@ def _opened(mark: Path) -> int:
     return os.open(mark, flags, 0o600)
 
 
-def _listed(mark: int, folder: Path, study: Study) -> set[str] | None:
+def _listed(mark: int, folder: Path, study: PreparedStudy) -> set[str] | None:
     """The keys of what is kept; None where nothing was begun. Raises InputError."""
     content = os.pread(mark, MARK_BYTES + 1, 0)
     if not content:

@@ -16,9 +16,9 @@ from crosscheck.provenance import provenance
 from crosscheck.registry import second
 from crosscheck.studies.batches.batch import Numbers
 from crosscheck.studies.batches.skeleton import laid_out, room
-from crosscheck.studies.definition.axes import SAMPLE, START, TAKEN, Varied
+from crosscheck.studies.definition.axes import SAMPLE, START, TAKEN, VariedAxis
 from crosscheck.studies.measures.columns import DIVERGED, Column
-from crosscheck.studies.members.members import Study
+from crosscheck.studies.members.members import PreparedStudy
 from models.errors import InputError
 from models.trajectory import recorded_times
 
@@ -28,7 +28,7 @@ STUDY, VERSION = "study_sha256", "made_by"
 NUMBER_BYTES = 8
 
 
-def expected_bytes(study: Study, columns: Sequence[Column]) -> int:
+def expected_bytes(study: PreparedStudy, columns: Sequence[Column]) -> int:
     """Size of a result's numbers."""
     return study.count * sum(map(_size, columns)) * NUMBER_BYTES
 
@@ -58,7 +58,7 @@ def _checked(column: Column, engine: str) -> list[Column]:
     ]
 
 
-def require_apart(study: Study, columns: Sequence[Column]) -> None:
+def require_apart(study: PreparedStudy, columns: Sequence[Column]) -> None:
     """Raise InputError unless every variable and dimension has a name of its own."""
     found = [*columns, *checked_columns(columns, second())]
     of_axes = {name for axis in study.axes for name in (axis.name, f"{axis.name}_entry")}
@@ -77,7 +77,7 @@ class ResultFile:
     """
 
     def __init__(
-        self, new: Draft, study: Study, columns: Sequence[Column], checks: Sequence[int],
+        self, new: Draft, study: PreparedStudy, columns: Sequence[Column], checks: Sequence[int],
         version: str,
     ) -> None:  # fmt: skip
         self.new, self.study, self.checks = new, study, checks
@@ -170,7 +170,7 @@ class ResultFile:
             time = recorded_times(study.base.scenario)
             self._coordinate("time", ("time",), time, "s", "time")
 
-    def _axis(self, axis: Varied) -> None:
+    def _axis(self, axis: VariedAxis) -> None:
         values = _as_array(axis)
         dims: tuple[str, ...] = (axis.dimension,)
         if values.ndim == 2:  # entries that are given unlike values
@@ -197,7 +197,7 @@ class ResultFile:
             made.attrs["coordinates"] = " ".join(beside)
 
 
-def _as_array(axis: Varied) -> np.ndarray:
+def _as_array(axis: VariedAxis) -> np.ndarray:
     """An axis' values: (points,) where all entries are given the same, words where no numbers."""
     if isinstance(axis.values, np.ndarray):
         return axis.values[:, 0] if axis.values.shape[1] == 1 else axis.values
@@ -208,7 +208,7 @@ def _as_array(axis: Varied) -> np.ndarray:
     return np.array(words, dtype=object)
 
 
-def _attributes(study: Study, version: str) -> dict[str, Any]:
+def _attributes(study: PreparedStudy, version: str) -> dict[str, Any]:
     base, definition = study.base, study.definition
     record = provenance(base.arm, 0, False, [base.scenario], base.switches)
     return {

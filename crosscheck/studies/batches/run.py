@@ -14,19 +14,19 @@ from crosscheck.output import draft, in_one_line, remove_abandoned, require_file
 from crosscheck.registry import second
 from crosscheck.runner.interruption import advice, finished_first
 from crosscheck.studies.batches.batch import Numbers
-from crosscheck.studies.batches.batches import Batch, batches, checks, task_of
+from crosscheck.studies.batches.batches import MemberBatch, batches, checks, task_of
 from crosscheck.studies.batches.kept import (
-    Kept,
+    KeptBatches,
     batches_of,
     clear_batches,
     is_complete,
     require_room,
 )
 from crosscheck.studies.batches.result_file import ResultFile, expected_bytes, require_apart
-from crosscheck.studies.batches.schedule import Place, Task, cluster, here
+from crosscheck.studies.batches.schedule import FunctionTask, Place, cluster, here
 from crosscheck.studies.batches.version import fingerprint
 from crosscheck.studies.measures.columns import DIVERGED, Column, columns
-from crosscheck.studies.members.members import Study, require_members
+from crosscheck.studies.members.members import PreparedStudy, require_members
 
 Told = Callable[[str, int, int], None]
 RESUME = "the same with --resume goes on where it stopped"
@@ -50,7 +50,7 @@ class How:
         return cluster(self.scheduler) if self.scheduler is not None else here(self.jobs)
 
 
-def run_study(study: Study, out: Path, how: How) -> int:
+def run_study(study: PreparedStudy, out: Path, how: How) -> int:
     """Make the result of a study, a file; returns how many members were run for it.
 
     Raises InputError, Unfinished, and OSError where the disk is full.
@@ -98,13 +98,13 @@ def _advised() -> Iterator[None]:
 class _Making:
     """A result under way; ran: members so far."""
 
-    study: Study
+    study: PreparedStudy
     result: ResultFile
-    kept: Kept
+    kept: KeptBatches
     told: Told
     ran: int = 0
 
-    def run(self, all_batches: Sequence[Batch], place: Place) -> None:
+    def run(self, all_batches: Sequence[MemberBatch], place: Place) -> None:
         """All members: those kept, then those missing."""
         done, missing = 0, []
         for batch in all_batches:
@@ -126,7 +126,7 @@ class _Making:
             self.ran += batch.end - batch.begin
             self.told(self.study.definition.name, done, self.study.count)
 
-    def check(self, tasks: Sequence[Task], place: Place, wanted: Sequence[Column]) -> None:
+    def check(self, tasks: Sequence[FunctionTask], place: Place, wanted: Sequence[Column]) -> None:
         """The members that a second engine runs too, and how far it is from them."""
         if not tasks:
             return

@@ -33,7 +33,7 @@ JOIN = "dask worker {address} --nthreads 1"
 
 
 @dataclass(frozen=True)
-class Task:
+class FunctionTask:
     """A function of a module with its arguments; key: unlike all others', by content."""
 
     key: str
@@ -43,7 +43,7 @@ class Task:
 
 # Gives each task with its result, as they come. Raises what a task raised, and Unfinished for one
 # that came to no end.
-Place = Callable[[Iterable[Task]], Iterator[tuple[Task, Any]]]
+Place = Callable[[Iterable[FunctionTask]], Iterator[tuple[FunctionTask, Any]]]
 
 
 @contextmanager
@@ -57,7 +57,7 @@ def here(jobs: int) -> Iterator[Place]:
 class _Work:
     """A task for a worker of this machine."""
 
-    task: Task
+    task: FunctionTask
     cost = BATCH_S
 
     @property
@@ -87,7 +87,7 @@ def _get_ready() -> None:
 class _Waiting:
     """Tasks not yet begun, and those to be tried again, which come first."""
 
-    def __init__(self, tasks: Iterable[Task]) -> None:
+    def __init__(self, tasks: Iterable[FunctionTask]) -> None:
         self.tasks, self.again = iter(tasks), list[_Work]()
         self.given: dict[str, _Work] = {}
 
@@ -100,7 +100,9 @@ class _Waiting:
         return work
 
 
-def _by_workers(workers: Workers, tasks: Iterable[Task]) -> Iterator[tuple[Task, Any]]:
+def _by_workers(
+    workers: Workers, tasks: Iterable[FunctionTask]
+) -> Iterator[tuple[FunctionTask, Any]]:
     waiting, tries = _Waiting(tasks), Counter[str]()
     for key, result in workers.stream(waiting):
         work = waiting.given.pop(key)
@@ -126,13 +128,13 @@ class Future(Protocol):
 
 
 def _by_futures(
-    submit: Callable[[Task], Future], most: int, tasks: Iterable[Task]
-) -> Iterator[tuple[Task, Any]]:
+    submit: Callable[[FunctionTask], Future], most: int, tasks: Iterable[FunctionTask]
+) -> Iterator[tuple[FunctionTask, Any]]:
     """By handing over at most so many tasks at once."""
     waiting, left = iter(tasks), 0
-    done: SimpleQueue[tuple[Task, Future]] = SimpleQueue()
+    done: SimpleQueue[tuple[FunctionTask, Future]] = SimpleQueue()
 
-    def give(task: Task) -> None:
+    def give(task: FunctionTask) -> None:
         submit(task).add_done_callback(lambda ended: done.put((task, ended)))
 
     for task in islice(waiting, most):
@@ -170,7 +172,7 @@ def cluster(address: str) -> Iterator[Place]:
     with _connected(distributed, address) as client:
         threads = _ready(client, address, ours)
 
-        def submit(task: Task) -> Future:
+        def submit(task: FunctionTask) -> Future:
             arguments = (ours, task.function, *task.arguments)
             future: Future = client.submit(performed_as, *arguments, key=task.key)
             return future

@@ -28,7 +28,7 @@ TAKEN = {SAMPLE, START, "joint", "planet", "time", "checked"}  # dimensions of e
 
 
 @dataclass(frozen=True)
-class Varied:
+class VariedAxis:
     """An axis put into numbers: what each of its entries is given, at each of its places.
 
     name: of the result's coordinate; dimension: along which it varies, its own name or SAMPLE;
@@ -54,9 +54,9 @@ class Varied:
 
 def varied(
     axes: Sequence[Axis], samples: Samples | None, data: dict[str, Any], file: str
-) -> list[Varied]:
+) -> list[VariedAxis]:
     """All axes of a study; data: what ``raw_case`` gave. file: the study's. Raises InputError."""
-    found: list[Varied] = []
+    found: list[VariedAxis] = []
     for number, axis in enumerate(axes):
         entries = _entries(axis, data, f"{file}: axes[{number}]")
         found.append(_varied(axis, entries, samples, data, f"{file}: axes[{number}]"))
@@ -80,7 +80,7 @@ def _varied(
     samples: Samples | None,
     data: dict[str, Any],
     where: str,
-) -> Varied:
+) -> VariedAxis:
     name = axis.name or str(next(k for k in reversed(entries[0]) if isinstance(k, str)))
     values: np.ndarray | tuple[tuple[Any, ...], ...]
     if isinstance(axis, ListAxis):
@@ -92,7 +92,7 @@ def _varied(
         assert samples is not None  # the definition's own validation
         values = _sampled(axis, entries, samples, data, where)
     dimension = SAMPLE if isinstance(axis, Sampled) else name
-    return Varied(
+    return VariedAxis(
         name, dimension, ", ".join(axis.paths), unit_of(entries[0], data), entries, values
     )
 
@@ -161,7 +161,7 @@ def _centres(
     return np.array(found, dtype=float)
 
 
-def _require_apart(axes: Sequence[Varied], file: str) -> None:
+def _require_apart(axes: Sequence[VariedAxis], file: str) -> None:
     """Raise InputError unless every axis has a name and entries of its own."""
     seen: dict[Place, str] = {}
     names: set[str] = set(TAKEN)

@@ -178,7 +178,7 @@ class Samples(Data):
     """Of the random numbers."""
 
 
-class Starts(Data):
+class StudyStarts(Data):
     """Every member again from starts that differ by next to nothing."""
 
     count: Amount
@@ -219,7 +219,7 @@ class Definition(Data):
     """What is varied; without any, the study has one member, or one for each start."""
     samples: Samples | None = None
     """Needed by axes with a distribution."""
-    starts: Starts | None = None
+    starts: StudyStarts | None = None
     """Perturbed starts; without them each member starts as the scenario says."""
     quantities: Annotated[tuple[Quantity, ...], Field(min_length=1, max_length=200, strict=False)]
     """What is measured of every member."""

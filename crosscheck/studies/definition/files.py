@@ -9,14 +9,14 @@ from typing import Any
 from crosscheck.studies.definition.definition import Definition
 from crosscheck.studies.definition.functions import source_of
 from crosscheck.studies.definition.quantities import Function
-from crosscheck.studies.members.members import Study
+from crosscheck.studies.members.members import PreparedStudy
 from models.errors import InputError
 from models.files import builtin_arms, builtin_scenarios, read_toml
 from models.loading import raw_case, validated
 from models.paths import assign, is_path, places
 
 
-def read_study(file: Path, run_code: bool = False) -> Study:
+def read_study(file: Path, run_code: bool = False) -> PreparedStudy:
     """The study of a TOML file. run_code: whether functions that it names may run.
 
     Raises InputError naming file, field, value and what is allowed.
@@ -35,7 +35,9 @@ def read_study(file: Path, run_code: bool = False) -> Study:
     return study_from(definition, data, here, str(file))
 
 
-def study_from(definition: Definition, data: dict[str, Any], folder: Path, file: str) -> Study:
+def study_from(
+    definition: Definition, data: dict[str, Any], folder: Path, file: str
+) -> PreparedStudy:
     """Of a definition and what ``raw_case`` gave; folder: of its functions. Raises InputError."""
     for path, value in definition.settings.items():
         if not is_path(path):
@@ -44,7 +46,7 @@ def study_from(definition: Definition, data: dict[str, Any], folder: Path, file:
         for place in places(data, path, f"{file}: settings"):
             assign(data, place, value)
     sources = {name: source_of(name, folder) for name in functions_of(definition)}
-    study = Study(definition, data, sources, file)
+    study = PreparedStudy(definition, data, sources, file)
     _ = study.base, study.axes  # whatever is wrong with them shows now
     return study
 

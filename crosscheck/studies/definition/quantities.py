@@ -59,7 +59,7 @@ def _rising(field: str, pair: tuple[float, float] | None) -> None:
         raise ValueError(f"{field}|must end after it begins")
 
 
-class Measured(Data):
+class MeasuredQuantity(Data):
     """What every quantity has: its name in the result."""
 
     name: Called | None = None
@@ -76,7 +76,7 @@ class Measured(Data):
         return self.name or self.usual_name
 
 
-class InWindow(Measured):
+class InWindow(MeasuredQuantity):
     """Of a joint, in a part of the run."""
 
     joint: Annotated[int, Within(1, 7)] | None = None
@@ -149,7 +149,7 @@ class SpectralPeak(OfSignal):
         return self._named(self.signal, self.kind)
 
 
-class FinalError(Measured):
+class FinalError(MeasuredQuantity):
     """Angle at the end less the PD drive's target [rad]."""
 
     kind: Literal["final_error"]
@@ -235,7 +235,7 @@ class RigidDeviation(InWindow):
         return self._named("theta", self.kind, self.level)
 
 
-class Function(Measured):
+class Function(MeasuredQuantity):
     """Numbers that a function of the user's returns of a member's run, a Dataset."""
 
     kind: Literal["user_function"]
@@ -250,7 +250,7 @@ class Function(Measured):
         return self.function.rpartition(":")[2]
 
 
-class Trajectories(Measured):
+class Trajectories(MeasuredQuantity):
     """Signals over the whole run, of every joint, and of meshes of every planet."""
 
     kind: Literal["trajectories"]

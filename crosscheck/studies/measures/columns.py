@@ -22,7 +22,7 @@ from crosscheck.studies.definition.quantities import (
     SpectralPeak,
     Trajectories,
 )
-from crosscheck.studies.members.members import Study
+from crosscheck.studies.members.members import PreparedStudy
 from models.errors import InputError
 from models.experiment.scenario import PdDrive
 from models.loading import Case
@@ -43,7 +43,7 @@ class Column:
     shape: tuple[int, ...] = ()
 
 
-def columns(study: Study) -> list[Column]:
+def columns(study: PreparedStudy) -> list[Column]:
     """Every variable of the result, over the members. Raises InputError."""
     found = [Column(DIVERGED, SECOND, "time at which the run diverged, if it did")]
     for quantity in study.definition.quantities:

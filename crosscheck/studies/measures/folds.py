@@ -37,7 +37,7 @@ class Fold(ABC):
         """Each of shape (*columns,)."""
 
 
-class Peak(Fold):
+class PeakFold(Fold):
     """Largest magnitude."""
 
     def __init__(self, columns: tuple[int, ...]) -> None:
@@ -131,7 +131,7 @@ class FirstLoss(Fold):
         return (self.time,)
 
 
-class Share(Fold):
+class ContactLossShare(Fold):
     """Share of the records without a force; nan of a joint that has no such mesh."""
 
     def __init__(self, columns: tuple[int, ...]) -> None:
@@ -197,7 +197,7 @@ class Spectrum(Fold):
         """The numbers of one column."""
 
 
-class BandRms(Spectrum):
+class BandRmsFold(Spectrum):
     """Root mean square of what lies in a band of frequencies."""
 
     def of(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:

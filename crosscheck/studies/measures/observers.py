@@ -12,6 +12,7 @@ from crosscheck.studies.definition.functions import returned
 from crosscheck.studies.definition.quantities import (
     OF_JOINTS,
     ApartShare,
+    BandRms,
     ContactLoss,
     Crossing,
     FinalError,
@@ -24,20 +25,19 @@ from crosscheck.studies.definition.quantities import (
     SpectralPeak,
     Trajectories,
 )
-from crosscheck.studies.definition.quantities import BandRms as BandOf
 from crosscheck.studies.measures.columns import require_measurable
 from crosscheck.studies.measures.folds import (
     Average,
-    BandRms,
+    BandRmsFold,
+    ContactLossShare,
     First,
     FirstLoss,
     Fold,
     LargestLine,
     Last,
-    Peak,
+    PeakFold,
     Range,
     Settled,
-    Share,
 )
 from crosscheck.studies.members.rigid import rigid_angles
 from models.experiment.scenario import PdDrive, per_joint
@@ -48,7 +48,7 @@ MESH_SIGNALS = ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr")
 SIGNALS = (*OF_JOINTS, *MESH_SIGNALS)
 
 
-class Records(Protocol):
+class ChunkRecords(Protocol):
     """What is asked of a chunk; see analytic.ensemble.Chunk."""
 
     @property
@@ -58,7 +58,7 @@ class Records(Protocol):
 class Observer(Protocol):
     """Watches members that run side by side."""
 
-    def see(self, chunk: Records) -> None:
+    def see(self, chunk: ChunkRecords) -> None:
         """The next chunk in the order of time."""
 
     def found(self) -> Mapping[str, np.ndarray]:
@@ -100,7 +100,7 @@ class _Folded:
         late = scenario.step_s * (scenario.steps - scenario.stride / 2)
         self.after_s = late if self.fold.ends and self.window is None else -np.inf
 
-    def see(self, chunk: Records) -> None:
+    def see(self, chunk: ChunkRecords) -> None:
         part = _inside(chunk.time, self.window)
         if part.stop > part.start and chunk.time[-1] > self.after_s:
             values = _signal(chunk, self.signal, self.planet)[part, self.joints]
@@ -119,10 +119,10 @@ class _Deviation:
         self.name, self.window = quantity.called, quantity.window_s
         self.joints = _joints(quantity, cases)
         self.angles, self.whose = rigid_angles(quantity.level, cases)
-        self.fold = Peak(_columns(self.joints, cases))
+        self.fold = PeakFold(_columns(self.joints, cases))
         self.seen = 0
 
-    def see(self, chunk: Records) -> None:
+    def see(self, chunk: ChunkRecords) -> None:
         part = _inside(chunk.time, self.window)
         if part.stop > part.start:
             theta = _signal(chunk, "theta", 1)[part, self.joints]
@@ -143,7 +143,7 @@ class _Whole:
         self.time: list[np.ndarray] = []
         self.values: dict[str, list[np.ndarray]] = {name: [] for name in names}
 
-    def see(self, chunk: Records) -> None:
+    def see(self, chunk: ChunkRecords) -> None:
         self.time.append(chunk.time.copy())
         for name, pieces in self.values.items():
             pieces.append(getattr(chunk, name).copy())
@@ -210,14 +210,14 @@ def _fold(
     if isinstance(quantity, ContactLoss):
         return FirstLoss(columns), 0.0
     if isinstance(quantity, ApartShare):
-        return Share(columns), 0.0
+        return ContactLossShare(columns), 0.0
     assert isinstance(quantity, OfSignal)
     return _of_signal(quantity, columns), 0.0
 
 
 def _of_signal(quantity: OfSignal, columns: tuple[int, ...]) -> Fold:
-    if isinstance(quantity, BandOf):
-        return BandRms(columns, *quantity.band_Hz)
+    if isinstance(quantity, BandRms):
+        return BandRmsFold(columns, *quantity.band_Hz)
     if isinstance(quantity, SpectralPeak):
         return LargestLine(columns, *quantity.band_Hz)
     if isinstance(quantity, Crossing):
@@ -229,7 +229,7 @@ def _of_signal(quantity: OfSignal, columns: tuple[int, ...]) -> Fold:
     if quantity.kind == "final":
         return Last(columns)
     if quantity.kind in ("peak", "peak_to_peak"):
-        return Peak(columns) if quantity.kind == "peak" else Range(columns)
+        return PeakFold(columns) if quantity.kind == "peak" else Range(columns)
     return Average(columns, squared=quantity.kind == "rms")
 
 
@@ -263,7 +263,7 @@ def _inside(time: np.ndarray, window: tuple[float, float] | None) -> slice:
     return slice(0, time.size) if window is None else signals.window(time, *window)
 
 
-def _signal(chunk: Records, name: str, planet: int) -> np.ndarray:
+def _signal(chunk: ChunkRecords, name: str, planet: int) -> np.ndarray:
     """(records, joints, members) of a chunk."""
     values: np.ndarray = getattr(chunk, name)
     if name in OF_JOINTS:

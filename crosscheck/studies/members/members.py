@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.studies.definition.axes import SAMPLE, START, Varied, varied
+from crosscheck.studies.definition.axes import SAMPLE, START, VariedAxis, varied
 from crosscheck.studies.definition.definition import Definition
 from crosscheck.studies.members.starts import perturbed
 from models.arm.arm import Arm
@@ -27,7 +27,7 @@ Raw = dict[str, Any]  # by section, what an arm's and a scenario's files hold
 
 
 @dataclass(frozen=True)
-class Study:
+class PreparedStudy:
     """A definition with all that it names: everything that its result depends on besides code.
 
     data: content of arm and scenario, and switches, settings applied; sources: text of the user's
@@ -60,7 +60,7 @@ class Study:
         return case_of(self.data, self.definition.arm, self.definition.scenario)
 
     @cached_property
-    def axes(self) -> list[Varied]:
+    def axes(self) -> list[VariedAxis]:
         """With their values. Raises InputError."""
         definition = self.definition
         return varied(definition.axes, definition.samples, self.data, self.file)
@@ -96,17 +96,17 @@ class Study:
 
 
 @lru_cache(maxsize=4)
-def study_of(text: str) -> Study:
-    """The study that ``Study.text`` is of."""
+def study_of(text: str) -> PreparedStudy:
+    """The study that ``PreparedStudy.text`` is of."""
     read = json.loads(text)
     definition = Definition.model_validate(read["definition"])
-    return Study(definition, read["data"], read["sources"], read["file"])
+    return PreparedStudy(definition, read["data"], read["sources"], read["file"])
 
 
 class _Maker:
     """Puts values into one copy of the files' content; a section that stayed is not read again."""
 
-    def __init__(self, study: Study) -> None:
+    def __init__(self, study: PreparedStudy) -> None:
         self.study, self.data = study, copy.deepcopy(study.data)
         self.of_section = {
             section: [axis for axis in study.axes if any(e[0] == section for e in axis.entries)]
@@ -160,7 +160,7 @@ class _Maker:
         return True
 
 
-def require_members(study: Study) -> None:
+def require_members(study: PreparedStudy) -> None:
     """Raise InputError for a member that is refused, as far as few of them can tell.
 
     Those where an axis has its least and largest values, and some spread over all; what else is
@@ -173,7 +173,7 @@ def require_members(study: Study) -> None:
         maker.case(place)
 
 
-def _extremes(study: Study, axis: Varied) -> Iterator[int]:
+def _extremes(study: PreparedStudy, axis: VariedAxis) -> Iterator[int]:
     """The first members at which an axis has its least and its largest values, or each word."""
     points: Iterable[int] = range(len(axis))
     if isinstance(axis.values, np.ndarray):
@@ -182,7 +182,7 @@ def _extremes(study: Study, axis: Varied) -> Iterator[int]:
     return (point * stride for point in points)
 
 
-def blamed(study: Study, place: int, error: InputError) -> InputError:
+def blamed(study: PreparedStudy, place: int, error: InputError) -> InputError:
     """Of a member that is refused: which axis' value is to blame, alone or with the others."""
     points = study.points(place)
     for axis in study.axes:

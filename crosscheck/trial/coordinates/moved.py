@@ -12,12 +12,12 @@ from typing import Protocol
 import numpy as np
 
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.coordinates.states import State
-from crosscheck.trial.input.calls import Handed
+from crosscheck.trial.coordinates.states import UserState
+from crosscheck.trial.input.calls import SuppliedEquations
 from models.interface import Model
 
 
-class Source(Protocol):
+class FrameEquations(Protocol):
     """Equations of motion in the coordinates of a frame, whoever's they are.
 
     x, u (n,): coordinates and rates.
@@ -34,11 +34,11 @@ class Source(Protocol):
         """h_x, shape (n,)."""
         ...
 
-    def force(self, state: State) -> np.ndarray:
+    def force(self, state: UserState) -> np.ndarray:
         """f_x, shape (n,)."""
         ...
 
-    def acceleration(self, state: State) -> np.ndarray:
+    def acceleration(self, state: UserState) -> np.ndarray:
         """x'', shape (n,)."""
         ...
 
@@ -47,23 +47,23 @@ class Source(Protocol):
 class Own:
     """What was handed over; it is in these coordinates already."""
 
-    handed: Handed
+    handed: SuppliedEquations
     frame: Frame
 
     def mass_matrix(self, x: np.ndarray) -> np.ndarray:
-        """See Source."""
+        """See FrameEquations."""
         return self.handed.mass_matrix(x)
 
     def bias(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """See Source."""
+        """See FrameEquations."""
         return self.handed.bias(x, u)
 
-    def force(self, state: State) -> np.ndarray:
-        """See Source."""
+    def force(self, state: UserState) -> np.ndarray:
+        """See FrameEquations."""
         return self.handed.force(state.t, state.x, state.u, state.torque)
 
-    def acceleration(self, state: State) -> np.ndarray:
-        """See Source."""
+    def acceleration(self, state: UserState) -> np.ndarray:
+        """See FrameEquations."""
         return self.handed.acceleration(state.t, state.x, state.u, state.torque)
 
 
@@ -75,23 +75,23 @@ class Moved:
     frame: Frame
 
     def mass_matrix(self, x: np.ndarray) -> np.ndarray:
-        """See Source."""
+        """See FrameEquations."""
         jacobian = self.frame.jacobian(x)
         return jacobian.T @ self.model.mass_matrix(self.frame.position(x)) @ jacobian
 
     def bias(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """See Source."""
+        """See FrameEquations."""
         q, jacobian = self.frame.position(x), self.frame.jacobian(x)
         inertial = self.model.mass_matrix(q) @ self.frame.drift(x, u)
         return jacobian.T @ (self.model.bias(q, jacobian @ u) + inertial)
 
-    def force(self, state: State) -> np.ndarray:
-        """See Source."""
+    def force(self, state: UserState) -> np.ndarray:
+        """See FrameEquations."""
         force = self.model.generalized_force(state.t, state.q, state.v)
         return self.frame.jacobian(state.x).T @ force
 
-    def acceleration(self, state: State) -> np.ndarray:
-        """See Source."""
+    def acceleration(self, state: UserState) -> np.ndarray:
+        """See FrameEquations."""
         moving = self.model.acceleration(state.t, state.q, state.v)
         drift = self.frame.drift(state.x, state.u)
         return np.linalg.solve(self.frame.jacobian(state.x), moving - drift)

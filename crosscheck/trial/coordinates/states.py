@@ -20,7 +20,7 @@ from models.experiment.scenario import Scenario
 FIRST = 20  # poses that a map may not reach, before it is one that reaches none
 
 
-class State(NamedTuple):
+class UserState(NamedTuple):
     """t [s]; x, u (n,), the user's coordinates and rates; q, v (n,), the project's.
 
     torque (joints,): output torques [N m] of the scenario's drive.
@@ -37,7 +37,7 @@ class State(NamedTuple):
 @lru_cache(maxsize=8)  # every question of a trial asks at the same ones
 def states_of(
     frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int
-) -> tuple[State, ...]:
+) -> tuple[UserState, ...]:
     """States on both flanks of the teeth, at any pose, moving briskly.
 
     A pose that no x gives is moved towards one that some x gives. Raises InputError.
@@ -45,14 +45,16 @@ def states_of(
     return tuple(_states(frame, arm, scenario, count, seed))
 
 
-def _states(frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int) -> Iterator[State]:
+def _states(
+    frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int
+) -> Iterator[UserState]:
     drive, theta = drive_data(scenario, len(arm.joints)), frame.layout.theta
     drawn = random_states(frame.layout, arm, count, seed)
     for t, x, v in zip(drawn.t, _places(frame, drawn.q), drawn.v, strict=True):
         q = frame.position(x)
         u = np.linalg.solve(frame.jacobian(x), v)
         torque = torques_at(drive, float(t), q[theta], v[theta])
-        yield State(float(t), x, u, q, v, torque)
+        yield UserState(float(t), x, u, q, v, torque)
 
 
 def _places(frame: Frame, drawn: np.ndarray) -> Iterator[np.ndarray]:

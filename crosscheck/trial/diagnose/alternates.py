@@ -15,8 +15,8 @@ from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.diagnose.explain import UNEXPLAINED, explain
 from crosscheck.trial.diagnose.force_terms import (
     USUAL,
+    ForceStates,
     Phases,
-    States,
     named_meshes,
     rate_name,
     signal_columns,
@@ -24,7 +24,7 @@ from crosscheck.trial.diagnose.force_terms import (
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, entry_values
-from crosscheck.trial.judge.places import Explanation, Place, Term, TermError
+from crosscheck.trial.judge.places import EntryPlace, Explanation, Term, TermError
 from models.arm.arm import Arm, Planetary
 from models.arm.layout import Layout
 from models.arm.mesh import Mesh
@@ -140,7 +140,7 @@ class ForceDifferences:
         frame: Frame,
         arm: Arm,
         chosen: Switches,
-        states: States,
+        states: ForceStates,
         rates: np.ndarray,
         level: str = "",
     ) -> None:
@@ -161,7 +161,7 @@ class ForceDifferences:
         return self.fitting.fit(difference, scale, self.values)
 
     def explain(
-        self, place: Place, difference: np.ndarray, scale: float, more: Sequence[Observed] = ()
+        self, place: EntryPlace, difference: np.ndarray, scale: float, more: Sequence[Observed] = ()
     ) -> Explanation | None:
         """Errors in its terms, or another law of the mesh, beside such errors if need be.
 
@@ -184,7 +184,9 @@ class ForceDifferences:
             found.append((other, known, self._signals(other.arm, other.switches, other.phases)))
         return found
 
-    def _by_law(self, place: Place, difference: np.ndarray, scale: float) -> Explanation | None:
+    def _by_law(
+        self, place: EntryPlace, difference: np.ndarray, scale: float
+    ) -> Explanation | None:
         """The law, or the two laws, that leave nothing but errors of terms."""
         right = entry_values(self.terms.entry(place), self.values, self.angles, self.signals)
         changes = [
@@ -235,7 +237,7 @@ class ForceDifferences:
 
     def _told(
         self,
-        place: Place,
+        place: EntryPlace,
         laws: Sequence[int],
         changes: Sequence[np.ndarray],
         difference: np.ndarray,

@@ -9,12 +9,12 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.diagnose.keys import Entry, Key, Product
+from crosscheck.trial.diagnose.keys import Entry, Product, TermKey
 from crosscheck.trial.diagnose.polynomial import Monomial
 from crosscheck.trial.diagnose.values import KINDS, Alternative, Values, alternatives, named
 
 Kind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
-Change = Mapping[Key, np.ndarray]  # yours - right, (arms,) each
+Change = Mapping[TermKey, np.ndarray]  # yours - right, (arms,) each
 FACTORS = (2, 1 / 2, 3, 1 / 3, 4, 1 / 4, -2, -1 / 2, 3 / 2, 2 / 3, 6, 1 / 6, 12, 1 / 12)
 PLAIN: tuple[tuple[Kind, str, float, float], ...] = (
     ("dropped", "", 0.0, 1.0),
@@ -38,43 +38,45 @@ class Candidate(NamedTuple):
     yours: str = ""
     right: str = ""
     by: float | None = None
-    key: Key | None = None  # of an angle: where yours stands
+    key: TermKey | None = None  # of an angle: where yours stands
 
     @property
-    def print(self) -> tuple[tuple[Key, str], ...]:
+    def print(self) -> tuple[tuple[TermKey, str], ...]:
         """What it does to the last arm, whose numbers have nothing in common: equal if the same."""
         last = ((key, f"{change[-1]:.9e}") for key, change in self.change.items() if change[-1])
         return tuple(sorted(last))
 
 
-class Group(NamedTuple):
+class TermGroup(NamedTuple):
     """Terms that one error may concern together; cost: how far-fetched that is."""
 
     products: Entry
     cost: float
 
 
-def groups(entry: Entry) -> list[Group]:
+def groups(entry: Entry) -> list[TermGroup]:
     """Each term; all; those before one wave; with one symbol in common; with a joint's masses."""
-    found = [Group((product,), 0.0) for product in entry]
-    by_key: defaultdict[Key, list[Product]] = defaultdict(list)
+    found = [TermGroup((product,), 0.0) for product in entry]
+    by_key: defaultdict[TermKey, list[Product]] = defaultdict(list)
     by_symbol: defaultdict[str, list[Product]] = defaultdict(list)
     for product in entry:
         by_key[product.key].append(product)
         for symbol in product.symbols:
             by_symbol[symbol].append(product)
-    found.append(Group(entry, 0.02))
-    found += [Group(tuple(each), 0.04) for each in by_key.values()]
-    found += [Group(tuple(each), 0.06) for each in by_symbol.values()]
+    found.append(TermGroup(entry, 0.02))
+    found += [TermGroup(tuple(each), 0.04) for each in by_key.values()]
+    found += [TermGroup(tuple(each), 0.06) for each in by_symbol.values()]
     for each in by_symbol.values():
         keys = {product.key for product in each}
-        found += [Group(tuple(p for p in each if p.key == k), 0.12) for k in keys if len(keys) > 1]
+        found += [
+            TermGroup(tuple(p for p in each if p.key == k), 0.12) for k in keys if len(keys) > 1
+        ]
     found += _joint_masses(entry)
     unique = {group.products: group for group in reversed(found) if group.products}
     return list(unique.values())
 
 
-def _joint_masses(entry: Entry) -> Iterator[Group]:
+def _joint_masses(entry: Entry) -> Iterator[TermGroup]:
     """Terms with masses of one joint's bodies, that of a link apart; before one lever together."""
     levers: defaultdict[Any, list[Product]] = defaultdict(list)
     for product in entry:
@@ -82,12 +84,12 @@ def _joint_masses(entry: Entry) -> Iterator[Group]:
         if masses and masses[0].stem != "m":
             lever = tuple(p for p in product.monomial.powers if named(p[0]).stem in LENGTHS)
             levers[masses[0].joint, lever, product.key].append(product)
-    yield from (Group(tuple(each), 0.05) for each in levers.values() if len(each) > 1)
+    yield from (TermGroup(tuple(each), 0.05) for each in levers.values() if len(each) > 1)
 
 
-def change_by(products: Iterable[Product], of_each: Iterable[Any]) -> dict[Key, np.ndarray]:
+def change_by(products: Iterable[Product], of_each: Iterable[Any]) -> dict[TermKey, np.ndarray]:
     """Changes of products, added up for each key."""
-    total: dict[Key, np.ndarray] = {}
+    total: dict[TermKey, np.ndarray] = {}
     for product, change in zip(products, of_each, strict=True):
         total[product.key] = total[product.key] + change if product.key in total else change
     return total
@@ -191,7 +193,7 @@ class Candidates:
             yield Alternative(f"2 {symbol}", 2 * value, 0.2)
             yield Alternative(f"{symbol}/2", value / 2, 0.2)
 
-    def angles(self, keys: Sequence[Key]) -> Iterator[Candidate]:
+    def angles(self, keys: Sequence[TermKey]) -> Iterator[Candidate]:
         """Terms before one wave that stand before another of these keys instead."""
         for products, extra in self.groups:
             own = {product.key for product in products}
@@ -224,7 +226,7 @@ def _written(symbol: str, power: int) -> str:
 
 
 def extras(
-    products: Iterable[Product], wanted: Mapping[Key, Fits], values: Values
+    products: Iterable[Product], wanted: Mapping[TermKey, Fits], values: Values
 ) -> Iterator[Candidate]:
     """Terms of any entry, or of none, that make what is off before one of these keys."""
     monomials = list(dict.fromkeys(product.monomial for product in products))
@@ -263,4 +265,4 @@ INERTIAS = ("I_l", "J_r", "J_m")
 
 def _product(*symbols: str) -> Product:
     powers = tuple(sorted((symbol, symbols.count(symbol)) for symbol in set(symbols)))
-    return Product(Key(()), Monomial(1, powers))
+    return Product(TermKey(()), Monomial(1, powers))

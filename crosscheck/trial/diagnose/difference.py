@@ -12,13 +12,13 @@ from crosscheck.trial.diagnose.keys import Product
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
 from crosscheck.trial.diagnose.words import latex_name
 from crosscheck.trial.input.equations import Symbolic
-from crosscheck.trial.judge.places import Place
+from crosscheck.trial.judge.places import EntryPlace
 
 ROUNDING = 1e-12  # of a coefficient's parts, beside which their sum is nothing
 
 
 def symbolic_difference(
-    place: Place, symbolic: Symbolic, terms: ReferenceTerms, values: Mapping[str, float]
+    place: EntryPlace, symbolic: Symbolic, terms: ReferenceTerms, values: Mapping[str, float]
 ) -> sp.Expr | None:
     """Yours minus right, sines and cosines of sums, with rates and torques by the trial's names.
 
@@ -50,7 +50,7 @@ def symbolic_difference(
     return total if total != 0 else None
 
 
-def _entry(place: Place, symbolic: Symbolic) -> sp.Expr | None:
+def _entry(place: EntryPlace, symbolic: Symbolic) -> sp.Expr | None:
     """The user's entry, of a bias that of its rates, in the names of the trial."""
     whole = getattr(symbolic, place.part)
     if whole is None:

@@ -15,12 +15,12 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.trial.diagnose.candidates import Candidate, Candidates, extras, generic
-from crosscheck.trial.diagnose.keys import Key
+from crosscheck.trial.diagnose.keys import TermKey
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
 from crosscheck.trial.diagnose.values import Values, together, unrelated
 from crosscheck.trial.diagnose.waves import Observed
 from crosscheck.trial.diagnose.words import error_of
-from crosscheck.trial.judge.places import Explanation, Place
+from crosscheck.trial.judge.places import EntryPlace, Explanation
 
 ROUNDING = 1e-11  # of a coefficient's difference, beside the noise that its fit shows
 NOISES = 8  # standard errors that a coefficient may be off
@@ -37,7 +37,7 @@ TOO_NOISY = 1e-7  # relative: with more, two errors at once fit almost anything
 class Target(NamedTuple):
     """The difference (keys, arms) and what it may be off, at these keys; which are not 0."""
 
-    keys: tuple[Key, ...]
+    keys: tuple[TermKey, ...]
     difference: np.ndarray
     tolerance: np.ndarray
     wrong: np.ndarray
@@ -52,7 +52,7 @@ Found = tuple[Candidate, ...]
 
 
 def explain(
-    place: Place, observed: Sequence[Observed], terms: ReferenceTerms
+    place: EntryPlace, observed: Sequence[Observed], terms: ReferenceTerms
 ) -> Explanation | None:
     """Errors that make the difference on all arms, or None if no few do."""
     target = target_of(observed)
@@ -79,7 +79,7 @@ def target_of(observed: Sequence[Observed]) -> Target:
     return Target(keys, difference, tolerance, wrong)
 
 
-def search(target: Target, place: Place, terms: ReferenceTerms, values: Values) -> list[Found]:
+def search(target: Target, place: EntryPlace, terms: ReferenceTerms, values: Values) -> list[Found]:
     """One error; else one for each part of the difference; else two together.
 
     An error is one in the entry's own terms, or a term that does not belong there.

@@ -18,7 +18,7 @@ from analytic.paper.mesh_force import in_contact, mesh_force, phase_force
 from analytic.paper.mesh_frequency import mesh_phase
 from analytic.paper.stiffness import stiffness, stiffness_slope
 from analytic.paper.tooth_error import whole_error
-from crosscheck.trial.diagnose.keys import Key
+from crosscheck.trial.diagnose.keys import TermKey
 from crosscheck.trial.diagnose.polynomial import symbol
 from crosscheck.trial.diagnose.values import damper_name
 from models.arm.arm import Arm, Planetary
@@ -31,11 +31,11 @@ Columns = Mapping[str, np.ndarray]  # signals by name, (K,) each
 class Forces(NamedTuple):
     """driven: coefficient by row and key; damped: (row, rate, coefficient) on rates of q."""
 
-    driven: Mapping[tuple[int, Key], Any]
+    driven: Mapping[tuple[int, TermKey], Any]
     damped: Sequence[tuple[int, int, Any]]
 
 
-class NamedMesh(NamedTuple):
+class ForcedMesh(NamedTuple):
     """A mesh with a force of its own: its joint (from 0), planet (from 0), and names.
 
     force, damper, work: signals; damping: symbol of its damping, of ``planets`` together.
@@ -56,7 +56,7 @@ def rate_name(coordinate: str) -> str:
     return f"{coordinate}'"
 
 
-def named_meshes(arm: Arm, layout: Layout) -> list[NamedMesh]:
+def named_meshes(arm: Arm, layout: Layout) -> list[ForcedMesh]:
     """In the order of analytic.derivation.gears."""
     found = []
     for place in layout.meshing:
@@ -68,7 +68,7 @@ def named_meshes(arm: Arm, layout: Layout) -> list[NamedMesh]:
                 force, damper, work = (f"{kind}_{pair}{suffix}" for kind in "FDQ")
                 own = damper_name(pair, joint, number, planet)
                 count = joint.planet_count if layout.free else 1
-                found.append(NamedMesh(place, planet, pair, force, damper, work, own, count))
+                found.append(ForcedMesh(place, planet, pair, force, damper, work, own, count))
     return found
 
 
@@ -76,18 +76,18 @@ def forces(chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches) -> 
     """Drive, meshes, dampers, friction and weight (see docs/explanation/equations.md)."""
     layout = chain.layout
     still = (0,) * len(chain.stages)
-    driven: dict[tuple[int, Key], Any] = {}
+    driven: dict[tuple[int, TermKey], Any] = {}
     damped: list[tuple[int, int, Any]] = []
     for number, row in enumerate(drive_rows(chain), start=1):
-        _add(driven, row, 1, Key(still, signal=f"T_{number}"))
+        _add(driven, row, 1, TermKey(still, signal=f"T_{number}"))
     meshes = named_meshes(arm, layout)
     for mesh, row in zip(meshes, mesh_rows(chain), strict=True):
-        _add(driven, row, 1, Key(still, signal=mesh.force))
+        _add(driven, row, 1, TermKey(still, signal=mesh.force))
         moved = layout.displacement(MESHES[mesh.pair == "pr"], mesh.joint, mesh.planet)
         damper = symbol(mesh.damping) * Fraction(-1, mesh.planets)
         moved = np.array([int(entry) for entry in moved], dtype=object)
         if chosen.damping == "contact":
-            _add(driven, moved, damper, Key(still, signal=mesh.damper))
+            _add(driven, moved, damper, TermKey(still, signal=mesh.damper))
         else:
             places = np.flatnonzero(moved)
             damped += [
@@ -95,7 +95,7 @@ def forces(chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches) -> 
             ]
         if chosen.mesh_work == "conservative":
             theta = int(layout.theta[mesh.joint])
-            driven[theta, Key(still, signal=mesh.work)] = 1
+            driven[theta, TermKey(still, signal=mesh.work)] = 1
     for number, (joint, place) in enumerate(zip(arm.joints, layout.theta, strict=True), start=1):
         if joint.friction_N_m_s_per_rad:
             damped.append((int(place), int(place), -1 * symbol(f"c{number}")))
@@ -103,29 +103,31 @@ def forces(chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches) -> 
     return Forces(driven, damped)
 
 
-def _add(driven: dict[tuple[int, Key], Any], row: np.ndarray, factor: Any, key: Key) -> None:
+def _add(
+    driven: dict[tuple[int, TermKey], Any], row: np.ndarray, factor: Any, key: TermKey
+) -> None:
     for place in np.flatnonzero(row):
         driven[int(place), key] = factor * row[place]
 
 
-def _weight(chain: Chain, bodies: Sequence[Body], arm: Arm) -> dict[tuple[int, Key], Any]:
+def _weight(chain: Chain, bodies: Sequence[Body], arm: Arm) -> dict[tuple[int, TermKey], Any]:
     """Cosines and sines of link angles."""
     pull = [
         symbol(f"g_{axis}") if g else 0 for axis, g in zip("xy", arm.gravity_m_per_s2, strict=True)
     ]
     if not any(pull):
         return {}
-    found: defaultdict[tuple[int, Key], Any] = defaultdict(lambda: 0)
+    found: defaultdict[tuple[int, TermKey], Any] = defaultdict(lambda: 0)
     weight = weight_terms(bodies, chain.angles[1:], (pull[0], pull[1]))
     for (row, wave), pair in weight.items():
         turned = tuple(wave[place] for place in chain.layout.theta)
         for function, coefficient in zip(("cos", "sin"), pair, strict=True):
             if coefficient:
-                found[row, Key(turned, function)] += coefficient
+                found[row, TermKey(turned, function)] += coefficient
     return dict(found)
 
 
-class States(NamedTuple):
+class ForceStates(NamedTuple):
     """Where forces are asked for: t (K,), q and v (K, n) of the layout, torque (K, joints)."""
 
     t: np.ndarray
@@ -145,7 +147,7 @@ USUAL = Phases()
 
 
 def signal_columns(
-    arm: Arm, layout: Layout, chosen: Switches, states: States, phases: Phases = USUAL
+    arm: Arm, layout: Layout, chosen: Switches, states: ForceStates, phases: Phases = USUAL
 ) -> Columns:
     """Output torques [N m], forces of a planet's meshes [N], and the dampers' rates [m/s].
 

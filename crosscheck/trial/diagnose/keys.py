@@ -9,7 +9,7 @@ from crosscheck.trial.diagnose.polynomial import Monomial
 Wave = tuple[int, ...]  # whole multiples of the joint angles of q, the first one positive
 
 
-class Key(NamedTuple):
+class TermKey(NamedTuple):
     """What a coefficient stands before: a signal times the cosine or sine of a joint angle sum.
 
     function ``cos`` of wave 0 is 1. signal: '' (none), an output torque ``T_1``, a mesh force of a
@@ -25,7 +25,7 @@ class Key(NamedTuple):
 class Product(NamedTuple):
     """A term of an entry: number * powers of symbols, before a key."""
 
-    key: Key
+    key: TermKey
     monomial: Monomial
 
     @property

@@ -11,12 +11,12 @@ import sympy as sp
 
 from crosscheck.planning.comparison import Results
 from crosscheck.trial.coordinates.frame import Frame, frame_of
-from crosscheck.trial.coordinates.states import State
+from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.diagnose.alternates import ForceDifferences
 from crosscheck.trial.diagnose.difference import latex_of, symbolic_difference
 from crosscheck.trial.diagnose.explain import UNEXPLAINED, explain
-from crosscheck.trial.diagnose.force_terms import States
-from crosscheck.trial.diagnose.keys import Key
+from crosscheck.trial.diagnose.force_terms import ForceStates
+from crosscheck.trial.diagnose.keys import TermKey
 from crosscheck.trial.diagnose.polynomial import from_sympy
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
 from crosscheck.trial.diagnose.summary import alike, bias_of, follows
@@ -27,9 +27,9 @@ from crosscheck.trial.input.equations import Coordinates, Gearing
 from crosscheck.trial.input.naming import named
 from crosscheck.trial.judge.bench import Bench
 from crosscheck.trial.judge.entries import PARTS, deviations, wrong_entries
-from crosscheck.trial.judge.places import Explanation, Place, TermError, Wrong
+from crosscheck.trial.judge.places import EntryPlace, Explanation, TermError, Wrong
 from crosscheck.trial.judge.quadratic import paired
-from crosscheck.trial.judge.sizes import Sizes, sizes_of
+from crosscheck.trial.judge.sizes import NaturalSizes, sizes_of
 from crosscheck.trial.judge.suite import reference_of, sizes_in
 
 SAME = 1e-12  # of a row of a map: what two readings of it may differ by
@@ -79,7 +79,7 @@ class Compared:
         return replace(self.bench.frame, symbolic=self.symbolic)
 
     @cached_property
-    def states(self) -> Sequence[State]:
+    def states(self) -> Sequence[UserState]:
         """At which both were asked."""
         if self.seen is None:
             return self.bench.states
@@ -87,7 +87,7 @@ class Compared:
         return [state._replace(x=S @ state.x, u=S @ state.u) for state in self.bench.states]
 
     @cached_property
-    def sizes(self) -> Sizes:
+    def sizes(self) -> NaturalSizes:
         """Natural sizes of entries."""
         if self.seen is None:
             return sizes_in(self.bench, self.results, self.level)
@@ -134,7 +134,7 @@ class Compared:
         """What forces are taken apart by."""
         case, states = self.bench.case, self.states
         q, v, torque, rates = (np.array([s[k] for s in states]) for k in (3, 4, 5, 2))
-        at = States(np.array([state.t for state in states]), q, v, torque)
+        at = ForceStates(np.array([state.t for state in states]), q, v, torque)
         arm, chosen = case.arm, case.switches
         return ForceDifferences(self.frame, arm, chosen, at, rates, self.level)
 
@@ -146,7 +146,7 @@ class Compared:
         return Fitting.of_waves(self.terms, angles)
 
     @cached_property
-    def demanded(self) -> Mapping[Place, Mapping[Key, float]]:
+    def demanded(self) -> Mapping[EntryPlace, Mapping[TermKey, float]]:
         """What the wrong entries of M make of a bias that follows from them."""
         mass = {
             (wrong.place.row, wrong.place.column): self.observed(wrong.place).coefficients
@@ -156,18 +156,18 @@ class Compared:
         assert self.terms is not None  # else nobody asks
         return bias_of(mass, self.terms.angles)
 
-    def follows(self, place: Place) -> bool:
+    def follows(self, place: EntryPlace) -> bool:
         """Whether a bias is wrong for no other reason than M."""
         expected = self.demanded.get(place, {})
         return bool(expected) and follows(self.observed(place), expected)
 
-    def difference(self, place: Place) -> tuple[np.ndarray, float]:
+    def difference(self, place: EntryPlace) -> tuple[np.ndarray, float]:
         """Yours minus right of an entry at every state (count,), and the entry's size."""
         quantity, index = QUANTITIES[place.part], _index(place)
         apart = self.yours[quantity] - self.right[quantity]
         return apart[(slice(None), *index)], float(self.sizes.of(quantity)[index])
 
-    def observed(self, place: Place) -> Observed:
+    def observed(self, place: EntryPlace) -> Observed:
         """The same, taken apart."""
         values, scale = self.difference(place)
         if place.part == "force":
@@ -175,7 +175,7 @@ class Compared:
         return self.fitting.fit(values, scale, values_of(self.bench.case.arm))
 
 
-def _index(place: Place) -> tuple[int, ...]:
+def _index(place: EntryPlace) -> tuple[int, ...]:
     if place.rates is not None:
         return (place.row, *place.rates)
     return (place.row,) if place.column is None else (place.row, place.column)
@@ -288,7 +288,7 @@ def _together(explanations: Sequence[Explanation], way: int) -> tuple[TermError,
     return tuple({alike(error): error for error in errors}.values())
 
 
-def _reaches(there: Place, here: Place, turns: np.ndarray) -> bool:
+def _reaches(there: EntryPlace, here: EntryPlace, turns: np.ndarray) -> bool:
     """Whether an entry in y is a part of one in x; turns (n, n): where dy/dx is not 0."""
     pairs = [(there.row, here.row)]
     if there.column is not None and here.column is not None:
@@ -332,7 +332,7 @@ def _explained(wrong: Wrong, arm: Compared, others: Sequence[Compared]) -> Wrong
     return replace(wrong, difference=difference_of(observed.found, arm.terms))
 
 
-def _typeset(place: Place, arm: Compared) -> str:
+def _typeset(place: EntryPlace, arm: Compared) -> str:
     """Yours minus right of symbolic equations as TeX, '' of others."""
     symbolic = arm.bench.equations.symbolic
     if symbolic is None or arm.terms is None or arm.seen is not None:

@@ -19,14 +19,14 @@ from analytic.derivation.rigid import rigid_bodies
 from analytic.derivation.symbols import arm_chain
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.diagnose.force_terms import Forces, forces, rate_name
-from crosscheck.trial.diagnose.keys import Entry, Key, Product, Wave
+from crosscheck.trial.diagnose.keys import Entry, Product, TermKey, Wave
 from crosscheck.trial.diagnose.polynomial import (
     Polynomial,
     constant,
     from_sympy,
     symbol,
 )
-from crosscheck.trial.judge.places import Place
+from crosscheck.trial.judge.places import EntryPlace
 from models.arm.arm import Arm
 from models.arm.layout import Layout
 from models.experiment.switches import Switches
@@ -44,14 +44,14 @@ class ReferenceTerms:
 
     names: tuple[str, ...]
     angles: np.ndarray
-    entries: Mapping[Place, Entry]
+    entries: Mapping[EntryPlace, Entry]
 
     @property
     def joints(self) -> int:
         """Of the arm."""
         return len(self.angles)
 
-    def entry(self, place: Place) -> Entry:
+    def entry(self, place: EntryPlace) -> Entry:
         """The terms of a place, none where it is 0."""
         return self.entries.get(place, ())
 
@@ -86,9 +86,9 @@ def _number(entry: Any) -> float:
     return float(sum(monomial.number for monomial in constant(entry).monomials))
 
 
-def _force_entries(found: Forces, columns: np.ndarray, frame: Frame) -> dict[Place, Entry]:
+def _force_entries(found: Forces, columns: np.ndarray, frame: Frame) -> dict[EntryPlace, Entry]:
     """S^T f, rates by those of x."""
-    total: defaultdict[tuple[int, Key], Any] = defaultdict(lambda: 0)
+    total: defaultdict[tuple[int, TermKey], Any] = defaultdict(lambda: 0)
     for (a, key), coefficient in found.driven.items():
         for i in _filled(columns[a]):
             total[i, key] += coefficient * columns[a, i]
@@ -97,10 +97,10 @@ def _force_entries(found: Forces, columns: np.ndarray, frame: Frame) -> dict[Pla
         for i in _filled(columns[a]):
             left = coefficient * columns[a, i]
             for k in _filled(columns[b]):
-                total[i, Key(still, signal=rate_name(frame.names[k]))] += left * columns[b, k]
-    entries: defaultdict[Place, list[tuple[Key, Any]]] = defaultdict(list)
+                total[i, TermKey(still, signal=rate_name(frame.names[k]))] += left * columns[b, k]
+    entries: defaultdict[EntryPlace, list[tuple[TermKey, Any]]] = defaultdict(list)
     for (i, key), coefficient in _kept(total).items():
-        entries[Place("force", i)].append((key, coefficient))
+        entries[EntryPlace("force", i)].append((key, coefficient))
     return {place: _products(parts) for place, parts in entries.items()}
 
 
@@ -173,20 +173,20 @@ def _shortest(entry: Polynomial) -> Polynomial:
     return entry
 
 
-def _products(parts: Iterable[tuple[Key, Any]]) -> Entry:
+def _products(parts: Iterable[tuple[TermKey, Any]]) -> Entry:
     return tuple(
         Product(key, monomial) for key, entry in parts for monomial in constant(entry).monomials
     )
 
 
-def _mass_entries(mass: MassTerms) -> dict[Place, Entry]:
-    found: defaultdict[Place, list[tuple[Key, Any]]] = defaultdict(list)
+def _mass_entries(mass: MassTerms) -> dict[EntryPlace, Entry]:
+    found: defaultdict[EntryPlace, list[tuple[TermKey, Any]]] = defaultdict(list)
     for (i, j, wave), coefficient in sorted(mass.items(), key=lambda item: item[0]):
-        found[Place("mass_matrix", i, j)].append((Key(wave), coefficient))
+        found[EntryPlace("mass_matrix", i, j)].append((TermKey(wave), coefficient))
     return {place: _products(parts) for place, parts in found.items()}
 
 
-def _bias_entries(mass: MassTerms, turns: np.ndarray) -> dict[Place, Entry]:
+def _bias_entries(mass: MassTerms, turns: np.ndarray) -> dict[EntryPlace, Entry]:
     """Christoffel's symbols of the mass matrix, as ``derivation.lagrange`` has them, of any x."""
     total: defaultdict[tuple[int, int, int, Wave], Any] = defaultdict(lambda: 0)
     for (i, j, wave), coefficient in mass.items():
@@ -195,7 +195,7 @@ def _bias_entries(mass: MassTerms, turns: np.ndarray) -> dict[Place, Entry]:
             slope = -1 * coefficient * slopes[k]
             total[i, min(j, k), max(j, k), wave] += slope
             total[k, min(i, j), max(i, j), wave] += slope * Fraction(-1, 2)
-    found: defaultdict[Place, list[tuple[Key, Any]]] = defaultdict(list)
+    found: defaultdict[EntryPlace, list[tuple[TermKey, Any]]] = defaultdict(list)
     for (i, j, k, wave), coefficient in sorted(_kept(total).items(), key=lambda item: item[0]):
-        found[Place("bias", i, rates=(j, k))].append((Key(wave, "sin"), coefficient))
+        found[EntryPlace("bias", i, rates=(j, k))].append((TermKey(wave, "sin"), coefficient))
     return {place: _products(parts) for place, parts in found.items()}

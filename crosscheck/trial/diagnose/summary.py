@@ -8,11 +8,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from crosscheck.trial.diagnose.explain import NOISES
-from crosscheck.trial.diagnose.keys import Key
+from crosscheck.trial.diagnose.keys import TermKey
 from crosscheck.trial.diagnose.waves import Observed
-from crosscheck.trial.judge.places import Place, TermError, Wrong
+from crosscheck.trial.judge.places import EntryPlace, TermError, Wrong
 
-Entries = Mapping[tuple[int, int], Mapping[Key, float]]
+Entries = Mapping[tuple[int, int], Mapping[TermKey, float]]
 FOLLOWS = 1e-9  # of a bias entry's difference, beside its noise
 
 
@@ -33,20 +33,22 @@ def alike(error: TermError) -> object:
     return error.kind, error.yours, error.right, error.by, term, error.term.angle
 
 
-def bias_of(mass: Entries, turns: np.ndarray) -> dict[Place, dict[Key, float]]:
+def bias_of(mass: Entries, turns: np.ndarray) -> dict[EntryPlace, dict[TermKey, float]]:
     """What differences of M, cosines and sines alone, do to a bias that follows from M.
 
     turns (joints, n): d theta / d x.
     """
-    total: defaultdict[Place, defaultdict[Key, float]] = defaultdict(lambda: defaultdict(float))
+    total: defaultdict[EntryPlace, defaultdict[TermKey, float]] = defaultdict(
+        lambda: defaultdict(float)
+    )
     for (i, j), waves in mass.items():
         for key, coefficient in waves.items():
-            other = Key(key.wave, "sin" if key.function == "cos" else "cos")
+            other = TermKey(key.wave, "sin" if key.function == "cos" else "cos")
             sign = -1 if key.function == "cos" else 1
             slopes = sign * coefficient * (np.array(key.wave) @ turns)
             for k in map(int, np.flatnonzero(slopes)):
-                total[Place("bias", i, rates=_pair(j, k))][other] += slopes[k]
-                total[Place("bias", k, rates=_pair(i, j))][other] -= slopes[k] / 2
+                total[EntryPlace("bias", i, rates=_pair(j, k))][other] += slopes[k]
+                total[EntryPlace("bias", k, rates=_pair(i, j))][other] -= slopes[k] / 2
     return {place: dict(waves) for place, waves in total.items()}
 
 
@@ -54,7 +56,7 @@ def _pair(j: int, k: int) -> tuple[int, int]:
     return min(j, k), max(j, k)
 
 
-def follows(observed: Observed, expected: Mapping[Key, float]) -> bool:
+def follows(observed: Observed, expected: Mapping[TermKey, float]) -> bool:
     """Whether a bias entry's difference is what the differences of M make it."""
     keys = {*observed.coefficients, *expected}
     return all(

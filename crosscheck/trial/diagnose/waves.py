@@ -9,7 +9,7 @@ from itertools import product as combinations
 
 import numpy as np
 
-from crosscheck.trial.diagnose.keys import Entry, Key, Wave
+from crosscheck.trial.diagnose.keys import Entry, TermKey, Wave
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
 
 EPS = float(np.finfo(float).eps)
@@ -28,12 +28,12 @@ class Observed:
     """
 
     values: Mapping[str, float]
-    coefficients: Mapping[Key, float]
-    noise: Mapping[Key, float]
+    coefficients: Mapping[TermKey, float]
+    noise: Mapping[TermKey, float]
     left_over: float = 0.0
 
     @property
-    def found(self) -> dict[Key, float]:
+    def found(self) -> dict[TermKey, float]:
         """The coefficients that are not 0."""
         sure = {key: SIGNIFICANT * noise for key, noise in self.noise.items()}
         return {key: v for key, v in self.coefficients.items() if abs(v) > sure.get(key, 0.0)}
@@ -82,10 +82,10 @@ def states_wanted(terms: ReferenceTerms) -> int:
     return LEAST_STATES + 2 * max(2 * len(waves_tried(terms)), still)
 
 
-def keys_of(waves: Iterable[Wave]) -> list[Key]:
+def keys_of(waves: Iterable[Wave]) -> list[TermKey]:
     """Cosine and sine of each, of 0 the cosine alone."""
     both = [(wave, function) for wave in waves for function in ("cos", "sin")]
-    return [Key(wave, function) for wave, function in both if any(wave) or function == "cos"]
+    return [TermKey(wave, function) for wave, function in both if any(wave) or function == "cos"]
 
 
 class Fitting:
@@ -96,7 +96,7 @@ class Fitting:
 
     def __init__(
         self,
-        keys: Sequence[Key],
+        keys: Sequence[TermKey],
         angles: np.ndarray,
         signals: Mapping[str, np.ndarray] | None = None,
     ) -> None:
@@ -119,7 +119,7 @@ class Fitting:
     ) -> Fitting:
         """For entries of the force: each signal, and weight."""
         still = (0,) * terms.joints
-        driven = [Key(still, signal=name) for name in signals]
+        driven = [TermKey(still, signal=name) for name in signals]
         return cls([*driven, *keys_of(links_tried(terms))], angles, signals)
 
     @cached_property
@@ -155,7 +155,7 @@ class Fitting:
         )
 
 
-def _column(key: Key, angles: np.ndarray, signals: Mapping[str, np.ndarray]) -> np.ndarray:
+def _column(key: TermKey, angles: np.ndarray, signals: Mapping[str, np.ndarray]) -> np.ndarray:
     angle = angles @ np.array(key.wave, dtype=float)
     wave = np.sin(angle) if key.function == "sin" else np.cos(angle)
     return wave * signals[key.signal] if key.signal else wave

@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from crosscheck.trial.diagnose.candidates import Candidate
-from crosscheck.trial.diagnose.keys import Entry, Key, Product
+from crosscheck.trial.diagnose.keys import Entry, Product, TermKey
 from crosscheck.trial.diagnose.polynomial import Monomial, Number, Powers
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
 from crosscheck.trial.diagnose.values import ORDER, named
@@ -74,7 +74,7 @@ def number_text(number: Number) -> str:
     return str(Fraction(number)) if not isinstance(number, float) else f"{number:.6g}"
 
 
-def angle_text(key: Key, terms: ReferenceTerms) -> tuple[int, str]:
+def angle_text(key: TermKey, terms: ReferenceTerms) -> tuple[int, str]:
     """The angle sum in the user's coordinates, first positive, and the sign that a sine takes."""
     if not any(key.wave):
         return 1, ""
@@ -132,7 +132,7 @@ def _power(name: str, power: int) -> str:
     return name if power == 1 else f"{name}^{power}"
 
 
-def _trig(key: Key, terms: ReferenceTerms) -> str:
+def _trig(key: TermKey, terms: ReferenceTerms) -> str:
     sign, angle = angle_text(key, terms)
     if not angle:
         return "1"
@@ -183,7 +183,7 @@ def monomial_latex(monomial: Monomial) -> str:
     return sign + r"\,".join(filter(None, (front, *parts)))
 
 
-def key_latex(key: Key, terms: ReferenceTerms) -> str:
+def key_latex(key: TermKey, terms: ReferenceTerms) -> str:
     """Wave and signal as TeX, without the sign of a sine."""
     _, angle = angle_text(key, terms)
     turned = re.sub(r"[A-Za-z]\w*", lambda found: latex_name(found[0]), angle)
@@ -238,7 +238,7 @@ def _short_of(error: TermError) -> str:
     return f"yours is short of {written(replace(error.term, coefficient=short))}; "
 
 
-def difference_of(coefficients: Mapping[Key, float], terms: ReferenceTerms) -> tuple[Term, ...]:
+def difference_of(coefficients: Mapping[TermKey, float], terms: ReferenceTerms) -> tuple[Term, ...]:
     """Yours minus right as it is: numbers before waves and signals, the largest first."""
     numbers = {key: float(f"{value:.4g}") for key, value in coefficients.items()}
     return tuple(

@@ -41,7 +41,7 @@ LAMBDIFIED = "<lambdifygenerated"  # what sympy calls the file of a function tha
 
 
 @dataclass(frozen=True)
-class Handed:
+class SuppliedEquations:
     """Equations of an arm, each part by its fixed signature; what can be worked out is.
 
     given: parts that the user's functions are; has: these and what follows from them. A method
@@ -122,12 +122,12 @@ def _state(arguments: Arguments) -> str:
     return f" at {', '.join(f'{name} = {text}' for name, text in vectors.items())}"
 
 
-def handed(equations: Equations, arm: Arm, frame: Frame) -> Handed:
+def handed(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEquations:
     """The equations, bound to an arm and in a frame of it. Raises InputError."""
     functions = {part: getattr(equations, part) for part in TAKES}
     given = {part: own for part, own in functions.items() if own is not None}
     calls = {part: by_name(own, part) for part, own in given.items()}
-    return Handed(equations, arm, frame, frozenset(given), _following(set(given)), calls)
+    return SuppliedEquations(equations, arm, frame, frozenset(given), _following(set(given)), calls)
 
 
 def _following(given: set[str]) -> frozenset[str]:

@@ -17,10 +17,10 @@ from crosscheck.runner.tasks import Evaluation, Simulation, built
 from crosscheck.runner.underway import Told
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.frame import counted
-from crosscheck.trial.coordinates.states import State, states_of
-from crosscheck.trial.input.calls import Handed, handed
+from crosscheck.trial.coordinates.states import UserState, states_of
+from crosscheck.trial.input.calls import SuppliedEquations, handed
 from crosscheck.trial.judge.bench import Bench
-from crosscheck.trial.judge.questions import AGAIN, Question
+from crosscheck.trial.judge.questions import AGAIN, StateQuestion
 from crosscheck.trial.model import HandedModel
 from models.errors import InputError
 from models.loading import Case
@@ -61,7 +61,7 @@ class FirstCall:
         return None
 
 
-def _call(own: Handed, part: str, state: State) -> None:
+def _call(own: SuppliedEquations, part: str, state: UserState) -> None:
     if part == "inverse_dynamics":
         own.inverse_dynamics(state.x, state.u, state.u)
     elif part == "mass_matrix":
@@ -114,7 +114,7 @@ def _behind(bench: Bench, task: ModelTask) -> tuple[str, ...]:
     whole = ("acceleration",) if "acceleration" in given else (*mass, *bias, "force")
     if isinstance(task, Simulation):
         return (*whole, *mass)
-    assert isinstance(task, Question | Evaluation)  # nothing else is asked of it
+    assert isinstance(task, StateQuestion | Evaluation)  # nothing else is asked of it
     about = task.quantity.removesuffix(AGAIN)
     return {
         "mass_matrix": mass,

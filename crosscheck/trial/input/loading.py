@@ -34,7 +34,7 @@ Maker = Callable[..., Any]
 
 
 @dataclass(frozen=True)
-class Source:
+class EquationsLocation:
     """Where a user's equations are: the text on the command line, its two halves, a folder."""
 
     text: str
@@ -86,15 +86,15 @@ def made(
     return rebuilt(arm, scenario)
 
 
-def _source(text: str) -> Source:
+def _source(text: str) -> EquationsLocation:
     module, colon, name = text.rpartition(":")
     if not colon or not module or not name:
         raise InputError(text, "", None, f"must be {EXPECTED}")
     folder = Path(module).resolve().parent if module.endswith(".py") else Path.cwd().resolve()
-    return Source(text, module, name, folder)
+    return EquationsLocation(text, module, name, folder)
 
 
-def _module(source: Source) -> ModuleType:
+def _module(source: EquationsLocation) -> ModuleType:
     if source.file is None:
         with _told(source.text, source.folder), _findable(source.folder):
             return importlib.import_module(source.module)
@@ -105,7 +105,7 @@ def _module(source: Source) -> ModuleType:
     return _from_file(source, source.file.resolve())
 
 
-def _from_file(source: Source, path: Path) -> ModuleType:
+def _from_file(source: EquationsLocation, path: Path) -> ModuleType:
     """The file as a module of a private name, which cannot hide another one."""
     name = f"_crosscheck_trial_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
     spec = importlib.util.spec_from_file_location(name, path)
@@ -175,7 +175,7 @@ def _shadowed(error: BaseException, folder: Path) -> str:
     return f"; the name {taken} is taken by the project, so give your own {taken} another one"
 
 
-def _named(module: ModuleType, source: Source) -> Any:
+def _named(module: ModuleType, source: EquationsLocation) -> Any:
     found: Any = module
     for part in source.name.split("."):
         if isinstance(getattr(found, part, sys), ModuleType):  # or there, once it is imported

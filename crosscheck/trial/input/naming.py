@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from crosscheck.trial.judge.places import Place
+from crosscheck.trial.judge.places import EntryPlace
 
 SHOWN = 8  # of a list of places; the report has them all
 
 
-def named(place: Place, names: Sequence[str]) -> str:
+def named(place: EntryPlace, names: Sequence[str]) -> str:
     """Such as M[phi_1, phi_2], bias[phi_1] of phi_1' phi_2', force[phi_1]."""
     row = names[place.row]
     if place.part == "mass_matrix":
@@ -22,7 +22,7 @@ def named(place: Place, names: Sequence[str]) -> str:
     return f"{place.part}[{row}]"
 
 
-def listed(places: Sequence[Place], names: Sequence[str]) -> str:
+def listed(places: Sequence[EntryPlace], names: Sequence[str]) -> str:
     """Several of them, the first few by name; '' for none."""
     shown = ", ".join(named(place, names) for place in places[:SHOWN])
     rest = len(places) - SHOWN

@@ -8,9 +8,9 @@ from functools import cached_property
 from crosscheck.planning.sizing import unequal_gains
 from crosscheck.registry import MODELS, RIGID_LEVELS, lead, names, of_level, promising
 from crosscheck.trial.coordinates.frame import Frame, frame_of
-from crosscheck.trial.coordinates.states import State, states_of
+from crosscheck.trial.coordinates.states import UserState, states_of
 from crosscheck.trial.input.equations import Equations, Gearing
-from crosscheck.trial.judge.questions import Question
+from crosscheck.trial.judge.questions import StateQuestion
 from models.arm.arm import Arm
 from models.loading import Case
 
@@ -45,7 +45,7 @@ class Bench:
         return frame_of(self.equations.coordinates, self.case.arm)
 
     @cached_property
-    def states(self) -> tuple[State, ...]:
+    def states(self) -> tuple[UserState, ...]:
         """At which everything is asked."""
         return states_of(self.frame, self.case.arm, self.case.scenario, self.count, self.seed)
 
@@ -71,10 +71,10 @@ class Bench:
         case = Case(arm, unequal_gains(arm), self.case.switches)
         return replace(self, equations=self.equations.on(arm, case.scenario), case=case)
 
-    def yours(self, quantity: str) -> Question:
+    def yours(self, quantity: str) -> StateQuestion:
         """The question of a part of it."""
         return self.ask(self.name, quantity)
 
-    def ask(self, model: str, quantity: str) -> Question:
+    def ask(self, model: str, quantity: str) -> StateQuestion:
         """The same question to another model, in these coordinates."""
-        return Question(self.name, model, self.case, quantity, self.count, self.seed)
+        return StateQuestion(self.name, model, self.case, quantity, self.count, self.seed)

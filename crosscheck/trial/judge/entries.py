@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from crosscheck.trial.judge.places import Part, Place, Wrong
-from crosscheck.trial.judge.sizes import Sizes
+from crosscheck.trial.judge.places import EntryPlace, Part, Wrong
+from crosscheck.trial.judge.sizes import NaturalSizes
 
 PARTS: dict[str, Part] = {
     "mass_matrix": "mass_matrix",
@@ -27,7 +27,7 @@ def deviations(one: np.ndarray, other: np.ndarray, size: np.ndarray) -> np.ndarr
 
 
 def wrong_entries(
-    quantity: str, yours: np.ndarray, right: np.ndarray, sizes: Sizes
+    quantity: str, yours: np.ndarray, right: np.ndarray, sizes: NaturalSizes
 ) -> Iterator[Wrong]:
     """The entries of a part that differ by more than rounding, the largest difference first."""
     found = deviations(yours, right, sizes.of(quantity))
@@ -36,11 +36,11 @@ def wrong_entries(
         yield Wrong(place_of(quantity, index), float(found[index]))
 
 
-def place_of(quantity: str, index: tuple[int, ...]) -> Place:
+def place_of(quantity: str, index: tuple[int, ...]) -> EntryPlace:
     """The place of an entry of a part's array."""
     part, row = PARTS[quantity], index[0]
     if quantity == "mass_matrix":
-        return Place(part, row, column=index[1])
+        return EntryPlace(part, row, column=index[1])
     if quantity == "rate_terms":
-        return Place(part, row, rates=(index[1], index[2]))
-    return Place(part, row)
+        return EntryPlace(part, row, rates=(index[1], index[2]))
+    return EntryPlace(part, row)

@@ -9,7 +9,7 @@ import numpy as np
 
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.trial.judge.entries import deviations
-from crosscheck.trial.judge.sizes import Sizes
+from crosscheck.trial.judge.sizes import NaturalSizes
 
 BRINGS = {
     "links": "links and payload",
@@ -34,7 +34,7 @@ class Rung:
         return BRINGS[self.level]
 
 
-def ladder(yours: np.ndarray, levels: Mapping[str, np.ndarray], sizes: Sizes) -> list[Rung]:
+def ladder(yours: np.ndarray, levels: Mapping[str, np.ndarray], sizes: NaturalSizes) -> list[Rung]:
     """Every level's mass matrix (count, n, n) against one handed over, in the levels' order."""
     rungs = []
     for level in RIGID_LEVELS:

@@ -13,7 +13,7 @@ import numpy as np
 from crosscheck.trial.input.calls import MATRICES
 from crosscheck.trial.input.equations import AnswerTable
 from crosscheck.trial.judge.entries import PARTS, place_of
-from crosscheck.trial.judge.places import Part, Place
+from crosscheck.trial.judge.places import EntryPlace, Part
 
 DEGREES = 180 / math.pi
 FACTORS = tuple(f**power for f in (1000.0, DEGREES) for power in (1, -1, 2, -2))
@@ -30,7 +30,7 @@ class Misread:
 
     part: Part
     kind: Literal["unit", "order"]
-    places: tuple[Place, ...] = ()
+    places: tuple[EntryPlace, ...] = ()
     factor: float | None = None
 
 
@@ -48,7 +48,7 @@ def misread(
 
 def _units(quantity: str, yours: np.ndarray, right: np.ndarray) -> Iterator[Misread]:
     """By factor, the entries that have it."""
-    by_factor: dict[float, list[Place]] = {}
+    by_factor: dict[float, list[EntryPlace]] = {}
     for index in np.ndindex(yours.shape[1:]):
         at = (slice(None), *index)
         factor = _factor(yours[at], right[at])

@@ -8,26 +8,28 @@ from crosscheck.checks.invariants import SYMMETRY
 from crosscheck.checks.states import scaled, usable
 from crosscheck.findings import About, Finding, checked, failed
 from crosscheck.trial.judge.entries import deviations, place_of
-from crosscheck.trial.judge.places import Place
-from crosscheck.trial.judge.sizes import Sizes
+from crosscheck.trial.judge.places import EntryPlace
+from crosscheck.trial.judge.sizes import NaturalSizes
 
 
-def symmetric(about: About, mass: np.ndarray, sizes: Sizes) -> tuple[Finding, list[Place]]:
+def symmetric(
+    about: About, mass: np.ndarray, sizes: NaturalSizes
+) -> tuple[Finding, list[EntryPlace]]:
     """M (count, n, n) equals its transpose at every state."""
     if not all(usable(matrix) for matrix in mass):
         return failed(about, "the diagonal is not positive at every state"), _bad_diagonal(mass)
     size = np.sqrt(np.einsum("kii,kjj->kij", mass, mass)).max(axis=0)
     apart = deviations(mass, mass.swapaxes(1, 2), size)
     tolerance = SYMMETRY + sizes.written("mass_matrix")
-    wrong = [Place("mass_matrix", i, j) for i, j in np.argwhere(apart > tolerance) if i < j]
+    wrong = [EntryPlace("mass_matrix", i, j) for i, j in np.argwhere(apart > tolerance) if i < j]
     basis = "rounding of the entries' natural sizes"
     measured = float(apart.max())
     return checked(about, measured=measured, tolerance=tolerance, basis=basis), wrong
 
 
-def _bad_diagonal(mass: np.ndarray) -> list[Place]:
+def _bad_diagonal(mass: np.ndarray) -> list[EntryPlace]:
     lowest = np.einsum("kii->ki", mass).min(axis=0)
-    return [Place("mass_matrix", int(i), int(i)) for i in np.flatnonzero(~(lowest > 0))]
+    return [EntryPlace("mass_matrix", int(i), int(i)) for i in np.flatnonzero(~(lowest > 0))]
 
 
 def positive(about: About, mass: np.ndarray) -> Finding:
@@ -44,15 +46,15 @@ def positive(about: About, mass: np.ndarray) -> Finding:
 
 
 def repeatable(
-    about: About, quantity: str, answers: np.ndarray, again: np.ndarray, sizes: Sizes
-) -> tuple[Finding, list[Place]]:
+    about: About, quantity: str, answers: np.ndarray, again: np.ndarray, sizes: NaturalSizes
+) -> tuple[Finding, list[EntryPlace]]:
     """The same question at the same states (count, ...) has the same answer."""
     return _judged(about, quantity, deviations(answers, again, sizes.of(quantity)), sizes)
 
 
 def quadratic(
-    about: About, bias: np.ndarray, at_speeds: np.ndarray, sizes: Sizes
-) -> tuple[Finding, list[Place]]:
+    about: About, bias: np.ndarray, at_speeds: np.ndarray, sizes: NaturalSizes
+) -> tuple[Finding, list[EntryPlace]]:
     """h(x, s u) = s^2 h(x, u) for s = -1 and 2, and h(x, 0) = 0.
 
     bias (count, n); at_speeds (count, speeds + 1, n): h(x, s u) / s^2, then h(x, 0).
@@ -64,15 +66,15 @@ def quadratic(
 
 
 def from_inertia(
-    about: About, terms: np.ndarray, christoffel: np.ndarray, sizes: Sizes
-) -> tuple[Finding, list[Place]]:
+    about: About, terms: np.ndarray, christoffel: np.ndarray, sizes: NaturalSizes
+) -> tuple[Finding, list[EntryPlace]]:
     """A bias's terms (count, n, n, n) against those that its own M demands."""
     return _judged(about, "rate_terms", deviations(terms, christoffel, sizes.rate_terms), sizes)
 
 
 def linear_in_torques(
-    about: About, answers: np.ndarray, sizes: Sizes
-) -> tuple[Finding, list[Place]]:
+    about: About, answers: np.ndarray, sizes: NaturalSizes
+) -> tuple[Finding, list[EntryPlace]]:
     """What torques do to the force is proportional to each, and adds up.
 
     answers (count, 2 m + 2, n): at no torque, each alone, twice each alone, all together.
@@ -90,8 +92,8 @@ def second_law(
     about: About,
     parts: tuple[np.ndarray, np.ndarray, np.ndarray],
     acceleration: np.ndarray,
-    sizes: Sizes,
-) -> tuple[Finding, list[Place]]:
+    sizes: NaturalSizes,
+) -> tuple[Finding, list[EntryPlace]]:
     """M a + h = f of the acceleration that was handed over beside them.
 
     parts: M (count, n, n), bias and force (count, n).
@@ -102,8 +104,8 @@ def second_law(
 
 
 def inverse_dynamics(
-    about: About, answers: np.ndarray, sizes: Sizes
-) -> tuple[Finding, list[Place]]:
+    about: About, answers: np.ndarray, sizes: NaturalSizes
+) -> tuple[Finding, list[EntryPlace]]:
     """Inverse dynamics is M a + h, for any a and u together.
 
     answers (count, 3, n): as handed over; M a + h; a.
@@ -114,8 +116,8 @@ def inverse_dynamics(
 
 
 def _judged(
-    about: About, quantity: str, apart: np.ndarray, sizes: Sizes
-) -> tuple[Finding, list[Place]]:
+    about: About, quantity: str, apart: np.ndarray, sizes: NaturalSizes
+) -> tuple[Finding, list[EntryPlace]]:
     tolerance = sizes.tolerance(quantity)
     beyond = np.argwhere(~(apart <= tolerance))
     wrong = [place_of(quantity, tuple(index)) for index in beyond.tolist()]

@@ -9,7 +9,7 @@ Part = Literal["mass_matrix", "bias", "force", "acceleration"]
 
 
 @dataclass(frozen=True)
-class Place:
+class EntryPlace:
     """An entry, counted from 0: M[row, column]; bias[row] in v_j v_k, j <= k; force[row]."""
 
     part: Part
@@ -73,7 +73,7 @@ class Wrong:
     cannot.
     """
 
-    place: Place
+    place: EntryPlace
     relative: float
     explanation: Explanation | None = None
     difference: tuple[Term, ...] = ()

@@ -15,8 +15,8 @@ import numpy as np
 from crosscheck.registry import MODELS
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import built
-from crosscheck.trial.coordinates.moved import Moved, Own, Source
-from crosscheck.trial.coordinates.states import State, states_of
+from crosscheck.trial.coordinates.moved import FrameEquations, Moved, Own
+from crosscheck.trial.coordinates.states import UserState, states_of
 from crosscheck.trial.input.traces import told_failure
 from crosscheck.trial.judge.quadratic import christoffel_terms, difference_steps, rate_terms
 from crosscheck.trial.model import HandedModel
@@ -26,11 +26,11 @@ from models.loading import Case
 CALL_S = 2e-4
 SPEEDS = (-1.0, 2.0)
 AGAIN = "_again"
-Answers = Callable[[Source, Sequence[State]], list[np.ndarray]]
+Answers = Callable[[FrameEquations, Sequence[UserState]], list[np.ndarray]]
 
 
 @dataclass(frozen=True)
-class Question:
+class StateQuestion:
     """A part of a model, at states of a seed, in the coordinates of the handed model ``asker``.
 
     model: whose answer, the asker's own or another's.
@@ -44,7 +44,7 @@ class Question:
     seed: int
 
     @property
-    def key(self) -> Question:
+    def key(self) -> StateQuestion:
         """Itself."""
         return self
 
@@ -67,22 +67,22 @@ class Question:
         case, frame = self.case, asker.frame
         states = states_of(frame, case.arm, case.scenario, self.count, self.seed)
         model = built(self.model, self.case)
-        source: Source = Moved(model, frame)
+        source: FrameEquations = Moved(model, frame)
         if isinstance(model, HandedModel):
             repeated = self.quantity.endswith(AGAIN)
             source = Own(model.asked_again if repeated else model.handed, frame)
         return np.array(QUESTIONS[self.quantity](source, states))
 
 
-def _masses(source: Source, states: Sequence[State]) -> list[np.ndarray]:
+def _masses(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
     return [source.mass_matrix(state.x) for state in states]
 
 
-def _biases(source: Source, states: Sequence[State]) -> list[np.ndarray]:
+def _biases(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
     return [source.bias(state.x, state.u) for state in states]
 
 
-def _rate_terms(source: Source, states: Sequence[State]) -> list[np.ndarray]:
+def _rate_terms(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
     found = []
     for state in states:
         steps = difference_steps(source.frame.jacobian(state.x), source.frame.layout.angular)
@@ -90,7 +90,7 @@ def _rate_terms(source: Source, states: Sequence[State]) -> list[np.ndarray]:
     return found
 
 
-def _christoffel(source: Source, states: Sequence[State]) -> list[np.ndarray]:
+def _christoffel(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
     found, curved = [], source.frame.matrix is None
     for state in states:
         steps = difference_steps(source.frame.jacobian(state.x), source.frame.layout.angular)
@@ -98,7 +98,7 @@ def _christoffel(source: Source, states: Sequence[State]) -> list[np.ndarray]:
     return found
 
 
-def _at_other_speeds(source: Source, states: Sequence[State]) -> list[np.ndarray]:
+def _at_other_speeds(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
     """h(x, s u) / s^2 and h(x, 0): shape (count, speeds + 1, n)."""
     return [
         np.array(
@@ -109,15 +109,15 @@ def _at_other_speeds(source: Source, states: Sequence[State]) -> list[np.ndarray
     ]
 
 
-def _forces(source: Source, states: Sequence[State]) -> list[np.ndarray]:
+def _forces(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
     return [source.force(state) for state in states]
 
 
-def _accelerations(source: Source, states: Sequence[State]) -> list[np.ndarray]:
+def _accelerations(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
     return [source.acceleration(state) for state in states]
 
 
-def _by_torques(source: Source, states: Sequence[State]) -> list[np.ndarray]:
+def _by_torques(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
     """f at no torque, each alone, twice each alone, all together: (2 m + 2, n) at each state."""
     found = []
     for state in states:
@@ -127,7 +127,7 @@ def _by_torques(source: Source, states: Sequence[State]) -> list[np.ndarray]:
     return found
 
 
-def _inverse_dynamics(source: Source, states: Sequence[State]) -> list[np.ndarray]:
+def _inverse_dynamics(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
     """As handed over, M a + h, and the a of both, at other states' rates: (3, n) at each state."""
     assert isinstance(source, Own)  # nobody else is asked
     found = []

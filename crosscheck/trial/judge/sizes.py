@@ -10,7 +10,7 @@ import numpy as np
 
 from crosscheck.checks.states import EPS, LOOSEST, ROUNDINGS, component_sizes
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.coordinates.states import State
+from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.judge.quadratic import TURN_RAD, turns
 from models.errors import InputError
 
@@ -21,7 +21,7 @@ SOLVED = 10  # roundings of a solution by elimination, times the conditioning of
 
 
 @dataclass(frozen=True)
-class Sizes:
+class NaturalSizes:
     """Natural sizes in a user's coordinates: mass (n, n); rate_terms (n, n, n); rows of each part.
 
     roundings: of the map, how many a difference may hold; solving: what solving by M makes of one;
@@ -65,12 +65,12 @@ class Sizes:
 
 def sizes_of(
     frame: Frame,
-    states: Sequence[State],
+    states: Sequence[UserState],
     mass: np.ndarray,
     force: np.ndarray | None,
     acceleration: np.ndarray | None,
     precision: float = 0.0,
-) -> Sizes:
+) -> NaturalSizes:
     """From a trusted M (count, n, n), force and acceleration (count, n) at states.
 
     M_ij is of size sqrt(M_ii M_jj); a bias of sqrt(M_ii) times the root of u M u and the joints'
@@ -91,7 +91,7 @@ def sizes_of(
         diagonal, np.max([turns(J, frame.layout.angular) for J in jacobians], axis=0)
     )
     moving = np.einsum("ijk,j,k->i", summed, of_rates, of_rates)
-    return Sizes(
+    return NaturalSizes(
         mass=np.outer(diagonal, diagonal),
         rate_terms=np.maximum(
             (diagonal * lively)[:, None, None] / np.outer(of_rates, of_rates), summed

@@ -15,14 +15,14 @@ from crosscheck.trial.input.naming import listed
 from crosscheck.trial.judge import own_checks
 from crosscheck.trial.judge.bench import Bench
 from crosscheck.trial.judge.entries import deviations, wrong_entries
-from crosscheck.trial.judge.places import Place
-from crosscheck.trial.judge.questions import AGAIN, Question
-from crosscheck.trial.judge.sizes import Sizes, sizes_of
+from crosscheck.trial.judge.places import EntryPlace
+from crosscheck.trial.judge.questions import AGAIN, StateQuestion
+from crosscheck.trial.judge.sizes import NaturalSizes, sizes_of
 
 OWN, AGAINST = "trial-own", "trial-states"
 MEANINGFUL = 1e-4  # engines further apart, at the end of what numbers can do, judge nobody
 COMPARED = ("mass_matrix", "bias", "force", "acceleration")
-Judged = tuple[Finding, list[Place]]
+Judged = tuple[Finding, list[EntryPlace]]
 Judge = Callable[[About, Results], Finding]
 
 
@@ -31,7 +31,7 @@ def reference_of(bench: Bench, level: str) -> str:
     return bench.engines(level)[0]
 
 
-def sizes_in(bench: Bench, results: Results, level: str) -> Sizes:
+def sizes_in(bench: Bench, results: Results, level: str) -> NaturalSizes:
     """Natural sizes by the reference's answers. Raises Unavailable."""
     model = reference_of(bench, level)
     mass = results.need(bench.ask(model, "mass_matrix"))
@@ -41,7 +41,7 @@ def sizes_in(bench: Bench, results: Results, level: str) -> Sizes:
     return sizes_of(bench.frame, bench.states, mass, force, acceleration, precision)
 
 
-def sizing(bench: Bench, level: str) -> tuple[Question, ...]:
+def sizing(bench: Bench, level: str) -> tuple[StateQuestion, ...]:
     """What sizes are taken from."""
     model = reference_of(bench, level)
     return tuple(bench.ask(model, part) for part in ("mass_matrix", "force", "acceleration"))
@@ -72,16 +72,16 @@ def own_comparisons(bench: Bench) -> Iterator[Comparison]:
         yield _own(bench, "second-law", COMPARED, level, _second_law)
 
 
-def _repeatable(part: str, about: About, one: Any, again: Any, sizes: Sizes) -> Judged:
+def _repeatable(part: str, about: About, one: Any, again: Any, sizes: NaturalSizes) -> Judged:
     return own_checks.repeatable(about, part, one, again, sizes)
 
 
-def _positive(about: About, mass: Any, sizes: Sizes) -> Judged:
+def _positive(about: About, mass: Any, sizes: NaturalSizes) -> Judged:
     return own_checks.positive(about, mass), []
 
 
 def _second_law(
-    about: About, mass: Any, bias: Any, force: Any, acceleration: Any, sizes: Sizes
+    about: About, mass: Any, bias: Any, force: Any, acceleration: Any, sizes: NaturalSizes
 ) -> Judged:
     return own_checks.second_law(about, (mass, bias, force), acceleration, sizes)
 

@@ -20,7 +20,7 @@ from models.experiment.drive import DriveData, drive_data, joint_torque
 from models.experiment.scenario import Scenario, per_joint, planet_offsets
 from models.experiment.switches import Switches
 from models.exudyn.bodies.contact import (
-    Mesh,
+    ContactMesh,
     Side,
     meshes_with,
     push_bodies,
@@ -32,7 +32,7 @@ from models.exudyn.bodies.engine import BodyEngine, Connector
 from models.exudyn.bodies.poses import (
     GROUND,
     PoseMap,
-    Stage,
+    StageBodies,
     bodies_of,
     gear_inertia,
     ring_places,
@@ -56,7 +56,7 @@ MOVES_ALIKE = 1e-9
 class Toothed(NamedTuple):
     """A mesh and its four bodies: planet, carrier, wheel, previous link (for a ring, three)."""
 
-    mesh: Mesh
+    mesh: ContactMesh
     bodies: tuple[int, ...]
 
 
@@ -69,7 +69,9 @@ def meshes_of(arm: Arm, chosen: Switches) -> list[list[list[Toothed]]]:
     ]
 
 
-def _sides(stage: Stage, joint: Planetary, chosen: Switches, ring_at: float) -> list[list[Toothed]]:
+def _sides(
+    stage: StageBodies, joint: Planetary, chosen: Switches, ring_at: float
+) -> list[list[Toothed]]:
     return [
         [
             Toothed(mesh, (planet, stage.link, *wheel, stage.previous))
@@ -81,7 +83,7 @@ def _sides(stage: Stage, joint: Planetary, chosen: Switches, ring_at: float) -> 
     ]
 
 
-def wheels(stage: Stage) -> tuple[tuple[Side, tuple[int, ...]], ...]:
+def wheels(stage: StageBodies) -> tuple[tuple[Side, tuple[int, ...]], ...]:
     """The central wheels of a joint and their own bodies; the ring is the previous link's."""
     return ("sun", (stage.driven,)), ("ring", ())
 
@@ -98,7 +100,7 @@ def teeth(toothed: Toothed) -> Connector:
     return Connector(moving, force)
 
 
-def motor(stage: Stage, joint: Joint, law: DriveData, place: int) -> Connector:
+def motor(stage: StageBodies, joint: Joint, law: DriveData, place: int) -> Connector:
     """T / n on what the motor turns, friction on the link, both back on the previous body.
 
     T and friction are those of the link's angle and rate.
@@ -381,7 +383,7 @@ class ExudynBodies(Model):
         return float("inf")
 
 
-def _spring(mesh: Mesh) -> Spring:
+def _spring(mesh: ContactMesh) -> Spring:
     return Spring(mesh.kind, mesh.mean, mesh.numbers)
 
 

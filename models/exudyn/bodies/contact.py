@@ -33,7 +33,7 @@ ROUNDINGS = 10  # in a deflection: poses, line of centres and the turns against 
 PLANET, CARRIER, WHEEL, PREVIOUS = 0, 1, 2, -1  # bodies of a mesh; a ring's wheel is the previous
 
 
-class Mesh(NamedTuple):
+class ContactMesh(NamedTuple):
     """One planet's mesh in SI units.
 
     seat [m]: the wheel's centre on its body's x axis. direction [rad]: line of centres at zero.
@@ -66,7 +66,7 @@ class Mesh(NamedTuple):
     numbers: np.ndarray
 
 
-class Motion(NamedTuple):
+class PointMotion(NamedTuple):
     """A point [m, m/s] and the angle [rad, rad/s] of the body it belongs to."""
 
     at: complex
@@ -75,7 +75,7 @@ class Motion(NamedTuple):
     spin: float
 
 
-class Contact(NamedTuple):
+class ContactState(NamedTuple):
     """Deflection [m] and its rate, line of centres, levers [m] of the two bodies, phase [rad]."""
 
     x: float
@@ -86,7 +86,9 @@ class Contact(NamedTuple):
     phase: float
 
 
-def meshes_with(joint: Planetary, chosen: Switches, side: Side, ring_at: float) -> tuple[Mesh, ...]:
+def meshes_with(
+    joint: Planetary, chosen: Switches, side: Side, ring_at: float
+) -> tuple[ContactMesh, ...]:
     """The meshes of a joint's planets with sun or ring.
 
     ring_at [m]: where the ring is centred on its body's x axis.
@@ -96,12 +98,14 @@ def meshes_with(joint: Planetary, chosen: Switches, side: Side, ring_at: float) 
     )
 
 
-def mesh_of(joint: Planetary, chosen: Switches, side: Side, ring_at: float, planet: int) -> Mesh:
+def mesh_of(
+    joint: Planetary, chosen: Switches, side: Side, ring_at: float, planet: int
+) -> ContactMesh:
     """The mesh of one planet, counted from 0."""
     sun, alpha = side == "sun", np.radians(joint.pressure_angle_deg)
     own = (joint.sun_mesh if sun else joint.ring_mesh).of_planet(planet)
     spring, direction = spring_of(own.stiffness), float(np.angle(planet_seats(joint)[planet]))
-    return Mesh(
+    return ContactMesh(
         side=1.0 if sun else -1.0,
         wheel_pitch=pitch_radius(joint, joint.sun_teeth if sun else joint.ring_teeth),
         planet_pitch=pitch_radius(joint, joint.planet_teeth),
@@ -176,19 +180,19 @@ def rounded_dead_zone(gap: float, b: float, sharpness: float) -> float:
     return gap + (above * np.tanh(sharpness * above) - below * np.tanh(sharpness * below)) / 2
 
 
-def touching(mesh: Mesh) -> float:
+def touching(mesh: ContactMesh) -> float:
     """x [m] at which the teeth touch, on the driving flank and without the error's wave."""
     return mesh.backlash + mesh.runout
 
 
 @njit(cache=True)
-def gap_of(mesh: Mesh, contact: Contact) -> float:
+def gap_of(mesh: ContactMesh, contact: ContactState) -> float:
     """x - e [m] (Eq. 14)."""
     return contact.x - mesh.runout - mesh.error * np.sin(contact.phase + mesh.error_phase)
 
 
 @njit(cache=True)
-def travel_of(mesh: Mesh, contact: Contact) -> float:
+def travel_of(mesh: ContactMesh, contact: ContactState) -> float:
     """f_k [m], how far the teeth are pressed together."""
     gap = gap_of(mesh, contact)
     if mesh.smooth:
@@ -197,21 +201,21 @@ def travel_of(mesh: Mesh, contact: Contact) -> float:
 
 
 @njit(cache=True)
-def elastic_force(mesh: Mesh, contact: Contact) -> float:
+def elastic_force(mesh: ContactMesh, contact: ContactState) -> float:
     """Spring force [N] along the line of action (Eqs. 4, 8, 14, 15)."""
     stiffness = stiffness_at(mesh.kind, mesh.mean, mesh.numbers, contact.phase)
     return stiffness * travel_of(mesh, contact)
 
 
 @njit(cache=True)
-def damping_force(mesh: Mesh, contact: Contact) -> float:
+def damping_force(mesh: ContactMesh, contact: ContactState) -> float:
     """Damper force [N] along the line of action."""
     apart = mesh.contact_only and dead_zone(gap_of(mesh, contact), mesh.backlash) == 0
     return 0.0 if apart else mesh.damping * contact.x_dot
 
 
 @njit(cache=True)
-def carrier_torque(mesh: Mesh, contact: Contact) -> float:
+def carrier_torque(mesh: ContactMesh, contact: ContactState) -> float:
     """What the spring's energy k f^2 / 2 loses per angle of the carrier, x held [N m]."""
     travel = travel_of(mesh, contact)
     stiffening = slope_at(mesh.kind, mesh.numbers, contact.phase) * travel**2 / 2
@@ -220,16 +224,18 @@ def carrier_torque(mesh: Mesh, contact: Contact) -> float:
 
 
 @njit(cache=True)
-def motion(q: np.ndarray, q_t: np.ndarray, body: int) -> Motion:
+def motion(q: np.ndarray, q_t: np.ndarray, body: int) -> PointMotion:
     """Motion of a body's origin out of the poses and rates, (3 bodies,), of a mesh's bodies."""
     x, y, angle = 3 * body, 3 * body + 1, 3 * body + 2
-    return Motion(complex(q[x], q[y]), complex(q_t[x], q_t[y]), q[angle], q_t[angle])
+    return PointMotion(complex(q[x], q[y]), complex(q_t[x], q_t[y]), q[angle], q_t[angle])
 
 
 @njit(cache=True)
-def carried(body: Motion, lever: complex) -> Motion:
+def carried(body: PointMotion, lever: complex) -> PointMotion:
     """Motion of the point of a body that lies at this lever [m], ground frame, from its origin."""
-    return Motion(body.at + lever, body.velocity + 1j * body.spin * lever, body.angle, body.spin)
+    return PointMotion(
+        body.at + lever, body.velocity + 1j * body.spin * lever, body.angle, body.spin
+    )
 
 
 @njit(cache=True)
@@ -240,14 +246,14 @@ def turned(line: complex, direction: float, carrier: float) -> float:
 
 
 @njit(cache=True)
-def line_of_action(mesh: Mesh, along: complex, flank: float) -> complex:
+def line_of_action(mesh: ContactMesh, along: complex, flank: float) -> complex:
     """Unit vector in which a force of this sign pushes the planet forward (or back: times it)."""
     tangent = 1j * along
     return mesh.cosine * tangent + np.sign(flank) * mesh.side * mesh.sine * along
 
 
 @njit(cache=True)
-def look(mesh: Mesh, t: float, q: np.ndarray, q_t: np.ndarray) -> Contact:
+def look(mesh: ContactMesh, t: float, q: np.ndarray, q_t: np.ndarray) -> ContactState:
     """What the bodies' poses q and rates q_t, each (3 bodies,), say about the mesh at t [s]."""
     planet, carrier = motion(q, q_t, PLANET), motion(q, q_t, CARRIER)
     body, previous = motion(q, q_t, WHEEL), motion(q, q_t, len(q) // 3 + PREVIOUS)
@@ -261,13 +267,13 @@ def look(mesh: Mesh, t: float, q: np.ndarray, q_t: np.ndarray) -> Contact:
     planet_lever, wheel_lever = pitch_point - planet.at, pitch_point - body.at
     slip = carried(body, wheel_lever).velocity - carried(planet, planet_lever).velocity
     x_dot = (np.conj(line_of_action(mesh, along, x)) * slip).real
-    return Contact(
+    return ContactState(
         x, x_dot, along, planet_lever, wheel_lever, mesh_phase(mesh, t, carrier, previous)
     )
 
 
 @njit(cache=True)
-def mesh_phase(mesh: Mesh, t: float, carrier: Motion, previous: Motion) -> float:
+def mesh_phase(mesh: ContactMesh, t: float, carrier: PointMotion, previous: PointMotion) -> float:
     """The mesh phase [rad] (Eqs. 8, 14), from the angle or the rate of link against link."""
     angle = carrier.angle - previous.angle
     if mesh.by_clock:
@@ -276,7 +282,7 @@ def mesh_phase(mesh: Mesh, t: float, carrier: Motion, previous: Motion) -> float
 
 
 @njit(cache=True)
-def mesh_forces(mesh: Mesh, t: float, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
+def mesh_forces(mesh: ContactMesh, t: float, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
     """Forces [N] and torque [N m] about its origin on every body of a mesh, shape (3 bodies,)."""
     contact = look(mesh, t, q, q_t)
     force = elastic_force(mesh, contact) + damping_force(mesh, contact)
@@ -299,7 +305,9 @@ def mesh_forces(mesh: Mesh, t: float, q: np.ndarray, q_t: np.ndarray) -> np.ndar
 # Entered directly, past numba's choice among signatures: saves two thirds of 13 us per call.
 push_bodies = mesh_forces.compile(
     types.float64[::1](
-        types.NamedTuple([*[types.float64] * (len(Mesh._fields) - 1), types.float64[:, ::1]], Mesh),
+        types.NamedTuple(
+            [*[types.float64] * (len(ContactMesh._fields) - 1), types.float64[:, ::1]], ContactMesh
+        ),
         types.float64,
         types.float64[::1],
         types.float64[::1],
@@ -308,7 +316,7 @@ push_bodies = mesh_forces.compile(
 
 
 @njit(cache=True)
-def readings(mesh: Mesh, t: np.ndarray, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
+def readings(mesh: ContactMesh, t: np.ndarray, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
     """x [m], spring force [N] and x' [m/s], shape (3, times), along t, q and q_t (times, ...)."""
     read = np.empty((3, len(t)))
     for row in range(len(t)):
@@ -319,7 +327,7 @@ def readings(mesh: Mesh, t: np.ndarray, q: np.ndarray, q_t: np.ndarray) -> np.nd
     return read
 
 
-def torque_rounding(mesh: Mesh, largest: float, q: np.ndarray, q_t: np.ndarray) -> float:
+def torque_rounding(mesh: ContactMesh, largest: float, q: np.ndarray, q_t: np.ndarray) -> float:
     """What roundings of a mesh's deflection and rate may change on its planet [N m].
 
     largest: its stiffness [N/m]. q, q_t: of the mesh's bodies as in ``look``.

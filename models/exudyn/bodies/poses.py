@@ -36,7 +36,7 @@ class RigidBody(NamedTuple):
     seat: complex
 
 
-class Stage(NamedTuple):
+class StageBodies(NamedTuple):
     """Numbers of one joint's bodies; ``previous`` carries ring or motor and may be GROUND.
 
     driven: what the motor turns, the sun; of a direct joint, which has no planets, the link.
@@ -53,7 +53,7 @@ def pitch_radius(joint: Planetary, teeth: int) -> float:
     return joint.module_m * teeth / 2
 
 
-def stages_of(arm: Arm) -> list[Stage]:
+def stages_of(arm: Arm) -> list[StageBodies]:
     """Bodies are counted joint by joint: link, and of a geared joint sun and planets."""
     stages, previous, number = [], GROUND, 0
     for joint in arm.joints:
@@ -61,7 +61,7 @@ def stages_of(arm: Arm) -> list[Stage]:
         if isinstance(joint, Planetary):
             driven += 1
         number = driven + 1 + joint.planet_count
-        stages.append(Stage(previous, link, driven, tuple(range(driven + 1, number))))
+        stages.append(StageBodies(previous, link, driven, tuple(range(driven + 1, number))))
         previous = link
     return stages
 

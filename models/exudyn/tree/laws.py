@@ -12,7 +12,7 @@ import numpy as np
 from models.arm.arm import Planetary
 from models.arm.mesh import PlanetMesh
 from models.experiment.switches import Switches
-from models.exudyn.tree.mesh import GearStage, MeshLaw, Stage
+from models.exudyn.tree.mesh import GearStage, MeshLaw, StageCoordinates
 from models.exudyn.tree.stiffness import constant, curve_of
 
 Side = Literal["sun", "ring"]
@@ -56,7 +56,9 @@ def _gear(joint: Planetary, gear: Gear) -> tuple[float | None, float | None, flo
     return mass, given, base_radius(joint, teeth)
 
 
-def gear_stage(place: int, bodies: Stage, joint: Planetary, chosen: Switches) -> GearStage:
+def gear_stage(
+    place: int, bodies: StageCoordinates, joint: Planetary, chosen: Switches
+) -> GearStage:
     """What is known of a geared joint, the place-th from 0."""
     planets = range(joint.planet_count)
     return GearStage(

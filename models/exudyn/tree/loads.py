@@ -18,7 +18,7 @@ from models.arm.arm import Arm, Joint, Planetary
 from models.experiment import drive as drives
 from models.experiment.drive import DriveData
 from models.exudyn.engine import UserFunction
-from models.exudyn.tree.mesh import Gearing, Stage, add_meshes, add_turning_torques
+from models.exudyn.tree.mesh import Gearing, StageCoordinates, add_meshes, add_turning_torques
 from models.jitted import njit
 
 joint_torque: Any = njit(cache=True, inline="always")(drives.joint_torque)
@@ -49,7 +49,7 @@ class Packed(NamedTuple):
     places: np.ndarray
 
 
-def joints_of(arm: Arm, stages: Sequence[Stage]) -> Joints:
+def joints_of(arm: Arm, stages: Sequence[StageCoordinates]) -> Joints:
     """Motors and friction of the arm's joints."""
     return Joints(
         np.array([stage.link for stage in stages]),

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from models.exudyn.tree.stiffness import Curve, Number, stiffness_at
+from models.exudyn.tree.stiffness import Number, StiffnessCurve, stiffness_at
 from models.jitted import njit
 
 EPSILON = float(np.finfo(float).eps)
@@ -49,7 +49,7 @@ class MeshLaw(NamedTuple):
     phase_rate: float
     phase_offset: float
     clock_phase: float
-    curve: Curve
+    curve: StiffnessCurve
 
     @property
     def array(self) -> np.ndarray:
@@ -152,7 +152,7 @@ def elastic_forces(
     return forces
 
 
-class Stage(NamedTuple):
+class StageCoordinates(NamedTuple):
     """Places of one joint's bodies among the tree coordinates.
 
     driven: what the motor turns, the sun; of a direct joint, which has no planets, the link.
@@ -175,7 +175,7 @@ class GearStage(NamedTuple):
     """
 
     joint: int
-    bodies: Stage
+    bodies: StageCoordinates
     planet_inertia: float
     sun: tuple[MeshLaw, ...]
     ring: tuple[MeshLaw, ...]
@@ -311,7 +311,7 @@ def add_turning_torques(gears: Gearing, q: np.ndarray, forces: np.ndarray) -> No
 
 
 def deflection(
-    law: MeshLaw, stage: Stage, planet: int, q: np.ndarray, with_sun: bool
+    law: MeshLaw, stage: StageCoordinates, planet: int, q: np.ndarray, with_sun: bool
 ) -> np.ndarray:
     """x [m] of a planet's mesh with sun or ring, shape (times,), from (times, bodies).
 
@@ -323,7 +323,7 @@ def deflection(
     return np.asarray(turn + law.planet_radius * q[:, stage.planets[planet]])
 
 
-def torque_rounding(law: MeshLaw, stage: Stage, q: np.ndarray, q_t: np.ndarray) -> float:
+def torque_rounding(law: MeshLaw, stage: StageCoordinates, q: np.ndarray, q_t: np.ndarray) -> float:
     """What roundings of a linear law's deflection and rate may change on a planet [N m].
 
     q, q_t: tree coordinates and rates (bodies,), all planets alike.

@@ -8,9 +8,9 @@ import numpy as np
 
 from models.arm.arm import Arm, Link, Planetary
 from models.arm.layout import Layout
-from models.exudyn.engine import Body
+from models.exudyn.engine import TreeBody
 from models.exudyn.tree.laws import base_radius, inertia
-from models.exudyn.tree.mesh import Stage
+from models.exudyn.tree.mesh import StageCoordinates
 
 # [kg] For a body without mass, whose inertia may still count: the engine divides by a body's mass.
 # No sum with a number of an arm notices so little.
@@ -18,25 +18,27 @@ NO_MASS = 1e-200
 PartOfBody = tuple[float, float, float]  # mass [kg], place [m], inertia about its own com [kg m^2]
 
 
-def stages_of(arm: Arm) -> list[Stage]:
+def stages_of(arm: Arm) -> list[StageCoordinates]:
     """Bodies are counted joint by joint: link, and of a geared joint sun and planets."""
     stages, first = [], 0
     for joint in arm.joints:
         driven = first + isinstance(joint, Planetary)
-        stage = Stage(first, driven, tuple(range(driven + 1, driven + 1 + joint.planet_count)))
+        stage = StageCoordinates(
+            first, driven, tuple(range(driven + 1, driven + 1 + joint.planet_count))
+        )
         stages.append(stage)
         first = stage.after
     return stages
 
 
-def bodies_of(arm: Arm) -> list[Body]:
+def bodies_of(arm: Arm) -> list[TreeBody]:
     """Every body of the arm in the order of the tree coordinates."""
     bodies, parent, axis = [], -1, (0.0, 0.0)
     for place, (stage, joint) in enumerate(zip(stages_of(arm), arm.joints, strict=True)):
-        bodies.append(Body(parent, axis, *_composite(_link_parts(arm, place))))
+        bodies.append(TreeBody(parent, axis, *_composite(_link_parts(arm, place))))
         if isinstance(joint, Planetary):
             mass = joint.sun_mass_kg or NO_MASS
-            bodies.append(Body(parent, axis, mass, 0.0, inertia(joint, "sun")))
+            bodies.append(TreeBody(parent, axis, mass, 0.0, inertia(joint, "sun")))
             bodies += _planets(joint, stage.link)
         parent, axis = stage.link, (arm.links[place].length_m, 0.0)
     return bodies
@@ -79,12 +81,14 @@ def _far_end(arm: Arm, place: int) -> PartOfBody:
     return outer.motor_mass_kg, at, 0.0
 
 
-def _planets(joint: Planetary, carrier: int) -> list[Body]:
+def _planets(joint: Planetary, carrier: int) -> list[TreeBody]:
     radius = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
     own = inertia(joint, "planet")
     angles = 2 * np.pi * np.arange(joint.planet_count) / joint.planet_count
     mass = joint.planet_mass_kg or NO_MASS
-    return [Body(carrier, (radius * np.cos(a), radius * np.sin(a)), mass, 0.0, own) for a in angles]
+    return [
+        TreeBody(carrier, (radius * np.cos(a), radius * np.sin(a)), mass, 0.0, own) for a in angles
+    ]
 
 
 def tree_from_paper(arm: Arm, layout: Layout) -> np.ndarray:
@@ -122,7 +126,7 @@ def paper_from_tree(arm: Arm, layout: Layout) -> np.ndarray:
 
 
 def _lumped_rows(
-    matrix: np.ndarray, layout: Layout, place: int, stage: Stage, joint: Planetary
+    matrix: np.ndarray, layout: Layout, place: int, stage: StageCoordinates, joint: Planetary
 ) -> None:
     sun, planet, ring = _radii(joint)
     x_sp, x_pr = layout.at("x_sp", place), layout.at("x_pr", place)
@@ -133,7 +137,7 @@ def _lumped_rows(
 
 
 def _free_rows(
-    matrix: np.ndarray, layout: Layout, place: int, stage: Stage, joint: Planetary
+    matrix: np.ndarray, layout: Layout, place: int, stage: StageCoordinates, joint: Planetary
 ) -> None:
     """In x_s = x_sp + x_pr the planet's turn is gone."""
     sun, planet, ring = _radii(joint)

@@ -15,12 +15,14 @@ from models.arm.stiffness import SineStiffness, SquareStiffness, StiffnessLaw, T
 from models.jitted import njit
 
 SINE, WAVES, SPLINE = 0.0, 1.0, 2.0
-KIND, MEAN, AMPLITUDE, ROWS, FIRST = range(5)  # places in Curve.array; FIRST that of the columns
+KIND, MEAN, AMPLITUDE, ROWS, FIRST = range(
+    5
+)  # places in StiffnessCurve.array; FIRST that of the columns
 SAMPLES_PER_WAVE, SAMPLES_PER_ROW = 64, 16
 Number = Any  # float, or complex for a slope: numba compiles both, mypy sees no such choice
 
 
-class Curve(NamedTuple):
+class StiffnessCurve(NamedTuple):
     """k [N/m] over the mesh phase; ``array`` lays it out for the compiled functions.
 
     columns: of waves their cosines and sines [N/m]; of a spline its phases [cycles], stiffnesses
@@ -55,15 +57,15 @@ class Curve(NamedTuple):
         return 2 * np.pi * (cycles[:-1, None] + np.diff(cycles)[:, None] * along).ravel()
 
 
-def constant(stiffness: float) -> Curve:
+def constant(stiffness: float) -> StiffnessCurve:
     """The same stiffness [N/m] at every phase."""
-    return Curve(SINE, stiffness)
+    return StiffnessCurve(SINE, stiffness)
 
 
-def curve_of(law: StiffnessLaw) -> Curve:
+def curve_of(law: StiffnessLaw) -> StiffnessCurve:
     """The numbers of a law."""
     if isinstance(law, SineStiffness):
-        return Curve(SINE, law.mean_N_per_m, law.amplitude_N_per_m)
+        return StiffnessCurve(SINE, law.mean_N_per_m, law.amplitude_N_per_m)
     if isinstance(law, TableStiffness):
         return _spline(np.array(law.phase_cycles), np.array(law.stiffness_N_per_m))
     if isinstance(law, SquareStiffness):
@@ -71,22 +73,22 @@ def curve_of(law: StiffnessLaw) -> Curve:
     return _waves(law.mean_N_per_m, law.cosine_N_per_m, law.sine_N_per_m)
 
 
-def _waves(mean: float, cosines: Sequence[float], sines: Sequence[float]) -> Curve:
+def _waves(mean: float, cosines: Sequence[float], sines: Sequence[float]) -> StiffnessCurve:
     columns = np.zeros((2, max(len(cosines), len(sines))))
     columns[0, : len(cosines)], columns[1, : len(sines)] = cosines, sines
-    return Curve(WAVES, mean, columns=tuple(columns))
+    return StiffnessCurve(WAVES, mean, columns=tuple(columns))
 
 
-def _square(law: SquareStiffness) -> Curve:
+def _square(law: SquareStiffness) -> StiffnessCurve:
     """Eq. 7, its sin(i (u - phase)) taken apart, u = 2 pi (contact ratio - 1)."""
     swing, overlap = law.largest_N_per_m - law.least_N_per_m, law.contact_ratio - 1
     order = np.arange(1, law.harmonics + 1)
     size, turned = swing / (np.pi * order), 2 * np.pi * overlap * order
     cosines, sines = size * np.sin(turned), size * (1 - np.cos(turned))
-    return Curve(WAVES, law.least_N_per_m + swing * overlap, columns=(cosines, sines))
+    return StiffnessCurve(WAVES, law.least_N_per_m + swing * overlap, columns=(cosines, sines))
 
 
-def _spline(cycles: np.ndarray, stiffness: np.ndarray) -> Curve:
+def _spline(cycles: np.ndarray, stiffness: np.ndarray) -> StiffnessCurve:
     """Slopes of neighbouring cubics are equal at every row, the last one's those of the first."""
     from scipy.sparse import csc_array  # for tables alone
     from scipy.sparse.linalg import spsolve
@@ -100,12 +102,12 @@ def _spline(cycles: np.ndarray, stiffness: np.ndarray) -> Curve:
     bends = spsolve(system, slope - np.roll(slope, 1))
     bends = np.append(bends, bends[0])
     area = width * (stiffness[:-1] + stiffness[1:]) / 2 - width**3 * (bends[:-1] + bends[1:]) / 24
-    return Curve(SPLINE, float(area.sum()), columns=(cycles, stiffness, bends))
+    return StiffnessCurve(SPLINE, float(area.sum()), columns=(cycles, stiffness, bends))
 
 
 @njit(cache=True)
 def stiffness_at(law: np.ndarray, place: int, phase: Number, sine: Number) -> Number:
-    """k [N/m] at a mesh phase [rad] and its sine; Curve.array begins at the place in ``law``.
+    """k [N/m] at a mesh phase [rad] and its sine; ``law[place:]`` begins as a StiffnessCurve.array.
 
     Every law is the same function of a complex phase near the real ones.
     """

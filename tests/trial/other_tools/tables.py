@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.input.calls import TAKES, Handed, handed
+from crosscheck.trial.input.calls import TAKES, SuppliedEquations, handed
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.tables.answers import following
 from crosscheck.trial.tables.asked import (
@@ -26,19 +26,21 @@ from models.arm.arm import Arm
 STANDS_FOR = {"coriolis": "bias"}  # what is answered where C was supplied
 
 
-def bound(equations: Equations, arm: Arm) -> Handed:
+def bound(equations: Equations, arm: Arm) -> SuppliedEquations:
     """Equations with an arm's numbers."""
     own = equations.on(arm)
     return handed(own, arm, frame_of(own.coordinates, arm))
 
 
-def parts_of(model: Handed) -> list[str]:
+def parts_of(model: SuppliedEquations) -> list[str]:
     """What a table of a model's answers has."""
     given = {STANDS_FOR.get(part, part) for part in model.given}
     return [part for part in PARTS if part in given]
 
 
-def answers(model: Handed, asked: AskedStates, everywhere: bool = False) -> dict[str, np.ndarray]:
+def answers(
+    model: SuppliedEquations, asked: AskedStates, everywhere: bool = False
+) -> dict[str, np.ndarray]:
     """By part (rows, ...), NaN where it is not needed, or everywhere."""
     found = {}
     for part in parts_of(model):
