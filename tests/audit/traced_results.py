@@ -48,7 +48,7 @@ def run(keep: str | None = None, **variant: Any) -> Callable[[], Result]:
         variants = importlib.import_module("audit.experiments.variant")
         one = variants.Variant(**(SHORT | variant))
         function = found(keep) if keep is not None else None
-        others = function.others(one) if isinstance(function, studies.Comparison) else ()
+        others = function.others(one) if isinstance(function, studies.VariantComparison) else ()
 
         def made() -> object:
             this, *beside = map(variants.simulate, (one, *others))
@@ -114,7 +114,7 @@ def clock() -> Result:
 
 
 def growth() -> Result:
-    return question("phase.objections.Growth", cell(), 1.3)()
+    return question("phase.objections.RateGrowth", cell(), 1.3)()
 
 
 def vibrations() -> Result:
@@ -122,7 +122,7 @@ def vibrations() -> Result:
 
 
 def handed_over() -> Result:
-    return question("hypotheses.evidence.handed.Handover", variant(), (1,))()
+    return question("hypotheses.evidence.handed.DriveHandover", variant(), (1,))()
 
 
 def bands() -> Result:
