@@ -139,7 +139,7 @@ def test_rates_in_another_unit_are_told(labelled):
 
 
 def test_the_example_of_the_docs_is_explained_by_its_payload(tmp_path):
-    script = ROOT / "examples" / "recorded_motion.py"
+    script = ROOT / "examples" / "recordings" / "recorded_motion.py"
     with patch.object(sys, "argv", [str(script), str(tmp_path / "recording.csv")]):
         runpy.run_path(str(script))
     record = read_record(tmp_path / "recording.csv", 2)
