@@ -1,4 +1,4 @@
-"""A recording to try `crosscheck compare` on: ``python examples/recordings/recorded_motion.py recording.csv``.
+"""A recording to try `crosscheck compare` on: ``python recorded_motion.py recording.csv``.
 
 Ten seconds at 1 kHz of the paper's arm with a payload of 10.2 kg, where its file has 10, as rigid
 gears would move it; noise of 1e-5 rad and 0.1 N m.
