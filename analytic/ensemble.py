@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analytic.kernel.batch import WIDE, Batch, Records
-from models.arm.layout import Meaning
-from models.errors import Diverged
-from models.trajectory import recorded_times
+from crosscheck.analytic.kernel.batch import WIDE, Batch, Records
+from crosscheck.models.arm.layout import Meaning
+from crosscheck.models.errors import Diverged
+from crosscheck.models.trajectory import recorded_times
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from analytic.model import AnalyticModel
+    from crosscheck.analytic.model import AnalyticModel
 
 ABREAST = 4 * WIDE  # members of a group: a processor works on several blocks at a time
 CHUNK = 2**18  # numbers of a chunk: what a processor's second cache holds

@@ -8,29 +8,29 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
-from analytic.derivation.bodies import all_bodies
-from analytic.derivation.chain import exact_chain
-from analytic.derivation.gears import Gears, gears
-from analytic.derivation.rigid import rigid_bodies
-from analytic.derivation.terms import Terms, chain_terms, inverse_dynamics
-from analytic.ensemble import alone, trajectories
-from analytic.kernel.batch import Records
-from analytic.kernel.equations import KernelEquations, LinkEquations, TermEquations
-from analytic.kernel.links import Links, links_of
-from analytic.kernel.precise import followed
-from analytic.kernel.states import StateEvaluator
-from analytic.paper.stiffness import peak_stiffness
-from analytic.reference import solve
-from analytic.stability import contact_eigenvalues, runge_kutta_limit
-from models.arm.arm import Arm
-from models.arm.layout import MESHES, Layout, Meaning, geared_layout, rigid_layout
-from models.arm.planets import usual_switches
-from models.errors import Diverged
-from models.experiment.drive import drive_data, torques_along
-from models.experiment.scenario import Scenario, per_joint, planet_offsets
-from models.experiment.switches import Switches
-from models.interface import STATE_ABILITIES, Model, require_finite
-from models.trajectory import recorded_times, trajectory
+from crosscheck.analytic.derivation.bodies import all_bodies
+from crosscheck.analytic.derivation.chain import exact_chain
+from crosscheck.analytic.derivation.gears import Gears, gears
+from crosscheck.analytic.derivation.rigid import rigid_bodies
+from crosscheck.analytic.derivation.terms import Terms, chain_terms, inverse_dynamics
+from crosscheck.analytic.ensemble import alone, trajectories
+from crosscheck.analytic.kernel.batch import Records
+from crosscheck.analytic.kernel.equations import KernelEquations, LinkEquations, TermEquations
+from crosscheck.analytic.kernel.links import Links, links_of
+from crosscheck.analytic.kernel.precise import followed
+from crosscheck.analytic.kernel.states import StateEvaluator
+from crosscheck.analytic.paper.stiffness import peak_stiffness
+from crosscheck.analytic.reference import solve
+from crosscheck.analytic.stability import contact_eigenvalues, runge_kutta_limit
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import MESHES, Layout, Meaning, geared_layout, rigid_layout
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.drive import drive_data, torques_along
+from crosscheck.models.experiment.scenario import Scenario, per_joint, planet_offsets
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
+from crosscheck.models.trajectory import recorded_times, trajectory
 
 if TYPE_CHECKING:
     import xarray as xr

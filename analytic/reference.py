@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from analytic.derivation.gears import Gears
-from analytic.kernel.states import StateEvaluator
+from crosscheck.analytic.derivation.gears import Gears
+from crosscheck.analytic.kernel.states import StateEvaluator
 
 # Sizes below which an error does not matter at relative tolerance 1: displacements of the order of
 # the play and their rates at the mesh modes, against angles of the order of a radian.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from analytic.derivation.gears import Gears
-from analytic.derivation.terms import Terms, mass_matrices
-from models.experiment.drive import PD, DriveData
+from crosscheck.analytic.derivation.gears import Gears
+from crosscheck.analytic.derivation.terms import Terms, mass_matrices
+from crosscheck.models.experiment.drive import PD, DriveData
 
 # RK4's stability function leaves the unit disc at 2.83 on the imaginary axis and 2.79 on the real.
 _LARGEST_RADIUS = 3.0

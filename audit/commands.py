@@ -16,7 +16,7 @@ def errata(
     json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
 ) -> None:
     """Find the errors in the paper's equations, symbolically, and simulate their effects."""
-    from audit.page.command import errata_command
+    from crosscheck.audit.page.command import errata_command
 
     errata_command(arm, json_file)
 
@@ -32,6 +32,6 @@ def paper(
     jobs: Jobs = None,
 ) -> None:
     """Reproduce the paper's figures and judge its claims; write paper.html and claims.json."""
-    from audit.page.command import paper_command
+    from crosscheck.audit.page.command import paper_command
 
     paper_command(figure or [], out, jobs or os.cpu_count() or 1, first_seed)

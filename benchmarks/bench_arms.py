@@ -22,8 +22,8 @@ ROOT = Path(__file__).parent.parent
 SIX_JOINTS = """
 from crosscheck.registry import build
 from crosscheck.cli.template import example_arm
-from models.loading import load_scenario
-from models.experiment.switches import switches
+from crosscheck.models.loading import load_scenario
+from crosscheck.models.experiment.switches import switches
 
 arm = example_arm("six", 6)
 joints = tuple(joint.model_copy(update={{"planet_count": 3}}) for joint in arm.joints)

@@ -15,9 +15,9 @@ from collections import Counter
 from scipy.stats import binomtest
 
 from crosscheck.measured.parameters import changed
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import load_arm
 from crosscheck.registry import RIGID_LEVELS
-from models.arm.arm import Arm
-from models.loading import load_arm
 from tests.measured.records import compared, level, record_of
 
 SEEDS = 100

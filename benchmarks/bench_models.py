@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from crosscheck.checks.answers import random_states
+from crosscheck.models.loading import load_case
 from crosscheck.registry import build, names
-from models.loading import load_case
 
 RUN = ("scenario.duration_s=0.02",)
 

@@ -14,11 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm
 from crosscheck.planning.sizing import unequal_gains
 from crosscheck.trial.coordinates.frame import LAYOUTS
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.trial import Asked, tried
-from models.arm.arm import Arm
 from tests.arms import random_arm
 from tests.trial.test_trial import equations_of, in_frame
 

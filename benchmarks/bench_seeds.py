@@ -12,10 +12,10 @@ import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from audit.claims.rule import VerdictKind
-from audit.experiments.scale import FULL, QUICK
-from audit.experiments.study import Study, cache_folder
-from audit.page.material import Material
+from crosscheck.audit.claims.rule import VerdictKind
+from crosscheck.audit.experiments.scale import FULL, QUICK
+from crosscheck.audit.experiments.study import Study, cache_folder
+from crosscheck.audit.page.material import Material
 from crosscheck.runner.progress import progress_bar
 
 APART = 1000  # between the first seeds of two sets

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
+import importlib
 from typing import Any
 
 __version__ = "0.1.0"
@@ -24,23 +23,10 @@ __all__ = [
 _HOME = {
     "Agreement": "crosscheck.findings",
     "Finding": "crosscheck.findings",
-    "InputError": "models.errors",
+    "InputError": "crosscheck.models.errors",
     "sweep": "crosscheck.studies.api",
-    "switches": "models.experiment.switches",
+    "switches": "crosscheck.models.experiment.switches",
 }
-
-
-def _require_own_neighbours() -> None:
-    """`models` and `analytic` are common names: make sure they are this project's."""
-    for name in ("models", "analytic"):
-        found = importlib.util.find_spec(name)
-        origin = found.origin if found else None
-        expected = Path(__file__).parent.parent / name / "__init__.py"
-        if origin is None or Path(origin).resolve() != expected.resolve():
-            raise ImportError(f"package {name!r} comes from {origin}, expected {expected}")
-
-
-_require_own_neighbours()
 
 
 def __getattr__(name: str) -> Any:

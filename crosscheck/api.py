@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from crosscheck.findings import Agreement
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import CannotDo, InputError
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.files import raw_arm
+from crosscheck.models.interface import Model
+from crosscheck.models.loading import load_arm, load_scenario, require_fit
 from crosscheck.registry import build
-from models.arm.arm import Arm
-from models.errors import CannotDo, InputError
-from models.experiment.scenario import Scenario
-from models.files import raw_arm
-from models.interface import Model
-from models.loading import load_arm, load_scenario, require_fit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,7 +25,7 @@ TIGHTEST_RTOL, LOOSEST_RTOL = 1e-13, 1e-2  # rounding; what still follows the me
 
 
 def simulate(model: Model, *, force: bool = False, rtol: float | None = None) -> xr.Dataset:
-    """Run a model's scenario; see models.trajectory for the Dataset.
+    """Run a model's scenario; see crosscheck.models.trajectory for the Dataset.
 
     rtol: by steps of its own choice that end where contacts change, to this relative tolerance, in
     place of the scenario's fixed step. Raises InputError if the model cannot do so or its step is

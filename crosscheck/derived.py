@@ -8,21 +8,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.derivation.gears import damping
-from analytic.derivation.stage import equivalent_masses, stage_values
-from analytic.model import PhysicalModel
-from analytic.paper.kinematics import stage_geometry
-from analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
-from analytic.paper.mesh_phasing import mesh_phases
-from analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
+from crosscheck.analytic.derivation.gears import damping
+from crosscheck.analytic.derivation.stage import equivalent_masses, stage_values
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
+from crosscheck.analytic.paper.mesh_phasing import mesh_phases
+from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
 from crosscheck.checks.scales import largest_weights
 from crosscheck.checks.weights import joint_mass, link_mass
+from crosscheck.models.arm.arm import Arm, Direct, Planetary
+from crosscheck.models.arm.mesh import PlanetMesh
+from crosscheck.models.arm.planets import unlike_fields
+from crosscheck.models.arm.stiffness import SineStiffness, StiffnessLaw
+from crosscheck.models.loading import load_scenario
 from crosscheck.planning.sizing import Sizes, pd_scenario, step_scenario
-from models.arm.arm import Arm, Direct, Planetary
-from models.arm.mesh import PlanetMesh
-from models.arm.planets import unlike_fields
-from models.arm.stiffness import SineStiffness, StiffnessLaw
-from models.loading import load_scenario
 
 RIGID = 1e-3  # of the fastest eigenvalue: slower ones are the arm's own, or their rounding
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from importlib.metadata import EntryPoint
 from typing import Any
 
+from crosscheck.models.errors import InputError
 from crosscheck.runner.interruption import was_stopped
 from crosscheck.runner.supervision import overseen
-from models.errors import InputError
 
 
 def loaded(offer: EntryPoint) -> Any:

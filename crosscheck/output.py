@@ -14,9 +14,9 @@ from functools import partial
 from pathlib import Path
 
 from crosscheck.kinds import Kind, is_of, kind_of
+from crosscheck.models.errors import InputError
+from crosscheck.models.inputs import is_input
 from crosscheck.runner.interruption import leftovers
-from models.errors import InputError
-from models.inputs import is_input
 
 # Under a name that begins so, a file grows until it takes its place.
 DRAFT = ".crosscheck-"

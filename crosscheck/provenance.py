@@ -16,10 +16,10 @@ from typing import Annotated
 from pydantic import Field
 
 from crosscheck import LARGEST_SEED
-from models.arm.arm import Arm
-from models.arm.quantities import Data
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.quantities import Data
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = (

@@ -10,17 +10,17 @@ from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Literal
 
-from analytic.paper.covered import papers_kind
+from crosscheck.analytic.paper.covered import papers_kind
 from crosscheck.entry import loaded, unusable
-from models.abilities import STATE_ABILITIES
-from models.errors import Diverged, InputError
+from crosscheck.models.abilities import STATE_ABILITIES
+from crosscheck.models.errors import Diverged, InputError
 
 if TYPE_CHECKING:  # the names of models are asked for without any schema
-    from models.arm.arm import Arm
-    from models.arm.layout import Layout
-    from models.experiment.scenario import Scenario
-    from models.experiment.switches import Switches
-    from models.interface import Model
+    from crosscheck.models.arm.arm import Arm
+    from crosscheck.models.arm.layout import Layout
+    from crosscheck.models.experiment.scenario import Scenario
+    from crosscheck.models.experiment.switches import Switches
+    from crosscheck.models.interface import Model
 
 ENTRY_POINTS = "geararm_crosscheck.models"  # the group by which installed packages offer models
 Role = Literal["geared", "form", "rigid", "handed"]
@@ -72,7 +72,7 @@ class Entry:
 
     def layout(self, arm: Arm, chosen: Switches) -> Layout:
         """What its coordinates must be for an arm and switches."""
-        from models.arm.layout import geared_layout, rigid_layout
+        from crosscheck.models.arm.layout import geared_layout, rigid_layout
 
         return rigid_layout(arm) if self.role == "rigid" else geared_layout(arm, chosen)
 
@@ -91,7 +91,7 @@ LEVELS = {
 
 
 def _analytic(attribute: str, level: str) -> Entry:
-    module = "analytic.model"
+    module = "crosscheck.analytic.model"
     return Entry(
         module,
         attribute,
@@ -107,7 +107,7 @@ def _analytic(attribute: str, level: str) -> Entry:
 
 
 def _paper(attribute: str, title: str) -> Entry:
-    module = "analytic.paper.model"
+    module = "crosscheck.analytic.paper.model"
     packages = ANALYTIC_PACKAGES
     return Entry(
         module,
@@ -127,7 +127,7 @@ def _is_papers(arm: Arm, chosen: Switches) -> bool:
 
 
 def _pinocchio(attribute: str, level: str) -> Entry:
-    module = "models.pinocchio.rigid"
+    module = "crosscheck.models.pinocchio.rigid"
     title = LEVELS[level]
     return Entry(
         module, attribute, "rigid", BOTH_WAYS, ("pin",), call_s=3e-6, level=level, title=title
@@ -136,7 +136,7 @@ def _pinocchio(attribute: str, level: str) -> Entry:
 
 BUILT_IN = {
     "analytic:physical": Entry(
-        "analytic.model",
+        "crosscheck.analytic.model",
         "PhysicalModel",
         "geared",
         BOTH_WAYS | {"precise", "mesh_modes", "contact_poles"},
@@ -159,7 +159,7 @@ BUILT_IN = {
     "pinocchio:armature": _pinocchio("PinocchioArmature", "armature"),
     "pinocchio:coupled": _pinocchio("PinocchioCoupled", "coupled"),
     "pinocchio:gears": Entry(
-        "models.pinocchio.gears",
+        "crosscheck.models.pinocchio.gears",
         "PinocchioGears",
         "geared",
         STATES,
@@ -168,7 +168,7 @@ BUILT_IN = {
         title="gears as bodies of a tree, pushed by contact forces",
     ),
     "exudyn:tree": Entry(
-        "models.exudyn.tree.tree",
+        "crosscheck.models.exudyn.tree.tree",
         "ExudynTree",
         "geared",
         RUNS | {"mesh_modes"},
@@ -179,7 +179,7 @@ BUILT_IN = {
         title="kinematic tree in minimal coordinates, with mesh springs",
     ),
     "exudyn:bodies": Entry(
-        "models.exudyn.bodies.bodies",
+        "crosscheck.models.exudyn.bodies.bodies",
         "ExudynBodies",
         "geared",
         RUNS | {"constraint_residual"},

@@ -9,6 +9,8 @@ from typing import Any
 import xarray as xr
 
 from crosscheck.findings import Agreement
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.planning.energy_suite import energy_comparisons
 from crosscheck.planning.plan import Wanted, order_cases, readings, short_experiments
@@ -25,8 +27,6 @@ from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import RunKey, Simulation
 from crosscheck.runner.underway import Expectation, Told, Underway, unsaid
 from crosscheck.runner.workers import Workers
-from models.arm.arm import Arm
-from models.loading import Case
 
 Shown = Callable[[Any, Any], None]  # (a task's key, its outcome)
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from pydantic.fields import FieldInfo
 
-from models.arm.quantities import Data, Limit, OneFor, Within
+from crosscheck.models.arm.quantities import Data, Limit, OneFor, Within
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from crosscheck.models.arm.arm import Arm
+    from crosscheck.models.experiment.scenario import Scenario
+    from crosscheck.models.experiment.switches import Switches
     from crosscheck.trial.input.equations import Coordinates, Equations, Level
     from crosscheck.trial.input.symbolic import from_sympy
     from crosscheck.trial.trial import Trial
-    from models.arm.arm import Arm
-    from models.experiment.scenario import Scenario
-    from models.experiment.switches import Switches
 
 __all__ = ["Coordinates", "Equations", "assert_agrees", "from_sympy"]
 _HOME = {
@@ -52,10 +52,10 @@ def assert_agrees(
     Raises AssertionError with what `crosscheck trial` prints, and InputError for what cannot be
     tried at all.
     """
+    from crosscheck.models.loading import load_arm, load_scenario, require_fit
     from crosscheck.report.trial import trial_text
     from crosscheck.trial.input.loading import handed_over, made
     from crosscheck.trial.trial import Asked, tried
-    from models.loading import load_arm, load_scenario, require_fit
 
     chosen = load_arm(arm) if isinstance(arm, str) else arm
     loaded = tuple(load_scenario(s) if isinstance(s, str) else s for s in scenarios)

@@ -2,6 +2,6 @@
 
 from pathlib import Path
 
-from models.compiled import settle
+from crosscheck.models.compiled import settle
 
 settle(Path(__file__).parent.parent)

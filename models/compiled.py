@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from models.places import own_folder, usable
+from crosscheck.models.places import own_folder, usable
 
 PACKAGES = ("models", "audit")  # that have functions for numba; none calls one of another
 VARIABLE = "NUMBA_CACHE_DIR"

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
 
-from models.errors import InputError
-from models.inputs import content_of
+from crosscheck.models.errors import InputError
+from crosscheck.models.inputs import content_of
 
 HERE = Path(__file__).parent
 LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes as many

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from models.errors import InputError
+from crosscheck.models.errors import InputError
 
 _inputs: set[str] = set()
 

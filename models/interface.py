@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
-from models.abilities import STATE_ABILITIES
-from models.arm.arm import Arm
-from models.arm.layout import Layout
-from models.arm.planets import require_alike, usual_switches
-from models.errors import CannotDo, Diverged
-from models.experiment.drive import drive_data, torques_along
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
-from models.loading import require_fit
+from crosscheck.models.abilities import STATE_ABILITIES
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import Layout
+from crosscheck.models.arm.planets import require_alike, usual_switches
+from crosscheck.models.errors import CannotDo, Diverged
+from crosscheck.models.experiment.drive import drive_data, torques_along
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.loading import require_fit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,7 +85,7 @@ class Model(ABC):
     def simulate(self) -> xr.Dataset:
         """Run the scenario from its start. Raises Diverged.
 
-        Returns a trajectory, see ``models.trajectory``.
+        Returns a trajectory, see ``crosscheck.models.trajectory``.
         """
         raise CannotDo(f"{self.name} has no simulate")
 

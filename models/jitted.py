@@ -17,7 +17,7 @@ from typing import Any
 import numba
 from numba.core.caching import IndexDataCacheFile
 
-from models.errors import PROGRAM, one_line
+from crosscheck.models.errors import PROGRAM, one_line
 
 CHECKSUM = 32  # bytes of SHA-256
 

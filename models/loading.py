@@ -11,14 +11,14 @@ from typing import Any, NamedTuple, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from models.arm.arm import Arm
-from models.arm.planets import require_alike, usual_switches
-from models.arm.version1 import JOINT_KEYS, is_first, old_location
-from models.errors import InputError
-from models.experiment.scenario import Scenario, first_misfit
-from models.experiment.switches import Switches
-from models.files import parsed, raw_arm, raw_scenario
-from models.paths import SECTIONS, assign, is_path, places
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.planets import require_alike, usual_switches
+from crosscheck.models.arm.version1 import JOINT_KEYS, is_first, old_location
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario, first_misfit
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.files import parsed, raw_arm, raw_scenario
+from crosscheck.models.paths import SECTIONS, assign, is_path, places
 
 Record = TypeVar("Record", bound=BaseModel)
 # Of the schema's unions; a record of another room has its own as ``union_tags``.

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
-from models.errors import InputError
+from crosscheck.models.errors import InputError
 
 SECTIONS = ("arm", "scenario", "switches")
 Place = tuple[str | int, ...]  # of one entry: keys of tables, indices in lists

@@ -15,12 +15,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from models.arm.arm import Arm, Link, Planetary
-from models.arm.layout import Layout
-from models.arm.mesh import PlanetMesh
-from models.arm.stiffness import FourierStiffness, SineStiffness, StiffnessLaw, TableStiffness
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
+from crosscheck.models.arm.arm import Arm, Link, Planetary
+from crosscheck.models.arm.layout import Layout
+from crosscheck.models.arm.mesh import PlanetMesh
+from crosscheck.models.arm.stiffness import (
+    FourierStiffness,
+    SineStiffness,
+    StiffnessLaw,
+    TableStiffness,
+)
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
 
 
 class GearNumbers(NamedTuple):
@@ -66,7 +71,7 @@ class Motors:
     """The drives of an arm, where the motors are."""
 
     def __init__(self, arm: Arm, scenario: Scenario) -> None:
-        from models.experiment.drive import (  # a quarter of a second for numba
+        from crosscheck.models.experiment.drive import (  # a quarter of a second for numba
             drive_data,
             joint_torque,
         )

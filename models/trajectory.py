@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from models.arm.arm import Arm
-from models.errors import InputError
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
-from models.interface import Model
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.interface import Model
 
 if TYPE_CHECKING:
     import xarray as xr

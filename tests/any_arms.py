@@ -8,7 +8,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from models.arm.arm import Arm
+from crosscheck.models.arm.arm import Arm
 
 # Sun and planet teeth, and a number of planets that assembles and clears.
 GEAR_SETS = [

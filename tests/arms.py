@@ -9,16 +9,16 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from hypothesis import strategies as st
 
-from models.arm.arm import Arm, Direct, Link, Planetary
-from models.arm.mesh import Mesh
-from models.arm.stiffness import (
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.stiffness import (
     FourierStiffness,
     SineStiffness,
     SquareStiffness,
     StiffnessLaw,
     TableStiffness,
 )
-from models.loading import load_arm
+from crosscheck.models.loading import load_arm
 
 PAPER = load_arm("paper-labelled")
 GRAVITY = (1.7, -9.66)  # as on a tilted base

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import settings
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import load_arm
 from crosscheck.registry import BUILT_IN, model_class
 from crosscheck.trial import trial
-from models.arm.arm import Arm
-from models.loading import load_arm
 
 # A first call may compile, and a machine may be busy: no example fails by the clock.
 settings.register_profile("no-deadline", deadline=None)

@@ -15,10 +15,15 @@ from typing import Any, TypeVar, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from models.arm.arm import Arm, Direct, Link, Planetary
-from models.arm.mesh import Mesh
-from models.arm.quantities import Within
-from models.arm.stiffness import FourierStiffness, SineStiffness, SquareStiffness, TableStiffness
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.quantities import Within
+from crosscheck.models.arm.stiffness import (
+    FourierStiffness,
+    SineStiffness,
+    SquareStiffness,
+    TableStiffness,
+)
 
 SAMPLE = 30
 DRAWS = int(os.environ.get("CROSSCHECK_DRAWS", SAMPLE))

@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.derivation.gears import Gears
-from analytic.derivation.terms import Terms
-from analytic.paper.mesh_force import in_contact, mesh_force, phase_force
-from analytic.paper.mesh_frequency import mesh_phase
-from analytic.paper.stiffness import stiffness, stiffness_slope
-from analytic.paper.tooth_error import whole_error
-from models.experiment.drive import DriveData, torques_along
+from crosscheck.analytic.derivation.gears import Gears
+from crosscheck.analytic.derivation.terms import Terms
+from crosscheck.analytic.paper.mesh_force import in_contact, mesh_force, phase_force
+from crosscheck.analytic.paper.mesh_frequency import mesh_phase
+from crosscheck.analytic.paper.stiffness import stiffness, stiffness_slope
+from crosscheck.analytic.paper.tooth_error import whole_error
+from crosscheck.models.experiment.drive import DriveData, torques_along
 
 
 class Parts(NamedTuple):

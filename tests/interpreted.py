@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from analytic.kernel.program import Program
-from analytic.kernel.text.functions import ROUNDING
-from analytic.kernel.text.fused import fused
+from crosscheck.analytic.kernel.program import Program
+from crosscheck.analytic.kernel.text.functions import ROUNDING
+from crosscheck.analytic.kernel.text.fused import fused
 
 
 def exact_fma(a: float, b: float, c: float) -> float:

@@ -12,12 +12,12 @@ from crosscheck.checks.answers import answers
 from crosscheck.checks.scales import ReasonedLimit, meaningful
 from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair
 from crosscheck.findings import About, Finding, Key
+from crosscheck.models.interface import Model
+from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
 from crosscheck.planning.state_suite import Spot, balances, pairs
 from crosscheck.registry import MODELS
 from crosscheck.runner.outcomes import Failure, failure
-from models.interface import Model
-from models.loading import Case
 
 
 def spot_of(case: str, model: Model, count: int, seed: int) -> Spot:

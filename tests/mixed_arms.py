@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from models.arm.arm import Arm
-from models.arm.layout import Layout
-from models.experiment.scenario import Scenario
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import Layout
+from crosscheck.models.experiment.scenario import Scenario
 
 Data = dict[str, object]
 GRAVITY = (3.1, -9.2)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.interface import Model
 from crosscheck.registry import build
-from models.arm.arm import Arm
-from models.experiment.switches import switches
-from models.interface import Model
 from tests.mixed_arms import scenario
 
 Data = dict[str, Any]

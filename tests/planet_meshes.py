@@ -16,12 +16,17 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from models.arm.arm import Arm, Planetary
-from models.arm.layout import Layout
-from models.arm.mesh import Mesh, PlanetMesh
-from models.arm.stiffness import FourierStiffness, SineStiffness, StiffnessLaw, TableStiffness
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import Layout
+from crosscheck.models.arm.mesh import Mesh, PlanetMesh
+from crosscheck.models.arm.stiffness import (
+    FourierStiffness,
+    SineStiffness,
+    StiffnessLaw,
+    TableStiffness,
+)
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
 from tests.any_arms import direct_joints, meshes, planetary_joints, rods
 
 STEP = 1e-40  # of complex steps: its square is nothing beside any energy

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from analytic.model import AnalyticModel
-from models.experiment.scenario import Scenario
+from crosscheck.analytic.model import AnalyticModel
+from crosscheck.models.experiment.scenario import Scenario
 from tests.equations import Parts, runge_kutta
 
 EPS = float(np.finfo(float).eps)

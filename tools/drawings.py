@@ -13,10 +13,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Annulus, Arc, Circle, FancyArrowPatch, Polygon
 
+from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.loading import load_arm
 from crosscheck.output import write_files
 from crosscheck.view.mesh_geometry import SIDES, MeshGeometry, Side, Wheel, mesh_geometry, teeth
-from models.arm.arm import Planetary
-from models.loading import load_arm
 
 DOCS = Path(__file__).parents[1] / "docs" / "explanation"
 ARM = "paper-labelled"

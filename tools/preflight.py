@@ -3,6 +3,7 @@
 import ctypes
 import platform
 import sys
+from pathlib import Path
 
 MINIMUM = (3, 11)
 # `import exudyn` loads its window library, which links against these two.
@@ -22,6 +23,10 @@ def missing_libraries() -> list[str]:
 
 def problem() -> str | None:
     """One line on what stands in the way of the set-up, or None."""
+    if not (Path(__file__).parents[1] / "crosscheck" / "models").is_dir():
+        return (
+            "crosscheck/models is no link to ../models: unpack or clone the project with its links"
+        )
     if sys.version_info < MINIMUM:
         return f"Python {platform.python_version()} is too old: 3.11 or newer is needed"
     if sys.platform == "win32":

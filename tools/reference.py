@@ -6,6 +6,23 @@ import inspect
 from collections.abc import Iterator
 from pathlib import Path
 
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.quantities import Data, short
+from crosscheck.models.arm.stiffness import (
+    FourierStiffness,
+    SineStiffness,
+    SquareStiffness,
+    TableStiffness,
+)
+from crosscheck.models.experiment.scenario import (
+    ConstantDrive,
+    PdDrive,
+    Scenario,
+    SinusoidDrive,
+    Start,
+    TableDrive,
+)
 from crosscheck.output import write_files
 from crosscheck.schema import Described, described, records_below
 from crosscheck.studies.definition.definition import (
@@ -30,18 +47,6 @@ from crosscheck.studies.definition.quantities import (
     Size,
     SpectralPeak,
     Trajectories,
-)
-from models.arm.arm import Arm, Direct, Link, Planetary
-from models.arm.mesh import Mesh
-from models.arm.quantities import Data, short
-from models.arm.stiffness import FourierStiffness, SineStiffness, SquareStiffness, TableStiffness
-from models.experiment.scenario import (
-    ConstantDrive,
-    PdDrive,
-    Scenario,
-    SinusoidDrive,
-    Start,
-    TableDrive,
 )
 
 DOCS = Path(__file__).parents[1] / "docs" / "reference"

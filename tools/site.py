@@ -11,11 +11,11 @@ from typing import Any, get_args
 import typer
 
 from crosscheck.cli.app import add_installed, app
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.trajectory import VARIABLES, meaning_of, unit_of
 from crosscheck.output import write_files
 from crosscheck.provenance import ROOT
 from crosscheck.registry import BUILT_IN
-from models.experiment.switches import Switches
-from models.trajectory import VARIABLES, meaning_of, unit_of
 
 
 def write_pages(folder: Path) -> None:

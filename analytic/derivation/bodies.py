@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from analytic.derivation.chain import Chain
-from analytic.derivation.stage import DirectStage, Stage
+from crosscheck.analytic.derivation.chain import Chain
+from crosscheck.analytic.derivation.stage import DirectStage, Stage
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from analytic.derivation.stage import DirectStage, Stage, exact, stage_values
-from analytic.paper.kinematics import gear_angles
-from models.arm.arm import Arm
-from models.arm.layout import Coordinate, Layout, Meaning
+from crosscheck.analytic.derivation.stage import DirectStage, Stage, exact, stage_values
+from crosscheck.analytic.paper.kinematics import gear_angles
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import Coordinate, Layout, Meaning
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from analytic.derivation.chain import Chain
-from analytic.derivation.stage import DirectStage, Stage
-from models.arm.layout import MESHES
+from crosscheck.analytic.derivation.chain import Chain
+from crosscheck.analytic.derivation.stage import DirectStage, Stage
+from crosscheck.models.arm.layout import MESHES
 
 
 def mesh_rows(chain: Chain) -> list[np.ndarray]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from analytic.derivation.lagrange import BiasTerms, MassTerms, Wave
+from crosscheck.analytic.derivation.lagrange import BiasTerms, MassTerms, Wave
 
 
 @dataclass(frozen=True)

@@ -8,16 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.derivation.stage import equivalent_masses
-from analytic.paper.kinematics import stage_geometry
-from analytic.paper.mesh_force import EXACT, TANH
-from analytic.paper.mesh_frequency import ANGLE, OMEGA_T, ring_mesh_rate, sun_mesh_rate
-from analytic.paper.mesh_phasing import mesh_phases
-from analytic.paper.stiffness import StiffnessData, mean_stiffness, stiffness_data
-from models.arm.arm import Arm, Planetary
-from models.arm.layout import Layout
-from models.arm.mesh import PlanetMesh
-from models.experiment.switches import Switches
+from crosscheck.analytic.derivation.stage import equivalent_masses
+from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.analytic.paper.mesh_force import EXACT, TANH
+from crosscheck.analytic.paper.mesh_frequency import ANGLE, OMEGA_T, ring_mesh_rate, sun_mesh_rate
+from crosscheck.analytic.paper.mesh_phasing import mesh_phases
+from crosscheck.analytic.paper.stiffness import StiffnessData, mean_stiffness, stiffness_data
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import Layout
+from crosscheck.models.arm.mesh import PlanetMesh
+from crosscheck.models.experiment.switches import Switches
 
 NOTHING = -1  # in place of a coordinate
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from analytic.derivation.bodies import Body
+from crosscheck.analytic.derivation.bodies import Body
 
 Wave = tuple[int, ...]  # w, shape (n,), its first entry that is not 0 positive
 MassTerms = Mapping[tuple[int, int, Wave], Any]  # M[row, col] += coefficient cos(w . q)

@@ -6,12 +6,12 @@ from functools import lru_cache
 
 import sympy as sp
 
-from analytic.derivation.bodies import all_bodies
-from analytic.derivation.chain import Chain
-from analytic.derivation.efforts import drive_rows, mesh_rows
-from analytic.derivation.forms import Form, bias_vector, mass_matrix
-from analytic.derivation.lagrange import bias_terms, mass_terms
-from analytic.derivation.symbols import geared_variables, symbolic_chain
+from crosscheck.analytic.derivation.bodies import all_bodies
+from crosscheck.analytic.derivation.chain import Chain
+from crosscheck.analytic.derivation.efforts import drive_rows, mesh_rows
+from crosscheck.analytic.derivation.forms import Form, bias_vector, mass_matrix
+from crosscheck.analytic.derivation.lagrange import bias_terms, mass_terms
+from crosscheck.analytic.derivation.symbols import geared_variables, symbolic_chain
 
 
 @lru_cache

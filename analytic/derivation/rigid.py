@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from analytic.derivation.bodies import Body, carried_bodies, link_bodies, spinning_bodies
-from analytic.derivation.chain import Chain
-from analytic.derivation.stage import Stage
+from crosscheck.analytic.derivation.bodies import Body, carried_bodies, link_bodies, spinning_bodies
+from crosscheck.analytic.derivation.chain import Chain
+from crosscheck.analytic.derivation.stage import Stage
 
 
 def rigid_bodies(chain: Chain, level: str) -> list[Body]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from analytic.paper.kinematics import stage_geometry
-from models.arm.arm import Direct, Link, Planetary
+from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.models.arm.arm import Direct, Link, Planetary
 
 
 class Stage(NamedTuple):

@@ -9,11 +9,11 @@ from fractions import Fraction
 import numpy as np
 import sympy as sp
 
-from analytic.derivation.forms import Form
-from analytic.derivation.symbols import geared_variables, parameter_values
-from analytic.derivation.terms import AngleSums, Terms, indices
-from models.arm.arm import Arm
-from models.arm.layout import lumped_layout
+from crosscheck.analytic.derivation.forms import Form
+from crosscheck.analytic.derivation.symbols import geared_variables, parameter_values
+from crosscheck.analytic.derivation.terms import AngleSums, Terms, indices
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import lumped_layout
 
 Indexed = defaultdict[tuple[int, ...], float]
 

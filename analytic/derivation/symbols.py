@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from analytic.derivation.chain import Chain
-from analytic.derivation.stage import DirectStage, Stage, exact, stage_values
-from models.arm.arm import Arm, Planetary
-from models.arm.layout import Layout, layout_of
+from crosscheck.analytic.derivation.chain import Chain
+from crosscheck.analytic.derivation.stage import DirectStage, Stage, exact, stage_values
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import Layout, layout_of
 
 m_payload = sp.Symbol("m_payload", positive=True)
 

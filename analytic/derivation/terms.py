@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analytic.derivation.bodies import Body
-from analytic.derivation.chain import Chain
-from analytic.derivation.efforts import drive_rows, mesh_rows
-from analytic.derivation.lagrange import bias_terms, mass_terms, weight_terms
-from analytic.derivation.stage import exact
-from models.arm.arm import Arm
+from crosscheck.analytic.derivation.bodies import Body
+from crosscheck.analytic.derivation.chain import Chain
+from crosscheck.analytic.derivation.efforts import drive_rows, mesh_rows
+from crosscheck.analytic.derivation.lagrange import bias_terms, mass_terms, weight_terms
+from crosscheck.analytic.derivation.stage import exact
+from crosscheck.models.arm.arm import Arm
 
 
 class Terms(NamedTuple):

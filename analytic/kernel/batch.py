@@ -8,12 +8,12 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from analytic.derivation.gears import Gears
-from analytic.kernel.equations import KernelEquations
-from analytic.kernel.numbers import Numbers
-from analytic.kernel.program import STATE, Program, code_of, steps_program
-from models.experiment.drive import TABLE, DriveData, table_torques
-from models.experiment.scenario import Scenario
+from crosscheck.analytic.derivation.gears import Gears
+from crosscheck.analytic.kernel.equations import KernelEquations
+from crosscheck.analytic.kernel.numbers import Numbers
+from crosscheck.analytic.kernel.program import STATE, Program, code_of, steps_program
+from crosscheck.models.experiment.drive import TABLE, DriveData, table_torques
+from crosscheck.models.experiment.scenario import Scenario
 
 WIDE = 8  # lanes of a block: as many numbers as the widest registers hold
 LINE = 64  # bytes at whose multiples blocks begin, so that no load spans two lines of the cache

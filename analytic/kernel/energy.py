@@ -6,9 +6,9 @@ from itertools import combinations
 
 import numpy as np
 
-from analytic.kernel.links import Links
-from analytic.kernel.numbers import Numbers
-from analytic.kernel.structure import Structure
+from crosscheck.analytic.kernel.links import Links
+from crosscheck.analytic.kernel.numbers import Numbers
+from crosscheck.analytic.kernel.structure import Structure
 
 
 def kinetic_energy(

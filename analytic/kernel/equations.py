@@ -8,17 +8,17 @@ from typing import Protocol
 
 import numpy as np
 
-from analytic.derivation.gears import Gears
-from analytic.derivation.terms import Terms, mass_matrices
-from analytic.kernel.energy import kinetic_energy
-from analytic.kernel.links import Links
-from analytic.kernel.numbers import TURN, Numbers, link_numbers, term_numbers
-from analytic.kernel.structure import Structure
-from analytic.kernel.text.links import LinkStructure, link_structure
-from analytic.kernel.text.terms import TermStructure, term_structure
-from models.arm.arm import Arm
-from models.arm.layout import Layout
-from models.experiment.drive import DriveData
+from crosscheck.analytic.derivation.gears import Gears
+from crosscheck.analytic.derivation.terms import Terms, mass_matrices
+from crosscheck.analytic.kernel.energy import kinetic_energy
+from crosscheck.analytic.kernel.links import Links
+from crosscheck.analytic.kernel.numbers import TURN, Numbers, link_numbers, term_numbers
+from crosscheck.analytic.kernel.structure import Structure
+from crosscheck.analytic.kernel.text.links import LinkStructure, link_structure
+from crosscheck.analytic.kernel.text.terms import TermStructure, term_structure
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import Layout
+from crosscheck.models.experiment.drive import DriveData
 
 
 class KernelEquations(Protocol):

@@ -11,10 +11,10 @@ from textwrap import fill
 
 import numpy as np
 
-from analytic.kernel.equations import TermEquations
-from analytic.kernel.text.fused import fused
-from analytic.kernel.text.terms import TermStructure, entry_of_mass
-from models.experiment.drive import TABLE
+from crosscheck.analytic.kernel.equations import TermEquations
+from crosscheck.analytic.kernel.text.fused import fused
+from crosscheck.analytic.kernel.text.terms import TermStructure, entry_of_mass
+from crosscheck.models.experiment.drive import TABLE
 
 OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 COMPARED = {ast.Gt: ">", ast.Lt: "<", ast.GtE: ">=", ast.LtE: "<="}

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 from xml.sax.saxutils import quoteattr
 
-from models.arm.layout import Layout
+from crosscheck.models.arm.layout import Layout
 
 # Value references: q, v, their derivatives, the torques.
 INTERFACE = """

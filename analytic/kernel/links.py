@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analytic.derivation.bodies import Body, all_bodies
-from analytic.derivation.chain import Chain
-from analytic.derivation.rigid import rigid_bodies
-from analytic.derivation.stage import DirectStage, Stage, stage_numbers
-from models.arm.arm import Arm
-from models.arm.layout import Layout
+from crosscheck.analytic.derivation.bodies import Body, all_bodies
+from crosscheck.analytic.derivation.chain import Chain
+from crosscheck.analytic.derivation.rigid import rigid_bodies
+from crosscheck.analytic.derivation.stage import DirectStage, Stage, stage_numbers
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import Layout
 
 
 class Links(NamedTuple):

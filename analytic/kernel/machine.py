@@ -21,9 +21,9 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
-from models.errors import PROGRAM, one_line
-from models.inputs import content_of
-from models.places import cache_folder, make_private
+from crosscheck.models.errors import PROGRAM, one_line
+from crosscheck.models.inputs import content_of
+from crosscheck.models.places import cache_folder, make_private
 
 FOLDER = "machine-code"
 CHECKSUM = 32  # bytes of SHA-256

@@ -6,17 +6,17 @@ import math
 
 import numpy as np
 
-from analytic.derivation.gears import Gears
-from analytic.derivation.stage import equivalent_masses
-from analytic.derivation.terms import Terms
-from analytic.kernel.links import Links
-from analytic.kernel.structure import StageShape, Structure
-from analytic.kernel.text.links import LinkStructure
-from analytic.kernel.text.terms import TermStructure
-from analytic.paper.kinematics import gear_angles, stage_geometry
-from analytic.paper.stiffness import SINE, TABLE, WAVES
-from models.arm.arm import Arm, Planetary
-from models.experiment.drive import DriveData
+from crosscheck.analytic.derivation.gears import Gears
+from crosscheck.analytic.derivation.stage import equivalent_masses
+from crosscheck.analytic.derivation.terms import Terms
+from crosscheck.analytic.kernel.links import Links
+from crosscheck.analytic.kernel.structure import StageShape, Structure
+from crosscheck.analytic.kernel.text.links import LinkStructure
+from crosscheck.analytic.kernel.text.terms import TermStructure
+from crosscheck.analytic.paper.kinematics import gear_angles, stage_geometry
+from crosscheck.analytic.paper.stiffness import SINE, TABLE, WAVES
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.experiment.drive import DriveData
 
 TURN = 2 * math.pi
 Numbers = dict[str, float | np.ndarray]  # a row's, or a table's rows in their order

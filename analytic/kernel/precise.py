@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.kernel.batch import KernelModel, Records, contiguous_table, number_rows
-from analytic.kernel.program import (
+from crosscheck.analytic.kernel.batch import KernelModel, Records, contiguous_table, number_rows
+from crosscheck.analytic.kernel.program import (
     LOOK_UP,
     NUMBER,
     POINTER,
@@ -28,8 +28,8 @@ from analytic.kernel.program import (
     code_of,
     tabled,
 )
-from analytic.kernel.structure import Structure
-from analytic.reference import MESH_RATE_M_PER_S, MESH_SIZE_M
+from crosscheck.analytic.kernel.structure import Structure
+from crosscheck.analytic.reference import MESH_RATE_M_PER_S, MESH_SIZE_M
 
 _TEMPLATE = '''
 def evaluate(w: rows, t, root_t, table: array, h, part):

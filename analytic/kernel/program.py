@@ -1,8 +1,8 @@
 """The text of whole kernels, and where they find a member's numbers.
 
 Three kinds: classical Runge-Kutta steps of a block of members with records on the way, the
-quantities of single states, and (analytic.kernel.precise) runs at a tolerance. See
-analytic.kernel.translate for the language.
+quantities of single states, and (crosscheck.analytic.kernel.precise) runs at a tolerance. See
+crosscheck.analytic.kernel.translate for the language.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from functools import lru_cache
 from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
-from analytic.kernel.structure import Structure
-from analytic.kernel.text.terms import TermStructure, entry_of_mass
-from analytic.kernel.translate import ir_of
-from models.experiment.drive import TABLE
+from crosscheck.analytic.kernel.structure import Structure
+from crosscheck.analytic.kernel.text.terms import TermStructure, entry_of_mass
+from crosscheck.analytic.kernel.translate import ir_of
+from crosscheck.models.experiment.drive import TABLE
 
 if TYPE_CHECKING:
-    from analytic.kernel.machine import Code
+    from crosscheck.analytic.kernel.machine import Code
 
 # Blocks of rows before the numbers: state, stage, the step's sums and acceleration.
 STATE = ("q", "v", "stage_q", "stage_v", "sum_q", "sum_v", "a")
@@ -156,7 +156,10 @@ class Program:
 @lru_cache(maxsize=64)
 def code_of(program: Program) -> Code:
     """The program's machine code."""
-    from analytic.kernel.machine import Code, machine_code  # LLVM, for those who run something
+    from crosscheck.analytic.kernel.machine import (  # LLVM, for those who run something
+        Code,
+        machine_code,
+    )
 
     data = machine_code(ir_of(program.text, program.lanes), program.level)
     return Code(data, dict(program.functions))

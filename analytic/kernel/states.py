@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.kernel.batch import looked_up, number_rows
-from analytic.kernel.equations import TermEquations
-from analytic.kernel.program import code_of, states_program
+from crosscheck.analytic.kernel.batch import looked_up, number_rows
+from crosscheck.analytic.kernel.equations import TermEquations
+from crosscheck.analytic.kernel.program import code_of, states_program
 
 
 class Quantities(NamedTuple):

@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.derivation.gears import Gears
-from analytic.paper.mesh_force import TANH
-from analytic.paper.mesh_frequency import OMEGA_T
-from analytic.paper.stiffness import SINE, TABLE
-from models.arm.arm import Arm
-from models.arm.layout import Layout
-from models.experiment.drive import DriveData
+from crosscheck.analytic.derivation.gears import Gears
+from crosscheck.analytic.paper.mesh_force import TANH
+from crosscheck.analytic.paper.mesh_frequency import OMEGA_T
+from crosscheck.analytic.paper.stiffness import SINE, TABLE
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import Layout
+from crosscheck.models.experiment.drive import DriveData
 
 SAME_RATE = 4 * np.finfo(float).eps  # relative: both rates are the ring's teeth, to rounding
 Lines = Iterator[str]

@@ -19,7 +19,7 @@ import struct
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from analytic.kernel.text.fused import fused
+from crosscheck.analytic.kernel.text.fused import fused
 
 Kind = str  # of a value: "float", "lanes", "int", "bool", "mask" (a bool of every lane), "array"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from models.arm.arm import Arm
+    from crosscheck.models.arm.arm import Arm
 
 PAPERS_KIND = "needs two joints with three planets each, no gravity and no friction"
 

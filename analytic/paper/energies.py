@@ -9,9 +9,9 @@ from functools import lru_cache
 
 import sympy as sp
 
-from analytic.derivation.forms import Form, christoffel_bias, virtual_work
-from analytic.derivation.symbols import geared_variables, m_payload, stage_symbols
-from analytic.paper.kinematics import gear_angles
+from crosscheck.analytic.derivation.forms import Form, christoffel_bias, virtual_work
+from crosscheck.analytic.derivation.symbols import geared_variables, m_payload, stage_symbols
+from crosscheck.analytic.paper.kinematics import gear_angles
 
 JOINTS = 2
 ONE, TWO = stage_symbols(1), stage_symbols(2)

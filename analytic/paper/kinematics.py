@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from models.arm.arm import Planetary
+from crosscheck.models.arm.arm import Planetary
 
 
 class StageGeometry(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from analytic.paper.backlash import dead_zone, dead_zone_tanh
+from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
 
 EXACT, TANH = 0, 1
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from analytic.paper.kinematics import StageGeometry
-from models.arm.arm import Planetary
+from crosscheck.analytic.paper.kinematics import StageGeometry
+from crosscheck.models.arm.arm import Planetary
 
 ANGLE, OMEGA_T = 0, 1
 

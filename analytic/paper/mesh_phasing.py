@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from models.arm.arm import Planetary
+from crosscheck.models.arm.arm import Planetary
 
 TURN = 2 * math.pi
 

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from analytic.derivation.forms import Form
-from analytic.derivation.symbolic_terms import form_terms
-from analytic.derivation.terms import Terms
-from analytic.model import AnalyticModel
-from analytic.paper.covered import PAPERS_KIND, papers_kind
-from analytic.paper.energies import energies_form
-from analytic.paper.printed import printed_form
-from models.arm.arm import Arm
-from models.arm.layout import lumped_layout
-from models.errors import InputError
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
+from crosscheck.analytic.derivation.forms import Form
+from crosscheck.analytic.derivation.symbolic_terms import form_terms
+from crosscheck.analytic.derivation.terms import Terms
+from crosscheck.analytic.model import AnalyticModel
+from crosscheck.analytic.paper.covered import PAPERS_KIND, papers_kind
+from crosscheck.analytic.paper.energies import energies_form
+from crosscheck.analytic.paper.printed import printed_form
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import lumped_layout
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
 
 
 @lru_cache(maxsize=32)

@@ -9,10 +9,10 @@ from functools import lru_cache
 
 import sympy as sp
 
-from analytic.derivation.forms import Form
-from analytic.derivation.stage import Stage
-from analytic.derivation.symbols import geared_variables, m_payload
-from analytic.paper.energies import JOINTS, ONE, TWO, joint_mass
+from crosscheck.analytic.derivation.forms import Form
+from crosscheck.analytic.derivation.stage import Stage
+from crosscheck.analytic.derivation.symbols import geared_variables, m_payload
+from crosscheck.analytic.paper.energies import JOINTS, ONE, TWO, joint_mass
 
 
 def primed_inertia(s: Stage) -> sp.Expr:

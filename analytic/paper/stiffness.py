@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from models.arm.stiffness import (
+from crosscheck.models.arm.stiffness import (
     FourierStiffness,
     SineStiffness,
     SquareStiffness,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from audit.claims.rule import Claim
-from audit.claims.statements import (
+from crosscheck.audit.claims.rule import Claim
+from crosscheck.audit.claims.statements import (
     ablations,
     abstract,
     control,

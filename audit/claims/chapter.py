@@ -6,16 +6,16 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from audit.claims.judged import Judged
-from audit.claims.records import record
-from audit.claims.rule import Claim, answers
-from audit.claims.settings import plan_of
-from audit.claims.summary import Varied, varied
-from audit.claims.words import page
-from audit.experiments.cells import GearModel
-from audit.page.chapter import AuditChapter
-from audit.page.material import Material
-from audit.page.said import Said
+from crosscheck.audit.claims.judged import Judged
+from crosscheck.audit.claims.records import record
+from crosscheck.audit.claims.rule import Claim, answers
+from crosscheck.audit.claims.settings import plan_of
+from crosscheck.audit.claims.summary import Varied, varied
+from crosscheck.audit.claims.words import page
+from crosscheck.audit.experiments.cells import GearModel
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.said import Said
 
 ID, TITLE = "claims", "The paper's statements, one by one"
 

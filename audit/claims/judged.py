@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from audit.claims.rule import (
+from crosscheck.audit.claims.rule import (
     Answer,
     Claim,
     Limits,
@@ -22,8 +22,8 @@ from audit.claims.rule import (
     state,
     verdict,
 )
-from audit.experiments.cells import MODELS, GearModel
-from audit.measures.shares import Share
+from crosscheck.audit.experiments.cells import MODELS, GearModel
+from crosscheck.audit.measures.shares import Share
 
 
 class Turning(NamedTuple):

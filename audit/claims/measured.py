@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from audit.claims.statements.statics import BENDS
-from audit.experiments.torque import ERROR_WINDOWS_S
-from audit.measures.events import AT_ONCE_S
-from audit.statics.surroundings import BASE_MASSES
-from audit.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
+from crosscheck.audit.claims.statements.statics import BENDS
+from crosscheck.audit.experiments.torque import ERROR_WINDOWS_S
+from crosscheck.audit.measures.events import AT_ONCE_S
+from crosscheck.audit.statics.surroundings import BASE_MASSES
+from crosscheck.audit.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 from crosscheck.registry import RIGID_LEVELS
 
 FIRST, SECOND, THIRD = "0 to 0.25 s", "0.1 s from the side change", "0.5 to 1.2 s"

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import rankdata
 
-from audit.claims.measured import MEASURED
-from audit.experiments.experiments import PLANTED, STATIC, Family, Source
-from audit.experiments.pool import Sample
+from crosscheck.audit.claims.measured import MEASURED
+from crosscheck.audit.experiments.experiments import PLANTED, STATIC, Family, Source
+from crosscheck.audit.experiments.pool import Sample
 
 FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from audit.claims.judged import Judged
-from audit.claims.rule import PARTS, Answer, Verdict
-from audit.claims.summary import Varied
-from audit.experiments.cells import AS_GEARS, AS_MODELLED, BETWEEN
-from audit.measures.numbers import defined
-from audit.page.columns import Columns, TableColumn
-from audit.page.record import JsonObject
+from crosscheck.audit.claims.judged import Judged
+from crosscheck.audit.claims.rule import PARTS, Answer, Verdict
+from crosscheck.audit.claims.summary import Varied
+from crosscheck.audit.experiments.cells import AS_GEARS, AS_MODELLED, BETWEEN
+from crosscheck.audit.measures.numbers import defined
+from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.audit.page.record import JsonObject
 
 ANSWERS = Columns[Answer](
     lambda answer: "/".join(

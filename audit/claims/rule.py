@@ -20,10 +20,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from audit.claims.quantities import Choices, Known, NotSimulatedError, Quantity
-from audit.experiments.cells import Cell, GearModel, Law
-from audit.experiments.variant import Planets
-from audit.measures.shares import Share
+from crosscheck.audit.claims.quantities import Choices, Known, NotSimulatedError, Quantity
+from crosscheck.audit.experiments.cells import Cell, GearModel, Law
+from crosscheck.audit.experiments.variant import Planets
+from crosscheck.audit.measures.shares import Share
 
 MOST, FEW = 0.9, 0.1
 DEFINED = 0.5  # of the starts: where the event is rarer, a setting says nothing of it

@@ -8,10 +8,10 @@ from itertools import product
 
 import numpy as np
 
-from audit.claims.quantities import Known
-from audit.claims.statements.statics import Statics
-from audit.errata.planted import Planted, shown
-from audit.experiments.cells import (
+from crosscheck.audit.claims.quantities import Known
+from crosscheck.audit.claims.statements.statics import Statics
+from crosscheck.audit.errata.planted import Planted, shown
+from crosscheck.audit.experiments.cells import (
     AS_MODELLED,
     LABELLED,
     LAWS,
@@ -20,7 +20,7 @@ from audit.experiments.cells import (
     Cell,
     GearModel,
 )
-from audit.experiments.experiments import (
+from crosscheck.audit.experiments.experiments import (
     BACK,
     BACK_EVEN,
     BACKLASH,
@@ -49,10 +49,10 @@ from audit.experiments.experiments import (
     WIDE_M,
     Source,
 )
-from audit.experiments.pool import Sample, samples
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study
-from audit.experiments.variant import Numbers
+from crosscheck.audit.experiments.pool import Sample, samples
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Numbers
 
 # From where the controller flutters by itself to twice the default.
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from audit.claims.judged import Judged
-from audit.claims.rule import Answer, State, VerdictKind
-from audit.experiments.cells import MODELS, READINGS, VARIANTS, GearModel
+from crosscheck.audit.claims.judged import Judged
+from crosscheck.audit.claims.rule import Answer, State, VerdictKind
+from crosscheck.audit.experiments.cells import MODELS, READINGS, VARIANTS, GearModel
 
 TYPICAL_ZETAS = (0.005, 0.05)  # of the figures, where the third fluctuation shows and where not
 

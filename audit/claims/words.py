@@ -6,19 +6,19 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from audit.claims.judged import Judged
-from audit.claims.rule import FEW, MOST, Answer, Counts, Verdict, VerdictKind, ends
-from audit.claims.settings import Plan
-from audit.claims.summary import models_of, strips
-from audit.experiments.cells import AS_GEARS, AS_MODELLED, GearModel
-from audit.experiments.scale import Scale
-from audit.experiments.starts import ALIKE, FIRST
-from audit.measures.undefined import shown
-from audit.page.text import text
-from audit.page.words import LAW_NAMES, number
+from crosscheck.audit.claims.judged import Judged
+from crosscheck.audit.claims.rule import FEW, MOST, Answer, Counts, Verdict, VerdictKind, ends
+from crosscheck.audit.claims.settings import Plan
+from crosscheck.audit.claims.summary import models_of, strips
+from crosscheck.audit.experiments.cells import AS_GEARS, AS_MODELLED, GearModel
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.starts import ALIKE, FIRST
+from crosscheck.audit.measures.undefined import shown
+from crosscheck.audit.page.text import text
+from crosscheck.audit.page.words import LAW_NAMES, number
 
 if TYPE_CHECKING:
-    from audit.claims.chapter import ClaimRow
+    from crosscheck.audit.claims.chapter import ClaimRow
 
 # What a reader looks for first: what is wrong, what hangs on chance, what on an unknown.
 ORDER = (

@@ -12,26 +12,30 @@ from collections.abc import Iterator
 import numpy as np
 import sympy as sp
 
-from analytic.paper.backlash import dead_zone, dead_zone_tanh
-from analytic.paper.kinematics import gear_angles
-from analytic.paper.mesh_frequency import meshing_frequency, ring_mesh_rate, sun_mesh_rate
-from analytic.paper.mesh_phasing import ring_behind_sun, sun_lag
-from audit.errata.erratum import Erratum, ErratumPair
-from audit.errata.formulas import tex
-from audit.errata.sides import PhysicalSide
-from audit.measures.stage import PaperStage, paper_stage, without_backlash
-from audit.statics.surroundings import virtual_work
-from audit.statics.teeth import (
+from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
+from crosscheck.analytic.paper.kinematics import gear_angles
+from crosscheck.analytic.paper.mesh_frequency import (
+    meshing_frequency,
+    ring_mesh_rate,
+    sun_mesh_rate,
+)
+from crosscheck.analytic.paper.mesh_phasing import ring_behind_sun, sun_lag
+from crosscheck.audit.errata.erratum import Erratum, ErratumPair
+from crosscheck.audit.errata.formulas import tex
+from crosscheck.audit.errata.sides import PhysicalSide
+from crosscheck.audit.measures.stage import PaperStage, paper_stage, without_backlash
+from crosscheck.audit.statics.surroundings import virtual_work
+from crosscheck.audit.statics.teeth import (
     COUNTED,
     conversion_error,
     ring_contact_ratio,
     stiffness_wave,
     sun_contact_ratio,
 )
-from models.arm.arm import Arm, Planetary
-from models.experiment.scenario import SinusoidDrive
-from models.experiment.switches import switches
-from models.loading import load_scenario
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.experiment.scenario import SinusoidDrive
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.loading import load_scenario
 
 TORQUE_N_M = 100.0  # Section 3.1's
 

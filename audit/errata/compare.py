@@ -8,8 +8,8 @@ from typing import Literal, get_args
 
 import sympy as sp
 
-from analytic.derivation.forms import Form
-from analytic.derivation.symbols import stage_symbols
+from crosscheck.analytic.derivation.forms import Form
+from crosscheck.analytic.derivation.symbols import stage_symbols
 
 Matrix = Literal["mass_matrix", "bias", "force"]  # of a Form
 

@@ -7,13 +7,18 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from analytic.derivation.bodies import Body, carried_bodies, link_bodies, spinning_bodies
-from analytic.derivation.forms import mass_matrix
-from analytic.derivation.lagrange import mass_terms
-from analytic.derivation.stage import Stage
-from analytic.derivation.symbols import geared_variables, m_payload, stage_symbols, symbolic_chain
-from analytic.paper.energies import JOINTS, kinetic_energies, without_sine_squares
-from audit.errata.compare import same
+from crosscheck.analytic.derivation.bodies import Body, carried_bodies, link_bodies, spinning_bodies
+from crosscheck.analytic.derivation.forms import mass_matrix
+from crosscheck.analytic.derivation.lagrange import mass_terms
+from crosscheck.analytic.derivation.stage import Stage
+from crosscheck.analytic.derivation.symbols import (
+    geared_variables,
+    m_payload,
+    stage_symbols,
+    symbolic_chain,
+)
+from crosscheck.analytic.paper.energies import JOINTS, kinetic_energies, without_sine_squares
+from crosscheck.audit.errata.compare import same
 
 CHAIN = symbolic_chain([True] * JOINTS)  # the paper's arm
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from analytic.paper.printed import printed_form
-from audit.errata.erratum import simulated
-from audit.errata.sides import FormSide, PhysicalSide
-from audit.experiments.variant import spelled_out
-from audit.page.record import JsonObject
+from crosscheck.analytic.paper.printed import printed_form
+from crosscheck.audit.errata.erratum import simulated
+from crosscheck.audit.errata.sides import FormSide, PhysicalSide
+from crosscheck.audit.experiments.variant import spelled_out
+from crosscheck.audit.page.record import JsonObject
 from crosscheck.checks.states import LOOSEST
 from crosscheck.checks.trajectories import largest_difference
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.comparison import Results, tasks_of
 from crosscheck.planning.state_suite import COUNT, geared
-from models.experiment.switches import switches
-from models.loading import load_arm, load_scenario
 
 PRINTED, ENGINE = "analytic:printed", "pinocchio:gears"
 SEED = 0  # of the states, as of a cross-check

@@ -9,10 +9,10 @@ from typing import Literal, get_args
 import numpy as np
 import xarray as xr
 
-from audit.measures.numbers import defined
+from crosscheck.audit.measures.numbers import defined
 from crosscheck.checks.trajectories import largest_difference
-from models.experiment.scenario import Scenario
-from models.interface import Model
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.interface import Model
 
 Side = Callable[[Scenario], Model]  # equal ones make equal models
 

@@ -10,14 +10,14 @@ from functools import cache
 
 import sympy as sp
 
-from analytic.derivation.forms import Form, christoffel_bias
-from analytic.derivation.symbols import geared_variables, parameter_values, stage_symbols
-from analytic.paper.energies import JOINTS, energies_form
-from analytic.paper.model import PrintedModel
-from analytic.paper.printed import printed_form
-from audit.errata import compare, energy
-from audit.errata.auxiliary import equation_errata
-from audit.errata.erratum import (
+from crosscheck.analytic.derivation.forms import Form, christoffel_bias
+from crosscheck.analytic.derivation.symbols import geared_variables, parameter_values, stage_symbols
+from crosscheck.analytic.paper.energies import JOINTS, energies_form
+from crosscheck.analytic.paper.model import PrintedModel
+from crosscheck.analytic.paper.printed import printed_form
+from crosscheck.audit.errata import compare, energy
+from crosscheck.audit.errata.auxiliary import equation_errata
+from crosscheck.audit.errata.erratum import (
     CLASSES,
     Erratum,
     ErratumPair,
@@ -26,13 +26,13 @@ from audit.errata.erratum import (
     simulated,
     tried,
 )
-from audit.errata.formulas import tex
-from audit.errata.sides import FormSide
-from audit.errata.statements import statement_errata
-from models.arm.arm import Arm
-from models.arm.layout import layout_of
-from models.experiment.scenario import Scenario
-from models.loading import load_arm, load_scenario
+from crosscheck.audit.errata.formulas import tex
+from crosscheck.audit.errata.sides import FormSide
+from crosscheck.audit.errata.statements import statement_errata
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import layout_of
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.loading import load_arm, load_scenario
 
 SCHEMA_VERSION = 3
 Values = dict[sp.Symbol, Fraction]  # of a form's parameters

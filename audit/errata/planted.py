@@ -9,15 +9,15 @@ from typing import get_args
 import sympy as sp
 import xarray as xr
 
-from analytic.derivation.forms import Form
-from analytic.paper.energies import energies_form
-from audit.errata.compare import Matrix
-from audit.errata.erratum import simulated
-from audit.errata.sides import FormSide
-from audit.experiments.variant import spelled_out
+from crosscheck.analytic.derivation.forms import Form
+from crosscheck.analytic.paper.energies import energies_form
+from crosscheck.audit.errata.compare import Matrix
+from crosscheck.audit.errata.erratum import simulated
+from crosscheck.audit.errata.sides import FormSide
+from crosscheck.audit.experiments.variant import spelled_out
 from crosscheck.checks.trajectories import largest_difference
-from models.errors import Diverged
-from models.loading import load_arm, load_scenario
+from crosscheck.models.errors import Diverged
+from crosscheck.models.loading import load_arm, load_scenario
 
 SCENARIO = "constant-torque"  # the run by which Section 3.1 calls the equations validated
 AGREEMENT_RAD = 0.01  # the closer of the two deviations that it calls slight

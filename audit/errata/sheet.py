@@ -6,15 +6,15 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from audit.errata.erratum import CLASSES, Class, SimulatedErratum
-from audit.errata.finder import EFFECT_S, Errata
-from audit.errata.tables import BY_CLASS, CONTRADICTIONS, GAPS, WHOLE, ArmErratum
-from audit.errata.words import in_words, notes
-from audit.experiments.cells import LABELLED, READINGS
-from audit.page.chapter import AuditChapter
-from audit.page.material import Material
-from audit.page.said import StatedNumber
-from audit.page.text import html, text
+from crosscheck.audit.errata.erratum import CLASSES, Class, SimulatedErratum
+from crosscheck.audit.errata.finder import EFFECT_S, Errata
+from crosscheck.audit.errata.tables import BY_CLASS, CONTRADICTIONS, GAPS, WHOLE, ArmErratum
+from crosscheck.audit.errata.words import in_words, notes
+from crosscheck.audit.experiments.cells import LABELLED, READINGS
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.said import StatedNumber
+from crosscheck.audit.page.text import html, text
 
 ID, TITLE = "errata", "Errata sheet"
 QUICK_S = 0.05

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from analytic.derivation.forms import Form
-from analytic.model import PhysicalModel
-from analytic.paper.model import FormModel
-from models.arm.arm import Arm
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
+from crosscheck.analytic.derivation.forms import Form
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.analytic.paper.model import FormModel
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
 
 
 @dataclass(frozen=True)

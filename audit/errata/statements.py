@@ -13,16 +13,16 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
-from analytic.derivation.symbols import geared_variables
-from analytic.model import RigidCoupled
-from analytic.paper.energies import JOINTS
-from audit.errata import transcript
-from audit.errata.erratum import Erratum
-from audit.measures.rigid import RIGID_STEP_S
-from audit.measures.stage import PaperStage, paper_stage
-from models.arm.arm import Arm
-from models.experiment.scenario import PdDrive
-from models.loading import load_scenario
+from crosscheck.analytic.derivation.symbols import geared_variables
+from crosscheck.analytic.model import RigidCoupled
+from crosscheck.analytic.paper.energies import JOINTS
+from crosscheck.audit.errata import transcript
+from crosscheck.audit.errata.erratum import Erratum
+from crosscheck.audit.measures.rigid import RIGID_STEP_S
+from crosscheck.audit.measures.stage import PaperStage, paper_stage
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import PdDrive
+from crosscheck.models.loading import load_scenario
 
 EXTREME_M = 6e-3  # Section 4.1's largest clearance
 CONSIDERABLE = 0.05  # overshoot of a step; a well damped loop (damping ratio 0.7) has 4.6 %

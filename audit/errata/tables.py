@@ -8,10 +8,10 @@ from functools import lru_cache
 
 from markupsafe import Markup
 
-from audit.errata.erratum import Class, Effect, SimulatedErratum
-from audit.errata.formulas import formula_svg
-from audit.errata.words import Contradiction, Gap
-from audit.page.columns import Columns, TableColumn
+from crosscheck.audit.errata.erratum import Class, Effect, SimulatedErratum
+from crosscheck.audit.errata.formulas import formula_svg
+from crosscheck.audit.errata.words import Contradiction, Gap
+from crosscheck.audit.page.columns import Columns, TableColumn
 
 
 @dataclass(frozen=True)

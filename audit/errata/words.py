@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from audit.errata.erratum import CLASSES, Class, Erratum, SimulatedErratum
+from crosscheck.audit.errata.erratum import CLASSES, Class, Erratum, SimulatedErratum
 
 FOLDER = Path(__file__).with_name("texts")
 WORDS, NOTES = FOLDER / "errata.toml", FOLDER / "notes.toml"

@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.model import PhysicalModel
-from audit.experiments.starts import AT_ONCE
-from audit.experiments.variant import Variant, spelled_out
-from audit.measures.course import Course, courses
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.audit.experiments.starts import AT_ONCE
+from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.measures.course import Course, courses
 from crosscheck.envelope import envelope
+from crosscheck.models.errors import Diverged
 from crosscheck.registry import entry_of
 from crosscheck.studies.members.starts import perturbed
-from models.errors import Diverged
 
 SHOULDER = ("theta_ddot", "torque", "x_sp", "F_sp")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from audit.experiments.variant import Planets, Variant
+from crosscheck.audit.experiments.variant import Planets, Variant
 
 LABELLED, SWAPPED = "paper-labelled", "paper-swapped"
 READINGS = {LABELLED: "labelled", SWAPPED: "swapped"}
@@ -14,7 +14,7 @@ READINGS = {LABELLED: "labelled", SWAPPED: "swapped"}
 class Law(NamedTuple):
     """How a mesh's phase follows the motion, at which rate the ring's; whether springs push theta.
 
-    See models.experiment.switches.
+    See crosscheck.models.experiment.switches.
     """
 
     phase: Literal["omega_t", "angle"]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from audit.experiments.cells import Cell
-from audit.experiments.lyapunov import Lyapunov
-from audit.experiments.preload import preloaded
-from audit.experiments.starts import (
+from crosscheck.audit.experiments.cells import Cell
+from crosscheck.audit.experiments.lyapunov import Lyapunov
+from crosscheck.audit.experiments.preload import preloaded
+from crosscheck.audit.experiments.starts import (
     RECORDED_S,
     BackAndForth,
     ConstantTorque,
@@ -16,7 +16,7 @@ from audit.experiments.starts import (
     TransientPd,
     WholePd,
 )
-from audit.experiments.variant import Variant
+from crosscheck.audit.experiments.variant import Variant
 
 SHORT_S = 1.2  # Fig. 14's length
 START_ONLY_S = 0.3  # the first fluctuation, which the shoulder's change of sides ends

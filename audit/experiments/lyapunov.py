@@ -8,16 +8,16 @@ from math import tau
 
 import numpy as np
 
-from analytic.model import PhysicalModel
-from analytic.paper.kinematics import stage_geometry
-from audit.experiments.starts import Measured, Perturbed
-from audit.measures.events import THIRD_S
-from audit.measures.numbers import defined
-from audit.measures.stage import geared_joint
-from audit.phase.runs.motion import Continued, motion
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.audit.experiments.starts import Measured, Perturbed
+from crosscheck.audit.measures.events import THIRD_S
+from crosscheck.audit.measures.numbers import defined
+from crosscheck.audit.measures.stage import geared_joint
+from crosscheck.audit.phase.runs.motion import Continued, motion
+from crosscheck.models.loading import Case
 from crosscheck.registry import entry_of
 from crosscheck.studies.members.starts import perturbed
-from models.loading import Case
 
 BLOCK_S = 0.005  # some seven periods of the vibration; the neighbour is then brought near again
 ALIGNED = 10  # blocks in which the separation turns into the direction that grows fastest

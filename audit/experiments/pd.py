@@ -11,17 +11,24 @@ from functools import cached_property
 
 import numpy as np
 
-from analytic.paper.kinematics import stage_geometry
-from audit.experiments.torque import RING_CYCLES, correlation, decay, fast
-from audit.experiments.variant import Numbers
-from audit.measures import events
-from audit.measures.course import Course
-from audit.measures.events import AT_ONCE_S, IMPACT_S, PEAK_S, STABLE_S, THIRD_S, SideChange
-from audit.measures.numbers import finite, quotient
-from audit.measures.stage import geared_joint
-from audit.measures.thresholds import MINOR
 from crosscheck import signals
-from models.experiment.scenario import PdDrive
+from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.audit.experiments.torque import RING_CYCLES, correlation, decay, fast
+from crosscheck.audit.experiments.variant import Numbers
+from crosscheck.audit.measures import events
+from crosscheck.audit.measures.course import Course
+from crosscheck.audit.measures.events import (
+    AT_ONCE_S,
+    IMPACT_S,
+    PEAK_S,
+    STABLE_S,
+    THIRD_S,
+    SideChange,
+)
+from crosscheck.audit.measures.numbers import finite, quotient
+from crosscheck.audit.measures.stage import geared_joint
+from crosscheck.audit.measures.thresholds import MINOR
+from crosscheck.models.experiment.scenario import PdDrive
 
 FIRST_S = (0.0, 0.25)
 CONVERGED_S = 0.15  # after an impact its vibration is followed for so long

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from audit.experiments.cells import Cell
-from audit.experiments.experiments import Source, question
-from audit.experiments.scale import Scale
-from audit.experiments.starts import Measured
-from audit.experiments.study import Study
+from crosscheck.audit.experiments.cells import Cell
+from crosscheck.audit.experiments.experiments import Source, question
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.starts import Measured
+from crosscheck.audit.experiments.study import Study
 
 
 @dataclass(frozen=True)

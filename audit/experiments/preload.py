@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from audit.experiments.variant import Variant
+from crosscheck.audit.experiments.variant import Variant
+from crosscheck.models.interface import Model
 from crosscheck.registry import build
-from models.interface import Model
 
 INSIDE_M = 1e-6  # so far into contact that a mesh's force is a straight line
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from audit.experiments.variant import Variant
+from crosscheck.audit.experiments.variant import Variant
 
 STARTS, QUICK_STARTS = 32, 8
 

@@ -14,17 +14,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.model import AnalyticModel
-from audit.experiments.pd import transient, whole
-from audit.experiments.torque import back_and_forth, constant_torque
-from audit.experiments.variant import Numbers, Variant, spelled_out
-from audit.measures.course import Course, course_of, courses
-from audit.measures.rigid import COUPLED, rigid_arm, without_gears
+from crosscheck.analytic.model import AnalyticModel
+from crosscheck.audit.experiments.pd import transient, whole
+from crosscheck.audit.experiments.torque import back_and_forth, constant_torque
+from crosscheck.audit.experiments.variant import Numbers, Variant, spelled_out
+from crosscheck.audit.measures.course import Course, course_of, courses
+from crosscheck.audit.measures.rigid import COUPLED, rigid_arm, without_gears
+from crosscheck.models.errors import Diverged
+from crosscheck.models.interface import Model
+from crosscheck.models.loading import Case
 from crosscheck.registry import RIGID_LEVELS, build, entry_of
 from crosscheck.studies.members.starts import perturbed
-from models.errors import Diverged
-from models.interface import Model
-from models.loading import Case
 
 AT_ONCE = 16  # runs in memory: about 100 MB
 FIRST = 8  # starts that are run before it is asked whether more could tell anything else

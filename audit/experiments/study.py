@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from audit.experiments.variant import (
+from crosscheck.audit.experiments.variant import (
     Measure,
     Numbers,
     Variant,
@@ -22,7 +22,7 @@ from audit.experiments.variant import (
     simulate,
     spelled_out,
 )
-from audit.experiments.work import (
+from crosscheck.audit.experiments.work import (
     AuditTask,
     Made,
     Piece,
@@ -38,15 +38,15 @@ from audit.experiments.work import (
     measured,
     whole,
 )
+from crosscheck.models.errors import Diverged, InputError, Unfinished
+from crosscheck.models.places import cache_folder
+from crosscheck.models.trajectory import from_netcdf
 from crosscheck.provenance import version
 from crosscheck.registry import MODELS, home
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.sources import code_hash
 from crosscheck.runner.store import Store
 from crosscheck.runner.workers import perform_all
-from models.errors import Diverged, InputError, Unfinished
-from models.places import cache_folder
-from models.trajectory import from_netcdf
 
 __all__ = [
     "Measure",

@@ -13,15 +13,15 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import find_peaks
 
-from analytic.paper.kinematics import stage_geometry
-from audit.experiments.variant import Numbers
-from audit.measures.course import Course
-from audit.measures.numbers import finite, quotient
-from audit.measures.stage import geared_joint
 from crosscheck import signals
+from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.audit.experiments.variant import Numbers
+from crosscheck.audit.measures.course import Course
+from crosscheck.audit.measures.numbers import finite, quotient
+from crosscheck.audit.measures.stage import geared_joint
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.registry import RIGID_LEVELS
-from models.arm.arm import Arm
-from models.arm.stiffness import SineStiffness
 
 SETTLED_S = 0.1  # constant torque: the starting transient is over
 HALFWAY_S = 0.25

@@ -14,14 +14,14 @@ from typing import Literal, NamedTuple
 import xarray as xr
 from pydantic import BaseModel
 
+from crosscheck.models.arm.meshes import damped, squared
+from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.scenario import MOST_RECORDS, Scenario
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.files import HERE
+from crosscheck.models.loading import Case, load_case
 from crosscheck.registry import build, entry_of
 from crosscheck.studies.members.starts import perturbed
-from models.arm.meshes import damped, squared
-from models.errors import Diverged
-from models.experiment.scenario import MOST_RECORDS, Scenario
-from models.experiment.switches import Switches
-from models.files import HERE
-from models.loading import Case, load_case
 
 Planets = Literal["lumped", "free"]
 

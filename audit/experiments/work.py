@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol, TypeVar, get_type_hints
 import xarray as xr
 from pydantic import TypeAdapter
 
-from audit.experiments.variant import (
+from crosscheck.audit.experiments.variant import (
     Company,
     Measure,
     Variant,
@@ -21,11 +21,11 @@ from audit.experiments.variant import (
     integration,
     simulate_all,
 )
+from crosscheck.models.errors import Diverged, InputError
+from crosscheck.models.trajectory import netcdf
 from crosscheck.registry import entry_of
 from crosscheck.runner.outcomes import Failure, failure
 from crosscheck.runner.store import Store
-from models.errors import Diverged, InputError
-from models.trajectory import netcdf
 
 Value = TypeVar("Value")
 Answer = TypeVar("Answer", covariant=True)

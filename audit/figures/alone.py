@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 
-from audit.claims.quantities import Known, NotSimulatedError
-from audit.claims.settings import Plan, plan_of, planted_of, statics_of
-from audit.experiments.cells import LABELLED, LAWS, Cell, Law
-from audit.experiments.experiments import (
+from crosscheck.audit.claims.quantities import Known, NotSimulatedError
+from crosscheck.audit.claims.settings import Plan, plan_of, planted_of, statics_of
+from crosscheck.audit.experiments.cells import LABELLED, LAWS, Cell, Law
+from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     DEFAULT_B_UM,
     DEFAULT_E_UM,
@@ -17,8 +17,8 @@ from audit.experiments.experiments import (
     STATIC,
     Source,
 )
-from audit.experiments.pool import Sample
-from audit.page.material import Material
+from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.page.material import Material
 
 DEFAULTS = (BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM))  # other names of the default run
 WITHOUT_SETTING = {STATIC: statics_of, PLANTED: planted_of}

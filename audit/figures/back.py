@@ -6,13 +6,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from audit.experiments.cells import INTEGRAL, Cell
-from audit.experiments.experiments import BACK, DEFAULT_B_UM
-from audit.figures.plate import Drawing, Plate
-from audit.figures.runs import SMOOTH_RECORD, ZETA, drawn, rigid_run
-from audit.figures.shelf import Shelf
-from audit.figures.views import conditions
-from audit.measures.rigid import COUPLED
+from crosscheck.audit.experiments.cells import INTEGRAL, Cell
+from crosscheck.audit.experiments.experiments import BACK, DEFAULT_B_UM
+from crosscheck.audit.figures.plate import Drawing, Plate
+from crosscheck.audit.figures.runs import SMOOTH_RECORD, ZETA, drawn, rigid_run
+from crosscheck.audit.figures.shelf import Shelf
+from crosscheck.audit.figures.views import conditions
+from crosscheck.audit.measures.rigid import COUPLED
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 

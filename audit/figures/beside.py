@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from audit.claims.catalogue import CLAIMS
-from audit.claims.rule import Answer, Claim, Verdict, answers
-from audit.experiments.cells import LABELLED, LAWS, Cell, Law
-from audit.figures.shelf import Shelf
-from audit.page.said import Said
+from crosscheck.audit.claims.catalogue import CLAIMS
+from crosscheck.audit.claims.rule import Answer, Claim, Verdict, answers
+from crosscheck.audit.experiments.cells import LABELLED, LAWS, Cell, Law
+from crosscheck.audit.figures.shelf import Shelf
+from crosscheck.audit.page.said import Said
 
 
 @dataclass(frozen=True)

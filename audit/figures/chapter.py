@@ -4,32 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from audit.experiments.cells import LABELLED, LAWS, Law
-from audit.experiments.experiments import PD
-from audit.figures.back import figure_15
-from audit.figures.beside import Row, rows, said
-from audit.figures.control import (
+from crosscheck.audit.experiments.cells import LABELLED, LAWS, Law
+from crosscheck.audit.experiments.experiments import PD
+from crosscheck.audit.figures.back import figure_15
+from crosscheck.audit.figures.beside import Row, rows, said
+from crosscheck.audit.figures.control import (
     figure_10,
     figure_11,
     figure_12,
     figure_13,
     figure_14,
 )
-from audit.figures.laws import figure_4, figure_5
-from audit.figures.plate import Plate
-from audit.figures.runs import LOW_ZETA, ZETA
-from audit.figures.shelf import Shelf
-from audit.figures.spectra import figure_18, figure_20
-from audit.figures.sweeps import figure_16, figure_17, figure_19
-from audit.figures.torque import figure_6, figure_7, figure_8, figure_9
-from audit.figures.views import severe_over_zeta
-from audit.measures.shares import Share
-from audit.measures.third import Third
-from audit.measures.thresholds import SEVERE
-from audit.page.chapter import AuditChapter
-from audit.page.material import Material
-from audit.page.text import html, text
-from models.errors import Diverged
+from crosscheck.audit.figures.laws import figure_4, figure_5
+from crosscheck.audit.figures.plate import Plate
+from crosscheck.audit.figures.runs import LOW_ZETA, ZETA
+from crosscheck.audit.figures.shelf import Shelf
+from crosscheck.audit.figures.spectra import figure_18, figure_20
+from crosscheck.audit.figures.sweeps import figure_16, figure_17, figure_19
+from crosscheck.audit.figures.torque import figure_6, figure_7, figure_8, figure_9
+from crosscheck.audit.figures.views import severe_over_zeta
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third import Third
+from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.text import html, text
+from crosscheck.models.errors import Diverged
 
 PLATES: dict[int, Callable[[Shelf], Plate]] = {
     4: figure_4,

@@ -10,10 +10,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from pydantic import JsonValue
 
-from audit.experiments.cells import INTEGRAL, Cell
-from audit.experiments.experiments import PD, SHORT_S
-from audit.figures.plate import Drawing, Plate
-from audit.figures.runs import (
+from crosscheck import signals
+from crosscheck.audit.experiments.cells import INTEGRAL, Cell
+from crosscheck.audit.experiments.experiments import PD, SHORT_S
+from crosscheck.audit.figures.plate import Drawing, Plate
+from crosscheck.audit.figures.runs import (
     DERIVATIVE,
     GAINS,
     LOW_ZETA,
@@ -22,16 +23,15 @@ from audit.figures.runs import (
     drawn,
     gain_run,
 )
-from audit.figures.shelf import Shelf
-from audit.figures.views import MICRO, Strip, conditions, law_figure
-from audit.measures import events
-from audit.measures.course import Course
-from audit.measures.rigid import COUPLED, rigid_arm
-from audit.measures.third import Third
-from audit.measures.thresholds import SEVERE
-from audit.page.columns import Columns, TableColumn
-from audit.page.words import LAW_NAMES
-from crosscheck import signals
+from crosscheck.audit.figures.shelf import Shelf
+from crosscheck.audit.figures.views import MICRO, Strip, conditions, law_figure
+from crosscheck.audit.measures import events
+from crosscheck.audit.measures.course import Course
+from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
+from crosscheck.audit.measures.third import Third
+from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.audit.page.words import LAW_NAMES
 from crosscheck.report.figures import new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 

@@ -6,16 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.paper.backlash import dead_zone, dead_zone_tanh
-from analytic.paper.stiffness import fundamental, square_wave, square_wave_series
-from audit.figures.plate import Drawing, Plate
-from audit.figures.shelf import Shelf
-from audit.figures.views import MICRO
-from audit.measures.stage import paper_stage
-from audit.page.columns import Columns, TableColumn
+from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
+from crosscheck.analytic.paper.stiffness import fundamental, square_wave, square_wave_series
+from crosscheck.audit.figures.plate import Drawing, Plate
+from crosscheck.audit.figures.shelf import Shelf
+from crosscheck.audit.figures.views import MICRO
+from crosscheck.audit.measures.stage import paper_stage
+from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.models.loading import load_arm
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
-from models.loading import load_arm
 
 ARM = "paper-labelled"
 SHARPNESS_PER_M = (2e4, 5e4, 2e5, 1e6)  # the paper gives no sigma

@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 from pydantic import JsonValue
 
-from audit.claims.rule import State
-from audit.claims.words import COLOURS as VERDICT_COLOURS
-from audit.claims.words import share_words, value_words, verdict_words
-from audit.experiments.cells import LAWS
-from audit.figures.beside import Row
-from audit.page.record import JsonObject
-from audit.page.text import html, text
-from audit.page.words import LAW_NAMES
+from crosscheck.audit.claims.rule import State
+from crosscheck.audit.claims.words import COLOURS as VERDICT_COLOURS
+from crosscheck.audit.claims.words import share_words, value_words, verdict_words
+from crosscheck.audit.experiments.cells import LAWS
+from crosscheck.audit.figures.beside import Row
+from crosscheck.audit.page.record import JsonObject
+from crosscheck.audit.page.text import html, text
+from crosscheck.audit.page.words import LAW_NAMES
 
 COLOURS = {State.YES: "agree", State.NO: "differ", State.BISTABLE: "bistable"}
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from audit.experiments.cells import INTEGRAL, Cell
-from audit.experiments.experiments import (
+from crosscheck.audit.experiments.cells import INTEGRAL, Cell
+from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     DEFAULT_B_UM,
     DEFAULT_E_UM,
@@ -14,8 +14,8 @@ from audit.experiments.experiments import (
     Source,
     question,
 )
-from audit.experiments.study import Variant
-from audit.measures.rigid import rigid_model
+from crosscheck.audit.experiments.study import Variant
+from crosscheck.audit.measures.rigid import rigid_model
 
 # The paper gives no damping. At the smaller value its third fluctuation shows under its own law.
 ZETA, LOW_ZETA = 0.02, 0.005

@@ -8,18 +8,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import xarray as xr
 
-from audit.claims.quantities import Known
-from audit.claims.settings import Plan, plan_of
-from audit.experiments.bands import Bands, Between
-from audit.experiments.cells import LABELLED, LAWS, Cell, Law
-from audit.experiments.experiments import PD, Family, Source
-from audit.experiments.study import Variant
-from audit.figures.alone import on_demand
-from audit.figures.runs import FULL_RECORD, drawn
-from audit.measures.course import Course, course_of
-from audit.measures.reductions import first_planets
-from audit.measures.rigid import rigid_arm
-from audit.page.material import Material
+from crosscheck.audit.claims.quantities import Known
+from crosscheck.audit.claims.settings import Plan, plan_of
+from crosscheck.audit.experiments.bands import Bands, Between
+from crosscheck.audit.experiments.cells import LABELLED, LAWS, Cell, Law
+from crosscheck.audit.experiments.experiments import PD, Family, Source
+from crosscheck.audit.experiments.study import Variant
+from crosscheck.audit.figures.alone import on_demand
+from crosscheck.audit.figures.runs import FULL_RECORD, drawn
+from crosscheck.audit.measures.course import Course, course_of
+from crosscheck.audit.measures.reductions import first_planets
+from crosscheck.audit.measures.rigid import rigid_arm
+from crosscheck.audit.page.material import Material
 
 BAND_BINS = 900  # over a whole run
 

@@ -6,17 +6,17 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from audit.experiments.cells import INTEGRAL, LAWS, Cell, Law
-from audit.experiments.experiments import BACKLASH, ERROR, Family
-from audit.figures.plate import Drawing, Plate
-from audit.figures.runs import LOW_ZETA, drawn
-from audit.figures.shelf import Shelf, excess
-from audit.figures.sweeps import DEFAULTS, Axis, over_sizes
-from audit.figures.views import conditions, same_scale
-from audit.measures import events
-from audit.measures.course import Course
-from audit.page.words import LAW_NAMES
 from crosscheck import signals
+from crosscheck.audit.experiments.cells import INTEGRAL, LAWS, Cell, Law
+from crosscheck.audit.experiments.experiments import BACKLASH, ERROR, Family
+from crosscheck.audit.figures.plate import Drawing, Plate
+from crosscheck.audit.figures.runs import LOW_ZETA, drawn
+from crosscheck.audit.figures.shelf import Shelf, excess
+from crosscheck.audit.figures.sweeps import DEFAULTS, Axis, over_sizes
+from crosscheck.audit.figures.views import conditions, same_scale
+from crosscheck.audit.measures import events
+from crosscheck.audit.measures.course import Course
+from crosscheck.audit.page.words import LAW_NAMES
 from crosscheck.envelope import envelope
 from crosscheck.report.figures import legend, log_y, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS

@@ -9,17 +9,17 @@ from contextlib import suppress
 import numpy as np
 import xarray as xr
 
-from audit.claims.settings import plan_of
-from audit.experiments.cells import INTEGRAL, LAWS, Cell, Law
-from audit.experiments.experiments import BACK, BACKLASH, CONSTANT, ERROR, PD
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study, Variant
-from audit.figures.runs import LOW_ZETA, SMOOTH_RECORD, ZETA, drawn, rigid_run
-from audit.measures.reductions import first_planets
-from audit.measures.rigid import COUPLED
 from crosscheck import signals
+from crosscheck.audit.claims.settings import plan_of
+from crosscheck.audit.experiments.cells import INTEGRAL, LAWS, Cell, Law
+from crosscheck.audit.experiments.experiments import BACK, BACKLASH, CONSTANT, ERROR, PD
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study, Variant
+from crosscheck.audit.figures.runs import LOW_ZETA, SMOOTH_RECORD, ZETA, drawn, rigid_run
+from crosscheck.audit.measures.reductions import first_planets
+from crosscheck.audit.measures.rigid import COUPLED
+from crosscheck.models.errors import Diverged
 from crosscheck.registry import RIGID_LEVELS
-from models.errors import Diverged
 
 # Extrema are kept per bin and variable.
 BIN_S = 0.01

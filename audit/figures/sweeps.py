@@ -9,18 +9,19 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from audit.experiments.cells import INTEGRAL, LAWS, Cell, Law
-from audit.experiments.experiments import (
+from crosscheck import signals
+from crosscheck.audit.experiments.cells import INTEGRAL, LAWS, Cell, Law
+from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     DEFAULT_B_UM,
     DEFAULT_E_UM,
     ERROR,
     Family,
 )
-from audit.figures.plate import Drawing, Plate
-from audit.figures.runs import LOW_ZETA, drawn
-from audit.figures.shelf import Shelf, by_size
-from audit.figures.views import (
+from crosscheck.audit.figures.plate import Drawing, Plate
+from crosscheck.audit.figures.runs import LOW_ZETA, drawn
+from crosscheck.audit.figures.shelf import Shelf, by_size
+from crosscheck.audit.figures.views import (
     KILO,
     LAW_COLOURS,
     conditions,
@@ -28,13 +29,12 @@ from audit.figures.views import (
     line,
     same_scale,
 )
-from audit.measures.course import Course
-from audit.measures.events import THIRD_S
-from audit.measures.reading import arm_of
-from audit.measures.stage import paper_stage
-from audit.page.columns import Columns, TableColumn
-from audit.page.words import LAW_NAMES
-from crosscheck import signals
+from crosscheck.audit.measures.course import Course
+from crosscheck.audit.measures.events import THIRD_S
+from crosscheck.audit.measures.reading import arm_of
+from crosscheck.audit.measures.stage import paper_stage
+from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.audit.page.words import LAW_NAMES
 from crosscheck.report.figures import legend, log_y, new_figure, not_reached, to_svg
 
 IMPACT_WINDOW_S = (0.34, 0.46)

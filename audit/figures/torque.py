@@ -6,25 +6,25 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from audit.experiments.cells import INTEGRAL, Cell
-from audit.experiments.experiments import CONSTANT
-from audit.experiments.torque import RING_CYCLES
-from audit.figures.plate import Drawing, Plate
-from audit.figures.runs import (
+from crosscheck.audit.experiments.cells import INTEGRAL, Cell
+from crosscheck.audit.experiments.experiments import CONSTANT
+from crosscheck.audit.experiments.torque import RING_CYCLES
+from crosscheck.audit.figures.plate import Drawing, Plate
+from crosscheck.audit.figures.runs import (
     LOW_ZETA,
     SMOOTH_RECORD,
     ZETA,
     drawn,
     rigid_run,
 )
-from audit.figures.shelf import Shelf
-from audit.figures.views import MICRO, Strip, conditions, law_figure
-from audit.measures.course import Course
-from audit.measures.stage import paper_stage
+from crosscheck.audit.figures.shelf import Shelf
+from crosscheck.audit.figures.views import MICRO, Strip, conditions, law_figure
+from crosscheck.audit.measures.course import Course
+from crosscheck.audit.measures.stage import paper_stage
+from crosscheck.models.experiment.scenario import ConstantDrive, per_joint
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
-from models.experiment.scenario import ConstantDrive, per_joint
 
 SMALLEST = 1e-9  # of what is drawn on a logarithmic scale
 FIRST_S, ALL_S = (0.0, 0.01), (0.0, 0.5)

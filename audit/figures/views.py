@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
-from audit.experiments.bands import Between
-from audit.experiments.cells import LAWS, Law
-from audit.measures.course import Course
-from audit.measures.shares import Share
-from audit.measures.stage import paper_stage
-from audit.page.words import LAW_NAMES
 from crosscheck import signals
+from crosscheck.audit.experiments.bands import Between
+from crosscheck.audit.experiments.cells import LAWS, Law
+from crosscheck.audit.measures.course import Course
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.stage import paper_stage
+from crosscheck.audit.page.words import LAW_NAMES
 from crosscheck.envelope import envelope
 from crosscheck.report.figures import BINS, legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS

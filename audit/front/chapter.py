@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from collections import Counter
 
-from audit.claims.words import COLUMNS
-from audit.errata.engine import PrintedBeside
-from audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED
-from audit.front.findings import MODELS, baseline_finding, third_finding
-from audit.front.views import clock_svg, third_svg
-from audit.hypotheses.accumulation import largest, shaken, verdict
-from audit.hypotheses.evidence.linear_limits import cured_at_the_sun, survey
-from audit.hypotheses.evidence.shaking import DRIVES
-from audit.hypotheses.ladder import climbed, picture
-from audit.hypotheses.words import LEVELS
-from audit.measures.thresholds import SEVERE
-from audit.page.chapter import AuditChapter, rendered
-from audit.page.material import Material
-from audit.page.said import StatedNumber
-from audit.page.text import html, text
-from audit.page.words import LAW_MEANINGS, LAW_NAMES
-from audit.phase.clock import RUN_WINDOW_S, RUN_ZETA, clocks
+from crosscheck.audit.claims.words import COLUMNS
+from crosscheck.audit.errata.engine import PrintedBeside
+from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED
+from crosscheck.audit.front.findings import MODELS, baseline_finding, third_finding
+from crosscheck.audit.front.views import clock_svg, third_svg
+from crosscheck.audit.hypotheses.accumulation import largest, shaken, verdict
+from crosscheck.audit.hypotheses.evidence.linear_limits import cured_at_the_sun, survey
+from crosscheck.audit.hypotheses.evidence.shaking import DRIVES
+from crosscheck.audit.hypotheses.ladder import climbed, picture
+from crosscheck.audit.hypotheses.words import LEVELS
+from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.page.chapter import AuditChapter, rendered
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.said import StatedNumber
+from crosscheck.audit.page.text import html, text
+from crosscheck.audit.page.words import LAW_MEANINGS, LAW_NAMES
+from crosscheck.audit.phase.clock import RUN_WINDOW_S, RUN_ZETA, clocks
 
 ID, TITLE = "findings", "What came out"
 

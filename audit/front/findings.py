@@ -5,20 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import product
 
-from audit.claims.rule import State
-from audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED, Cell, Law
-from audit.experiments.experiments import PD
-from audit.experiments.variant import Planets
-from audit.figures.runs import LOW_ZETA
-from audit.hypotheses.evidence.attribution import LadderVerdict, RigidResidual
-from audit.hypotheses.evidence.reversals import reversals
-from audit.hypotheses.ladder import Climbed
-from audit.measures.numbers import defined
-from audit.measures.shares import Share
-from audit.measures.third import Third, said
-from audit.page.material import Material
-from audit.page.record import JsonObject
-from audit.page.said import Said
+from crosscheck.audit.claims.rule import State
+from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED, Cell, Law
+from crosscheck.audit.experiments.experiments import PD
+from crosscheck.audit.experiments.variant import Planets
+from crosscheck.audit.figures.runs import LOW_ZETA
+from crosscheck.audit.hypotheses.evidence.attribution import LadderVerdict, RigidResidual
+from crosscheck.audit.hypotheses.evidence.reversals import reversals
+from crosscheck.audit.hypotheses.ladder import Climbed
+from crosscheck.audit.measures.numbers import defined
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third import Third, said
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.record import JsonObject
+from crosscheck.audit.page.said import Said
 
 MODELS: tuple[Planets, ...] = ("lumped", "free")  # the paper's own first
 

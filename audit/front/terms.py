@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from audit.experiments.torque import RING_CYCLES
-from audit.experiments.variant import Variant
-from audit.measures.course import course_of
-from audit.measures.rigid import rigid_arm
-from audit.page.material import Material
+from crosscheck.audit.experiments.torque import RING_CYCLES
+from crosscheck.audit.experiments.variant import Variant
+from crosscheck.audit.measures.course import course_of
+from crosscheck.audit.measures.rigid import rigid_arm
+from crosscheck.audit.page.material import Material
 
 TURN = 2 * np.pi
 

@@ -6,18 +6,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon
 
-from audit.experiments.cells import LAWS
-from audit.figures.views import LAW_COLOURS
-from audit.front.findings import Thirds
-from audit.front.terms import TeethPassed
-from audit.measures.thresholds import SEVERE
-from audit.page.words import LAW_NAMES
-from audit.phase.clock import RUN_WINDOW_S, Clocks
-from audit.phase.page.views import within
+from crosscheck.audit.experiments.cells import LAWS
+from crosscheck.audit.figures.views import LAW_COLOURS
+from crosscheck.audit.front.findings import Thirds
+from crosscheck.audit.front.terms import TeethPassed
+from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.page.words import LAW_NAMES
+from crosscheck.audit.phase.clock import RUN_WINDOW_S, Clocks
+from crosscheck.audit.phase.page.views import within
+from crosscheck.models.arm.arm import Planetary
 from crosscheck.report.figures import legend, log_y, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 from crosscheck.view.mesh_geometry import MeshGeometry, Wheel, mesh_geometry, teeth
-from models.arm.arm import Planetary
 
 MILLI = 1e3
 PAPER_THIRD = 300.0  # rad/s^2, Section 3.2

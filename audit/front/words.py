@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from audit.experiments.cells import LABELLED
-from audit.front.terms import teeth_passed
-from audit.front.views import stage_svg, teeth_passed_svg
-from audit.measures.stage import paper_stage
-from audit.page.chapter import AuditChapter
-from audit.page.material import Material
-from audit.page.text import html, text
-from audit.page.words import LAW_MEANINGS, LAW_NAMES
-from models.loading import load_arm
+from crosscheck.audit.experiments.cells import LABELLED
+from crosscheck.audit.front.terms import teeth_passed
+from crosscheck.audit.front.views import stage_svg, teeth_passed_svg
+from crosscheck.audit.measures.stage import paper_stage
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.text import html, text
+from crosscheck.audit.page.words import LAW_MEANINGS, LAW_NAMES
+from crosscheck.models.loading import load_arm
 
 ID, TITLE = "terms", "The arm, and the words of this page"
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
-from audit.claims.rule import State, state
-from audit.hypotheses.accumulation_views import drawing
-from audit.hypotheses.evidence.shaking import (
+from crosscheck.audit.claims.rule import State, state
+from crosscheck.audit.hypotheses.accumulation_views import drawing
+from crosscheck.audit.hypotheses.evidence.shaking import (
     BACKLASHES_M,
     DRIVES,
     LEARNT_S,
@@ -18,13 +18,13 @@ from audit.hypotheses.evidence.shaking import (
     Shaken,
     Shaking,
 )
-from audit.measures.shares import Share
-from audit.measures.undefined import UNDEFINED
-from audit.page.chapter import AuditChapter
-from audit.page.columns import Columns, TableColumn
-from audit.page.material import Material
-from audit.page.record import JsonObject
-from audit.page.text import html, text
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.undefined import UNDEFINED
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.record import JsonObject
+from crosscheck.audit.page.text import html, text
 
 ID, TITLE = "accumulation", "Errors that accumulate back and forth (H3)"
 DURATION_S = 2.0  # the paper's Fig. 15 does not say

@@ -6,8 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from audit.hypotheses.evidence.shaking import BACKLASHES_M, REFERENCE_M, SMALL_S, Shaken, running
 from crosscheck import signals
+from crosscheck.audit.hypotheses.evidence.shaking import (
+    BACKLASHES_M,
+    REFERENCE_M,
+    SMALL_S,
+    Shaken,
+    running,
+)
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 

@@ -6,10 +6,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from audit.claims.rule import State
-from audit.experiments.cells import READINGS
-from audit.hypotheses.controller_views import drawing
-from audit.hypotheses.evidence.flutter import (
+from crosscheck.audit.claims.rule import State
+from crosscheck.audit.experiments.cells import READINGS
+from crosscheck.audit.hypotheses.controller_views import drawing
+from crosscheck.audit.hypotheses.evidence.flutter import (
     SETTLED_S,
     VIBRATES,
     Damping,
@@ -17,8 +17,8 @@ from audit.hypotheses.evidence.flutter import (
     FlutterSetting,
     flutters,
 )
-from audit.hypotheses.evidence.handed import AFTER_S, HANDED_S, DriveHandover, Handed
-from audit.hypotheses.evidence.linear_limits import (
+from crosscheck.audit.hypotheses.evidence.handed import AFTER_S, HANDED_S, DriveHandover, Handed
+from crosscheck.audit.hypotheses.evidence.linear_limits import (
     GrowthCheck,
     Threshold,
     cured_at_the_sun,
@@ -27,13 +27,13 @@ from audit.hypotheses.evidence.linear_limits import (
     smooth_variant,
     survey,
 )
-from audit.measures.shares import Share
-from audit.measures.undefined import recorded, word
-from audit.page.chapter import AuditChapter
-from audit.page.columns import Columns, TableColumn
-from audit.page.material import Material
-from audit.page.record import JsonObject
-from audit.page.text import html, text
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.undefined import recorded, word
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.record import JsonObject
+from crosscheck.audit.page.text import html, text
 
 ID, TITLE = "controller", "The controller's own flutter (H6)"
 ZETAS = (0.003, 0.004, 0.005, 0.006, 0.008, 0.01, 0.015, 0.02)

@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullFormatter
 
-from audit.experiments.cells import READINGS
-from audit.hypotheses.evidence.feedback import PAPER_GAINS, SUN
-from audit.hypotheses.evidence.flutter import Flutter, FlutterSetting
-from audit.hypotheses.evidence.linear_limits import Threshold
+from crosscheck.audit.experiments.cells import READINGS
+from crosscheck.audit.hypotheses.evidence.feedback import PAPER_GAINS, SUN
+from crosscheck.audit.hypotheses.evidence.flutter import Flutter, FlutterSetting
+from crosscheck.audit.hypotheses.evidence.linear_limits import Threshold
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 

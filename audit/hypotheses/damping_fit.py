@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from audit.claims.catalogue import BY_ID
-from audit.claims.rule import Claim, State
-from audit.experiments.cells import LAWS, Law
-from audit.hypotheses.damping_fit_views import drawing
-from audit.hypotheses.evidence.fit import (
+from crosscheck.audit.claims.catalogue import BY_ID
+from crosscheck.audit.claims.rule import Claim, State
+from crosscheck.audit.experiments.cells import LAWS, Law
+from crosscheck.audit.hypotheses.damping_fit_views import drawing
+from crosscheck.audit.hypotheses.evidence.fit import (
     ALPHA,
     NUMBERS,
     DampingFit,
@@ -22,11 +22,11 @@ from audit.hypotheses.evidence.fit import (
     span,
     tells_nothing,
 )
-from audit.hypotheses.evidence.reversals import Reversals, reversals
-from audit.page.chapter import AuditChapter
-from audit.page.columns import Columns, TableColumn
-from audit.page.material import Material
-from audit.page.text import html, text
+from crosscheck.audit.hypotheses.evidence.reversals import Reversals, reversals
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.text import html, text
 
 ID, TITLE = "damping_fit", "The unknown damping"
 LAW_WORDS = dict(

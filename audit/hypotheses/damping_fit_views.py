@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from audit.experiments.cells import LAWS, READINGS
-from audit.hypotheses.evidence.fit import PLANETS, DampingFit
+from crosscheck.audit.experiments.cells import LAWS, READINGS
+from crosscheck.audit.hypotheses.evidence.fit import PLANETS, DampingFit
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from audit.hypotheses.evidence.flights import (
+from crosscheck.audit.hypotheses.evidence.flights import (
     LIMIT_M,
     RATIOS,
     SCENARIOS,
@@ -15,14 +15,14 @@ from audit.hypotheses.evidence.flights import (
     larger_is_enough,
     need,
 )
-from audit.hypotheses.floating_base_views import drawing
-from audit.hypotheses.words import SCENARIOS as TITLES
-from audit.page.chapter import AuditChapter
-from audit.page.columns import Columns, TableColumn
-from audit.page.material import Material
-from audit.page.record import JsonObject
-from audit.page.text import html, text
-from models.loading import load_scenario
+from crosscheck.audit.hypotheses.floating_base_views import drawing
+from crosscheck.audit.hypotheses.words import SCENARIOS as TITLES
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.record import JsonObject
+from crosscheck.audit.page.text import html, text
+from crosscheck.models.loading import load_scenario
 
 ID, TITLE = "floating_base", "A base that is free to fly (H5)"
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from audit.hypotheses.evidence.flights import LIMIT_M, SCENARIOS, SIDES_M, Flight
-from audit.hypotheses.words import SCENARIOS as TITLES
+from crosscheck.audit.hypotheses.evidence.flights import LIMIT_M, SCENARIOS, SIDES_M, Flight
+from crosscheck.audit.hypotheses.words import SCENARIOS as TITLES
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 

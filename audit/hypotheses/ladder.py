@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 from markupsafe import Markup
 
-from audit.claims.catalogue import BY_ID
-from audit.claims.rule import Claim
-from audit.experiments.cells import READINGS
-from audit.hypotheses.evidence.attribution import (
+from crosscheck.audit.claims.catalogue import BY_ID
+from crosscheck.audit.claims.rule import Claim
+from crosscheck.audit.experiments.cells import READINGS
+from crosscheck.audit.hypotheses.evidence.attribution import (
     CLAIMS,
     TORQUE,
     Deviation,
@@ -23,7 +23,7 @@ from audit.hypotheses.evidence.attribution import (
     left,
     said,
 )
-from audit.hypotheses.evidence.rungs import (
+from crosscheck.audit.hypotheses.evidence.rungs import (
     INERTIA,
     MESHES,
     QUANTITIES,
@@ -31,15 +31,15 @@ from audit.hypotheses.evidence.rungs import (
     Ladder,
     climb,
 )
-from audit.hypotheses.ladder_views import baselines, waterfall
-from audit.hypotheses.words import GROUPS, LEVELS, RUNGS, SCENARIOS, SYMBOLS
-from audit.measures.undefined import recorded, word
-from audit.page.chapter import AuditChapter
-from audit.page.columns import Columns, TableColumn
-from audit.page.material import Material
-from audit.page.record import JsonObject
-from audit.page.said import StatedNumber
-from audit.page.text import html, text
+from crosscheck.audit.hypotheses.ladder_views import baselines, waterfall
+from crosscheck.audit.hypotheses.words import GROUPS, LEVELS, RUNGS, SCENARIOS, SYMBOLS
+from crosscheck.audit.measures.undefined import recorded, word
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.record import JsonObject
+from crosscheck.audit.page.said import StatedNumber
+from crosscheck.audit.page.text import html, text
 
 ID, TITLE = "ladder", "What separates the rigid arm from the detailed one (H2)"
 # (scenario, reading, order): both scenarios in both orders, the other reading where the paper

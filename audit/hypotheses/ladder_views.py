@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from audit.claims.rule import Limits
-from audit.experiments.cells import READINGS
-from audit.hypotheses.evidence.attribution import IN_UNIT_OF_CLAIM, RigidResidual
-from audit.hypotheses.evidence.rungs import QUANTITIES, Ladder
-from audit.hypotheses.words import LEVELS, RUNGS, SYMBOLS
+from crosscheck.audit.claims.rule import Limits
+from crosscheck.audit.experiments.cells import READINGS
+from crosscheck.audit.hypotheses.evidence.attribution import IN_UNIT_OF_CLAIM, RigidResidual
+from crosscheck.audit.hypotheses.evidence.rungs import QUANTITIES, Ladder
+from crosscheck.audit.hypotheses.words import LEVELS, RUNGS, SYMBOLS
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from audit.experiments.cells import READINGS
-from audit.hypotheses.evidence.spin import CONSIDERABLE_M, Difference, SpinCost, matters
-from audit.page.chapter import AuditChapter
-from audit.page.columns import Columns, TableColumn
-from audit.page.material import Material
-from audit.page.said import StatedNumber
-from audit.page.text import html, text
+from crosscheck.audit.experiments.cells import READINGS
+from crosscheck.audit.hypotheses.evidence.spin import CONSIDERABLE_M, Difference, SpinCost, matters
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.said import StatedNumber
+from crosscheck.audit.page.text import html, text
 
 ID, TITLE = "planet_spin", "The elbow planets' spin (H4)"
 DURATIONS_S = {"constant-torque": 0.5, "pd": 3.0}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from audit.hypotheses.evidence.rungs import (
+from crosscheck.audit.hypotheses.evidence.rungs import (
     BACKLASH,
     CARRIED,
     CLOCK,

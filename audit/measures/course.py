@@ -8,12 +8,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import xarray as xr
 
-from analytic.ensemble import Chunk, Group, groups
-from analytic.model import AnalyticModel
-from audit.measures.reading import arm_of, scenario_of, switches_of
-from models.errors import Diverged
-from models.loading import Case
-from models.trajectory import recorded_times
+from crosscheck.analytic.ensemble import Chunk, Group, groups
+from crosscheck.analytic.model import AnalyticModel
+from crosscheck.audit.measures.reading import arm_of, scenario_of, switches_of
+from crosscheck.models.errors import Diverged
+from crosscheck.models.loading import Case
+from crosscheck.models.trajectory import recorded_times
 
 JOINT_SIGNALS = ("theta", "theta_dot", "theta_ddot", "torque")
 FORCES = ("F_sp", "F_pr")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from audit.experiments.variant import Numbers
+from crosscheck.audit.experiments.variant import Numbers
 
 
 def quotient(one: float | None, other: float | None) -> float:

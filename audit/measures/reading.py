@@ -7,9 +7,9 @@ import json
 import numpy as np
 import xarray as xr
 
-from models.arm.arm import Arm
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
 
 
 def arm_of(run: xr.Dataset) -> Arm:

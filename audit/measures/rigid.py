@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from audit.experiments.study import Variant
+from crosscheck.audit.experiments.study import Variant
 from crosscheck.registry import RIGID_LEVELS
 
 COUPLED = "coupled"  # the level with all that the gears bring along rigidly

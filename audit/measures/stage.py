@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from analytic.derivation.stage import equivalent_masses
-from analytic.paper.kinematics import StageGeometry, stage_geometry
-from models.arm.arm import Arm, Planetary
-from models.arm.mesh import Mesh
-from models.arm.meshes import with_meshes
-from models.arm.planets import unlike
-from models.arm.stiffness import SineStiffness
-from models.errors import InputError
+from crosscheck.analytic.derivation.stage import equivalent_masses
+from crosscheck.analytic.paper.kinematics import StageGeometry, stage_geometry
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.meshes import with_meshes
+from crosscheck.models.arm.planets import unlike
+from crosscheck.models.arm.stiffness import SineStiffness
+from crosscheck.models.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -12,14 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from audit.claims.quantities import of
-from audit.claims.rule import PARTS, Answer, Place, State, above, quantiles_of, state
-from audit.experiments.cells import MODELS, Cell
-from audit.experiments.experiments import PD
-from audit.experiments.pool import Sample
-from audit.measures.shares import Share
-from audit.measures.thresholds import EVIDENT, SEVERE
-from audit.page.said import Said
+from crosscheck.audit.claims.quantities import of
+from crosscheck.audit.claims.rule import PARTS, Answer, Place, State, above, quantiles_of, state
+from crosscheck.audit.experiments.cells import MODELS, Cell
+from crosscheck.audit.experiments.experiments import PD
+from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
+from crosscheck.audit.page.said import Said
 
 QUANTITY = of(PD, "third")
 LARGE = above(SEVERE, "four times the rigid arm's own largest acceleration, a third of the 300")

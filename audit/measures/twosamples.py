@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import fisher_exact, mannwhitneyu
 
-from audit.claims.rule import FEW, Limits, State, state
-from audit.measures.shares import Share
-from audit.measures.third import LARGE, VISIBLE, Third
+from crosscheck.audit.claims.rule import FEW, Limits, State, state
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third import LARGE, VISIBLE, Third
 
 SIGNIFICANT = 0.05
 

@@ -14,8 +14,8 @@ from typing import overload
 import numpy as np
 from pydantic import JsonValue
 
-from audit.measures.numbers import defined
-from audit.page.record import JsonObject
+from crosscheck.audit.measures.numbers import defined
+from crosscheck.audit.page.record import JsonObject
 
 UNDEFINED = "undefined"
 Quantity = float | np.floating | np.ndarray | Sequence[float | None] | None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from audit.page.said import Said, StatedNumber
+from crosscheck.audit.page.said import Said, StatedNumber
 from crosscheck.report import chapter
 
 rendered = chapter.rendered

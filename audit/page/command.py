@@ -10,20 +10,20 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from audit.errata.erratum import SimulatedErratum
-from audit.errata.finder import SCHEMA_VERSION, errata_records
-from audit.errata.sheet import HEADINGS, counted
-from audit.errata.tables import WHOLE, ArmErratum
-from audit.errata.words import in_words
-from audit.experiments.scale import FULL
-from audit.experiments.study import Study, cache_folder
-from audit.page.report import PAGE, paper_files, write_figures, write_paper
+from crosscheck.audit.errata.erratum import SimulatedErratum
+from crosscheck.audit.errata.finder import SCHEMA_VERSION, errata_records
+from crosscheck.audit.errata.sheet import HEADINGS, counted
+from crosscheck.audit.errata.tables import WHOLE, ArmErratum
+from crosscheck.audit.errata.words import in_words
+from crosscheck.audit.experiments.scale import FULL
+from crosscheck.audit.experiments.study import Study, cache_folder
+from crosscheck.audit.page.report import PAGE, paper_files, write_figures, write_paper
 from crosscheck.kinds import ERRATA, PAPER_PAGE, Kind
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import load_arm
 from crosscheck.output import require_file, require_files, write_text
 from crosscheck.provenance import provenance
 from crosscheck.runner.progress import progress_bar
-from models.errors import InputError
-from models.loading import load_arm
 
 FIGURES = tuple(range(4, 21))
 

@@ -6,14 +6,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from audit.claims.catalogue import CLAIMS
-from audit.claims.judged import Judged
-from audit.claims.rule import Claim, answers
-from audit.claims.settings import Settings, as_modelled, settings, variations
-from audit.experiments.cells import GearModel
-from audit.experiments.pool import Sample, Wanted, samples
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study
+from crosscheck.audit.claims.catalogue import CLAIMS
+from crosscheck.audit.claims.judged import Judged
+from crosscheck.audit.claims.rule import Claim, answers
+from crosscheck.audit.claims.settings import Settings, as_modelled, settings, variations
+from crosscheck.audit.experiments.cells import GearModel
+from crosscheck.audit.experiments.pool import Sample, Wanted, samples
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
 
 
 @dataclass(frozen=True)

@@ -10,21 +10,21 @@ from pathlib import Path
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from audit.errata.sheet import ErrataSheet, markdown
-from audit.experiments.scale import FULL, Scale
-from audit.experiments.study import Study
-from audit.figures.store import stored_runs, trajectories
-from audit.measures.undefined import UNDEFINED
-from audit.page.chapter import AuditChapter
-from audit.page.material import Material
 from crosscheck import kinds
+from crosscheck.audit.errata.sheet import ErrataSheet, markdown
+from crosscheck.audit.experiments.scale import FULL, Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.figures.store import stored_runs, trajectories
+from crosscheck.audit.measures.undefined import UNDEFINED
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.material import Material
+from crosscheck.models.errors import Diverged
+from crosscheck.models.loading import load_arm
+from crosscheck.models.trajectory import netcdf
 from crosscheck.output import write_files, write_text
 from crosscheck.provenance import provenance
 from crosscheck.report.figures import sound_links
 from crosscheck.report.fragments import paragraph
-from models.errors import Diverged
-from models.loading import load_arm
-from models.trajectory import netcdf
 
 SCHEMA_VERSION = 3
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
@@ -63,7 +63,7 @@ def _chapters(material: Material) -> list[AuditChapter]:
 
 def _chapter(material: Material, name: str) -> AuditChapter:
     """One of them; if a run that it cannot do without diverges, a chapter that says so."""
-    module = importlib.import_module(f"audit.{name}")
+    module = importlib.import_module(f"crosscheck.audit.{name}")
     try:
         made: AuditChapter = module.chapter(material)
     except Diverged as error:
@@ -95,7 +95,7 @@ def write_figures(
     study: Study, numbers: Sequence[int], out: Path, scale: Scale = FULL
 ) -> list[AuditChapter]:
     """Write paper.html with these figures alone."""
-    figures = importlib.import_module("audit.figures.chapter")
+    figures = importlib.import_module("crosscheck.audit.figures.chapter")
     html = figures.alone(Material(study, scale), sorted(set(numbers)))
     made = [AuditChapter(figures.ID, "Figures", html)]
     write_text(out / PAGE, page(made, study))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from audit.claims.rule import Limits, Place, State
+from crosscheck.audit.claims.rule import Limits, Place, State
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,14 @@ from functools import cache
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from audit.measures.undefined import percent, shown
+from crosscheck.audit.measures.undefined import percent, shown
 from crosscheck.report import fragments
 
 
 @cache
 def _environment() -> Environment:
     made = Environment(
-        loader=PackageLoader("audit"),
+        loader=PackageLoader("crosscheck.audit"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

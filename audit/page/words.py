@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from audit.experiments.cells import CONSERVATIVE, INTEGRAL, PRINTED, REPAIRED_RATE
-from audit.measures.numbers import defined
-from audit.measures.undefined import UNDEFINED
+from crosscheck.audit.experiments.cells import CONSERVATIVE, INTEGRAL, PRINTED, REPAIRED_RATE
+from crosscheck.audit.measures.numbers import defined
+from crosscheck.audit.measures.undefined import UNDEFINED
 
 LAW_NAMES = {
     PRINTED: "omega_t as printed",

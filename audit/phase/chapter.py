@@ -4,25 +4,25 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 
-from audit.measures.shares import Share
-from audit.measures.third import said
-from audit.measures.thresholds import EVIDENT, SEVERE
-from audit.page.chapter import AuditChapter
-from audit.page.material import Material
-from audit.page.record import JsonObject
-from audit.page.text import text
-from audit.phase.clock import clocks
-from audit.phase.dampers import dampers
-from audit.phase.engines import engines
-from audit.phase.handover import handover
-from audit.phase.maps import Maps, Presence, maps
-from audit.phase.objections import objections
-from audit.phase.page import sections
-from audit.phase.page.sections import Section
-from audit.phase.resonance import resonance
-from audit.phase.runaway import runaways
-from audit.phase.stability import stability
-from audit.phase.verdict import h1_verdict
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third import said
+from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.record import JsonObject
+from crosscheck.audit.page.text import text
+from crosscheck.audit.phase.clock import clocks
+from crosscheck.audit.phase.dampers import dampers
+from crosscheck.audit.phase.engines import engines
+from crosscheck.audit.phase.handover import handover
+from crosscheck.audit.phase.maps import Maps, Presence, maps
+from crosscheck.audit.phase.objections import objections
+from crosscheck.audit.phase.page import sections
+from crosscheck.audit.phase.page.sections import Section
+from crosscheck.audit.phase.resonance import resonance
+from crosscheck.audit.phase.runaway import runaways
+from crosscheck.audit.phase.stability import stability
+from crosscheck.audit.phase.verdict import h1_verdict
 
 ZETA = 0.005  # of Figs. 11-14 and 16-20: where the start decides
 ID, TITLE = "phase", "The phase of the teeth (H1)"

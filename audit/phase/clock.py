@@ -8,17 +8,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.model import PhysicalModel
-from audit.experiments.cells import LAWS, Cell, Law
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study
-from audit.experiments.variant import Variant, spelled_out
-from audit.measures.numbers import defined
-from audit.phase.runs.experiments import models_of, pd_run, shoulder_excess
-from audit.phase.runs.linear import base_motion
-from audit.phase.runs.motion import motion
-from audit.phase.runs.plant import forces_along, plant_of
 from crosscheck import signals
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.audit.experiments.cells import LAWS, Cell, Law
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.measures.numbers import defined
+from crosscheck.audit.phase.runs.experiments import models_of, pd_run, shoulder_excess
+from crosscheck.audit.phase.runs.linear import base_motion
+from crosscheck.audit.phase.runs.motion import motion
+from crosscheck.audit.phase.runs.plant import forces_along, plant_of
 from crosscheck.envelope import envelope
 
 CLOCKS_S = (0.0, 1.0, 5.0, 20.0)

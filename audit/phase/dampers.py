@@ -12,25 +12,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from audit.claims.settings import ZETAS
-from audit.experiments.cells import INTEGRAL, Cell
-from audit.experiments.pool import Sample
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study
-from audit.experiments.variant import Variant, spelled_out
-from audit.measures.events import THIRD_S
-from audit.measures.numbers import defined
-from audit.measures.third import Quantiles, Third, quantiles
-from audit.measures.thresholds import EVIDENT
-from audit.phase.runs.experiments import (
+from crosscheck import signals
+from crosscheck.audit.claims.settings import ZETAS
+from crosscheck.audit.experiments.cells import INTEGRAL, Cell
+from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.measures.events import THIRD_S
+from crosscheck.audit.measures.numbers import defined
+from crosscheck.audit.measures.third import Quantiles, Third, quantiles
+from crosscheck.audit.measures.thresholds import EVIDENT
+from crosscheck.audit.phase.runs.experiments import (
     NO_ERROR,
     Changed,
     models_of,
     pd_run,
     shoulder_excess,
 )
-from audit.phase.runs.motion import Continued, motion
-from crosscheck import signals
+from crosscheck.audit.phase.runs.motion import Continued, motion
 
 CONTACT = "switches.damping=contact"
 QUIET_S = 0.45  # with dampers always at work all vibration but rounding is gone by then

@@ -9,17 +9,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell
-from audit.experiments.experiments import PD, SHORT_S, question
-from audit.experiments.pool import Sample, samples
-from audit.experiments.scale import Scale
-from audit.experiments.starts import TransientPd
-from audit.experiments.study import Study
-from audit.measures.numbers import quotient
-from audit.measures.shares import Share
-from audit.measures.third import APART_M, Third, quantiles
-from audit.measures.thresholds import SEVERE
-from audit.measures.twosamples import (
+from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell
+from crosscheck.audit.experiments.experiments import PD, SHORT_S, question
+from crosscheck.audit.experiments.pool import Sample, samples
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.starts import TransientPd
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.measures.numbers import quotient
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third import APART_M, Third, quantiles
+from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.measures.twosamples import (
     SIGNIFICANT,
     TwoTests,
     least_p,
@@ -27,8 +27,8 @@ from audit.measures.twosamples import (
     sizes_p,
     two_tests,
 )
-from audit.page.material import Material
-from audit.phase.runs.experiments import integrated
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.phase.runs.experiments import integrated
 
 ENGINE = "exudyn:tree"
 # Exudyn's starts: one costs some four seconds. At the third setting nearly all are severe.

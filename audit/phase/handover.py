@@ -8,23 +8,23 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell, Law
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study
-from audit.experiments.variant import Variant, spelled_out
-from audit.measures.events import THIRD_S
-from audit.measures.shares import Share
-from audit.measures.third import Quantiles, quantiles
-from audit.measures.thresholds import SEVERE
-from audit.phase.clock import SignalEnvelope
-from audit.phase.runs.experiments import (
+from crosscheck import signals
+from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell, Law
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.measures.events import THIRD_S
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third import Quantiles, quantiles
+from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.phase.clock import SignalEnvelope
+from crosscheck.audit.phase.runs.experiments import (
     NO_ERROR,
     models_of,
     pd_run,
     shoulder_excess,
 )
-from audit.phase.runs.motion import Continued, RecordedMotion, motion
-from crosscheck import signals
+from crosscheck.audit.phase.runs.motion import Continued, RecordedMotion, motion
 
 # At the smallest damping the controller itself flutters; with the paper's ring rate few starts are
 # severe, with the other all.

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from audit.claims.rule import State
-from audit.claims.settings import plan_of
-from audit.experiments.cells import CONSERVATIVE, INTEGRAL, LABELLED, LAWS, Cell, Law
-from audit.experiments.experiments import (
+from crosscheck.audit.claims.rule import State
+from crosscheck.audit.claims.settings import plan_of
+from crosscheck.audit.experiments.cells import CONSERVATIVE, INTEGRAL, LABELLED, LAWS, Cell, Law
+from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     BACKLASH_NO_ERROR,
     DEFAULT_B_UM,
@@ -19,10 +19,10 @@ from audit.experiments.experiments import (
     PD,
     Source,
 )
-from audit.experiments.pool import Wanted
-from audit.measures.third import Third
-from audit.measures.twosamples import RaisedByError, TwoTests, WithAndWithout, two_tests
-from audit.page.material import Material
+from crosscheck.audit.experiments.pool import Wanted
+from crosscheck.audit.measures.third import Third
+from crosscheck.audit.measures.twosamples import RaisedByError, TwoTests, WithAndWithout, two_tests
+from crosscheck.audit.page.material import Material
 
 # The integral with Eq. 13's ring rate: the one combination that no claim is judged with.
 FOUR = (*LAWS, Law("angle", "eq13"))

@@ -7,16 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from audit.claims.rule import State
-from audit.experiments.cells import Cell
-from audit.experiments.pool import Sample
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study
-from audit.experiments.variant import Variant, spelled_out
-from audit.measures.events import THIRD_S
-from audit.measures.third import Third
-from audit.measures.twosamples import WithAndWithout
-from audit.phase.runs.experiments import (
+from crosscheck import signals
+from crosscheck.audit.claims.rule import State
+from crosscheck.audit.experiments.cells import Cell
+from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.measures.events import THIRD_S
+from crosscheck.audit.measures.third import Third
+from crosscheck.audit.measures.twosamples import WithAndWithout
+from crosscheck.audit.phase.runs.experiments import (
     DECISIVE,
     NO_ERROR,
     Changed,
@@ -25,10 +26,9 @@ from audit.phase.runs.experiments import (
     pd_run,
     shoulder_excess,
 )
-from audit.phase.runs.linear import base_motion, mesh_modes
-from audit.phase.runs.plant import Plant, integrate, plant_of
-from crosscheck import signals
-from models.experiment.drive import CONSTANT
+from crosscheck.audit.phase.runs.linear import base_motion, mesh_modes
+from crosscheck.audit.phase.runs.plant import Plant, integrate, plant_of
+from crosscheck.models.experiment.drive import CONSTANT
 
 DURATION_S = THIRD_S[1]
 THIRD_EVERY = 10  # steps of the motion that is linearised along

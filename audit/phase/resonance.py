@@ -8,22 +8,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.model import PhysicalModel
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study
-from audit.measures.numbers import defined
-from audit.measures.stage import with_steady_stiffness
-from audit.phase.runs.experiments import RIGID_STEP_S
-from audit.phase.runs.motion import motion
-from audit.phase.runs.plant import Plant, plant_of
-from audit.phase.runs.rigid import rigid_motion
 from crosscheck import signals
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.measures.numbers import defined
+from crosscheck.audit.measures.stage import with_steady_stiffness
+from crosscheck.audit.phase.runs.experiments import RIGID_STEP_S
+from crosscheck.audit.phase.runs.motion import motion
+from crosscheck.audit.phase.runs.plant import Plant, plant_of
+from crosscheck.audit.phase.runs.rigid import rigid_motion
 from crosscheck.envelope import envelope
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import ConstantDrive
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.loading import Case, load_case
 from crosscheck.studies.members.starts import perturbed
-from models.arm.arm import Arm
-from models.experiment.scenario import ConstantDrive
-from models.experiment.switches import Switches
-from models.loading import Case, load_case
 
 FASTEST_RAD_PER_S, RAMP_S = 330.0, 2.0  # the highest mode is met at some 290 rad/s
 RAMP_ZETAS = (0.005, 0.02)

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from audit.experiments.cells import INTEGRAL, PRINTED, Cell, Law
-from audit.experiments.experiments import PD, question
-from audit.experiments.pool import Sample
-from audit.experiments.scale import Scale
-from audit.experiments.starts import TransientPd
-from audit.experiments.study import Study
-from audit.experiments.variant import Numbers
-from audit.measures.course import Course
-from audit.measures.shares import Share
+from crosscheck.audit.experiments.cells import INTEGRAL, PRINTED, Cell, Law
+from crosscheck.audit.experiments.experiments import PD, question
+from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.starts import TransientPd
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Numbers
+from crosscheck.audit.measures.course import Course
+from crosscheck.audit.measures.shares import Share
 
 ZETA = 0.003
 LAWS = (PRINTED, INTEGRAL)

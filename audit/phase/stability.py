@@ -13,16 +13,17 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from analytic.model import PhysicalModel
-from audit.experiments.cells import Cell
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study
-from audit.experiments.variant import Variant, spelled_out
-from audit.measures.events import THIRD_S
-from audit.measures.numbers import quotient
-from audit.measures.shares import Share
-from audit.phase.clock import SignalEnvelope
-from audit.phase.runs.experiments import (
+from crosscheck import signals
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.audit.experiments.cells import Cell
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.measures.events import THIRD_S
+from crosscheck.audit.measures.numbers import quotient
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.phase.clock import SignalEnvelope
+from crosscheck.audit.phase.runs.experiments import (
     DECISIVE,
     FILTER_EDGE_S,
     HIGH_PASS_HZ,
@@ -31,7 +32,7 @@ from audit.phase.runs.experiments import (
     pd_run,
     vibration,
 )
-from audit.phase.runs.linear import (
+from crosscheck.audit.phase.runs.linear import (
     Base,
     Interval,
     Modes,
@@ -41,9 +42,8 @@ from audit.phase.runs.linear import (
     predicted_amplitude,
     unstable_intervals,
 )
-from audit.phase.runs.motion import motion
-from audit.phase.runs.plant import plant_of
-from crosscheck import signals
+from crosscheck.audit.phase.runs.motion import motion
+from crosscheck.audit.phase.runs.plant import plant_of
 
 CELLS = tuple(cell for one in DECISIVE for cell in (one, integrated(one)))
 DURATION_S = THIRD_S[1]

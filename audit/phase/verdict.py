@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from audit.phase.maps import Presence
+from crosscheck.audit.phase.maps import Presence
 
 UNDEFINED = "undefined"
 

@@ -6,18 +6,18 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
-from audit.measures.third import APART_M, said
-from audit.measures.thresholds import SEVERE
-from audit.measures.twosamples import SIGNIFICANT
-from audit.page.chapter import AuditChapter
-from audit.page.material import Material
-from audit.page.text import html, text
-from audit.phase.engines import Engines, engines
-from audit.planets import tables, views
-from audit.planets.features import Feature, features
-from audit.planets.freed import Freed, effects_by_law, freed
-from audit.planets.growth import CELL, STARTING_S, STARTS, Growth, growth
-from audit.planets.verdict import PREDICTED, PlanetsEffect, Survival, h7_verdict
+from crosscheck.audit.measures.third import APART_M, said
+from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.measures.twosamples import SIGNIFICANT
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.text import html, text
+from crosscheck.audit.phase.engines import Engines, engines
+from crosscheck.audit.planets import tables, views
+from crosscheck.audit.planets.features import Feature, features
+from crosscheck.audit.planets.freed import Freed, effects_by_law, freed
+from crosscheck.audit.planets.growth import CELL, STARTING_S, STARTS, Growth, growth
+from crosscheck.audit.planets.verdict import PREDICTED, PlanetsEffect, Survival, h7_verdict
 
 MOSTLY = 0.5  # of the starts
 ID, TITLE = "planets", "Three planets counted as one (H7)"

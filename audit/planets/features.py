@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from audit.claims.catalogue import CLAIMS
-from audit.claims.quantities import Known
-from audit.claims.rule import Answer, Claim, Place, answers
-from audit.claims.settings import Settings, plan_of
-from audit.experiments.cells import LAWS, Cell
-from audit.experiments.experiments import (
+from crosscheck.audit.claims.catalogue import CLAIMS
+from crosscheck.audit.claims.quantities import Known
+from crosscheck.audit.claims.rule import Answer, Claim, Place, answers
+from crosscheck.audit.claims.settings import Settings, plan_of
+from crosscheck.audit.experiments.cells import LAWS, Cell
+from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     CONSTANT_STIFFNESS,
     DEFAULT_B_UM,
@@ -21,8 +21,8 @@ from audit.experiments.experiments import (
     PD,
     Source,
 )
-from audit.page.material import Material
-from audit.planets.verdict import Survival, is_changed, survival
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.planets.verdict import Survival, is_changed, survival
 
 FIGURES = (*range(11, 15), *range(16, 21))  # of the PD run
 ZETAS = (0.005, 0.02)

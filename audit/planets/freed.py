@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from audit.claims.settings import plan_of
-from audit.experiments.cells import LAWS, Cell, Law
-from audit.experiments.experiments import PD
-from audit.measures.third import Third
-from audit.measures.twosamples import TwoTests, two_tests
-from audit.page.material import Material
-from audit.planets.verdict import PlanetsEffect, effect
+from crosscheck.audit.claims.settings import plan_of
+from crosscheck.audit.experiments.cells import LAWS, Cell, Law
+from crosscheck.audit.experiments.experiments import PD
+from crosscheck.audit.measures.third import Third
+from crosscheck.audit.measures.twosamples import TwoTests, two_tests
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.planets.verdict import PlanetsEffect, effect
 
 TESTS = 2  # of every setting: of the shares and of the sizes
 

@@ -7,17 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from audit.experiments.cells import LAWS, PRINTED, Cell
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study
-from audit.measures.events import THIRD_S
-from audit.measures.numbers import defined
-from audit.measures.shares import Share
-from audit.measures.third import Quantiles, quantiles
-from audit.measures.undefined import extreme
-from audit.phase.runs.experiments import pd_run
-from audit.planets.parting import FirstPartings, Parted, PartingCourse, partings
-from audit.planets.verdict import parting_is_predicted
+from crosscheck.audit.experiments.cells import LAWS, PRINTED, Cell
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.measures.events import THIRD_S
+from crosscheck.audit.measures.numbers import defined
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third import Quantiles, quantiles
+from crosscheck.audit.measures.undefined import extreme
+from crosscheck.audit.phase.runs.experiments import pd_run
+from crosscheck.audit.planets.parting import FirstPartings, Parted, PartingCourse, partings
+from crosscheck.audit.planets.verdict import parting_is_predicted
 
 JOINTS = ("shoulder", "elbow")
 CELL = Cell(PRINTED, 0.005)  # where the start decides

@@ -17,17 +17,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.derivation.gears import Gears
-from analytic.derivation.stage import equivalent_masses
-from analytic.kernel.batch import Batch
-from analytic.model import PhysicalModel
-from analytic.paper.mesh_force import in_contact
-from analytic.paper.mesh_frequency import mesh_phase
-from analytic.paper.stiffness import stiffness
-from analytic.paper.tooth_error import whole_error
-from models.arm.arm import Planetary
-from models.jitted import njit
-from models.trajectory import recorded_times
+from crosscheck.analytic.derivation.gears import Gears
+from crosscheck.analytic.derivation.stage import equivalent_masses
+from crosscheck.analytic.kernel.batch import Batch
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.analytic.paper.mesh_force import in_contact
+from crosscheck.analytic.paper.mesh_frequency import mesh_phase
+from crosscheck.analytic.paper.stiffness import stiffness
+from crosscheck.analytic.paper.tooth_error import whole_error
+from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.jitted import njit
+from crosscheck.models.trajectory import recorded_times
 
 LEAST = 1e-300  # of a difference that passes through 0, so that its logarithm is finite
 LARGEST = 1e100  # beyond it a difference is divided by itself, and its logarithm kept

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analytic.model import PhysicalModel
-from audit.experiments.variant import Variant, spelled_out
-from audit.measures.numbers import defined
-from audit.measures.third import APART_M
-from audit.phase.runs.experiments import models_of
-from audit.phase.runs.motion import motion
-from audit.planets.hill import Differences, FollowedPlanets, followed
-from models.loading import Case
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.measures.numbers import defined
+from crosscheck.audit.measures.third import APART_M
+from crosscheck.audit.phase.runs.experiments import models_of
+from crosscheck.audit.phase.runs.motion import motion
+from crosscheck.audit.planets.hill import Differences, FollowedPlanets, followed
+from crosscheck.models.loading import Case
 
 BIN_S = 0.005
 TOGETHER = 8  # starts that are followed at a time

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from audit.measures.third import Quantiles
-from audit.page.columns import Columns, TableColumn
-from audit.phase.page.tables import cell_columns, share_column, third_columns
-from audit.planets.features import Feature
-from audit.planets.freed import Freed
-from audit.planets.growth import Breaking, Foretold, Predictions
+from crosscheck.audit.measures.third import Quantiles
+from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.audit.phase.page.tables import cell_columns, share_column, third_columns
+from crosscheck.audit.planets.features import Feature
+from crosscheck.audit.planets.freed import Freed
+from crosscheck.audit.planets.growth import Breaking, Foretold, Predictions
 
 FREED: Columns[Freed] = Columns(
     lambda row: f"planets/{row.cell.id}",

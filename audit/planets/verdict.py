@@ -7,11 +7,11 @@ from enum import StrEnum
 
 import numpy as np
 
-from audit.claims.rule import State
-from audit.measures.shares import Share
-from audit.measures.third import Third
-from audit.measures.thresholds import EVIDENT
-from audit.measures.twosamples import TwoTests, shares_p, told_apart
+from crosscheck.audit.claims.rule import State
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third import Third
+from crosscheck.audit.measures.thresholds import EVIDENT
+from crosscheck.audit.measures.twosamples import TwoTests, shares_p, told_apart
 
 PREDICTED = 0.10  # relative error of the time at which planets part
 

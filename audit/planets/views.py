@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from audit.experiments.cells import LAWS, READINGS
-from audit.measures.third import APART_M, Third
-from audit.measures.thresholds import SEVERE
-from audit.phase.page.views import law_name
-from audit.planets.freed import Freed
-from audit.planets.growth import JOINTS, levels
-from audit.planets.parting import Parted
+from crosscheck.audit.experiments.cells import LAWS, READINGS
+from crosscheck.audit.measures.third import APART_M, Third
+from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.phase.page.views import law_name
+from crosscheck.audit.planets.freed import Freed
+from crosscheck.audit.planets.growth import JOINTS, levels
+from crosscheck.audit.planets.parting import Parted
 from crosscheck.report.figures import legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
 

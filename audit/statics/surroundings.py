@@ -6,20 +6,20 @@ import math
 
 import numpy as np
 
-from analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
-from audit.experiments.variant import Numbers
-from audit.hypotheses.evidence.flights import (
+from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
+from crosscheck.audit.experiments.variant import Numbers
+from crosscheck.audit.hypotheses.evidence.flights import (
     EVERY,
     arm_mass,
     on_fixed_base,
     tip_error,
 )
-from audit.measures.stage import PaperStage
+from crosscheck.audit.measures.stage import PaperStage
 from crosscheck.checks.weights import joint_mass, link_mass
-from models.arm.arm import Arm
-from models.experiment.scenario import ConstantDrive
-from models.loading import Case, load_case, load_scenario
-from models.pinocchio.floating import FloatingBase, PinocchioFloating
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import ConstantDrive
+from crosscheck.models.loading import Case, load_case, load_scenario
+from crosscheck.models.pinocchio.floating import FloatingBase, PinocchioFloating
 
 BASE_MASSES = ("5", "50", "500", "5000")  # over the arm's mass
 CONSTANT = "constant-torque"

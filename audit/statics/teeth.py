@@ -8,19 +8,19 @@ from collections.abc import Callable
 import numpy as np
 import sympy as sp
 
-from analytic.paper.backlash import dead_zone, dead_zone_tanh
-from analytic.paper.kinematics import StageGeometry, gear_angles, mesh_displacements
-from analytic.paper.mesh_force import EXACT, mesh_force
-from analytic.paper.mesh_frequency import (
+from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
+from crosscheck.analytic.paper.kinematics import StageGeometry, gear_angles, mesh_displacements
+from crosscheck.analytic.paper.mesh_force import EXACT, mesh_force
+from crosscheck.analytic.paper.mesh_frequency import (
     meshing_frequency,
     ring_mesh_rate,
     sun_mesh_frequency,
     sun_mesh_rate,
 )
-from analytic.paper.stiffness import fundamental, square_wave, square_wave_series
-from audit.experiments.variant import Numbers
-from audit.measures.stage import PaperStage
-from models.arm.arm import Planetary
+from crosscheck.analytic.paper.stiffness import fundamental, square_wave, square_wave_series
+from crosscheck.audit.experiments.variant import Numbers
+from crosscheck.audit.measures.stage import PaperStage
+from crosscheck.models.arm.arm import Planetary
 
 SIGMAS = ("1e8", "1e7", "1e6", "1e5")  # 1/m, Eq. 6
 SINGLE_SINE = "1.5"  # the contact ratio at which Eq. 7's fundamental is a sine without phase

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from analytic.model import PhysicalModel
 from benchmarks.suite.cases import Counted
 from benchmarks.suite.rows import Row
 from benchmarks.suite.timing import in_turn, per_unit, processor, progress, seconds_of
+from crosscheck.analytic.model import PhysicalModel
 from crosscheck.cli.template import example_arm
-from models.experiment.switches import switches
-from models.loading import load_scenario
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.loading import load_scenario
 
 TABLE = "joints and planets"
 STEPS, STEP_S = 100_000, 1e-6

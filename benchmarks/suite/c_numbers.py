@@ -7,16 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.derivation.bodies import carried_bodies, link_bodies
-from analytic.derivation.chain import exact_chain
-from analytic.derivation.gears import Gears
-from analytic.derivation.stage import equivalent_masses
-from analytic.model import AnalyticModel
-from analytic.paper.kinematics import stage_geometry
-from analytic.paper.mesh_frequency import OMEGA_T
-from analytic.paper.stiffness import SINE
-from models.arm.arm import Arm, Planetary
-from models.experiment.drive import CONSTANT, PD
+from crosscheck.analytic.derivation.bodies import carried_bodies, link_bodies
+from crosscheck.analytic.derivation.chain import exact_chain
+from crosscheck.analytic.derivation.gears import Gears
+from crosscheck.analytic.derivation.stage import equivalent_masses
+from crosscheck.analytic.model import AnalyticModel
+from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.analytic.paper.mesh_frequency import OMEGA_T
+from crosscheck.analytic.paper.stiffness import SINE
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.experiment.drive import CONSTANT, PD
 
 TURN, QUARTER = 2 * np.pi, 0.25
 

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from analytic.model import AnalyticModel
 from benchmarks.suite.c_numbers import layout_of, numbers_of, state_of, structure_of
+from crosscheck.analytic.model import AnalyticModel
 
 SOURCES = Path(__file__).parent.parent / "c"
 FLAGS = ("-O3", "-march=native", "-shared", "-fPIC")

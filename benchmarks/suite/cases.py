@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Literal
 
-from analytic.model import PhysicalModel
+from crosscheck.analytic.model import PhysicalModel
 from crosscheck.cli.template import example_arm
-from models.experiment.switches import switches
-from models.loading import load_arm, load_case, load_scenario
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.loading import load_arm, load_case, load_scenario
 
 Counted = Literal["lumped", "free"]
 

@@ -7,11 +7,11 @@ from functools import cached_property
 
 from benchmarks.suite.rows import Row
 from benchmarks.suite.timing import in_turn, per_unit, progress
-from models.arm.planets import usual_switches
-from models.exudyn.engine import Engine
-from models.exudyn.tree.parts import bodies_of
-from models.exudyn.tree.tree import ExudynTree
-from models.loading import load_case
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.exudyn.engine import Engine
+from crosscheck.models.exudyn.tree.parts import bodies_of
+from crosscheck.models.exudyn.tree.tree import ExudynTree
+from crosscheck.models.loading import load_case
 
 TABLE = "Exudyn's tree with and without mesh law"
 FULL = "the tree with all its forces"

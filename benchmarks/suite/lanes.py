@@ -9,15 +9,15 @@ from functools import partial
 
 import numpy as np
 
-from analytic.ensemble import ABREAST, Group, groups
-from analytic.model import AnalyticModel, PhysicalModel
 from benchmarks.suite.c_numbers import NotCovered
 from benchmarks.suite.c_reference import LANES, NoCompiler, Vectors
 from benchmarks.suite.cases import Counted, long_run
 from benchmarks.suite.rows import Row, absent
 from benchmarks.suite.single import largest_difference, states_of
 from benchmarks.suite.timing import Times, in_turn, per_unit, processor
-from models.arm.arm import Joint, Planetary
+from crosscheck.analytic.ensemble import ABREAST, Group, groups
+from crosscheck.analytic.model import AnalyticModel, PhysicalModel
+from crosscheck.models.arm.arm import Joint, Planetary
 
 TABLE = "ensemble kernel"
 COUNTED: tuple[Counted, ...] = ("lumped", "free")

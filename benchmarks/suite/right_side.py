@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from analytic.model import AnalyticModel
+from crosscheck.analytic.model import AnalyticModel
 
 RightSide = Callable[[float, np.ndarray], np.ndarray]
 # Sizes beside which an error does not matter at relative tolerance 1: displacements of the order of

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from analytic.kernel.batch import Batch
-from analytic.model import PhysicalModel
 from benchmarks.suite.c_numbers import NotCovered
 from benchmarks.suite.c_reference import NoCompiler, Scalar
 from benchmarks.suite.cases import Counted, long_run
 from benchmarks.suite.rows import Row, absent
 from benchmarks.suite.timing import Times, in_turn, per_unit, processor
+from crosscheck.analytic.kernel.batch import Batch
+from crosscheck.analytic.model import PhysicalModel
 
 TABLE = "single kernel"
 TARGETS: dict[Counted, float] = {"lumped": 1.15, "free": 1.3}

@@ -7,11 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from analytic.model import PhysicalModel
 from benchmarks.suite.solver import Solver
 from benchmarks.suite.solver_own import coordinates
-from models.exudyn.engine import Engine, exudyn
-from models.exudyn.tree.tree import ExudynTree
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.models.exudyn.engine import Engine, exudyn
+from crosscheck.models.exudyn.tree.tree import ExudynTree
 
 SMALLEST_S = 1e-12  # step of DOPRI5: at its default it may halve one for ever
 

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analytic.model import AnalyticModel
 from benchmarks.suite.refined import refined, sides_of
 from benchmarks.suite.solver import Solver
-from models.experiment.drive import PD
+from crosscheck.analytic.model import AnalyticModel
+from crosscheck.models.experiment.drive import PD
 
 MOMENT_S = 1e-6  # after the start
 SELECT_TOLERANCE = 1e-9  # of a Taylor step; what errs is the kink that it leaps over

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from analytic.ensemble import ABREAST, groups
-from analytic.model import PhysicalModel
 from benchmarks.suite.solver import Solver
+from crosscheck.analytic.ensemble import ABREAST, groups
+from crosscheck.analytic.model import PhysicalModel
 
 
 def runge_kutta(model: PhysicalModel, grid: np.ndarray) -> Solver:

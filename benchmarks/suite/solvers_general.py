@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import odeint, solve_ivp
 
-from analytic.model import AnalyticModel
 from benchmarks.suite.right_side import compiled, compiled_in_place, sizes
 from benchmarks.suite.solver import Solver
+from crosscheck.analytic.model import AnalyticModel
 
 MOST_STEPS = 10_000_000  # between two records: the tolerance decides, no count of steps
 

@@ -15,7 +15,6 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from analytic.model import PhysicalModel
 from benchmarks.suite import solver_exudyn, solver_heyoka, solver_own, solvers_general
 from benchmarks.suite.cases import pd_run
 from benchmarks.suite.refined import refined
@@ -24,8 +23,9 @@ from benchmarks.suite.single import largest_difference
 from benchmarks.suite.solver import Solver
 from benchmarks.suite.solver_own import coordinates
 from benchmarks.suite.timing import Times, progress, seconds_of
-from models.errors import Diverged
-from models.trajectory import recorded_times
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.models.errors import Diverged
+from crosscheck.models.trajectory import recorded_times
 
 TABLE = "work-precision"
 AGAINST_NAMED = "fastest at an accuracy, heyoka by select"

@@ -20,13 +20,13 @@ from crosscheck.baseline.record import (
     Provenance,
     differences,
 )
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
+from crosscheck.models.inputs import content_of
 from crosscheck.output import write_text
 from crosscheck.planning.plan import Wanted
 from crosscheck.provenance import arm_digest
 from crosscheck.report.words import printable
-from models.arm.arm import Arm
-from models.errors import InputError
-from models.inputs import content_of
 
 WIDTH = 100
 # A number of more digits than this comes out of a computation and is written with all 17.

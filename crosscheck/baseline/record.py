@@ -11,10 +11,10 @@ from pydantic import Field, model_validator
 
 from crosscheck.checks.records import BY_PLANET
 from crosscheck.checks.trajectories import UNITS
+from crosscheck.models.arm.quantities import Data, Finite, NotNegative, UpToSeven
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
 from crosscheck.provenance import Provenance
-from models.arm.quantities import Data, Finite, NotNegative, UpToSeven
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
 
 SCHEMA_VERSION = 3
 SampledName = Literal["theta", "theta_dot", "x_sp", "x_pr"]

@@ -42,14 +42,14 @@ from crosscheck.checks.trajectories import (
 )
 from crosscheck.checks.trajectories import uncertainty as refinement
 from crosscheck.findings import Agreement, Finding
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import Case
 from crosscheck.planning.run_suite import ONE_ROUNDING
 from crosscheck.registry import lead
 from crosscheck.report.words import outcome
 from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import RunKey
-from models.arm.arm import Arm
-from models.loading import Case
 
 SAMPLED: tuple[str, ...] = get_args(SampledName)
 EXTREMES: tuple[str, ...] = get_args(ExtremesName)

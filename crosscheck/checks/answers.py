@@ -9,10 +9,10 @@ import numpy as np
 
 from crosscheck.checks.christoffel import christoffel_force
 from crosscheck.checks.scales import geared, meshes
-from models.arm.arm import Arm
-from models.arm.layout import Layout
-from models.experiment.scenario import per_joint
-from models.interface import Model
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import Layout
+from crosscheck.models.experiment.scenario import per_joint
+from crosscheck.models.interface import Model
 
 # Quantities that no method of a model gives by itself.
 CHRISTOFFEL, ABILITIES = "christoffel_force", "abilities"

@@ -8,9 +8,9 @@ import numpy as np
 
 from crosscheck.checks.invariants import sun_advance, sun_of, torques_at
 from crosscheck.checks.scales import gear_arc, geared, largest_stiffness
-from models.arm.layout import MESHES, Layout
-from models.experiment.drive import drive_data
-from models.interface import Model
+from crosscheck.models.arm.layout import MESHES, Layout
+from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.interface import Model
 
 if TYPE_CHECKING:
     import xarray as xr

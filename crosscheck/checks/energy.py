@@ -19,11 +19,11 @@ from crosscheck.checks.scales import geared, meshes
 from crosscheck.checks.states import Setting
 from crosscheck.checks.weights import weight_energy
 from crosscheck.findings import About, Finding, checked, measured_only
-from models.arm.arm import Arm, Planetary
-from models.arm.layout import MESHES, Layout
-from models.experiment.scenario import ConstantDrive, per_joint
-from models.experiment.switches import Switches
-from models.loading import Case
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import MESHES, Layout
+from crosscheck.models.experiment.scenario import ConstantDrive, per_joint
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.loading import Case
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -21,11 +21,11 @@ from crosscheck.checks.states import (
 )
 from crosscheck.checks.weights import weight_moments
 from crosscheck.findings import About, Finding, checked, failed
-from models.arm.arm import Arm, Planetary
-from models.arm.layout import MESHES, Coordinate, Layout
-from models.experiment.drive import DriveData, drive_data, joint_torque
-from models.experiment.scenario import Scenario
-from models.loading import Case
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import MESHES, Coordinate, Layout
+from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.loading import Case
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,9 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.scales import geared
-from models.arm.arm import Arm, Planetary
-from models.arm.stiffness import FourierStiffness, SineStiffness, SquareStiffness, StiffnessLaw
-from models.experiment.switches import Switches
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.stiffness import (
+    FourierStiffness,
+    SineStiffness,
+    SquareStiffness,
+    StiffnessLaw,
+)
+from crosscheck.models.experiment.switches import Switches
 
 
 class MeshSpring(NamedTuple):

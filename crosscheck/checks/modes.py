@@ -8,8 +8,8 @@ import numpy as np
 
 from crosscheck.checks.scales import base_radius
 from crosscheck.findings import About, Finding, checked
-from models.arm.arm import Planetary
-from models.arm.stiffness import SquareStiffness, StiffnessLaw, TableStiffness
+from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.arm.stiffness import SquareStiffness, StiffnessLaw, TableStiffness
 
 TOLERANCE = 1e-6
 BASIS = "1e-6: engines linearise by finite differences of forces of 1e4 N at 1e-7 relative steps"

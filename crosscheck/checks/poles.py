@@ -8,10 +8,10 @@ import numpy as np
 
 from crosscheck.checks.modes import mean_stiffness
 from crosscheck.findings import About, Finding, checked
-from models.arm.arm import Arm
-from models.arm.mesh import Mesh
-from models.arm.meshes import with_meshes
-from models.arm.stiffness import SineStiffness, StiffnessLaw
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.meshes import with_meshes
+from crosscheck.models.arm.stiffness import SineStiffness, StiffnessLaw
 
 TOLERANCE, SAFETY = 1e-7, 3.0
 MEANINGFUL = 1e-5  # what no slip of a formula is below

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from models.arm.arm import Arm
-from models.loading import Case
-from models.trajectory import recorded_times
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import Case
+from crosscheck.models.trajectory import recorded_times
 
 if TYPE_CHECKING:
     import xarray as xr

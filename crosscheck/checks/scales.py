@@ -9,10 +9,21 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.weights import weight_moments
-from models.arm.arm import Arm, Planetary
-from models.arm.mesh import PlanetMesh
-from models.arm.stiffness import FourierStiffness, SineStiffness, SquareStiffness, StiffnessLaw
-from models.experiment.scenario import ConstantDrive, PdDrive, Scenario, SinusoidDrive, per_joint
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.mesh import PlanetMesh
+from crosscheck.models.arm.stiffness import (
+    FourierStiffness,
+    SineStiffness,
+    SquareStiffness,
+    StiffnessLaw,
+)
+from crosscheck.models.experiment.scenario import (
+    ConstantDrive,
+    PdDrive,
+    Scenario,
+    SinusoidDrive,
+    per_joint,
+)
 
 EPS = float(np.finfo(float).eps)
 # What an uncertainty must stay below to mean something, and where there is no play to compare with.

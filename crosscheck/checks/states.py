@@ -10,8 +10,8 @@ import numpy as np
 from crosscheck.checks.answers import States
 from crosscheck.checks.scales import gear_arc
 from crosscheck.findings import About, Finding, checked, failed, measured_only
-from models.arm.arm import Arm
-from models.arm.layout import Layout
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import Layout
 
 EPS = np.finfo(float).eps
 # Rounding of a few hundred operations, times how badly conditioned they are; but never looser

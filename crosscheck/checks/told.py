@@ -19,11 +19,17 @@ from crosscheck.checks.modes import equivalent_mass, mean_stiffness
 from crosscheck.checks.scales import geared
 from crosscheck.checks.states import EPS, ROUNDINGS, Setting, compare_values
 from crosscheck.findings import About, Finding, checked
-from models.arm.arm import Arm, Planetary
-from models.arm.layout import MESHES, Layout, Meaning
-from models.experiment.scenario import ConstantDrive, PdDrive, Scenario, SinusoidDrive, per_joint
-from models.experiment.switches import Switches
-from models.loading import Case
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import MESHES, Layout, Meaning
+from crosscheck.models.experiment.scenario import (
+    ConstantDrive,
+    PdDrive,
+    Scenario,
+    SinusoidDrive,
+    per_joint,
+)
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.loading import Case
 
 
 def inertia_as_told(

@@ -10,7 +10,7 @@ import numpy as np
 
 from crosscheck.checks.scales import EPS, ReasonedLimit
 from crosscheck.findings import About, Finding, checked, measured_only
-from models.arm.arm import Arm
+from crosscheck.models.arm.arm import Arm
 
 if TYPE_CHECKING:
     import xarray as xr

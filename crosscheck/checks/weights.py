@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 
 
 class Masses(NamedTuple):

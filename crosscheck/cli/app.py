@@ -457,7 +457,7 @@ def main() -> NoReturn:
 
 
 def _explain(error: Exception) -> NoReturn:
-    from models.errors import Diverged, InputError, Unfinished
+    from crosscheck.models.errors import Diverged, InputError, Unfinished
 
     if isinstance(error, InputError | Diverged):
         _fail(str(error), 2)
@@ -472,7 +472,7 @@ def _explain(error: Exception) -> NoReturn:
 
 
 def _fail(line: str, code: int) -> NoReturn:
-    from models.errors import PROGRAM, one_line
+    from crosscheck.models.errors import PROGRAM, one_line
 
     print(one_line(f"{PROGRAM}{line}"), file=sys.stderr)
     sys.exit(code)

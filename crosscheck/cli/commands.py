@@ -7,6 +7,7 @@ from pathlib import Path
 from rich.console import Console
 
 from crosscheck.kinds import AGREEMENT, PAGE
+from crosscheck.models.loading import load_chosen
 from crosscheck.output import require_files, write_files
 from crosscheck.planning.plan import Wanted
 from crosscheck.report.answers import agreement_json
@@ -14,7 +15,6 @@ from crosscheck.report.terminal import print_answers
 from crosscheck.report.words import printable
 from crosscheck.run import CrossCheck, Shown, cross_check
 from crosscheck.runner.progress import QUIET_S, shown_progress
-from models.loading import load_chosen
 
 STDERR = Console(stderr=True)
 

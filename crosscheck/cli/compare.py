@@ -8,11 +8,11 @@ from crosscheck.kinds import MEASURED, MEASURED_PAGE
 from crosscheck.measured.compare import compare
 from crosscheck.measured.output import comparison_json, comparison_page, lines
 from crosscheck.measured.record import read_record
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import load_chosen
 from crosscheck.output import require_files, require_writable, write_files
 from crosscheck.report.words import printable
 from crosscheck.runner.progress import progress_bar
-from models.errors import InputError
-from models.loading import load_chosen
 
 PAGE = "compare.html"
 

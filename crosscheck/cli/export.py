@@ -11,18 +11,18 @@ import tempfile
 import zipfile
 from pathlib import Path
 
-from analytic.kernel.export import c_text
-from analytic.kernel.fmu import fmu_sources
-from analytic.model import AnalyticModel
 from crosscheck import __version__
+from crosscheck.analytic.kernel.export import c_text
+from crosscheck.analytic.kernel.fmu import fmu_sources
+from crosscheck.analytic.model import AnalyticModel
 from crosscheck.kinds import C_FILE, FMU_FILE
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.errors import InputError, one_line
+from crosscheck.models.loading import load_chosen
 from crosscheck.output import require_file, write_files
 from crosscheck.planning.sizing import unequal_gains
 from crosscheck.registry import BUILT_IN, build, model_class
 from crosscheck.report.words import printable
-from models.arm.planets import usual_switches
-from models.errors import InputError, one_line
-from models.loading import load_chosen
 
 COMPILERS = ("cc", "gcc", "clang")
 FOLDERS = {"Linux": ("linux64", ".so"), "Darwin": ("darwin64", ".dylib")}

@@ -6,8 +6,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from crosscheck.models.files import builtin_arms, builtin_scenarios, builtin_title
 from crosscheck.registry import MODELS
-from models.files import builtin_arms, builtin_scenarios, builtin_title
 
 
 def list_command() -> None:

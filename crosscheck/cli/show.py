@@ -16,15 +16,15 @@ from crosscheck.derived import (
     derived_mesh,
     named_meshes,
 )
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.mesh import Mesh, PlanetMesh
+from crosscheck.models.arm.quantities import Data
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import load_arm
 from crosscheck.planning.plan import is_the_papers
 from crosscheck.planning.sizing import sizes_of
 from crosscheck.registry import usable_numbers
 from crosscheck.schema import described
-from models.arm.arm import Arm, Planetary
-from models.arm.mesh import Mesh, PlanetMesh
-from models.arm.quantities import Data
-from models.errors import InputError
-from models.loading import load_arm
 
 MOST_LISTED = 6  # of a list of numbers
 OF_THE_FILE = ("schema_version", "name", "title")

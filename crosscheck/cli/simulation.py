@@ -9,13 +9,13 @@ from rich.console import Console
 from rich.markup import escape
 
 from crosscheck.kinds import TRAJECTORY
+from crosscheck.models.errors import Diverged, InputError, Unfinished
+from crosscheck.models.loading import Case, load_case
 from crosscheck.output import require_file, write_files
 from crosscheck.provenance import provenance
 from crosscheck.registry import build, entry_of, usable_numbers
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import perform_all
-from models.errors import Diverged, InputError, Unfinished
-from models.loading import Case, load_case
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Request:
     def perform(self) -> Written | InputError | Diverged:
         """The run as a file, or what is wrong with the request or its run."""
         from crosscheck.api import simulate
-        from models.trajectory import netcdf
+        from crosscheck.models.trajectory import netcdf
 
         try:
             with usable_numbers(self.model, self.case.arm):

@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from models.errors import InputError
-from models.inputs import forget
-from models.places import home_folder, own_folder, usable
+from crosscheck.models.errors import InputError
+from crosscheck.models.inputs import forget
+from crosscheck.models.places import home_folder, own_folder, usable
 
 
 def prepare() -> None:

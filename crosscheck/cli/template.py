@@ -8,14 +8,14 @@ import shlex
 from pathlib import Path
 from typing import NamedTuple
 
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.quantities import Data, Printable, short
+from crosscheck.models.arm.stiffness import SineStiffness
+from crosscheck.models.errors import InputError
 from crosscheck.output import require_file, write_text
 from crosscheck.report.words import printable
 from crosscheck.schema import Described, described
-from models.arm.arm import Arm, Direct, Link, Planetary
-from models.arm.mesh import Mesh
-from models.arm.quantities import Data, Printable, short
-from models.arm.stiffness import SineStiffness
-from models.errors import InputError
 
 COLUMN = 44  # where explanations begin
 PLACES = ("shoulder", "elbow", "wrist")

@@ -10,6 +10,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from crosscheck.kinds import AGREEMENT, JUNIT, TRIAL, TRIAL_PAGE
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
+from crosscheck.models.inputs import remember
+from crosscheck.models.loading import Chosen, load_chosen
 from crosscheck.output import require_files, require_writable, write_files
 from crosscheck.planning.plan import Wanted
 from crosscheck.report.answers import agreement_json
@@ -31,10 +35,6 @@ from crosscheck.trial.tables.asked import TableTrial, asked_apart, asked_on_prob
 from crosscheck.trial.tables.coordinates_file import coordinates_of
 from crosscheck.trial.tables.folder import ask_files, probe_files
 from crosscheck.trial.trial import Asked, Trial, tried
-from models.arm.arm import Arm
-from models.errors import InputError
-from models.inputs import remember
-from models.loading import Chosen, load_chosen
 
 
 def asked_of(

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from models.errors import one_line
+from crosscheck.models.errors import one_line
 
 ENDINGS = (".bag", ".db3", ".mcap")
 MESSAGE = "sensor_msgs/msg/JointState"

@@ -15,14 +15,14 @@ from crosscheck.measured.parameters import together as base_of
 from crosscheck.measured.record import Record, require_same_units
 from crosscheck.measured.residual import Fit, Normal, fits, normal_equations, whitening
 from crosscheck.measured.smoothing import Block, blocks, chosen_spacing
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.drive import drive_data, torques_along
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.interface import Model
 from crosscheck.planning.sizing import at_rest
 from crosscheck.registry import RIGID_LEVELS, build, covering, of_level
-from models.arm.arm import Arm
-from models.arm.planets import usual_switches
-from models.errors import InputError
-from models.experiment.drive import drive_data, torques_along
-from models.experiment.scenario import Scenario
-from models.interface import Model
 
 # A level is named if every other one is less likely by such a factor.
 LIKELIHOOD_RATIO = 100.0

@@ -15,10 +15,10 @@ from scipy.interpolate import CubicHermiteSpline
 
 from crosscheck.measured.parameters import changed, parameters
 from crosscheck.measured.smoothing import Block
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.scenario import Scenario, Start, TableDrive
 from crosscheck.registry import build, model_class
-from models.arm.arm import Arm
-from models.errors import Diverged
-from models.experiment.scenario import Scenario, Start, TableDrive
 
 MOST_WINDOWS = 10
 COVERED, LEFT = 2.0, 3.0  # of u_val: for 95 % of rows, and for the first row that is outside

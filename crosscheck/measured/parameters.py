@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from crosscheck.measured.residual import Normal
-from models.arm.arm import Arm
-from models.loading import validated
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import validated
 
 ENDINGS = ("mass_kg", "inertia_kg_m2", "density_kg_per_m3", "friction_N_m_s_per_rad")
 STEP = 2.0**-10  # relative; of a number that is zero, its own unit

@@ -16,10 +16,10 @@ import numpy as np
 import scipy.io
 
 from crosscheck.measured.bag import ENDINGS, BagReading
+from crosscheck.models.errors import InputError, one_line
+from crosscheck.models.inputs import input_content, size_of
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import perform_all
-from models.errors import InputError, one_line
-from models.inputs import input_content, size_of
 
 LARGEST_FILE = 2_000_000_000  # bytes
 MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself

@@ -16,7 +16,7 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.sparse import csr_array
 
 from crosscheck.measured.smoothing import Block
-from models.interface import Model
+from crosscheck.models.interface import Model
 
 Told = Callable[[int], None]
 DIFFERENCE = 1e-6  # [rad, rad/s, rad/s^2]

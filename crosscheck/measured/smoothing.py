@@ -12,7 +12,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import csr_array, diags_array, eye_array
 
 from crosscheck.measured.record import Record
-from models.errors import InputError
+from crosscheck.models.errors import InputError
 
 DEGREE = 5  # accelerations are cubic in time between knots
 SPACINGS = tuple(2**power for power in range(2, 11))  # samples between knots

@@ -10,16 +10,16 @@ import xarray as xr
 from crosscheck.checks import energy
 from crosscheck.checks.scales import geared, largest_torques
 from crosscheck.findings import About, Finding, Key
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.meshes import damped
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.experiment.scenario import Scenario, Start
+from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.planning.plan import SHORT_RESOLVED, Experiment, resolved_step, without_play
 from crosscheck.planning.sizing import held_torques, made
 from crosscheck.registry import covering, lead, promising, same_integrator
 from crosscheck.runner.tasks import RunKey, Simulation
-from models.arm.arm import Arm
-from models.arm.meshes import damped
-from models.arm.planets import usual_switches
-from models.experiment.scenario import Scenario, Start
-from models.loading import Case
 
 Judge = Callable[[About, xr.Dataset, Case], Finding]
 STEPS, RECORDS = 2000, 50

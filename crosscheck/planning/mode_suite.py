@@ -11,14 +11,14 @@ import numpy as np
 from crosscheck.checks import modes, poles, scales
 from crosscheck.checks.answers import FORCE_SLOPES, START_MASS
 from crosscheck.findings import About, Finding, Key
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Start
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, Results, Unavailable
 from crosscheck.planning.sizing import at_rest, unequal_gains
 from crosscheck.registry import MODELS, about, covering, promising, same_integrator
 from crosscheck.runner.tasks import Evaluation
-from models.arm.arm import Arm
-from models.experiment.scenario import Start
-from models.experiment.switches import Switches
-from models.loading import Case
 
 POLE_METRIC = "largest relative distance of a pole to the nearest of the other model's forces"
 MODE_METRIC = "largest relative distance of a mode to the nearest of the other model"

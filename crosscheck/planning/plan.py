@@ -11,18 +11,24 @@ import numpy as np
 
 from crosscheck.checks.composite import Content
 from crosscheck.checks.scales import EPS, base_radius, geared, largest_torques, meshes, rounding
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.meshes import with_meshes
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import (
+    Scenario,
+    SinusoidDrive,
+    Start,
+    per_joint,
+    planet_offsets,
+)
+from crosscheck.models.experiment.switches import Switches, switches
+from crosscheck.models.files import raw_arm
+from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning.sizing import Sizes, held_torques, made, pd_scenario, step_scenario
 from crosscheck.planning.stability import GrowingMode
 from crosscheck.registry import MODELS
 from crosscheck.runner.tasks import RunKey, Simulation
-from models.arm.arm import Arm
-from models.arm.meshes import with_meshes
-from models.arm.planets import usual_switches
-from models.errors import InputError
-from models.experiment.scenario import Scenario, SinusoidDrive, Start, per_joint, planet_offsets
-from models.experiment.switches import Switches, switches
-from models.files import raw_arm
-from models.loading import Case, load_arm, load_scenario
 
 # Of the paper's experiments: long enough for its events; the quick plan keeps the start impact and
 # the first drive.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 from crosscheck.checks.scales import meaningful
 from crosscheck.checks.trajectories import size, uncertainty
 from crosscheck.findings import About, Key, failed
+from crosscheck.models.errors import Diverged, Unfinished
 from crosscheck.planning.comparison import Comparison
 from crosscheck.planning.plan import (
     Experiment,
@@ -26,7 +27,6 @@ from crosscheck.registry import about, build, lead, same_integrator
 from crosscheck.runner.outcomes import DIED, Failure, failure
 from crosscheck.runner.tasks import Evaluation, Simulation
 from crosscheck.runner.workers import Workers
-from models.errors import Diverged, Unfinished
 
 if TYPE_CHECKING:
     import xarray as xr

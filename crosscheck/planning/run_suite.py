@@ -12,6 +12,9 @@ from crosscheck.checks.records import BY_PLANET
 from crosscheck.checks.scales import ReasonedLimit, meaningful
 from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair, sensitivity
 from crosscheck.findings import About, Finding, Key, checked, measured_only
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import lumped_layout
+from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.planning.plan import Experiment, OrderCase, mechanism
 from crosscheck.registry import (
@@ -28,9 +31,6 @@ from crosscheck.registry import (
     second,
 )
 from crosscheck.runner.tasks import Evaluation, Simulation
-from models.arm.arm import Arm
-from models.arm.layout import lumped_layout
-from models.loading import Case
 
 LARGEST = "largest absolute difference"
 MESH = ("theta", "x_sp", "x_pr")

@@ -18,12 +18,12 @@ from crosscheck.checks.composite import inertia, parts_of, posed
 from crosscheck.checks.modes import free_modes
 from crosscheck.checks.scales import geared, largest_weights
 from crosscheck.checks.weights import weight_moments
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.quantities import Duration, Gain, RateGain, Torque, Within
+from crosscheck.models.experiment.scenario import ConstantDrive, Drive, PdDrive, Scenario, Start
+from crosscheck.models.loading import load_scenario, validated
 from crosscheck.planning.stability import growth_of
 from crosscheck.registry import build, lead, of_level
-from models.arm.arm import Arm
-from models.arm.quantities import Duration, Gain, RateGain, Torque, Within
-from models.experiment.scenario import ConstantDrive, Drive, PdDrive, Scenario, Start
-from models.loading import load_scenario, validated
 
 # The controller's rate over that of the lowest mesh mode, and its rate [rad/s] without gears.
 SLOWER, WITHOUT_GEARS = 2000.0, 4.0

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.experiment.scenario import PdDrive, Scenario, per_joint
 from crosscheck.registry import build, lead
-from models.arm.arm import Arm
-from models.arm.planets import usual_switches
-from models.experiment.scenario import PdDrive, Scenario, per_joint
 
 ROUNDING = 1e-9  # of the fastest pole: what is left of zero
 TOLERATED = 0.1  # growth over a whole run, as the exponent of e: it changes no verdict

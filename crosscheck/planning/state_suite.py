@@ -14,6 +14,13 @@ from crosscheck.checks.answers import (
 )
 from crosscheck.checks.composite import Content
 from crosscheck.findings import About, Finding, Key, checked, failed
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.meshes import damped
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.experiment.switches import Switches, switches
+from crosscheck.models.files import raw_arm
+from crosscheck.models.interface import STATE_ABILITIES
+from crosscheck.models.loading import Case, load_arm
 from crosscheck.planning.comparison import Comparison, ModelTask, Results
 from crosscheck.planning.mode_suite import linearised
 from crosscheck.planning.sizing import unequal_gains
@@ -27,13 +34,6 @@ from crosscheck.registry import (
     of_level,
 )
 from crosscheck.runner.tasks import Evaluation
-from models.arm.arm import Arm
-from models.arm.meshes import damped
-from models.arm.planets import usual_switches
-from models.experiment.switches import Switches, switches
-from models.files import raw_arm
-from models.interface import STATE_ABILITIES
-from models.loading import Case, load_arm
 
 COUNT, QUICK_COUNT = 200, 20
 # Per switch setting; M and bias know no switch, so they are compared under one setting alone.

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.checks.answers import random_states
+from crosscheck.models.loading import Case
 from crosscheck.registry import MODELS
 from crosscheck.runner.outcomes import Failure, failure
-from models.loading import Case
 
 FORMS = "analytic:energies", "analytic:printed"
 
@@ -49,9 +49,9 @@ class Stated:
     def _values(self) -> np.ndarray:
         import sympy as sp  # half a second, for this alone
 
-        from analytic.derivation.symbols import parameter_values
-        from analytic.paper.energies import energies_form
-        from analytic.paper.printed import printed_form
+        from crosscheck.analytic.derivation.symbols import parameter_values
+        from crosscheck.analytic.paper.energies import energies_form
+        from crosscheck.analytic.paper.printed import printed_form
 
         forms = dict(zip(FORMS, (energies_form, printed_form), strict=True))
         form, arm = forms[self.form](), self.case.arm

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from crosscheck.findings import Agreement, Finding, Verdict
+from crosscheck.models.arm.arm import Arm
 from crosscheck.registry import MODELS, lead, names
 from crosscheck.report.matrix import WORST_FIRST, digits
 from crosscheck.report.words import counted, tally
-from models.arm.arm import Arm
 
 STATES, RUNS = ("states", "form-states"), ("same-step", "refined", "form")
 WORDS = {

@@ -7,10 +7,10 @@ from rich.table import Table
 from rich.text import Text
 
 from crosscheck.findings import Agreement, Finding
+from crosscheck.models.arm.arm import Arm
 from crosscheck.report.answers import answers
 from crosscheck.report.matrix import cells, folded
 from crosscheck.report.words import outcome, printable, tally
-from models.arm.arm import Arm
 
 QUESTIONS = (
     "Do the equations agree with the engines?",

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from crosscheck.models.compiled import compiled_files
+from crosscheck.models.places import cache_folder
 from crosscheck.output import in_one_line
 from crosscheck.provenance import ROOT
 from crosscheck.report.words import printable
 from crosscheck.runner.store import clear, entries
-from models.compiled import compiled_files
-from models.places import cache_folder
 
 MACHINE_CODE = "machine-code"
 
@@ -44,7 +44,7 @@ def kept() -> Iterator[KeptFiles]:
     yield _of("simulations", own, entries(own))
     machine_code = own / MACHINE_CODE
     yield _of("kernels", machine_code, sorted(machine_code.glob("*.o")))
-    compiled = [*compiled_files(ROOT), *(own / "compiled").glob("*/*.nb[ci]")]
+    compiled = [*compiled_files(ROOT / "crosscheck"), *(own / "compiled").glob("*/*.nb[ci]")]
     yield _of("compiled functions", ROOT, sorted(set(compiled)))
 
 

@@ -22,12 +22,15 @@ from pathlib import Path
 from crosscheck.registry import MODELS, home
 
 ROOT = Path(__file__).parent.parent.parent
-OWN = ("models", "analytic", "crosscheck", "audit")
-DATA = ("models/arms", "models/scenarios")
+OWN = "crosscheck"
+DATA = ("crosscheck/models/arms", "crosscheck/models/scenarios")
 # These name what others choose, and a key has what was chosen.
 CHOSEN_BY_OTHERS = (
-    *("crosscheck.registry", "audit.experiments.variant"),
-    *(f"audit.{name}" for name in ("measures.rigid", "experiments.starts", "experiments.preload")),
+    *("crosscheck.registry", "crosscheck.audit.experiments.variant"),
+    *(
+        f"crosscheck.audit.{name}"
+        for name in ("measures.rigid", "experiments.starts", "experiments.preload")
+    ),
 )
 # Watches over processes in which code runs, and changes no number.
 NOT_FOLLOWED = (
@@ -131,7 +134,9 @@ def uses(path: Path, module: str, name: str | None) -> Uses:
     inside = _Source(source.definitions, source.imports | seen.imports, [])
     names = {meant for used in seen.names for meant in _meant(inside, *used, module)}
     strings = frozenset(seen.strings | _texts(source, seen))
-    if module in CHOSEN_BY_OTHERS or module.startswith(("models.", "analytic.")):
+    if module in CHOSEN_BY_OTHERS or module.startswith(
+        ("crosscheck.models.", "crosscheck.analytic.")
+    ):
         strings = frozenset()
     named = [model for text in strings for model in _models_named(text)]
     if BUILDERS & names and not named and module not in CHOSEN_BY_OTHERS:
@@ -188,11 +193,11 @@ def _file(module: str) -> Path | None:
 @cache
 def own_path(module: str) -> Path | None:
     """The file of a module of the project."""
-    if module.partition(".")[0] not in OWN:
+    if module.partition(".")[0] != OWN:
         return None
     place = ROOT.joinpath(*module.split("."))
     found = (place / "__init__.py", place.with_suffix(".py"))
-    return next((path for path in found if path.is_file()), None)
+    return next((path.resolve() for path in found if path.is_file()), None)
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
+from crosscheck.models.errors import InputError
+from crosscheck.models.places import make_private
 from crosscheck.output import draft, in_one_line, remove_abandoned
-from models.errors import InputError
-from models.places import make_private
 
 Value = TypeVar("Value")
 MAGIC = b"geararm-crosscheck kept 1"

@@ -20,11 +20,11 @@ from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
 from crosscheck.cli.surroundings import occupy_streams
+from crosscheck.models.errors import PROGRAM, one_line
 from crosscheck.runner import patience
 from crosscheck.runner.families import adopt, end_descendants, end_with_parent, processes
 from crosscheck.runner.interruption import SHOW_CURSOR, deaf
 from crosscheck.runner.patience import Patience
-from models.errors import PROGRAM, one_line
 
 BAD_INPUT, NO_VERDICT = 2, 3
 CHUNK = 65536

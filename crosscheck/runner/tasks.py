@@ -15,10 +15,10 @@ import numpy as np
 from crosscheck.checks.answers import answers
 from crosscheck.checks.consistency import require_consistent
 from crosscheck.checks.records import require_complete
+from crosscheck.models.interface import Model
+from crosscheck.models.loading import Case
 from crosscheck.registry import MODELS, Entry, build
 from crosscheck.runner.outcomes import Failure, failure
-from models.interface import Model
-from models.loading import Case
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,15 +9,15 @@ from typing import Any
 
 import xarray as xr
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.quantities import Data
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.files import raw_arm, raw_scenario
+from crosscheck.models.loading import validated
 from crosscheck.studies.batches.run import How, run_study
 from crosscheck.studies.definition.definition import AxisOf, Definition
 from crosscheck.studies.definition.files import study_from
 from crosscheck.studies.definition.quantities import MeasuredQuantity
-from models.arm.arm import Arm
-from models.arm.quantities import Data
-from models.experiment.scenario import Scenario
-from models.files import raw_arm, raw_scenario
-from models.loading import validated
 
 SCHEMA_VERSION = 1
 

@@ -16,14 +16,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from crosscheck.kinds import PICTURE
+from crosscheck.models.errors import InputError
+from crosscheck.models.inputs import remember
 from crosscheck.output import require_file, write_files
 from crosscheck.report.words import printable
 from crosscheck.studies.batches.opened import Opened, used
 from crosscheck.studies.batches.result_file import CHECKED
 from crosscheck.studies.definition.axes import SAMPLE, START
 from crosscheck.studies.measures.columns import DIVERGED
-from models.errors import InputError
-from models.inputs import remember
 
 REPEATED = (SAMPLE, START)  # dimensions along which a member is made again by chance
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)

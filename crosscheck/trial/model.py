@@ -9,18 +9,18 @@ import xarray as xr
 
 from crosscheck.checks.invariants import torques_at
 from crosscheck.checks.scales import geared
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import MESHES, Layout, Meaning
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
+from crosscheck.models.trajectory import recorded_times, trajectory
 from crosscheck.registry import Entry, build, lead, of_level
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.input.calls import SuppliedEquations, handed
 from crosscheck.trial.input.equations import Equations
-from models.arm.arm import Arm
-from models.arm.layout import MESHES, Layout, Meaning
-from models.arm.planets import usual_switches
-from models.experiment.drive import drive_data
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
-from models.interface import STATE_ABILITIES, Model, require_finite
-from models.trajectory import recorded_times, trajectory
 
 ABILITIES = {
     "mass_matrix": "mass_matrix",

@@ -9,6 +9,11 @@ from functools import partial
 import numpy as np
 
 from crosscheck.findings import Agreement
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError, Unfinished
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import (
     Comparison,
     ModelTask,
@@ -51,11 +56,6 @@ from crosscheck.trial.judge.suite import (
     sizing,
 )
 from crosscheck.trial.model import entry_for, switches_of
-from models.arm.arm import Arm
-from models.errors import InputError, Unfinished
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
-from models.loading import Case
 
 # Where each part is looked at entry by entry.
 BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"}

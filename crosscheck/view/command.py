@@ -7,12 +7,12 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.kinds import VIEW
+from crosscheck.models.inputs import remember
 from crosscheck.output import require_file, write_files
 from crosscheck.report.vendor import vendored
 from crosscheck.report.words import printable
 from crosscheck.view.scene import scene
 from crosscheck.view.trajectory_file import Run, run_of
-from models.inputs import remember
 
 
 def view_command(file: Path, out: Path | None) -> None:

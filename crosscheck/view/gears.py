@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analytic.paper.kinematics import stage_geometry
+from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.models.arm.arm import Planetary
 from crosscheck.view.mesh_geometry import Side, Wheel, flank, mesh_geometry, tooth
-from models.arm.arm import Planetary
 
 THIN = 0.46  # thickness of a drawn tooth over the pitch: the clearance can be seen
 GAP = 0.07  # of a pitch, that half the clearance of a mesh is drawn as

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from models.arm.arm import Planetary
+from crosscheck.models.arm.arm import Planetary
 
 Side = Literal["sun", "ring"]
 SIDES: tuple[Side, Side] = ("sun", "ring")

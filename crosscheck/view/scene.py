@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Planetary
 from crosscheck.report.plots.scheme import described
 from crosscheck.view.gears import GearAngles, assembly, close_up, gear_angles, outline
 from crosscheck.view.mesh_geometry import SIDES, mesh_geometry
 from crosscheck.view.trajectory_file import Run
-from models.arm.arm import Planetary
 
 MOST_FRAMES = 20_000  # of the longest run; of more records every second, third, ... is shown
 MESHES = {"sun": ("x_sp", "F_sp"), "ring": ("x_pr", "F_pr")}

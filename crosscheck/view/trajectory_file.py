@@ -9,9 +9,9 @@ import h5py
 import numpy as np
 from pydantic import ValidationError
 
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.trajectory import SCHEMA_VERSION
 from crosscheck.studies.batches.opened import SoundFile, used
-from models.arm.arm import Arm, Planetary
-from models.trajectory import SCHEMA_VERSION
 
 LONGEST_ARM = 1_000_000  # characters
 DRAWN = {"theta": 2, "x_sp": 3, "x_pr": 3, "F_sp": 3, "F_pr": 3}  # by dimensions

@@ -1,7 +1,7 @@
 """MuJoCo as one more gear tree: links, suns and planets are its bodies, pushed at pitch points.
 
 Bodies, inertia, Coriolis forces and lever arms are MuJoCo's; the force of a tooth contact is what
-the program offers to guests (models.plugin).
+the program offers to guests (crosscheck.models.plugin).
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import MESHES, geared_layout
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.interface import STATE_ABILITIES, Model
+from crosscheck.models.plugin import Motors, ToothContact, gear_numbers, link_mass, tooth_contacts
 from crosscheck.registry import STATES, Entry
-from models.arm.arm import Arm, Planetary
-from models.arm.layout import MESHES, geared_layout
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
-from models.interface import STATE_ABILITIES, Model
-from models.plugin import Motors, ToothContact, gear_numbers, link_mass, tooth_contacts
 
 LEAST = 1e-14  # MuJoCo turns no body without mass [kg]
 
@@ -145,5 +145,5 @@ def _add(to: Any, x: float, mass: float, inertia: float, name: str = "", at: Any
     return body
 
 
-ABOUT = {"call_s": 1e-3, "title": "tooth contacts of models.plugin"}
+ABOUT = {"call_s": 1e-3, "title": "tooth contacts of crosscheck.models.plugin"}
 ENTRY = Entry(__name__, "MujocoGears", "geared", STATES, ("mujoco",), free_planets=True, **ABOUT)

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.interface import STATE_ABILITIES
+from crosscheck.models.loading import Case, load_arm
 from crosscheck.planning.comparison import Results, findings_of, tasks_of
 from crosscheck.planning.state_suite import Spot, balances, pairs, unequal_gains
 from crosscheck.registry import MODELS, lead
-from models.arm.planets import usual_switches
-from models.interface import STATE_ABILITIES
-from models.loading import Case, load_arm
 
 ARMS = ("paper-labelled", "probe", "planets-apart", "three-unlike", "direct-between")
 LAWS = [

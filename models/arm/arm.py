@@ -12,8 +12,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import FailFast, Field, model_validator
 
-from models.arm.mesh import Mesh
-from models.arm.quantities import (
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.quantities import (
     Acceleration,
     Area,
     ArmVersion,
@@ -35,7 +35,7 @@ from models.arm.quantities import (
     UpToSeven,
     short,
 )
-from models.arm.version1 import is_first, upgraded
+from crosscheck.models.arm.version1 import is_first, upgraded
 
 # Numbers of 16 digits must hold the parts of an arm beside each other. Within these limits each of
 # 6000 random arms over all ranges kept nine digits of its accelerations in every engine.

@@ -9,8 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from models.arm.arm import Arm
-from models.experiment.switches import Switches
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.switches import Switches
 
 Meaning = Literal["theta", "x_s", "x_sp", "x_pr"]
 MESHES: tuple[Meaning, Meaning] = ("x_sp", "x_pr")

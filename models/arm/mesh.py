@@ -7,7 +7,7 @@ from typing import Self
 
 from pydantic import model_validator
 
-from models.arm.quantities import (
+from crosscheck.models.arm.quantities import (
     Damping,
     DampingRatio,
     Data,
@@ -18,7 +18,7 @@ from models.arm.quantities import (
     Play,
     Sharpness,
 )
-from models.arm.stiffness import StiffnessLaw
+from crosscheck.models.arm.stiffness import StiffnessLaw
 
 FROM_TEETH = "from-teeth"
 

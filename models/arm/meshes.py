@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from models.arm.arm import Arm, Direct, Planetary
-from models.arm.mesh import Mesh
-from models.arm.stiffness import SineStiffness, SquareStiffness
-from models.errors import InputError
+from crosscheck.models.arm.arm import Arm, Direct, Planetary
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.stiffness import SineStiffness, SquareStiffness
+from crosscheck.models.errors import InputError
 
 SINGLE_SINE_RATIO = 1.5  # the contact ratio at which Eq. 7's fundamental is a sine without phase
 

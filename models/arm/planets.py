@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from models.arm.arm import Arm, Planetary
-from models.arm.mesh import FROM_TEETH
-from models.errors import InputError
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches, switches
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.mesh import FROM_TEETH
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches, switches
 
 ALLOWED = "must be alike for all planets, or needs switches.planets = free"
 OUT_OF_PHASE = "puts the planets out of phase and needs switches.planets = free"

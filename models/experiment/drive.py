@@ -6,7 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from models.experiment.scenario import ConstantDrive, PdDrive, Scenario, SinusoidDrive, per_joint
+from crosscheck.models.experiment.scenario import (
+    ConstantDrive,
+    PdDrive,
+    Scenario,
+    SinusoidDrive,
+    per_joint,
+)
 
 CONSTANT, PD, SINE_OF_TIME, SINE_OF_SQRT_TIME, TABLE = range(5)
 

@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import FailFast, Field, model_validator
 
-from models.arm.quantities import (
+from crosscheck.models.arm.quantities import (
     Angle,
     AngularRate,
     Count,

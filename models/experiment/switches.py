@@ -6,7 +6,7 @@ from typing import Any, Literal, Self
 
 from pydantic import model_validator
 
-from models.arm.quantities import Data
+from crosscheck.models.arm.quantities import Data
 
 
 class Switches(Data):

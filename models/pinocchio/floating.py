@@ -14,12 +14,12 @@ import numpy as np
 import pinocchio as pin
 from scipy.integrate import solve_ivp
 
-from models.arm.arm import Arm
-from models.errors import Diverged, InputError
-from models.experiment.scenario import Scenario, per_joint
-from models.interface import STATE_ABILITIES, require_finite
-from models.pinocchio.rigid import PinocchioCoupled
-from models.trajectory import recorded_times, trajectory
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import Diverged, InputError
+from crosscheck.models.experiment.scenario import Scenario, per_joint
+from crosscheck.models.interface import STATE_ABILITIES, require_finite
+from crosscheck.models.pinocchio.rigid import PinocchioCoupled
+from crosscheck.models.trajectory import recorded_times, trajectory
 
 if TYPE_CHECKING:
     import xarray as xr

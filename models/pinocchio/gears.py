@@ -12,14 +12,14 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from models.arm.arm import Arm, Planetary
-from models.arm.layout import geared_layout
-from models.experiment.drive import drive_data, joint_torque
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
-from models.interface import STATE_ABILITIES, Model
-from models.pinocchio.meshes import Meshes, contacts_of, meshes_of, stiffness_of
-from models.pinocchio.tree import (
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import geared_layout
+from crosscheck.models.experiment.drive import drive_data, joint_torque
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.interface import STATE_ABILITIES, Model
+from crosscheck.models.pinocchio.meshes import Meshes, contacts_of, meshes_of, stiffness_of
+from crosscheck.models.pinocchio.tree import (
     TreeStage,
     base_radii,
     build_tree,

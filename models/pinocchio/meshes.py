@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from models.arm.arm import Arm, Planetary
-from models.arm.mesh import PlanetMesh
-from models.experiment.switches import Switches
-from models.pinocchio.stiffness import MeshStiffness, curve_of, mesh_stiffness
-from models.pinocchio.tree import TreeStage, base_radii, equivalent_masses
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.mesh import PlanetMesh
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.pinocchio.stiffness import MeshStiffness, curve_of, mesh_stiffness
+from crosscheck.models.pinocchio.tree import TreeStage, base_radii, equivalent_masses
 
 BODIES = ("central", "planet", "link")  # those fields of Meshes that are no numbers but bodies
 

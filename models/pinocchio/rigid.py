@@ -16,14 +16,14 @@ import numpy as np
 import pinocchio as pin
 from scipy.integrate import solve_ivp
 
-from models.arm.arm import Arm, Direct, Link, Planetary
-from models.arm.layout import rigid_layout
-from models.errors import Diverged, InputError
-from models.experiment.drive import drive_data, joint_torque
-from models.experiment.scenario import Scenario, TableDrive, per_joint
-from models.experiment.switches import Switches
-from models.interface import STATE_ABILITIES, Model, require_finite
-from models.trajectory import recorded_times, trajectory
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.layout import rigid_layout
+from crosscheck.models.errors import Diverged, InputError
+from crosscheck.models.experiment.drive import drive_data, joint_torque
+from crosscheck.models.experiment.scenario import Scenario, TableDrive, per_joint
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
+from crosscheck.models.trajectory import recorded_times, trajectory
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,7 +9,7 @@ from math import cos, pi, sin
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-from models.arm.stiffness import (
+from crosscheck.models.arm.stiffness import (
     FourierStiffness,
     SineStiffness,
     SquareStiffness,

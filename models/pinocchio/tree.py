@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from models.arm.arm import Arm, Direct, Link, Planetary
-from models.arm.layout import Layout
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.layout import Layout
 
 
 class TreeStage(NamedTuple):

@@ -7,8 +7,8 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from itertools import combinations, permutations
 
-from audit.claims.rule import Limits, State
-from audit.page.said import Said, StatedNumber
+from crosscheck.audit.claims.rule import Limits, State
+from crosscheck.audit.page.said import Said, StatedNumber
 
 
 def contradictions(said: Iterable[Said]) -> list[str]:

@@ -28,9 +28,10 @@ def edit(path: Path) -> None:
 if __name__ == "__main__":
     names = [(module, name) for module, name in json.loads(Path(sys.argv[1]).read_text("utf-8"))]
     before = codes(names)
-    files = [p for own in ("crosscheck", "audit") for p in (sources.ROOT / own).rglob("*.*")]
-    for path in sorted(files):
-        if is_view(path.relative_to(sources.ROOT)):
-            edit(path)
+    tool = sources.ROOT / sources.OWN
+    for folder in (tool, tool / "audit"):
+        for path in sorted(folder.rglob("*.*")):
+            if is_view(path.relative_to(folder.parent)):
+                edit(path)
     after = codes(names)
     json.dump([name for name in names if before[name] != after[name]], sys.stdout)

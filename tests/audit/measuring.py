@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from audit.experiments.study import Measure, Numbers, Variant, VariantComparison
-from audit.experiments.variant import simulate
+from crosscheck.audit.experiments.study import Measure, Numbers, Variant, VariantComparison
+from crosscheck.audit.experiments.variant import simulate
 
 
 def numbers_of(variant: Variant, measure: Measure | VariantComparison) -> Numbers:

@@ -11,12 +11,12 @@ from functools import cache
 
 import numpy as np
 
-from audit.experiments.pd import whole
-from audit.experiments.pool import Sample
-from audit.experiments.torque import back_and_forth, constant_torque, mesh_phase
-from audit.measures.course import Course
+from crosscheck.audit.experiments.pd import whole
+from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.torque import back_and_forth, constant_torque, mesh_phase
+from crosscheck.audit.measures.course import Course
+from crosscheck.models.loading import load_case
 from crosscheck.registry import RIGID_LEVELS
-from models.loading import load_case
 
 PD_CASE = load_case("paper-labelled", "pd", {"phase": "omega_t"}, [])
 TORQUE_CASE = load_case("paper-labelled", "constant-torque", {}, [])

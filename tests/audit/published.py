@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from audit.claims import settings
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study, VariantComparison, VariantNumbers
-from audit.page.chapter import AuditChapter
+from crosscheck.audit.claims import settings
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study, VariantComparison, VariantNumbers
+from crosscheck.audit.page.chapter import AuditChapter
 from tests.audit.markup import strict_json
 
 BRIEF = Scale(longest_s=0.002, most_starts=2)

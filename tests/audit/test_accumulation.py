@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from audit.hypotheses.evidence import shaking
-from audit.hypotheses.evidence.shaking import Shaking
+from crosscheck.audit.hypotheses.evidence import shaking
+from crosscheck.audit.hypotheses.evidence.shaking import Shaking
 
 TIME = np.linspace(0, 2, 2001)
 

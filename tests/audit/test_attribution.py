@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from audit.claims.catalogue import BY_ID
-from audit.claims.rule import Limits, State
-from audit.experiments.variant import simulate
-from audit.hypotheses.evidence.attribution import (
+from crosscheck.audit.claims.catalogue import BY_ID
+from crosscheck.audit.claims.rule import Limits, State
+from crosscheck.audit.experiments.variant import simulate
+from crosscheck.audit.hypotheses.evidence.attribution import (
     CLAIMS,
     by_level,
     deviations,
@@ -18,7 +18,7 @@ from audit.hypotheses.evidence.attribution import (
     left,
     said,
 )
-from audit.hypotheses.evidence.rungs import (
+from crosscheck.audit.hypotheses.evidence.rungs import (
     GROUPS,
     ORDERS,
     Ladder,

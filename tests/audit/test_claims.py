@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from audit.claims.catalogue import BY_ID, CLAIMS, RETIRED
-from audit.claims.measured import MEASURED
-from audit.claims.quantities import Known, NotSimulatedError
-from audit.claims.rule import Claim, State, answers
-from audit.claims.settings import FULL
-from audit.claims.statements.statics import Statics
-from audit.experiments.cells import PRINTED, Cell
-from audit.experiments.experiments import (
+from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS, RETIRED
+from crosscheck.audit.claims.measured import MEASURED
+from crosscheck.audit.claims.quantities import Known, NotSimulatedError
+from crosscheck.audit.claims.rule import Claim, State, answers
+from crosscheck.audit.claims.settings import FULL
+from crosscheck.audit.claims.statements.statics import Statics
+from crosscheck.audit.experiments.cells import PRINTED, Cell
+from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     DEFAULT_B_UM,
     DEFAULT_E_UM,
@@ -27,9 +27,9 @@ from audit.experiments.experiments import (
     Family,
     Source,
 )
-from audit.experiments.pool import Sample, samples
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study
+from crosscheck.audit.experiments.pool import Sample, samples
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
 
 IDS = [claim.id for claim in CLAIMS]
 DRAWS = 50

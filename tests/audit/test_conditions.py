@@ -11,15 +11,15 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from audit.errata.engine import BesideEngine, RunsApart
-from audit.errata.sheet import SheetCounts
-from audit.experiments.cells import INTEGRAL, LAWS, PRINTED, REPAIRED_RATE, Law
-from audit.front.findings import MODELS
-from audit.measures.shares import Share
-from audit.page.text import text
-from audit.page.words import LAW_MEANINGS, LAW_NAMES
-from audit.phase.clock import Clocks, Delayed, LawsClock, SignalEnvelope
-from audit.phase.objections import Rates
+from crosscheck.audit.errata.engine import BesideEngine, RunsApart
+from crosscheck.audit.errata.sheet import SheetCounts
+from crosscheck.audit.experiments.cells import INTEGRAL, LAWS, PRINTED, REPAIRED_RATE, Law
+from crosscheck.audit.front.findings import MODELS
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.page.text import text
+from crosscheck.audit.page.words import LAW_MEANINGS, LAW_NAMES
+from crosscheck.audit.phase.clock import Clocks, Delayed, LawsClock, SignalEnvelope
+from crosscheck.audit.phase.objections import Rates
 
 Given = dict[str, Any]
 BAND = SignalEnvelope((), (), ())

@@ -6,22 +6,22 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from analytic.kernel.batch import Batch
-from analytic.kernel.equations import TermEquations
-from analytic.model import PhysicalModel
-from analytic.stability import contact_eigenvalues
-from audit.experiments.pool import Sample
-from audit.experiments.study import Variant
-from audit.hypotheses import controller
-from audit.hypotheses.controller import Vibrating
-from audit.hypotheses.evidence import feedback, flutter, linear_limits
-from audit.hypotheses.evidence.feedback import SUN, Point
-from audit.hypotheses.evidence.flutter import VIBRATES, Flutter, FlutterSetting
-from audit.hypotheses.evidence.handed import DriveHandover, Handed
-from audit.hypotheses.evidence.linear_limits import Threshold, growth_agrees
-from audit.phase.runs.plant import ContinuedEquations
+from crosscheck.analytic.kernel.batch import Batch
+from crosscheck.analytic.kernel.equations import TermEquations
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.analytic.stability import contact_eigenvalues
+from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.study import Variant
+from crosscheck.audit.hypotheses import controller
+from crosscheck.audit.hypotheses.controller import Vibrating
+from crosscheck.audit.hypotheses.evidence import feedback, flutter, linear_limits
+from crosscheck.audit.hypotheses.evidence.feedback import SUN, Point
+from crosscheck.audit.hypotheses.evidence.flutter import VIBRATES, Flutter, FlutterSetting
+from crosscheck.audit.hypotheses.evidence.handed import DriveHandover, Handed
+from crosscheck.audit.hypotheses.evidence.linear_limits import Threshold, growth_agrees
+from crosscheck.audit.phase.runs.plant import ContinuedEquations
+from crosscheck.models.experiment.drive import drive_data
 from crosscheck.registry import build
-from models.experiment.drive import drive_data
 
 
 @pytest.mark.parametrize("zeta", [0.003, 0.05])

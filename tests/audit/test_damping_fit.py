@@ -7,16 +7,16 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from audit.claims.catalogue import BY_ID
-from audit.claims.quantities import Known
-from audit.claims.rule import Place, State
-from audit.experiments.cells import INTEGRAL, PRINTED, Cell
-from audit.experiments.experiments import CONSTANT, PD
-from audit.experiments.pool import Sample
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study
-from audit.experiments.variant import Variant, simulate
-from audit.hypotheses.evidence.fit import (
+from crosscheck.audit.claims.catalogue import BY_ID
+from crosscheck.audit.claims.quantities import Known
+from crosscheck.audit.claims.rule import Place, State
+from crosscheck.audit.experiments.cells import INTEGRAL, PRINTED, Cell
+from crosscheck.audit.experiments.experiments import CONSTANT, PD
+from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Variant, simulate
+from crosscheck.audit.hypotheses.evidence.fit import (
     ALPHA,
     NUMBERS,
     DampingFit,
@@ -29,8 +29,8 @@ from audit.hypotheses.evidence.fit import (
     span,
     tells_nothing,
 )
-from audit.hypotheses.evidence.reversals import torque_reversals
-from audit.page.material import Material
+from crosscheck.audit.hypotheses.evidence.reversals import torque_reversals
+from crosscheck.audit.page.material import Material
 
 CLAIMS = [BY_ID[name] for name in NUMBERS]
 

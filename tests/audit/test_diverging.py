@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from audit.experiments.cells import LABELLED
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study, Variant
-from audit.measures.undefined import UNDEFINED
-from audit.page import report
-from audit.page.material import Material
+from crosscheck.audit.experiments.cells import LABELLED
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study, Variant
+from crosscheck.audit.measures.undefined import UNDEFINED
+from crosscheck.audit.page import report
+from crosscheck.audit.page.material import Material
 from tests.audit.markup import page_problems, strict_json
 from tests.audit.published import few_settings
 

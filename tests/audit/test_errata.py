@@ -14,18 +14,18 @@ import pytest
 import sympy as sp
 import xarray as xr
 
-from analytic.derivation.forms import Form
-from analytic.derivation.physical import physical_form
-from analytic.paper.energies import energies_form, kinetic_energies
-from analytic.paper.printed import printed_form
-from audit.errata import auxiliary, compare, energy, planted, statements, transcript
-from audit.errata import finder as errata
-from audit.errata.erratum import Erratum, ErratumPair, effect_of, simulated
-from audit.errata.words import WORDS, notes, told
-from audit.measures.stage import paper_stage, without_backlash
-from models.arm.meshes import with_meshes
-from models.errors import InputError
-from models.loading import load_arm
+from crosscheck.analytic.derivation.forms import Form
+from crosscheck.analytic.derivation.physical import physical_form
+from crosscheck.analytic.paper.energies import energies_form, kinetic_energies
+from crosscheck.analytic.paper.printed import printed_form
+from crosscheck.audit.errata import auxiliary, compare, energy, planted, statements, transcript
+from crosscheck.audit.errata import finder as errata
+from crosscheck.audit.errata.erratum import Erratum, ErratumPair, effect_of, simulated
+from crosscheck.audit.errata.words import WORDS, notes, told
+from crosscheck.audit.measures.stage import paper_stage, without_backlash
+from crosscheck.models.arm.meshes import with_meshes
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import load_arm
 from tests.arms import arm_of
 
 ENTRIES = [

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from audit.experiments.study import Variant
-from audit.measures import events
-from audit.measures.rigid import COUPLED, beside_every_level, rigid_arm, without_gears
+from crosscheck.audit.experiments.study import Variant
+from crosscheck.audit.measures import events
+from crosscheck.audit.measures.rigid import COUPLED, beside_every_level, rigid_arm, without_gears
 from crosscheck.registry import RIGID_LEVELS
 
 TIME = np.arange(0, 1.5, 1e-3)

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from analytic.model import PhysicalModel
-from analytic.paper.backlash import dead_zone_tanh
-from audit.claims.catalogue import CLAIMS
-from audit.experiments.bands import Bands, shoulder
-from audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED, Cell
-from audit.experiments.experiments import (
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.analytic.paper.backlash import dead_zone_tanh
+from crosscheck.audit.claims.catalogue import CLAIMS
+from crosscheck.audit.experiments.bands import Bands, shoulder
+from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED, Cell
+from crosscheck.audit.experiments.experiments import (
     BACK,
     BACKLASH,
     CONSTANT,
@@ -23,23 +23,23 @@ from audit.experiments.experiments import (
     PD,
     question,
 )
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study, Variant
-from audit.experiments.variant import simulate
-from audit.figures import chapter as figures
-from audit.figures.beside import rows, said
-from audit.figures.control import figure_14
-from audit.figures.laws import figure_4, figure_5, limits, ratio_row, sharpness
-from audit.figures.runs import LOW_ZETA, drawn
-from audit.figures.shelf import Shelf
-from audit.figures.store import reduced, stored_runs
-from audit.figures.sweeps import energy_peak
-from audit.figures.torque import statics
-from audit.measures.course import course_of
-from audit.measures.reductions import first_planets
-from audit.page.material import Material
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study, Variant
+from crosscheck.audit.experiments.variant import simulate
+from crosscheck.audit.figures import chapter as figures
+from crosscheck.audit.figures.beside import rows, said
+from crosscheck.audit.figures.control import figure_14
+from crosscheck.audit.figures.laws import figure_4, figure_5, limits, ratio_row, sharpness
+from crosscheck.audit.figures.runs import LOW_ZETA, drawn
+from crosscheck.audit.figures.shelf import Shelf
+from crosscheck.audit.figures.store import reduced, stored_runs
+from crosscheck.audit.figures.sweeps import energy_peak
+from crosscheck.audit.figures.torque import statics
+from crosscheck.audit.measures.course import course_of
+from crosscheck.audit.measures.reductions import first_planets
+from crosscheck.audit.page.material import Material
+from crosscheck.models.loading import load_arm
 from crosscheck.studies.members.starts import perturbed
-from models.loading import load_arm
 
 TIME = np.arange(30000) * 4e-5
 BRIEF = Scale(quick=True, longest_s=0.002, most_starts=2)

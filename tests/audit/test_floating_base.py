@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from audit.hypotheses.evidence import flights
+from crosscheck.audit.hypotheses.evidence import flights
+from crosscheck.models.loading import Case, load_case
+from crosscheck.models.pinocchio.floating import FloatingBase, PinocchioFloating
 from crosscheck.registry import build
-from models.loading import Case, load_case
-from models.pinocchio.floating import FloatingBase, PinocchioFloating
 
 
 def _case(scenario: str, duration_s: float = 0.5) -> Case:

@@ -8,22 +8,35 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analytic.model import PhysicalModel
-from analytic.paper.model import PrintedModel
-from audit.errata.engine import PrintedBeside
-from audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED, REPAIRED_RATE, Cell, Law
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study
-from audit.front.findings import MODELS, Baselines, StartsStrip, Thirds
-from audit.front.terms import teeth_passed
-from audit.front.views import stage_svg, third_svg
-from audit.hypotheses.evidence.attribution import TORQUE, Deviation, LadderVerdict, RigidResidual
-from audit.hypotheses.ladder import claims
-from audit.measures.stage import paper_stage
-from audit.measures.third import Third
-from audit.measures.thresholds import SEVERE
-from audit.page.material import Material
-from models.loading import load_arm, load_case
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.analytic.paper.model import PrintedModel
+from crosscheck.audit.errata.engine import PrintedBeside
+from crosscheck.audit.experiments.cells import (
+    INTEGRAL,
+    LABELLED,
+    LAWS,
+    PRINTED,
+    REPAIRED_RATE,
+    Cell,
+    Law,
+)
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.front.findings import MODELS, Baselines, StartsStrip, Thirds
+from crosscheck.audit.front.terms import teeth_passed
+from crosscheck.audit.front.views import stage_svg, third_svg
+from crosscheck.audit.hypotheses.evidence.attribution import (
+    TORQUE,
+    Deviation,
+    LadderVerdict,
+    RigidResidual,
+)
+from crosscheck.audit.hypotheses.ladder import claims
+from crosscheck.audit.measures.stage import paper_stage
+from crosscheck.audit.measures.third import Third
+from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.page.material import Material
+from crosscheck.models.loading import load_arm, load_case
 
 NONE = np.full(10, np.nan)
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analytic.derivation.stage import equivalent_masses
-from analytic.paper.kinematics import stage_geometry
-from audit.claims.quantities import Known, rank_among
-from audit.experiments.cells import INTEGRAL, PRINTED, Cell
-from audit.experiments.experiments import (
+from crosscheck.analytic.derivation.stage import equivalent_masses
+from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.audit.claims.quantities import Known, rank_among
+from crosscheck.audit.experiments.cells import INTEGRAL, PRINTED, Cell
+from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     CONSTANT,
     CONSTANT_PRELOADED,
@@ -22,16 +22,16 @@ from audit.experiments.experiments import (
     WIDE,
     question,
 )
-from audit.experiments.pd import CONVERGED_S, MULTIPLES, transient, whole
-from audit.experiments.pool import Sample
-from audit.experiments.preload import resting_offsets
-from audit.experiments.starts import ALIKE, PERTURBATION_ITSELF, Measured, alike
-from audit.experiments.variant import Variant, simulate
-from audit.measures.course import Course
-from audit.measures.rigid import rigid_arm
-from audit.measures.stage import geared_joint
+from crosscheck.audit.experiments.pd import CONVERGED_S, MULTIPLES, transient, whole
+from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.preload import resting_offsets
+from crosscheck.audit.experiments.starts import ALIKE, PERTURBATION_ITSELF, Measured, alike
+from crosscheck.audit.experiments.variant import Variant, simulate
+from crosscheck.audit.measures.course import Course
+from crosscheck.audit.measures.rigid import rigid_arm
+from crosscheck.audit.measures.stage import geared_joint
+from crosscheck.models.loading import load_case
 from crosscheck.registry import build
-from models.loading import load_case
 
 STEP_S = 5e-5
 TIME = np.arange(0, 3, STEP_S)

@@ -11,19 +11,19 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from audit.claims.catalogue import CLAIMS
-from audit.claims.chapter import ClaimRow
-from audit.claims.judged import Judged
-from audit.claims.measured import MEASURED
-from audit.claims.quantities import Known, Quantity, difference, of, over, rank, spread
-from audit.claims.records import record
-from audit.claims.rule import State, VerdictKind, answers, verdict
-from audit.claims.settings import FULL
-from audit.claims.words import page
-from audit.experiments.cells import LAWS, Cell
-from audit.experiments.experiments import BACKLASH, ERROR, PLANTED, STATIC, Source
-from audit.experiments.pool import Sample
-from audit.experiments.scale import Scale
+from crosscheck.audit.claims.catalogue import CLAIMS
+from crosscheck.audit.claims.chapter import ClaimRow
+from crosscheck.audit.claims.judged import Judged
+from crosscheck.audit.claims.measured import MEASURED
+from crosscheck.audit.claims.quantities import Known, Quantity, difference, of, over, rank, spread
+from crosscheck.audit.claims.records import record
+from crosscheck.audit.claims.rule import State, VerdictKind, answers, verdict
+from crosscheck.audit.claims.settings import FULL
+from crosscheck.audit.claims.words import page
+from crosscheck.audit.experiments.cells import LAWS, Cell
+from crosscheck.audit.experiments.experiments import BACKLASH, ERROR, PLANTED, STATIC, Source
+from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.scale import Scale
 
 ODD = (math.nan, math.nan, math.inf, -math.inf, 0.0, -0.0)
 STARTS = 6

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study
-from audit.page.chapter import AuditChapter
-from audit.page.command import paper_command
-from audit.page.report import page, paper_files, records_json
-from models.errors import InputError
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.command import paper_command
+from crosscheck.audit.page.report import page, paper_files, records_json
+from crosscheck.models.errors import InputError
 from tests.processes import command_line
 
 

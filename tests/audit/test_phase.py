@@ -9,17 +9,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analytic.model import PhysicalModel
-from audit.claims.rule import State
-from audit.experiments.cells import INTEGRAL, PRINTED, REPAIRED_RATE, Cell, Law
-from audit.experiments.scale import QUICK
-from audit.experiments.study import Study, Variant, simulate
-from audit.measures.shares import Share
-from audit.measures.third import NONE, Third
-from audit.measures.thresholds import EVIDENT, SEVERE
-from audit.page.material import Material
-from audit.phase.clock import CLOCK_N, Clocks, ClockTest, Delayed, LawsClock, SignalEnvelope
-from audit.phase.dampers import (
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.audit.claims.rule import State
+from crosscheck.audit.experiments.cells import INTEGRAL, PRINTED, REPAIRED_RATE, Cell, Law
+from crosscheck.audit.experiments.scale import QUICK
+from crosscheck.audit.experiments.study import Study, Variant, simulate
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third import NONE, Third
+from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.phase.clock import (
+    CLOCK_N,
+    Clocks,
+    ClockTest,
+    Delayed,
+    LawsClock,
+    SignalEnvelope,
+)
+from crosscheck.audit.phase.dampers import (
     ABLATIONS,
     ALWAYS,
     AS_IT_STANDS,
@@ -30,11 +37,19 @@ from audit.phase.dampers import (
     Ablated,
     Dampers,
 )
-from audit.phase.engines import WITHIN, Engines, TwoModels, UnderAngle
-from audit.phase.handover import DEAD, ERROR_FREE, INTEGRATED, Fate, Handovers, Left
-from audit.phase.maps import FOUR, Mapped, Maps, MapSetting, Presence, integral_of, where_present
-from audit.phase.page.sections import of_maps
-from audit.phase.resonance import (
+from crosscheck.audit.phase.engines import WITHIN, Engines, TwoModels, UnderAngle
+from crosscheck.audit.phase.handover import DEAD, ERROR_FREE, INTEGRATED, Fate, Handovers, Left
+from crosscheck.audit.phase.maps import (
+    FOUR,
+    Mapped,
+    Maps,
+    MapSetting,
+    Presence,
+    integral_of,
+    where_present,
+)
+from crosscheck.audit.phase.page.sections import of_maps
+from crosscheck.audit.phase.resonance import (
     FAR,
     SPEEDS,
     FloquetRates,
@@ -43,9 +58,9 @@ from audit.phase.resonance import (
     StageModes,
     tongues,
 )
-from audit.phase.runaway import FAST_RAD_PER_S
-from audit.phase.runs.experiments import Changed, models_of, pd_run, vibration
-from audit.phase.runs.linear import (
+from crosscheck.audit.phase.runaway import FAST_RAD_PER_S
+from crosscheck.audit.phase.runs.experiments import Changed, models_of, pd_run, vibration
+from crosscheck.audit.phase.runs.linear import (
     Modes,
     base_motion,
     jacobian_error,
@@ -53,10 +68,10 @@ from audit.phase.runs.linear import (
     predicted_amplitude,
     unstable_intervals,
 )
-from audit.phase.runs.motion import Continued, motion
-from audit.phase.runs.plant import integrate, neglected_weights, plant_of
-from audit.phase.stability import ONSET_WITHIN, Begun
-from audit.phase.verdict import h1_verdict
+from crosscheck.audit.phase.runs.motion import Continued, motion
+from crosscheck.audit.phase.runs.plant import integrate, neglected_weights, plant_of
+from crosscheck.audit.phase.stability import ONSET_WITHIN, Begun
+from crosscheck.audit.phase.verdict import h1_verdict
 
 SHORT = Variant(zeta=0.02, phase="omega_t", ring_rate="corrected", duration_s=0.02)
 CELL = Cell(PRINTED, 0.005)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from audit.hypotheses.evidence.spin import CONSIDERABLE_M, SpinCost, matters
-from models.loading import load_arm
+from crosscheck.audit.hypotheses.evidence.spin import CONSIDERABLE_M, SpinCost, matters
+from crosscheck.models.loading import load_arm
 
 
 def test_threshold() -> None:

@@ -7,21 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analytic.model import PhysicalModel
-from audit.claims.quantities import of
-from audit.claims.rule import Answer, Claim, Place, State, above
-from audit.experiments.cells import LAWS, PRINTED, Cell
-from audit.experiments.experiments import PD
-from audit.experiments.study import Variant
-from audit.measures.third import APART_M, Third
-from audit.phase.runs.experiments import pd_run
-from audit.planets import growth as growths
-from audit.planets import hill
-from audit.planets.features import Feature
-from audit.planets.freed import Freed, effects_by_law
-from audit.planets.parting import FirstPartings, Parted, PartingCourse, Partings, alike
-from audit.planets.verdict import PREDICTED, PlanetsEffect, Survival
-from models.loading import Case
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.audit.claims.quantities import of
+from crosscheck.audit.claims.rule import Answer, Claim, Place, State, above
+from crosscheck.audit.experiments.cells import LAWS, PRINTED, Cell
+from crosscheck.audit.experiments.experiments import PD
+from crosscheck.audit.experiments.study import Variant
+from crosscheck.audit.measures.third import APART_M, Third
+from crosscheck.audit.phase.runs.experiments import pd_run
+from crosscheck.audit.planets import growth as growths
+from crosscheck.audit.planets import hill
+from crosscheck.audit.planets.features import Feature
+from crosscheck.audit.planets.freed import Freed, effects_by_law
+from crosscheck.audit.planets.parting import FirstPartings, Parted, PartingCourse, Partings, alike
+from crosscheck.audit.planets.verdict import PREDICTED, PlanetsEffect, Survival
+from crosscheck.models.loading import Case
 
 ABOVE, BELOW = 1.01, 0.99
 CELL = Cell(PRINTED, 0.005)

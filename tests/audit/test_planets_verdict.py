@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from audit.claims.rule import State
-from audit.measures.shares import Share
-from audit.measures.third import Third
-from audit.measures.thresholds import EVIDENT
-from audit.measures.twosamples import SIGNIFICANT, TwoTests
-from audit.planets.verdict import (
+from crosscheck.audit.claims.rule import State
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third import Third
+from crosscheck.audit.measures.thresholds import EVIDENT
+from crosscheck.audit.measures.twosamples import SIGNIFICANT, TwoTests
+from crosscheck.audit.planets.verdict import (
     PREDICTED,
     PlanetsEffect,
     Survival,

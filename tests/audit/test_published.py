@@ -12,20 +12,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from audit.claims.catalogue import CLAIMS
-from audit.claims.quantities import of
-from audit.errata.sheet import ErrataSheet, markdown
-from audit.errata.words import notes
-from audit.experiments.cells import READINGS
-from audit.experiments.experiments import PD
-from audit.experiments.scale import FULL
-from audit.figures.chapter import NUMBERS
-from audit.figures.store import stored_runs
-from audit.measures.undefined import UNDEFINED
-from audit.page import report
+from crosscheck.audit.claims.catalogue import CLAIMS
+from crosscheck.audit.claims.quantities import of
+from crosscheck.audit.errata.sheet import ErrataSheet, markdown
+from crosscheck.audit.errata.words import notes
+from crosscheck.audit.experiments.cells import READINGS
+from crosscheck.audit.experiments.experiments import PD
+from crosscheck.audit.experiments.scale import FULL
+from crosscheck.audit.figures.chapter import NUMBERS
+from crosscheck.audit.figures.store import stored_runs
+from crosscheck.audit.measures.undefined import UNDEFINED
+from crosscheck.audit.page import report
+from crosscheck.models.trajectory import read_netcdf
+from crosscheck.provenance import ROOT
 from crosscheck.runner import sources
-from models.files import HERE
-from models.trajectory import read_netcdf
 from tests.audit import edited_views
 from tests.audit.contradictions import two_values
 from tests.audit.markup import SVG, axis_problems, page_problems, uneven_tables
@@ -34,7 +34,6 @@ from tests.audit.views import is_view
 from tests.processes import command_line
 
 pytestmark = pytest.mark.slow
-ROOT = HERE.parent
 
 
 @pytest.fixture(scope="module")
@@ -173,7 +172,7 @@ def test_an_edit_of_every_text_and_drawing_changes_no_key(
     names: list[Name], tmp_path: Path
 ) -> None:
     """A changed caption or template makes no result anew."""
-    for package in (*sources.OWN, "tests"):
+    for package in (sources.OWN, "tests"):
         without = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / package, tmp_path / package, ignore=without)
     listed = tmp_path / "names.json"

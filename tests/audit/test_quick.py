@@ -10,19 +10,19 @@ from pathlib import Path
 
 import pytest
 
-from audit.claims.catalogue import CLAIMS
-from audit.claims.rule import State
-from audit.claims.settings import settings
-from audit.claims.statements.statics import Statics
-from audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE
-from audit.experiments.scale import QUICK
-from audit.experiments.study import Study
-from audit.figures import chapter as figures
-from audit.page import report
-from audit.page.chapter import AuditChapter
-from audit.page.material import Material
-from audit.page.said import StatedNumber
-from audit.phase.stability import CELLS
+from crosscheck.audit.claims.catalogue import CLAIMS
+from crosscheck.audit.claims.rule import State
+from crosscheck.audit.claims.settings import settings
+from crosscheck.audit.claims.statements.statics import Statics
+from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE
+from crosscheck.audit.experiments.scale import QUICK
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.figures import chapter as figures
+from crosscheck.audit.page import report
+from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.said import StatedNumber
+from crosscheck.audit.phase.stability import CELLS
 from tests.audit.contradictions import contradictions, two_values
 from tests.audit.markup import page_problems, strict_json
 

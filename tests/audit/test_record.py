@@ -7,11 +7,11 @@ from dataclasses import asdict
 
 import pytest
 
-from audit.errata.erratum import Effect, Erratum, ErratumPair, tried
-from audit.errata.tables import WHOLE, ArmErratum
-from audit.page.record import read
-from audit.phase.objections import Rates
-from audit.phase.resonance import Peak, Resonances
+from crosscheck.audit.errata.erratum import Effect, Erratum, ErratumPair, tried
+from crosscheck.audit.errata.tables import WHOLE, ArmErratum
+from crosscheck.audit.page.record import read
+from crosscheck.audit.phase.objections import Rates
+from crosscheck.audit.phase.resonance import Peak, Resonances
 
 RAMP = Resonances(((Peak(1.0, 2.0), Peak(None, None)),), (None,), (1.0, 2.0), (3.0, 4.0))
 RATES = Rates(1.0, None, 2.0, 3.0, 4.0)

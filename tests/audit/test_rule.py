@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from audit.claims.judged import Judged
-from audit.claims.quantities import Quantity
-from audit.claims.rule import (
+from crosscheck.audit.claims.judged import Judged
+from crosscheck.audit.claims.quantities import Quantity
+from crosscheck.audit.claims.rule import (
     DAMPING,
     FEW,
     LAW,
@@ -32,8 +32,8 @@ from audit.claims.rule import (
     state,
     verdict_of,
 )
-from audit.claims.words import verdict_words
-from audit.experiments.cells import (
+from crosscheck.audit.claims.words import verdict_words
+from crosscheck.audit.experiments.cells import (
     AS_GEARS,
     AS_MODELLED,
     INTEGRAL,
@@ -45,7 +45,7 @@ from audit.experiments.cells import (
     SWAPPED,
     Law,
 )
-from audit.measures.shares import Share
+from crosscheck.audit.measures.shares import Share
 
 ZETAS = (0.003, 0.005, 0.01, 0.05)
 YES, NO, EITHER, NONE = State.YES, State.NO, State.BISTABLE, State.UNDEFINED

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from audit.experiments.cells import INTEGRAL, Cell
-from audit.experiments.experiments import (
+from crosscheck import signals
+from crosscheck.audit.experiments.cells import INTEGRAL, Cell
+from crosscheck.audit.experiments.experiments import (
     BACK,
     CONSTANT,
     NO_ERROR,
@@ -17,14 +18,13 @@ from audit.experiments.experiments import (
     Source,
     question,
 )
-from audit.experiments.scale import FULL, Scale
-from audit.experiments.study import Measure, Study, Variant, VariantComparison
-from audit.hypotheses.evidence.linear_limits import growth_rate
-from audit.hypotheses.evidence.reversals import torque_reversals
-from audit.phase.handover import CELLS, HEIRS, handover
-from audit.phase.runs.experiments import vibration
-from audit.phase.stability import stability
-from crosscheck import signals
+from crosscheck.audit.experiments.scale import FULL, Scale
+from crosscheck.audit.experiments.study import Measure, Study, Variant, VariantComparison
+from crosscheck.audit.hypotheses.evidence.linear_limits import growth_rate
+from crosscheck.audit.hypotheses.evidence.reversals import torque_reversals
+from crosscheck.audit.phase.handover import CELLS, HEIRS, handover
+from crosscheck.audit.phase.runs.experiments import vibration
+from crosscheck.audit.phase.stability import stability
 from tests.audit.measuring import numbers_of
 
 

@@ -7,11 +7,11 @@ from itertools import groupby
 
 import pytest
 
-from audit.claims.catalogue import BY_ID, CLAIMS, RETIRED
-from audit.claims.sentences import Sentence, sentences
-from audit.errata.finder import find_errata
-from audit.errata.words import notes
-from models.loading import load_arm
+from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS, RETIRED
+from crosscheck.audit.claims.sentences import Sentence, sentences
+from crosscheck.audit.errata.finder import find_errata
+from crosscheck.audit.errata.words import notes
+from crosscheck.models.loading import load_arm
 
 # Counted in the paper, captions and the table among them.
 OF_THE_PAPER = {

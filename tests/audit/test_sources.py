@@ -9,26 +9,24 @@ from pathlib import Path
 
 import pytest
 
+from crosscheck.provenance import ROOT
 from crosscheck.registry import BUILT_IN, home
 from crosscheck.runner import sources
 from crosscheck.runner.sources import code_hash, source_of, walked
-from models.files import HERE
 from tests.audit import traced_results
 from tests.processes import command_line
 
-ROOT = HERE.parent
 SCRIPT = Path(traced_results.__file__)
 Files = dict[str, dict[str, set[str]]]
-EXUDYN = {"models/exudyn/tree/tree.py", "models/exudyn/tree/mesh.py", "models/exudyn/engine.py"}
+EXUDYN = {f"crosscheck/models/exudyn/{name}.py" for name in ("tree/tree", "tree/mesh", "engine")}
 
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> Files:
     """Result -> files whose edit changes its key; that ran or were read; that were imported."""
     copy = tmp_path_factory.mktemp("copy")
-    for package in sources.OWN:
-        without = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / package, copy / package, ignore=without)
+    without = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ROOT / sources.OWN, copy / sources.OWN, ignore=without)
     env = {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
     answer = command_line(copy, python=(str(SCRIPT),), env=env, timeout=300)
     assert answer.returncode == 0, answer.stderr
@@ -64,26 +62,28 @@ def test_views_and_the_handling_of_processes_remake_nothing(files):
 
 def test_every_engine_stands_for_itself(files):
     analytic = {
-        name for name, looked in files.items() if "analytic/kernel/batch.py" in looked["edited"]
+        name
+        for name, looked in files.items()
+        if "crosscheck/analytic/kernel/batch.py" in looked["edited"]
     }
     exudyn = {name for name, looked in files.items() if looked["edited"] >= EXUDYN}
     some_exudyn = {name for name, looked in files.items() if looked["edited"] & EXUDYN}
     assert exudyn == some_exudyn == {"exudyn run", "starts of exudyn"}
     assert analytic == set(files) - {"exudyn run", "pinocchio run", "floating base"}
     # The measure runs the rigid arm, which nothing but a string names.
-    assert "analytic/derivation/rigid.py" in files["starts of exudyn"]["edited"]
-    assert "analytic/paper/printed.py" in files["printed run, one planet"]["edited"]
-    assert "analytic/paper/printed.py" not in files["analytic run"]["edited"]
+    assert "crosscheck/analytic/derivation/rigid.py" in files["starts of exudyn"]["edited"]
+    assert "crosscheck/analytic/paper/printed.py" in files["printed run, one planet"]["edited"]
+    assert "crosscheck/analytic/paper/printed.py" not in files["analytic run"]["edited"]
 
 
 def test_arms_and_experiments_count_where_they_are_read_and_nowhere_else(files):
-    pd, torque = (f"models/scenarios/{name}.toml" for name in ("pd", "constant-torque"))
-    labelled = "models/arms/paper-labelled.toml"
+    pd, torque = (f"crosscheck/models/scenarios/{name}.toml" for name in ("pd", "constant-torque"))
+    labelled = "crosscheck/models/arms/paper-labelled.toml"
     data = {
         name: {file for file in looked["edited"] if file.endswith(".toml")}
         for name, looked in files.items()
     }
-    swings = "models/scenarios/back-and-forth.toml"
+    swings = "crosscheck/models/scenarios/back-and-forth.toml"
     assert data["errata"] == {labelled, pd, torque, swings}  # which it reads by itself
     assert data["exudyn run"] == {labelled, torque}
     assert data["floating base"] == {labelled, pd}
@@ -91,7 +91,7 @@ def test_arms_and_experiments_count_where_they_are_read_and_nowhere_else(files):
 
 def own_measure() -> str:
     """Of this file, as a user's would be."""
-    from audit.measures import events
+    from crosscheck.audit.measures import events
 
     return events.side_change.__name__
 
@@ -107,15 +107,15 @@ SOURCE = {
     "constant": 'NAME = "analytic:physical"\ndef f():\n    return g(NAME)',
     "constant built": 'NAME = "analytic:physical"\ndef f():\n    return build(NAME)',
     "whatever": "def f(name):\n    return build(name)",
-    "module": "def f():\n    return importlib.import_module('analytic.model')",
-    "attribute": "from analytic import model\ndef f():\n    return model.PhysicalModel",
-    "whole module": "import analytic.model\ndef f():\n    return g(analytic)",
-    "renamed": "from analytic.model import PhysicalModel as P\nclass f(P):\n    pass",
-    "default": "from analytic.model import PhysicalModel\ndef f(kind=PhysicalModel):\n    pass",
-    "decorator": "from analytic import model\n@model.anything\ndef f():\n    pass",
-    "conditional": "if True:\n    from analytic import model\ndef f():\n    model.PhysicalModel()",
-    "inner": "def f():\n    def g():\n        import analytic.model as m\n        m.FormModel()",
-    "on import": "from analytic import model\nmodel.prepare()\ndef f():\n    pass",
+    "module": "def f():\n    return importlib.import_module('crosscheck.analytic.model')",
+    "attribute": "from crosscheck.analytic import model\ndef f():\n    return model.PhysicalModel",
+    "whole module": "import crosscheck.analytic.model\ndef f():\n    return g(analytic)",
+    "renamed": "from crosscheck.analytic.model import PhysicalModel as P\nclass f(P):\n    pass",
+    "default": "from crosscheck.analytic.model import FormModel\ndef f(kind=FormModel):\n    pass",
+    "decorator": "from crosscheck.analytic import model\n@model.anything\ndef f():\n    pass",
+    "conditional": "if 1:\n from crosscheck.analytic import model\ndef f():\n model.FormModel()",
+    "inner": "def f():\n  def g():\n    import crosscheck.analytic.model as m\n    m.FormModel()",
+    "on import": "from crosscheck.analytic import model\nmodel.prepare()\ndef f():\n    pass",
 }
 
 
@@ -137,7 +137,7 @@ def test_another_meaning_of_a_name_is_another_key(tmp_path, monkeypatch):
     for meant in ("side_change", "teeth_return"):
         file = tmp_path / meant / "user.py"
         file.parent.mkdir()
-        text = f"from audit.measures.events import {meant} as f\n"
+        text = f"from crosscheck.audit.measures.events import {meant} as f\n"
         file.write_text(text, encoding="utf-8")
         user = type(sys)("user")
         user.__file__ = str(file)
@@ -155,7 +155,7 @@ def test_a_guests_file_counts(tmp_path, monkeypatch):
     for text in (
         "class Guest: pass",
         "class Guest: x = 1",
-        "from models.experiment.drive import PD as Guest",
+        "from crosscheck.models.experiment.drive import PD as Guest",
     ):
         file.write_text(text + "\n", encoding="utf-8")
         code_hash.cache_clear()

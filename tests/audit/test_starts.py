@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from audit.experiments.cells import CONSERVATIVE, LAWS, PRINTED, Cell
-from audit.experiments.experiments import (
+from crosscheck.audit.experiments.cells import CONSERVATIVE, LAWS, PRINTED, Cell
+from crosscheck.audit.experiments.experiments import (
     BACK,
     BACKLASH,
     CONSTANT,
@@ -19,14 +19,14 @@ from audit.experiments.experiments import (
     PD,
     question,
 )
-from audit.experiments.pd import transient
-from audit.experiments.pool import Sample, samples
-from audit.experiments.scale import Scale
-from audit.experiments.starts import Measured, TransientPd
-from audit.experiments.study import Study
-from audit.experiments.variant import simulate
-from audit.measures.course import course_of, courses
-from audit.measures.rigid import COUPLED, rigid_arm
+from crosscheck.audit.experiments.pd import transient
+from crosscheck.audit.experiments.pool import Sample, samples
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.starts import Measured, TransientPd
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import simulate
+from crosscheck.audit.measures.course import course_of, courses
+from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
 from crosscheck.registry import build
 
 CELL = Cell(PRINTED, 0.005)

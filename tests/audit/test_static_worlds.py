@@ -14,25 +14,25 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from analytic.model import PhysicalModel
-from analytic.paper.backlash import dead_zone
-from analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
-from analytic.paper.model import EnergiesModel, PrintedModel
-from analytic.paper.stiffness import square_wave_series
-from audit.claims.catalogue import BY_ID, CLAIMS
-from audit.claims.quantities import Known
-from audit.claims.rule import VerdictKind, answers, verdict
-from audit.claims.statements import statics as statements
-from audit.errata import transcript
-from audit.errata.planted import LeftOutEntry, shown
-from audit.experiments.cells import PRINTED, Cell
-from audit.experiments.experiments import PLANTED, STATIC
-from audit.experiments.pool import Sample
-from audit.experiments.variant import Numbers
-from audit.measures.stage import PaperStage, paper_stage
-from audit.statics import surroundings, teeth
-from models.arm.arm import Arm
-from models.loading import load_arm
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.analytic.paper.backlash import dead_zone
+from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
+from crosscheck.analytic.paper.model import EnergiesModel, PrintedModel
+from crosscheck.analytic.paper.stiffness import square_wave_series
+from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS
+from crosscheck.audit.claims.quantities import Known
+from crosscheck.audit.claims.rule import VerdictKind, answers, verdict
+from crosscheck.audit.claims.statements import statics as statements
+from crosscheck.audit.errata import transcript
+from crosscheck.audit.errata.planted import LeftOutEntry, shown
+from crosscheck.audit.experiments.cells import PRINTED, Cell
+from crosscheck.audit.experiments.experiments import PLANTED, STATIC
+from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.variant import Numbers
+from crosscheck.audit.measures.stage import PaperStage, paper_stage
+from crosscheck.audit.statics import surroundings, teeth
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import load_arm
 
 CELL = Cell(PRINTED, 0.005)
 

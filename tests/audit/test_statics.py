@@ -8,21 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from audit.claims.measured import MEASURED
-from audit.claims.statements.statics import Statics
-from audit.experiments.study import Study
-from audit.measures.stage import paper_stage
-from audit.statics.surroundings import BASE_MASSES, gravity_gradient
-from audit.statics.teeth import (
+from crosscheck.audit.claims.measured import MEASURED
+from crosscheck.audit.claims.statements.statics import Statics
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.measures.stage import paper_stage
+from crosscheck.audit.statics.surroundings import BASE_MASSES, gravity_gradient
+from crosscheck.audit.statics.teeth import (
     COUNTED,
     approach,
     conversion_error,
     ring_contact_ratio,
     sun_contact_ratio,
 )
-from models.arm.arm import Arm
-from models.arm.meshes import squared
-from models.arm.stiffness import SquareStiffness
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.meshes import squared
+from crosscheck.models.arm.stiffness import SquareStiffness
 
 
 @pytest.fixture(scope="module")

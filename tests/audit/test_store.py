@@ -15,10 +15,10 @@ from pathlib import Path
 
 import pytest
 
-from audit.experiments.study import Study
+from crosscheck.audit.experiments.study import Study
+from crosscheck.models.errors import InputError
+from crosscheck.models.places import cache_folder
 from crosscheck.runner.store import Store, clear
-from models.errors import InputError
-from models.places import cache_folder
 from tests.processes import in_child, reachable
 
 KEY, OTHER = "0" * 32, "f" * 32

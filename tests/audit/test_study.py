@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from audit.experiments import study as study_module
-from audit.experiments import work
-from audit.experiments.study import (
+from crosscheck.audit.experiments import study as study_module
+from crosscheck.audit.experiments import work
+from crosscheck.audit.experiments.study import (
     Numbers,
     Study,
     Variant,
@@ -21,14 +21,14 @@ from audit.experiments.study import (
     VariantNumbers,
     run_key,
 )
-from audit.experiments.variant import integration, simulate
-from audit.experiments.work import Piece, integrations
+from crosscheck.audit.experiments.variant import integration, simulate
+from crosscheck.audit.experiments.work import Piece, integrations
+from crosscheck.models.errors import Diverged, InputError, Unfinished
+from crosscheck.models.files import HERE
+from crosscheck.models.loading import load_arm
 from crosscheck.registry import MODELS
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.store import Store
-from models.errors import Diverged, InputError, Unfinished
-from models.files import HERE
-from models.loading import load_arm
 
 SHORT = Variant(scenario="constant-torque", duration_s=0.002)
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.stats import beta
 
-from audit.claims.rule import State, state
-from audit.experiments.cells import AS_MODELLED, CONSERVATIVE, INTEGRAL, PRINTED, Cell
-from audit.experiments.pool import Sample
-from audit.measures.shares import Share
-from audit.measures.third import NONE, VISIBLE, Third, quantiles, said
-from audit.measures.thresholds import EVIDENT, SEVERE
-from audit.measures.twosamples import (
+from crosscheck.audit.claims.rule import State, state
+from crosscheck.audit.experiments.cells import AS_MODELLED, CONSERVATIVE, INTEGRAL, PRINTED, Cell
+from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third import NONE, VISIBLE, Third, quantiles, said
+from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
+from crosscheck.audit.measures.twosamples import (
     SIGNIFICANT,
     TwoTests,
     least_p,

@@ -12,14 +12,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from audit.hypotheses import controller
-from audit.hypotheses.evidence import flights, shaking
-from audit.hypotheses.evidence.attribution import LadderVerdict
-from audit.hypotheses.evidence.linear_limits import growth_agrees
-from audit.hypotheses.evidence.rungs import GROUPS, INERTIA
-from audit.measures.undefined import UNDEFINED, all_of, any_of, recorded, shown
-from audit.phase.maps import Presence
-from audit.phase.verdict import h1_verdict
+from crosscheck.audit.hypotheses import controller
+from crosscheck.audit.hypotheses.evidence import flights, shaking
+from crosscheck.audit.hypotheses.evidence.attribution import LadderVerdict
+from crosscheck.audit.hypotheses.evidence.linear_limits import growth_agrees
+from crosscheck.audit.hypotheses.evidence.rungs import GROUPS, INERTIA
+from crosscheck.audit.measures.undefined import UNDEFINED, all_of, any_of, recorded, shown
+from crosscheck.audit.phase.maps import Presence
+from crosscheck.audit.phase.verdict import h1_verdict
 
 UNHURRIED = settings(deadline=None)
 

@@ -13,13 +13,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from audit.claims.catalogue import CLAIMS
-from audit.claims.quantities import Known, Quantity
-from audit.claims.rule import VerdictKind, answers, verdict
-from audit.claims.settings import FULL
-from audit.claims.statements.section2 import changed_by
-from audit.experiments.cells import AS_MODELLED, PRINTED, Cell
-from audit.experiments.experiments import (
+from crosscheck.audit.claims.catalogue import CLAIMS
+from crosscheck.audit.claims.quantities import Known, Quantity
+from crosscheck.audit.claims.rule import VerdictKind, answers, verdict
+from crosscheck.audit.claims.settings import FULL
+from crosscheck.audit.claims.statements.section2 import changed_by
+from crosscheck.audit.experiments.cells import AS_MODELLED, PRINTED, Cell
+from crosscheck.audit.experiments.experiments import (
     BACK,
     BACK_EVEN,
     BACKLASH,
@@ -30,8 +30,8 @@ from audit.experiments.experiments import (
     Source,
     question,
 )
-from audit.experiments.pool import Sample
-from audit.experiments.starts import BackAndForth, ConstantTorque, Starts
+from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.starts import BackAndForth, ConstantTorque, Starts
 from tests.audit.planted_runs import pools
 
 WORLDS = 3000

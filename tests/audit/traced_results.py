@@ -21,9 +21,9 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(sys.argv[1] if __name__ == "__main__" else __file__)
-OWN = ("models", "analytic", "crosscheck", "audit")
+OWN = "crosscheck"
 SHORT = {"scenario": "constant-torque", "duration_s": 2e-3, "record_every": 1}
-PAPER = "audit"
+PAPER = "crosscheck.audit"
 # What cuts a measure or a question to milliseconds: constants of modules, (module, name) -> value.
 CUTS: dict[tuple[str, str], Any] = {
     (f"{PAPER}.measures.events", "THIRD_S"): (0.0, 2e-3),
@@ -44,8 +44,8 @@ def run(keep: str | None = None, **variant: Any) -> Callable[[], Result]:
     """A simulation, or what a function makes of it."""
 
     def result() -> Result:
-        studies = importlib.import_module("audit.experiments.study")
-        variants = importlib.import_module("audit.experiments.variant")
+        studies = importlib.import_module("crosscheck.audit.experiments.study")
+        variants = importlib.import_module("crosscheck.audit.experiments.variant")
         one = variants.Variant(**(SHORT | variant))
         function = found(keep) if keep is not None else None
         others = function.others(one) if isinstance(function, studies.VariantComparison) else ()
@@ -66,7 +66,7 @@ def question(kind: str, *values: Any) -> Callable[[], Result]:
 
     def result() -> Result:
         asked = found(kind)(*values)
-        studies = importlib.import_module("audit.experiments.study")
+        studies = importlib.import_module("crosscheck.audit.experiments.study")
         return partial(studies.question_key, asked), asked.answer
 
     return result
@@ -78,7 +78,7 @@ def found(name: str) -> Any:
 
 
 def parting() -> Result:
-    variant = importlib.import_module("audit.experiments.variant").Variant(
+    variant = importlib.import_module("crosscheck.audit.experiments.variant").Variant(
         **SHORT, planets="free", seed=1
     )
     return question("planets.parting.Partings", (variant,))()
@@ -86,7 +86,7 @@ def parting() -> Result:
 
 def variant() -> Any:
     """The shortest."""
-    return importlib.import_module("audit.experiments.variant").Variant(**SHORT)
+    return importlib.import_module("crosscheck.audit.experiments.variant").Variant(**SHORT)
 
 
 def cell() -> Any:
@@ -100,7 +100,7 @@ def changed() -> Result:
 
 
 def exudyn_starts() -> Result:
-    studies = importlib.import_module("audit.experiments.variant")
+    studies = importlib.import_module("crosscheck.audit.experiments.variant")
     one = studies.Variant(**SHORT, model="exudyn:tree", planets="free")
     return question("experiments.starts.TransientPd", one, (1,))()
 
@@ -184,9 +184,8 @@ def traced() -> dict[str, dict[str, list[str]]]:
     numba.njit, numba.vectorize = uncompiled, lambda **_: importlib.import_module("numpy").vectorize
     sys.path_hooks.insert(0, finder)
     sys.path_importer_cache.clear()
-    for package in OWN:  # compiled once for all children
-        for path in (ROOT / package).rglob("*.py"):
-            noting(path)
+    for path in (ROOT / OWN).rglob("*.py"):  # compiled once for all children
+        noting(path)
     return {name: in_child(partial(looked_at, result)) for name, result in RESULTS.items()}
 
 
@@ -217,7 +216,7 @@ def looked_at(result: Callable[[], Result]) -> dict[str, list[str]]:
     called.clear()  # importing is not running
     sys.addaudithook(note_data)
     make()
-    modules = [module for name, module in sys.modules.items() if name.split(".")[0] in OWN]
+    modules = [module for name, module in sys.modules.items() if name.split(".")[0] == OWN]
     files = [Path(str(module.__file__)).relative_to(ROOT) for module in modules]
     return {"called": sorted(called), "imported": sorted(map(str, files))}
 
@@ -275,8 +274,7 @@ def edited() -> dict[str, list[str]]:
         return [name for name in keys if after[name] != before[name]]
 
     kinds = (".py", ".toml", ".j2", ".css", ".json")
-    every = {path for package in OWN for path in (ROOT / package).rglob("*.*")}
-    files = sorted(path for path in every if path.suffix in kinds)
+    files = sorted(path for path in (ROOT / OWN).rglob("*.*") if path.suffix in kinds)
     counting = set().union(*(walk.files for walk in walks.values()))
     rest = [path for path in files if path not in counting]
     assert changed_by(*rest) == []  # nor, therefore, does one of them

@@ -12,9 +12,9 @@ from crosscheck.baseline.file import baseline_path, write_baseline
 from crosscheck.baseline.reduction import baseline_of
 from crosscheck.cli import app as cli
 from crosscheck.cli import commands
+from crosscheck.models.arm.arm import Arm
 from crosscheck.planning.plan import Wanted
 from crosscheck.run import CrossCheck
-from models.arm.arm import Arm
 from tests.baselines.short import quick, short_check
 
 Command = Callable[..., int]

@@ -15,6 +15,9 @@ from crosscheck.baseline.file import read_baseline, sealed
 from crosscheck.baseline.regression import compare
 from crosscheck.checks.trajectories import UNITS
 from crosscheck.findings import About, Agreement, Finding, Key, checked, measured_only
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
 from crosscheck.planning.plan import Experiment, Wanted
 from crosscheck.planning.run_suite import experiment_comparisons
@@ -23,9 +26,6 @@ from crosscheck.registry import MODELS
 from crosscheck.run import CrossCheck, cases_of, runs_of
 from crosscheck.runner.tasks import RunKey, Simulation
 from crosscheck.runner.workers import perform_all
-from models.arm.arm import Arm
-from models.experiment.switches import switches
-from models.loading import Case, load_arm, load_scenario
 
 DURATION_S = 0.02  # PD: impact of the start, mesh vibration, its decay
 ANALYTIC, EXUDYN = RunKey("pd", "analytic:physical"), RunKey("pd", "exudyn:tree")

@@ -12,20 +12,20 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import analytic.model
+import crosscheck.analytic.model
 from crosscheck.baseline.file import baseline_path, read_baseline, write_baseline
 from crosscheck.baseline.reduction import baseline_of, unrecorded
 from crosscheck.baseline.regression import changed_since
 from crosscheck.findings import About, Agreement, Key, checked
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.inputs import forget
+from crosscheck.models.loading import load_arm
 from crosscheck.provenance import arm_digest
 from crosscheck.registry import MODELS, register
 from crosscheck.report.words import counted, outcome, printable, tally
 from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import RunKey
-from models.arm.arm import Arm
-from models.inputs import forget
-from models.loading import load_arm
 from tests.baselines.short import (
     ANALYTIC,
     DURATION_S,
@@ -145,7 +145,7 @@ def test_a_planted_fault_moves(
     result: CrossCheck, recorded: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The ring mesh at the sun's rate of Eq. 13: 27 cycles per turn for 99."""
-    right = analytic.model.gears
+    right = crosscheck.analytic.model.gears
 
     def wrong(*given: Any) -> Any:
         gears = right(*given)
@@ -153,7 +153,7 @@ def test_a_planted_fault_moves(
         rate[1::2] *= 27 / 99
         return gears._replace(rate=rate)
 
-    monkeypatch.setattr(analytic.model, "gears", wrong)
+    monkeypatch.setattr(crosscheck.analytic.model, "gears", wrong)
     changes = moved(held_against(recorded, short_check(result.arm)))
     assert f"recorded-run/{ANALYTIC}/x_pr" in changes
     worse = changes["recorded-verdict/same-step/pd/x_pr/analytic:physical~exudyn:tree"]

@@ -10,11 +10,11 @@ from xml.etree import ElementTree
 import pytest
 
 from crosscheck import LARGEST_SEED
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.files import HERE
+from crosscheck.models.loading import load_arm
 from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
-from models.arm.arm import Arm
-from models.files import HERE
-from models.loading import load_arm
 from tests.baselines.conftest import Command
 from tests.baselines.short import (
     ANALYTIC,

@@ -13,9 +13,9 @@ from crosscheck.findings import (
     failed,
     measured_only,
 )
+from crosscheck.models.loading import load_arm
 from crosscheck.provenance import provenance
 from crosscheck.report.junit import junit_xml
-from models.loading import load_arm
 
 
 def _about(family: str, quantity: str = "theta") -> About:

@@ -19,10 +19,10 @@ from crosscheck.baseline.file import (
     write_baseline,
 )
 from crosscheck.baseline.reduction import baseline_of
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
 from crosscheck.planning.plan import Wanted
 from crosscheck.run import CrossCheck
-from models.arm.arm import Arm
-from models.errors import InputError
 from tests.baselines.short import ANALYTIC, RENEW, Change, edited, quick
 
 # Names

@@ -13,6 +13,9 @@ import pytest
 import xarray as xr
 
 from crosscheck.findings import Agreement
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.loading import Case, load_scenario
+from crosscheck.models.trajectory import from_netcdf, netcdf
 from crosscheck.planning.comparison import findings_of, tasks_of
 from crosscheck.planning.plan import Experiment, Wanted
 from crosscheck.planning.run_suite import experiment_comparisons
@@ -25,9 +28,6 @@ from crosscheck.runner.underway import unsaid
 from crosscheck.runner.workers import Workers
 from crosscheck.view.command import view_page
 from crosscheck.view.trajectory_file import run_of
-from models.experiment.switches import switches
-from models.loading import Case, load_scenario
-from models.trajectory import from_netcdf, netcdf
 from tests.arms import PAPER
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")

@@ -6,8 +6,8 @@ import numpy as np
 
 from crosscheck.checks.answers import random_states
 from crosscheck.findings import About, Finding, Key, checked
-from models.exudyn.bodies.bodies import ExudynBodies
-from models.pinocchio.gears import PinocchioGears
+from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
+from crosscheck.models.pinocchio.gears import PinocchioGears
 
 STATES, SEED = 5, 2
 

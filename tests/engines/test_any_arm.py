@@ -8,10 +8,10 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
+from crosscheck.models.arm.arm import Arm
 from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
 from crosscheck.planning.state_suite import conservative, geared, rigid
 from crosscheck.registry import constrained
-from models.arm.arm import Arm
 from tests.any_arms import any_arms
 
 JOINTS = range(1, 8)

@@ -17,7 +17,7 @@ from benchmarks.suite.refined import refined
 from benchmarks.suite.report import write
 from benchmarks.suite.rows import Row, absent
 from benchmarks.suite.single import largest_difference, states_of
-from models.trajectory import recorded_times
+from crosscheck.models.trajectory import recorded_times
 
 SCHEMA = Path(__file__).parents[2] / "benchmarks" / "results.schema.json"
 COMPILED = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")

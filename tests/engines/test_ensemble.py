@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from analytic import ensemble
-from analytic.ensemble import Group, alone, groups, trajectories
-from analytic.model import AnalyticModel
+from crosscheck.analytic import ensemble
+from crosscheck.analytic.ensemble import Group, alone, groups, trajectories
+from crosscheck.analytic.model import AnalyticModel
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.loading import load_arm
+from crosscheck.models.trajectory import recorded_times
 from crosscheck.registry import build, names
-from models.arm.planets import usual_switches
-from models.errors import Diverged
-from models.experiment.scenario import Scenario
-from models.loading import load_arm
-from models.trajectory import recorded_times
 from tests.arms import random_arm
 
 MEMBERS = 40  # two groups, the second not full, its last block neither

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from analytic.model import PhysicalModel
+from crosscheck.analytic.model import PhysicalModel
 from crosscheck.checks.answers import random_states
 from crosscheck.checks.trajectories import largest_difference
-from models.arm.arm import Arm
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches, switches
-from models.exudyn.bodies.bodies import ExudynBodies
-from models.exudyn.tree.tree import ExudynTree
-from models.interface import STATE_ABILITIES, Model
-from models.loading import load_case, load_scenario
-from models.pinocchio.gears import PinocchioGears
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches, switches
+from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
+from crosscheck.models.exudyn.tree.tree import ExudynTree
+from crosscheck.models.interface import STATE_ABILITIES, Model
+from crosscheck.models.loading import load_case, load_scenario
+from crosscheck.models.pinocchio.gears import PinocchioGears
 from tests.arms import arm_of
 from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.faults.faults import probe_arm, probe_scenario

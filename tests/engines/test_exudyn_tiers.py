@@ -7,10 +7,10 @@ from itertools import product
 import numpy as np
 import pytest
 
-from models.arm.arm import Arm
-from models.experiment.switches import switches
-from models.exudyn.bodies.bodies import ExudynBodies
-from models.exudyn.tree.tree import ExudynTree
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
+from crosscheck.models.exudyn.tree.tree import ExudynTree
 from tests.mixed_arms import MIXED, R_S, arm_of, geared, random_states, scenario, stiffness
 
 Tier = type[ExudynTree] | type[ExudynBodies]

@@ -7,14 +7,14 @@ import pytest
 
 from crosscheck.checks.answers import random_states
 from crosscheck.checks.weights import link_mass as weighed
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.models.pinocchio.tree import base_radii, equivalent_masses
+from crosscheck.models.plugin import Motors, gear_numbers, link_mass, tooth_contacts
 from crosscheck.planning.state_suite import all_switches
 from crosscheck.registry import build
-from models.arm.arm import Arm, Planetary
-from models.arm.planets import usual_switches
-from models.experiment.switches import Switches
-from models.loading import load_arm, load_scenario
-from models.pinocchio.tree import base_radii, equivalent_masses
-from models.plugin import Motors, gear_numbers, link_mass, tooth_contacts
 
 ARMS = ("probe", "three-unlike", "planets-apart")
 COUNT, ROUNDING = 20, 1e-11  # of the largest force

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from crosscheck.models.experiment.scenario import ConstantDrive
+from crosscheck.models.interface import Model
 from crosscheck.planning.sizing import scenario_of
 from crosscheck.registry import RIGID_LEVELS, build, of_level
-from models.experiment.scenario import ConstantDrive
-from models.interface import Model
 from tests.any_arms import any_arms
 
 STATES = 20

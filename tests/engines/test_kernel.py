@@ -19,18 +19,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from analytic.ensemble import alone, trajectories
-from analytic.kernel.batch import WIDE, Batch, aligned, contiguous_table, number_rows
-from analytic.kernel.equations import KernelEquations
-from analytic.kernel.precise import NEAR_S, precise_program
-from analytic.kernel.program import Program, code_of, states_program, steps_program
-from analytic.model import AnalyticModel
+from crosscheck.analytic.ensemble import alone, trajectories
+from crosscheck.analytic.kernel.batch import WIDE, Batch, aligned, contiguous_table, number_rows
+from crosscheck.analytic.kernel.equations import KernelEquations
+from crosscheck.analytic.kernel.precise import NEAR_S, precise_program
+from crosscheck.analytic.kernel.program import Program, code_of, states_program, steps_program
+from crosscheck.analytic.model import AnalyticModel
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches, switches
+from crosscheck.models.loading import Case, load_arm
 from crosscheck.registry import build
-from models.arm.arm import Arm
-from models.arm.planets import usual_switches
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches, switches
-from models.loading import Case, load_arm
 from tests.any_arms import any_arms
 from tests.arms import random_arm
 from tests.equations import Quantities, quantities

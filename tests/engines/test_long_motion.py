@@ -10,11 +10,11 @@ import pytest
 import xarray as xr
 
 from crosscheck.cli.template import example_arm
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import MESHES
+from crosscheck.models.loading import load_arm
 from crosscheck.planning.sizing import pd_scenario, sizes_of
 from crosscheck.registry import build, same_integrator
-from models.arm.arm import Arm
-from models.arm.layout import MESHES
-from models.loading import load_arm
 
 # Of the largest stable step: a margin that Exudyn's 0.2 ms a step for three joints, and 0.7 ms for
 # six, let pass in a few seconds a run.

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analytic.kernel.precise import followed
-from analytic.model import PhysicalModel, RigidLinks
-from models.loading import load_case
+from crosscheck.analytic.kernel.precise import followed
+from crosscheck.analytic.model import PhysicalModel, RigidLinks
+from crosscheck.models.loading import load_case
 
 SIGNALS = ("theta", "theta_dot", "x_sp", "x_pr", "F_sp")
 ARMS = [

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 
 from crosscheck.checks.trajectories import largest_difference, uncertainty
+from crosscheck.models.arm.arm import Arm
 from crosscheck.planning import plan
 from crosscheck.planning.plan import FEWER, Experiment, Wanted, outlined, resolved
 from crosscheck.planning.preparation import settled
 from crosscheck.planning.sizing import sizes_of
 from crosscheck.registry import build, lead
-from models.arm.arm import Arm
 from tests.arms import PAPER, random_arm
 
 RENAMED = PAPER.model_copy(update={"name": "probe"})  # its experiments are sized, not the paper's

@@ -7,10 +7,10 @@ import pytest
 
 from crosscheck.checks import poles
 from crosscheck.findings import About, Finding, Key
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.planets import usual_switches
 from crosscheck.planning.comparison import Results, findings_of, tasks_of
 from crosscheck.planning.mode_suite import pole_comparisons
-from models.arm.arm import Arm
-from models.arm.planets import usual_switches
 from tests.arms import PAPER
 
 HALF, GEARS = 0.05, 2e-4  # metres

@@ -8,12 +8,12 @@ from itertools import product
 import numpy as np
 import pytest
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.switches import Switches, switches
+from crosscheck.models.interface import STATE_ABILITIES
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.plan import without_play
 from crosscheck.registry import RIGID_LEVELS, build, names
-from models.arm.arm import Arm
-from models.experiment.switches import Switches, switches
-from models.interface import STATE_ABILITIES
-from models.loading import load_arm, load_scenario
 from tests.arms import PAPER, arm_of
 from tests.faults.faults import probe_arm
 from tests.judged import compare_states

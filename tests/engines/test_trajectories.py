@@ -7,12 +7,12 @@ import pytest
 import xarray as xr
 
 from crosscheck.checks.trajectories import Pair, largest_difference
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches, switches
+from crosscheck.models.loading import Case, load_case
 from crosscheck.planning.plan import nudged
 from crosscheck.registry import build
-from models.arm.arm import Arm
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches, switches
-from models.loading import Case, load_case
 from tests.arms import PAPER, arm_of
 from tests.faults.faults import probe_arm
 from tests.judged import at_time, same_step

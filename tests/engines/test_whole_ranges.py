@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from crosscheck.checks.scales import meshes
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.interface import STATE_ABILITIES, Model
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import MODELS, build, names
-from models.arm.arm import Arm, Planetary
-from models.arm.planets import usual_switches
-from models.interface import STATE_ABILITIES, Model
-from models.loading import load_arm, load_scenario
 from tests.draws import any_arm, fresh_seed
 
 WITHOUT = ("sun_mass_kg", "planet_mass_kg", "carrier_mass_kg", "ring_mass_kg")

@@ -6,9 +6,9 @@ import inspect
 
 import pytest
 
-from models.exudyn.bodies import bodies as exudyn_bodies
-from models.exudyn.bodies import contact as exudyn_contact
-from models.exudyn.bodies import stiffness as exudyn_contact_stiffness
+from crosscheck.models.exudyn.bodies import bodies as exudyn_bodies
+from crosscheck.models.exudyn.bodies import contact as exudyn_contact
+from crosscheck.models.exudyn.bodies import stiffness as exudyn_contact_stiffness
 
 
 def interpret(patch: pytest.MonkeyPatch) -> None:

@@ -21,28 +21,28 @@ import pytest
 
 from crosscheck.checks.trajectories import Pair
 from crosscheck.findings import Finding
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.interface import Model
+from crosscheck.models.loading import Case, load_arm
 from crosscheck.planning.plan import nudged
 from crosscheck.registry import MODELS, build, model_class
-from models.arm.arm import Arm
-from models.arm.planets import usual_switches
-from models.experiment.scenario import Scenario
-from models.interface import Model
-from models.loading import Case, load_arm
 from tests.faults import kernels
 from tests.faults.kernels import Kernel
 from tests.judged import compare_states, energy_over_run, invariants, same_step
 
 STATES, SEED = 5, 0
 PACKAGES = {
-    "analytic": ("analytic",),
+    "analytic": ("crosscheck.analytic",),
     "pinocchio": (),
     "exudyn": (
-        "models.exudyn.tree.mesh",
-        "models.exudyn.tree.tree",
-        "models.exudyn.tree.laws",
-        "models.exudyn.tree.loads",
-        "models.exudyn.tree.parts",
-        "models.exudyn.tree.stiffness",
+        "crosscheck.models.exudyn.tree.mesh",
+        "crosscheck.models.exudyn.tree.tree",
+        "crosscheck.models.exudyn.tree.laws",
+        "crosscheck.models.exudyn.tree.loads",
+        "crosscheck.models.exudyn.tree.parts",
+        "crosscheck.models.exudyn.tree.stiffness",
     ),
 }
 Plant = Callable[[pytest.MonkeyPatch], None]
@@ -128,7 +128,7 @@ def _changed(
 def _rebind(patch: pytest.MonkeyPatch, changes: Sequence[tuple[object, object]]) -> None:
     """Put what is changed wherever the models have imported the original."""
     changed = {id(original): new for original, new in changes}
-    for module in _modules(("analytic", "models")):
+    for module in _modules(("crosscheck.analytic", "crosscheck.models")):
         for name, value in list(vars(module).items()):
             if id(value) in changed:
                 patch.setattr(module, name, changed[id(value)])
@@ -154,10 +154,10 @@ def interpret(patch: pytest.MonkeyPatch, model: str, kernel: Kernel = "alone") -
         if getattr(value, "__module__", "").startswith(packages) and hasattr(value, "__wrapped__")
     ]
     _rebind(patch, [(value, inspect.unwrap(value)) for value in wrapped])
-    if "models.exudyn.tree.loads" in packages:
-        loads = import_module("models.exudyn.tree.loads")
+    if "crosscheck.models.exudyn.tree.loads" in packages:
+        loads = import_module("crosscheck.models.exudyn.tree.loads")
         patch.setattr(loads, "_entry", lambda function, *arguments: function)
-    if "analytic" in packages:
+    if "crosscheck.analytic" in packages:
         kernels.keep_nothing(patch)
         kernels.choose(patch, kernel)
 

@@ -7,10 +7,10 @@ from typing import Literal
 import pytest
 import xarray as xr
 
-from analytic import ensemble, model
-from analytic.kernel import machine
-from analytic.model import AnalyticModel
-from models.errors import Diverged
+from crosscheck.analytic import ensemble, model
+from crosscheck.analytic.kernel import machine
+from crosscheck.analytic.model import AnalyticModel
+from crosscheck.models.errors import Diverged
 
 Kernel = Literal["alone", "abreast", "terms"]
 PLACE = 2  # of the member that is looked at, among others

@@ -19,6 +19,8 @@ import xarray as xr
 
 from crosscheck.checks.answers import CHRISTOFFEL, FORCE_SLOPES, START_MASS
 from crosscheck.findings import Finding
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.switches import Switches, switches
 from crosscheck.planning import plan
 from crosscheck.planning.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.planning.preparation import prepared
@@ -26,8 +28,6 @@ from crosscheck.registry import MODELS, model_class
 from crosscheck.run import planned
 from crosscheck.runner.tasks import Outcome, Simulation
 from crosscheck.runner.workers import Workers
-from models.arm.arm import Arm
-from models.experiment.switches import Switches, switches
 
 BRIEF_S = 0.02
 Mutate = Callable[[Any], Any]

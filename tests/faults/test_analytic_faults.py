@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from analytic.kernel import program
+from crosscheck.analytic.kernel import program
 from tests.faults.faults import (
     ACCELERATION,
     BIAS,
@@ -28,7 +28,7 @@ F_SP = "same-step/F_sp"
 
 
 def change(function: str, old: str, new: str) -> Plant:
-    return edit(f"analytic.{function}", old, new)
+    return edit(f"crosscheck.analytic.{function}", old, new)
 
 
 LAST = "middle_stage(at(w, block * BLOCK), t, sqrt(t), table, h, 1.0)"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from crosscheck.findings import Finding
-from models.interface import STATE_ABILITIES
+from crosscheck.models.interface import STATE_ABILITIES
 from tests.faults.faults import SEED, STATES, Setup, probe_model, unharmed
 from tests.judged import compare_states
 

@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 
 from crosscheck.checks.answers import AT_STATE, random_states
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.files import raw_arm
+from crosscheck.models.loading import Case, load_arm
 from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
 from crosscheck.planning.sizing import unequal_gains
 from crosscheck.planning.state_suite import QUICK_COUNT, state_comparisons
 from crosscheck.registry import MODELS, build, covering, names
 from crosscheck.runner.tasks import Evaluation
-from models.arm.planets import usual_switches
-from models.files import raw_arm
-from models.loading import Case, load_arm
 
 OFF, UNLIKE, DIRECT, APART = 1.001, "three-unlike", "direct-between", "planets-apart"
 JUDGES = ("as-told", "invariants", "form-symbols")

@@ -8,11 +8,11 @@ from functools import lru_cache
 import pytest
 
 from crosscheck.findings import Finding
-from models.exudyn.bodies.bodies import ExudynBodies
-from models.exudyn.tree.tree import ExudynTree
-from models.interface import STATE_ABILITIES
-from models.loading import Case, load_case
-from models.pinocchio.gears import PinocchioGears
+from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
+from crosscheck.models.exudyn.tree.tree import ExudynTree
+from crosscheck.models.interface import STATE_ABILITIES
+from crosscheck.models.loading import Case, load_case
+from crosscheck.models.pinocchio.gears import PinocchioGears
 from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.faults.bodies_interpreted import interpret
 from tests.faults.faults import (
@@ -35,9 +35,9 @@ from tests.faults.faults import (
 )
 from tests.judged import compare_states, refined
 
-BODIES, MESH = "models.exudyn.bodies.bodies:", "models.exudyn.bodies.contact:"
-STIFFNESS = "models.exudyn.bodies.stiffness:"
-POSES, ENGINE = "models.exudyn.bodies.poses:", "models.exudyn.bodies.engine:"
+BODIES, MESH = "crosscheck.models.exudyn.bodies.bodies:", "crosscheck.models.exudyn.bodies.contact:"
+STIFFNESS = "crosscheck.models.exudyn.bodies.stiffness:"
+POSES, ENGINE = "crosscheck.models.exudyn.bodies.poses:", "crosscheck.models.exudyn.bodies.engine:"
 WRENCHES, JOINTS = "bodies/wrenches", "bodies/joints"
 THETA, X_SP, X_PR = "refined/theta", "refined/x_sp", "refined/x_pr"
 

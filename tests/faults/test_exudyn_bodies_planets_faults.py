@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from models.experiment.switches import switches
-from models.exudyn.bodies import contact as exudyn_contact
-from models.exudyn.bodies.bodies import ExudynBodies
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.exudyn.bodies import contact as exudyn_contact
+from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
 from tests.faults.bodies_interpreted import interpret
 from tests.faults.faults import CONTACT, Fault, Laws, edit
 from tests.mixed_arms import random_states, scenario
@@ -25,8 +25,14 @@ from tests.outside_truth.bodies_planets import (
     unlike_arm,
 )
 
-BODIES, MESH = "models.exudyn.bodies.bodies:ExudynBodies.", "models.exudyn.bodies.contact:"
-STIFFNESS, POSES = "models.exudyn.bodies.stiffness:", "models.exudyn.bodies.poses:"
+BODIES, MESH = (
+    "crosscheck.models.exudyn.bodies.bodies:ExudynBodies.",
+    "crosscheck.models.exudyn.bodies.contact:",
+)
+STIFFNESS, POSES = (
+    "crosscheck.models.exudyn.bodies.stiffness:",
+    "crosscheck.models.exudyn.bodies.poses:",
+)
 FORCES, WORK, REACTIONS = "planets/forces", "planets/work", "planets/reactions"
 MOTION, START, RECORDS = "planets/motion", "planets/start", "planets/records"
 OWN = "(joint.sun_mesh if sun else joint.ring_mesh)"

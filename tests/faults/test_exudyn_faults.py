@@ -20,9 +20,16 @@ from tests.faults.faults import (
     edit,
 )
 
-TREE, MESH, ENGINE = "models.exudyn.tree.tree:", "models.exudyn.tree.mesh:", "models.exudyn.engine:"
-PARTS, STIFFNESS = "models.exudyn.tree.parts:", "models.exudyn.tree.stiffness:"
-LAWS, LOADS = "models.exudyn.tree.laws:", "models.exudyn.tree.loads:"
+TREE, MESH, ENGINE = (
+    "crosscheck.models.exudyn.tree.tree:",
+    "crosscheck.models.exudyn.tree.mesh:",
+    "crosscheck.models.exudyn.engine:",
+)
+PARTS, STIFFNESS = (
+    "crosscheck.models.exudyn.tree.parts:",
+    "crosscheck.models.exudyn.tree.stiffness:",
+)
+LAWS, LOADS = "crosscheck.models.exudyn.tree.laws:", "crosscheck.models.exudyn.tree.loads:"
 RECORDS, TEETH = TREE + "ExudynTree._mesh_records", TREE + "ExudynTree._place_teeth"
 THETA, X_SP, X_PR = "same-step/theta", "same-step/x_sp", "same-step/x_pr"
 F_SP, F_PR = "same-step/F_sp", "same-step/F_pr"

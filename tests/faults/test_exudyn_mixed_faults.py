@@ -7,18 +7,24 @@ from typing import NamedTuple
 
 import pytest
 
-from models.exudyn.bodies.bodies import ExudynBodies
-from models.exudyn.tree.tree import ExudynTree
+from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
+from crosscheck.models.exudyn.tree.tree import ExudynTree
 from tests.faults.bodies_interpreted import interpret as interpret_bodies
 from tests.faults.faults import Plant, edit, interpret
 from tests.mixed_arms import MIXED, random_states, scenario
 
-TREE, LAWS = "models.exudyn.tree.tree:", "models.exudyn.tree.laws:"
-LOADS = "models.exudyn.tree.loads:"
-PARTS, CURVE = "models.exudyn.tree.parts:", "models.exudyn.tree.stiffness:"
-BODIES, CONTACT = "models.exudyn.bodies.bodies:", "models.exudyn.bodies.contact:"
-POSES, SPRING = "models.exudyn.bodies.poses:", "models.exudyn.bodies.stiffness:"
-ENGINE = "models.exudyn.bodies.engine:BodyEngine."
+TREE, LAWS = "crosscheck.models.exudyn.tree.tree:", "crosscheck.models.exudyn.tree.laws:"
+LOADS = "crosscheck.models.exudyn.tree.loads:"
+PARTS, CURVE = "crosscheck.models.exudyn.tree.parts:", "crosscheck.models.exudyn.tree.stiffness:"
+BODIES, CONTACT = (
+    "crosscheck.models.exudyn.bodies.bodies:",
+    "crosscheck.models.exudyn.bodies.contact:",
+)
+POSES, SPRING = (
+    "crosscheck.models.exudyn.bodies.poses:",
+    "crosscheck.models.exudyn.bodies.stiffness:",
+)
+ENGINE = "crosscheck.models.exudyn.bodies.engine:BodyEngine."
 MASS, FORCE = "mass_matrix", "generalized_force"
 
 
@@ -53,7 +59,7 @@ IN_TREE = [
     ),
     MixedFault(
         "weight upwards",
-        edit("models.exudyn.engine:_tree", "[*gravity", "[-gravity[0], gravity[1]"),
+        edit("crosscheck.models.exudyn.engine:_tree", "[*gravity", "[-gravity[0], gravity[1]"),
     ),
     MixedFault(
         "one stiffness for both meshes",

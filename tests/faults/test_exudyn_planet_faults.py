@@ -12,8 +12,8 @@ from tests.faults.faults import Plant, edit, interpret
 from tests.outside_truth import test_exudyn_tree_planets as truths
 from tests.outside_truth.tree_planets import unlike
 
-TREE, MESH = "models.exudyn.tree.tree:", "models.exudyn.tree.mesh:"
-LAWS, PARTS = "models.exudyn.tree.laws:", "models.exudyn.tree.parts:"
+TREE, MESH = "crosscheck.models.exudyn.tree.tree:", "crosscheck.models.exudyn.tree.mesh:"
+LAWS, PARTS = "crosscheck.models.exudyn.tree.laws:", "crosscheck.models.exudyn.tree.parts:"
 TEETH, RECORDS = TREE + "ExudynTree._place_teeth", TREE + "ExudynTree._mesh_records"
 LAW, PASSED, TORQUES = LAWS + "mesh_law", LAWS + "passed", MESH + "add_turning_torques"
 MESH_OF = "(joint.sun_mesh if sun else joint.ring_mesh).of_planet"

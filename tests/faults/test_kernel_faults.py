@@ -26,7 +26,7 @@ def fault(
     arm: str = "probe",
     kernel: Kernel = "alone",
 ) -> Fault:
-    """One in a function of analytic.kernel."""
+    """One in a function of crosscheck.analytic.kernel."""
     plant = change(f"kernel.{function}", old, new)
     return Fault(name, plant, check, laws, drive, arm, kernel)
 

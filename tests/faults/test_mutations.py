@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import pytest
 
 from crosscheck.findings import Agreement
+from crosscheck.models.interface import Model
 from crosscheck.registry import MODELS, model_class, names
 from crosscheck.report.junit import junit_xml
-from models.interface import Model
 from tests.arms import PAPER
 from tests.brief import brief
 from tests.faults.mutations import BRIEF_S, Campaign, Mutant, mutants

@@ -24,15 +24,15 @@ from tests.faults.faults import (
 
 
 def change(function: str, old: str, new: str) -> Plant:
-    return edit(f"models.pinocchio.gears:{function}", old, new)
+    return edit(f"crosscheck.models.pinocchio.gears:{function}", old, new)
 
 
 def remesh(function: str, old: str, new: str) -> Plant:
-    return edit(f"models.pinocchio.meshes:{function}", old, new)
+    return edit(f"crosscheck.models.pinocchio.meshes:{function}", old, new)
 
 
 def rebuild(function: str, old: str, new: str) -> Plant:
-    return edit(f"models.pinocchio.tree:{function}", old, new)
+    return edit(f"crosscheck.models.pinocchio.tree:{function}", old, new)
 
 
 FAULTS = [
@@ -341,7 +341,7 @@ SECOND_VERSION = [
     Fault(
         "last harmonic lost",
         edit(
-            "models.pinocchio.stiffness:_harmonics",
+            "crosscheck.models.pinocchio.stiffness:_harmonics",
             "len(sizes) + 1))) @ sizes",
             "len(sizes)))) @ sizes[:-1]",
         ),
@@ -350,13 +350,17 @@ SECOND_VERSION = [
     ),
     Fault(
         "square wave's phase turned back",
-        edit("models.pinocchio.stiffness:_square", "swing * sin(end)", "-swing * sin(end)"),
+        edit(
+            "crosscheck.models.pinocchio.stiffness:_square", "swing * sin(end)", "-swing * sin(end)"
+        ),
         FORCE,
         arm=UNLIKE,
     ),
     Fault(
         "table shifted by a row",
-        edit("models.pinocchio.stiffness:curve_of", "law.stiffness_N_per_m", SHIFTED_TABLE),
+        edit(
+            "crosscheck.models.pinocchio.stiffness:curve_of", "law.stiffness_N_per_m", SHIFTED_TABLE
+        ),
         FORCE,
         arm=DIRECT,
     ),

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.experiment.switches import switches
-from models.pinocchio.gears import PinocchioGears
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.pinocchio.gears import PinocchioGears
 from tests.faults.faults import ACCELERATION, FORCE, Fault, Plant, edit
 from tests.planet_meshes import ROD, arm_of, expected_force, stage, state, undriven, unlike_mesh
 
@@ -26,15 +26,15 @@ SEEN, ROUNDING = 1e-6, 1e-10
 
 
 def change(function: str, old: str, new: str) -> Plant:
-    return edit(f"models.pinocchio.gears:{function}", old, new)
+    return edit(f"crosscheck.models.pinocchio.gears:{function}", old, new)
 
 
 def remesh(function: str, old: str, new: str) -> Plant:
-    return edit(f"models.pinocchio.meshes:{function}", old, new)
+    return edit(f"crosscheck.models.pinocchio.meshes:{function}", old, new)
 
 
 def stiffen(function: str, old: str, new: str) -> Plant:
-    return edit(f"models.pinocchio.stiffness:{function}", old, new)
+    return edit(f"crosscheck.models.pinocchio.stiffness:{function}", old, new)
 
 
 FAULTS = [
@@ -155,7 +155,7 @@ FAULTS = [
     Fault("slope of a table per cycle", stiffen("Spline.slope", "1)) / (2 * pi)", "1))"), FORCE),
     Fault(
         "every planet turns as the first",
-        edit("models.pinocchio.tree:map_to_tree", '"x_pr", i, number)', '"x_pr", i, 0)'),
+        edit("crosscheck.models.pinocchio.tree:map_to_tree", '"x_pr", i, number)', '"x_pr", i, 0)'),
         FORCE,
     ),
     Fault(

@@ -19,7 +19,7 @@ from tests.faults.faults import (
 
 
 def change(function: str, old: str, new: str) -> Plant:
-    return edit(f"models.pinocchio.rigid:{function}", old, new)
+    return edit(f"crosscheck.models.pinocchio.rigid:{function}", old, new)
 
 
 GIVEN = "PinocchioLinks.__init__"

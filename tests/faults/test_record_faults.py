@@ -9,14 +9,14 @@ from tests.faults.test_analytic_faults import template
 
 FIRST = "first_stage(at(w, block * BLOCK), t, sqrt(t), table"
 PARTNER = {"analytic:physical": "exudyn:tree", "exudyn:tree": "analytic:physical"}
-TRAJECTORY = "models.exudyn.tree.tree:ExudynTree._trajectory"
-TORQUES = "models.exudyn.tree.tree:ExudynTree._torques"
+TRAJECTORY = "crosscheck.models.exudyn.tree.tree:ExudynTree._trajectory"
+TORQUES = "crosscheck.models.exudyn.tree.tree:ExudynTree._torques"
 RECORDS = {
     "analytic:physical": [
         Fault(
             "rates recorded of the meshes",
             edit(
-                "analytic.model:AnalyticModel.recorded",
+                "crosscheck.analytic.model:AnalyticModel.recorded",
                 '"theta_dot": v[:, theta]',
                 '"theta_dot": v[:, theta - 1]',
             ),
@@ -31,7 +31,11 @@ RECORDS = {
         ),
         Fault(
             "torques recorded without the clock",
-            edit("models.experiment.drive:torques_along", "time[:, None]", "0 * time[:, None]"),
+            edit(
+                "crosscheck.models.experiment.drive:torques_along",
+                "time[:, None]",
+                "0 * time[:, None]",
+            ),
             "same-step/torque",
             (),
             "sinusoid",
@@ -55,7 +59,9 @@ RECORDS = {
         ),
         Fault(
             "twice the kinetic energy recorded",
-            edit("models.exudyn.tree.tree:ExudynTree.simulate", "mass @ v / 2", "mass @ v"),
+            edit(
+                "crosscheck.models.exudyn.tree.tree:ExudynTree.simulate", "mass @ v / 2", "mass @ v"
+            ),
             "same-step/kinetic_energy",
         ),
     ],

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from analytic.kernel import translate
-from analytic.kernel.batch import WIDE, Batch, contiguous_table
-from analytic.kernel.machine import Code, compiled, machine
-from analytic.kernel.program import steps_program
-from analytic.model import PhysicalModel
-from models.loading import load_case
+from crosscheck.analytic.kernel import translate
+from crosscheck.analytic.kernel.batch import WIDE, Batch, contiguous_table
+from crosscheck.analytic.kernel.machine import Code, compiled, machine
+from crosscheck.analytic.kernel.program import steps_program
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.models.loading import load_case
 from tests.faults.faults import Plant, edit
 from tests.interpreted import addresses, fma, interpreted
 
@@ -36,7 +36,7 @@ class Fault(NamedTuple):
 
 
 def change(function: str, old: str, new: str) -> Plant:
-    return edit(f"analytic.kernel.translate:_Function.{function}", old, new)
+    return edit(f"crosscheck.analytic.kernel.translate:_Function.{function}", old, new)
 
 
 def item(table: str, key: type, value: str) -> Plant:
@@ -62,7 +62,7 @@ FAULTS = [
     Fault(
         "numbers in single precision",
         edit(
-            "analytic.kernel.translate:_constant",
+            "crosscheck.analytic.kernel.translate:_constant",
             'struct.pack("<d", number)',
             'struct.pack("<d", struct.unpack("<f", struct.pack("<f", number))[0])',
         ),

@@ -6,10 +6,10 @@ import numpy as np
 
 from crosscheck.measured.compare import RecordComparison, compare
 from crosscheck.measured.record import Record
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.interface import Model
 from crosscheck.planning.sizing import at_rest
 from crosscheck.registry import build
-from models.arm.arm import Arm
-from models.interface import Model
 
 # Of every joint, a sum of sines: frequencies [Hz] of the first joint, a tenth higher for each next.
 FREQUENCIES = (0.2, 0.5, 0.9, 1.3)

@@ -17,10 +17,10 @@ from crosscheck.measured.parameters import alone, changed, increased, parameters
 from crosscheck.measured.record import read_record, require_same_units
 from crosscheck.measured.residual import normal_equations
 from crosscheck.measured.smoothing import DEGREE, blocks, chosen_spacing
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import load_arm
 from crosscheck.provenance import ROOT
 from crosscheck.registry import RIGID_LEVELS
-from models.errors import InputError
-from models.loading import load_arm
 from tests.measured.records import ANGLE_NOISE, TORQUE_NOISE, compared, level, motion, record_of
 
 PAYLOAD = "arm.payload_mass_kg"

@@ -14,8 +14,8 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from crosscheck.measured.record import Record, read_record
+from crosscheck.models.errors import InputError
 from crosscheck.provenance import ROOT
-from models.errors import InputError
 from tests.measured.records import level, record_of
 from tests.tool.conftest import Command, crosscheck
 from tests.tool.test_bad_input import assert_one_line

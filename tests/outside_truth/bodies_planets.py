@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from models.arm.arm import Arm
+from crosscheck.models.arm.arm import Arm
 from tests.mixed_arms import LAWS, PLANET_M, Data, arm_of, geared, mean_stiffness, stiffness
 
 RATIOS = (0.04, 0.06, 0.05)  # of the shoulder's ring meshes

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-import models
+from crosscheck import models
 from crosscheck.checks.answers import random_states
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.interface import STATE_ABILITIES
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build, names
-from models.arm.arm import Arm
-from models.interface import STATE_ABILITIES
-from models.loading import load_arm, load_scenario
 
 EPS = float(np.finfo(float).eps)
 # Roundings of a number given instead of worked out; arcs of the gears hold theirs 1e4 times.

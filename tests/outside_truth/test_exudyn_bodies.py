@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.arm.arm import Arm
-from models.errors import Diverged
-from models.exudyn.bodies.bodies import ExudynBodies, Toothed
-from models.exudyn.bodies.contact import CARRIER, PLANET, WHEEL, look, mesh_forces
-from models.exudyn.bodies.poses import GROUND
-from models.loading import load_case
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import Diverged
+from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, Toothed
+from crosscheck.models.exudyn.bodies.contact import CARRIER, PLANET, WHEEL, look, mesh_forces
+from crosscheck.models.exudyn.bodies.poses import GROUND
+from crosscheck.models.loading import load_case
 
 EPSILON = np.finfo(float).eps
 ALPHA = np.radians(24.6)

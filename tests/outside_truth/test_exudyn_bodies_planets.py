@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.arm.arm import Arm
-from models.experiment.scenario import Scenario
-from models.experiment.switches import switches
-from models.exudyn.bodies.bodies import ExudynBodies, Toothed
-from models.exudyn.bodies.contact import CARRIER, PREVIOUS, look, mesh_forces, readings
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, Toothed
+from crosscheck.models.exudyn.bodies.contact import CARRIER, PREVIOUS, look, mesh_forces, readings
 from tests.mixed_arms import PLANET_M, SUN_J, Data, arm_of, direct, geared, scenario
 from tests.mixed_arms import random_states as states_of
 from tests.outside_truth.bodies_planets import (

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipj
 
-from models.exudyn.bodies.bodies import ExudynBodies
-from models.exudyn.tree.tree import ExudynTree
+from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
+from crosscheck.models.exudyn.tree.tree import ExudynTree
 from tests.mixed_arms import (
     GRAVITY,
     PAYLOAD,

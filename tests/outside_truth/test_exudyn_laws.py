@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.exudyn.bodies.bodies import ExudynBodies
-from models.exudyn.tree.tree import ExudynTree
+from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
+from crosscheck.models.exudyn.tree.tree import ExudynTree
 from tests.mixed_arms import (
     LAWS,
     PAYLOAD,

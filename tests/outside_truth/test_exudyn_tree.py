@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.arm.arm import Arm
-from models.errors import Diverged
-from models.exudyn.tree.laws import mesh_law
-from models.exudyn.tree.mesh import elastic_forces
-from models.exudyn.tree.tree import ExudynTree, paper_from_tree, tree_from_paper
-from models.loading import load_case
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import Diverged
+from crosscheck.models.exudyn.tree.laws import mesh_law
+from crosscheck.models.exudyn.tree.mesh import elastic_forces
+from crosscheck.models.exudyn.tree.tree import ExudynTree, paper_from_tree, tree_from_paper
+from crosscheck.models.loading import load_case
 
 SMOOTH = (
     "arm.joints.*.mesh_stiffness_amplitude_N_per_m=0.0",

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from models.arm.arm import Planetary
-from models.experiment.scenario import Scenario
-from models.experiment.switches import switches
-from models.exudyn.tree.laws import mesh_law
-from models.exudyn.tree.tree import ExudynTree
-from models.loading import load_case
+from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.exudyn.tree.laws import mesh_law
+from crosscheck.models.exudyn.tree.tree import ExudynTree
+from crosscheck.models.loading import load_case
 from tests.mixed_arms import (
     LAWS,
     Data,

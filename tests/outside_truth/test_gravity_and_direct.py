@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.registry import MODELS, RIGID_LEVELS, build, names, of_level, promising
-from models.arm.arm import Arm
-from models.experiment.scenario import Scenario
 
 EPS = float(np.finfo(float).eps)
 LENGTH, COM, MASS, PAYLOAD, ROTOR, MOTOR = 0.6, 0.35, 8.1, 2.0, 0.13, 3.0

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analytic.kernel.text.functions import (
+from crosscheck.analytic.kernel.text.functions import (
     LARGEST,
     SINE_OF_TURNS,
     cosine,

@@ -7,11 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analytic.model import PhysicalModel, RigidArmature, RigidCarriers, RigidCoupled, RigidLinks
-from analytic.stability import contact_eigenvalues
-from models.arm.arm import Arm, Planetary
-from models.arm.stiffness import SineStiffness
-from models.loading import load_arm, load_case, load_scenario
+from crosscheck.analytic.model import (
+    PhysicalModel,
+    RigidArmature,
+    RigidCarriers,
+    RigidCoupled,
+    RigidLinks,
+)
+from crosscheck.analytic.stability import contact_eigenvalues
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.stiffness import SineStiffness
+from crosscheck.models.loading import load_arm, load_case, load_scenario
 from tests.arms import PAPER, arms, geared_arms
 
 # Rigid arm at t = 0.5 s [rad], from rest at zero, labelled reading: 100 N m on both joints, then

@@ -23,10 +23,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.mesh import FROM_TEETH
+from crosscheck.models.interface import Model
 from crosscheck.registry import names
-from models.arm.arm import Arm
-from models.arm.mesh import FROM_TEETH
-from models.interface import Model
 from tests.any_arms import GEAR_SETS, planetary_joints, rods
 from tests.involutes import TRAVEL, TURN, Stage, equal_places
 from tests.one_stage import arm_of_stage, free_model, plain_mesh, sine

@@ -7,18 +7,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analytic.paper.backlash import dead_zone, dead_zone_tanh
-from analytic.paper.kinematics import gear_angles, mesh_displacements, stage_geometry
-from analytic.paper.mesh_force import EXACT, in_contact, mesh_force
-from analytic.paper.mesh_frequency import (
+from crosscheck.analytic.paper.backlash import dead_zone, dead_zone_tanh
+from crosscheck.analytic.paper.kinematics import gear_angles, mesh_displacements, stage_geometry
+from crosscheck.analytic.paper.mesh_force import EXACT, in_contact, mesh_force
+from crosscheck.analytic.paper.mesh_frequency import (
     meshing_frequency,
     ring_mesh_rate,
     sun_mesh_frequency,
     sun_mesh_rate,
 )
-from analytic.paper.stiffness import fundamental, square_wave, square_wave_series
-from analytic.paper.tooth_error import tooth_error
-from models.loading import load_arm
+from crosscheck.analytic.paper.stiffness import fundamental, square_wave, square_wave_series
+from crosscheck.analytic.paper.tooth_error import tooth_error
+from crosscheck.models.loading import load_arm
 
 JOINT = load_arm("paper-labelled").joints[0]
 GEOMETRY = stage_geometry(JOINT)

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from models.arm.arm import Arm, Planetary
-from models.experiment.switches import switches
-from models.loading import Case, load_case
-from models.pinocchio.gears import PinocchioGears
-from models.pinocchio.rigid import PinocchioCoupled
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.loading import Case, load_case
+from crosscheck.models.pinocchio.gears import PinocchioGears
+from crosscheck.models.pinocchio.rigid import PinocchioCoupled
 
 EPS = np.finfo(float).eps
 COSINE = cos(radians(24.6))

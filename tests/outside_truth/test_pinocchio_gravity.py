@@ -14,12 +14,12 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipj, ellipk
 
-from models.arm.arm import Arm
-from models.errors import InputError
-from models.experiment.scenario import Scenario
-from models.pinocchio.floating import FloatingBase, PinocchioFloating
-from models.pinocchio.gears import PinocchioGears
-from models.pinocchio.rigid import (
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.pinocchio.floating import FloatingBase, PinocchioFloating
+from crosscheck.models.pinocchio.gears import PinocchioGears
+from crosscheck.models.pinocchio.rigid import (
     PinocchioArmature,
     PinocchioCarriers,
     PinocchioCoupled,
@@ -327,7 +327,7 @@ def test_an_inertia_and_a_rod_can_be_given_in_either_form(model):
 
 
 def stiffness(law: dict[str, Any], phase: float) -> float:
-    """k [N/m] as ``models.arm.stiffness`` states the law."""
+    """k [N/m] as ``crosscheck.models.arm.stiffness`` states the law."""
     if law in (SINE, SOFT):
         return law["mean_N_per_m"] + law["amplitude_N_per_m"] * sin(phase)
     if law is FOURIER:

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from models.arm.arm import Arm, Planetary
-from models.arm.layout import Layout, free_layout, lumped_layout
-from models.experiment.switches import Switches, switches
-from models.pinocchio.gears import PinocchioGears
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import Layout, free_layout, lumped_layout
+from crosscheck.models.experiment.switches import Switches, switches
+from crosscheck.models.pinocchio.gears import PinocchioGears
 from tests.planet_meshes import (
     ROD,
     alike_arms,

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import simpson
 
-from models.arm.arm import Arm
-from models.errors import Diverged
-from models.loading import Case, load_case
-from models.pinocchio.rigid import (
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import Diverged
+from crosscheck.models.loading import Case, load_case
+from crosscheck.models.pinocchio.rigid import (
     PinocchioArmature,
     PinocchioCarriers,
     PinocchioCoupled,

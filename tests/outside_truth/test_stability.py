@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analytic.stability import runge_kutta_limit
+from crosscheck.analytic.stability import runge_kutta_limit
 
 IMAGINARY, REAL = 2 * np.sqrt(2), 2.785293563  # Hairer and Wanner, Solving ODEs II, IV.2
 

@@ -22,9 +22,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import eigh
 
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.interface import Model
 from crosscheck.registry import names
-from models.arm.arm import Arm, Planetary
-from models.interface import Model
 from tests.any_arms import around, bodies, planetary_joints, rods
 from tests.one_stage import arm_of_stage, free_model, plain_mesh, sine
 

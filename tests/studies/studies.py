@@ -13,11 +13,11 @@ from typing import Any
 import h5py
 import numpy as np
 
+from crosscheck.models.loading import raw_case
 from crosscheck.provenance import ROOT
 from crosscheck.studies.definition.definition import Definition
 from crosscheck.studies.definition.files import study_from
 from crosscheck.studies.members.members import PreparedStudy
-from models.loading import raw_case
 
 PEAK = {"kind": "peak", "signal": "theta_ddot"}
 # Each call adds a byte to the file TALLY. Those beyond the first MOST wait until it is removed.

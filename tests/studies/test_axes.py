@@ -11,14 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
+from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.loading import load_case
+from crosscheck.models.paths import assign
 from crosscheck.studies.batches.batches import batch_size, batches
 from crosscheck.studies.definition.definition import AXIS_KINDS, Axis
 from crosscheck.studies.definition.quantities import QUANTITY_KINDS, Quantity
 from crosscheck.studies.members.members import study_of
 from crosscheck.studies.members.starts import perturbed
-from models.arm.arm import Planetary
-from models.loading import load_case
-from models.paths import assign
 from tests.studies.studies import study
 
 BACKLASH = "arm.joints.*.backlash_m"

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 import crosscheck
+from crosscheck.models.errors import InputError
 from crosscheck.runner import patience
 from crosscheck.studies.batches import kept
 from crosscheck.studies.definition.files import read_study
-from models.errors import InputError
 
 STUDY = """\
 schema_version = 1

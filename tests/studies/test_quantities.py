@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crosscheck import signals
+from crosscheck.models.loading import raw_case
 from crosscheck.registry import build, lead
 from crosscheck.studies.batches.batch import run_batch, run_check
 from crosscheck.studies.definition.files import study_from
 from crosscheck.studies.measures import folds
 from crosscheck.studies.members.members import PreparedStudy
-from models.loading import raw_case
 from tests.studies.studies import study
 
 STEP = 1e-3

@@ -14,12 +14,12 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
+from crosscheck.models.errors import InputError
 from crosscheck.output import draft
 from crosscheck.studies.batches.memory import enough_memory
 from crosscheck.studies.batches.result_file import ResultFile
 from crosscheck.studies.batches.skeleton import PAGE, _Sparse
 from crosscheck.studies.measures.columns import columns
-from models.errors import InputError
 from tests.processes import command_line, in_child
 from tests.studies.studies import study
 

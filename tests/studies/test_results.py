@@ -10,11 +10,11 @@ import pytest
 import xarray as xr
 
 import crosscheck
+from crosscheck.models.loading import load_arm, load_case, load_scenario
+from crosscheck.models.trajectory import recorded_times
 from crosscheck.registry import build, lead, second
 from crosscheck.studies.batches.opened import used
 from crosscheck.studies.plot import drawable, two_states
-from models.loading import load_arm, load_case, load_scenario
-from models.trajectory import recorded_times
 from tests.studies.studies import content
 
 PEAKS = [{"kind": "peak", "signal": "theta_ddot"}]

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from models.files import HERE
+from crosscheck.models.files import HERE
 
 ARMS = [path.read_text(encoding="utf-8") for path in sorted((HERE / "arms").glob("*.toml"))]
 SCENARIOS = [path.read_text(encoding="utf-8") for path in (HERE / "scenarios").glob("*.toml")]

@@ -9,6 +9,7 @@ import pytest
 
 from crosscheck.findings import About, Agreement, Finding, Key, checked, failed, measured_only
 from crosscheck.kinds import AGREEMENT, kind_of
+from crosscheck.models.loading import load_arm
 from crosscheck.planning.plan import Wanted
 from crosscheck.report.answers import (
     agreement_json,
@@ -20,7 +21,6 @@ from crosscheck.report.answers import (
 )
 from crosscheck.report.html import preliminary
 from crosscheck.report.matrix import cells
-from models.loading import load_arm
 
 PRINTED, LEAD, ENGINE, LINKS = (
     "analytic:printed",

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from crosscheck.models.files import HERE
 from crosscheck.planning.plan import OWN_NAMES
-from models.files import HERE
 from tests.tool.conftest import Answer
 
 ARM = (HERE / "arms" / "paper-labelled.toml").read_text(encoding="utf-8")

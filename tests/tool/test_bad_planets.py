@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from models.files import HERE
+from crosscheck.models.files import HERE
 from tests.tool.test_bad_input import assert_one_line
 
 APART = (HERE / "arms" / "planets-apart.toml").read_text(encoding="utf-8")

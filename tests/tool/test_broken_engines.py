@@ -14,8 +14,8 @@ import pytest
 
 import crosscheck as package
 from crosscheck import registry
+from crosscheck.models.files import HERE
 from crosscheck.provenance import ROOT
-from models.files import HERE
 from tests.arms import arm_of
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
@@ -40,7 +40,8 @@ def arm_file(tmp_path: Path) -> Path:
 @pytest.mark.usefixtures("brief_plan")
 def test_engines_that_cannot_be_imported_are_failed_checks(monkeypatch, missing):
     for model in missing:
-        lost = replace(registry.MODELS[model], module="models.no_such_engine", attribute="Nothing")
+        entry = registry.MODELS[model]
+        lost = replace(entry, module="crosscheck.models.no_such_engine", attribute="Nothing")
         monkeypatch.setitem(registry.MODELS, model, lost)
     agreement = package.check(arm_of(1), quick=True)
     assert agreement.exit_code == 1
@@ -56,7 +57,7 @@ def test_engines_that_cannot_be_imported_are_failed_checks(monkeypatch, missing)
 def test_engine_that_raises_is_a_failed_check_and_the_report_is_written(
     crosscheck, monkeypatch, tmp_path, arm_file
 ):
-    from models.exudyn.tree.tree import ExudynTree
+    from crosscheck.models.exudyn.tree.tree import ExudynTree
 
     def raising(*state: object) -> None:
         raise ValueError("singular")
@@ -82,8 +83,8 @@ def _leaving(*state: object) -> None:
 @pytest.mark.usefixtures("brief_plan")
 def test_engines_that_crash_or_leave_cost_their_own_checks_alone(monkeypatch):
     """And a model harmed in memory is harmed in every process."""
-    from models.exudyn.tree.tree import ExudynTree
-    from models.pinocchio.gears import PinocchioGears
+    from crosscheck.models.exudyn.tree.tree import ExudynTree
+    from crosscheck.models.pinocchio.gears import PinocchioGears
 
     harmed = {"exudyn:tree": (ExudynTree, _crashing), "pinocchio:gears": (PinocchioGears, _leaving)}
     for model, harm in harmed.values():

@@ -17,6 +17,9 @@ import pytest
 
 import crosscheck as package
 from crosscheck.findings import About, Agreement, Finding, Key, checked
+from crosscheck.models.errors import Diverged, Unfinished
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.loading import Case, load_scenario
 from crosscheck.planning import preparation
 from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
 from crosscheck.planning.plan import Experiment, Wanted
@@ -30,9 +33,6 @@ from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import Evaluation, Simulation
 from crosscheck.runner.underway import unsaid
 from crosscheck.runner.workers import Workers
-from models.errors import Diverged, Unfinished
-from models.experiment.switches import switches
-from models.loading import Case, load_scenario
 from tests.arms import arm_of
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())

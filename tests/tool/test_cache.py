@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
+from crosscheck.models import jitted
+from crosscheck.models.jitted import njit
+from crosscheck.models.places import own_folder
 from crosscheck.runner import cache
-from models import jitted
-from models.jitted import njit
-from models.places import own_folder
 from tests.tool.conftest import Command
 
 SOURCE = """
-from models.jitted import njit
+from crosscheck.models.jitted import njit
 
 @njit(cache=True)
 def doubled(x):
@@ -82,16 +82,16 @@ def test_all_that_is_kept_is_cleared_and_its_sizes_told(
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(cache, "ROOT", tmp_path / "program")
     own_folder.cache_clear()
-    own = tmp_path / "geararm-crosscheck"
+    own, models = tmp_path / "geararm-crosscheck", tmp_path / "program" / "crosscheck" / "models"
     sizes = {
         own / f"{'a' * 32}.kept": 2_000_000,
         own / "machine-code" / f"{'b' * 32}.o": 300_000,
         own / "compiled" / "models_x" / "law.nbc": 100_000,
-        tmp_path / "program" / "models" / "__pycache__" / "law.nbi": 900_000,
+        models / "__pycache__" / "law.nbi": 900_000,
     }
     letter = own / "letter"
-    (tmp_path / "program" / "models").mkdir(parents=True)
-    (tmp_path / "program" / "models" / "law.py").touch()
+    models.mkdir(parents=True)
+    (models / "law.py").touch()
     for path, size in sizes.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()

@@ -9,9 +9,9 @@ import pytest
 
 from crosscheck import __version__
 from crosscheck.cli import listing
+from crosscheck.models.exudyn.tree import loads as exudyn_tree_loads
+from crosscheck.models.files import builtin_arms, builtin_scenarios
 from crosscheck.registry import MODELS
-from models.exudyn.tree import loads as exudyn_tree_loads
-from models.files import builtin_arms, builtin_scenarios
 from tests.processes import ENGINES, HEAVY, modules_loaded_by
 
 
@@ -32,7 +32,9 @@ def test_an_arm_is_shown_without_engines_and_files(arm):
 
 
 def test_a_list_reads_titles_without_the_schema():
-    assert {"models.arm.arm", "models.experiment.scenario"}.isdisjoint(modules_loaded_by("list"))
+    assert {"crosscheck.models.arm.arm", "crosscheck.models.experiment.scenario"}.isdisjoint(
+        modules_loaded_by("list")
+    )
 
 
 def test_package_runs_as_a_module():

@@ -9,8 +9,8 @@ import numba
 import pytest
 from numba.core.caching import _CacheLocator
 
-from models.compiled import PACKAGES, VARIABLE, drop_outdated, settle
-from models.places import own_folder
+from crosscheck.models.compiled import PACKAGES, VARIABLE, drop_outdated, settle
+from crosscheck.models.places import own_folder
 
 OTHER, OWN = PACKAGES
 

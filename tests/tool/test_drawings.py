@@ -8,10 +8,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from analytic.paper.kinematics import mesh_displacements, stage_geometry
+from crosscheck.analytic.paper.kinematics import mesh_displacements, stage_geometry
+from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.loading import load_arm
 from crosscheck.view.mesh_geometry import MeshGeometry, flank, mesh_geometry, teeth
-from models.arm.arm import Planetary
-from models.loading import load_arm
 from tools import drawings
 from tools.drawings import DOCS, SIDES, drawing, write_drawings
 

@@ -15,18 +15,18 @@ import numpy as np
 import pytest
 from pydantic import BaseModel
 
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.arm.stiffness import SineStiffness
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.loading import load_arm, validated
 from crosscheck.planning.plan import Wanted, outlined, resolved
 from crosscheck.planning.preparation import Prepared
 from crosscheck.planning.sizing import sizes_of
 from crosscheck.registry import build, lead
 from crosscheck.run import planned
-from models.arm.arm import Arm, Direct, Link, Planetary
-from models.arm.mesh import Mesh
-from models.arm.planets import usual_switches
-from models.arm.stiffness import SineStiffness
-from models.errors import InputError
-from models.experiment.scenario import Scenario
-from models.loading import load_arm, validated
 from tests.arms import arm_of
 from tests.draws import DRAWS, SAMPLE, fresh_seed, ranges_of
 

@@ -13,8 +13,8 @@ import typer
 from crosscheck.api import require_stable_step
 from crosscheck.cli.app import main
 from crosscheck.cli.simulation import Request
+from crosscheck.models.errors import LONGEST_LINE
 from crosscheck.registry import build
-from models.errors import LONGEST_LINE
 from tests.draws import DRAWS, fresh_seed
 from tests.tool.fuzz import Draw, draw
 
@@ -25,7 +25,7 @@ WORK = {
     "baseline accept": "crosscheck.cli.commands.cross_check",
     "baseline check": "crosscheck.cli.commands.cross_check",
     "simulate": "crosscheck.cli.simulation.perform_all",
-    "errata": "audit.page.command.errata_records",
+    "errata": "crosscheck.audit.page.command.errata_records",
     "sweep": None,
     "show": None,
     "init": None,

@@ -85,3 +85,20 @@ def test_commands_work_with_the_wheel_alone(project):
     assert {*os.listdir(project / "report")} == {"trial.xml", "trial.json", "trial.html"}
     suite = ElementTree.parse(project / "report" / "trial.xml").getroot()
     assert int(suite.get("failures", "0")) > 0
+
+
+@pytest.mark.slow
+def test_the_wheel_leaves_the_names_of_its_folders_to_its_user(project):
+    installed = run(project, "venv/bin/python -m pip install --quiet wheels/*.whl")
+    assert installed.returncode == 0, installed.stderr
+    (project / "models").mkdir()
+    (project / "models" / "__init__.py").write_text("ten = 10.0\n")
+    (project / "analytic.py").write_text("eleven = 11.0\n")
+    head = "from models import ten\nfrom analytic import eleven\nassert ten < eleven\n"
+    given = model_file(project, name="neighbour.py")
+    given.write_text(head + given.read_text())
+    script = f"{head}import crosscheck; print(crosscheck.load_arm('paper-labelled').name)"
+    found = run(project, f'python -c "{script}"')
+    assert (found.stdout, found.stderr) == ("paper-labelled\n", "")
+    trial = run(project, "crosscheck trial neighbour.py:two_link paper-labelled --quick")
+    assert trial.returncode == 0, trial.stdout + trial.stderr

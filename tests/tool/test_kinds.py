@@ -11,16 +11,16 @@ from pathlib import Path
 
 import pytest
 
-from audit.page import command as paper
-from audit.page.report import paper_files
 from crosscheck import kinds
+from crosscheck.audit.page import command as paper
+from crosscheck.audit.page.report import paper_files
 from crosscheck.cli import commands, simulation, trial, validate
 from crosscheck.findings import Agreement
 from crosscheck.kinds import KINDS, is_of, kind_of
+from crosscheck.models.files import HERE
 from crosscheck.output import write_files
-from crosscheck.provenance import provenance
+from crosscheck.provenance import ROOT, provenance
 from crosscheck.report.junit import junit_xml
-from models.files import HERE
 from tests.tool.conftest import Command
 from tests.tool.test_bad_input import assert_one_line
 
@@ -107,7 +107,7 @@ def test_a_folder_of_somebody_elses_files_is_left_alone(crosscheck, inputs, comm
 
 
 def test_a_record_is_no_place_for_another_file_and_no_letter_is_a_record(crosscheck, inputs):
-    shutil.copy(HERE.parent / "baselines" / "paper-labelled-quick.json", inputs)
+    shutil.copy(ROOT / "baselines" / "paper-labelled-quick.json", inputs)
     for option in ("--json", "--junit"):
         answer = crosscheck("validate", option, "paper-labelled-quick.json")
         assert_one_line(answer, "paper-labelled-quick.json", "exists and is not")
@@ -128,14 +128,14 @@ def test_a_result_of_the_same_kind_is_replaced(short, crosscheck, tmp_path, monk
 
 def test_what_a_cross_check_writes_is_told_by_its_content(labelled):
     agreement = Agreement([], provenance(labelled, 0, True))
-    baselines = HERE.parent / "baselines"
+    baselines = ROOT / "baselines"
     assert kind_of(agreement.to_json().encode()) is kinds.AGREEMENT
     assert kind_of(junit_xml(agreement).encode()) is kinds.JUNIT
     for path in baselines.glob("*.json"):
         assert kind_of(path.read_bytes()) is kinds.RECORD
     pages = {"page": kinds.PAGE, "trial": kinds.TRIAL_PAGE, "paper": kinds.PAPER_PAGE}
     for name, kind in pages.items():
-        file = HERE.parent / "crosscheck" / "report" / "templates" / f"{name}.html.j2"
+        file = ROOT / "crosscheck" / "report" / "templates" / f"{name}.html.j2"
         assert kind_of(file.read_bytes()) is kind
 
 

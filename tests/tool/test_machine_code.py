@@ -15,14 +15,14 @@ import llvmlite.binding as llvm
 import numpy as np
 import pytest
 
-from analytic.kernel import machine as module
-from analytic.kernel.batch import Batch
-from analytic.kernel.machine import Code, compiled, machine, machine_code
-from analytic.kernel.program import steps_program
-from analytic.kernel.translate import ir_of
-from analytic.model import PhysicalModel
-from models.loading import load_case
-from models.places import own_folder, temporary_folder
+from crosscheck.analytic.kernel import machine as module
+from crosscheck.analytic.kernel.batch import Batch
+from crosscheck.analytic.kernel.machine import Code, compiled, machine, machine_code
+from crosscheck.analytic.kernel.program import steps_program
+from crosscheck.analytic.kernel.translate import ir_of
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.models.loading import load_case
+from crosscheck.models.places import own_folder, temporary_folder
 from tests.interpreted import addresses
 from tests.processes import command_line
 

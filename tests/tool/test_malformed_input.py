@@ -11,9 +11,9 @@ import pytest
 import typer.main
 
 from crosscheck.cli.app import app
-from models.errors import LONGEST_LINE, Diverged, InputError, one_line
-from models.files import HERE
-from models.loading import load_case
+from crosscheck.models.errors import LONGEST_LINE, Diverged, InputError, one_line
+from crosscheck.models.files import HERE
+from crosscheck.models.loading import load_case
 from tests.tool.test_bad_input import assert_one_line
 
 ARM = (HERE / "arms" / "paper-labelled.toml").read_text(encoding="utf-8")

@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from audit.page import command as paper
+from crosscheck.audit.page import command as paper
 from crosscheck.cli import commands, simulation
+from crosscheck.models.errors import InputError
+from crosscheck.models.trajectory import netcdf, read_netcdf
 from crosscheck.output import draft, require_file, write_files, write_text
 from crosscheck.runner.interruption import leftovers
-from models.errors import InputError
-from models.trajectory import netcdf, read_netcdf
 from tests.processes import command_line, in_child, reachable
 from tests.tool.conftest import Command
 from tests.tool.test_bad_input import assert_one_line

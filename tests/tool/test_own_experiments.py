@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from crosscheck.api import check
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.plan import Wanted
 from crosscheck.planning.preparation import prepared
 from crosscheck.planning.sizing import pd_scenario, sizes_of, step_scenario
 from crosscheck.planning.stability import growth_of
 from crosscheck.registry import build, lead
 from crosscheck.runner.workers import Workers
-from models.loading import load_arm, load_scenario
 
 # One link on a motor: all models, in the least time.
 DIRECT = """

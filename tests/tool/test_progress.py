@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from crosscheck.models.loading import load_case
 from crosscheck.registry import RIGID_LEVELS, build
 from crosscheck.report.plots.charts import Charts
 from crosscheck.run import in_words, performed
@@ -21,7 +22,6 @@ from crosscheck.runner.progress import shown_progress
 from crosscheck.runner.tasks import Evaluation, RunKey
 from crosscheck.runner.underway import Expectation, Underway
 from crosscheck.runner.workers import Workers
-from models.loading import load_case
 
 CASE = load_case("paper-labelled", "constant-torque")
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import crosscheck
-from models.arm.arm import Arm
-from models.errors import CannotDo, Diverged, InputError
-from models.experiment.scenario import Scenario
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import CannotDo, Diverged, InputError
+from crosscheck.models.experiment.scenario import Scenario
 
 
 def test_arm_and_scenario_are_loaded_by_name_and_file(tmp_path):

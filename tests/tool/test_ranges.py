@@ -8,15 +8,15 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.quantities import Within
+from crosscheck.models.arm.stiffness import FourierStiffness, SineStiffness, SquareStiffness
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.loading import load_arm, load_case, load_scenario
+from crosscheck.models.pinocchio import rigid as pinocchio_rigid
 from crosscheck.registry import build
-from models.arm.arm import Arm, Direct, Link, Planetary
-from models.arm.mesh import Mesh
-from models.arm.quantities import Within
-from models.arm.stiffness import FourierStiffness, SineStiffness, SquareStiffness
-from models.errors import InputError
-from models.experiment.scenario import Scenario
-from models.loading import load_arm, load_case, load_scenario
-from models.pinocchio import rigid as pinocchio_rigid
 from tests.draws import range_of, ranges_of
 from tests.tool.test_bad_input import assert_one_line
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.schema import described, records_below
 from crosscheck.studies.definition.files import read_study
-from models.loading import load_arm, load_scenario
 from tools import reference
 from tools.reference import DOCS, FILES, HEADINGS, renewed, write_reference
 

@@ -9,7 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analytic.model import RigidLinks
+from crosscheck.analytic.model import RigidLinks
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import Case, load_arm, load_case
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.run_suite import experiment_comparisons
 from crosscheck.planning.state_suite import state_comparisons
@@ -29,9 +32,6 @@ from crosscheck.registry import (
 )
 from crosscheck.runner.tasks import Evaluation
 from crosscheck.runner.workers import perform_all
-from models.arm.planets import usual_switches
-from models.errors import InputError
-from models.loading import Case, load_arm, load_case
 from tests.processes import command_line
 
 GUEST = """

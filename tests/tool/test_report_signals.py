@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.models.trajectory import recorded
 from crosscheck.report.plots.scheme import scheme
 from crosscheck.report.plots.signals import RecordStretch, Signals, all_signals
-from models.arm.arm import Planetary
-from models.experiment.switches import switches
-from models.loading import load_arm, load_scenario
-from models.trajectory import recorded
 from tests.arms import PAPER, arm_of
 
 TIMES, STEP_S = 4000, 1e-4

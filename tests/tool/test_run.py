@@ -15,9 +15,9 @@ import pytest
 
 from crosscheck import registry
 from crosscheck.cli.app import main
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.files import HERE
 from crosscheck.provenance import ROOT
-from models.arm.arm import Arm
-from models.files import HERE
 from tests.arms import PAPER
 from tests.audit.markup import SVG, axis_problems, page_problems
 from tests.brief import brief

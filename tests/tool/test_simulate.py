@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from models.trajectory import read_netcdf
+from crosscheck.models.trajectory import read_netcdf
 
 UNITS = {
     "theta": "rad",

@@ -10,12 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from models import compiled
-from models.files import HERE
-from models.trajectory import read_netcdf
+from crosscheck.models.trajectory import read_netcdf
+from crosscheck.provenance import ROOT
 from tests.processes import command_line
 
-ROOT = HERE.parent
 SHORT = ("simulate", "--model", "pinocchio:links", "--scenario", "pd", "--t-end", "0.0002")
 NOWHERE = "/dev/null/home"  # no folder can be made there, by anyone
 HOMELESS = {"HOME": NOWHERE, "XDG_CACHE_HOME": "", "XDG_CONFIG_HOME": "", "MPLCONFIGDIR": ""}
@@ -32,7 +30,7 @@ LOCALES = {
 @pytest.fixture
 def arm(tmp_path: Path) -> Path:
     """An arm whose file name and own name are in no single code page."""
-    text = (HERE / "arms" / "paper-labelled.toml").read_text(encoding="utf-8")
+    text = (ROOT / "models" / "arms" / "paper-labelled.toml").read_text(encoding="utf-8")
     file = tmp_path / "ärm\u2192.toml"
     file.write_text(text.replace('"paper-labelled"', '"Ä\u2192Ж"', 1), encoding="utf-8")
     return file
@@ -42,9 +40,8 @@ def arm(tmp_path: Path) -> Path:
 def unwritable(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The packages where numba can keep nothing beside them."""
     root = tmp_path_factory.mktemp("unwritable")
-    for package in compiled.PACKAGES:
-        without = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / package, root / package, ignore=without)
+    without = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ROOT / "crosscheck", root / "crosscheck", ignore=without)
     for folder in {path.parent for path in root.rglob("*.py")}:
         (folder / "__pycache__").touch()
     return root
@@ -145,7 +142,7 @@ def test_drawing_needs_no_home(tmp_path, home):
 
 def test_kernels_need_no_writable_package(unwritable, tmp_path):
     script = (
-        "import models, os\n"
+        "import os\nfrom crosscheck import models\n"
         "assert models.__file__.startswith(os.environ['PYTHONPATH'])\n"
         "print(os.environ['NUMBA_CACHE_DIR'])"
     )
@@ -160,7 +157,7 @@ def test_kernels_need_no_writable_package(unwritable, tmp_path):
 
 
 def test_a_library_that_was_there_first_is_told_too(unwritable, tmp_path):
-    script = "import numba, models; print(numba.config.CACHE_DIR)"
+    script = "import numba, crosscheck.models; print(numba.config.CACHE_DIR)"
     env = {"NUMBA_CACHE_DIR": "", "PYTHONPATH": str(unwritable), "XDG_CACHE_HOME": str(tmp_path)}
     answer = command_line(python=("-c", script), env=env, cwd=tmp_path)
     assert answer.stdout.strip() == str(tmp_path / "geararm-crosscheck" / "compiled")

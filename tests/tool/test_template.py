@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from crosscheck.cli.template import template
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.quantities import Data
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
 from crosscheck.schema import described, records_below
-from models.arm.arm import Arm, Direct, Link, Planetary
-from models.arm.quantities import Data
-from models.loading import load_arm, load_scenario
 from tests.processes import HEAVY, modules_loaded_by
 from tests.tool.conftest import Command
 from tests.tool.test_bad_input import assert_one_line

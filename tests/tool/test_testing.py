@@ -9,10 +9,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import load_arm
 from crosscheck.testing import Equations, assert_agrees
 from crosscheck.trial.input.loading import handed_over
-from models.errors import InputError
-from models.loading import load_arm
 from tests.tool.handed import model_file
 
 
@@ -55,7 +55,7 @@ def test_another_level_than_promised_is_wrong(equations):
 
 
 def test_scenarios_are_run(equations, labelled):
-    from models.loading import load_scenario
+    from crosscheck.models.loading import load_scenario
 
     short = load_scenario("constant-torque").model_copy(update={"duration_s": 0.002})
     trial = assert_agrees(equations, labelled, scenarios=[short])

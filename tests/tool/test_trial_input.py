@@ -195,15 +195,6 @@ def test_constant_equations_of_another_number_of_joints_name_both(crosscheck, tm
     )
 
 
-@pytest.mark.parametrize("package", ["models", "analytic"])
-def test_package_called_like_ours_does_not_shadow_it(crosscheck, tmp_path, package):
-    (tmp_path / package).mkdir()
-    (tmp_path / package / "__init__.py").write_text("mine = 1\n")
-    file = model_file(tmp_path, f"from {package} import mine")
-    answer = crosscheck("trial", f"{file}:two_link", "--quick")
-    assert_one_line(answer, f"the name {package} is taken by the project", "another one")
-
-
 @pytest.mark.parametrize(
     ("more", "fragments"),
     [

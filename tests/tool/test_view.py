@@ -13,16 +13,16 @@ import numpy as np
 import pytest
 from matplotlib.path import Path as Outline
 
-from analytic.paper.kinematics import mesh_displacements, stage_geometry
+from crosscheck.analytic.paper.kinematics import mesh_displacements, stage_geometry
+from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.models.trajectory import netcdf, recorded
 from crosscheck.output import write_files
 from crosscheck.view.command import view_page
 from crosscheck.view.gears import BESIDE, assembly, close_up, gear_angles, outline
 from crosscheck.view.mesh_geometry import SIDES, Wheel, mesh_geometry
 from crosscheck.view.trajectory_file import Run
-from models.arm.arm import Planetary
-from models.experiment.switches import switches
-from models.loading import load_arm, load_scenario
-from models.trajectory import netcdf, recorded
 from tests.arms import PAPER, arm_of
 from tests.tool.conftest import Command
 from tests.tool.test_bad_input import assert_one_line

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck.runner import patience, workers
+from crosscheck.runner import patience
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import Workers, perform_all
 
@@ -211,7 +211,7 @@ def test_workers_end_with_their_parent(tmp_path: Path):
         "    print(*(worker.process.pid for worker in crew.crew), flush=True)\n"
         "    time.sleep(60)\n"
     )
-    root = Path(workers.__file__).parents[1]
+    root = Path(__file__).parents[2]
     environment = {**os.environ, "PYTHONPATH": str(root)}
     parent = subprocess.Popen(
         [sys.executable, str(script)], stdout=subprocess.PIPE, env=environment

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from crosscheck.checks.answers import random_states
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import ConstantDrive, Scenario
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.loading import load_scenario
 from crosscheck.registry import build
 from crosscheck.trial.input.calls import SuppliedEquations
-from models.arm.arm import Arm
-from models.experiment.scenario import ConstantDrive, Scenario
-from models.experiment.switches import switches
-from models.loading import load_scenario
 
 
 def experiment(joints: int) -> tuple[Scenario, np.ndarray]:

@@ -6,6 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.planets import usual_switches
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.diagnose.explain import explain
 from crosscheck.trial.diagnose.keys import Entry, Product, TermKey
@@ -15,8 +17,6 @@ from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, entry_values, states_wanted
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.places import EntryPlace, Explanation
-from models.arm.arm import Arm
-from models.arm.planets import usual_switches
 
 RELATIVE, ABSOLUTE = Coordinates(), Coordinates(links="absolute")
 LUMPED = Coordinates("lumped")

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.interface import Model
+from crosscheck.models.loading import load_scenario
 from crosscheck.registry import build
 from crosscheck.trial.coordinates.frame import LinearFrame, frame_of
 from crosscheck.trial.diagnose.force_terms import ForceStates, rate_name, signal_columns
 from crosscheck.trial.input.equations import Coordinates
-from models.arm.arm import Arm
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
-from models.interface import Model
-from models.loading import load_scenario
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def sample(
 
 def torque_of(model: Model, joint: int, t: float, q: np.ndarray, v: np.ndarray) -> float:
     """Of the scenario's drive [N m]."""
-    from models.experiment.drive import joint_torque
+    from crosscheck.models.experiment.drive import joint_torque
 
     drive, sensed = model.drive, model.layout.theta[joint]
     table = drive.table_time, drive.table_torque[joint]

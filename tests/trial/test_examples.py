@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.input.calls import SuppliedEquations, handed
 from crosscheck.trial.input.loading import handed_over
-from models.loading import load_arm
 from tests.trial.judge import worst
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

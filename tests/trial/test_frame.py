@@ -11,15 +11,15 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analytic.derivation.chain import exact_chain
-from analytic.derivation.symbols import parameter_values
+from crosscheck.analytic.derivation.chain import exact_chain
+from crosscheck.analytic.derivation.symbols import parameter_values
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import free_layout, lumped_layout, rigid_layout
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
 from crosscheck.trial.coordinates.frame import Frame, frame_of
 from crosscheck.trial.input.equations import Coordinates
-from models.arm.arm import Arm
-from models.arm.layout import free_layout, lumped_layout, rigid_layout
-from models.errors import InputError
-from models.loading import load_arm, load_scenario
 from tests.arms import random_arm
 
 PAPER = load_arm("paper-labelled")

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.input.calls import handed
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import handed_over, made
-from models.errors import InputError
-from models.loading import load_arm, load_scenario
 
 ARM, PROBE = load_arm("paper-labelled"), load_arm("probe")
 SCENARIO = load_scenario("constant-torque")
@@ -90,10 +90,9 @@ def test_a_package_in_the_current_folder(tmp_path: Path, monkeypatch: pytest.Mon
 def test_modules_beside_the_file_are_found_and_shadow_nothing(tmp_path: Path) -> None:
     (tmp_path / "beside_hand.py").write_text("ten = 10\n")
     (tmp_path / "json.py").write_text("raise RuntimeError\n")
-    for ours in ("models", "analytic", "crosscheck"):
-        (tmp_path / ours).mkdir()
-        (tmp_path / ours / "__init__.py").write_text("raise RuntimeError\n")
-    code = "import json, models.arm.arm\nfrom beside_hand import ten\n"
+    (tmp_path / "crosscheck").mkdir()
+    (tmp_path / "crosscheck" / "__init__.py").write_text("raise RuntimeError\n")
+    code = "import json, crosscheck.models.arm.arm\nfrom beside_hand import ten\n"
     code += "model = Equations(mass_matrix=lambda q: np.eye(2) * ten)"
     assert payload(over(tmp_path, code)) == 10.0
     assert str(tmp_path) not in sys.path
@@ -103,30 +102,6 @@ def test_a_file_is_read_anew(tmp_path: Path) -> None:
     assert payload(over(tmp_path, GIVEN["equations"])) == 10.0
     changed = GIVEN["equations"].replace("10", "11 + 0 * 100")
     assert payload(over(tmp_path, changed)) == 11.0
-
-
-SHADOWED = {
-    "import models\nmodels.hand_made()": "AttributeError: .*line 4",
-    "from models import hand_made": "ImportError: .*line 3",
-    "import analytic.mine": "ModuleNotFoundError: .*line 3",
-    "def model(arm):\n from models.mine import x": "ModuleNotFoundError: .*line 4",
-}
-
-
-@pytest.mark.parametrize("code", SHADOWED)
-def test_who_wants_an_own_package_of_our_name_is_told(code: str, tmp_path: Path) -> None:
-    for ours in ("models", "analytic"):
-        (tmp_path / ours).mkdir()
-    name = "analytic" if "analytic" in code else "models"
-    taken = f"the name {name} is taken by the project, so give your own {name} another one"
-    with pytest.raises(InputError, match=f"{SHADOWED[code]}.*{taken}"):
-        over(tmp_path, code)
-
-
-def test_who_has_none_is_not(tmp_path: Path) -> None:
-    with pytest.raises(InputError) as caught:
-        over(tmp_path, "from models import hand_made")
-    assert "taken" not in str(caught.value)
 
 
 BAD = {

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import load_arm
 from crosscheck.planning.sizing import unequal_gains
 from crosscheck.trial.coordinates.frame import LAYOUTS
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.trial import Asked, Trial, tried
-from models.arm.arm import Arm
-from models.loading import load_arm
 from tests.arms import random_arm
 from tests.trial.test_trial import equations_of, in_frame, trial_of, two_links
 

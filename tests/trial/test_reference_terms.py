@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from crosscheck.models.arm.planets import usual_switches
 from crosscheck.trial.diagnose.reference_terms import reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import entry_values
 from crosscheck.trial.judge.places import EntryPlace
-from models.arm.planets import usual_switches
 from tests.any_arms import any_arms
 from tests.trial.states import Sample, drawn_coordinates, sample
 

@@ -7,7 +7,11 @@ import pytest
 import sympy as sp
 import sympy.physics.mechanics as me
 
-from analytic.derivation.symbols import parameter_values
+from crosscheck.analytic.derivation.symbols import parameter_values
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.diagnose.difference import symbolic_difference
 from crosscheck.trial.diagnose.reference_terms import reference_terms_of
@@ -16,10 +20,6 @@ from crosscheck.trial.input.calls import SuppliedEquations, handed
 from crosscheck.trial.input.equations import Coordinates, Equations, Symbolic
 from crosscheck.trial.input.symbolic import from_sympy, of_arm
 from crosscheck.trial.judge.places import EntryPlace
-from models.arm.arm import Arm
-from models.arm.planets import usual_switches
-from models.errors import InputError
-from models.loading import load_arm
 
 ARM, PROBE = load_arm("paper-labelled"), load_arm("probe")
 x, v = sp.symbols("x1 x2"), sp.symbols("v1 v2")

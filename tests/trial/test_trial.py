@@ -8,6 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
 from crosscheck.trial.coordinates.frame import Frame, frame_of
 from crosscheck.trial.coordinates.moved import Moved
@@ -15,10 +19,6 @@ from crosscheck.trial.diagnose.probe import probe_arms
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import made
 from crosscheck.trial.trial import Asked, Trial, tried
-from models.arm.arm import Arm
-from models.arm.planets import usual_switches
-from models.experiment.scenario import Scenario
-from models.loading import load_arm, load_scenario
 from tests.arms import random_arm
 
 LEVELS = ("links", "carriers", "armature", "coupled")

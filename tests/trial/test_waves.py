@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.diagnose.alternates import ForceDifferences
 from crosscheck.trial.diagnose.force_terms import ForceStates
@@ -14,8 +16,6 @@ from crosscheck.trial.diagnose.keys import TermKey
 from crosscheck.trial.diagnose.waves import Fitting, keys_of, states_wanted, waves_tried
 from crosscheck.trial.diagnose.words import told
 from crosscheck.trial.judge.places import EntryPlace
-from models.arm.planets import usual_switches
-from models.loading import load_arm
 from tests.trial.planted import ABSOLUTE, LUMPED, terms
 from tests.trial.states import sample
 

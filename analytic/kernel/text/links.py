@@ -2,7 +2,7 @@
 
 Absolute link angles Theta_k and rates Omega_k; links l and k exert on each other what
 m_kl cos(Theta_k - Theta_l) makes of them. A gear's displacement x takes part by the force f on it:
-see analytic.kernel.links and numbers.
+see crosscheck.analytic.kernel.links and numbers.
 """
 
 from __future__ import annotations
@@ -10,14 +10,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from analytic.derivation.gears import Gears
-from analytic.kernel.links import Links
-from analytic.kernel.structure import Lines, StageShape, Structure, common_structure
-from analytic.kernel.text.functions import cosine, sine
-from analytic.kernel.text.meshes import PER_TURN, mesh_forces, stiffness_and_error, torque
-from models.arm.arm import Arm
-from models.arm.layout import Layout
-from models.experiment.drive import DriveData
+from crosscheck.analytic.derivation.gears import Gears
+from crosscheck.analytic.kernel.links import Links
+from crosscheck.analytic.kernel.structure import Lines, StageShape, Structure, common_structure
+from crosscheck.analytic.kernel.text.functions import cosine, sine
+from crosscheck.analytic.kernel.text.meshes import (
+    PER_TURN,
+    mesh_forces,
+    stiffness_and_error,
+    torque,
+)
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import Layout
+from crosscheck.models.experiment.drive import DriveData
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from analytic.kernel.structure import Lines, StageShape, Structure
-from analytic.kernel.text.functions import cosine, hyperbolic_tangent, reduced, sine
-from models.experiment.drive import CONSTANT, PD, SINE_OF_SQRT_TIME, SINE_OF_TIME
+from crosscheck.analytic.kernel.structure import Lines, StageShape, Structure
+from crosscheck.analytic.kernel.text.functions import cosine, hyperbolic_tangent, reduced, sine
+from crosscheck.models.experiment.drive import CONSTANT, PD, SINE_OF_SQRT_TIME, SINE_OF_TIME
 
 PER_TURN = repr(0.15915494309189535)  # 1 / 2 pi
 

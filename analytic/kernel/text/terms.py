@@ -1,7 +1,7 @@
 """Equations of motion of any kind that ``derivation.terms`` can hold, as text.
 
 M, bias and force stand in the coordinates of a model's layout, entry by entry. Runs of an arm's own
-bodies use the shorter text of analytic.kernel.text.links.
+bodies use the shorter text of crosscheck.analytic.kernel.text.links.
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ from functools import cached_property
 
 import numpy as np
 
-from analytic.derivation.gears import Gears
-from analytic.derivation.terms import Terms
-from analytic.kernel.structure import Lines, Structure, common_structure
-from analytic.kernel.text.functions import cosine, sine
-from analytic.kernel.text.meshes import (
+from crosscheck.analytic.derivation.gears import Gears
+from crosscheck.analytic.derivation.terms import Terms
+from crosscheck.analytic.kernel.structure import Lines, Structure, common_structure
+from crosscheck.analytic.kernel.text.functions import cosine, sine
+from crosscheck.analytic.kernel.text.meshes import (
     PER_TURN,
     mesh_forces,
     stiffness_and_error,
     torque,
 )
-from models.arm.arm import Arm
-from models.arm.layout import Layout
-from models.experiment.drive import DriveData
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import Layout
+from crosscheck.models.experiment.drive import DriveData
 
 Entry = tuple[int, ...]
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from audit.claims.quantities import difference, of, over, where
-from audit.claims.rule import Claim
-from audit.claims.statements.control import (
+from crosscheck.audit.claims.quantities import difference, of, over, where
+from crosscheck.audit.claims.rule import Claim
+from crosscheck.audit.claims.statements.control import (
     EXISTS,
     GONE,
     LARGER,
@@ -14,8 +14,8 @@ from audit.claims.statements.control import (
     WITHOUT_ERROR,
     in_third,
 )
-from audit.experiments.experiments import CONSTANT_STIFFNESS, NO_BACKLASH
-from audit.measures.thresholds import EVIDENT
+from crosscheck.audit.experiments.experiments import CONSTANT_STIFFNESS, NO_BACKLASH
+from crosscheck.audit.measures.thresholds import EVIDENT
 
 WITHOUT_BACKLASH, CONSTANT = (of(one, "third") for one in (NO_BACKLASH, CONSTANT_STIFFNESS))
 

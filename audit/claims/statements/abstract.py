@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from audit.claims.quantities import largest, of, over, where
-from audit.claims.rule import Claim, above, below
-from audit.claims.statements.control import OWED
-from audit.claims.statements.section4 import ON_AND_ON, SWINGS, accumulation, swings
-from audit.experiments.experiments import NO_ERROR, PD
-from audit.measures.thresholds import EVIDENT, HALVED, SEVERE, VISIBLE_SHARE
+from crosscheck.audit.claims.quantities import largest, of, over, where
+from crosscheck.audit.claims.rule import Claim, above, below
+from crosscheck.audit.claims.statements.control import OWED
+from crosscheck.audit.claims.statements.section4 import ON_AND_ON, SWINGS, accumulation, swings
+from crosscheck.audit.experiments.experiments import NO_ERROR, PD
+from crosscheck.audit.measures.thresholds import EVIDENT, HALVED, SEVERE, VISIBLE_SHARE
 
 CLAIMS = (
     Claim(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from audit.claims.quantities import (
+from crosscheck.audit.claims.quantities import (
     Quantity,
     difference,
     largest,
@@ -13,10 +13,16 @@ from audit.claims.quantities import (
     times,
     where,
 )
-from audit.claims.rule import PLOT, READ_OFF, Claim, Limits, above, below, read_off
-from audit.experiments.experiments import DEFAULT_B_UM, NO_BACKLASH, NO_ERROR, PD, PRELOADED
-from audit.measures.events import AT_ONCE_S
-from audit.measures.thresholds import (
+from crosscheck.audit.claims.rule import PLOT, READ_OFF, Claim, Limits, above, below, read_off
+from crosscheck.audit.experiments.experiments import (
+    DEFAULT_B_UM,
+    NO_BACKLASH,
+    NO_ERROR,
+    PD,
+    PRELOADED,
+)
+from crosscheck.audit.measures.events import AT_ONCE_S
+from crosscheck.audit.measures.thresholds import (
     DOUBLED,
     EVIDENT,
     HALVED,

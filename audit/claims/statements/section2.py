@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from audit.claims.quantities import (
+from crosscheck.audit.claims.quantities import (
     Quantity,
     difference,
     diverged,
@@ -15,8 +15,8 @@ from audit.claims.quantities import (
     smallest,
     where,
 )
-from audit.claims.rule import READ_OFF, Claim, about, above, below
-from audit.experiments.experiments import (
+from crosscheck.audit.claims.rule import READ_OFF, Claim, about, above, below
+from crosscheck.audit.experiments.experiments import (
     BACKLASH_NO_ERROR,
     CONSTANT,
     CONSTANT_NO_ERROR,
@@ -30,8 +30,8 @@ from audit.experiments.experiments import (
     TWO_PLANETS,
     TWO_SOFTER,
 )
-from audit.hypotheses.evidence.flights import LIMIT_M
-from audit.measures.thresholds import (
+from crosscheck.audit.hypotheses.evidence.flights import LIMIT_M
+from crosscheck.audit.measures.thresholds import (
     DOUBLED,
     EVIDENT,
     EXACT,
@@ -39,8 +39,8 @@ from audit.measures.thresholds import (
     MINOR,
     VISIBLE_SHARE,
 )
-from audit.statics.surroundings import BASE_MASSES
-from audit.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
+from crosscheck.audit.statics.surroundings import BASE_MASSES
+from crosscheck.audit.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 
 ROUNDING = below(EXACT, "an identity: rounding alone may be left")
 SMALL = below(VISIBLE_SHARE, "a line's width in a plot of what it is compared with")

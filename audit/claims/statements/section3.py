@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from audit.claims.quantities import each, of, over
-from audit.claims.rule import Claim, Limits, about, above, below, read_off
-from audit.claims.statements.statics import BENDS
-from audit.experiments.experiments import (
+from crosscheck.audit.claims.quantities import each, of, over
+from crosscheck.audit.claims.rule import Claim, Limits, about, above, below, read_off
+from crosscheck.audit.claims.statements.statics import BENDS
+from crosscheck.audit.experiments.experiments import (
     CONSTANT,
     CONSTANT_NO_ERROR,
     CONSTANT_PRELOADED,
     PLANTED,
     STATIC,
 )
-from audit.measures.thresholds import DOUBLED, HALVED
+from crosscheck.audit.measures.thresholds import DOUBLED, HALVED
 from crosscheck.registry import RIGID_LEVELS
 
 PRINTED_DIGIT = "what rounds to the digit that the paper prints"

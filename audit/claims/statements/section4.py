@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from audit.claims.quantities import (
+from crosscheck.audit.claims.quantities import (
     Choices,
     Known,
     Quantity,
@@ -23,8 +23,8 @@ from audit.claims.quantities import (
     times,
     where,
 )
-from audit.claims.rule import Claim, Limits, about, above, below, read_off
-from audit.claims.statements.control import (
+from crosscheck.audit.claims.rule import Claim, Limits, about, above, below, read_off
+from crosscheck.audit.claims.statements.control import (
     GONE,
     LARGER,
     MOSTLY,
@@ -33,7 +33,7 @@ from audit.claims.statements.control import (
     VANISHED,
     in_third,
 )
-from audit.experiments.experiments import (
+from crosscheck.audit.experiments.experiments import (
     BACK,
     BACK_EVEN,
     BACKLASH,
@@ -48,7 +48,7 @@ from audit.experiments.experiments import (
     WIDE,
     Family,
 )
-from audit.measures.thresholds import DOUBLED, EVIDENT, MINOR, SEVERE
+from crosscheck.audit.measures.thresholds import DOUBLED, EVIDENT, MINOR, SEVERE
 
 CLEAR_RANK = 0.75
 SMALL = 5.0  # um

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from audit.claims.quantities import (
+from crosscheck.audit.claims.quantities import (
     Known,
     Quantity,
     along,
@@ -19,8 +19,8 @@ from audit.claims.quantities import (
     where,
     where_below,
 )
-from audit.claims.rule import READ_OFF, Claim, Limits, about, above, below
-from audit.claims.statements.control import (
+from crosscheck.audit.claims.rule import READ_OFF, Claim, Limits, about, above, below
+from crosscheck.audit.claims.statements.control import (
     ANY_WITHOUT_ERROR,
     EXISTS,
     GONE,
@@ -34,8 +34,14 @@ from audit.claims.statements.control import (
     THIRD,
     in_third,
 )
-from audit.claims.statements.section4 import AT_SMALL, CLEAR_RANK, RISES, SMALL, larger_of
-from audit.experiments.experiments import (
+from crosscheck.audit.claims.statements.section4 import (
+    AT_SMALL,
+    CLEAR_RANK,
+    RISES,
+    SMALL,
+    larger_of,
+)
+from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     DEFAULT_E_UM,
     ERROR,
@@ -44,7 +50,7 @@ from audit.experiments.experiments import (
     PD,
     STATIC,
 )
-from audit.measures.thresholds import DOUBLED, EVIDENT, HALVED, MINOR, SEVERE
+from crosscheck.audit.measures.thresholds import DOUBLED, EVIDENT, HALVED, MINOR, SEVERE
 
 _FAST = "third_force_fast_N"
 _BELOW_5 = (ERROR(1.6), ERROR(3.2))  # um, the sizes that the paper simulates

@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analytic.model import PhysicalModel
-from analytic.paper.model import EnergiesModel, PrintedModel
-from audit.errata import transcript
-from audit.experiments.variant import Numbers, spelled_out
-from audit.measures.stage import PaperStage, paper_stage
-from audit.statics.surroundings import free_base, neglected_torques
-from audit.statics.teeth import clearance, gearing, stiffness_wave
-from models.arm.arm import Arm
-from models.experiment.switches import switches
-from models.interface import Model
-from models.loading import load_arm, load_scenario
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.analytic.paper.model import EnergiesModel, PrintedModel
+from crosscheck.audit.errata import transcript
+from crosscheck.audit.experiments.variant import Numbers, spelled_out
+from crosscheck.audit.measures.stage import PaperStage, paper_stage
+from crosscheck.audit.statics.surroundings import free_base, neglected_torques
+from crosscheck.audit.statics.teeth import clearance, gearing, stiffness_wave
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.interface import Model
+from crosscheck.models.loading import load_arm, load_scenario
 
 SCENARIO = "constant-torque"  # in which equations are compared
 POSES, SEED = 20, 20150401

@@ -8,9 +8,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from audit.claims.rule import Claim, Limits, Place, State
-from audit.experiments.cells import PRINTED
-from audit.hypotheses.evidence.rungs import (
+from crosscheck.audit.claims.rule import Claim, Limits, Place, State
+from crosscheck.audit.experiments.cells import PRINTED
+from crosscheck.audit.hypotheses.evidence.rungs import (
     GROUPS,
     INERTIA,
     MESHES,
@@ -19,8 +19,8 @@ from audit.hypotheses.evidence.rungs import (
     ZETA,
     Ladder,
 )
-from audit.measures.undefined import UNDEFINED, extreme, known, where_known
-from audit.page.said import Said
+from crosscheck.audit.measures.undefined import UNDEFINED, extreme, known, where_known
+from crosscheck.audit.page.said import Said
 from crosscheck.registry import RIGID_LEVELS
 
 # What Section 3.1 says of Fig. 6, each by the claim that judges it.

@@ -16,8 +16,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import brentq
 
-from analytic.model import AnalyticModel, PhysicalModel
-from audit.experiments.study import Variant
+from crosscheck.analytic.model import AnalyticModel, PhysicalModel
+from crosscheck.audit.experiments.study import Variant
 
 LINK, SUN = "link", "sun"
 PAPER_GAINS = (1000.0, 400.0)  # P [N m/rad], D [N m s/rad]

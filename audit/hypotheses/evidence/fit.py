@@ -14,14 +14,14 @@ from itertools import product
 
 import numpy as np
 
-from audit.claims.quantities import Known
-from audit.claims.rule import Answer, Claim, State, answers
-from audit.claims.settings import plan_of
-from audit.experiments.cells import LAWS, MODELS, Cell
-from audit.experiments.experiments import CONSTANT, NO_ERROR, PD
-from audit.experiments.variant import Planets
-from audit.page.material import Material
-from audit.page.said import Said
+from crosscheck.audit.claims.quantities import Known
+from crosscheck.audit.claims.rule import Answer, Claim, State, answers
+from crosscheck.audit.claims.settings import plan_of
+from crosscheck.audit.experiments.cells import LAWS, MODELS, Cell
+from crosscheck.audit.experiments.experiments import CONSTANT, NO_ERROR, PD
+from crosscheck.audit.experiments.variant import Planets
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.said import Said
 
 # The numbers that Section 3 prints of meshes and fluctuations, and Section 4.1's frequency.
 NUMBERS = (

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from audit.experiments.variant import spelled_out
-from audit.measures.undefined import known
+from crosscheck.audit.experiments.variant import spelled_out
+from crosscheck.audit.measures.undefined import known
 from crosscheck.checks.trajectories import tip_position
+from crosscheck.models.loading import Case, load_case
+from crosscheck.models.pinocchio.floating import FloatingBase, PinocchioFloating
 from crosscheck.registry import build
-from models.loading import Case, load_case
-from models.pinocchio.floating import FloatingBase, PinocchioFloating
 
 READING = "paper-labelled"
 FIXED_BASE = "pinocchio:coupled"

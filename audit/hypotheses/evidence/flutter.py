@@ -11,22 +11,22 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from analytic.model import RigidCoupled
-from audit.claims.rule import State, quantiles_of, state
-from audit.experiments.cells import INTEGRAL, Cell
-from audit.experiments.pool import Sample
-from audit.experiments.scale import Scale
-from audit.experiments.starts import RECORDED_S, Starts
-from audit.experiments.study import Study
-from audit.experiments.variant import Numbers, Planets, Variant
-from audit.measures.course import Course, courses
-from audit.measures.numbers import finite
-from audit.measures.rigid import COUPLED, rigid_arm
-from audit.measures.shares import Share
 from crosscheck import signals
-from models.errors import Diverged
-from models.experiment.scenario import TableDrive
-from models.loading import Case
+from crosscheck.analytic.model import RigidCoupled
+from crosscheck.audit.claims.rule import State, quantiles_of, state
+from crosscheck.audit.experiments.cells import INTEGRAL, Cell
+from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.starts import RECORDED_S, Starts
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Numbers, Planets, Variant
+from crosscheck.audit.measures.course import Course, courses
+from crosscheck.audit.measures.numbers import finite
+from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
+from crosscheck.audit.measures.shares import Share
+from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.scenario import TableDrive
+from crosscheck.models.loading import Case
 
 VIBRATES = 1.0  # rad/s^2: what is left of the impacts is below it by then
 SETTLED_S = (0.9, 1.2)  # well after the impacts of the side change

@@ -12,16 +12,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.kernel.batch import Batch
-from analytic.kernel.equations import TermEquations
-from analytic.model import PhysicalModel
-from audit.experiments.torque import fast
-from audit.experiments.variant import Variant, spelled_out
-from audit.hypotheses.evidence.flutter import played_back
-from audit.phase.runs.plant import ContinuedEquations
 from crosscheck import signals
+from crosscheck.analytic.kernel.batch import Batch
+from crosscheck.analytic.kernel.equations import TermEquations
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.audit.experiments.torque import fast
+from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.hypotheses.evidence.flutter import played_back
+from crosscheck.audit.phase.runs.plant import ContinuedEquations
+from crosscheck.models.experiment.drive import DriveData, drive_data
 from crosscheck.studies.members.starts import perturbed
-from models.experiment.drive import DriveData, drive_data
 
 HANDED_S, AFTER_S = 0.9, 0.2  # when it is handed over, and how long it is watched
 LAST_S, SMOOTHED_S = 0.05, 5e-3  # where it is measured; slower than the meshes' vibrations

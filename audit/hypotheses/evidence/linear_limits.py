@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from audit.experiments.cells import READINGS
-from audit.experiments.variant import Numbers, Variant
-from audit.hypotheses.evidence.feedback import (
+from crosscheck import signals
+from crosscheck.audit.experiments.cells import READINGS
+from crosscheck.audit.experiments.variant import Numbers, Variant
+from crosscheck.audit.hypotheses.evidence.feedback import (
     LINK,
     PAPER_GAINS,
     SUN,
@@ -18,9 +19,8 @@ from audit.hypotheses.evidence.feedback import (
     growth,
     threshold,
 )
-from audit.measures.reading import first_mesh
-from audit.measures.undefined import where_known
-from crosscheck import signals
+from crosscheck.audit.measures.reading import first_mesh
+from crosscheck.audit.measures.undefined import where_known
 
 ELBOWS_DEG = (0, 30, 60, 90, 120, 150, 180)
 GAINS = ((1000.0, 0.0), (500.0, 400.0), (4000.0, 400.0), (1000.0, 100.0), (1000.0, 200.0),

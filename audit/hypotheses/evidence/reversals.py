@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study
-from audit.experiments.variant import Numbers, Variant
-from audit.measures.rigid import rigid_model
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Numbers, Variant
+from crosscheck.audit.measures.rigid import rigid_model
 from crosscheck.registry import RIGID_LEVELS
 
 

@@ -14,14 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from audit.experiments.scale import Scale
-from audit.experiments.study import Study, Variant
-from audit.measures.numbers import quotient
-from audit.measures.reductions import angles
-from audit.measures.rigid import rigid_model
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study, Variant
+from crosscheck.audit.measures.numbers import quotient
+from crosscheck.audit.measures.reductions import angles
+from crosscheck.audit.measures.rigid import rigid_model
 from crosscheck.checks.trajectories import SAFETY, tip_position
+from crosscheck.models.arm.arm import Arm
 from crosscheck.registry import RIGID_LEVELS
-from models.arm.arm import Arm
 
 MASSES, DIAGONAL, COUPLING, COMPLIANCE = "masses", "diagonal", "coupling", "compliance"
 BACKLASH, STIFFNESS, ERROR, SLIPS, CLOCK = "backlash", "stiffness", "error", "slips", "clock"

@@ -14,17 +14,17 @@ from functools import partial
 
 import numpy as np
 
-from analytic.model import PhysicalModel, RigidCoupled
-from audit.experiments.cells import INTEGRAL, Cell
-from audit.experiments.variant import Variant, spelled_out
-from audit.measures.course import Course, courses
-from audit.measures.numbers import defined, quotient
-from audit.measures.rigid import COUPLED, without_gears
-from audit.measures.shares import Share
-from audit.measures.undefined import all_of, where_known
 from crosscheck import signals
+from crosscheck.analytic.model import PhysicalModel, RigidCoupled
+from crosscheck.audit.experiments.cells import INTEGRAL, Cell
+from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.measures.course import Course, courses
+from crosscheck.audit.measures.numbers import defined, quotient
+from crosscheck.audit.measures.rigid import COUPLED, without_gears
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.undefined import all_of, where_known
+from crosscheck.models.errors import Diverged
 from crosscheck.studies.members.starts import perturbed
-from models.errors import Diverged
 
 DRIVES = ("sqrt_time", "time")  # 2000 sin(20 pi sqrt(t)) as printed, 2000 sin(20 pi t)
 ZETAS = (0.05, 0.005)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from audit.errata.finder import energy_errata
-from audit.experiments.variant import spelled_out
+from crosscheck.audit.errata.finder import energy_errata
+from crosscheck.audit.experiments.variant import spelled_out
 from crosscheck.checks.trajectories import largest_difference, tip_position
-from models.loading import load_arm, load_scenario
+from crosscheck.models.loading import load_arm, load_scenario
 
 WHERE = "Eq. 18, planets 2"
 CONSIDERABLE_M = 0.03  # the tip error that Section 3.1 calls considerable

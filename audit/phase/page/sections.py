@@ -8,28 +8,37 @@ from typing import NamedTuple
 
 import numpy as np
 
-from audit.claims.rule import State
-from audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE, Cell
-from audit.experiments.torque import RING_CYCLES
-from audit.measures.events import THIRD_S
-from audit.measures.numbers import quotient
-from audit.measures.shares import Share
-from audit.measures.stage import paper_stage
-from audit.measures.third import Third
-from audit.measures.thresholds import EVIDENT, SEVERE
-from audit.measures.twosamples import SIGNIFICANT, shares_p
-from audit.measures.undefined import extreme
-from audit.page.material import Material
-from audit.page.record import JsonObject
-from audit.page.text import html, text
-from audit.phase import clock, dampers, engines, handover, maps, objections, resonance, stability
-from audit.phase.engines import FEWEST, Engines
-from audit.phase.maps import PHASES, Mapped, Maps, RepairedSetting
-from audit.phase.objections import D_UNKNOWN, FLUTTER, FULL, PLANETS, Objected
-from audit.phase.page import tables, views, views_linear
-from audit.phase.runaway import Runaway
-from audit.phase.runs.experiments import HIGH_PASS_HZ
-from models.loading import load_arm
+from crosscheck.audit.claims.rule import State
+from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE, Cell
+from crosscheck.audit.experiments.torque import RING_CYCLES
+from crosscheck.audit.measures.events import THIRD_S
+from crosscheck.audit.measures.numbers import quotient
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.stage import paper_stage
+from crosscheck.audit.measures.third import Third
+from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
+from crosscheck.audit.measures.twosamples import SIGNIFICANT, shares_p
+from crosscheck.audit.measures.undefined import extreme
+from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.record import JsonObject
+from crosscheck.audit.page.text import html, text
+from crosscheck.audit.phase import (
+    clock,
+    dampers,
+    engines,
+    handover,
+    maps,
+    objections,
+    resonance,
+    stability,
+)
+from crosscheck.audit.phase.engines import FEWEST, Engines
+from crosscheck.audit.phase.maps import PHASES, Mapped, Maps, RepairedSetting
+from crosscheck.audit.phase.objections import D_UNKNOWN, FLUTTER, FULL, PLANETS, Objected
+from crosscheck.audit.phase.page import tables, views, views_linear
+from crosscheck.audit.phase.runaway import Runaway
+from crosscheck.audit.phase.runs.experiments import HIGH_PASS_HZ
+from crosscheck.models.loading import load_arm
 
 CLOCK_CAPTION = (
     "Same motion (above) and same start (below); only what the clock shows at the start differs."

@@ -7,21 +7,21 @@ from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from audit.experiments.cells import Cell, Law
-from audit.measures.shares import Share
-from audit.measures.third import Quantiles, Third, quantiles
-from audit.measures.thresholds import EVIDENT
-from audit.page.columns import Columns, TableColumn
-from audit.phase.clock import Delayed
-from audit.phase.dampers import Ablated
-from audit.phase.engines import Apart
-from audit.phase.handover import Fate
-from audit.phase.maps import Mapped, RepairedSetting
-from audit.phase.objections import Objected, Rates
-from audit.phase.resonance import FloquetRates, Peak
-from audit.phase.runaway import Runaway
-from audit.phase.runs.linear import Interval
-from audit.phase.stability import Linearised
+from crosscheck.audit.experiments.cells import Cell, Law
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.third import Quantiles, Third, quantiles
+from crosscheck.audit.measures.thresholds import EVIDENT
+from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.audit.phase.clock import Delayed
+from crosscheck.audit.phase.dampers import Ablated
+from crosscheck.audit.phase.engines import Apart
+from crosscheck.audit.phase.handover import Fate
+from crosscheck.audit.phase.maps import Mapped, RepairedSetting
+from crosscheck.audit.phase.objections import Objected, Rates
+from crosscheck.audit.phase.resonance import FloquetRates, Peak
+from crosscheck.audit.phase.runaway import Runaway
+from crosscheck.audit.phase.runs.linear import Interval
+from crosscheck.audit.phase.stability import Linearised
 
 Row = TypeVar("Row")
 VISIBLE_TITLE = f"raised above {EVIDENT:g} rad/s² by E"

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from audit.experiments.cells import LABELLED, Law
-from audit.experiments.experiments import DEFAULT_B_UM, DEFAULT_E_UM
-from audit.measures.shares import Share
-from audit.phase.clock import RUN_WINDOW_S, Clocks, SignalEnvelope
-from audit.phase.handover import HEIRS, HandedOver
-from audit.phase.maps import (
+from crosscheck.audit.experiments.cells import LABELLED, Law
+from crosscheck.audit.experiments.experiments import DEFAULT_B_UM, DEFAULT_E_UM
+from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.phase.clock import RUN_WINDOW_S, Clocks, SignalEnvelope
+from crosscheck.audit.phase.handover import HEIRS, HandedOver
+from crosscheck.audit.phase.maps import (
     BACKLASH_ZETAS,
     BACKLASHES_UM,
     FOUR,

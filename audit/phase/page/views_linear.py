@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from audit.experiments.cells import Cell
-from audit.phase.page.views import band, law_name
-from audit.phase.resonance import SPEEDS, Resonance
-from audit.phase.runs.experiments import DECISIVE, integrated
-from audit.phase.stability import Linearised, Stability
+from crosscheck.audit.experiments.cells import Cell
+from crosscheck.audit.phase.page.views import band, law_name
+from crosscheck.audit.phase.resonance import SPEEDS, Resonance
+from crosscheck.audit.phase.runs.experiments import DECISIVE, integrated
+from crosscheck.audit.phase.stability import Linearised, Stability
 from crosscheck.report.figures import legend, log_y, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 

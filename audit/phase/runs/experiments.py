@@ -9,17 +9,17 @@ from functools import lru_cache
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from analytic.model import PhysicalModel
-from audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell, Law
-from audit.experiments.starts import AT_ONCE, TransientPd
-from audit.experiments.variant import Variant, simulate
-from audit.measures.course import Course, courses
-from audit.measures.rigid import rigid_arm
-from audit.phase.runs.rigid import rigid_motion
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell, Law
+from crosscheck.audit.experiments.starts import AT_ONCE, TransientPd
+from crosscheck.audit.experiments.variant import Variant, simulate
+from crosscheck.audit.measures.course import Course, courses
+from crosscheck.audit.measures.rigid import rigid_arm
+from crosscheck.audit.phase.runs.rigid import rigid_motion
+from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.scenario import TableDrive
+from crosscheck.models.loading import Case
 from crosscheck.studies.members.starts import perturbed
-from models.errors import Diverged
-from models.experiment.scenario import TableDrive
-from models.loading import Case
 
 HIGH_PASS_HZ = 600.0  # between the controlled arm's motion and the mesh modes
 ORDER = 12  # each way: 1.7 kHz leaks less than 1e-5 through 3 kHz

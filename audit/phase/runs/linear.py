@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from analytic.derivation.terms import Terms
-from audit.phase.runs.plant import Plant
-from audit.phase.runs.rigid import rigid_motion
-from models.experiment.drive import PD
-from models.loading import Case
+from crosscheck.analytic.derivation.terms import Terms
+from crosscheck.audit.phase.runs.plant import Plant
+from crosscheck.audit.phase.runs.rigid import rigid_motion
+from crosscheck.models.experiment.drive import PD
+from crosscheck.models.loading import Case
 
 BASE_STEP_S = 1e-4
 LARGEST_FOLDS = 200.0  # e^200: an amplitude beyond meaning, but finite

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from analytic.kernel.batch import Batch, Records
-from analytic.model import PhysicalModel
-from models.loading import Case
+from crosscheck.analytic.kernel.batch import Batch, Records
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.models.loading import Case
 
 CHUNK = 2000  # records at a time, which stay in a processor's cache
 

@@ -11,16 +11,16 @@ from functools import cached_property
 
 import numpy as np
 
-from analytic.derivation.gears import Gears
-from analytic.derivation.terms import Terms
-from analytic.kernel.batch import Batch
-from analytic.kernel.equations import TermEquations
-from analytic.kernel.states import StateEvaluator
-from analytic.model import AnalyticModel
-from analytic.paper.mesh_frequency import OMEGA_T
-from audit.measures.stage import paper_stage
-from models.experiment.drive import DriveData
-from models.experiment.scenario import Scenario
+from crosscheck.analytic.derivation.gears import Gears
+from crosscheck.analytic.derivation.terms import Terms
+from crosscheck.analytic.kernel.batch import Batch
+from crosscheck.analytic.kernel.equations import TermEquations
+from crosscheck.analytic.kernel.states import StateEvaluator
+from crosscheck.analytic.model import AnalyticModel
+from crosscheck.analytic.paper.mesh_frequency import OMEGA_T
+from crosscheck.audit.measures.stage import paper_stage
+from crosscheck.models.experiment.drive import DriveData
+from crosscheck.models.experiment.scenario import Scenario
 
 
 @dataclass(frozen=True)

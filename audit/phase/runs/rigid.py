@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import xarray as xr
 
+from crosscheck.models.loading import Case
 from crosscheck.registry import build
-from models.loading import Case
 
 
 def rigid_motion(case: Case, step_s: float, every: int) -> xr.Dataset:

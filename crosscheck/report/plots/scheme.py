@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 from html import escape
 
-from models.arm.arm import Arm, Joint, Link, Planetary
+from crosscheck.models.arm.arm import Arm, Joint, Link, Planetary
 
 WIDTH, HEIGHT, MARGIN = 460.0, 260.0, 44.0
 FIRST_RAD, BEND_RAD = 0.62, 0.95  # of the first link, and of each joint, to and fro

@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import xarray as xr
 
-from models.trajectory import meaning_of, unit_of
+from crosscheck.models.trajectory import meaning_of, unit_of
 
 QUANTITIES = ("theta", "theta_ddot", "x_sp", "F_sp", "F_pr")
 MOST_NUMBERS = 1_200_000  # on a page: 6.4 MB as base64 of float32

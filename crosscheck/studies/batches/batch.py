@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 import xarray as xr
 
+from crosscheck.models.errors import Diverged
+from crosscheck.models.loading import Case
 from crosscheck.registry import build, lead, second
 from crosscheck.studies.measures.columns import DIVERGED, columns
 from crosscheck.studies.measures.observers import SIGNALS, ChunkRecords, Watched, observer
 from crosscheck.studies.members.members import PreparedStudy, study_of
-from models.errors import Diverged
-from models.loading import Case
 
 if TYPE_CHECKING:
-    from analytic.model import AnalyticModel
+    from crosscheck.analytic.model import AnalyticModel
 
 Numbers = dict[str, np.ndarray]  # by column, (members, *the column's shape)
 
@@ -29,7 +29,7 @@ def run_batch(text: str, begin: int, end: int) -> Numbers:
     text: of the study. All numbers of a member that diverged are nan, but when it did. Raises
     InputError.
     """
-    from analytic.ensemble import groups
+    from crosscheck.analytic.ensemble import groups
 
     study = study_of(text)
     cases = list(study.cases(begin, end))
@@ -70,7 +70,7 @@ def made_ready() -> None:
 
     Which would go through a million objects of the libraries again and again (measured: 5 %).
     """
-    import_module("analytic.ensemble")
+    import_module("crosscheck.analytic.ensemble")
     gc.freeze()
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from crosscheck.models.loading import Case
 from crosscheck.studies.batches.batch import Numbers, run_batch, run_check
 from crosscheck.studies.batches.schedule import FunctionTask
 from crosscheck.studies.batches.version import digest_of
@@ -20,7 +21,6 @@ from crosscheck.studies.definition.quantities import (
 )
 from crosscheck.studies.measures.columns import Column
 from crosscheck.studies.members.members import PreparedStudy
-from models.loading import Case
 
 STEP_S = 1e-8  # roughly, of a step for each mesh of a member among others
 BATCH_S = 3.0  # of work

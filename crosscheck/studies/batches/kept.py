@@ -12,6 +12,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from crosscheck.models.errors import InputError
+from crosscheck.models.places import make_private
 from crosscheck.output import in_one_line
 from crosscheck.runner.store import Store
 from crosscheck.studies.batches.batch import Numbers
@@ -20,8 +22,6 @@ from crosscheck.studies.batches.opened import identity_of
 from crosscheck.studies.batches.result_file import STUDY, VERSION
 from crosscheck.studies.measures.columns import Column
 from crosscheck.studies.members.members import PreparedStudy
-from models.errors import InputError
-from models.places import make_private
 
 MARK = "study"  # in a folder of batches, says whose they are, and which
 MARK_BYTES = 100_000_000

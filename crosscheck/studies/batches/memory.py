@@ -7,7 +7,7 @@ import resource
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from models.errors import InputError
+from crosscheck.models.errors import InputError
 
 LEAST = 600_000_000  # bytes of address space, where the libraries take 450
 

@@ -18,11 +18,11 @@ import h5py
 import numpy as np
 import xarray as xr
 
+from crosscheck.models.errors import InputError
+from crosscheck.models.inputs import size_of
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import perform_all
 from crosscheck.studies.batches.result_file import SCHEMA_VERSION, STUDY, VERSION
-from models.errors import InputError
-from models.inputs import size_of
 
 LONGEST = 2000  # characters of a name or an attribute that is looked at
 MOST_VARIABLES = 5000

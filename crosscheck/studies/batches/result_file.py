@@ -11,6 +11,8 @@ import h5netcdf
 import h5py
 import numpy as np
 
+from crosscheck.models.errors import InputError
+from crosscheck.models.trajectory import recorded_times
 from crosscheck.output import Draft
 from crosscheck.provenance import provenance
 from crosscheck.registry import second
@@ -19,8 +21,6 @@ from crosscheck.studies.batches.skeleton import laid_out, room
 from crosscheck.studies.definition.axes import SAMPLE, START, TAKEN, VariedAxis
 from crosscheck.studies.measures.columns import DIVERGED, Column
 from crosscheck.studies.members.members import PreparedStudy
-from models.errors import InputError
-from models.trajectory import recorded_times
 
 SCHEMA_VERSION = 1
 CHECKED = "checked"

@@ -18,11 +18,11 @@ from itertools import islice
 from queue import SimpleQueue
 from typing import Any, Protocol
 
+from crosscheck.models.errors import InputError, Unfinished
 from crosscheck.runner.outcomes import DIED, Failure
 from crosscheck.runner.workers import Workers
 from crosscheck.studies.batches.batch import made_ready
 from crosscheck.studies.batches.version import fingerprint, performed_as, require_same
-from models.errors import InputError, Unfinished
 
 PATIENCE_S = 6.0  # until an unreachable scheduler is given up
 AHEAD = 2  # tasks that wait beyond those that run

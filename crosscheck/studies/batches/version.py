@@ -10,9 +10,9 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from crosscheck import __version__
+from crosscheck.models.errors import InputError
 from crosscheck.registry import MODELS, lead, second
 from crosscheck.runner.sources import code_hash
-from models.errors import InputError
 
 BATCH = "crosscheck.studies.batches.batch"
 

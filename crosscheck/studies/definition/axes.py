@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.models.errors import InputError
+from crosscheck.models.paths import Place, is_path, places, shown, value_at
 from crosscheck.studies.definition.definition import (
     Axis,
     GridAxis,
@@ -20,8 +22,6 @@ from crosscheck.studies.definition.definition import (
     Samples,
 )
 from crosscheck.studies.definition.units import unit_of
-from models.errors import InputError
-from models.paths import Place, is_path, places, shown, value_at
 
 SAMPLE, START = "sample", "start"
 TAKEN = {SAMPLE, START, "joint", "planet", "time", "checked"}  # dimensions of every result

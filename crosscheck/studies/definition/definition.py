@@ -7,9 +7,9 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Discriminator, Field, JsonValue, Tag, model_validator
 
 from crosscheck import LARGEST_SEED
+from crosscheck.models.arm.quantities import Data, Limit, Name, Printable, Title, Within
 from crosscheck.studies.definition.quantities import QUANTITY_KINDS, Called, Quantity
 from crosscheck.studies.members.starts import PERTURBATION_M
-from models.arm.quantities import Data, Limit, Name, Printable, Title, Within
 
 Path = Annotated[str, Printable(200)]
 Value = Annotated[float, Within(-1e15, 1e15)]

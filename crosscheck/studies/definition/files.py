@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from crosscheck.models.errors import InputError
+from crosscheck.models.files import builtin_arms, builtin_scenarios, read_toml
+from crosscheck.models.loading import raw_case, validated
+from crosscheck.models.paths import assign, is_path, places
 from crosscheck.studies.definition.definition import Definition
 from crosscheck.studies.definition.functions import source_of
 from crosscheck.studies.definition.quantities import Function
 from crosscheck.studies.members.members import PreparedStudy
-from models.errors import InputError
-from models.files import builtin_arms, builtin_scenarios, read_toml
-from models.loading import raw_case, validated
-from models.paths import assign, is_path, places
 
 
 def read_study(file: Path, run_code: bool = False) -> PreparedStudy:

@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from crosscheck.models.errors import InputError
+from crosscheck.models.files import LARGEST_FILE
+from crosscheck.models.inputs import content_of
 from crosscheck.runner.interruption import was_stopped
 from crosscheck.runner.supervision import overseen
 from crosscheck.studies.definition.quantities import Function
-from models.errors import InputError
-from models.files import LARGEST_FILE
-from models.inputs import content_of
 
 Measuring = Callable[[xr.Dataset], dict[str, float]]
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from models.arm.quantities import Data, Limit, Printable, Within
+from crosscheck.models.arm.quantities import Data, Limit, Printable, Within
 
 Signal = Literal[
     "theta",

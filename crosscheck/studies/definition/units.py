@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.quantities import Data
+from crosscheck.models.arm.version1 import MESHES, is_first
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.paths import Place
 from crosscheck.schema import described
-from models.arm.arm import Arm
-from models.arm.quantities import Data
-from models.arm.version1 import MESHES, is_first
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
-from models.paths import Place
 
 RECORDS: dict[str | int, type[Data]] = {"arm": Arm, "scenario": Scenario, "switches": Switches}
 

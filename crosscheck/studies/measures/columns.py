@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import PdDrive
+from crosscheck.models.loading import Case
+from crosscheck.models.trajectory import meaning_of, unit_of
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.studies.definition.quantities import (
     OF_JOINTS,
@@ -23,10 +27,6 @@ from crosscheck.studies.definition.quantities import (
     Trajectories,
 )
 from crosscheck.studies.members.members import PreparedStudy
-from models.errors import InputError
-from models.experiment.scenario import PdDrive
-from models.loading import Case
-from models.trajectory import meaning_of, unit_of
 
 DIVERGED = "diverged_s"
 SECOND = "s"

@@ -8,6 +8,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from crosscheck import signals
+from crosscheck.models.experiment.scenario import PdDrive, per_joint
+from crosscheck.models.loading import Case
+from crosscheck.models.trajectory import recorded
 from crosscheck.studies.definition.functions import returned
 from crosscheck.studies.definition.quantities import (
     OF_JOINTS,
@@ -40,16 +43,13 @@ from crosscheck.studies.measures.folds import (
     Settled,
 )
 from crosscheck.studies.members.rigid import rigid_angles
-from models.experiment.scenario import PdDrive, per_joint
-from models.loading import Case
-from models.trajectory import recorded
 
 MESH_SIGNALS = ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr")
 SIGNALS = (*OF_JOINTS, *MESH_SIGNALS)
 
 
 class ChunkRecords(Protocol):
-    """What is asked of a chunk; see analytic.ensemble.Chunk."""
+    """What is asked of a chunk; see crosscheck.analytic.ensemble.Chunk."""
 
     @property
     def time(self) -> np.ndarray: ...

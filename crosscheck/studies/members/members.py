@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.loading import Case, case_of, require_fitting, switches_of, validated
+from crosscheck.models.paths import assign
 from crosscheck.studies.definition.axes import SAMPLE, START, VariedAxis, varied
 from crosscheck.studies.definition.definition import Definition
 from crosscheck.studies.members.starts import perturbed
-from models.arm.arm import Arm
-from models.errors import InputError
-from models.experiment.scenario import Scenario
-from models.loading import Case, case_of, require_fitting, switches_of, validated
-from models.paths import assign
 
 LOOKED_AT = 500  # members that are checked before any of them is run
 Raw = dict[str, Any]  # by section, what an arm's and a scenario's files hold

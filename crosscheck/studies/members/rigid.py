@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.meshes import with_meshes
+from crosscheck.models.arm.stiffness import SineStiffness
+from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.scenario import Scenario, Start
+from crosscheck.models.loading import Case
 from crosscheck.registry import MODELS, build, of_level
-from models.arm.arm import Arm
-from models.arm.mesh import Mesh
-from models.arm.meshes import with_meshes
-from models.arm.stiffness import SineStiffness
-from models.errors import Diverged
-from models.experiment.scenario import Scenario, Start
-from models.loading import Case
 
 COARSER = 10  # steps of the geared arm in one of the rigid arm, which is smooth
 

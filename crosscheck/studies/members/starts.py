@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.experiment.scenario import per_joint, planet_offsets
-from models.loading import Case
+from crosscheck.models.experiment.scenario import per_joint, planet_offsets
+from crosscheck.models.loading import Case
 
 PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
 

@@ -11,6 +11,9 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import Layout
+from crosscheck.models.errors import InputError
 from crosscheck.runner.interruption import was_stopped
 from crosscheck.trial.coordinates.differences import curvature, slope
 from crosscheck.trial.coordinates.frame import (
@@ -25,9 +28,6 @@ from crosscheck.trial.coordinates.frame import (
 from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
 from crosscheck.trial.input.bindings import in_arm_symbols, in_numbers, plain_symbols
 from crosscheck.trial.input.equations import Coordinates
-from models.arm.arm import Arm
-from models.arm.layout import Layout
-from models.errors import InputError
 
 Vector = Callable[[np.ndarray], np.ndarray]
 Along = Callable[[np.ndarray, np.ndarray], np.ndarray]

@@ -12,15 +12,21 @@ from typing import Any, Literal, get_args
 import numpy as np
 import sympy as sp
 
-from analytic.derivation.chain import Chain, exact_chain
-from analytic.derivation.stage import Stage
-from analytic.derivation.symbols import arm_chain
-from analytic.paper.kinematics import mesh_displacements
+from crosscheck.analytic.derivation.chain import Chain, exact_chain
+from crosscheck.analytic.derivation.stage import Stage
+from crosscheck.analytic.derivation.symbols import arm_chain
+from crosscheck.analytic.paper.kinematics import mesh_displacements
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import (
+    Coordinate,
+    Layout,
+    free_layout,
+    lumped_layout,
+    rigid_layout,
+)
+from crosscheck.models.errors import InputError
 from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
 from crosscheck.trial.input.equations import Coordinates, Gearing
-from models.arm.arm import Arm
-from models.arm.layout import Coordinate, Layout, free_layout, lumped_layout, rigid_layout
-from models.errors import InputError
 
 WHERE = "coordinates"
 WORST_CONDITION = 1e12  # of J, rows and columns scaled: beyond it x says too little of q

@@ -11,10 +11,10 @@ from typing import Protocol
 
 import numpy as np
 
+from crosscheck.models.interface import Model
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.input.calls import SuppliedEquations
-from models.interface import Model
 
 
 class FrameEquations(Protocol):

@@ -11,11 +11,11 @@ import numpy as np
 
 from crosscheck.checks.answers import random_states
 from crosscheck.checks.invariants import torques_at
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.trial.coordinates.frame import Frame
-from models.arm.arm import Arm
-from models.errors import InputError
-from models.experiment.drive import drive_data
-from models.experiment.scenario import Scenario
 
 FIRST = 20  # poses that a map may not reach, before it is one that reaches none
 

@@ -10,7 +10,12 @@ from typing import Any, NamedTuple, get_args
 import numpy as np
 from pydantic import ValidationError
 
-from analytic.paper.stiffness import mean_stiffness
+from crosscheck.analytic.paper.stiffness import mean_stiffness
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import Layout
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.stiffness import SineStiffness
+from crosscheck.models.experiment.switches import Switches
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.diagnose.explain import UNEXPLAINED, explain
 from crosscheck.trial.diagnose.force_terms import (
@@ -25,11 +30,6 @@ from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, entry_values
 from crosscheck.trial.judge.places import EntryPlace, Explanation, Term, TermError
-from models.arm.arm import Arm, Planetary
-from models.arm.layout import Layout
-from models.arm.mesh import Mesh
-from models.arm.stiffness import SineStiffness
-from models.experiment.switches import Switches
 
 SIDES = {"sp": "sun_mesh", "pr": "ring_mesh"}
 SWITCHED = ("phase", "ring_rate", "dead_zone", "damping", "mesh_work")

@@ -9,21 +9,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analytic.derivation.bodies import Body
-from analytic.derivation.chain import Chain
-from analytic.derivation.efforts import drive_rows, mesh_rows
-from analytic.derivation.gears import gears
-from analytic.derivation.lagrange import weight_terms
-from analytic.paper.mesh_force import in_contact, mesh_force, phase_force
-from analytic.paper.mesh_frequency import mesh_phase
-from analytic.paper.stiffness import stiffness, stiffness_slope
-from analytic.paper.tooth_error import whole_error
+from crosscheck.analytic.derivation.bodies import Body
+from crosscheck.analytic.derivation.chain import Chain
+from crosscheck.analytic.derivation.efforts import drive_rows, mesh_rows
+from crosscheck.analytic.derivation.gears import gears
+from crosscheck.analytic.derivation.lagrange import weight_terms
+from crosscheck.analytic.paper.mesh_force import in_contact, mesh_force, phase_force
+from crosscheck.analytic.paper.mesh_frequency import mesh_phase
+from crosscheck.analytic.paper.stiffness import stiffness, stiffness_slope
+from crosscheck.analytic.paper.tooth_error import whole_error
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import MESHES, Layout
+from crosscheck.models.experiment.switches import Switches
 from crosscheck.trial.diagnose.keys import TermKey
 from crosscheck.trial.diagnose.polynomial import symbol
 from crosscheck.trial.diagnose.values import damper_name
-from models.arm.arm import Arm, Planetary
-from models.arm.layout import MESHES, Layout
-from models.experiment.switches import Switches
 
 Columns = Mapping[str, np.ndarray]  # signals by name, (K,) each
 
@@ -57,7 +57,7 @@ def rate_name(coordinate: str) -> str:
 
 
 def named_meshes(arm: Arm, layout: Layout) -> list[ForcedMesh]:
-    """In the order of analytic.derivation.gears."""
+    """In the order of crosscheck.analytic.derivation.gears."""
     found = []
     for place in layout.meshing:
         joint, number = arm.joints[place], place + 1

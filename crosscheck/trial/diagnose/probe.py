@@ -8,9 +8,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from models.arm.arm import Arm, Direct, Link, Planetary
-from models.arm.mesh import Mesh
-from models.errors import InputError
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.errors import InputError
 
 TEETH_PER_PLANET = 20  # of sun and planet together
 WIDEST = 0.65  # share of the planet in these

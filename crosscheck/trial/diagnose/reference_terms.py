@@ -12,11 +12,14 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from analytic.derivation.bodies import all_bodies
-from analytic.derivation.chain import Chain
-from analytic.derivation.lagrange import MassTerms, mass_terms
-from analytic.derivation.rigid import rigid_bodies
-from analytic.derivation.symbols import arm_chain
+from crosscheck.analytic.derivation.bodies import all_bodies
+from crosscheck.analytic.derivation.chain import Chain
+from crosscheck.analytic.derivation.lagrange import MassTerms, mass_terms
+from crosscheck.analytic.derivation.rigid import rigid_bodies
+from crosscheck.analytic.derivation.symbols import arm_chain
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import Layout
+from crosscheck.models.experiment.switches import Switches
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.diagnose.force_terms import Forces, forces, rate_name
 from crosscheck.trial.diagnose.keys import Entry, Product, TermKey, Wave
@@ -27,9 +30,6 @@ from crosscheck.trial.diagnose.polynomial import (
     symbol,
 )
 from crosscheck.trial.judge.places import EntryPlace
-from models.arm.arm import Arm
-from models.arm.layout import Layout
-from models.experiment.switches import Switches
 
 SHORTEST = 1e-13  # of the largest: a number below it is what rounding left of a sum
 

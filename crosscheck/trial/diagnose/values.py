@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from analytic.derivation.gears import damping
-from analytic.derivation.symbols import parameter_values
-from analytic.paper.kinematics import stage_geometry
-from models.arm.arm import Arm, Planetary
+from crosscheck.analytic.derivation.gears import damping
+from crosscheck.analytic.derivation.symbols import parameter_values
+from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.models.arm.arm import Arm, Planetary
 
 Values = Mapping[str, Any]  # numbers, or arrays of numbers: one for each arm
 KINDS = {

@@ -9,8 +9,8 @@ import zipfile
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
-from models.errors import InputError
-from models.inputs import input_content
+from crosscheck.models.errors import InputError
+from crosscheck.models.inputs import input_content
 
 LARGEST_FILE = 200_000_000  # bytes
 MOST_BYTES, MOST_FILES = 500_000_000, 10_000  # unpacked

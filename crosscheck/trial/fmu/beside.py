@@ -13,6 +13,13 @@ from crosscheck.checks.invariants import torques_at
 from crosscheck.checks.scales import meaningful
 from crosscheck.checks.trajectories import UNITS, refined, size
 from crosscheck.findings import About, Agreement, Finding, Key
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.loading import Case
+from crosscheck.models.trajectory import recorded, recorded_times
 from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.run_suite import engines_first
@@ -27,13 +34,6 @@ from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.fmu.mapping import MappedUnit
 from crosscheck.trial.fmu.unit import SteppedUnit
 from crosscheck.trial.input.traces import told_failure
-from models.arm.arm import Arm
-from models.errors import InputError
-from models.experiment.drive import drive_data
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
-from models.loading import Case
-from models.trajectory import recorded, recorded_times
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from crosscheck.models.errors import InputError
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import perform_all
 from crosscheck.trial.fmu.archive import DESCRIPTION
-from models.errors import InputError
 
 EXTRA = "needs FMPy: pip install 'geararm-crosscheck[fmu]'"
 LONGEST = 200  # characters of a name that is looked at

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.fmu.mapping import MappedUnit
 from crosscheck.trial.fmu.unit import acceleration_of
 from crosscheck.trial.input.equations import Equations
-from models.arm.arm import Arm
 
 PUSH_N_M = 1e3  # by which torques are told from weight
 

@@ -8,15 +8,15 @@ from typing import Annotated
 
 from pydantic import Field
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
+from crosscheck.models.files import read_toml
+from crosscheck.models.loading import validated
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.fmu.archive import library_of, unpacked
 from crosscheck.trial.fmu.description import FmuDescription, described
 from crosscheck.trial.input.equations import Coordinates, Level
 from crosscheck.trial.tables.coordinates_file import MOST, CoordinatesFile
-from models.arm.arm import Arm
-from models.errors import InputError
-from models.files import read_toml
-from models.loading import validated
 
 Variables = Annotated[tuple[str, ...], Field(min_length=1, max_length=MOST)]
 

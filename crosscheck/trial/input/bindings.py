@@ -11,9 +11,9 @@ from typing import Any
 import sympy as sp
 from sympy.core.function import AppliedUndef
 
-from analytic.derivation.symbols import parameter_values
-from models.arm.arm import Arm
-from models.errors import InputError
+from crosscheck.analytic.derivation.symbols import parameter_values
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
 
 NEAR, MOST_NAMED = 0.4, 4
 

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from crosscheck.checks.answers import BadAnswer
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import CannotDo, InputError, one_line
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
 from crosscheck.trial.input.equations import Equations
-from models.arm.arm import Arm
-from models.errors import CannotDo, InputError, one_line
 
 Arguments = Mapping[str, Any]
 # What parameters of a user's functions may be called, and what they get.

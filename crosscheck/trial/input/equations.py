@@ -8,9 +8,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from models.arm.arm import Arm
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
 
 Function = Callable[..., Any]
 Gearing = Literal["rigid", "lumped", "free"]

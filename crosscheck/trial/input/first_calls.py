@@ -10,6 +10,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from crosscheck.checks.answers import BadAnswer
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import ModelTask
 from crosscheck.run import performed
 from crosscheck.runner.outcomes import Failure
@@ -22,8 +24,6 @@ from crosscheck.trial.input.calls import SuppliedEquations, handed
 from crosscheck.trial.judge.bench import Bench
 from crosscheck.trial.judge.questions import AGAIN, StateQuestion
 from crosscheck.trial.model import HandedModel
-from models.errors import InputError
-from models.loading import Case
 
 
 @dataclass(frozen=True)

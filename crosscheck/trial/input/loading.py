@@ -17,16 +17,15 @@ from types import ModuleType
 from typing import Any, get_args
 
 import crosscheck
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
 from crosscheck.runner.interruption import was_stopped
 from crosscheck.runner.supervision import overseen
 from crosscheck.trial.input.calls import MEANT, TAKES, by_name
 from crosscheck.trial.input.equations import Coordinates, Equations, Level
-from models.arm.arm import Arm
-from models.errors import InputError
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
 
-OURS = ("crosscheck", "analytic", "models")
 EXPECTED = "file.py:name or package.module:name"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
@@ -142,7 +141,7 @@ def _told(where: str, folder: Path) -> Iterator[None]:
         if was_stopped():
             raise
         said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-        reason = f"raises {said}{_line(error, folder)}{_shadowed(error, folder)}"
+        reason = f"raises {said}{_line(error, folder)}"
         raise InputError(where, "", None, reason) from error
 
 
@@ -161,18 +160,6 @@ def _line(error: BaseException, folder: Path) -> str:
     ]
     path, line = (own or frames or [(Path(), None)])[-1]
     return f" ({path.name}, line {line})" if line else ""
-
-
-def _shadowed(error: BaseException, folder: Path) -> str:
-    """Says so where the code wanted a module of its own that is called like one of ours."""
-    module = getattr(error, "name", None) if isinstance(error, ImportError) else None
-    if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):
-        module = error.obj.__name__
-    taken = str(module or "").partition(".")[0]
-    beside = (folder / taken).is_dir() or (folder / f"{taken}.py").is_file()
-    if taken not in OURS or not beside:
-        return ""
-    return f"; the name {taken} is taken by the project, so give your own {taken} another one"
 
 
 def _named(module: ModuleType, source: EquationsLocation) -> Any:

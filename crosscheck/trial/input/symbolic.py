@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from analytic.derivation.symbols import parameter_values
+from crosscheck.analytic.derivation.symbols import parameter_values
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
 from crosscheck.trial.input.bindings import in_arm_symbols, plain_symbols
 from crosscheck.trial.input.equations import Coordinates, Equations, Level, Symbolic
-from models.arm.arm import Arm
-from models.errors import InputError
-from models.experiment.scenario import Scenario
-from models.experiment.switches import Switches
 
 WHERE = "equations"
 QUADRATIC = 2

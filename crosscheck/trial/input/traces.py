@@ -8,14 +8,12 @@ from traceback import StackSummary, TracebackException
 
 import numpy as np
 
-import analytic
 import crosscheck
-import models
+from crosscheck.models.errors import one_line
 from crosscheck.runner.outcomes import Failure, failure
-from models.errors import one_line
 
 # Numpy's frames count where we call it; a user's own frame comes before those of a user's call.
-OURS = tuple(Path(str(own.__file__)).parent for own in (analytic, crosscheck, models, np))
+OURS = tuple(Path(str(own.__file__)).parent for own in (crosscheck, np))
 
 
 def told_failure(error: BaseException) -> Failure:

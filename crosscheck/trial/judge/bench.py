@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import Case
 from crosscheck.planning.sizing import unequal_gains
 from crosscheck.registry import MODELS, RIGID_LEVELS, lead, names, of_level, promising
 from crosscheck.trial.coordinates.frame import Frame, frame_of
 from crosscheck.trial.coordinates.states import UserState, states_of
 from crosscheck.trial.input.equations import Equations, Gearing
 from crosscheck.trial.judge.questions import StateQuestion
-from models.arm.arm import Arm
-from models.loading import Case
 
 # Enough to tell all the waves and signals apart that an entry may hold.
 STATES, QUICK_STATES = 300, 150

@@ -12,6 +12,7 @@ from functools import partial
 
 import numpy as np
 
+from crosscheck.models.loading import Case
 from crosscheck.registry import MODELS
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import built
@@ -20,7 +21,6 @@ from crosscheck.trial.coordinates.states import UserState, states_of
 from crosscheck.trial.input.traces import told_failure
 from crosscheck.trial.judge.quadratic import christoffel_terms, difference_steps, rate_terms
 from crosscheck.trial.model import HandedModel
-from models.loading import Case
 
 # A tooth force or a bias takes a user's Python this long [s] at most.
 CALL_S = 2e-4

@@ -8,13 +8,13 @@ from typing import Any
 from crosscheck.checks.scales import meaningful
 from crosscheck.checks.trajectories import UNITS, Pair, same_step, size
 from crosscheck.findings import About, Finding, Key
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.planning.plan import nudged
 from crosscheck.registry import MODELS, same_integrator
 from crosscheck.runner.tasks import RunKey, Simulation
 from crosscheck.trial.judge.bench import Bench
-from models.experiment.scenario import Scenario
-from models.loading import Case
 
 FAMILY = "trial-run"
 RIGID = ("theta", "theta_dot", "kinetic_energy")

@@ -14,14 +14,14 @@ import h5py
 import numpy as np
 import scipy.io
 
+from crosscheck.models.errors import InputError
+from crosscheck.models.inputs import input_content
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import perform_all
 from crosscheck.trial.input.calls import MATRICES
 from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.tables.asked import ARGUMENTS
 from crosscheck.trial.tables.columns import LETTERS, NEEDED, ROW, SHORT, answer_columns
-from models.errors import InputError
-from models.inputs import input_content
 
 LARGEST_FILE = 500_000_000  # bytes
 MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself

@@ -8,6 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.tables.answer_files import AnswerFile, read_answers
@@ -22,9 +25,6 @@ from crosscheck.trial.tables.asked import (
     asked_states,
 )
 from crosscheck.trial.tables.columns import SHORT, argument_columns
-from models.arm.arm import Arm
-from models.errors import InputError
-from models.experiment.scenario import Scenario
 
 SAME_STATE = 1e-4  # of a column's largest number: what single precision leaves of it
 

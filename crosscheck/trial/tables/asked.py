@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.switches import Switches
 from crosscheck.planning.comparison import ModelTask
 from crosscheck.registry import register
 from crosscheck.trial.coordinates.frame import Frame, frame_of
@@ -27,8 +29,6 @@ from crosscheck.trial.input.equations import (
 from crosscheck.trial.judge.bench import Bench
 from crosscheck.trial.model import entry_for
 from crosscheck.trial.trial import PROBES, Asked, bench_of, localising, tasks_in
-from models.arm.arm import Arm
-from models.experiment.switches import Switches
 
 PARTS = ("mass_matrix", "bias", "force", "acceleration", "inverse_dynamics")
 APART = "inverse_dynamics"  # it is asked at states of its own, with accelerations

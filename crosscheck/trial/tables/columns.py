@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from crosscheck.models.arm.arm import Arm
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.input.calls import MATRICES
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.tables.asked import PARTS
-from models.arm.arm import Arm
 
 ROW = "row"
 # What a part is called in files.

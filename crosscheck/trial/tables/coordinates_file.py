@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from crosscheck.models.files import read_toml
+from crosscheck.models.loading import validated
 from crosscheck.trial.input.equations import Coordinates, Gearing, Level
-from models.files import read_toml
-from models.loading import validated
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]

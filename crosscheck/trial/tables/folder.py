@@ -12,6 +12,7 @@ import numpy as np
 import scipy.io
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from crosscheck.models.arm.arm import Arm
 from crosscheck.trial.tables.asked import PARTS, AskedStates, TableTrial
 from crosscheck.trial.tables.columns import (
     LETTERS,
@@ -21,7 +22,6 @@ from crosscheck.trial.tables.columns import (
     answer_columns,
     argument_columns,
 )
-from models.arm.arm import Arm
 
 MAT_TEXT = b"MATLAB 5.0 MAT-file, states of a trial, geararm-crosscheck"
 TEXT_LENGTH = 116  # of what begins a MAT file

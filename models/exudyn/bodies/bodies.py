@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from models.arm.arm import Arm, Joint, Planetary
-from models.arm.layout import geared_layout
-from models.errors import Diverged
-from models.experiment.drive import DriveData, drive_data, joint_torque
-from models.experiment.scenario import Scenario, per_joint, planet_offsets
-from models.experiment.switches import Switches
-from models.exudyn.bodies.contact import (
+from crosscheck.models.arm.arm import Arm, Joint, Planetary
+from crosscheck.models.arm.layout import geared_layout
+from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque
+from crosscheck.models.experiment.scenario import Scenario, per_joint, planet_offsets
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.exudyn.bodies.contact import (
     ContactMesh,
     Side,
     meshes_with,
@@ -28,8 +28,8 @@ from models.exudyn.bodies.contact import (
     torque_rounding,
     touching,
 )
-from models.exudyn.bodies.engine import BodyEngine, Connector
-from models.exudyn.bodies.poses import (
+from crosscheck.models.exudyn.bodies.engine import BodyEngine, Connector
+from crosscheck.models.exudyn.bodies.poses import (
     GROUND,
     PoseMap,
     StageBodies,
@@ -39,9 +39,9 @@ from models.exudyn.bodies.poses import (
     ring_seat,
     stages_of,
 )
-from models.exudyn.bodies.stiffness import Spring
-from models.interface import STATE_ABILITIES, Model, require_finite
-from models.trajectory import recorded_times, trajectory
+from crosscheck.models.exudyn.bodies.stiffness import Spring
+from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
+from crosscheck.models.trajectory import recorded_times, trajectory
 
 if TYPE_CHECKING:
     import xarray as xr

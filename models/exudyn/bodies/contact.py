@@ -20,12 +20,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numba import types
 
-from models.arm.arm import Planetary
-from models.arm.mesh import PlanetMesh
-from models.experiment.switches import Switches
-from models.exudyn.bodies.poses import equivalent_mass, pitch_radius, planet_seats
-from models.exudyn.bodies.stiffness import Spring, slope_at, spring_of, stiffness_at
-from models.jitted import njit
+from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.arm.mesh import PlanetMesh
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.exudyn.bodies.poses import equivalent_mass, pitch_radius, planet_seats
+from crosscheck.models.exudyn.bodies.stiffness import Spring, slope_at, spring_of, stiffness_at
+from crosscheck.models.jitted import njit
 
 Side = Literal["sun", "ring"]
 EPSILON = float(np.finfo(float).eps)

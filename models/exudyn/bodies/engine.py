@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from models.exudyn.bodies.poses import GROUND, Part, RigidBody
-from models.exudyn.engine import CURRENT, INITIAL, UserFunction, exudyn, items
+from crosscheck.models.exudyn.bodies.poses import GROUND, Part, RigidBody
+from crosscheck.models.exudyn.engine import CURRENT, INITIAL, UserFunction, exudyn, items
 
 QUARTER_TURN = np.pi / 2
 # A step's last residual [N, N m, m/s], or that over its first one. 1e-10 moves x by 1e-15 m in 5 ms

@@ -13,8 +13,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from models.arm.arm import Arm, Link, Planetary
-from models.arm.layout import MESHES, Layout
+from crosscheck.models.arm.arm import Arm, Link, Planetary
+from crosscheck.models.arm.layout import MESHES, Layout
 
 Gear = Literal["sun", "planet", "carrier"]
 GROUND = -1

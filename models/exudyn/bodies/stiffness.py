@@ -10,14 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from models.arm.stiffness import (
+from crosscheck.models.arm.stiffness import (
     FourierStiffness,
     SineStiffness,
     SquareStiffness,
     StiffnessLaw,
     TableStiffness,
 )
-from models.jitted import njit
+from crosscheck.models.jitted import njit
 
 SINE, FOURIER, SQUARE, TABLE = 0.0, 1.0, 2.0, 3.0
 PASSES = 70  # each at least halves the slopes' error: what is left is rounding

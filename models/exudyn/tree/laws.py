@@ -9,11 +9,11 @@ from typing import Literal
 
 import numpy as np
 
-from models.arm.arm import Planetary
-from models.arm.mesh import PlanetMesh
-from models.experiment.switches import Switches
-from models.exudyn.tree.mesh import GearStage, MeshLaw, StageCoordinates
-from models.exudyn.tree.stiffness import constant, curve_of
+from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.arm.mesh import PlanetMesh
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.exudyn.tree.mesh import GearStage, MeshLaw, StageCoordinates
+from crosscheck.models.exudyn.tree.stiffness import constant, curve_of
 
 Side = Literal["sun", "ring"]
 Gear = Literal["sun", "planet", "carrier"]

@@ -14,12 +14,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import typeof
 
-from models.arm.arm import Arm, Joint, Planetary
-from models.experiment import drive as drives
-from models.experiment.drive import DriveData
-from models.exudyn.engine import UserFunction
-from models.exudyn.tree.mesh import Gearing, StageCoordinates, add_meshes, add_turning_torques
-from models.jitted import njit
+from crosscheck.models.arm.arm import Arm, Joint, Planetary
+from crosscheck.models.experiment import drive as drives
+from crosscheck.models.experiment.drive import DriveData
+from crosscheck.models.exudyn.engine import UserFunction
+from crosscheck.models.exudyn.tree.mesh import (
+    Gearing,
+    StageCoordinates,
+    add_meshes,
+    add_turning_torques,
+)
+from crosscheck.models.jitted import njit
 
 joint_torque: Any = njit(cache=True, inline="always")(drives.joint_torque)
 SIZES = 7  # entries of Packed.places before its tables

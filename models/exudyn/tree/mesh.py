@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from models.exudyn.tree.stiffness import Number, StiffnessCurve, stiffness_at
-from models.jitted import njit
+from crosscheck.models.exudyn.tree.stiffness import Number, StiffnessCurve, stiffness_at
+from crosscheck.models.jitted import njit
 
 EPSILON = float(np.finfo(float).eps)
 ROUNDINGS = 10  # in a deflection: sums of three products, and maps of coordinates before

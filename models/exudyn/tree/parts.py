@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.arm.arm import Arm, Link, Planetary
-from models.arm.layout import Layout
-from models.exudyn.engine import TreeBody
-from models.exudyn.tree.laws import base_radius, inertia
-from models.exudyn.tree.mesh import StageCoordinates
+from crosscheck.models.arm.arm import Arm, Link, Planetary
+from crosscheck.models.arm.layout import Layout
+from crosscheck.models.exudyn.engine import TreeBody
+from crosscheck.models.exudyn.tree.laws import base_radius, inertia
+from crosscheck.models.exudyn.tree.mesh import StageCoordinates
 
 # [kg] For a body without mass, whose inertia may still count: the engine divides by a body's mass.
 # No sum with a number of an arm notices so little.

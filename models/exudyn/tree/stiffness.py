@@ -11,8 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from models.arm.stiffness import SineStiffness, SquareStiffness, StiffnessLaw, TableStiffness
-from models.jitted import njit
+from crosscheck.models.arm.stiffness import (
+    SineStiffness,
+    SquareStiffness,
+    StiffnessLaw,
+    TableStiffness,
+)
+from crosscheck.models.jitted import njit
 
 SINE, WAVES, SPLINE = 0.0, 1.0, 2.0
 KIND, MEAN, AMPLITUDE, ROWS, FIRST = range(

@@ -17,16 +17,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from models.arm.arm import Arm, Planetary
-from models.arm.layout import geared_layout
-from models.errors import Diverged
-from models.experiment.drive import drive_data, joint_torque
-from models.experiment.scenario import Scenario, per_joint, planet_offsets
-from models.experiment.switches import Switches
-from models.exudyn.engine import Engine
-from models.exudyn.tree.laws import gear_stage, mean_spring, stiffest
-from models.exudyn.tree.loads import joints_of, loads, packed
-from models.exudyn.tree.mesh import (
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import geared_layout
+from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.drive import drive_data, joint_torque
+from crosscheck.models.experiment.scenario import Scenario, per_joint, planet_offsets
+from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.exudyn.engine import Engine
+from crosscheck.models.exudyn.tree.laws import gear_stage, mean_spring, stiffest
+from crosscheck.models.exudyn.tree.loads import joints_of, loads, packed
+from crosscheck.models.exudyn.tree.mesh import (
     GearStage,
     MeshLaw,
     deflection,
@@ -34,9 +34,14 @@ from models.exudyn.tree.mesh import (
     gearing,
     torque_rounding,
 )
-from models.exudyn.tree.parts import bodies_of, paper_from_tree, stages_of, tree_from_paper
-from models.interface import STATE_ABILITIES, Model, require_finite
-from models.trajectory import recorded_times, trajectory
+from crosscheck.models.exudyn.tree.parts import (
+    bodies_of,
+    paper_from_tree,
+    stages_of,
+    tree_from_paper,
+)
+from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
+from crosscheck.models.trajectory import recorded_times, trajectory
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.trial.input.equations import Coordinates, Equations
-from models.arm.arm import Arm, Planetary
 
 RELATIVE = """
 c2, s2 = cos(x[1]), sin(x[1])

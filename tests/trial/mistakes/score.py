@@ -12,6 +12,8 @@ import time
 from collections import Counter
 from dataclasses import dataclass
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.comparison import Results
 from crosscheck.registry import register
 from crosscheck.trial.diagnose.reasons import compared, reasoned
@@ -22,8 +24,6 @@ from crosscheck.trial.input.naming import named
 from crosscheck.trial.judge.places import Wrong
 from crosscheck.trial.model import entry_for
 from crosscheck.trial.trial import Asked, bench_of, by_entry, localising, probes_of
-from models.arm.arm import Arm
-from models.loading import load_arm, load_scenario
 from tests.trial.mistakes.equations import RIGID, written
 from tests.trial.mistakes.mistakes import MISTAKES, Mistake
 

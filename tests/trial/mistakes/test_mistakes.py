@@ -11,11 +11,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import load_scenario
 from crosscheck.trial.diagnose.words import guess
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import made
-from models.arm.arm import Arm
-from models.loading import load_scenario
 from tests.draws import DRAWS
 from tests.draws import SAMPLE as SAMPLED
 from tests.trial.mistakes.equations import RIGHT, written

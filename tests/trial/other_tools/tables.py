@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.input.calls import TAKES, SuppliedEquations, handed
 from crosscheck.trial.input.equations import Equations
@@ -21,7 +22,6 @@ from crosscheck.trial.tables.asked import (
     asked_states,
 )
 from crosscheck.trial.tables.columns import answer_columns
-from models.arm.arm import Arm
 
 STANDS_FOR = {"coriolis": "bias"}  # what is answered where C was supplied
 

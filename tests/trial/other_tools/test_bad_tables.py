@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 import scipy.io
 
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import load_arm
 from crosscheck.trial.tables.answer_files import read_answers
 from crosscheck.trial.tables.answers import answered, equations_of
 from crosscheck.trial.tables.asked import TableTrial, asked_states
 from crosscheck.trial.tables.folder import arm_toml, ask_files, mat_file
-from models.errors import InputError
-from models.loading import load_arm
 from tests.tool.conftest import crosscheck
 from tests.tool.test_bad_input import assert_one_line
 

@@ -12,9 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from analytic.kernel.export import c_text
-from analytic.kernel.fmu import fmu_sources
+from crosscheck.analytic.kernel.export import c_text
+from crosscheck.analytic.kernel.fmu import fmu_sources
 from crosscheck.cli.export import fmu_file, model_of, prefix_of
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.runner.underway import unsaid
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.fmu.archive import DESCRIPTION, unpacked
@@ -23,9 +26,6 @@ from crosscheck.trial.fmu.equations import fmu_equations
 from crosscheck.trial.fmu.mapping import MappedUnit, mapped_unit
 from crosscheck.trial.input.naming import named
 from crosscheck.trial.trial import Asked, Trial, tried
-from models.arm.planets import usual_switches
-from models.errors import InputError
-from models.loading import load_arm, load_scenario
 from tests.tool.conftest import crosscheck
 from tests.tool.test_bad_input import assert_one_line
 

@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import load_arm
 from crosscheck.report.trial import why
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.input.equations import Coordinates
@@ -20,8 +22,6 @@ from crosscheck.trial.tables.answers import answered, equations_of
 from crosscheck.trial.tables.asked import TableTrial, asked_states
 from crosscheck.trial.tables.folder import ask_files, mat_file
 from crosscheck.trial.trial import Trial, tried
-from models.arm.arm import Arm
-from models.loading import load_arm
 
 HERE, EXAMPLES = Path(__file__).parent, Path(__file__).parents[3] / "examples"
 OCTAVE = shutil.which("octave-cli")

@@ -14,6 +14,9 @@ import jsonschema
 import numpy as np
 import pytest
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.loading import load_arm
 from crosscheck.report.trial import summary, trial_json
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.input.equations import Equations
@@ -21,9 +24,6 @@ from crosscheck.trial.input.loading import handed_over
 from crosscheck.trial.tables.answers import answered, equations_of
 from crosscheck.trial.tables.asked import TableTrial, asked_states
 from crosscheck.trial.trial import Trial, tried
-from models.arm.arm import Arm
-from models.experiment.scenario import Scenario
-from models.loading import load_arm
 from tests.tool.conftest import Command, crosscheck
 from tests.tool.handed import TWO_LINK
 from tests.trial.other_tools.tables import answers, bound, sheets_of, write_csv
