@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Iterator
+from importlib import import_module
+from importlib.util import find_spec
 
 import pytest
 from hypothesis import settings
@@ -17,9 +19,13 @@ from crosscheck.trial import trial
 settings.register_profile("no-deadline", deadline=None)
 settings.load_profile("no-deadline")
 
-# Most tests fork: an engine that is imported here is imported by none of their processes again.
+# Most tests fork: what is imported here is imported by none of their processes again. Where dask is
+# installed, xarray imports it for every run that it keeps.
 for model in BUILT_IN:
     model_class(model)
+for package in ("dask.array", "distributed"):
+    if find_spec(package.partition(".")[0]):
+        import_module(package)
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 
 import numpy as np
 import sympy as sp
@@ -16,6 +15,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import lumped_layout
 
 Indexed = defaultdict[tuple[int, ...], float]
+Numbers = Mapping[sp.Symbol, sp.Rational]  # of parameters
 
 
 def form_terms(form: Form, arm: Arm) -> Terms:
@@ -23,11 +23,15 @@ def form_terms(form: Form, arm: Arm) -> Terms:
 
     Raises ValueError if an entry is not of the shape that Terms describe.
     """
-    values, variables = parameter_values(arm), geared_variables(len(arm.joints))
+    exact = {
+        symbol: sp.Rational(value.numerator, value.denominator)
+        for symbol, value in parameter_values(arm).items()
+    }
+    variables = geared_variables(len(arm.joints))
     waves = AngleSums(len(form.q))
-    mass, bias = _mass_terms(form, values, waves), _bias_terms(form, values, waves)
-    mesh_map = _linear_map(form.force, variables.mesh_forces, values)
-    drive_map = _linear_map(form.force, variables.torques, values)
+    mass, bias = _mass_terms(form, exact, waves), _bias_terms(form, exact, waves)
+    mesh_map = _linear_map(form.force, variables.mesh_forces, exact)
+    drive_map = _linear_map(form.force, variables.torques, exact)
     return Terms(
         waves.table(),
         indices(mass, 3),
@@ -43,20 +47,20 @@ def form_terms(form: Form, arm: Arm) -> Terms:
     )
 
 
-def _mass_terms(form: Form, values: Mapping[sp.Symbol, Fraction], waves: AngleSums) -> Indexed:
+def _mass_terms(form: Form, exact: Numbers, waves: AngleSums) -> Indexed:
     found: Indexed = defaultdict(float)
     for (row, column), entry in _entries(form.mass_matrix):
-        for term in _summands(entry, values):
+        for term in _summands(entry, exact):
             factor, rest = term.as_independent(*form.q, as_Add=False)
             argument = _argument(rest, sp.cos) if rest != 1 else sp.S.Zero
             found[row, column, waves.number(_wave(argument, form.q))] += float(factor)
     return found
 
 
-def _bias_terms(form: Form, values: Mapping[sp.Symbol, Fraction], waves: AngleSums) -> Indexed:
+def _bias_terms(form: Form, exact: Numbers, waves: AngleSums) -> Indexed:
     found: Indexed = defaultdict(float)
     for (row, _), entry in _entries(form.bias):
-        for term in _summands(entry, values):
+        for term in _summands(entry, exact):
             factor, rest = term.as_independent(*form.q, *form.v, as_Add=False)
             rates, sine = rest.as_independent(*form.q, as_Add=False)
             a, b = _two_rates(rates, form.v)
@@ -75,10 +79,9 @@ def _entries(matrix: sp.ImmutableMatrix) -> list[tuple[tuple[int, int], sp.Expr]
     return sorted(matrix.todok().items())
 
 
-def _summands(entry: sp.Expr, values: Mapping[sp.Symbol, Fraction]) -> tuple[sp.Expr, ...]:
+def _summands(entry: sp.Expr, exact: Numbers) -> tuple[sp.Expr, ...]:
     """The terms left after the numbers are in; they are put in exactly, so that they cancel."""
-    exact = {s: sp.Rational(value.numerator, value.denominator) for s, value in values.items()}
-    left = sp.expand(entry.subs(exact))
+    left = sp.expand(entry.xreplace(exact))
     return sp.Add.make_args(left) if left != 0 else ()
 
 
@@ -97,8 +100,8 @@ def _two_rates(product: sp.Expr, v: Sequence[sp.Symbol]) -> tuple[int, int]:
 
 
 def _linear_map(
-    force: sp.ImmutableMatrix, inputs: Sequence[sp.Symbol], values: Mapping[sp.Symbol, Fraction]
+    force: sp.ImmutableMatrix, inputs: Sequence[sp.Symbol], exact: Numbers
 ) -> np.ndarray:
     """Coefficient of every input in every row, shape (rows, inputs)."""
-    jacobian = [[sp.diff(entry, symbol).subs(values) for symbol in inputs] for entry in force]
+    jacobian = [[sp.diff(entry, symbol).xreplace(exact) for symbol in inputs] for entry in force]
     return np.array(jacobian, dtype=float).reshape(force.rows, len(inputs))

@@ -14,6 +14,7 @@ from crosscheck.models.arm.stiffness import (
     StiffnessLaw,
     TableStiffness,
 )
+from numpy.polynomial.polynomial import polyval
 
 SINE, WAVES, TABLE = range(3)
 TURN = 2 * np.pi
@@ -100,14 +101,16 @@ def square_wave_series(
 ) -> np.ndarray:
     """k [N/m] of Eq. 7 with the given number of harmonics.
 
-    cycle: t / T, any shape; contact_ratio: the paper's e, between 1 and 2.
+    cycle: t / T, any shape; contact_ratio: the paper's e, between 1 and 2. Its waves
+    sin(i a - i u) + sin(i u), a = 2 pi (e - 1), u = 2 pi t / T, are the imaginary part of
+    (1 - exp(-j i a)) z**i, z = exp(j u): a polynomial in z.
     """
     swing = k_max - k_min
     overlap = contact_ratio - 1
     i = np.arange(1, harmonics + 1)
-    turn = 2 * np.pi * i * np.asarray(cycle)[..., None]
-    waves = np.sin(2 * np.pi * i * overlap - turn) + np.sin(turn)
-    return k_min + swing * overlap + (waves * swing / (i * np.pi)).sum(axis=-1)
+    factors = swing / (i * np.pi) * (1 - np.exp(-2j * np.pi * i * overlap))
+    waves = polyval(np.exp(2j * np.pi * np.asarray(cycle)), [0.0, *factors]).imag
+    return k_min + swing * overlap + waves
 
 
 def square_wave(cycle: np.ndarray, k_min: float, k_max: float, contact_ratio: float) -> np.ndarray:

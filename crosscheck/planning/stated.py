@@ -56,7 +56,7 @@ class Stated:
         forms = dict(zip(FORMS, (energies_form, printed_form), strict=True))
         form, arm = forms[self.form](), self.case.arm
         numbers = {s: sp.Float(float(x), 17) for s, x in parameter_values(arm).items()}
-        entries = getattr(form, self.quantity).subs(numbers)
+        entries = getattr(form, self.quantity).xreplace(numbers)
         evaluate = sp.lambdify((form.q, form.v), entries, "numpy")
         layout = MODELS[self.form].layout(arm, self.case.switches)
         drawn = random_states(layout, arm, self.count, self.seed)
