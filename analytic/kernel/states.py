@@ -10,6 +10,7 @@ import numpy as np
 from crosscheck.analytic.kernel.batch import looked_up, number_rows
 from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.kernel.program import code_of, states_program
+from crosscheck.models.experiment.drive import TABLE
 
 
 class Quantities(NamedTuple):
@@ -36,15 +37,19 @@ class StateEvaluator:
         numbers = number_rows(program, equations.numbers)
         self._work = np.concatenate([np.zeros(program.before), *numbers])
         self._address = self._work.ctypes.data
-        self._ends = np.cumsum([2 * self._n, self._n**2, self._n, self._n, self._n])
+        self._table = looked_up(self._drive, 0.0)
+        self._table_address = self._table.ctypes.data
+        sizes = (2 * self._n, self._n**2, self._n, self._n, self._n)
+        self._ends: list[int] = np.cumsum(sizes).tolist()
         self._last = program.before
 
     def at(self, t: float, q: np.ndarray, v: np.ndarray) -> Quantities:
         """At time t [s] and a state q, v (n,); copies."""
         n, work, ends = self._n, self._work, self._ends
         work[:n], work[n : 2 * n] = q, v
-        table = looked_up(self._drive, t)
-        self._evaluate(self._address, t, sqrt(t), table.ctypes.data, 0.0, 0.0)
+        if self._drive.code == TABLE:
+            self._table[:] = looked_up(self._drive, t)
+        self._evaluate(self._address, t, sqrt(t), self._table_address, 0.0, 0.0)
         made = work[: self._last].copy()
         return Quantities(
             made[ends[0] : ends[1]].reshape(n, n),

@@ -39,12 +39,14 @@ def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> N
     model closes its joints by constraint equations.
     """
     tolerance = TOLERANCE_OF_CONSTRAINTS if constrained else TOLERANCE
-    free = model.layout.free
-    at = [k for k in _chosen(run) if free or _planets_move_alike(run, k, model)]
+    at = _chosen(run)
+    if not model.layout.free:
+        at = at[_planets_move_alike(run, at, model)]
     q, v = (_states(run, model.layout, suffix) for suffix in ("", "_dot"))
-    again = [_worked_out(model, float(run["time"][k]), q[k], v[k]) for k in at]
+    times = run["time"].values
+    again = [_worked_out(model, float(times[k]), q[k], v[k]) for k in at]
     for name, size in _sizes(run, model, q[0]).items():
-        recorded = np.array([_recorded(run, k, name, model) for k in at])
+        recorded = _recorded(run, at, name, model)
         apart = float(np.abs(recorded - np.array([values[name] for values in again])).max())
         if not apart <= tolerance * size:
             units = run[name].attrs.get("units", "") if name in run else "N"
@@ -52,20 +54,21 @@ def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> N
             raise Inconsistent(f"{name} does not follow from the recorded states: off by {off}")
 
 
-def _recorded(run: xr.Dataset, k: int, name: str, model: Model) -> np.ndarray:
-    """A variable at a recorded time; of the teeth what their forces do to the coordinates.
+def _recorded(run: xr.Dataset, at: np.ndarray, name: str, model: Model) -> np.ndarray:
+    """A variable at these records; of the teeth what their forces do to the coordinates.
 
-    Per planet: by the virtual work of F_sp and F_pr, shape (displacements,).
+    Per planet: by the virtual work of F_sp and F_pr, shape (records, displacements).
     """
     if name != TEETH:
-        return np.asarray(run[name].values[k])
-    layout, on_coordinates = model.layout, np.zeros(len(model.layout))
-    for number, joint in geared(model.arm):
-        for mesh, force in zip(MESHES, FORCES, strict=True):
+        return np.asarray(run[name].values[at])
+    layout, on_coordinates = model.layout, np.zeros((at.size, len(model.layout)))
+    for mesh, force in zip(MESHES, FORCES, strict=True):
+        values = run[force].values[at]
+        for number, joint in geared(model.arm):
             for planet in range(joint.planet_count):
                 row = layout.displacement(mesh, number, planet)
-                on_coordinates -= row * float(run[force].values[k, number, planet])
-    return on_coordinates[~layout.angular] / _planets_together(model)
+                on_coordinates -= row * values[:, number, planet, None]
+    return on_coordinates[:, ~layout.angular] / _planets_together(model)
 
 
 def _planets_together(model: Model) -> np.ndarray:
@@ -105,19 +108,21 @@ def _largest(values: xr.DataArray) -> float:
     return float(np.nanmax(np.abs(values.values)))
 
 
-def _chosen(run: xr.Dataset) -> list[int]:
-    return np.unique(np.linspace(0, run.sizes["time"] - 1, TIMES).round().astype(int)).tolist()
+def _chosen(run: xr.Dataset) -> np.ndarray:
+    return np.unique(np.linspace(0, run.sizes["time"] - 1, TIMES).round().astype(int))
 
 
-def _planets_move_alike(run: xr.Dataset, k: int, model: Model) -> bool:
+def _planets_move_alike(run: xr.Dataset, at: np.ndarray, model: Model) -> np.ndarray:
+    """Whether they do at each of these records, shape (records,)."""
+    alike = np.ones(at.size, dtype=bool)
     arcs = gear_arc(model.arm) * (1 + _largest(run["theta"]))
     for mesh in MESHES if model.layout.meshing else ():
         rates = ALIKE_RATES * _largest(run[f"{mesh}_dot"])
         for name, limit in ((mesh, ALIKE_ROUNDINGS * EPS * arcs), (f"{mesh}_dot", rates)):
-            values = run[name].values[k, model.layout.meshing]
-            if (np.nanmax(values, axis=1) - np.nanmin(values, axis=1)).max() > limit:
-                return False
-    return True
+            values = run[name].values[at][:, model.layout.meshing]
+            apart = np.nanmax(values, axis=2) - np.nanmin(values, axis=2)
+            alike &= ~(apart.max(axis=1) > limit)
+    return alike
 
 
 def _states(run: xr.Dataset, layout: Layout, suffix: str) -> np.ndarray:
