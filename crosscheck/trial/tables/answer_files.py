@@ -12,7 +12,6 @@ from typing import Any
 
 import h5py
 import numpy as np
-import scipy.io
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import input_content
@@ -202,6 +201,8 @@ class MatReading:
             return InputError(self.where, "", None, reason)
 
     def _of_version_5(self) -> dict[str, np.ndarray]:
+        import scipy.io  # a fifth of a second, for MAT files alone
+
         listed = {name: shape for name, shape, _ in scipy.io.whosmat(io.BytesIO(self.content))}
         names = self._wanted(listed)
         return dict(scipy.io.loadmat(io.BytesIO(self.content), variable_names=names))

@@ -9,7 +9,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import scipy.io
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.models.arm.arm import Arm
@@ -83,6 +82,8 @@ def _table(
 
 def mat_file(variables: Mapping[str, np.ndarray]) -> bytes:
     """A MAT v5 file that is the same whenever it is made."""
+    import scipy.io  # a fifth of a second, for MAT files alone
+
     file = io.BytesIO()
     scipy.io.savemat(file, dict(variables), do_compression=False)
     return MAT_TEXT.ljust(TEXT_LENGTH) + file.getvalue()[TEXT_LENGTH:]
