@@ -74,9 +74,12 @@ def _growth(
     away[:, 0] = NEAR_M / lengths / np.sqrt(q.shape[1])
     folds = []
     blocks = round((span_s[1] - span_s[0]) / BLOCK_S)
+    models = [Continued(block, *state) for state in (*zip(q, v, strict=True),) * 2]
     for number in range(blocks):
         states = [*zip(q, v, strict=True), *zip(q + away[:, 0], v + away[:, 1], strict=True)]
-        found = motion([Continued(block, *state) for state in states], span_s[0] + number * BLOCK_S)
+        for model, state in zip(models, states, strict=True):
+            model.state = state
+        found = motion(models, span_s[0] + number * BLOCK_S)
         (q, near_q), (v, near_v) = (np.split(last[-1].T, 2) for last in (found.q, found.v))
         away = np.stack([near_q - q, near_v - v], axis=1)
         grown = np.linalg.norm(_as_lengths(away, lengths), axis=1) / NEAR_M
