@@ -10,6 +10,7 @@ standard library give up all tasks when one worker dies.
 from __future__ import annotations
 
 import faulthandler
+import gc
 import multiprocessing
 import os
 import resource
@@ -238,7 +239,11 @@ def _serve(pipe: Connection, parent: int) -> None:
 
 
 def settle_down(parent: int) -> None:
-    """Die with the parent, leave signals to it, say nothing, leave no core file."""
+    """Die with the parent, leave signals to it, say nothing, leave no core file.
+
+    The parent's objects stay as they are, so that the memory that they are in stays shared.
+    """
+    gc.freeze()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
