@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import atexit
+import json
 import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
+ROOT = Path(__file__).parents[1]
 NOBODY = 65534
 # What only those commands import that need it, beside numbers and what they are kept in.
 ENGINES = {"pinocchio", "exudyn", "sympy", "matplotlib", "h5py", "h5netcdf", "jinja2"}
@@ -30,6 +35,46 @@ def command_line(
     options: dict[str, object] = {"capture_output": True, "text": True, "timeout": 120}
     command = [sys.executable, *python, *map(str, arguments)]
     return subprocess.run(command, env=around, check=False, **(options | more))  # type: ignore[call-overload]
+
+
+@cache
+def _warm() -> subprocess.Popen[str]:
+    """A process that waits for commands, see tests.warm; it ends with this one."""
+    warm = subprocess.Popen(
+        [sys.executable, str(Path(__file__).with_name("warm.py"))],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    atexit.register(warm.communicate)  # which ends its input
+    return warm
+
+
+def warm_command_line(
+    *arguments: object, folder: Path | None = None, env: dict[str, str] | None = None
+) -> subprocess.CompletedProcess[str]:
+    """``crosscheck *arguments`` in a process forked from one that has imported all it needs.
+
+    For what does not ask how a process begins: its imports, its working memory, and variables that
+    are read at import are those of the other. ``env`` changes the environment.
+    """
+    words, warm = [*map(str, arguments)], _warm()
+    assert warm.stdin is not None
+    assert warm.stdout is not None
+    with tempfile.TemporaryDirectory() as kept:
+        out, err = Path(kept, "out"), Path(kept, "err")
+        command = {
+            "arguments": words,
+            "folder": str(folder or Path.cwd()),
+            "environment": {**os.environ, **(env or {})},
+            "out": str(out),
+            "err": str(err),
+        }
+        print(json.dumps(command), file=warm.stdin, flush=True)
+        code = json.loads(warm.stdout.readline())
+        texts = (file.read_text(encoding="utf-8") for file in (out, err))
+        return subprocess.CompletedProcess(words, code, *texts)
 
 
 def modules_loaded_by(*arguments: object) -> set[str]:

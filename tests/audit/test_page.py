@@ -15,7 +15,7 @@ from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.command import paper_command
 from crosscheck.audit.page.report import page, paper_files, records_json
 from crosscheck.models.errors import InputError
-from tests.processes import command_line
+from tests.processes import warm_command_line
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def test_a_seed_that_cannot_be_one_is_refused_before_anything_is_written(cache: 
     with pytest.raises(InputError, match="--first-seed"):
         paper_command([4], cache / "out", 1, -1)
     assert not (cache / "out").exists()
-    answer = command_line("paper", "--first-seed", "-1", "--out", cache / "out")
+    answer = warm_command_line("paper", "--first-seed", "-1", "--out", cache / "out")
     assert (answer.returncode, answer.stderr.count("\n")) == (2, 1)
     assert "must be 0 or more" in answer.stderr
     assert not (cache / "out").exists()

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from tests.processes import command_line
+from tests.processes import command_line, warm_command_line
 from tests.tool.handed import model_file
 
+Run = Callable[..., subprocess.CompletedProcess[str]]
 LEAVES = "os._exit(0)"
 AT_THE_END = "import atexit; atexit.register(os._exit, 0)"
 ODD = "class Odd(BaseException): pass\n"
@@ -31,11 +34,11 @@ LEAVING = {
 }
 
 
-def tried(folder: Path, more: str) -> tuple[int, str]:
+def tried(folder: Path, more: str, run: Run = warm_command_line) -> tuple[int, str]:
     """Exit code and errors of the trial of ``f``."""
     target = folder / "t.json"
     file = model_file(folder, more)
-    answer = command_line("trial", f"{file}:f", "--quick", "--jobs", 1, "--json", target)
+    answer = run("trial", f"{file}:f", "--quick", "--jobs", 1, "--json", target)
     assert target.exists() == (answer.returncode in (0, 1))
     return answer.returncode, answer.stderr
 
@@ -50,7 +53,7 @@ def test_a_users_model_that_ends_its_process_is_bad_input(tmp_path, case):
 
 
 def test_what_a_users_model_does_when_its_process_ends_changes_no_verdict(tmp_path):
-    assert tried(tmp_path, f"{AT_THE_END}\n{WRONG}") == (1, "")
+    assert tried(tmp_path, f"{AT_THE_END}\n{WRONG}", command_line) == (1, "")
 
 
 @pytest.mark.parametrize("fork", ["os.fork()", "os.fork() or os.setsid()"])
