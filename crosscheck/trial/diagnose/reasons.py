@@ -146,6 +146,11 @@ class Compared:
         return Fitting.of_waves(self.terms, angles)
 
     @cached_property
+    def numbers(self) -> Mapping[str, float]:
+        """Of the arm, by their symbols' names."""
+        return values_of(self.bench.case.arm)
+
+    @cached_property
     def demanded(self) -> Mapping[EntryPlace, Mapping[TermKey, float]]:
         """What the wrong entries of M make of a bias that follows from them."""
         mass = {
@@ -172,7 +177,7 @@ class Compared:
         values, scale = self.difference(place)
         if place.part == "force":
             return self.forces.observed(values, scale)
-        return self.fitting.fit(values, scale, values_of(self.bench.case.arm))
+        return self.fitting.fit(values, scale, self.numbers)
 
 
 def _index(place: EntryPlace) -> tuple[int, ...]:
@@ -337,5 +342,5 @@ def _typeset(place: EntryPlace, arm: Compared) -> str:
     symbolic = arm.bench.equations.symbolic
     if symbolic is None or arm.terms is None or arm.seen is not None:
         return ""
-    found = symbolic_difference(place, symbolic, arm.terms, values_of(arm.bench.case.arm))
+    found = symbolic_difference(place, symbolic, arm.terms, arm.numbers)
     return "" if found is None else latex_of(found)
