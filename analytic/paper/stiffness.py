@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 
 from crosscheck.models.arm.stiffness import (
     FourierStiffness,
@@ -14,7 +15,6 @@ from crosscheck.models.arm.stiffness import (
     StiffnessLaw,
     TableStiffness,
 )
-from numpy.polynomial.polynomial import polyval
 
 SINE, WAVES, TABLE = range(3)
 TURN = 2 * np.pi
