@@ -101,20 +101,23 @@ class Chunk:
         layout = self.models[0].layout
         if not layout.free:
             return self._by_planet(x[:, layout.of(mesh)])
-        found = []
-        for joint in layout.meshing:
-            for planet in range(self._planets(joint)):
-                x_pr = x[:, layout.at("x_pr", joint, planet)]
-                found.append(x_pr if mesh == "x_pr" else x[:, layout.at("x_s", joint)] - x_pr)
-        return self._by_planet(np.stack(found, axis=1))
+        x_pr = x[:, layout.of("x_pr")]
+        if mesh == "x_pr":
+            return self._by_planet(x_pr)
+        x_s = x[:, np.repeat(layout.of("x_s"), self._planets())]
+        return self._by_planet(x_s - x_pr)
 
-    def _planets(self, joint: int) -> int:
-        return self.models[0].arm.joints[joint].planet_count if self.models[0].layout.free else 1
+    def _planets(self) -> list[int]:
+        """That each joint with meshes has coordinates of."""
+        layout, joints = self.models[0].layout, self.models[0].arm.joints
+        return [joints[joint].planet_count if layout.free else 1 for joint in layout.meshing]
 
     def _by_planet(self, values: np.ndarray) -> np.ndarray:
-        """Of values (records, meshes of one kind, members)."""
+        """Of values (records, meshes of one kind, members); a view where joints have as many."""
         layout, joints = self.models[0].layout, len(self.models[0].arm.joints)
-        counts = [self._planets(joint) for joint in layout.meshing]
+        counts = self._planets()
+        if len(counts) == joints and len(set(counts)) == 1:
+            return values.reshape(len(values), joints, counts[0], values.shape[2])
         found = np.full((len(values), joints, max(counts, default=0), values.shape[2]), np.nan)
         first = 0
         for joint, count in zip(layout.meshing, counts, strict=True):
@@ -169,6 +172,9 @@ class Group:
     def _mark(self, chunk: Chunk) -> None:
         """Note who has diverged, and leave nothing of it from there on."""
         q, v, a, forces = chunk.records
+        # What is added to a coordinate that is not finite leaves it so: the last record tells.
+        if np.isfinite(q[-1]).all() and np.isfinite(v[-1]).all():
+            return
         finite = np.isfinite(q).all(axis=1) & np.isfinite(v).all(axis=1)
         finite &= np.isnan(self.diverged_s)
         if finite.all():
