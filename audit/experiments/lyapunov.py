@@ -23,7 +23,6 @@ BLOCK_S = 0.005  # some seven periods of the vibration; the neighbour is then br
 ALIGNED = 10  # blocks in which the separation turns into the direction that grows fastest
 NEAR_M = 1e-9  # far below a mesh's deflection of 1e-5 m, far above rounding
 MESH_HZ = 1500.0  # turns rates into lengths: of the paper's vibration
-MOST = 8  # starts: one block of the kernel's lanes
 
 
 @dataclass(frozen=True)
@@ -31,28 +30,22 @@ class Lyapunov(Perturbed):
     """Benettin's method over the third fluctuation: a neighbour of every motion, kept near.
 
     lyapunov_per_s [1/s]: mean rate at which the separation grows, positive where motions that begin
-    next to each other part exponentially. At most MOST starts are run; they stand for the others.
+    next to each other part exponentially.
     """
 
     @property
     def cost(self) -> float:
         steps, entry = self.variant.case().scenario.steps, entry_of(self.variant.model)
-        return 2 * MOST * steps * entry.call_s / entry.abreast
+        return 2 * len(self.seeds) * steps * entry.call_s / entry.abreast
 
     def answer(self) -> Measured:
-        seeds = self.seeds[:MOST]
         case = self.variant.case()
         begin_s, end_s = (min(limit, case.scenario.duration_s) for limit in THIRD_S)
-        models = [PhysicalModel(*_cut(perturbed(case, seed), begin_s)) for seed in seeds]
+        models = [PhysicalModel(*_cut(perturbed(case, seed), begin_s)) for seed in self.seeds]
         begun = motion(models)
         rates = _growth(_cut(case, BLOCK_S), begun.q[-1].T, begun.v[-1].T, (begin_s, end_s))
-        found = [defined(rate) for rate in rates]
-        turns = [place % len(seeds) for place in range(len(self.seeds))]
-        return Measured(
-            {"lyapunov_per_s": [found[place] for place in turns]},
-            [None] * len(turns),
-            len(seeds),
-        )
+        found = {"lyapunov_per_s": [defined(rate) for rate in rates]}
+        return Measured(found, [None] * len(self.seeds), len(self.seeds))
 
 
 def _cut(case: Case, duration_s: float) -> Case:
@@ -70,15 +63,15 @@ def _growth(
     nan without a block after ALIGNED.
     """
     lengths = _lengths(PhysicalModel(*block))
+    models = [Continued(block, *state) for state in [*zip(q, v, strict=True)] * 2]
     away = np.zeros((len(q), 2, q.shape[1]))
     away[:, 0] = NEAR_M / lengths / np.sqrt(q.shape[1])
     folds = []
     blocks = round((span_s[1] - span_s[0]) / BLOCK_S)
-    models = [Continued(block, *state) for state in (*zip(q, v, strict=True),) * 2]
     for number in range(blocks):
-        states = [*zip(q, v, strict=True), *zip(q + away[:, 0], v + away[:, 1], strict=True)]
-        for model, state in zip(models, states, strict=True):
-            model.state = state
+        near = zip(q + away[:, 0], v + away[:, 1], strict=True)
+        for model, state in zip(models, [*zip(q, v, strict=True), *near], strict=True):
+            model.state = state  # built once: that takes longer than a block's run
         found = motion(models, span_s[0] + number * BLOCK_S)
         (q, near_q), (v, near_v) = (np.split(last[-1].T, 2) for last in (found.q, found.v))
         away = np.stack([near_q - q, near_v - v], axis=1)
