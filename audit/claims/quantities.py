@@ -36,6 +36,26 @@ class Known(dict[Source, Sample]):
         return sorted(found, key=lambda source: source.size_um or 0.0)
 
 
+class ReadExperiments(Known):
+    """The experiments of a setting that have been asked for by now."""
+
+    def __init__(self, known: Known) -> None:
+        super().__init__()
+        self.known = known
+
+    def __missing__(self, source: Source) -> Sample:
+        self[source] = sample = self.known[source]
+        return sample
+
+    def members(self, family: Family) -> list[Source]:
+        return self.known.members(family)
+
+    @property
+    def not_run(self) -> int:
+        """Starts that none of them was run from."""
+        return min(sample.not_run for sample in self.values())
+
+
 Formula = Callable[[Known], np.ndarray]  # (starts,), nan where undefined
 
 

@@ -35,6 +35,7 @@ ANSWERS = Columns[Answer](
         TableColumn("share_95", "95 % interval", lambda a: a.share.interval if a.share else None),
         TableColumn("quantiles", "quantiles", lambda a: a.quantiles),
         TableColumn("starts", "starts", lambda a: a.starts),
+        TableColumn("run", "starts that were run", lambda a: a.starts - a.not_run),
         TableColumn("undefined", "undefined", lambda a: a.undefined),
     ),
 )

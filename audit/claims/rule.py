@@ -20,7 +20,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.audit.claims.quantities import Choices, Known, NotSimulatedError, Quantity
+from crosscheck.audit.claims.quantities import (
+    Choices,
+    Known,
+    NotSimulatedError,
+    Quantity,
+    ReadExperiments,
+)
 from crosscheck.audit.experiments.cells import Cell, GearModel, Law
 from crosscheck.audit.experiments.variant import Planets
 from crosscheck.audit.measures.shares import Share
@@ -132,12 +138,16 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Answer:
-    """A claim in one setting under one choice: its values of all starts, ascending, defined."""
+    """A claim in one setting under one choice: its values of all starts, ascending, defined.
+
+    not_run: of the starts, those that others stand for, because these agree.
+    """
 
     place: Place
     values: tuple[float, ...]
     starts: int
     limits: Limits
+    not_run: int = 0
 
     @property
     def undefined(self) -> int:
@@ -201,12 +211,14 @@ def answers(claim: Claim, settings: Iterable[tuple[Cell, Known]]) -> list[Answer
             place = _place(claim, cell, choice)
             if place in found:
                 continue
+            asked = ReadExperiments(known)
             try:
-                values = np.atleast_1d(quantity(known))
+                values = np.atleast_1d(quantity(asked))
             except NotSimulatedError:
                 continue
             defined = np.sort(values[np.isfinite(values)])
-            found[place] = Answer(place, tuple(map(float, defined)), values.size, claim.limits)
+            own = tuple(map(float, defined))
+            found[place] = Answer(place, own, values.size, claim.limits, asked.not_run)
     return list(found.values())
 
 

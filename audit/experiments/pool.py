@@ -19,17 +19,20 @@ from crosscheck.audit.experiments.study import Study
 class Sample:
     """What the starts of an experiment measured.
 
-    numbers: name -> (starts,), nan where undefined; diverged (starts,): whether the run did.
+    numbers: name -> (starts,), nan where undefined; diverged (starts,): whether the run did;
+    not_run: of the last starts, those that others stand for.
     """
 
     numbers: Mapping[str, np.ndarray]
     diverged: np.ndarray
+    not_run: int = 0
 
     @classmethod
     def of(cls, measured: Measured) -> Sample:
         """Undefined numbers as nan."""
         numbers = {name: _floats(values) for name, values in measured.numbers.items()}
-        return cls(numbers, np.isfinite(_floats(measured.diverged_s)))
+        diverged = np.isfinite(_floats(measured.diverged_s))
+        return cls(numbers, diverged, diverged.size - measured.ran)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Raises KeyError for a number that the experiment does not measure."""

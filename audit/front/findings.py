@@ -35,6 +35,7 @@ class StartsStrip:
         return {
             "id": f"finding/third/{self.cell.id}",
             "starts": self.third.size.size,
+            "run": self.third.size.size - self.third.not_run,
             "undefined": self.third.size.size - self.third.sizes.size,
             "severe": int(self.third.of_branch(severe=True).sum()),
             "quantiles": list(map(defined, self.third.quantiles)),

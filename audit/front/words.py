@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from crosscheck.audit.experiments.cells import LABELLED
+from crosscheck.audit.experiments.starts import ALIKE, FIRST
 from crosscheck.audit.front.terms import teeth_passed
 from crosscheck.audit.front.views import stage_svg, teeth_passed_svg
 from crosscheck.audit.measures.stage import paper_stage
@@ -29,6 +30,8 @@ def chapter(material: Material) -> AuditChapter:
         passed_svg=html(teeth_passed_svg(passed)),
         names=LAW_NAMES,
         meanings=LAW_MEANINGS,
+        first=FIRST,
+        alike=ALIKE,
         **most,
     )
     records = [{"id": "terms/teeth-passed", **most}]

@@ -48,7 +48,7 @@ class Third:
     """Of every start, (starts,), nan where undefined.
 
     size [rad/s^2]; onset_s; frequency_Hz; apart_m: how far planets of a stage part; diverged: how
-    many runs did, whose numbers are undefined.
+    many runs did, whose numbers are undefined; not_run: starts that others stand for.
     """
 
     size: np.ndarray
@@ -56,6 +56,7 @@ class Third:
     frequency_Hz: np.ndarray
     apart_m: np.ndarray
     diverged: int
+    not_run: int = 0
 
     @classmethod
     def of(cls, *samples: Sample) -> Third:
@@ -66,6 +67,7 @@ class Third:
             frequency_Hz=_joined(samples, "frequency_Hz"),
             apart_m=_joined(samples, "planets_apart_m"),
             diverged=sum(int(sample.diverged.sum()) for sample in samples),
+            not_run=sum(sample.not_run for sample in samples),
         )
 
     @cached_property
@@ -80,7 +82,8 @@ class Third:
 
     def answer(self, place: Place) -> Answer:
         """As a claim has it."""
-        return Answer(place, tuple(map(float, np.sort(self.sizes))), self.size.size, LARGE)
+        sizes = tuple(map(float, np.sort(self.sizes)))
+        return Answer(place, sizes, self.size.size, LARGE, self.not_run)
 
     @property
     def state(self) -> State:

@@ -119,6 +119,8 @@ TERMS: Given = {
     "names": LAW_NAMES,
     "meanings": LAW_MEANINGS,
     "backwards": True,
+    "first": 8,
+    "alike": 1e-3,
     "most_by_angle": 9.0,
     "most_by_clock": 12.0,
 }

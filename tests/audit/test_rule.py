@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crosscheck.audit.claims.judged import Judged
-from crosscheck.audit.claims.quantities import Quantity
+from crosscheck.audit.claims.quantities import Known, Quantity, over
+from crosscheck.audit.claims.records import ANSWERS
 from crosscheck.audit.claims.rule import (
     DAMPING,
     FEW,
@@ -27,6 +28,7 @@ from crosscheck.audit.claims.rule import (
     Place,
     State,
     VerdictKind,
+    answers,
     ends,
     kind_of,
     state,
@@ -43,8 +45,11 @@ from crosscheck.audit.experiments.cells import (
     PRINTED,
     REPAIRED_RATE,
     SWAPPED,
+    Cell,
     Law,
 )
+from crosscheck.audit.experiments.experiments import NO_ERROR, PD
+from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.measures.shares import Share
 
 ZETAS = (0.003, 0.005, 0.01, 0.05)
@@ -250,3 +255,19 @@ def test_both_models_have_a_verdict_of_their_own():
     assert kinds == [VerdictKind.HOLDS, VerdictKind.FAILS]
     assert judged.verdict.kind == VerdictKind.DEPENDS
     assert verdict_words(judged.verdict) == "depends on planets lumped or free (1 yes, 3 no)"
+
+
+def test_an_answer_says_how_many_of_its_starts_were_run():
+    """Of 32 starts the first eight of one experiment stand for all; of the other all were run."""
+    alike, unlike = (
+        Sample({"made": np.full(32, 5.0)}, np.zeros(32, bool), not_run) for not_run in (24, 0)
+    )
+    known = Known({PD: alike, NO_ERROR: unlike})
+    one, other = (
+        Quantity(str(source), "made up", "1", lambda known, source=source: known[source]["made"])
+        for source in (PD, NO_ERROR)
+    )
+    for quantity, ran in ((one, 8), (other, 32), (over(one, other), 32)):
+        claim = Claim("3.2-29", 14, "made up", quantity, Limits(low=0.0))
+        (record,) = ANSWERS.json(answers(claim, [(Cell(PRINTED, 0.005), known)]))
+        assert (record["starts"], record["run"]) == (32, ran)

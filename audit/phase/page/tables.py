@@ -74,6 +74,7 @@ def third_columns(
             lambda row: of(row).quantiles,
         ),
         TableColumn(f"{prefix}diverged", None, lambda row: of(row).diverged),
+        TableColumn(f"{prefix}run", None, lambda row: of(row).size.size - of(row).not_run),
     ]
 
 
