@@ -42,6 +42,7 @@ def clock_svg(found: Clocks) -> str:
         above.set(title=LAW_NAMES[one.law], xlabel="time since the start [s]")
         below.set_xticks(range(len(one.delays)), [f"{one.clock_s:g}" for one in one.delays])
         below.set(xlabel="clock at the start [s]", xlim=(-0.5, len(one.delays) - 0.5))
+        below.margins(y=0.1)  # no ring cut in half
         log_y(below)
     grid[0, 0].set_ylabel("acceleration [rad/s²]")
     grid[1, 0].set_ylabel("vibration [rad/s²]")
