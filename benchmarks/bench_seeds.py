@@ -2,8 +2,9 @@
 
     python benchmarks/bench_seeds.py [--sets 3] [--quick] [--jobs 2]
 
-Prints the claims whose verdict differs between sets, what each set says, and the share of all. The
-runs are kept as those of `crosscheck paper` are, so the first set is its own.
+Prints the claims whose verdict differs between sets, what each set says, and the share of all: over
+all models of the gears, and in each of the two columns. The runs are kept as those of
+`crosscheck paper` are, so the first set is its own.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from crosscheck.audit.claims.rule import VerdictKind
+from crosscheck.audit.claims.words import COLUMNS
 from crosscheck.audit.experiments.scale import FULL, QUICK
 from crosscheck.audit.experiments.study import Study, cache_folder
 from crosscheck.audit.page.material import Material
@@ -21,9 +23,14 @@ from crosscheck.runner.progress import progress_bar
 APART = 1000  # between the first seeds of two sets
 
 
-def verdicts(material: Material) -> dict[str, VerdictKind]:
-    """By claim id."""
-    return {name: judged.verdict.kind for name, judged in material.judged.items()}
+def verdicts(material: Material) -> dict[str, dict[str, VerdictKind]]:
+    """By claim id: over all models, and where runs decide by column."""
+    judged = material.judged
+    found = {"all models": {name: one.verdict.kind for name, one in judged.items()}}
+    for model, column in COLUMNS.items():
+        asked = {name: one for name, one in judged.items() if not one.claim.static}
+        found[column] = {name: one.by_model[model].kind for name, one in asked.items()}
+    return found
 
 
 def told(sets: Sequence[Mapping[str, VerdictKind]]) -> str:
@@ -53,7 +60,8 @@ def main() -> None:
             verdicts(Material(study, replace(scale, first_seed=1 + APART * number)))
             for number in range(given.sets)
         ]
-    print(told(sets))
+    for column in sets[0]:
+        print(f"{column}:\n{told([one[column] for one in sets])}")
 
 
 if __name__ == "__main__":
