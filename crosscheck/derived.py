@@ -15,8 +15,8 @@ from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from crosscheck.analytic.paper.mesh_phasing import mesh_phases
 from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
+from crosscheck.checks.first_principles.weights import joint_mass, link_mass
 from crosscheck.checks.scales import largest_weights
-from crosscheck.checks.weights import joint_mass, link_mass
 from crosscheck.models.arm.arm import Arm, Direct, Planetary
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.arm.planets import unlike_fields

@@ -15,7 +15,7 @@ from crosscheck.audit.hypotheses.evidence.flights import (
     tip_error,
 )
 from crosscheck.audit.measures.stage import PaperStage
-from crosscheck.checks.weights import joint_mass, link_mass
+from crosscheck.checks.first_principles.weights import joint_mass, link_mass
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import ConstantDrive
 from crosscheck.models.loading import Case, load_case, load_scenario

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.christoffel import christoffel_force
+from crosscheck.checks.first_principles.christoffel import christoffel_force
 from crosscheck.checks.scales import geared, meshes
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout

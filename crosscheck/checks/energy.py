@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from crosscheck.checks.first_principles.mesh_energy import MeshSpring, energy_of, springs, waves
+from crosscheck.checks.first_principles.weights import weight_energy
 from crosscheck.checks.invariants import (
     Answered,
     balanced,
@@ -14,10 +16,8 @@ from crosscheck.checks.invariants import (
     outside_powers,
     sun_of,
 )
-from crosscheck.checks.mesh_energy import MeshSpring, energy_of, springs, waves
 from crosscheck.checks.scales import geared, meshes
 from crosscheck.checks.states import Setting
-from crosscheck.checks.weights import weight_energy
 from crosscheck.findings import About, Finding, checked, measured_only
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from crosscheck.checks.first_principles.weights import weight_moments
 from crosscheck.checks.scales import base_radius, geared
 from crosscheck.checks.states import (
     LOOSEST,
@@ -19,7 +20,6 @@ from crosscheck.checks.states import (
     scaled,
     usable,
 )
-from crosscheck.checks.weights import weight_moments
 from crosscheck.findings import About, Finding, checked, failed
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Coordinate, Layout

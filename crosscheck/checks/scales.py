@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.weights import weight_moments
+from crosscheck.checks.first_principles.weights import weight_moments
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.arm.stiffness import (

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from crosscheck.checks.answers import States
-from crosscheck.checks.composite import (
+from crosscheck.checks.energy import springs_at
+from crosscheck.checks.first_principles.composite import (
     Content,
     base_radius,
     inertia,
@@ -13,7 +14,6 @@ from crosscheck.checks.composite import (
     posed,
     weight,
 )
-from crosscheck.checks.energy import springs_at
 from crosscheck.checks.invariants import sun_advance, sun_of
 from crosscheck.checks.modes import equivalent_mass, mean_stiffness
 from crosscheck.checks.scales import geared

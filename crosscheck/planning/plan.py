@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from crosscheck.checks.composite import Content
+from crosscheck.checks.first_principles.composite import Content
 from crosscheck.checks.scales import EPS, base_radius, geared, largest_torques, meshes, rounding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.meshes import with_meshes

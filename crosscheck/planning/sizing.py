@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.checks.composite import inertia, parts_of, posed
+from crosscheck.checks.first_principles.composite import inertia, parts_of, posed
+from crosscheck.checks.first_principles.weights import weight_moments
 from crosscheck.checks.modes import free_modes
 from crosscheck.checks.scales import geared, largest_weights
-from crosscheck.checks.weights import weight_moments
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.quantities import Duration, Gain, RateGain, Torque, Within
 from crosscheck.models.experiment.scenario import ConstantDrive, Drive, PdDrive, Scenario, Start

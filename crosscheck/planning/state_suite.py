@@ -12,7 +12,7 @@ from crosscheck.checks.answers import (
     CHRISTOFFEL,
     random_states,
 )
-from crosscheck.checks.composite import Content
+from crosscheck.checks.first_principles.composite import Content
 from crosscheck.findings import About, Finding, Key, checked, failed
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.meshes import damped

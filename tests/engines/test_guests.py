@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from crosscheck.checks.answers import random_states
-from crosscheck.checks.weights import link_mass as weighed
+from crosscheck.checks.first_principles.weights import link_mass as weighed
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.switches import Switches
