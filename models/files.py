@@ -1,4 +1,4 @@
-"""The files of arms and scenarios as they stand: TOML, read and not validated.
+"""The files of arms, robots and scenarios as they stand: TOML, read and not validated.
 
 Light on purpose: a list of what there is waits for no schema.
 """
@@ -31,7 +31,12 @@ def builtin_scenarios() -> tuple[str, ...]:
     return _stems("scenarios")
 
 
-def builtin_title(folder: Literal["arms", "scenarios"], name: str) -> str:
+def builtin_robots() -> tuple[str, ...]:
+    """Names of the robots that come with the project."""
+    return _stems("robots")
+
+
+def builtin_title(folder: Literal["arms", "robots", "scenarios"], name: str) -> str:
     """Title of what comes with the project, as it stands: a list waits for no validation."""
     return str(_read(name, folder).get("title", ""))
 
@@ -44,6 +49,11 @@ def raw_arm(name: str) -> dict[str, Any]:
 def raw_scenario(name: str) -> dict[str, Any]:
     """What the file of a scenario holds, not validated. Raises InputError."""
     return _read(name, "scenarios")
+
+
+def raw_robot(name: str) -> dict[str, Any]:
+    """What the file of a robot holds, not validated. Raises InputError."""
+    return _read(name, "robots")
 
 
 def read_toml(path: Path) -> dict[str, Any]:

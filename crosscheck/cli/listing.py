@@ -6,15 +6,17 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from crosscheck.models.files import builtin_arms, builtin_scenarios, builtin_title
+from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios, builtin_title
 from crosscheck.registry import MODELS
 
 
 def list_command() -> None:
-    """Print what `ARM`, `--model` and `--scenario` accept."""
+    """Print what `ARM`, `ROBOT`, `--model` and `--scenario` accept."""
     table = Table("", "name", "title", box=None)
     for name in builtin_arms():
         table.add_row("arm", name, builtin_title("arms", name))
+    for name in builtin_robots():
+        table.add_row("robot", name, builtin_title("robots", name))
     for name, entry in MODELS.items():
         limit = "" if "simulate" in entry.promises else "states only"
         table.add_row("model", Text(name), Text(", ".join(filter(None, (limit, entry.title)))))

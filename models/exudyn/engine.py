@@ -1,4 +1,4 @@
-"""An Exudyn system in minimal coordinates: bodies on revolute joints, with custom forces."""
+"""Exudyn systems in minimal coordinates: any tree, and bodies on revolute joints with forces."""
 
 from __future__ import annotations
 
@@ -27,8 +27,55 @@ class TreeBody(NamedTuple):
     inertia: float
 
 
-class Engine:
-    """An assembled system: states in, mass matrix and right-hand side or advanced states out.
+class System:
+    """An assembled system: states in, mass matrix and right-hand side out.
+
+    size: of its coordinates, all of one node; objects: made of the node's number, numbered from 0.
+    """
+
+    def __init__(
+        self, size: int, objects: Callable[[int], Sequence[Any]], sensors: Sequence[Any] = ()
+    ) -> None:
+        self.container = exudyn.SystemContainer()
+        self.system = self.container.AddSystem()
+        node = self.system.AddNode(
+            items.NodeGenericODE2(
+                referenceCoordinates=[0.0] * size,
+                initialCoordinates=[0.0] * size,
+                initialCoordinates_t=[0.0] * size,
+                numberOfODE2Coordinates=size,
+            )
+        )
+        for each in objects(node):
+            self.system.AddObject(each)
+        for each in sensors:
+            self.system.AddSensor(each)
+        self.system.Assemble()
+        self.settings = _settings()
+        self.solver = exudyn.MainSolverExplicit()
+        self.solver.InitializeSolver(self.system, self.settings)
+
+    def put(self, q: np.ndarray, v: np.ndarray) -> None:
+        """Put the system into a state at time 0."""
+        data = self.system.systemData
+        for configuration in (INITIAL, CURRENT):
+            data.SetTime(0.0, configuration)
+            data.SetODE2Coordinates(q, configuration)
+            data.SetODE2Coordinates_t(v, configuration)
+
+    def mass_matrix(self) -> np.ndarray:
+        """M of the state, shape (size, size)."""
+        self.solver.ComputeMassMatrix(self.system)
+        return np.array(self.solver.GetSystemMassMatrix())
+
+    def right_hand_side(self) -> np.ndarray:
+        """M q'' of the state, shape (size,)."""
+        self.solver.ComputeODE2RHS(self.system)
+        return np.array(self.solver.GetSystemResidual())
+
+
+class Engine(System):
+    """Bodies of an arm under a force: also advanced states out.
 
     force: the generalized forces on the tree, which calls it itself: a connector beside the tree
     costs the engine more. gravity [m/s^2]: along the base's x and y.
@@ -43,42 +90,13 @@ class Engine:
         clock: list[float],
         gravity: tuple[float, float],
     ) -> None:
-        size = len(bodies)
+        super().__init__(len(bodies), lambda node: [_tree(node, bodies, force, gravity)])
         self.clock = clock
-        self.container = exudyn.SystemContainer()
-        self.system = self.container.AddSystem()
-        node = self.system.AddNode(
-            items.NodeGenericODE2(
-                referenceCoordinates=[0.0] * size,
-                initialCoordinates=[0.0] * size,
-                initialCoordinates_t=[0.0] * size,
-                numberOfODE2Coordinates=size,
-            )
-        )
-        self.system.AddObject(_tree(node, bodies, force, gravity))
-        self.system.Assemble()
-        self.settings = _settings()
-        self.solver = exudyn.MainSolverExplicit()
-        self.solver.InitializeSolver(self.system, self.settings)
 
     def place(self, t: float, q: np.ndarray, v: np.ndarray) -> None:
-        """Put the system into a state."""
+        """Put the arm into a state at a time [s]."""
         self.clock[0] = t
-        data = self.system.systemData
-        for configuration in (INITIAL, CURRENT):
-            data.SetTime(0.0, configuration)
-            data.SetODE2Coordinates(q, configuration)
-            data.SetODE2Coordinates_t(v, configuration)
-
-    def mass_matrix(self) -> np.ndarray:
-        """M of the state, shape (bodies, bodies)."""
-        self.solver.ComputeMassMatrix(self.system)
-        return np.array(self.solver.GetSystemMassMatrix())
-
-    def right_hand_side(self) -> np.ndarray:
-        """M q'' of the state, shape (bodies,)."""
-        self.solver.ComputeODE2RHS(self.system)
-        return np.array(self.solver.GetSystemResidual())
+        self.put(q, v)
 
     def linearized(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """M, K and D of M q'' + D q' + K q = 0 about the state, each (bodies, bodies)."""

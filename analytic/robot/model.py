@@ -1,0 +1,223 @@
+"""A robot by Kane's method: partial velocities of every body, for many states side by side.
+
+T. R. Kane and D. A. Levinson, Dynamics: Theory and Applications, McGraw-Hill, 1985, chapter 4.
+Of a body with centre of mass c, angular velocity w = W v and V its velocity per rate, the
+generalized inertia forces are m V' a_c + W' (I alpha + w x I w). Of a balanced rotor only its spin
+s = c' v about the axis z counts, c = N e + W' z of its stator: c J ds/dt + J s W' (w x z).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.models.robot.interface import RobotModel
+from crosscheck.models.robot.robot import BASE, Level, Robot, Rotor
+
+
+class Pose(NamedTuple):
+    """Of a frame in every state.
+
+    rotation (states, 3, 3); position (states, 3); turning and moving (states, 3, n): angular
+    velocity and that of the origin, per rate of each coordinate.
+    """
+
+    rotation: np.ndarray
+    position: np.ndarray
+    turning: np.ndarray
+    moving: np.ndarray
+
+
+class Rates(NamedTuple):
+    """Angular velocity; angular acceleration and that of the origin without v'; (states, 3)."""
+
+    angular: np.ndarray
+    angular_rate: np.ndarray
+    acceleration: np.ndarray
+
+
+class AnalyticRobot(RobotModel):
+    """The project's own derivation, in NumPy."""
+
+    name = "analytic"
+
+    def __init__(self, robot: Robot, level: Level) -> None:
+        super().__init__(robot, level)
+        count, free = len(robot.joints), robot.coordinates
+        self._share, self._offset = np.zeros((count, len(free))), np.zeros(count)
+        for number, joint in enumerate(robot.joints):
+            if joint.mimic is None:
+                self._share[number, free.index(number)] = 1.0
+            else:
+                self._share[number, free.index(joint.mimic.joint)] = joint.mimic.multiplier
+                self._offset[number] = joint.mimic.offset
+        # Of inertia = root root', so that M is a sum of squares.
+        self._roots = [np.linalg.cholesky(body.inertia) for body in robot.bodies]
+        self._axes = [_crossing(joint.axis) for joint in robot.joints]
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        """M (states, n, n), a sum of squares of rates."""
+        poses = self._poses(q)
+        rows = []
+        for body, root, pose in zip(self.robot.bodies, self._roots, poses, strict=True):
+            arm = pose.rotation @ body.com
+            rows.append(np.sqrt(body.mass) * (pose.moving + _cross(pose.turning, arm)))
+            rows.append((pose.rotation @ root).transpose(0, 2, 1) @ pose.turning)
+        if self.level == "armature":
+            for rotor in self.robot.rotors:
+                row = np.sqrt(rotor.inertia) * rotor.ratio * self._share[rotor.joint]
+                rows.append(np.broadcast_to(row, (len(q), 1, row.size)))
+        if self.level == "coupled":
+            for rotor in self.robot.rotors:
+                _, spin = self._spin(rotor, poses)
+                rows.append(np.sqrt(rotor.inertia) * spin[:, None])
+        stacked = np.concatenate(rows, axis=1)
+        found: np.ndarray = stacked.transpose(0, 2, 1) @ stacked
+        return found
+
+    def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Generalized inertia forces without accelerations (states, n)."""
+        poses = self._poses(q)
+        rates = self._rates(poses, v)
+        total = np.zeros_like(q)
+        for body, pose, rate in zip(self.robot.bodies, poses, rates, strict=True):
+            arm = pose.rotation @ body.com
+            inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
+            force = body.mass * _carried(rate, arm)
+            moment = _times(inertia, rate.angular_rate)
+            moment += np.cross(rate.angular, _times(inertia, rate.angular))
+            total += _power(pose.moving + _cross(pose.turning, arm), force)
+            total += _power(pose.turning, moment)
+        if self.level == "coupled":
+            for rotor in self.robot.rotors:
+                axis, spin = self._spin(rotor, poses)
+                stator = self.robot.frames[rotor.stator].body
+                if stator == BASE:
+                    continue
+                rate = rates[stator]
+                speed = (spin * v).sum(axis=1, keepdims=True)
+                growth = (axis * rate.angular_rate).sum(axis=1, keepdims=True)
+                turned = _power(poses[stator].turning, np.cross(rate.angular, axis))
+                total += rotor.inertia * (growth * spin + speed * turned)
+        return total
+
+    def gravity(self, q: np.ndarray) -> np.ndarray:
+        """Of the bodies' weights (states, n)."""
+        total = np.zeros_like(q)
+        for body, pose in zip(self.robot.bodies, self._poses(q), strict=True):
+            moving = pose.moving + _cross(pose.turning, pose.rotation @ body.com)
+            total -= body.mass * (self.robot.gravity @ moving)
+        return total
+
+    def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """M a + bias + gravity (states, n)."""
+        return _times(self.mass_matrix(q), a) + self.bias(q, v) + self.gravity(q)
+
+    def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
+        """By solving with M (states, n)."""
+        left = torques - self.bias(q, v) - self.gravity(q)
+        found: np.ndarray = np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
+        return found
+
+    def tip(self, q: np.ndarray) -> np.ndarray:
+        """By the chain of frames (states, 3) [m]."""
+        frame = self.robot.frames[self.robot.tip]
+        if frame.body == BASE:
+            return np.tile(frame.placement.position, (len(q), 1))
+        pose = self._poses(q)[frame.body]
+        found: np.ndarray = pose.position + pose.rotation @ frame.placement.position
+        return found
+
+    def _poses(self, q: np.ndarray) -> list[Pose]:
+        """Of every body."""
+        states, size = q.shape
+        nothing = np.zeros((states, 3, size))
+        base = Pose(np.tile(np.eye(3), (states, 1, 1)), np.zeros((states, 3)), nothing, nothing)
+        values = q @ self._share.T + self._offset
+        poses: list[Pose] = []
+        for joint, crossing, share, value in zip(
+            self.robot.joints, self._axes, self._share, values.T, strict=True
+        ):
+            under = base if joint.parent == BASE else poses[joint.parent]
+            at = under.rotation @ joint.placement.position
+            own = under.rotation @ joint.placement.rotation
+            axis = own @ joint.axis
+            along = axis[:, :, None] * share
+            if joint.kind == "revolute":
+                turn = (  # Rodrigues' formula
+                    np.eye(3)
+                    + np.sin(value)[:, None, None] * crossing
+                    + (1 - np.cos(value))[:, None, None] * (crossing @ crossing)
+                )
+                moving = under.moving + _cross(under.turning, at)
+                pose = Pose(own @ turn, under.position + at, under.turning + along, moving)
+            else:
+                at = at + value[:, None] * axis
+                moving = under.moving + _cross(under.turning, at) + along
+                pose = Pose(own, under.position + at, under.turning, moving)
+            poses.append(pose)
+        return poses
+
+    def _rates(self, poses: list[Pose], v: np.ndarray) -> list[Rates]:
+        """Of every body."""
+        still = np.zeros((len(v), 3))
+        speeds = v @ self._share.T
+        rates: list[Rates] = []
+        for joint, pose, speed in zip(self.robot.joints, poses, speeds.T, strict=True):
+            on_base = joint.parent == BASE
+            under = Rates(still, still, still) if on_base else rates[joint.parent]
+            at = pose.position if on_base else pose.position - poses[joint.parent].position
+            relative = speed[:, None] * (pose.rotation @ joint.axis)
+            acceleration = under.acceleration + _carried(Rates(*under[:2], still), at)
+            turned = np.cross(under.angular, relative)
+            if joint.kind == "revolute":
+                rate = Rates(under.angular + relative, under.angular_rate + turned, acceleration)
+            else:
+                rate = Rates(under.angular, under.angular_rate, acceleration + 2 * turned)
+            rates.append(rate)
+        return rates
+
+    def _spin(self, rotor: Rotor, poses: list[Pose]) -> tuple[np.ndarray, np.ndarray]:
+        """Its axis in space (states, 3), and its spin per rate (states, n)."""
+        frame = self.robot.frames[rotor.stator]
+        own, by_gear = frame.placement.rotation @ rotor.axis, rotor.ratio * self._share[rotor.joint]
+        states = len(poses[0].position)
+        if frame.body == BASE:
+            return np.tile(own, (states, 1)), np.tile(by_gear, (states, 1))
+        pose = poses[frame.body]
+        turned = pose.rotation @ own
+        return turned, by_gear + _power(pose.turning, turned)
+
+
+def _carried(rate: Rates, arm: np.ndarray) -> np.ndarray:
+    """Acceleration (states, 3) of a point of a body, arm (states, 3) from its origin."""
+    found: np.ndarray = (
+        rate.acceleration
+        + np.cross(rate.angular_rate, arm)
+        + np.cross(rate.angular, np.cross(rate.angular, arm))
+    )
+    return found
+
+
+def _crossing(vector: np.ndarray) -> np.ndarray:
+    """The matrix that makes vector x u of u."""
+    x, y, z = vector
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+def _cross(turning: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """turning x arm for each column of turning (states, 3, n)."""
+    found: np.ndarray = np.cross(turning, arm[:, :, None], axis=1)
+    return found
+
+
+def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    found: np.ndarray = (matrix @ vector[:, :, None])[:, :, 0]
+    return found
+
+
+def _power(columns: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """columns' force (states, n)."""
+    found: np.ndarray = (force[:, None] @ columns)[:, 0]
+    return found

@@ -1,0 +1,157 @@
+"""The file of a robot: which URDF, and what turns each joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from crosscheck.models.arm.quantities import (
+    Acceleration,
+    Data,
+    GearInertia,
+    Name,
+    SchemaVersion,
+    Title,
+    Within,
+)
+from crosscheck.models.errors import InputError
+from crosscheck.models.files import HERE, LARGEST_FILE, builtin_robots, raw_robot
+from crosscheck.models.inputs import input_content
+from crosscheck.models.loading import validated
+from crosscheck.models.robot.robot import BASE, Frame, Joint, Robot, Rotor
+from crosscheck.models.robot.tree import tree_of
+from crosscheck.models.robot.urdf import Urdf, read_urdf
+
+Ratio = Annotated[float, Within(-1e6, 1e6)]
+Component = Annotated[float, Within(-1e3, 1e3)]
+Vector = Annotated[tuple[Component, Component, Component], Field(strict=False)]
+
+
+class Direct(Data):
+    """A joint whose motor turns its link without gears: the rotor is a part of that link."""
+
+    kind: Literal["direct"]
+    """Which sort of transmission this is."""
+
+
+class Geared(Data):
+    """A rotor that spins against its stator at a multiple of the joint's rate."""
+
+    kind: Literal["geared"]
+    """Which sort of transmission this is."""
+    ratio: Ratio
+    """Rate of the rotor against its stator over the joint's, with its sign; rad/m if prismatic."""
+    rotor_inertia_kg_m2: GearInertia
+    """J of the rotor about its axis; the stator's link has its mass and its other inertias."""
+    stator: Name | None = None
+    """Link of the URDF that carries the motor; the joint's parent if left out."""
+    rotor_axis: Vector | None = None
+    """In the frame of the stator's link; the joint's axis if both are left out."""
+
+
+Transmission = Annotated[Direct | Geared, Field(discriminator="kind")]
+
+
+class RobotFile(Data):
+    """A robot: a URDF on a fixed base, with the rotors that it does not tell of."""
+
+    union_tags: ClassVar[frozenset[str]] = frozenset({"direct", "geared"})
+
+    schema_version: SchemaVersion
+    """Version of the file: 1."""
+    name: Name
+    """What pages and messages call the robot."""
+    title: Title = ""
+    """One line about it."""
+    urdf: Name
+    """The URDF, from this file's folder."""
+    gravity_m_per_s2: Annotated[
+        tuple[Acceleration, Acceleration, Acceleration], Field(strict=False)
+    ] = (0.0, 0.0, -9.81)
+    """In the frame of the URDF's root link."""
+    tip: Name | None = None
+    """Link whose origin is the end effector; a last one with most joints before it if left out."""
+    joints: dict[str, Transmission] = Field(default_factory=dict)
+    """By the URDF's names of joints; those left out are direct."""
+
+
+def load_robot(name: str) -> Robot:
+    """The robot of a built-in name or TOML file. Raises InputError."""
+    file = validated(RobotFile, raw_robot(name), name)
+    own = name in builtin_robots()
+    path = (HERE / "robots" if own else Path(name).parent) / file.urdf
+    return robot_of(file, _text(path), name, str(path))
+
+
+def robot_of(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
+    """Of a file's content and its URDF's text; the names are for messages. Raises InputError."""
+    urdf = read_urdf(text, urdf_where)
+    joints, bodies, frames, doubtful = tree_of(urdf, urdf_where)
+    if file.tip is not None and file.tip not in frames:
+        raise InputError(where, "tip", file.tip, f"must be a link of {urdf_where}")
+    moving = {joint.name: number for number, joint in enumerate(joints)}
+    for name in file.joints:
+        if name not in moving:
+            allowed = f"must be a joint that moves: {', '.join(moving)}"
+            raise InputError(where, "joints", name, allowed)
+    rotors = [
+        _rotor(moving[name], name, given, urdf, frames, where)
+        for name, given in file.joints.items()
+        if isinstance(given, Geared)
+    ]
+    return Robot(
+        name=file.name,
+        title=file.title,
+        urdf=text,
+        gravity=np.array(file.gravity_m_per_s2),
+        joints=joints,
+        bodies=bodies,
+        rotors=tuple(rotors),
+        frames=frames,
+        tip=file.tip or _last(joints, frames),
+        told=doubtful + urdf.told,
+    )
+
+
+def _rotor(
+    number: int, name: str, given: Geared, urdf: Urdf, frames: Mapping[str, Frame], where: str
+) -> Rotor:
+    """Raises InputError."""
+    (joint,) = (each for each in urdf.joints if each.name == name)
+    stator, axis = given.stator or joint.parent, joint.placement.rotation @ joint.axis
+    if stator not in frames:
+        raise InputError(where, f"joints.{name}.stator", stator, "must be a link of the URDF")
+    if given.rotor_axis is not None:
+        axis = np.array(given.rotor_axis)
+    elif given.stator is not None:
+        allowed = "is missing; must be a direction in the frame of the stator's link"
+        raise InputError(where, f"joints.{name}.rotor_axis", None, allowed)
+    length = np.linalg.norm(axis)
+    if not length > 1e-3:
+        field = f"joints.{name}.rotor_axis"
+        raise InputError(where, field, axis.tolist(), "must be a direction, of length 1")
+    return Rotor(number, given.ratio, given.rotor_inertia_kg_m2, stator, axis / length)
+
+
+def _last(joints: Sequence[Joint], frames: Mapping[str, Frame]) -> str:
+    """The link furthest from the base by moving joints; of such, the last one fixed to others."""
+    depth: list[int] = []
+    for joint in joints:
+        depth.append(1 if joint.parent == BASE else depth[joint.parent] + 1)
+    furthest = depth.index(max(depth))
+    return [name for name, frame in frames.items() if frame.body == furthest][-1]
+
+
+def _text(path: Path) -> str:
+    """Raises InputError."""
+    try:
+        text = input_content(path, LARGEST_FILE).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(str(path), "", None, "cannot be read: not UTF-8 text") from None
+    if not text.strip():
+        raise InputError(str(path), "", None, "is empty; a URDF is expected")
+    return text

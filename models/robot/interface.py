@@ -1,0 +1,45 @@
+"""What every model of a robot offers, for many states at once."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from crosscheck.models.robot.robot import Level, Robot
+
+
+class RobotModel(ABC):
+    """Equations of motion M q'' + bias + gravity = torques, in the robot's free coordinates.
+
+    q, v, a and torques are (states, n), in rad or m, N m or N; there is no friction.
+    """
+
+    name: str
+
+    def __init__(self, robot: Robot, level: Level) -> None:
+        self.robot, self.level = robot, level
+
+    @abstractmethod
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        """M (states, n, n)."""
+
+    @abstractmethod
+    def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Coriolis and centrifugal torques (states, n)."""
+
+    @abstractmethod
+    def gravity(self, q: np.ndarray) -> np.ndarray:
+        """Torques that hold the weights (states, n)."""
+
+    @abstractmethod
+    def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """Torques that a motion needs (states, n)."""
+
+    @abstractmethod
+    def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
+        """Accelerations under torques (states, n)."""
+
+    @abstractmethod
+    def tip(self, q: np.ndarray) -> np.ndarray:
+        """Where the origin of the robot's tip is, in the base's frame (states, 3) [m]."""

@@ -1,0 +1,123 @@
+"""The robot as data: bodies on moving joints in space, and the rotors that gears turn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+BASE = -1  # in place of the number of a body: what stands on the ground
+Level = Literal["links", "armature", "coupled"]
+LEVELS: dict[Level, str] = {
+    "links": "links alone",
+    "armature": "links, and every rotor's inertia times its ratio squared on the diagonal",
+    "coupled": "links, and rotors as bodies that turn with their stators and by their gears",
+}
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Of a frame in another: rotation (3, 3), whose columns are its axes, and position (3,) [m]."""
+
+    rotation: np.ndarray
+    position: np.ndarray
+
+
+@dataclass(frozen=True)
+class Body:
+    """What a moving joint carries, all that is fixed to it included.
+
+    In the frame of the link that the joint moves: com (3,) [m], inertia (3, 3) [kg m^2] about com.
+    """
+
+    mass: float
+    com: np.ndarray
+    inertia: np.ndarray
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint follows another: its coordinate is multiplier times that one's, plus offset."""
+
+    joint: int
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Infinite where the URDF states none; in rad, m, N m or N."""
+
+    lower: float
+    upper: float
+    velocity: float
+    effort: float
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint that moves the body of the same number.
+
+    parent: the body that it stands on, or BASE; placement: of the moved link at coordinate 0 in
+    that body's frame; axis (3,): a unit vector in the moved link's frame.
+    """
+
+    name: str
+    kind: Literal["revolute", "prismatic"]
+    parent: int
+    placement: Placement
+    axis: np.ndarray
+    limits: Limits
+    mimic: Mimic | None
+
+
+@dataclass(frozen=True)
+class Rotor:
+    """A balanced rotor that spins against its stator at ratio times its joint's rate.
+
+    ratio: dimensionless, or [rad/m] of a prismatic joint; inertia [kg m^2]: about its axis, which
+    the stator's link does not contain; axis (3,): a unit vector in the frame of the URDF's link
+    stator. Its mass and its other inertias are that link's.
+    """
+
+    joint: int
+    ratio: float
+    inertia: float
+    stator: str
+    axis: np.ndarray
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Where a link of the URDF is: its place in the frame of a body, or of BASE."""
+
+    body: int
+    placement: Placement
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A tree of bodies on a fixed base.
+
+    urdf: the text that it was read from; gravity (3,) [m/s^2] in the base's frame; joints: parents
+    before children, a body for each; frames: by the URDF's name of a link; tip: one of these names;
+    told: what of the files is not used, one line each.
+    """
+
+    name: str
+    title: str
+    urdf: str
+    gravity: np.ndarray
+    joints: tuple[Joint, ...]
+    bodies: tuple[Body, ...]
+    rotors: tuple[Rotor, ...]
+    frames: Mapping[str, Frame]
+    tip: str
+    told: tuple[str, ...]
+
+    @property
+    def coordinates(self) -> tuple[int, ...]:
+        """Numbers of the joints whose coordinates are free: those that mimic no other."""
+        return tuple(n for n, joint in enumerate(self.joints) if joint.mimic is None)

@@ -1,0 +1,247 @@
+"""A URDF's links and joints as they stand, each number checked; nothing is merged yet."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element, TreeBuilder
+from xml.parsers import expat
+
+import numpy as np
+
+from crosscheck.models.errors import InputError
+from crosscheck.models.robot.robot import Body, Limits, Placement
+
+DEEPEST = 50  # elements in each other; those of a URDF are four deep
+KINDS = ("revolute", "continuous", "prismatic", "fixed")
+XACRO = "xacro is left in it; expand it first: xacro robot.urdf.xacro > robot.urdf"
+LARGEST = 1e18  # of a number; some files have it for a limit that there is not
+
+
+@dataclass(frozen=True)
+class UrdfLink:
+    """A link; body is None where it has no inertia."""
+
+    name: str
+    body: Body | None
+
+
+@dataclass(frozen=True)
+class UrdfJoint:
+    """A joint; mimic: the name of another, multiplier and offset."""
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    placement: Placement
+    axis: np.ndarray
+    limits: Limits
+    mimic: tuple[str, float, float] | None
+
+
+@dataclass(frozen=True)
+class Urdf:
+    """links and joints in the file's order; told: what of it is not used."""
+
+    links: tuple[UrdfLink, ...]
+    joints: tuple[UrdfJoint, ...]
+    told: tuple[str, ...]
+
+
+def read_urdf(text: str, where: str) -> Urdf:
+    """The links and joints of a URDF. Raises InputError."""
+    root = _Parser(where).root(text)
+    if root.tag != "robot":
+        raise InputError(where, root.tag, None, "must be a URDF, whose outermost element is robot")
+    for tag in ("link", "joint"):
+        names = Counter(each.get("name", "") for each in root.findall(tag))
+        for name, count in names.items():
+            if not name.strip() or count > 1:
+                allowed = f"must have a name of its own; {count} have this one"
+                raise InputError(where, tag, name, allowed)
+    links = tuple(_Reader(where, each).link() for each in root.findall("link"))
+    joints = tuple(_Reader(where, each).joint() for each in root.findall("joint"))
+    return Urdf(links, joints, tuple(_told(root)))
+
+
+class _Parser:
+    """Elements of an XML text; declarations of documents and entities are refused."""
+
+    def __init__(self, where: str) -> None:
+        self.where, self.depth, self.builder = where, 0, TreeBuilder()
+        self.parser = expat.ParserCreate("utf-8")
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
+        self.parser.StartDoctypeDeclHandler = self._doctype
+
+    def root(self, text: str) -> Element:
+        """The outermost element. Raises InputError."""
+        try:
+            self.parser.Parse(text.encode("utf-8"), True)
+        except expat.ExpatError as error:
+            raise InputError(self.where, "", None, f"is not XML: {error}") from None
+        root: Element = self.builder.close()
+        return root
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        self.depth += 1
+        line = f"line {self.parser.CurrentLineNumber}"
+        if self.depth > DEEPEST:
+            allowed = f"elements must be at most {DEEPEST} deep in each other"
+            raise InputError(self.where, line, None, allowed)
+        if tag.startswith("xacro:"):
+            raise InputError(self.where, f"{line}, {tag}", None, XACRO)
+        self.builder.start(tag, attributes)
+
+    def _end(self, tag: str) -> None:
+        self.depth -= 1
+        self.builder.end(tag)
+
+    def _doctype(self, name: str, *identifiers: object) -> None:
+        raise InputError(self.where, "DOCTYPE", name, "must not be there: a URDF needs no entities")
+
+
+class _Reader:
+    """Numbers of one link or joint; errors name it."""
+
+    def __init__(self, where: str, element: Element) -> None:
+        self.where, self.element = where, element
+        self.name = element.get("name", "")
+
+    def link(self) -> UrdfLink:
+        inertial = self.element.find("inertial")
+        if inertial is None:
+            return UrdfLink(self.name, None)
+        placement = self._placement(inertial)
+        mass_at, inertia_at = inertial.find("mass"), inertial.find("inertia")
+        mass = self._number(mass_at, "mass.value", required=True)
+        if mass < 0:
+            raise self._error("mass.value", mass, "must not be negative [kg]")
+        ixx, ixy, ixz, iyy, iyz, izz = (
+            self._number(inertia_at, f"inertia.{key}", required=True)
+            for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+        )
+        own = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+        turned = placement.rotation @ own @ placement.rotation.T
+        body = Body(mass, placement.position, turned)
+        return UrdfLink(self.name, body if mass or own.any() else None)
+
+    def joint(self) -> UrdfJoint:
+        kind = self.element.get("type")
+        if kind not in KINDS:
+            raise self._error("type", kind, f"must be one of {', '.join(KINDS)}")
+        moves = kind != "fixed"
+        return UrdfJoint(
+            self.name,
+            kind,
+            self._named("parent", "link"),
+            self._named("child", "link"),
+            self._placement(self.element),
+            self._axis() if moves else np.array([1.0, 0.0, 0.0]),
+            self._limits(kind),
+            self._mimic() if moves else None,
+        )
+
+    def _axis(self) -> np.ndarray:
+        """A unit vector; x where none is given."""
+        axis = np.array(self._numbers(self.element.find("axis"), "axis.xyz", (1.0, 0.0, 0.0)))
+        length = np.linalg.norm(axis)
+        if not 1e-3 < length < 1e3:
+            raise self._error("axis.xyz", axis.tolist(), "must be a direction, of length 1")
+        return axis / length
+
+    def _limits(self, kind: str) -> Limits:
+        limit = self.element.find("limit")
+        if limit is None:
+            return Limits(-math.inf, math.inf, math.inf, math.inf)
+        lower, upper = -math.inf, math.inf
+        if kind != "continuous":
+            lower, upper = self._number(limit, "limit.lower"), self._number(limit, "limit.upper")
+            if lower > upper:
+                raise self._error("limit.lower", lower, f"must be at most upper = {upper:g}")
+        most = [self._number(limit, f"limit.{key}") for key in ("velocity", "effort")]
+        # Many files hold 0 where nothing is known.
+        return Limits(lower, upper, *(each if each > 0 else math.inf for each in most))
+
+    def _mimic(self) -> tuple[str, float, float] | None:
+        mimic = self.element.find("mimic")
+        if mimic is None:
+            return None
+        multiplier = self._number(mimic, "mimic.multiplier", 1.0)
+        return self._named("mimic", "joint"), multiplier, self._number(mimic, "mimic.offset")
+
+    def _placement(self, element: Element) -> Placement:
+        origin = element.find("origin")
+        position = np.array(self._numbers(origin, "origin.xyz", (0.0, 0.0, 0.0)))
+        roll, pitch, yaw = self._numbers(origin, "origin.rpy", (0.0, 0.0, 0.0))
+        return Placement(_about(2, yaw) @ _about(1, pitch) @ _about(0, roll), position)
+
+    def _named(self, tag: str, key: str) -> str:
+        found = self.element.find(tag)
+        name = None if found is None else found.get(key)
+        if name is None:
+            raise self._error(f"{tag}.{key}", None, "is missing; a name is required")
+        return name
+
+    def _number(
+        self, element: Element | None, field: str, default: float = 0.0, required: bool = False
+    ) -> float:
+        text = None if element is None else element.get(field.split(".")[1])
+        if text is None and not required:
+            return default
+        (number,) = self._parsed(text, field, 1)
+        return number
+
+    def _numbers(
+        self, element: Element | None, field: str, default: tuple[float, float, float]
+    ) -> tuple[float, ...]:
+        text = None if element is None else element.get(field.split(".")[1])
+        return default if text is None else self._parsed(text, field, 3)
+
+    def _parsed(self, text: str | None, field: str, count: int) -> tuple[float, ...]:
+        wanted = "a number" if count == 1 else f"{count} numbers"
+        if text is None:
+            raise self._error(field, None, f"is missing; must be {wanted}")
+        try:
+            found = tuple(float(word) for word in text.split())
+        except ValueError:
+            allowed = XACRO if "${" in text else f"must be {wanted}"
+            raise self._error(field, text, allowed) from None
+        if len(found) != count or not all(abs(each) <= LARGEST for each in found):
+            raise self._error(field, text, f"must be {wanted} of at most {LARGEST:g}")
+        return found
+
+    def _error(self, field: str, value: object, allowed: str) -> InputError:
+        return InputError(self.where, f"{self.element.tag} {self.name}: {field}", value, allowed)
+
+
+def _about(axis: int, angle: float) -> np.ndarray:
+    """Rotation (3, 3) about a coordinate axis."""
+    c, s = math.cos(angle), math.sin(angle)
+    following, last = (axis + 1) % 3, (axis + 2) % 3
+    turned = np.eye(3)
+    turned[following, following] = turned[last, last] = c
+    turned[last, following], turned[following, last] = s, -s
+    return turned
+
+
+def _told(root: Element) -> Iterator[str]:
+    """What of the file is not used."""
+    for key in ("friction", "damping"):
+        own = [
+            each.get("name", "")
+            for each in root.findall("joint")
+            for dynamics in each.findall("dynamics")
+            if dynamics.get(key, "0").strip() not in ("", "0", "0.0")
+        ]
+        if own:
+            yield f"{key} of {', '.join(own)} is not used"
+    meshes = sum(1 for _ in root.iter("mesh"))
+    if meshes:
+        yield f"{meshes} mesh files are neither needed nor read"
+    others = sorted({each.tag for each in root} - {"link", "joint", "material"})
+    if others:
+        yield f"elements not used: {', '.join(others)}"
