@@ -62,12 +62,19 @@ MEASURED = Kind(
 MEASURED_PAGE = Kind(
     "a comparison's page", b"<!doctype html>", (b"<title>Recording compared with ",)
 )
+COST = Kind(
+    "a cost of shortcuts",
+    b'{\n "schema_version": ',
+    (b'\n "engines_agree": ', b'\n "negligible_share": '),
+)
+COST_PAGE = Kind("a page of shortcuts' cost", b"<!doctype html>", (b"<title>Cost of shortcuts: ",))
 PICTURE = Kind("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))
 
 
 KINDS = (
     *(AGREEMENT, TRIAL, RECORD, ERRATA, CLAIMS, JUNIT, PAGE, TRIAL_PAGE, PAPER_PAGE, SHEET),
     *(VIEW, TRAJECTORY, C_FILE, FMU_FILE, PICTURE, MEASURED, MEASURED_PAGE),
+    *(COST, COST_PAGE),
 )
 
 

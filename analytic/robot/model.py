@@ -58,49 +58,11 @@ class AnalyticRobot(RobotModel):
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M (states, n, n), a sum of squares of rates."""
-        poses = self._poses(q)
-        rows = []
-        for body, root, pose in zip(self.robot.bodies, self._roots, poses, strict=True):
-            arm = pose.rotation @ body.com
-            rows.append(np.sqrt(body.mass) * (pose.moving + _cross(pose.turning, arm)))
-            rows.append((pose.rotation @ root).transpose(0, 2, 1) @ pose.turning)
-        if self.level == "armature":
-            for rotor in self.robot.rotors:
-                row = np.sqrt(rotor.inertia) * rotor.ratio * self._share[rotor.joint]
-                rows.append(np.broadcast_to(row, (len(q), 1, row.size)))
-        if self.level == "coupled":
-            for rotor in self.robot.rotors:
-                _, spin = self._spin(rotor, poses)
-                rows.append(np.sqrt(rotor.inertia) * spin[:, None])
-        stacked = np.concatenate(rows, axis=1)
-        found: np.ndarray = stacked.transpose(0, 2, 1) @ stacked
-        return found
+        return self._mass(self._poses(q))
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Generalized inertia forces without accelerations (states, n)."""
-        poses = self._poses(q)
-        rates = self._rates(poses, v)
-        total = np.zeros_like(q)
-        for body, pose, rate in zip(self.robot.bodies, poses, rates, strict=True):
-            arm = pose.rotation @ body.com
-            inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
-            force = body.mass * _carried(rate, arm)
-            moment = _times(inertia, rate.angular_rate)
-            moment += np.cross(rate.angular, _times(inertia, rate.angular))
-            total += _power(pose.moving + _cross(pose.turning, arm), force)
-            total += _power(pose.turning, moment)
-        if self.level == "coupled":
-            for rotor in self.robot.rotors:
-                axis, spin = self._spin(rotor, poses)
-                stator = self.robot.frames[rotor.stator].body
-                if stator == BASE:
-                    continue
-                rate = rates[stator]
-                speed = (spin * v).sum(axis=1, keepdims=True)
-                growth = (axis * rate.angular_rate).sum(axis=1, keepdims=True)
-                turned = _power(poses[stator].turning, np.cross(rate.angular, axis))
-                total += rotor.inertia * (growth * spin + speed * turned)
-        return total
+        return self._held(self._poses(q), v, np.zeros(3))
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
         """Of the bodies' weights (states, n)."""
@@ -112,12 +74,14 @@ class AnalyticRobot(RobotModel):
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """M a + bias + gravity (states, n)."""
-        return _times(self.mass_matrix(q), a) + self.bias(q, v) + self.gravity(q)
+        poses = self._poses(q)
+        return _times(self._mass(poses), a) + self._held(poses, v, self.robot.gravity)
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """By solving with M (states, n)."""
-        left = torques - self.bias(q, v) - self.gravity(q)
-        found: np.ndarray = np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
+        poses = self._poses(q)
+        left = torques - self._held(poses, v, self.robot.gravity)
+        found: np.ndarray = np.linalg.solve(self._mass(poses), left[:, :, None])[:, :, 0]
         return found
 
     def tip(self, q: np.ndarray) -> np.ndarray:
@@ -128,6 +92,49 @@ class AnalyticRobot(RobotModel):
         pose = self._poses(q)[frame.body]
         found: np.ndarray = pose.position + pose.rotation @ frame.placement.position
         return found
+
+    def _mass(self, poses: list[Pose]) -> np.ndarray:
+        rows = []
+        for body, root, pose in zip(self.robot.bodies, self._roots, poses, strict=True):
+            arm = pose.rotation @ body.com
+            rows.append(np.sqrt(body.mass) * (pose.moving + _cross(pose.turning, arm)))
+            rows.append((pose.rotation @ root).transpose(0, 2, 1) @ pose.turning)
+        for rotor in self.robot.rotors:
+            if self.level == "armature":
+                row = rotor.ratio * self._share[rotor.joint]
+                spin = np.broadcast_to(row, (len(rows[0]), row.size))
+            elif self.level == "coupled":
+                _, spin = self._spin(rotor, poses)
+            else:
+                continue
+            rows.append(np.sqrt(rotor.inertia) * spin[:, None])
+        stacked = np.concatenate(rows, axis=1)
+        found: np.ndarray = stacked.transpose(0, 2, 1) @ stacked
+        return found
+
+    def _held(self, poses: list[Pose], v: np.ndarray, gravity: np.ndarray) -> np.ndarray:
+        """Torques under which nothing accelerates (states, n): weights are a base that rises."""
+        rates = self._rates(poses, v, -gravity)
+        total = np.zeros_like(v)
+        for body, pose, rate in zip(self.robot.bodies, poses, rates, strict=True):
+            arm = pose.rotation @ body.com
+            inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
+            force = body.mass * _carried(rate, arm)
+            moment = _times(inertia, rate.angular_rate)
+            moment += _cross(rate.angular, _times(inertia, rate.angular))
+            total += _power(pose.moving + _cross(pose.turning, arm), force)
+            total += _power(pose.turning, moment)
+        for rotor in self.robot.rotors if self.level == "coupled" else ():
+            stator = self.robot.frames[rotor.stator].body
+            if stator == BASE:
+                continue
+            axis, spin = self._spin(rotor, poses)
+            rate = rates[stator]
+            speed = (spin * v).sum(axis=1, keepdims=True)
+            growth = (axis * rate.angular_rate).sum(axis=1, keepdims=True)
+            turned = _power(poses[stator].turning, _cross(rate.angular, axis))
+            total += rotor.inertia * (growth * spin + speed * turned)
+        return total
 
     def _poses(self, q: np.ndarray) -> list[Pose]:
         """Of every body."""
@@ -159,18 +166,19 @@ class AnalyticRobot(RobotModel):
             poses.append(pose)
         return poses
 
-    def _rates(self, poses: list[Pose], v: np.ndarray) -> list[Rates]:
-        """Of every body."""
+    def _rates(self, poses: list[Pose], v: np.ndarray, rising: np.ndarray) -> list[Rates]:
+        """Of every body; rising (3,): acceleration of the base."""
         still = np.zeros((len(v), 3))
+        base = Rates(still, still, np.tile(rising, (len(v), 1)))
         speeds = v @ self._share.T
         rates: list[Rates] = []
         for joint, pose, speed in zip(self.robot.joints, poses, speeds.T, strict=True):
             on_base = joint.parent == BASE
-            under = Rates(still, still, still) if on_base else rates[joint.parent]
+            under = base if on_base else rates[joint.parent]
             at = pose.position if on_base else pose.position - poses[joint.parent].position
             relative = speed[:, None] * (pose.rotation @ joint.axis)
-            acceleration = under.acceleration + _carried(Rates(*under[:2], still), at)
-            turned = np.cross(under.angular, relative)
+            acceleration = _carried(under, at)
+            turned = _cross(under.angular, relative)
             if joint.kind == "revolute":
                 rate = Rates(under.angular + relative, under.angular_rate + turned, acceleration)
             else:
@@ -194,8 +202,8 @@ def _carried(rate: Rates, arm: np.ndarray) -> np.ndarray:
     """Acceleration (states, 3) of a point of a body, arm (states, 3) from its origin."""
     found: np.ndarray = (
         rate.acceleration
-        + np.cross(rate.angular_rate, arm)
-        + np.cross(rate.angular, np.cross(rate.angular, arm))
+        + _cross(rate.angular_rate, arm)
+        + _cross(rate.angular, _cross(rate.angular, arm))
     )
     return found
 
@@ -206,10 +214,11 @@ def _crossing(vector: np.ndarray) -> np.ndarray:
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
-def _cross(turning: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """turning x arm for each column of turning (states, 3, n)."""
-    found: np.ndarray = np.cross(turning, arm[:, :, None], axis=1)
-    return found
+def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """one x other (states, 3); of one (states, 3, n), for each of its columns."""
+    a, b, c = (one[:, axis] for axis in range(3))
+    x, y, z = (other[:, axis].reshape(-1, *[1] * (one.ndim - 2)) for axis in range(3))
+    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
 
 
 def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:

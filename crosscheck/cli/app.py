@@ -311,6 +311,26 @@ def compare(
 
 
 @app.command()
+def cost(
+    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Built-in name or TOML file.")],
+    seed: Annotated[
+        int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the motion and the states.")
+    ] = 0,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Fewer states, instants and runs.")
+    ] = False,
+    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the page, cost.html.")] = None,
+) -> None:
+    """Show what leaving out a robot's rotors, or their coupling, costs in torque and at its tip."""
+    # Many small matrices: threads of the linear algebra cost more than they save.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from crosscheck.cli.cost import cost_command
+
+    raise typer.Exit(cost_command(robot, seed, quick, json_file, out))
+
+
+@app.command()
 def export(
     arm: ArmName,
     model: Annotated[str, typer.Option(help="An analytic one, see `crosscheck list`.")],

@@ -1,0 +1,39 @@
+"""`crosscheck cost`: what the usual shortcuts in a robot's gears cost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from crosscheck.cost.cost import FULL, QUICK, cost_of
+from crosscheck.cost.output import cost_json, cost_page, lines
+from crosscheck.kinds import COST, COST_PAGE
+from crosscheck.models.robot.file import load_robot
+from crosscheck.output import require_files, require_writable, write_files
+from crosscheck.report.words import printable
+from crosscheck.runner.progress import progress_bar
+
+PAGE = "cost.html"
+
+
+def cost_command(
+    name: str, seed: int, quick: bool, json_file: Path | None, out: Path | None
+) -> int:
+    """The exit code: 0 if the engines agree, else 1. Raises InputError."""
+    robot = load_robot(name)
+    page = None if out is None else out / PAGE
+    if out is not None:
+        require_writable(out)
+    require_files((json_file, COST), (page, COST_PAGE))
+    with progress_bar() as told:
+        found = cost_of(robot, seed, QUICK if quick else FULL, told)
+    files: dict[Path, str | bytes] = {}
+    if json_file is not None:
+        files[json_file] = cost_json(found)
+    if page is not None:
+        files[page] = cost_page(found)
+    write_files(files)
+    for line in lines(found):
+        print(printable(line))
+    for path in files:
+        print(f"wrote {printable(str(path))}")
+    return 0 if found.agrees else 1

@@ -1,0 +1,206 @@
+"""Do the models of a robot agree at random states? Every quantity, level and pair of engines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.models.robot.interface import RobotModel
+from crosscheck.models.robot.robot import LEVELS, Level, Robot
+
+# Where each class is; the first is the one that costs are worked out with.
+ENGINES = {
+    "analytic": ("crosscheck.analytic.robot.model", "AnalyticRobot"),
+    "pinocchio": ("crosscheck.models.pinocchio.robot", "PinocchioRobot"),
+    "exudyn": ("crosscheck.models.exudyn.robot", "ExudynRobot"),
+}
+# Of each quantity's size. Rounding explains 1e-15 times the reach over the smallest lever arm.
+TOLERANCE = 1e-10
+ROUNDINGS = 1000 * np.finfo(float).eps  # times M's condition number: what solving with M may lose
+QUANTITIES = {
+    "mass matrix": "entry over the root of the two diagonal ones",
+    "bias": "torque over the root of M's diagonal, of (v' M v)^1/2 times the sum of the rates",
+    "gravity": "torque over the root of M's diagonal, of the weight over the root of the mass",
+    "inverse dynamics": "torque as of bias and gravity, with (a' M a)^1/2",
+    "forward dynamics": "acceleration times the root of M's diagonal, of what M can make of it",
+    "tip": "distance over the reach",
+}
+
+
+class States(NamedTuple):
+    """Drawn coordinates, rates, accelerations and torques, each (states, n)."""
+
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    torques: np.ndarray
+
+
+class Answers(NamedTuple):
+    """What a model says of the states, by the names of QUANTITIES."""
+
+    mass_matrix: np.ndarray
+    bias: np.ndarray
+    gravity: np.ndarray
+    inverse_dynamics: np.ndarray
+    forward_dynamics: np.ndarray
+    tip: np.ndarray
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The largest difference of two models over the states, in parts of the quantity's size.
+
+    failure: why there is none; then measured is infinite.
+    """
+
+    quantity: str
+    level: Level
+    left: str
+    right: str
+    measured: float
+    tolerance: float
+    failure: str = ""
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the difference is within the tolerance; never where a model failed."""
+        return self.measured <= self.tolerance
+
+
+def model_of(engine: str, robot: Robot, level: Level) -> RobotModel:
+    """A new model; engine: of ENGINES."""
+    module, attribute = ENGINES[engine]
+    made: RobotModel = getattr(import_module(module), attribute)(robot, level)
+    return made
+
+
+def drawn(robot: Robot, count: int, seed: int) -> States:
+    """Within the limits where there are any, else angles of +-pi, 1 m, 2 rad/s or m/s."""
+    rng = np.random.default_rng(seed)
+    shape = (count, len(robot.coordinates))
+    ranges = np.array([motion_range(robot, number) for number in robot.coordinates])
+    most = [min(robot.joints[number].limits.velocity, 2.0) for number in robot.coordinates]
+    q = rng.uniform(ranges[:, 0], ranges[:, 1], shape)
+    v = rng.uniform(-1, 1, shape) * most
+    return States(q, v, rng.uniform(-5, 5, shape), rng.uniform(-10, 10, shape))
+
+
+def motion_range(robot: Robot, number: int) -> tuple[float, float]:
+    """Of a joint's coordinate: its limits, at most +-pi or 1 m about their middle."""
+    joint = robot.joints[number]
+    half = np.pi if joint.kind == "revolute" else 1.0
+    lower, upper = joint.limits.lower, joint.limits.upper
+    if not np.isfinite([lower, upper]).all():
+        return max(lower, -half), min(upper, half)
+    middle, half = (lower + upper) / 2, min(half, (upper - lower) / 2)
+    return middle - half, middle + half
+
+
+def compared(robot: Robot, states: States) -> list[Comparison]:
+    """Every pair of engines at every level; an engine that raises fails its own comparisons."""
+    found: list[Comparison] = []
+    for level in LEVELS:
+        answers: dict[str, Answers | Exception] = {}
+        for engine in ENGINES:
+            try:
+                answers[engine] = _answers(model_of(engine, robot, level), states)
+            except Exception as error:  # whatever an engine raises is told, and fails
+                answers[engine] = error
+        found += _comparisons(level, answers, robot, states)
+    return found
+
+
+def _answers(model: RobotModel, states: States) -> Answers:
+    """Raises ValueError for what is not finite or of another shape."""
+    q, v, a, torques = states
+    found = Answers(
+        model.mass_matrix(q),
+        model.bias(q, v),
+        model.gravity(q),
+        model.inverse_dynamics(q, v, a),
+        model.forward_dynamics(q, v, torques),
+        model.tip(q),
+    )
+    count, size = q.shape
+    shapes = [(count, size, size), *[(count, size)] * 4, (count, 3)]
+    for name, value, shape in zip(QUANTITIES, found, shapes, strict=True):
+        if value.shape != shape or not np.isfinite(value).all():
+            raise ValueError(f"{name} is not finite, or not {shape}")
+    return found
+
+
+def _comparisons(
+    level: Level, answers: Mapping[str, Answers | Exception], robot: Robot, states: States
+) -> list[Comparison]:
+    given = [each for each in answers.values() if isinstance(each, Answers)]
+    found: list[Comparison] = []
+    for left, right in combinations(answers, 2):
+        one, other = answers[left], answers[right]
+        if isinstance(one, Answers) and isinstance(other, Answers):
+            measured, condition = _measured(one, other, given[0], robot, states)
+            for quantity, value in zip(QUANTITIES, measured, strict=True):
+                solved = quantity == "forward dynamics"
+                tolerance = max(TOLERANCE, ROUNDINGS * condition) if solved else TOLERANCE
+                found.append(Comparison(quantity, level, left, right, value, tolerance))
+            continue
+        failed = " and ".join(
+            f"{name} raised {type(each).__name__}: {each}"
+            for name, each in ((left, one), (right, other))
+            if isinstance(each, Exception)
+        )
+        found += [
+            Comparison(quantity, level, left, right, float("inf"), TOLERANCE, failed)
+            for quantity in QUANTITIES
+        ]
+    return found
+
+
+def _measured(
+    one: Answers, other: Answers, scale: Answers, robot: Robot, states: States
+) -> tuple[list[float], float]:
+    """By quantity, in parts of its size by `scale`; and the condition number of M, scaled.
+
+    By Cauchy and Schwarz a torque is at most the root of M's diagonal times the root of the sum of
+    m times acceleration squared: so joints of a wrist are judged by their own size.
+    """
+    diagonal = np.sqrt(np.diagonal(scale.mass_matrix, axis1=1, axis2=2))
+    alike = scale.mass_matrix / (diagonal[:, :, None] * diagonal[:, None, :])
+    values = np.linalg.eigvalsh(alike)
+    condition = float((values[:, -1] / values[:, 0]).max())
+    turning = [robot.joints[number].kind == "revolute" for number in robot.coordinates]
+    bias = _norm(scale.mass_matrix, states.v) * np.abs(states.v[:, turning]).sum(axis=1)
+    weight = np.full(len(bias), np.linalg.norm(robot.gravity))
+    weight *= np.sqrt(sum(body.mass for body in robot.bodies))
+    given = np.linalg.norm(states.torques / diagonal, axis=1)
+    reach = sum(float(np.linalg.norm(joint.placement.position)) for joint in robot.joints)
+    reach += float(np.linalg.norm(robot.frames[robot.tip].placement.position))
+    reach += float(np.abs(states.q).max()) * (len(turning) - sum(turning))
+    apart = [np.abs(a - b) for a, b in zip(one, other, strict=True)]
+    parts = [
+        (apart[0] / (diagonal[:, :, None] * diagonal[:, None, :])).max(axis=(1, 2)),
+        _share((apart[1] / diagonal).max(axis=1), bias),
+        _share((apart[2] / diagonal).max(axis=1), weight),
+        _share(
+            (apart[3] / diagonal).max(axis=1), bias + weight + _norm(scale.mass_matrix, states.a)
+        ),
+        _share((apart[4] * diagonal).max(axis=1) * values[:, 0], bias + weight + given),
+        _share(apart[5].max(axis=1), np.full(len(bias), reach)),
+    ]
+    return [float(each.max()) for each in parts], condition
+
+
+def _norm(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    found: np.ndarray = np.sqrt(np.einsum("si,sij,sj->s", vector, matrix, vector))
+    return found
+
+
+def _share(apart: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """apart over size; where there is no size, nothing but equal numbers agree."""
+    found: np.ndarray = np.where(apart == 0, 0.0, apart / np.maximum(size, 1e-300))
+    return found

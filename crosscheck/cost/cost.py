@@ -1,0 +1,289 @@
+"""What a robot's shortcuts cost: torques along a motion, the end effector, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from crosscheck.cost.agreement import Comparison, compared, drawn, model_of
+from crosscheck.cost.motion import Motion, excitation, too_heavy
+from crosscheck.models.robot.interface import RobotModel
+from crosscheck.models.robot.robot import Level, Robot
+
+SHORTCUTS: tuple[Level, ...] = ("links", "armature")
+NEGLIGIBLE = 0.01  # of a joint's largest torque
+FASTEST = 1e4  # [rad/s] or [m/s]: beyond it a run has left all sense
+Told = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How much is worked out: random states, instants of the motion, runs, their steps a second."""
+
+    states: int
+    instants: int
+    runs: int
+    steps: int
+
+
+FULL, QUICK = Extent(100, 2000, 8, 250), Extent(20, 400, 2, 100)
+
+
+@dataclass(frozen=True)
+class TorqueCost:
+    """Of a shortcut in one joint, N m or N: largest and rms error, share of the largest torque."""
+
+    joint: str
+    level: Level
+    largest: float
+    rms: float
+    share: float
+
+
+@dataclass(frozen=True)
+class TipCost:
+    """Distances [m] of the end effector from the plan after a second of feed-forward, run by run.
+
+    Infinite where the run diverged.
+    """
+
+    level: Level
+    distances: np.ndarray
+
+
+@dataclass(frozen=True)
+class Pair:
+    """What the acceleration of joint `by` asks of joint `at` by coupling alone, N m or N, rms.
+
+    share: of the largest torque of joint `at`.
+    """
+
+    at: str
+    by: str
+    rms: float
+    share: float
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """A rotor alone: the largest share that its coupling has of any joint's largest torque.
+
+    at: that joint; enough: least size of its ratio, its reflected inertia kept, from which on the
+    share is below NEGLIGIBLE.
+    """
+
+    joint: str
+    ratio: float
+    at: str
+    share: float
+    enough: float
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What the shortcuts of a robot cost along a motion.
+
+    time (instants,) [s]; torques (instants, n) of the coupled level, N m or N; errors: by shortcut,
+    of the same shape; largest (n,): of the torques; by_rates (n,): rms of what the coupling asks by
+    rates alone; factor: all ratios times this, and the coupling is below NEGLIGIBLE everywhere.
+    """
+
+    robot: Robot
+    seed: int
+    extent: Extent
+    motion: Motion
+    overloaded: tuple[str, ...]
+    agreement: tuple[Comparison, ...]
+    time: np.ndarray
+    torques: np.ndarray
+    errors: dict[Level, np.ndarray]
+    by_joint: tuple[TorqueCost, ...]
+    tips: tuple[TipCost, ...]
+    pairs: tuple[Pair, ...]
+    by_rates: np.ndarray
+    ratios: tuple[Ratio, ...]
+    factor: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the free joints."""
+        return tuple(self.robot.joints[number].name for number in self.robot.coordinates)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Of each free joint's torque or force."""
+        turns = [self.robot.joints[number].kind == "revolute" for number in self.robot.coordinates]
+        return tuple("N m" if each else "N" for each in turns)
+
+    @property
+    def largest(self) -> np.ndarray:
+        """Of each joint's torque along the motion (n,)."""
+        found: np.ndarray = np.abs(self.torques).max(axis=0)
+        return found
+
+    @property
+    def agrees(self) -> bool:
+        """Whether all engines agree on everything."""
+        return all(each.agrees for each in self.agreement)
+
+
+def cost_of(robot: Robot, seed: int, extent: Extent, told: Told) -> Cost:
+    """Engines are compared first, then the project's own derivation works the costs out."""
+    told("comparing the engines", 0, 4)
+    agreement = compared(robot, drawn(robot, extent.states, seed))
+    told("moving the robot", 1, 4)
+    exact = model_of("analytic", robot, "coupled")
+    motion = excitation(exact, seed)
+    time = motion.period * np.arange(extent.instants) / extent.instants
+    state = motion.at(time)
+    torques = exact.inverse_dynamics(*state)
+    shortcuts = {level: model_of("analytic", robot, level) for level in SHORTCUTS}
+    errors = {level: own.inverse_dynamics(*state) - torques for level, own in shortcuts.items()}
+    largest = np.abs(torques).max(axis=0)
+    names = [robot.joints[number].name for number in robot.coordinates]
+    told("running feed-forward", 2, 4)
+    tips = _tips(exact, shortcuts, motion, extent)
+    told("varying the ratios", 3, 4)
+    ratios, factor = _ratios(robot, state, largest, names)
+    coupling = exact.mass_matrix(state[0]) - shortcuts["armature"].mass_matrix(state[0])
+    by_rates = exact.bias(*state[:2]) - shortcuts["armature"].bias(*state[:2])
+    told("done", 4, 4)
+    return Cost(
+        robot=robot,
+        seed=seed,
+        extent=extent,
+        motion=motion,
+        overloaded=tuple(too_heavy(exact, motion)),
+        agreement=tuple(agreement),
+        time=time,
+        torques=torques,
+        errors=errors,
+        by_joint=tuple(
+            TorqueCost(name, level, most, float(_rms(error)), _share(most, float(whole)))
+            for level, of_level in errors.items()
+            for name, error, whole in zip(names, of_level.T, largest, strict=True)
+            for most in [float(np.abs(error).max())]
+        ),
+        tips=tuple(tips),
+        pairs=tuple(_pairs(coupling, state[2], largest, names)),
+        by_rates=_rms(by_rates),
+        ratios=tuple(ratios),
+        factor=factor,
+    )
+
+
+def _rms(values: np.ndarray) -> np.ndarray:
+    """Over the first axis."""
+    found: np.ndarray = np.sqrt((values**2).mean(axis=0))
+    return found
+
+
+def _share(part: float, whole: float) -> float:
+    """part over whole; 0 where there is none of either."""
+    return part / whole if part else 0.0
+
+
+def _pairs(
+    coupling: np.ndarray, a: np.ndarray, largest: np.ndarray, names: list[str]
+) -> list[Pair]:
+    """Those that carry any, the strongest of its joint first."""
+    rms = _rms(coupling * a[:, None, :])
+    found = [
+        Pair(names[i], names[j], float(rms[i, j]), _share(float(rms[i, j]), float(largest[i])))
+        for i, j in np.ndindex(rms.shape)
+        if i != j and rms[i, j] > 0
+    ]
+    return sorted(found, key=lambda pair: -pair.share)
+
+
+def _ratios(
+    robot: Robot, state: tuple[np.ndarray, ...], largest: np.ndarray, names: list[str]
+) -> tuple[list[Ratio], float]:
+    """What each rotor's coupling costs by itself, and by which factor all ratios would do.
+
+    With ratio k N and inertia J / k^2 the diagonal term stays, and what is linear in the rotor's
+    own spin goes with 1 / k, the rest with 1 / k^2: k = 1 and k = -1 give both.
+    """
+
+    def coupling(rotor: int, sign: int) -> np.ndarray:
+        own = robot.rotors[rotor]
+        alone = replace(robot, rotors=(replace(own, ratio=sign * own.ratio),))
+        exact, short = (
+            model_of("analytic", alone, level).inverse_dynamics(*state)
+            for level in ("coupled", "armature")
+        )
+        return (exact - short) / np.maximum(largest, 1e-300)
+
+    found, linear, square = [], np.zeros_like(state[0]), np.zeros_like(state[0])
+    for number, rotor in enumerate(robot.rotors):
+        up, down = coupling(number, 1), coupling(number, -1)
+        shares = np.abs(up).max(axis=0)
+        linear, square = linear + (up - down) / 2, square + (up + down) / 2
+        at = int(shares.argmax())
+        enough = abs(rotor.ratio) * _enough((up - down) / 2, (up + down) / 2)
+        name = robot.joints[rotor.joint].name
+        found.append(Ratio(name, rotor.ratio, names[at], float(shares[at]), enough))
+    return found, _enough(linear, square)
+
+
+def _enough(linear: np.ndarray, square: np.ndarray) -> float:
+    """The least factor beyond which |linear / k + square / k^2| stays below NEGLIGIBLE."""
+
+    def most(k: float) -> float:
+        return float(np.abs(linear / k + square / k**2).max())
+
+    tried = np.geomspace(1e-4, 1e4, 161)
+    beyond = [k for k in tried if most(k) >= NEGLIGIBLE]
+    if not beyond:
+        return 0.0
+    below, above = beyond[-1], beyond[-1] * tried[1] / tried[0]
+    for _ in range(40):
+        middle = float(np.sqrt(below * above))
+        below, above = (middle, above) if most(middle) >= NEGLIGIBLE else (below, middle)
+    return float(above)
+
+
+def _tips(
+    exact: RobotModel, shortcuts: dict[Level, RobotModel], motion: Motion, extent: Extent
+) -> list[TipCost]:
+    """A second of RK4 under each level's torques, from several instants of the motion.
+
+    The coupled level's own distance is what the steps lose.
+    """
+    starts = motion.period * np.arange(extent.runs) / extent.runs
+    models = {**shortcuts, "coupled": exact}
+    q, v, _ = motion.at(np.tile(starts, len(models)))
+    alive = np.ones(len(q), dtype=bool)
+    step = 1 / extent.steps
+
+    def forces(after: float) -> np.ndarray:
+        planned = motion.at(starts + after)
+        return np.concatenate([model.inverse_dynamics(*planned) for model in models.values()])
+
+    def slope(at: np.ndarray, rate: np.ndarray, given: np.ndarray) -> np.ndarray:
+        found = np.zeros_like(at)
+        found[alive] = exact.forward_dynamics(at[alive], rate[alive], given[alive])
+        return found
+
+    first = forces(0.0)
+    for number in range(extent.steps):
+        half, last = forces((number + 0.5) * step), forces((number + 1) * step)
+        a1 = slope(q, v, first)
+        v2 = v + step / 2 * a1
+        a2 = slope(q + step / 2 * v, v2, half)
+        v3 = v + step / 2 * a2
+        a3 = slope(q + step / 2 * v2, v3, half)
+        v4 = v + step * a3
+        a4 = slope(q + step * v3, v4, last)
+        q = q + step / 6 * (v + 2 * v2 + 2 * v3 + v4)
+        v = v + step / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+        alive &= (np.abs(v) < FASTEST).all(axis=1)
+        q, v = np.where(alive[:, None], q, 0.0), np.where(alive[:, None], v, 0.0)
+        first = last
+    planned = np.tile(exact.tip(motion.at(starts + 1.0)[0]), (len(models), 1))
+    away = np.linalg.norm(exact.tip(q) - planned, axis=1)
+    away[~alive] = np.inf
+    parts = away.reshape(len(models), extent.runs)
+    return [TipCost(level, part) for level, part in zip(models, parts, strict=True)]

@@ -1,0 +1,290 @@
+"""What a robot's shortcuts cost, as lines for the terminal, as JSON and as a page."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterator
+
+import numpy as np
+
+from crosscheck import __version__
+from crosscheck.cost.agreement import ENGINES, QUANTITIES
+from crosscheck.cost.cost import NEGLIGIBLE, SHORTCUTS, Cost, Ratio, TipCost
+from crosscheck.models.robot.robot import LEVELS, Joint
+
+SCHEMA_VERSION = 1
+MOST_PAIRS = 6
+MOST_DRAWN = 8  # joints of the picture, those that armature costs most
+
+
+def first_lines(found: Cost) -> Iterator[str]:
+    """The answers: do the engines agree, what each shortcut costs, what carries it, which ratio."""
+    yield from _agreement_lines(found)
+    if not found.robot.rotors:
+        yield "no joint is geared: there is no shortcut to take"
+        return
+    for level in reversed(SHORTCUTS):
+        worst = max(
+            (each for each in found.by_joint if each.level == level), key=lambda each: each.share
+        )
+        (tip,) = (each for each in found.tips if each.level == level)
+        yield (
+            f"{level}: torque off by {worst.largest:.3g} {_unit(found, worst.joint)} at most in"
+            f" {worst.joint}, {_percent(worst.share)} of its largest; {_tip_words(tip)}"
+        )
+    if found.pairs:
+        named = ", ".join(
+            f"{pair.at} by {pair.by} ({_percent(pair.share)})" for pair in found.pairs[:3]
+        )
+        yield f"coupling that armature leaves out: {named} of the largest torque, rms"
+    yield _ratio_line(found)
+
+
+def _agreement_lines(found: Cost) -> Iterator[str]:
+    wrong = [each for each in found.agreement if not each.agrees]
+    if not wrong:
+        largest = max(each.measured for each in found.agreement)
+        *others, last = ENGINES
+        yield (
+            f"engines agree: {', '.join(others)} and {last} on {len(QUANTITIES)} quantities at"
+            f" {len(LEVELS)} levels and {found.extent.states} states, to {largest:.1e} of each"
+        )
+    for failure in dict.fromkeys(each.failure for each in wrong if each.failure):
+        yield f"engines: {failure}"
+    for each in wrong:
+        if not each.failure:
+            yield (
+                f"engines differ: {each.quantity} of {each.level}: {each.left} and {each.right} by"
+                f" {each.measured:.1e} of its size, tolerance {each.tolerance:.1e}"
+            )
+
+
+def _tip_words(tip: TipCost) -> str:
+    lost = int(np.isinf(tip.distances).sum())
+    off = f"{_length(float(np.median(tip.distances)))} in the median of {tip.distances.size} runs"
+    most = f"{lost} of them diverge" if lost else f"{_length(float(tip.distances.max()))} at most"
+    return f"end effector after a second of feed-forward off by {off}, {most}"
+
+
+def _ratio_line(found: Cost) -> str:
+    limit = _percent(NEGLIGIBLE)
+    if found.factor == 0:
+        return f"ratios: the coupling stays below {limit} at any ratio, the reflected inertia kept"
+    below = max(each.share for each in found.by_joint if each.level == "armature") < NEGLIGIBLE
+    verb = "would still be" if below else "would be"
+    return (
+        f"ratios: the coupling {verb} below {limit} of every joint's largest torque with all ratios"
+        f" {found.factor:.3g} times as large, the reflected inertias kept"
+    )
+
+
+def lines(found: Cost) -> Iterator[str]:
+    """The first lines, then motion, joints, rotors, and what of the files is not used."""
+    yield from first_lines(found)
+    yield ""
+    yield motion_line(found)
+    for name in found.overloaded:
+        yield f"{name} cannot hold its weight within its effort limit along this motion"
+    for each in found.by_joint if found.robot.rotors else ():
+        unit = _unit(found, each.joint)
+        yield (
+            f"{each.level}, {each.joint}: {each.largest:.3g} {unit} at most, {each.rms:.3g} {unit}"
+            f" rms, {_percent(each.share)} of its largest torque"
+        )
+    for pair in found.pairs[:MOST_PAIRS]:
+        yield (
+            f"{pair.at} by the acceleration of {pair.by}: {pair.rms:.3g}"
+            f" {_unit(found, pair.at)} rms, {_percent(pair.share)}"
+        )
+    for rotor in found.ratios:
+        yield f"rotor of {rotor.joint}, ratio {rotor.ratio:g}: {_rotor_words(rotor)}"
+    for told in (*direct_joints(found), *found.robot.told):
+        yield f"note: {told}"
+
+
+def _rotor_words(rotor: Ratio) -> str:
+    if rotor.share == 0:
+        return "its spin is coupled to no other joint"
+    return (
+        f"its coupling alone is {_percent(rotor.share)} in {rotor.at}; below"
+        f" {_percent(NEGLIGIBLE)} from a ratio of {rotor.enough:.3g} on"
+    )
+
+
+def motion_line(found: Cost) -> str:
+    """How the robot is moved."""
+    slowed = found.motion.limited_by
+    why = f", as slow as the effort limit of {slowed} asks" if slowed else ""
+    return (
+        f"motion: sums of sines of seed {found.seed}, period {found.motion.period:.3g} s{why};"
+        f" end effector: {found.robot.tip}"
+    )
+
+
+def direct_joints(found: Cost) -> Iterator[str]:
+    """A line about joints without gears, if there are any."""
+    geared = {rotor.joint for rotor in found.robot.rotors}
+    joints = found.robot.joints
+    direct = [joint.name for number, joint in enumerate(joints) if number not in geared]
+    if direct:
+        yield f"without gears: {', '.join(direct)}"
+    follow = [joint.name for joint in joints if joint.mimic is not None]
+    if follow:
+        yield f"follow other joints: {', '.join(follow)}"
+
+
+def _unit(found: Cost, joint: str) -> str:
+    return found.units[found.names.index(joint)]
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %"
+
+
+def _length(metres: float) -> str:
+    return f"{1000 * metres:.3g} mm" if metres < 1 else f"{metres:.3g} m"
+
+
+def cost_json(found: Cost) -> str:
+    """Everything but the time histories, with units in the names; what is infinite is null."""
+    data = {
+        "schema_version": SCHEMA_VERSION,
+        "robot": found.robot.name,
+        "program": f"geararm-crosscheck {__version__}",
+        "engines_agree": found.agrees,
+        "engines": [
+            {
+                "quantity": each.quantity,
+                "size": QUANTITIES[each.quantity],
+                "level": each.level,
+                "left": each.left,
+                "right": each.right,
+                "measured": _finite(each.measured),
+                "tolerance": each.tolerance,
+                "failure": each.failure,
+            }
+            for each in found.agreement
+        ],
+        "states": found.extent.states,
+        "seed": found.seed,
+        "motion": {
+            "period_s": found.motion.period,
+            "slowed_by_effort_of": found.motion.limited_by,
+            "overloaded": list(found.overloaded),
+            "instants": found.extent.instants,
+        },
+        "tip": found.robot.tip,
+        "joints": [
+            {
+                "joint": name,
+                "unit": unit,
+                "largest_torque": float(largest),
+                "coupling_by_rates_rms": float(by_rates),
+                "limits": _limits(found.robot.joints[number]),
+            }
+            for name, unit, largest, by_rates, number in zip(
+                found.names,
+                found.units,
+                found.largest,
+                found.by_rates,
+                found.robot.coordinates,
+                strict=True,
+            )
+        ],
+        "shortcuts": [
+            {
+                "level": each.level,
+                "joint": each.joint,
+                "largest_error": each.largest,
+                "rms_error": each.rms,
+                "share_of_largest_torque": each.share,
+            }
+            for each in found.by_joint
+        ],
+        "feed_forward": [
+            {"level": each.level, "distances_m": [_finite(x) for x in each.distances.tolist()]}
+            for each in found.tips
+        ],
+        "pairs": [
+            {"joint": each.at, "by": each.by, "rms": each.rms, "share": each.share}
+            for each in found.pairs
+        ],
+        "ratios": [
+            {
+                "rotor_of": each.joint,
+                "ratio": each.ratio,
+                "most_in": each.at,
+                "share": each.share,
+                "negligible_from": each.enough,
+            }
+            for each in found.ratios
+        ],
+        "negligible_share": NEGLIGIBLE,
+        "negligible_with_ratios_times": found.factor,
+        "notes": [*direct_joints(found), *found.robot.told],
+    }
+    return json.dumps(data, indent=1, allow_nan=False) + "\n"
+
+
+def _limits(joint: Joint) -> dict[str, float | None]:
+    limits = joint.limits
+    return {
+        "lower": _finite(limits.lower),
+        "upper": _finite(limits.upper),
+        "velocity": _finite(limits.velocity),
+        "effort": _finite(limits.effort),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def cost_page(found: Cost) -> str:
+    """HTML text, figure inlined."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
+    )
+    return environment.get_template("cost.html.j2").render(
+        found=found,
+        answers=list(first_lines(found)),
+        motion=motion_line(found),
+        notes=[*direct_joints(found), *found.robot.told],
+        levels=LEVELS,
+        engines=list(ENGINES),
+        quantities=QUANTITIES,
+        pairs=found.pairs[:MOST_PAIRS],
+        percent=_percent,
+        length=_length,
+        negligible=_percent(NEGLIGIBLE),
+        drawing=_drawing(found),
+    )
+
+
+def _drawing(found: Cost) -> str:
+    """Torques on the left, what armature misses of them on the right."""
+    from matplotlib.figure import Figure
+
+    costs = np.abs(found.errors["armature"]).max(axis=0) / np.maximum(found.largest, 1e-300)
+    chosen = sorted(np.argsort(-costs, kind="stable")[:MOST_DRAWN])
+    figure = Figure(figsize=(9, 1.9 * len(chosen) + 0.4), layout="constrained")
+    axes = figure.subplots(len(chosen), 2, sharex=True, squeeze=False)
+    for (left, right), joint in zip(axes, chosen, strict=True):
+        torque = found.torques[:, joint]
+        left.plot(found.time, torque, lw=1.2, label="coupled")
+        without = torque + found.errors["links"][:, joint]
+        left.plot(found.time, without, lw=0.8, ls="--", label="links")
+        right.plot(found.time, found.errors["armature"][:, joint], "C1", lw=0.8)
+        left.set_ylabel(f"{found.names[joint]}\n[{found.units[joint]}]")
+    axes[0][0].legend(loc="upper right", fontsize="small")
+    axes[0][0].set_title("torque", fontsize="medium")
+    axes[0][1].set_title("error of armature", fontsize="medium")
+    for each in axes[-1]:
+        each.set_xlabel("time [s]")
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None})
+    drawing = text.getvalue()
+    return drawing[drawing.index("<svg") :]
