@@ -174,7 +174,7 @@ def _measured(
     values = np.linalg.eigvalsh(alike)
     condition = float((values[:, -1] / values[:, 0]).max())
     turning = [robot.joints[number].kind == "revolute" for number in robot.coordinates]
-    bias = _norm(scale.mass_matrix, states.v) * np.abs(states.v[:, turning]).sum(axis=1)
+    bias = _norm(scale.mass_matrix, states.v) * np.abs(states.v).sum(axis=1)
     weight = np.full(len(bias), np.linalg.norm(robot.gravity))
     weight *= np.sqrt(sum(body.mass for body in robot.bodies))
     given = np.linalg.norm(states.torques / diagonal, axis=1)

@@ -21,6 +21,11 @@ class PinocchioRobot(RobotModel):
     def __init__(self, robot: Robot, level: Level) -> None:
         super().__init__(robot, level)
         self._tree = pin.buildModelFromXML(robot.urdf)
+        missing = [j.name for j in robot.joints if not self._tree.existJointName(j.name)]
+        if missing or self._tree.njoints != len(robot.joints) + 1:
+            raise ValueError(
+                f"its parser read other joints; missing: {', '.join(missing) or 'none'}"
+            )
         places = [self._tree.joints[self._tree.getJointId(j.name)].idx_v for j in robot.joints]
         rotors = [self._added(n) for n in range(len(robot.rotors))] if level == "coupled" else []
         self._offset = np.zeros(self._tree.nv)

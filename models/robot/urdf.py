@@ -155,6 +155,9 @@ class _Reader:
 
     def _limits(self, kind: str) -> Limits:
         limit = self.element.find("limit")
+        if limit is None and kind in ("revolute", "prismatic"):
+            allowed = f"is missing; a {kind} joint needs one, with lower, upper, velocity, effort"
+            raise self._error("limit", None, allowed)
         if limit is None:
             return Limits(-math.inf, math.inf, math.inf, math.inf)
         lower, upper = -math.inf, math.inf

@@ -1,0 +1,130 @@
+"""Robots for tests: URDFs put together from numbers, and random chains with rotors."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from crosscheck.models.robot.file import RobotFile, robot_of
+from crosscheck.models.robot.robot import Robot
+
+ENGINES = ("analytic", "pinocchio", "exudyn")
+
+
+LIMIT = '<limit lower="-3" upper="3" velocity="0" effort="0"/>'
+
+
+class Solid(NamedTuple):
+    """Mass, centre of mass and the six inertias ixx, ixy, ixz, iyy, iyz, izz of a link."""
+
+    mass: float = 1.0
+    com: Sequence[float] = (0.0, 0.0, 0.0)
+    inertia: Sequence[float] = (0.01, 0.0, 0.0, 0.01, 0.0, 0.01)
+    rpy: Sequence[float] = (0.0, 0.0, 0.0)
+
+
+def robot(text: str, joints: Mapping[str, Any] | None = None, **fields: Any) -> Robot:
+    """Of a URDF's text and transmissions by joint."""
+    data = {"schema_version": 1, "name": "tested", "urdf": "tested.urdf", "joints": joints or {}}
+    file = RobotFile.model_validate(data | fields)
+    return robot_of(file, text, "tested.toml", "tested.urdf")
+
+
+def urdf(*parts: str) -> str:
+    """A URDF of these links and joints."""
+    return f'<robot name="tested">{"".join(parts)}</robot>'
+
+
+def link(name: str, solid: Solid | None = None) -> str:
+    """A link; without mass if none is given."""
+    if solid is None:
+        return f'<link name="{name}"/>'
+    keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    inertia = " ".join(
+        f'{key}="{float(value)!r}"' for key, value in zip(keys, solid.inertia, strict=True)
+    )
+    return (
+        f'<link name="{name}"><inertial><origin xyz="{_words(solid.com)}"'
+        f' rpy="{_words(solid.rpy)}"/><mass value="{solid.mass!r}"/><inertia {inertia}/>'
+        "</inertial></link>"
+    )
+
+
+def joint(
+    name: str,
+    parent: str,
+    child: str,
+    kind: str = "revolute",
+    axis: Sequence[float] = (0.0, 0.0, 1.0),
+    at: Sequence[float] = (0.0, 0.0, 0.0),
+    rpy: Sequence[float] = (0.0, 0.0, 0.0),
+    more: str = "",
+) -> str:
+    """A joint; more: elements inside it."""
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="{_words(at)}" rpy="{_words(rpy)}"/><axis xyz="{_words(axis)}"/>'
+        f"{more or LIMIT}</joint>"
+    )
+
+
+def geared(ratio: float, inertia: float = 1e-3, **more: Any) -> dict[str, Any]:
+    """A transmission."""
+    return {"kind": "geared", "ratio": ratio, "rotor_inertia_kg_m2": inertia, **more}
+
+
+def random_chain(seed: int) -> Robot:
+    """1 to 7 joints of any kind and axis; fixed links, branches, mimics, rotors anywhere."""
+    draw = random.Random(seed)
+    parts, names, leading = [link("ground")], ["ground"], []
+    transmissions: dict[str, Any] = {}
+    for number in range(draw.randint(1, 7)):
+        name, kind = f"j{number}", draw.choice(("revolute", "continuous", "prismatic"))
+        parent = names[-1] if draw.random() < 0.8 else draw.choice(names)
+        more = '<limit lower="-1" upper="2" velocity="1" effort="1"/>'
+        if leading and draw.random() < 0.15:
+            more += f'<mimic joint="{draw.choice(leading)}" multiplier="-0.7" offset="0.2"/>'
+        else:
+            leading.append(name)
+        axis = draw.choice(([1, 0, 0], [0, 0, -1], _three(draw, 1), _three(draw, 1)))
+        own = [_three(draw, 0.5), _three(draw, 3)]
+        parts += [
+            joint(name, parent, f"l{number}", kind, axis, *own, more),
+            link(f"l{number}", _solid(draw)),
+        ]
+        names.append(f"l{number}")
+        if draw.random() < 0.4:
+            place = [_three(draw, 0.2), _three(draw, 3)]
+            parts.append(joint(f"f{number}", names[-1], f"p{number}", "fixed", [1, 0, 0], *place))
+            parts.append(link(f"p{number}", _solid(draw) if draw.random() < 0.7 else None))
+            names.append(f"p{number}")
+        if draw.random() < 0.7:
+            transmissions[name] = geared(
+                draw.choice((-1, 1)) * 10 ** draw.uniform(0, 2.3), 10 ** draw.uniform(-6, -3)
+            )
+    for own in transmissions.values():
+        if draw.random() < 0.5:
+            own |= {"stator": draw.choice(names), "rotor_axis": _three(draw, 1)}
+    gravity = _three(draw, 10)
+    return robot(urdf(*parts), transmissions, gravity_m_per_s2=gravity)
+
+
+def _solid(draw: random.Random) -> Solid:
+    """A body that there can be, of point masses."""
+    mass = 10 ** draw.uniform(-1, 1)
+    points = np.array([_three(draw, 0.2) for _ in range(5)])
+    points -= points.mean(axis=0)
+    spread = points.T @ points * mass / 5
+    own = np.trace(spread) * np.eye(3) - spread
+    return Solid(mass, _three(draw, 0.3), own[np.triu_indices(3)].tolist(), _three(draw, 3))
+
+
+def _three(draw: random.Random, size: float) -> list[float]:
+    return [draw.uniform(-size, size) for _ in range(3)]
+
+
+def _words(values: Sequence[float]) -> str:
+    return " ".join(repr(float(value)) for value in values)

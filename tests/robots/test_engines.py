@@ -1,0 +1,54 @@
+"""Three engines with no formula in common agree on robots of every kind."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from crosscheck.cost.agreement import Comparison, compared, drawn, model_of
+from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import LEVELS, Robot
+from tests.draws import DRAWS, SAMPLE, fresh_seed
+from tests.robots.chains import random_chain
+
+CHAINS = 15 if DRAWS == SAMPLE else DRAWS
+
+
+def differing(robot: Robot, states: int = 4) -> list[Comparison]:
+    return [each for each in compared(robot, drawn(robot, states, 0)) if not each.agrees]
+
+
+@pytest.mark.parametrize("name", ["six-joint", "sliding"])
+def test_engines_agree_on_the_robots_that_come_along(name):
+    assert differing(load_robot(name)) == []
+
+
+@pytest.mark.campaign
+def test_engines_agree_on_random_chains_in_space():
+    first = fresh_seed()
+    wrong = {seed: differing(random_chain(seed)) for seed in range(first, first + CHAINS)}
+    assert {seed: found for seed, found in wrong.items() if found} == {}
+
+
+def test_an_engine_that_raises_fails_its_own_comparisons_and_no_other(monkeypatch):
+    robot = load_robot("sliding")
+    broken = type(model_of("exudyn", robot, "links"))
+
+    def bias(*_: object) -> None:
+        raise ZeroDivisionError("no such luck")
+
+    monkeypatch.setattr(broken, "bias", bias)
+    found = differing(robot)
+    assert {(each.left, each.right) for each in found} == {
+        ("analytic", "exudyn"),
+        ("pinocchio", "exudyn"),
+    }
+    assert {each.failure for each in found} == {"exudyn raised ZeroDivisionError: no such luck"}
+
+
+@pytest.mark.parametrize("answer", [np.full((4, 3), np.nan), np.zeros(3)], ids=["NaN", "shape"])
+def test_an_answer_that_is_none_fails(monkeypatch, answer):
+    robot = load_robot("sliding")
+    broken = type(model_of("pinocchio", robot, "links"))
+    monkeypatch.setattr(broken, "gravity", lambda self, q: answer)
+    assert {each.level for each in differing(robot)} == set(LEVELS)

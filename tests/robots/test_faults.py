@@ -1,0 +1,239 @@
+"""Faults planted in the data of one engine, or in a line of its code: each is seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from crosscheck.cost import agreement
+from crosscheck.cost.agreement import compared, drawn
+from crosscheck.models.robot.robot import Body, Joint, Robot, Rotor
+from tests.faults.faults import edit
+from tests.robots.chains import ENGINES, LIMIT, Solid, geared, joint, link, robot, urdf
+
+Change = Callable[[Robot], Robot]
+TURNED = Solid(1.7, (0.11, -0.04, 0.07), (0.03, 0.004, -0.006, 0.05, 0.002, 0.06), (0.3, -0.2, 0.5))
+
+
+@pytest.fixture(scope="module")
+def unlike() -> Robot:
+    """A revolute and a prismatic joint, a fixed link, a mimic, rotors on three links."""
+    text = urdf(
+        link("ground"),
+        link("a", TURNED),
+        link("b", TURNED._replace(mass=0.9)),
+        link("c", TURNED._replace(com=(0.02, 0.09, -0.1))),
+        link("plate", TURNED._replace(mass=0.4)),
+        link("d", TURNED),
+        link("tool"),
+        joint("flange", "d", "tool", "fixed", at=(0.1, 0.0, 0.2), rpy=(0.0, 0.3, 0.0)),
+        joint("one", "ground", "a", axis=(0.2, 0.3, 0.9), at=(0.1, 0.2, 0.3), rpy=(0.1, 0.2, 0.4)),
+        joint("two", "a", "b", axis=(1, 0, 0), at=(0.3, 0.0, 0.1), rpy=(0.5, -0.4, 0.7)),
+        joint("fixed", "b", "plate", "fixed", at=(0.1, 0.1, 0.0), rpy=(0.2, 0.6, -0.3)),
+        joint("three", "plate", "c", "prismatic", (0.6, 0.0, 0.8), (0.2, 0.1, 0.2), (1, 0.3, 0.2)),
+        joint(
+            *("four", "c", "d", "revolute", (0, 1, 0), (0.1, 0.2, 0.1), (0.4, 0.2, 0.9)),
+            more=LIMIT + '<mimic joint="two" multiplier="-0.5" offset="0.3"/>',
+        ),
+    )
+    return robot(
+        text,
+        {
+            "one": geared(9.0),
+            "two": geared(-7.0, stator="plate", rotor_axis=[0.5, 0.5, 0.2]),
+            "three": geared(30.0),
+        },
+        tip="tool",
+    )
+
+
+def seen(own: Robot) -> set[str]:
+    """The quantities that differ."""
+    return {each.quantity for each in compared(own, drawn(own, 3, 0)) if not each.agrees}
+
+
+def test_without_a_fault_nothing_differs(unlike):
+    assert seen(unlike) == set()
+
+
+def body(number: int, change: Callable[[Body], Body]) -> Change:
+    def changed(own: Robot) -> Robot:
+        bodies = list(own.bodies)
+        bodies[number] = change(bodies[number])
+        return replace(own, bodies=tuple(bodies))
+
+    return changed
+
+
+def moved(number: int, change: Callable[[Joint], Joint]) -> Change:
+    def changed(own: Robot) -> Robot:
+        joints = list(own.joints)
+        joints[number] = change(joints[number])
+        return replace(own, joints=tuple(joints))
+
+    return changed
+
+
+def spun(number: int, change: Callable[[Rotor], Rotor]) -> Change:
+    def changed(own: Robot) -> Robot:
+        rotors = list(own.rotors)
+        rotors[number] = change(rotors[number])
+        return replace(own, rotors=tuple(rotors))
+
+    return changed
+
+
+SWAPPED = [0, 2, 1]
+IN_LINKS: dict[str, Change] = {
+    "sign of a centre of mass": body(1, lambda b: replace(b, com=b.com * [1, -1, 1])),
+    "Ixy and Ixz swapped": body(
+        1,
+        lambda b: replace(
+            b,
+            inertia=np.diag(np.diag(b.inertia))
+            + (b.inertia - np.diag(np.diag(b.inertia)))[np.ix_(SWAPPED, SWAPPED)],
+        ),
+    ),
+    "inertia about the joint": body(
+        0,
+        lambda b: replace(
+            b, inertia=b.inertia + b.mass * (b.com @ b.com * np.eye(3) - np.outer(b.com, b.com))
+        ),
+    ),
+    "mass a millionth off": body(3, lambda b: replace(b, mass=b.mass * (1 + 1e-6))),
+    "axis turned about": moved(1, lambda j: replace(j, axis=-j.axis)),
+    "axis of a slide": moved(2, lambda j: replace(j, axis=j.axis[[2, 1, 0]])),
+    "placement transposed": moved(
+        0, lambda j: replace(j, placement=replace(j.placement, rotation=j.placement.rotation.T))
+    ),
+    "the link before the fixed one": moved(3, lambda j: replace(j, parent=1)),
+    "a slide that turns": moved(2, lambda j: replace(j, kind="revolute")),
+}
+IN_ROTORS: dict[str, Change] = {
+    "sign of a ratio": spun(2, lambda r: replace(r, ratio=-r.ratio)),
+    "axis of a rotor": spun(1, lambda r: replace(r, axis=r.axis[[1, 2, 0]])),
+    "stator's link": spun(2, lambda r: replace(r, stator="a")),
+    "stator on the ground": spun(1, lambda r: replace(r, stator="ground")),
+    "frame of the stator": spun(1, lambda r: replace(r, stator="b")),
+    "rotor of another joint": spun(2, lambda r: replace(r, joint=0)),
+    "inertia of a rotor": spun(2, lambda r: replace(r, inertia=r.inertia * 1.0001)),
+    "multiplier of a mimic": moved(
+        3, lambda j: replace(j, mimic=j.mimic and replace(j.mimic, multiplier=0.5))
+    ),
+    "offset of a mimic": moved(
+        3, lambda j: replace(j, mimic=j.mimic and replace(j.mimic, offset=-0.3))
+    ),
+    "gravity upside down": lambda own: replace(own, gravity=-own.gravity),
+}
+
+
+def assert_data_seen(monkeypatch, own: Robot, engine: str, change: Change) -> None:
+    right = agreement.model_of
+
+    def model_of(name, given, level):
+        return right(name, change(given) if name == engine else given, level)
+
+    monkeypatch.setattr(agreement, "model_of", model_of)
+    assert seen(own)
+
+
+@pytest.mark.parametrize("fault", IN_LINKS)
+@pytest.mark.parametrize("engine", ["analytic", "exudyn"])  # Pinocchio reads the URDF itself
+def test_wrong_links_are_seen(monkeypatch, unlike, engine, fault):
+    assert_data_seen(monkeypatch, unlike, engine, IN_LINKS[fault])
+
+
+@pytest.mark.parametrize("fault", IN_ROTORS)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_wrong_rotors_are_seen(monkeypatch, unlike, engine, fault):
+    assert_data_seen(monkeypatch, unlike, engine, IN_ROTORS[fault])
+
+
+IN_READING = {
+    "roll and yaw swapped": ("urdf:_Reader._placement", "roll, pitch, yaw", "yaw, pitch, roll"),
+    "rotation's sense": ("urdf:_about", "= s, -s", "= -s, s"),
+    "inertia not turned": (
+        "urdf:_Reader.link",
+        "placement.rotation @ own @ placement.rotation.T",
+        "own",
+    ),
+    "products of inertia swapped": (
+        "urdf:_Reader.link",
+        '"ixy", "ixz"',
+        '"ixz", "ixy"',
+    ),
+    "fixed link not moved out": ("tree:composed", "+ outer.rotation @ inner.position", ""),
+    "fixed link's rotation": (
+        "tree:composed",
+        "outer.rotation @ inner.rotation",
+        "inner.rotation @ outer.rotation",
+    ),
+    "Steiner's sign": ("tree:_merged", "- np.outer", "+ np.outer"),
+    "com of a fixed link not turned": ("tree:_parts", "turn @ own.com", "own.com"),
+    "inertia of a fixed link not turned": (
+        "tree:_parts",
+        "turn @ own.inertia @ turn.T",
+        "own.inertia",
+    ),
+    "axis in the parent's frame": (
+        "urdf:_Reader._axis",
+        "return axis / length",
+        "return np.roll(axis, 1) / length",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", IN_READING)
+def test_what_the_reader_gets_wrong_pinocchio_reads_right(monkeypatch, unlike, fault):
+    place, old, new = IN_READING[fault]
+    edit(f"crosscheck.models.robot.{place}", old, new)(monkeypatch)
+    again = robot(unlike.urdf, tip="tool")
+    assert seen(again)
+
+
+ANALYTIC, PIN, EXUDYN = (
+    "crosscheck.analytic.robot.model:AnalyticRobot.",
+    "crosscheck.models.pinocchio.robot:PinocchioRobot.",
+    "crosscheck.models.exudyn.robot:ExudynRobot.",
+)
+IN_CODE = [
+    (ANALYTIC + "_held", "moment += _cross(rate.angular", "moment -= _cross(rate.angular"),
+    (ANALYTIC + "_held", "_carried(rate, arm)", "rate.acceleration"),
+    (ANALYTIC + "_held", "speed * turned", "0 * turned"),
+    (ANALYTIC + "_held", "growth * spin", "0 * spin"),
+    (ANALYTIC + "_mass", "_cross(pose.turning, arm)", "0"),
+    (ANALYTIC + "_mass", "row = rotor.ratio *", "row = 1.01 * rotor.ratio *"),
+    (ANALYTIC + "_spin", "by_gear + _power", "by_gear - _power"),
+    (ANALYTIC + "_spin", "frame.placement.rotation @ rotor.axis", "rotor.axis"),
+    (ANALYTIC + "_rates", "2 * turned", "turned"),
+    (ANALYTIC + "_rates", "under.angular_rate + turned", "under.angular_rate"),
+    (ANALYTIC + "_poses", "+ value[:, None] * axis", ""),
+    (ANALYTIC + "_poses", "np.sin(value)", "-np.sin(value)"),
+    (ANALYTIC + "gravity", "total -=", "total +="),
+    (ANALYTIC + "tip", "+ pose.rotation @ frame.placement.position", ""),
+    ("crosscheck.analytic.robot.model:_carried", "+ _cross(rate.angular_rate, arm)", ""),
+    (PIN + "_added", "rotor.inertia * np.outer(axis, axis)", "rotor.inertia * np.eye(3)"),
+    (PIN + "_added", "frame.parentJoint, spin", "0, spin"),
+    (PIN + "_added", "frame.placement.rotation @ rotor.axis)", "rotor.axis)"),
+    (PIN + "__init__", "rotor.inertia * rotor.ratio**2", "rotor.inertia * rotor.ratio"),
+    (PIN + "_placed", "+ self._offset", ""),
+    (PIN + "forward_dynamics", "torques - self", "torques + self"),
+    (EXUDYN + "_link", "own.T @ body.com", "body.com"),
+    (EXUDYN + "_link", "own.T @ body.inertia @ own", "body.inertia"),
+    (EXUDYN + "_link", "rotation @ own,", "rotation,"),
+    (EXUDYN + "_rotor", "np.diag([0.0, 0.0, rotor.inertia])", "rotor.inertia * np.eye(3)"),
+    (EXUDYN + "_rotor", "stator.mass - mass", "stator.mass"),
+    (EXUDYN + "_rotor", "com = stator.com", "com = 2 * stator.com"),
+    (EXUDYN + "_within", "back @ position", "position"),
+    (EXUDYN + "_held", "-system", "+system"),
+    (EXUDYN + "__init__", "added if level", "0 * added if level"),
+]
+
+
+@pytest.mark.parametrize(("place", "old", "new"), IN_CODE)
+def test_a_wrong_line_of_an_engine_is_seen(monkeypatch, unlike, place, old, new):
+    edit(place, old, new)(monkeypatch)
+    assert seen(unlike)

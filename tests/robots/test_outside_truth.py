@@ -1,0 +1,247 @@
+"""Robots whose equations are known: closed forms, another program, laws of conservation."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from math import cos, pi, sin
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+import pytest
+
+from crosscheck.cost.agreement import drawn, model_of
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.loading import load_arm
+from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.interface import RobotModel
+from crosscheck.models.robot.robot import LEVELS
+from crosscheck.planning.sizing import at_rest
+from crosscheck.registry import build
+from tests.robots.chains import ENGINES, Solid, geared, joint, link, random_chain, robot, urdf
+
+STATE = np.array([[0.4, -0.7]]), np.array([[1.3, 0.8]])
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_pendulum_with_a_rotor(engine):
+    """M = I + m l^2 + J N^2 about y, and the weight's moment m g l sin(q) from the vertical."""
+    mass, length, inertia, ratio, spin = 2.0, 0.6, 0.03, -40.0, 2e-4
+    text = urdf(
+        link("ground"),
+        link("bob", Solid(mass, (0, 0, -length), (0.02, 0, 0, inertia, 0, 0.01))),
+        joint("swing", "ground", "bob", axis=(0, 1, 0)),
+    )
+    q, v = np.array([[0.9]]), np.array([[2.0]])
+    own = inertia + mass * length**2
+    for level, added in (("links", 0.0), ("armature", spin * ratio**2), ("coupled", None)):
+        model = model_of(engine, robot(text, {"swing": geared(ratio, spin)}), level)
+        expected = own + (spin * ratio**2 if added is None else added)
+        assert model.mass_matrix(q)[0, 0, 0] == pytest.approx(expected, rel=1e-14)
+        assert model.bias(q, v)[0, 0] == pytest.approx(0.0, abs=1e-13)
+        weight = mass * 9.81 * length * sin(0.9)
+        assert model.gravity(q)[0, 0] == pytest.approx(weight, rel=1e-13)
+        fallen = model.forward_dynamics(q, v, np.array([[0.0]]))[0, 0]
+        assert fallen == pytest.approx(-weight / expected, rel=1e-13)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_rotor_on_a_gimbal(engine):
+    """T = J (sin(q2) q1' + N q2')^2 / 2 more than the links': by Lagrange's equations.
+
+    The rotor of the second joint lies along y of the second link, its stator: that axis has the
+    component sin(q2) along the first axis, and none along the second.
+    """
+    spin, ratio = 3e-3, 25.0
+    text = urdf(
+        link("ground"),
+        link("ring", Solid()),
+        link("disc", Solid()),
+        joint("yaw", "ground", "ring", axis=(0, 0, 1)),
+        joint("roll", "ring", "disc", axis=(1, 0, 0)),
+    )
+    given = geared(ratio, spin, stator="disc", rotor_axis=[0.0, 1.0, 0.0])
+    own = robot(text, {"roll": given})
+    (q, v), (s, c) = STATE, (sin(-0.7), cos(-0.7))
+    v1, v2 = v[0]
+    rate = s * v1 + ratio * v2
+    mass = spin * np.array([[s**2, s * ratio], [s * ratio, ratio**2]])
+    bias = spin * np.array([c * v2 * rate + s * c * v1 * v2, ratio * c * v1 * v2 - c * v1 * rate])
+    exact, plain = model_of(engine, own, "coupled"), model_of(engine, own, "links")
+    assert exact.mass_matrix(q)[0] - plain.mass_matrix(q)[0] == pytest.approx(mass, abs=1e-14)
+    assert exact.bias(q, v)[0] - plain.bias(q, v)[0] == pytest.approx(bias, abs=1e-13)
+    assert exact.gravity(q) == pytest.approx(plain.gravity(q), abs=1e-13)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_screw_turns_its_rotor(engine):
+    """A slide of mass m on a screw whose rotor turns N rad a metre, on a base that turns along."""
+    text = urdf(
+        link("ground"),
+        link("column", Solid(inertia=(1, 0, 0, 1, 0, 1))),
+        link("slide", Solid(mass=3.0, inertia=(1, 0, 0, 1, 0, 1))),
+        joint("turn", "ground", "column"),
+        joint("lift", "column", "slide", "prismatic"),
+    )
+    model = model_of(engine, robot(text, {"lift": geared(600.0, 1e-5)}), "coupled")
+    expected = [[2 + 1e-5, 600e-5], [600e-5, 3 + 600**2 * 1e-5]]
+    assert model.mass_matrix(STATE[0])[0] == pytest.approx(np.array(expected), rel=1e-13)
+    assert model.gravity(STATE[0])[0] == pytest.approx([0, 3 * 9.81], abs=1e-13)
+
+
+class OneRotor(NamedTuple):
+    """What stands in for a stage of gears; before, after: inertia of the links at the joint.
+
+    A gear of inertia G that turns k times as fast as its joint, against the link before, has the
+    energy G (w + k q')^2 / 2 for the rate w of that link. A rotor of the sun's ratio with inertia J
+    makes up sums of G, k G and k^2 G with an inertia of the next link and one of the link before;
+    both may be negative, the links' sums may not.
+    """
+
+    ratio: float
+    inertia: float
+    before: float
+    after: float
+    mass: float
+
+
+def one_rotor(own: Planetary) -> OneRotor:
+    """The ring stands on the link before: the sun turns 1 + z_r / z_s, a planet 1 - z_r / z_p."""
+    pitch = own.module_m * np.array([own.sun_teeth, own.planet_teeth]) / 2
+    orbit, cosine = pitch.sum(), cos(own.pressure_angle_deg * pi / 180)
+    ratio = 1 + own.ring_teeth / own.sun_teeth
+    masses = np.array([own.sun_equivalent_mass_kg, own.planet_equivalent_mass_kg])
+    sun, planet = masses * (pitch * cosine) ** 2
+    carrier = own.carrier_equivalent_mass_kg * (orbit * cosine) ** 2
+    carrier += own.planet_count * own.planet_mass_kg * orbit**2
+    inertias = np.array([sun, own.planet_count * planet, carrier])
+    turns = np.array([ratio, 1 - own.ring_teeth / own.planet_teeth, 1.0])
+    whole, first, second = (inertias @ turns**power for power in range(3))
+    inertia = (second - first) / (ratio * (ratio - 1))
+    after = first - inertia * ratio
+    before = whole - inertia - after + own.ring_inertia_kg_m2
+    mass = own.sun_mass_kg + own.carrier_mass_kg + own.ring_mass_kg
+    return OneRotor(ratio, inertia, before, after, mass + own.planet_count * own.planet_mass_kg)
+
+
+def as_urdf(arm: Arm, rotors: list[OneRotor]) -> str:
+    """A planar arm's links in space, with what one rotor for each joint leaves of its gears."""
+    parts, last = [link("base")], len(arm.links) - 1
+    for number, (own, rotor) in enumerate(zip(arm.links, rotors, strict=True)):
+        mass = own.cross_section_m2 * own.density_kg_per_m3 * own.length_m
+        end, turning = arm.payload_mass_kg, 0.0
+        if number < last:
+            end, turning = rotors[number + 1].mass, rotors[number + 1].before
+        total = mass + end
+        com = (mass * own.com_m + end * own.length_m) / total
+        about = mass * own.length_m**2 / 12 + mass * (own.com_m - com) ** 2
+        about += end * (own.length_m - com) ** 2 + turning + rotor.after
+        parts.append(link(f"link {number}", Solid(total, (com, 0, 0), (1, 0, 0, 1, 0, about))))
+        parent = f"link {number - 1}" if number else "base"
+        at = (arm.links[number - 1].length_m if number else 0.0, 0.0, 0.0)
+        parts.append(joint(f"joint {number}", parent, f"link {number}", at=at))
+    return urdf(*parts)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_planar_arm_written_as_a_urdf(engine):
+    """The arm's own level `coupled`, derived in symbols, is the robot's."""
+    arm = load_arm("paper-labelled")
+    planar = build("analytic:coupled", arm, at_rest())
+    rotors = [one_rotor(own) for own in arm.joints if isinstance(own, Planetary)]
+    given = {f"joint {n}": geared(each.ratio, each.inertia) for n, each in enumerate(rotors)}
+    own = robot(as_urdf(arm, rotors), given, gravity_m_per_s2=[0.0, 0.0, 0.0])
+    model, (q, v) = model_of(engine, own, "coupled"), STATE
+    assert model.mass_matrix(q)[0] == pytest.approx(planar.mass_matrix(q[0]), rel=1e-12)
+    assert model.bias(q, v)[0] == pytest.approx(planar.bias(q[0], v[0]), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["six-joint", "sliding"])
+@pytest.mark.parametrize("level", ["links", "armature"])
+def test_mujoco_reads_the_same_robot(name, level):
+    """By a URDF parser of its own; its armature is a diagonal, so it has no level coupled.
+
+    Version 3.3 loses the turn of an inertia's own frame (google-deepmind/mujoco, issue 3559), also
+    where it merges fixed links: so nothing is turned or merged here. It finds principal axes by
+    iteration, to 1e-8.
+    """
+    text = re.sub(r'rpy="[^"]*"(/>\s*<mass)', r"\1", load_robot(name).urdf)
+    own = replace(load_robot(name), urdf=text, bodies=robot(text).bodies)
+    apart = '<mujoco><compiler fusestatic="false"/></mujoco></robot>'
+    compiled = mujoco.MjModel.from_xml_string(text.replace("</robot>", apart))
+    names = [compiled.joint(n).name for n in range(compiled.njnt)]
+    assert names == [each.name for each in own.joints]
+    if level == "armature":
+        for rotor in own.rotors:
+            compiled.dof_armature[rotor.joint] = rotor.inertia * rotor.ratio**2
+    data, size = mujoco.MjData(compiled), compiled.nv
+    q, v, _, _ = drawn(own, 5, 3)
+    model = model_of("analytic", own, level)
+    for number in range(len(q)):
+        data.qpos[:], data.qvel[:] = q[number], v[number]
+        mujoco.mj_forward(compiled, data)
+        matrix = np.zeros((size, size))
+        mujoco.mj_fullM(compiled, matrix, data.qM)
+        state = q[number : number + 1], v[number : number + 1]
+        assert model.mass_matrix(state[0])[0] == pytest.approx(matrix, rel=1e-6, abs=1e-7)
+        held = model.bias(*state) + model.gravity(state[0])
+        assert held[0] == pytest.approx(data.qfrc_bias, rel=1e-6, abs=1e-6)
+
+
+def slopes(function, q: np.ndarray) -> np.ndarray:
+    """Of a function of one state by its coordinates, last axis, by sixth-order differences."""
+    step, weights = 1e-2, {1: 45 / 60, 2: -9 / 60, 3: 1 / 60}
+    return np.stack(
+        [
+            sum(
+                w * (function(q + k * step * e) - function(q - k * step * e))
+                for k, w in weights.items()
+            )
+            / step
+            for e in np.eye(q.shape[1])[:, None]
+        ],
+        axis=-1,
+    )
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("level", LEVELS)
+def test_bias_follows_from_the_mass_matrix_and_weight_from_a_potential(seed, level):
+    """bias = M' v - d(v' M v / 2) / dq: then energy is conserved, and momentum where it must be."""
+    own = random_chain(seed)
+    model: RobotModel = model_of("analytic", own, level)
+    q, v, _, _ = drawn(own, 1, seed)
+    by = slopes(model.mass_matrix, q)[0]
+    expected = np.einsum("ijk,j,k->i", by, v[0], v[0]) - np.einsum("jki,j,k->i", by, v[0], v[0]) / 2
+    size = np.abs(model.mass_matrix(q)).max() * (1 + v.max()) ** 2
+    assert model.bias(q, v)[0] == pytest.approx(expected, abs=1e-9 * size)
+    stiffness = slopes(model.gravity, q)[0]
+    assert stiffness == pytest.approx(stiffness.T, abs=1e-9 * (1 + np.abs(stiffness).max()))
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_momentum_about_a_vertical_axis_is_kept_in_a_run(level):
+    """No torque: the first joint's generalized momentum stays, to the fourth power of the step."""
+    model = model_of("analytic", load_robot("six-joint"), level)
+    start = np.array([[0.1, -1.0, 0.6, 0.3, -0.4, 0.2]]), np.array([[0.5, 0.2, -0.4, 1, 0.3, 2]])
+
+    def momentum(q: np.ndarray, v: np.ndarray) -> float:
+        return float(model.mass_matrix(q)[0, 0] @ v[0])
+
+    def drift(steps: int) -> float:
+        (q, v), h, none = start, 0.2 / steps, np.zeros((1, 6))
+        for _ in range(steps):
+            a1 = model.forward_dynamics(q, v, none)
+            a2 = model.forward_dynamics(q + h / 2 * v, v + h / 2 * a1, none)
+            v3 = v + h / 2 * a2
+            a3 = model.forward_dynamics(q + h / 2 * (v + h / 2 * a1), v3, none)
+            v4 = v + h * a3
+            a4 = model.forward_dynamics(q + h * v3, v4, none)
+            q = q + h / 6 * (v + 2 * (v + h / 2 * a1) + 2 * v3 + v4)
+            v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+        return abs(momentum(q, v) - momentum(*start))
+
+    coarse, fine = drift(10), drift(20)
+    assert coarse < 1e-3 * abs(momentum(*start))
+    assert fine < coarse / 10
