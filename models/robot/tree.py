@@ -141,7 +141,7 @@ def _parts(number: int, urdf: Urdf, frames: dict[str, Frame], where: str) -> Ite
 def _require_definite(inertia: np.ndarray, least: float, where: str, field: str) -> None:
     """Raise InputError unless each principal value is more than so much of the largest."""
     values = np.linalg.eigvalsh(inertia)
-    if values[0] < least * abs(values[-1]) or values[-1] < 0:
+    if values[0] < least * abs(values[-1]) or values[0] <= 0 < least:
         allowed = f"must be positive definite; its principal values are {_listed(values)} kg m^2"
         raise InputError(where, field, None, allowed)
 

@@ -59,8 +59,8 @@ def read_urdf(text: str, where: str) -> Urdf:
     for tag in ("link", "joint"):
         names = Counter(each.get("name", "") for each in root.findall(tag))
         for name, count in names.items():
-            if not name.strip() or count > 1:
-                allowed = f"must have a name of its own; {count} have this one"
+            if not name.strip() or not name.isprintable() or count > 1:
+                allowed = f"must have a printable name of its own; {count} have this one"
                 raise InputError(where, tag, name, allowed)
     links = tuple(_Reader(where, each).link() for each in root.findall("link"))
     joints = tuple(_Reader(where, each).joint() for each in root.findall("joint"))

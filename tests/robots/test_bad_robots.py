@@ -1,0 +1,213 @@
+"""Robots that cannot be read: one line with file, link or joint and what is allowed; code 2."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from crosscheck.models.errors import InputError
+from tests.robots.chains import LIMIT, Solid, joint, link, robot, urdf
+from tests.tool.conftest import Command, crosscheck
+from tests.tool.test_bad_input import assert_one_line
+
+__all__ = ["crosscheck"]  # a fixture
+GROUND, ARM = link("ground"), link("arm", Solid())
+TURN = joint("turn", "ground", "arm")
+GOOD = urdf(GROUND, ARM, TURN)
+XACRO = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
+
+BAD_URDFS = {
+    "no XML": ("schema_version = 1", "is not XML"),
+    "cut off": (GOOD[:-20], "is not XML"),
+    "another document": ("<html></html>", "robot"),
+    "MJCF": ("<mujoco/>", "mujoco", "must be a URDF"),
+    "empty": (" ", "is empty"),
+    "no link": (urdf(), "link", "there is none"),
+    "nothing moves": (urdf(GROUND), "joint", "0 do"),
+    "xacro element": (XACRO.format("<xacro:arm/>"), "line 1, xacro:arm", "expand it"),
+    "xacro expression": (
+        GOOD.replace('value="1.0"', 'value="${mass}"'),
+        "link arm: mass.value",
+        "'${mass}'",
+        "expand it",
+    ),
+    "external entity": (
+        '<!DOCTYPE robot [<!ENTITY x SYSTEM "file:///etc/passwd">]>' + GOOD,
+        "DOCTYPE",
+        "must not be there",
+    ),
+    "entities of entities": (
+        '<!DOCTYPE r [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><robot name="&b;"/>',
+        "DOCTYPE",
+    ),
+    "nested deep": ("<robot>" + "<a>" * 10_000 + "</a>" * 10_000 + "</robot>", "50 deep"),
+    "10 MB": (GOOD + " " * 10_000_000, "more than 4 MB"),
+    "two links of a name": (urdf(GROUND, ARM, ARM, TURN), "link", "'arm'", "2 have"),
+    "two joints of a name": (urdf(GROUND, ARM, TURN, TURN), "joint", "'turn'", "2 have"),
+    "no name": (
+        GOOD.replace('<link name="arm">', "<link>"),
+        "link",
+        "''",
+        "must have a printable name",
+    ),
+    "no such link": (GOOD.replace('child link="arm"', 'child link="leg"'), "turn: child", "'leg'"),
+    "no child": (GOOD.replace('<child link="arm"/>', ""), "turn: child.link", "missing"),
+    "unknown joint": (GOOD.replace('"revolute"', '"planar"'), "turn: type", "'planar'", "fixed"),
+    "no kind": (GOOD.replace(' type="revolute"', ""), "turn: type", "must be one of"),
+    "no limit": (GOOD.replace(LIMIT, ""), "turn: limit", "missing"),
+    "limits crossed": (GOOD.replace('lower="-3"', 'lower="4"'), "turn: limit.lower", "4.0"),
+    "no axis": (GOOD.replace('axis xyz="0.0 0.0 1.0"', 'axis xyz="0 0 0"'), "turn: axis.xyz"),
+    "axis of two": (GOOD.replace('axis xyz="0.0 0.0 1.0"', 'axis xyz="0 1"'), "turn: axis.xyz"),
+    "not a number": (GOOD.replace('value="1.0"', 'value="heavy"'), "mass.value", "'heavy'"),
+    "NaN": (GOOD.replace('value="1.0"', 'value="nan"'), "mass.value", "'nan'", "number"),
+    "infinite": (GOOD.replace('value="1.0"', 'value="1e400"'), "mass.value", "'1e400'"),
+    "negative mass": (GOOD.replace('value="1.0"', 'value="-1"'), "mass.value", "-1.0"),
+    "no mass in an inertia": (GOOD.replace('<mass value="1.0"/>', ""), "mass.value", "missing"),
+    "no inertia": (GOOD.replace(' iyz="0.0"', ""), "arm: inertia.iyz", "missing"),
+    "massless": (urdf(GROUND, link("arm"), TURN), "link arm", "must have a mass", "turn"),
+    "massless between": (
+        urdf(GROUND, link("arm"), TURN, link("hand", Solid()), joint("wrist", "arm", "hand")),
+        "link arm",
+        "joint turn",
+    ),
+    "inertia of no body": (
+        GOOD.replace('ixx="0.01"', 'ixx="-0.01"'),
+        "link arm: inertia",
+        "must be positive definite",
+        "-0.01",
+    ),
+    "inertia of a point": (
+        urdf(GROUND, link("arm", Solid(inertia=(0,) * 6)), TURN),
+        "link arm: inertia",
+        "must be positive definite",
+    ),
+    "loop": (
+        urdf(GROUND, ARM, link("leg", Solid()), TURN, joint("a", "arm", "leg")).replace(
+            "</robot>", joint("b", "ground", "leg") + "</robot>"
+        ),
+        "link leg",
+        "two joints, a and b",
+    ),
+    "ring": (
+        urdf(ARM, link("leg", Solid()), joint("a", "arm", "leg"), joint("b", "leg", "arm")),
+        "they form a loop",
+    ),
+    "island": (
+        urdf(GROUND, ARM, TURN, link("x", Solid()), link("y", Solid())).replace(
+            "</robot>", joint("a", "x", "y") + joint("b", "y", "x") + "</robot>"
+        ),
+        "2 cannot be reached from ground",
+    ),
+    "two roots": (urdf(GROUND, ARM, TURN, link("moon")), "2 are: ground, moon"),
+    "mimics nothing": (
+        GOOD.replace(LIMIT, LIMIT + '<mimic joint="ghost"/>'),
+        "joint turn: mimic.joint",
+        "'ghost'",
+    ),
+    "mimics itself": (
+        GOOD.replace(LIMIT, LIMIT + '<mimic joint="turn"/>'),
+        "joint turn: mimic.joint",
+        "'turn'",
+    ),
+    "control character in a name": (GOOD.replace("arm", "a&#10;rm"), "a\\nrm", "printable"),
+}
+MINIMAL = 'schema_version = 1\nname = "mine"\nurdf = "mine.urdf"\n'
+GEARED = '[joints.turn]\nkind = "geared"\nratio = 5.0\nrotor_inertia_kg_m2 = 1e-4\n'
+BAD_FILES = {
+    "no such URDF": (MINIMAL.replace("mine.urdf", "yours.urdf"), "yours.urdf", "No such file"),
+    "no version": (MINIMAL.replace("schema_version = 1", ""), "schema_version", "missing"),
+    "unknown key": (MINIMAL + "gravity = 1\n", "gravity", "gravity_m_per_s2"),
+    "unknown joint": (MINIMAL + GEARED.replace("turn", "trun"), "joints = 'trun'", "turn"),
+    "unknown tip": (MINIMAL + 'tip = "toe"\n', "tip", "'toe'", "link of"),
+    "unknown kind": (MINIMAL + GEARED.replace("geared", "belt"), "joints.turn", "'belt'"),
+    "no ratio": (MINIMAL + GEARED.replace("ratio = 5.0\n", ""), "joints.turn.ratio", "missing"),
+    "ratio of text": (MINIMAL + GEARED.replace("5.0", '"5"'), "joints.turn.ratio", "'5'"),
+    "too large": (MINIMAL + GEARED.replace("1e-4", "1e99"), "rotor_inertia_kg_m2", "1e+99"),
+    "negative inertia": (MINIMAL + GEARED.replace("1e-4", "-1e-4"), "rotor_inertia_kg_m2"),
+    "unknown stator": (
+        MINIMAL + GEARED + 'stator = "tail"\nrotor_axis = [1.0, 0.0, 0.0]\n',
+        "joints.turn.stator",
+        "'tail'",
+    ),
+    "stator without axis": (MINIMAL + GEARED + 'stator = "arm"\n', "joints.turn.rotor_axis"),
+    "axis of nothing": (
+        MINIMAL + GEARED + "rotor_axis = [0.0, 0.0, 0.0]\n",
+        "joints.turn.rotor_axis",
+        "direction",
+    ),
+    "axis of two": (MINIMAL + GEARED + "rotor_axis = [0.0, 1.0]\n", "joints.turn.rotor_axis"),
+    "direct with a ratio": (MINIMAL + GEARED.replace("geared", "direct"), "joints.turn"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_URDFS)
+def test_a_bad_urdf_is_told_in_one_line(crosscheck: Command, tmp_path: Path, case: str):
+    text, *fragments = BAD_URDFS[case]
+    (tmp_path / "mine.urdf").write_text(text, encoding="utf-8")
+    (tmp_path / "mine.toml").write_text(MINIMAL)
+    answer = crosscheck("cost", tmp_path / "mine.toml", "--json", tmp_path / "cost.json")
+    assert_one_line(answer, "mine.urdf", *fragments)
+    assert not (tmp_path / "cost.json").exists()
+
+
+@pytest.mark.parametrize("case", BAD_FILES)
+def test_a_bad_robot_file_is_told_in_one_line(crosscheck: Command, tmp_path: Path, case: str):
+    text, *fragments = BAD_FILES[case]
+    (tmp_path / "mine.urdf").write_text(GOOD)
+    (tmp_path / "mine.toml").write_text(text)
+    assert_one_line(crosscheck("cost", tmp_path / "mine.toml"), *fragments)
+
+
+def test_bytes_that_are_no_text(crosscheck: Command, tmp_path: Path):
+    (tmp_path / "mine.urdf").write_bytes(b"\xff\xfe<robot/>")
+    (tmp_path / "mine.toml").write_text(MINIMAL)
+    assert_one_line(crosscheck("cost", tmp_path / "mine.toml"), "mine.urdf", "not UTF-8")
+
+
+def test_a_robot_that_there_is_not(crosscheck: Command):
+    assert_one_line(crosscheck("cost", "hexapod"), "hexapod", "six-joint, sliding")
+
+
+def test_no_output_takes_the_place_of_an_input(crosscheck: Command, tmp_path: Path):
+    (tmp_path / "mine.urdf").write_text(GOOD)
+    (tmp_path / "mine.toml").write_text(MINIMAL)
+    for name in ("mine.urdf", "mine.toml"):
+        answer = crosscheck("cost", tmp_path / "mine.toml", "--json", tmp_path / name)
+        assert_one_line(answer, name, "is read by this command")
+
+
+def test_what_is_not_used_is_told():
+    more = '<dynamics damping="0.5" friction="1"/>' + LIMIT
+    text = GOOD.replace(LIMIT, more).replace(
+        "</robot>",
+        '<gazebo/><transmission name="t"/></robot>',
+    )
+    mesh = '<visual><geometry><mesh filename="package://nowhere/arm.dae"/></geometry></visual>'
+    text = text.replace("</inertial>", "</inertial>" + mesh)
+    assert robot(text).told == (
+        "friction of turn is not used",
+        "damping of turn is not used",
+        "1 mesh files are neither needed nor read",
+        "elements not used: gazebo, transmission",
+    )
+
+
+def test_an_inertia_that_breaks_the_triangle_inequality_is_used_and_told():
+    flat = Solid(inertia=(0.01, 0, 0, 0.01, 0, 0.03))
+    own = robot(urdf(GROUND, link("arm", flat), TURN))
+    assert own.bodies[0].inertia[2, 2] == 0.03
+    (told,) = own.told
+    assert told.startswith("link arm: no body has principal inertias 0.01, 0.01, 0.03 kg m^2")
+
+
+def test_zero_axis_of_a_fixed_joint_and_huge_limits_are_no_error():
+    fixed = joint("flange", "arm", "hand", "fixed", axis=(0, 0, 0))
+    text = urdf(GROUND, ARM, TURN, link("hand"), fixed).replace('upper="3"', 'upper="1e16"')
+    assert len(robot(text).joints) == 1
+
+
+def test_errors_of_a_file_come_without_a_trace_of_the_reader():
+    with pytest.raises(InputError) as caught:
+        robot(GOOD.replace('value="1.0"', 'value="heavy"'))
+    assert caught.value.__suppress_context__

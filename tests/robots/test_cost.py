@@ -1,0 +1,188 @@
+"""What shortcuts cost: by closed forms where there are any, and as its user meets the command."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from crosscheck import kinds
+from crosscheck.cost import agreement
+from crosscheck.cost.agreement import model_of
+from crosscheck.cost.cost import NEGLIGIBLE, QUICK, Cost, cost_of
+from crosscheck.cost.motion import excitation
+from crosscheck.cost.output import cost_json, cost_page, first_lines
+from crosscheck.kinds import is_of
+from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import Robot
+from tests.robots.chains import Solid, geared, joint, link, random_chain, robot, urdf
+from tests.tool.conftest import Command, crosscheck
+
+__all__ = ["crosscheck"]  # a fixture
+FEW = replace(QUICK, states=3, instants=200, steps=60)
+SPIN, RATIO = 1e-3, 20.0
+
+
+def cost(own: Robot, seed: int = 0) -> Cost:
+    return cost_of(own, seed, FEW, lambda *doing: None)
+
+
+def parallel(ratio: float = RATIO) -> Robot:
+    """Two joints about z, no weight; the second one's rotor of constant reflected inertia."""
+    text = urdf(
+        link("ground"),
+        link("upper", Solid(2.0, (0.3, 0, 0), (0.1, 0, 0, 0.1, 0, 0.1))),
+        link("lower", Solid(1.0, (0.2, 0, 0), (0.1, 0, 0, 0.1, 0, 0.1))),
+        joint("shoulder", "ground", "upper"),
+        joint("elbow", "upper", "lower", at=(0.6, 0, 0)),
+    )
+    own = {"elbow": geared(ratio, SPIN * (RATIO / ratio) ** 2)}
+    return robot(text, own, gravity_m_per_s2=[0.0, 0.0, 0.0])
+
+
+@pytest.fixture(scope="module")
+def planar() -> Cost:
+    return cost(parallel())
+
+
+@pytest.fixture(scope="module")
+def six() -> Cost:
+    return cost(load_robot("six-joint"))
+
+
+def test_torques_that_a_rotor_of_a_parallel_joint_needs(planar):
+    """J (q1' + N q2')^2 / 2: armature leaves out J N q2'' + J q1'' and J N q1''."""
+    first, second = planar.motion.at(planar.time)[2].T
+    missing = SPIN * np.stack([first + RATIO * second, RATIO * first], axis=1)
+    assert planar.errors["armature"] == pytest.approx(-missing, abs=1e-12)
+    missing[:, 1] += SPIN * RATIO**2 * second
+    assert planar.errors["links"] == pytest.approx(-missing, abs=1e-12)
+    rms = np.sqrt((planar.errors["armature"] ** 2).mean(axis=0))
+    own = {each.joint: each for each in planar.by_joint if each.level == "armature"}
+    assert own["elbow"].rms == pytest.approx(rms[1])
+    assert own["elbow"].share == pytest.approx(own["elbow"].largest / planar.largest[1])
+    assert planar.by_rates == pytest.approx(0.0, abs=1e-13)
+
+
+def test_pairs_that_carry_it(planar):
+    first, second = planar.motion.at(planar.time)[2].T
+    found = {(pair.at, pair.by): pair.rms for pair in planar.pairs}
+    assert found == {
+        ("shoulder", "elbow"): pytest.approx(SPIN * RATIO * np.sqrt((second**2).mean())),
+        ("elbow", "shoulder"): pytest.approx(SPIN * RATIO * np.sqrt((first**2).mean())),
+    }
+
+
+def test_at_the_told_ratio_the_coupling_is_a_per_cent_and_no_more(planar):
+    (ratio,) = planar.ratios
+    assert ratio.enough == pytest.approx(RATIO * planar.factor)
+    motion = planar.motion.at(planar.time)
+
+    def share(own: Robot) -> float:
+        torques = [
+            model_of("analytic", own, level).inverse_dynamics(*motion)
+            for level in ("armature", "coupled")
+        ]
+        return float((np.abs(torques[0] - torques[1]) / planar.largest).max())
+
+    assert share(parallel(ratio.enough)) == pytest.approx(NEGLIGIBLE, rel=1e-6)
+    assert share(parallel(1.01 * ratio.enough)) < NEGLIGIBLE < share(parallel(0.99 * ratio.enough))
+
+
+def test_exact_torques_keep_the_end_effector_on_its_way(six):
+    away = {tip.level: tip.distances for tip in six.tips}
+    assert away["coupled"].max() < 1e-6
+    assert away["armature"].min() > 1e-4
+    assert away["links"].min() > 10 * away["armature"].min()
+
+
+def test_the_motion_stays_within_every_limit():
+    for name in ("six-joint", "sliding"):
+        own = load_robot(name)
+        exact = model_of("analytic", own, "coupled")
+        for seed in range(3):
+            motion = excitation(exact, seed)
+            state = motion.at(np.linspace(0, motion.period, 777))
+            torques = np.abs(exact.inverse_dynamics(*state)).max(axis=0)
+            for number, column in enumerate(own.coordinates):
+                limits = own.joints[column].limits
+                q, v = state[0][:, number], state[1][:, number]
+                assert limits.lower <= q.min() <= q.max() <= limits.upper
+                assert np.abs(v).max() <= 1.001 * limits.velocity
+                assert torques[number] <= 1.01 * limits.effort
+
+
+def test_rates_and_accelerations_are_those_of_the_motion():
+    motion = excitation(model_of("analytic", load_robot("sliding"), "coupled"), 5)
+    time, step = np.linspace(0, 3, 7), 1e-5
+    ahead, behind, here = (motion.at(time + by) for by in (step, -step, 0.0))
+    for order in (0, 1):
+        slope = (ahead[order] - behind[order]) / (2 * step)
+        assert slope == pytest.approx(here[order + 1], rel=1e-6, abs=1e-6)
+
+
+def test_a_joint_too_weak_for_its_weight_is_named():
+    text = load_robot("six-joint").urdf.replace('effort="150"', 'effort="5"')
+    found = cost(robot(text))
+    assert "shoulder" in found.overloaded
+
+
+@pytest.mark.parametrize("seed", [2, 3, 8])
+def test_a_robot_of_any_kind_has_a_cost(seed):
+    """Slides, mimics, branches, rotors on the ground: numbers of it all, and a whole page."""
+    found = cost(random_chain(seed))
+    assert found.agrees
+    assert json.loads(cost_json(found))["engines_agree"]
+    assert "</html>" in cost_page(found)
+
+
+def test_a_robot_without_gears_loses_nothing():
+    found = cost(robot(parallel().urdf))
+    assert list(first_lines(found))[1:] == ["no joint is geared: there is no shortcut to take"]
+    assert all(each.largest == 0 for each in found.by_joint)
+    assert cost_page(found).count("<h2>") == 4
+
+
+def test_engines_that_differ_are_told_and_fail_the_command(monkeypatch, crosscheck: Command):
+    right = agreement.model_of
+
+    def wrong(name, own, level):
+        gravity = own.gravity * 1.01 if name == "exudyn" else own.gravity
+        return right(name, replace(own, gravity=gravity), level)
+
+    monkeypatch.setattr(agreement, "model_of", wrong)
+    answer = crosscheck("cost", "sliding", "--quick")
+    assert answer.code == 1
+    assert "engines differ: gravity of coupled: analytic and exudyn by" in answer.out
+    assert "engines agree" not in answer.out
+
+
+def test_the_command_writes_json_and_a_page(crosscheck: Command, tmp_path):
+    files = ["--json", tmp_path / "cost.json", "--out", tmp_path]
+    for _ in range(2):  # the second time over its own files
+        answer = crosscheck("cost", "sliding", "--quick", *files)
+        assert (answer.code, answer.err) == (0, "")
+    assert answer.out.startswith("engines agree: analytic, pinocchio and exudyn on 6 quantities")
+    assert is_of(tmp_path / "cost.json", kinds.COST)
+    assert is_of(tmp_path / "cost.html", kinds.COST_PAGE)
+    data = json.loads((tmp_path / "cost.json").read_text())
+    assert [each["joint"] for each in data["joints"]] == ["swivel", "slide", "tilt"]
+    assert [each["unit"] for each in data["joints"]] == ["N m", "N", "N m"]
+    assert len(data["engines"]) == 6 * 3 * 3
+    page = (tmp_path / "cost.html").read_text()
+    assert "<svg" in page
+    assert "http" not in page.split("<svg")[0]
+
+
+def test_the_same_seed_gives_the_same_numbers(crosscheck: Command, tmp_path):
+    for name in ("one", "two"):
+        crosscheck("cost", "sliding", "--quick", "--seed", 4, "--json", tmp_path / name)
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
+
+
+def test_robots_are_listed(crosscheck: Command):
+    listed = crosscheck("list").out
+    assert "six-joint" in listed
+    assert "sliding" in listed
