@@ -23,6 +23,8 @@ from crosscheck.models.experiment.scenario import (
     Start,
     TableDrive,
 )
+from crosscheck.models.robot.file import Direct as DirectTransmission
+from crosscheck.models.robot.file import Geared, RobotFile
 from crosscheck.output import write_files
 from crosscheck.schema import Described, described, records_below
 from crosscheck.studies.definition.definition import (
@@ -55,6 +57,7 @@ FILES: dict[str, type[Data]] = {
     "arm-file.md": Arm,
     "scenario-file.md": Scenario,
     "studies.md": Definition,
+    "robot-file.md": RobotFile,
 }
 HEADINGS: dict[type[Data], str] = {
     Arm: "The arm",
@@ -91,11 +94,14 @@ HEADINGS: dict[type[Data], str] = {
     RigidDeviation: "Quantity: deviation from a rigid arm",
     Function: "Quantity: function",
     Trajectories: "Quantity: trajectories",
+    RobotFile: "The robot",
+    DirectTransmission: "Transmission: direct",
+    Geared: "Transmission: geared",
 }
 
 
 def write_reference() -> None:
-    """Renew the tables in both files. Raises InputError."""
+    """Renew the tables in all files. Raises InputError."""
     write_files({DOCS / name: renewed(name) for name in FILES})
 
 

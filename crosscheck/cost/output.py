@@ -139,7 +139,7 @@ def _unit(found: Cost, joint: str) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %"
+    return f"{100 * share:.{2 if share < 0.995 else 3}g} %"
 
 
 def _length(metres: float) -> str:

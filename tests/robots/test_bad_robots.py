@@ -166,7 +166,7 @@ def test_bytes_that_are_no_text(crosscheck: Command, tmp_path: Path):
 
 
 def test_a_robot_that_there_is_not(crosscheck: Command):
-    assert_one_line(crosscheck("cost", "hexapod"), "hexapod", "six-joint, sliding")
+    assert_one_line(crosscheck("cost", "hexapod"), "hexapod", "puma560, six-joint, sliding")
 
 
 def test_no_output_takes_the_place_of_an_input(crosscheck: Command, tmp_path: Path):

@@ -18,7 +18,7 @@ def differing(robot: Robot, states: int = 4) -> list[Comparison]:
     return [each for each in compared(robot, drawn(robot, states, 0)) if not each.agrees]
 
 
-@pytest.mark.parametrize("name", ["six-joint", "sliding"])
+@pytest.mark.parametrize("name", ["six-joint", "sliding", "puma560"])
 def test_engines_agree_on_the_robots_that_come_along(name):
     assert differing(load_robot(name)) == []
 

@@ -157,6 +157,20 @@ def test_a_planar_arm_written_as_a_urdf(engine):
     assert model.bias(q, v)[0] == pytest.approx(planar.bias(q[0], v[0]), rel=1e-12)
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_puma_560_has_its_published_mass_matrix(engine):
+    """P. Corke, Robotics, Vision and Control, Springer 2011, chapter 9: elbow up, four decimals."""
+    q = np.array([[0, pi / 4, pi, 0, pi / 4, 0]])
+    mass = np.diag([3.6594, 4.4137, 0.9378, 0.1925, 0.1713, 0.1941])
+    mass[0, 1:4] = mass[1:4, 0] = -0.4044, 0.1006, -0.0025
+    mass[1, 2] = mass[2, 1] = 0.3509
+    mass[1:3, 4] = mass[4, 1:3] = 0.0024, 0.0015
+    model = model_of(engine, load_robot("puma560"), "armature")
+    assert model.mass_matrix(q)[0] == pytest.approx(mass, abs=0.5001e-4)
+    weight = [0, 31.6399, 6.0351, 0, 0.0283, 0]
+    assert model.gravity(q)[0] == pytest.approx(weight, abs=0.5001e-4)
+
+
 @pytest.mark.parametrize("name", ["six-joint", "sliding"])
 @pytest.mark.parametrize("level", ["links", "armature"])
 def test_mujoco_reads_the_same_robot(name, level):

@@ -1,4 +1,4 @@
-"""What the docs say of the two kinds of file is what the schema says, and their examples load."""
+"""What the docs say of every kind of file is what the schema says, and their examples load."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.models.files import raw_robot
+from crosscheck.models.loading import load_arm, load_scenario, validated
+from crosscheck.models.robot.file import RobotFile
 from crosscheck.schema import described, records_below
 from crosscheck.studies.definition.files import read_study
 from tools import reference
@@ -17,6 +19,7 @@ LOAD = {
     "arm-file.md": load_arm,
     "scenario-file.md": load_scenario,
     "studies.md": lambda file: read_study(Path(file)).definition,
+    "robot-file.md": lambda file: validated(RobotFile, raw_robot(file), file),
 }
 RECORDS = [record for top in FILES.values() for record in records_below(top)]
 BLOCKS = [
