@@ -9,12 +9,12 @@ import numpy as np
 
 from crosscheck.cost.agreement import Comparison, compared, drawn, model_of
 from crosscheck.cost.motion import Motion, excitation, too_heavy
+from crosscheck.cost.runs import run
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 
 SHORTCUTS: tuple[Level, ...] = ("links", "armature")
 NEGLIGIBLE = 0.01  # of a joint's largest torque
-FASTEST = 1e4  # [rad/s] or [m/s]: beyond it a run has left all sense
 Told = Callable[[str, int, int], None]
 
 
@@ -248,42 +248,21 @@ def _enough(linear: np.ndarray, square: np.ndarray) -> float:
 def _tips(
     exact: RobotModel, shortcuts: dict[Level, RobotModel], motion: Motion, extent: Extent
 ) -> list[TipCost]:
-    """A second of RK4 under each level's torques, from several instants of the motion.
+    """A second under each level's torques, from several instants of the motion.
 
     The coupled level's own distance is what the steps lose.
     """
     starts = motion.period * np.arange(extent.runs) / extent.runs
     models = {**shortcuts, "coupled": exact}
-    q, v, _ = motion.at(np.tile(starts, len(models)))
-    alive = np.ones(len(q), dtype=bool)
-    step = 1 / extent.steps
 
-    def forces(after: float) -> np.ndarray:
+    def torques(after: float) -> np.ndarray:
         planned = motion.at(starts + after)
         return np.concatenate([model.inverse_dynamics(*planned) for model in models.values()])
 
-    def slope(at: np.ndarray, rate: np.ndarray, given: np.ndarray) -> np.ndarray:
-        found = np.zeros_like(at)
-        found[alive] = exact.forward_dynamics(at[alive], rate[alive], given[alive])
-        return found
-
-    first = forces(0.0)
-    for number in range(extent.steps):
-        half, last = forces((number + 0.5) * step), forces((number + 1) * step)
-        a1 = slope(q, v, first)
-        v2 = v + step / 2 * a1
-        a2 = slope(q + step / 2 * v, v2, half)
-        v3 = v + step / 2 * a2
-        a3 = slope(q + step / 2 * v2, v3, half)
-        v4 = v + step * a3
-        a4 = slope(q + step * v3, v4, last)
-        q = q + step / 6 * (v + 2 * v2 + 2 * v3 + v4)
-        v = v + step / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-        alive &= (np.abs(v) < FASTEST).all(axis=1)
-        q, v = np.where(alive[:, None], q, 0.0), np.where(alive[:, None], v, 0.0)
-        first = last
+    q, v, _ = motion.at(np.tile(starts, len(models)))
+    ends = run(exact, q, v, torques, 1.0, extent.steps)
     planned = np.tile(exact.tip(motion.at(starts + 1.0)[0]), (len(models), 1))
-    away = np.linalg.norm(exact.tip(q) - planned, axis=1)
-    away[~alive] = np.inf
+    away, alive = np.full(len(q), np.inf), np.isfinite(ends).all(axis=1)
+    away[alive] = np.linalg.norm(exact.tip(ends[alive]) - planned[alive], axis=1)
     parts = away.reshape(len(models), extent.runs)
     return [TipCost(level, part) for level, part in zip(models, parts, strict=True)]

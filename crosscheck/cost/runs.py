@@ -1,0 +1,41 @@
+"""Runs of a robot: fixed steps of the classical Runge-Kutta method, the same for every model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from crosscheck.models.robot.interface import RobotModel
+
+FASTEST = 1e4  # [rad/s] or [m/s]: beyond it a run has diverged
+Torques = Callable[[float], np.ndarray]  # of the time since the start, (runs, n)
+
+
+def run(
+    model: RobotModel, q: np.ndarray, v: np.ndarray, torques: Torques, seconds: float, steps: int
+) -> np.ndarray:
+    """Coordinates (runs, n) after so many seconds, infinite where a run diverged."""
+    alive, step = np.ones(len(q), dtype=bool), seconds / steps
+
+    def slope(at: np.ndarray, rate: np.ndarray, given: np.ndarray) -> np.ndarray:
+        found = np.zeros_like(at)
+        found[alive] = model.forward_dynamics(at[alive], rate[alive], given[alive])
+        return found
+
+    first = torques(0.0)
+    for number in range(steps):
+        half, last = torques((number + 0.5) * step), torques((number + 1) * step)
+        a1 = slope(q, v, first)
+        v2 = v + step / 2 * a1
+        a2 = slope(q + step / 2 * v, v2, half)
+        v3 = v + step / 2 * a2
+        a3 = slope(q + step / 2 * v2, v3, half)
+        v4 = v + step * a3
+        a4 = slope(q + step * v3, v4, last)
+        q = q + step / 6 * (v + 2 * v2 + 2 * v3 + v4)
+        v = v + step / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+        alive &= (np.abs(v) < FASTEST).all(axis=1)
+        q, v = np.where(alive[:, None], q, 0.0), np.where(alive[:, None], v, 0.0)
+        first = last
+    return np.where(alive[:, None], q, np.inf)
