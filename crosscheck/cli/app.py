@@ -413,12 +413,25 @@ def list_() -> None:
 @app.command()
 def init(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="TOML file to write.")],
-    joints: Annotated[int, typer.Option(min=1, max=7, help="Geared joints.")] = 2,
+    joints: Annotated[
+        int | None, typer.Option(min=1, max=7, help="Geared joints of an arm (default: 2).")
+    ] = None,
+    urdf: Annotated[
+        Path | None, typer.Option(help="A robot's file instead, for this URDF's joints.")
+    ] = None,
 ) -> None:
-    """Write a commented file of an arm to begin with; never over another file."""
-    from crosscheck.cli.template import init_command
+    """Write a commented file of an arm, or of a robot, to begin with; never over another file."""
+    if urdf is None:
+        from crosscheck.cli.template import init_command
 
-    init_command(file, joints)
+        init_command(file, joints or 2)
+        return
+    from crosscheck.cli.robot_template import init_robot_command
+    from crosscheck.models.errors import InputError
+
+    if joints is not None:
+        raise InputError("--joints", "", joints, "must be left out: --urdf has its own joints")
+    init_robot_command(file, urdf)
 
 
 @app.command()

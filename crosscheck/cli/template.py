@@ -56,15 +56,20 @@ SIZES = (
 
 def init_command(path: Path, joints: int) -> None:
     """Write the template of an arm with 1 to 7 joints. Raises InputError, also if it exists."""
-    target = path if os.path.islink(path) else require_file(path)
-    if os.path.lexists(target):  # also a link to a file that is not there
-        raise InputError(str(path), "", None, "exists already; init replaces no file")
+    require_new(path)
     write_text(path, template(path.stem, joints))
     print(
         f"wrote {printable(str(path))}: {_counted(joints)}, every number an example; edit it, then"
     )
     for command in ("show", "validate"):
         print(f"  crosscheck {command} {printable(shlex.quote(str(path)))}")
+
+
+def require_new(path: Path) -> None:
+    """Raise InputError unless a file can be written there that does not exist yet."""
+    target = path if os.path.islink(path) else require_file(path)
+    if os.path.lexists(target):  # also a link to a file that is not there
+        raise InputError(str(path), "", None, "exists already; init replaces no file")
 
 
 def template(name: str, joints: int) -> str:

@@ -84,7 +84,7 @@ def load_robot(name: str) -> Robot:
     file = validated(RobotFile, raw_robot(name), name)
     own = name in builtin_robots()
     path = (HERE / "robots" if own else Path(name).parent) / file.urdf
-    return robot_of(file, _text(path), name, str(path))
+    return robot_of(file, read_text(path), name, str(path))
 
 
 def robot_of(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
@@ -146,8 +146,8 @@ def _last(joints: Sequence[Joint], frames: Mapping[str, Frame]) -> str:
     return [name for name, frame in frames.items() if frame.body == furthest][-1]
 
 
-def _text(path: Path) -> str:
-    """Raises InputError."""
+def read_text(path: Path) -> str:
+    """The text of a URDF. Raises InputError."""
     try:
         text = input_content(path, LARGEST_FILE).decode("utf-8-sig")
     except UnicodeDecodeError:
