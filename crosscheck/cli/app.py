@@ -313,6 +313,10 @@ def compare(
 @app.command()
 def cost(
     robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Built-in name or TOML file.")],
+    motion: Annotated[
+        Path | None,
+        typer.Option(help="CSV, MAT, HDF5 or NetCDF file of a motion; sines by default."),
+    ] = None,
     seed: Annotated[
         int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the motion and the states.")
     ] = 0,
@@ -327,7 +331,7 @@ def cost(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from crosscheck.cli.cost import cost_command
 
-    raise typer.Exit(cost_command(robot, seed, quick, json_file, out))
+    raise typer.Exit(cost_command(robot, motion, seed, quick, json_file, out))
 
 
 @app.command()

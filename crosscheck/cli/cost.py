@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from crosscheck.cost.cost import FULL, QUICK, cost_of
+from crosscheck.cost.motion import given
 from crosscheck.cost.output import cost_json, cost_page, lines
 from crosscheck.kinds import COST, COST_PAGE
+from crosscheck.measured.record import read_record
 from crosscheck.models.robot.file import load_robot
 from crosscheck.output import require_files, require_writable, write_files
 from crosscheck.report.words import printable
@@ -16,7 +18,12 @@ PAGE = "cost.html"
 
 
 def cost_command(
-    name: str, seed: int, quick: bool, json_file: Path | None, out: Path | None
+    name: str,
+    motion: Path | None,
+    seed: int,
+    quick: bool,
+    json_file: Path | None,
+    out: Path | None,
 ) -> int:
     """The exit code: 0 if the engines agree, else 1. Raises InputError."""
     robot = load_robot(name)
@@ -24,8 +31,9 @@ def cost_command(
     if out is not None:
         require_writable(out)
     require_files((json_file, COST), (page, COST_PAGE))
+    along = None if motion is None else given(read_record(motion, len(robot.coordinates)))
     with progress_bar() as told:
-        found = cost_of(robot, seed, QUICK if quick else FULL, told)
+        found = cost_of(robot, seed, QUICK if quick else FULL, told, along)
     files: dict[Path, str | bytes] = {}
     if json_file is not None:
         files[json_file] = cost_json(found)

@@ -29,8 +29,8 @@ def init_robot_command(path: Path, urdf: Path) -> None:
     """Write a file for the robot of a URDF. Raises InputError, also if the file exists."""
     require_new(path)
     own = os.path.relpath(urdf, path.parent)
-    if not Printable(80).allows(own):
-        allowed = f"must have {Printable(80)} from the folder of {path}"
+    if not Printable(400).allows(own):
+        allowed = f"must have {Printable(400)} from the folder of {path}"
         raise InputError("--urdf", "", own, allowed)
     name = path.stem if Printable(80).allows(path.stem) else "my-robot"
     file = RobotFile(schema_version=1, name=name, urdf=own)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from crosscheck.cost.agreement import Comparison, compared, drawn, model_of
-from crosscheck.cost.motion import Motion, excitation, too_heavy
+from crosscheck.cost.motion import Motion, beyond_limits, excitation
 from crosscheck.cost.runs import run
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
@@ -85,6 +85,7 @@ class Ratio:
 class Cost:
     """What the shortcuts of a robot cost along a motion.
 
+    beyond: a line for each limit of the robot that the motion exceeds;
     time (instants,) [s]; torques (instants, n) of the coupled level, N m or N; errors: by shortcut,
     of the same shape; largest (n,): of the torques; by_rates (n,): rms of what the coupling asks by
     rates alone; factor: all ratios times this, and the coupling is below NEGLIGIBLE everywhere.
@@ -94,7 +95,7 @@ class Cost:
     seed: int
     extent: Extent
     motion: Motion
-    overloaded: tuple[str, ...]
+    beyond: tuple[str, ...]
     agreement: tuple[Comparison, ...]
     time: np.ndarray
     torques: np.ndarray
@@ -129,14 +130,19 @@ class Cost:
         return all(each.agrees for each in self.agreement)
 
 
-def cost_of(robot: Robot, seed: int, extent: Extent, told: Told) -> Cost:
-    """Engines are compared first, then the project's own derivation works the costs out."""
+def cost_of(
+    robot: Robot, seed: int, extent: Extent, told: Told, given: Motion | None = None
+) -> Cost:
+    """Engines are compared first, then the project's own derivation works the costs out.
+
+    seed: of the states, and of the motion where none is given.
+    """
     told("comparing the engines", 0, 4)
     agreement = compared(robot, drawn(robot, extent.states, seed))
     told("moving the robot", 1, 4)
     exact = model_of("analytic", robot, "coupled")
-    motion = excitation(exact, seed)
-    time = motion.period * np.arange(extent.instants) / extent.instants
+    motion = given or excitation(exact, seed)
+    time = motion.instants(extent.instants)
     state = motion.at(time)
     torques = exact.inverse_dynamics(*state)
     shortcuts = {level: model_of("analytic", robot, level) for level in SHORTCUTS}
@@ -155,7 +161,7 @@ def cost_of(robot: Robot, seed: int, extent: Extent, told: Told) -> Cost:
         seed=seed,
         extent=extent,
         motion=motion,
-        overloaded=tuple(too_heavy(exact, motion)),
+        beyond=tuple(beyond_limits(robot, state, torques)),
         agreement=tuple(agreement),
         time=time,
         torques=torques,
@@ -252,7 +258,7 @@ def _tips(
 
     The coupled level's own distance is what the steps lose.
     """
-    starts = motion.period * np.arange(extent.runs) / extent.runs
+    starts = motion.instants(extent.runs, before_end=1.0)
     models = {**shortcuts, "coupled": exact}
 
     def torques(after: float) -> np.ndarray:

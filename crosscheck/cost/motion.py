@@ -1,36 +1,69 @@
-"""The motion along which costs are measured: a seeded sum of sines within a robot's limits."""
+"""The motion along which costs are measured: given, or a seeded sum of sines within limits."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import BSpline, make_lsq_spline
 
 from crosscheck.cost.agreement import motion_range
+from crosscheck.measured.record import Record
+from crosscheck.measured.smoothing import DEGREE, chosen_spacing, knots
+from crosscheck.models.errors import InputError
 from crosscheck.models.robot.interface import RobotModel
+from crosscheck.models.robot.robot import Robot
 
 HARMONICS = 5
 PERIOD = 4.0  # [s], unless efforts ask for a longer one
 SWEPT = 0.8  # of each joint's range at most
 RATE = 1.0  # [rad/s] or [m/s] of a joint without a velocity limit
 GRID = 2000  # instants in a period at which limits are kept
+LEEWAY = 1.01  # of a limit, for instants between these
+LEAST_S = 1.1  # of a given motion, of which each second is run
+
+
+class Motion(ABC):
+    """Coordinates, rates and accelerations over time."""
+
+    @abstractmethod
+    def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Coordinates, rates and accelerations at times [s], each (times, n)."""
+
+    @abstractmethod
+    def instants(self, count: int, before_end: float = 0.0) -> np.ndarray:
+        """So many times over the motion [s], even, the last at least so long before its end."""
+
+    @abstractmethod
+    def __str__(self) -> str:
+        """Where it is from."""
 
 
 @dataclass(frozen=True)
-class Motion:
+class Sines(Motion):
     """Of period [s]; sines of joint and harmonic: sizes, phases (n, harmonics) about middle (n,).
 
     limited_by: the joint whose effort limit asks for the period; none if empty.
     """
 
+    seed: int
     period: float
     middle: np.ndarray
     sizes: np.ndarray
     phases: np.ndarray
-    limited_by: str
+    limited_by: str = ""
+
+    def __str__(self) -> str:
+        why = f", as slow as the effort limit of {self.limited_by} asks" if self.limited_by else ""
+        return f"sums of sines of seed {self.seed}, period {self.period:.3g} s{why}"
+
+    def instants(self, count: int, before_end: float = 0.0) -> np.ndarray:
+        """Over a period, which has no end."""
+        return self.period * np.arange(count) / count
 
     def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Coordinates, rates and accelerations at times [s], each (times, n)."""
+        """By the sines and their derivatives."""
         rates = 2 * np.pi * np.arange(1, HARMONICS + 1) / self.period
         angles = rates * time[:, None, None] + self.phases
         sines, cosines = self.sizes * np.sin(angles), self.sizes * np.cos(angles)
@@ -41,7 +74,41 @@ class Motion:
         )
 
 
-def excitation(model: RobotModel, seed: int) -> Motion:
+@dataclass(frozen=True)
+class Given(Motion):
+    """A motion from a file, as a spline (n,) of fifth degree over times [s] from first to last."""
+
+    where: str
+    spline: BSpline
+    first: float
+    last: float
+
+    def __str__(self) -> str:
+        return f"{self.where}, {self.last - self.first:.3g} s"
+
+    def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """By the spline and its derivatives."""
+        found = [self.spline(time), self.spline(time, 1), self.spline(time, 2)]
+        return found[0], found[1], found[2]
+
+    def instants(self, count: int, before_end: float = 0.0) -> np.ndarray:
+        """From its beginning to its end."""
+        return np.linspace(self.first, self.last - before_end, count)
+
+
+def given(record: Record) -> Given:
+    """A record's angles without their noise. Raises InputError if it is too short."""
+    if record.time[-1] - record.time[0] < LEAST_S:
+        allowed = (
+            f"lasts {record.time[-1] - record.time[0]:.3g} s; must last {LEAST_S:g} s at least"
+        )
+        raise InputError(record.where, "", None, allowed)
+    places = knots(record.time, chosen_spacing(record))
+    spline = make_lsq_spline(record.time, record.angles, places, DEGREE)
+    return Given(record.where, spline, float(record.time[0]), float(record.time[-1]))
+
+
+def excitation(model: RobotModel, seed: int) -> Sines:
     """Within limits of position, rate and effort; model: whose torques those are."""
     robot = model.robot
     rng = np.random.default_rng(seed)
@@ -50,14 +117,15 @@ def excitation(model: RobotModel, seed: int) -> Motion:
     fastest = np.array([each.velocity if np.isfinite(each.velocity) else RATE for each in limits])
     shape = (len(ranges), HARMONICS)
     sizes = rng.uniform(0.3, 1, shape) / np.arange(1, HARMONICS + 1)
-    drawn = Motion(PERIOD, np.zeros(len(ranges)), sizes, rng.uniform(0, 2 * np.pi, shape), "")
+    phases = rng.uniform(0, 2 * np.pi, shape)
+    drawn = Sines(seed, PERIOD, np.zeros(len(ranges)), sizes, phases)
     time = PERIOD * np.arange(GRID) / GRID
     q, v, _ = drawn.at(time)
     lowest, highest = q.min(axis=0), q.max(axis=0)
     swept = SWEPT * (ranges[:, 1] - ranges[:, 0]) / (highest - lowest)
     factor = np.minimum(swept, fastest / np.abs(v).max(axis=0))
     middle = ranges.mean(axis=1) - factor * (lowest + highest) / 2
-    chosen = Motion(PERIOD, middle, sizes * factor[:, None], drawn.phases, "")
+    chosen = Sines(seed, PERIOD, middle, sizes * factor[:, None], phases)
     slower, limited_by = _slower(model, chosen.at(time))
     return replace(chosen, period=PERIOD * slower, limited_by=limited_by)
 
@@ -84,11 +152,24 @@ def _slower(
     return longest, limited_by
 
 
-def too_heavy(model: RobotModel, motion: Motion) -> list[str]:
-    """Joints that cannot hold their weight along the motion within their effort limit."""
-    time = motion.period * np.arange(GRID) / GRID
-    most = np.abs(model.gravity(motion.at(time)[0])).max(axis=0)
-    joints = [model.robot.joints[number] for number in model.robot.coordinates]
-    return [
-        joint.name for joint, load in zip(joints, most, strict=True) if load >= joint.limits.effort
-    ]
+def beyond_limits(
+    robot: Robot, state: tuple[np.ndarray, np.ndarray, np.ndarray], torques: np.ndarray
+) -> list[str]:
+    """A line for every limit of the URDF that a motion, or what it needs, exceeds."""
+    found = []
+    q, v, _ = state
+    for column, number in enumerate(robot.coordinates):
+        joint = robot.joints[number]
+        lower, upper = (
+            q[:, column].min() < joint.limits.lower,
+            q[:, column].max() > joint.limits.upper,
+        )
+        for name, most, limit in (
+            ("velocity", np.abs(v[:, column]).max(), joint.limits.velocity),
+            ("effort", np.abs(torques[:, column]).max(), joint.limits.effort),
+        ):
+            if most > LEEWAY * limit:
+                found.append(f"{joint.name}: {name} of {most:.4g} is beyond its limit, {limit:g}")
+        if lower or upper:
+            found.append(f"{joint.name}: leaves its range")
+    return found

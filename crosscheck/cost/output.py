@@ -84,8 +84,7 @@ def lines(found: Cost) -> Iterator[str]:
     yield from first_lines(found)
     yield ""
     yield motion_line(found)
-    for name in found.overloaded:
-        yield f"{name} cannot hold its weight within its effort limit along this motion"
+    yield from found.beyond
     for each in found.by_joint if found.robot.rotors else ():
         unit = _unit(found, each.joint)
         yield (
@@ -114,12 +113,7 @@ def _rotor_words(rotor: Ratio) -> str:
 
 def motion_line(found: Cost) -> str:
     """How the robot is moved."""
-    slowed = found.motion.limited_by
-    why = f", as slow as the effort limit of {slowed} asks" if slowed else ""
-    return (
-        f"motion: sums of sines of seed {found.seed}, period {found.motion.period:.3g} s{why};"
-        f" end effector: {found.robot.tip}"
-    )
+    return f"motion: {found.motion}; end effector: {found.robot.tip}"
 
 
 def direct_joints(found: Cost) -> Iterator[str]:
@@ -169,9 +163,8 @@ def cost_json(found: Cost) -> str:
         "states": found.extent.states,
         "seed": found.seed,
         "motion": {
-            "period_s": found.motion.period,
-            "slowed_by_effort_of": found.motion.limited_by,
-            "overloaded": list(found.overloaded),
+            "from": str(found.motion),
+            "beyond_limits": list(found.beyond),
             "instants": found.extent.instants,
         },
         "tip": found.robot.tip,

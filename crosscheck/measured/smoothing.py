@@ -79,12 +79,12 @@ def chosen_spacing(record: Record) -> int:
 def _left(record: Record, part: slice, spacing: int) -> np.ndarray:
     """Variance (joints,) [rad^2] of the angles about their splines."""
     time, angles = record.time[part], record.angles[part]
-    knots = _knots(time, spacing)
-    apart = angles - make_lsq_spline(time, angles, knots, DEGREE)(time)
-    return (apart**2).sum(axis=0) / (len(time) - (knots.size - DEGREE - 1))
+    places = knots(time, spacing)
+    apart = angles - make_lsq_spline(time, angles, places, DEGREE)(time)
+    return (apart**2).sum(axis=0) / (len(time) - (places.size - DEGREE - 1))
 
 
-def _knots(time: np.ndarray, spacing: int) -> np.ndarray:
+def knots(time: np.ndarray, spacing: int) -> np.ndarray:
     """Every so many samples, so that each interval has as many; the ends DEGREE times more."""
     count = max(round((time.size - 1) / spacing), 1)
     places = np.linspace(0, time.size - 1, count + 1)
@@ -94,8 +94,8 @@ def _knots(time: np.ndarray, spacing: int) -> np.ndarray:
 
 def _block(record: Record, torques: np.ndarray, part: slice, spacing: int) -> Block:
     time, angles, given = record.time[part], record.angles[part], torques[part]
-    knots = _knots(time, spacing)
-    bases = _basis(time, knots, 0), _basis(time, knots, 1), _basis(time, knots, 2)
+    places = knots(time, spacing)
+    bases = _basis(time, places, 0), _basis(time, places, 1), _basis(time, places, 2)
     gram = (bases[0].T @ bases[0]).toarray()
     factored, free = cho_factor(gram), time.size - len(gram)
     noise = []

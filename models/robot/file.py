@@ -14,6 +14,7 @@ from crosscheck.models.arm.quantities import (
     Data,
     GearInertia,
     Name,
+    Printable,
     SchemaVersion,
     Title,
     Within,
@@ -28,6 +29,7 @@ from crosscheck.models.robot.urdf import Urdf, read_urdf
 
 Ratio = Annotated[float, Within(-1e6, 1e6)]
 Component = Annotated[float, Within(-1e3, 1e3)]
+UrdfPath = Annotated[str, Printable(400)]
 Vector = Annotated[tuple[Component, Component, Component], Field(strict=False)]
 
 
@@ -67,7 +69,7 @@ class RobotFile(Data):
     """What pages and messages call the robot."""
     title: Title = ""
     """One line about it."""
-    urdf: Name
+    urdf: UrdfPath
     """The URDF, from this file's folder."""
     gravity_m_per_s2: Annotated[
         tuple[Acceleration, Acceleration, Acceleration], Field(strict=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,13 +13,15 @@ from crosscheck import kinds
 from crosscheck.cost import agreement
 from crosscheck.cost.agreement import model_of
 from crosscheck.cost.cost import NEGLIGIBLE, QUICK, Cost, cost_of
-from crosscheck.cost.motion import excitation
+from crosscheck.cost.motion import excitation, given
 from crosscheck.cost.output import cost_json, cost_page, first_lines
 from crosscheck.kinds import is_of
+from crosscheck.measured.record import read_record
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
 from tests.robots.chains import Solid, geared, joint, link, random_chain, robot, urdf
 from tests.tool.conftest import Command, crosscheck
+from tests.tool.test_bad_input import assert_one_line
 
 __all__ = ["crosscheck"]  # a fixture
 FEW = replace(QUICK, states=3, instants=200, steps=60)
@@ -104,7 +107,7 @@ def test_the_motion_stays_within_every_limit():
         exact = model_of("analytic", own, "coupled")
         for seed in range(3):
             motion = excitation(exact, seed)
-            state = motion.at(np.linspace(0, motion.period, 777))
+            state = motion.at(motion.instants(777))
             torques = np.abs(exact.inverse_dynamics(*state)).max(axis=0)
             for number, column in enumerate(own.coordinates):
                 limits = own.joints[column].limits
@@ -126,7 +129,44 @@ def test_rates_and_accelerations_are_those_of_the_motion():
 def test_a_joint_too_weak_for_its_weight_is_named():
     text = load_robot("six-joint").urdf.replace('effort="150"', 'effort="5"')
     found = cost(robot(text))
-    assert "shoulder" in found.overloaded
+    assert any(line.startswith("shoulder: effort of") for line in found.beyond)
+    assert not any(line.startswith("wrist_roll") for line in found.beyond)
+
+
+def written(folder: Path, time: np.ndarray, angles: np.ndarray) -> Path:
+    """A CSV file of a motion."""
+    names = ["t_s", *(f"theta_{number + 1}_rad" for number in range(angles.shape[1]))]
+    table = np.column_stack([time, angles])
+    np.savetxt(folder / "motion.csv", table, "%.17g", ",", header=",".join(names), comments="")
+    return folder / "motion.csv"
+
+
+def test_a_motion_given_in_a_file_is_followed(tmp_path, planar):
+    own, time = parallel(), np.linspace(1.0, 4.0, 1501)
+    record = read_record(written(tmp_path, time, planar.motion.at(time)[0]), 2)
+    found = cost_of(own, 0, FEW, lambda *doing: None, given(record))
+    assert (found.time[0], found.time[-1]) == (1.0, 4.0)
+    first, second = planar.motion.at(found.time)[2].T
+    missing = SPIN * np.stack([first + RATIO * second, RATIO * first], axis=1)
+    assert found.errors["armature"] == pytest.approx(-missing, abs=1e-6 * np.abs(missing).max())
+    assert found.tips[2].distances.max() < 1e-6
+
+
+def test_a_given_motion_beyond_the_limits_is_told(crosscheck: Command, tmp_path):
+    time = np.linspace(0, 2, 400)
+    angles = np.stack([3 * np.sin(3 * time), 0.3 + 0 * time, 0 * time], axis=1)
+    answer = crosscheck("cost", "sliding", "--quick", "--motion", written(tmp_path, time, angles))
+    assert answer.code == 0
+    assert "swivel: velocity of 9 is beyond its limit, 2" in answer.out
+    assert "swivel: leaves its range" in answer.out
+    assert "slide: leaves" not in answer.out
+
+
+def test_a_given_motion_that_is_too_short_is_refused(crosscheck: Command, tmp_path):
+    file = written(tmp_path, np.linspace(0, 0.5, 400), np.zeros((400, 3)))
+    assert_one_line(crosscheck("cost", "sliding", "--motion", file), "motion.csv", "1.1 s at least")
+    few = written(tmp_path, np.linspace(0, 2, 400), np.zeros((400, 2)))
+    assert_one_line(crosscheck("cost", "sliding", "--motion", few), "motion.csv", "theta_3")
 
 
 @pytest.mark.parametrize("seed", [2, 3, 8])
