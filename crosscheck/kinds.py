@@ -68,13 +68,18 @@ COST = Kind(
     (b'\n "engines_agree": ', b'\n "negligible_share": '),
 )
 COST_PAGE = Kind("a page of shortcuts' cost", b"<!doctype html>", (b"<title>Cost of shortcuts: ",))
+EXPLAINED = Kind(
+    "an explanation of a robot's equations",
+    b'{\n "schema_version": ',
+    (b'\n "explanations": [', b'\n "equations": '),
+)
 PICTURE = Kind("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))
 
 
 KINDS = (
     *(AGREEMENT, TRIAL, RECORD, ERRATA, CLAIMS, JUNIT, PAGE, TRIAL_PAGE, PAPER_PAGE, SHEET),
     *(VIEW, TRAJECTORY, C_FILE, FMU_FILE, PICTURE, MEASURED, MEASURED_PAGE),
-    *(COST, COST_PAGE),
+    *(COST, COST_PAGE, EXPLAINED),
 )
 
 

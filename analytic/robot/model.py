@@ -52,12 +52,10 @@ class AnalyticRobot(RobotModel):
             else:
                 self._share[number, free.index(joint.mimic.joint)] = joint.mimic.multiplier
                 self._offset[number] = joint.mimic.offset
-        # Of inertia = root root', so that M is a sum of squares.
-        self._roots = [np.linalg.cholesky(body.inertia) for body in robot.bodies]
         self._axes = [_crossing(joint.axis) for joint in robot.joints]
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """M (states, n, n), a sum of squares of rates."""
+        """M (states, n, n), of rates and momenta."""
         return self._mass(self._poses(q))
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -94,22 +92,25 @@ class AnalyticRobot(RobotModel):
         return found
 
     def _mass(self, poses: list[Pose]) -> np.ndarray:
-        rows = []
-        for body, root, pose in zip(self.robot.bodies, self._roots, poses, strict=True):
+        rates, momenta = [], []  # of each body, per rate of each coordinate
+        for body, pose in zip(self.robot.bodies, poses, strict=True):
             arm = pose.rotation @ body.com
-            rows.append(np.sqrt(body.mass) * (pose.moving + _cross(pose.turning, arm)))
-            rows.append((pose.rotation @ root).transpose(0, 2, 1) @ pose.turning)
+            inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
+            moving = pose.moving + _cross(pose.turning, arm)
+            rates += [moving, pose.turning]
+            momenta += [body.mass * moving, inertia @ pose.turning]
         for rotor in self.robot.rotors:
             if self.level == "armature":
                 row = rotor.ratio * self._share[rotor.joint]
-                spin = np.broadcast_to(row, (len(rows[0]), row.size))
+                spin = np.broadcast_to(row, (len(rates[0]), row.size))
             elif self.level == "coupled":
                 _, spin = self._spin(rotor, poses)
             else:
                 continue
-            rows.append(np.sqrt(rotor.inertia) * spin[:, None])
-        stacked = np.concatenate(rows, axis=1)
-        found: np.ndarray = stacked.transpose(0, 2, 1) @ stacked
+            rates.append(spin[:, None])
+            momenta.append(rotor.inertia * spin[:, None])
+        left, right = np.concatenate(rates, axis=1), np.concatenate(momenta, axis=1)
+        found: np.ndarray = left.transpose(0, 2, 1) @ right
         return found
 
     def _held(self, poses: list[Pose], v: np.ndarray, gravity: np.ndarray) -> np.ndarray:

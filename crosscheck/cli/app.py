@@ -335,6 +335,23 @@ def cost(
 
 
 @app.command()
+def explain(
+    model: Annotated[
+        str,
+        typer.Argument(metavar="MODEL", help="file.py:name or package.module:name; code is run."),
+    ],
+    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Built-in name or TOML file.")],
+    seed: Seed = 0,
+    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
+) -> None:
+    """Check your own equations of a robot: which of its numbers explains a difference."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from crosscheck.cli.explain import explain_command
+
+    raise typer.Exit(explain_command(model, robot, seed, json_file))
+
+
+@app.command()
 def export(
     arm: ArmName,
     model: Annotated[str, typer.Option(help="An analytic one, see `crosscheck list`.")],

@@ -60,6 +60,22 @@ def handed_over(text: str, arm: Arm, scenario: Scenario | None) -> Equations:
         return made(found, arm, scenario, source.text, source.folder)
 
 
+def object_named(text: str) -> Any:
+    """What ``file.py:name`` or ``package.module:name`` is; the code runs in ``user_code``.
+
+    Raises InputError.
+    """
+    source = _source(text)
+    return _named(_module(source), source)
+
+
+@contextmanager
+def user_code(text: str) -> Iterator[None]:
+    """A user's code runs inside; whatever it raises is an InputError that names it by its text."""
+    with overseen(text), _told(text, _source(text).folder):
+        yield
+
+
 def made(
     found: Any, arm: Arm, scenario: Scenario | None, where: str, folder: Path | None = None
 ) -> Equations:

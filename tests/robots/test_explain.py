@@ -1,0 +1,226 @@
+"""Own equations of a robot: the wrong number is named, and right equations are never blamed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from crosscheck import kinds
+from crosscheck.cost.agreement import model_of
+from crosscheck.explain.candidates import confusions, numbers, with_body, with_rotor
+from crosscheck.explain.explain import OwnEquations, explained
+from crosscheck.models.errors import InputError
+from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import LEVELS, Level, Robot
+from tests.draws import DRAWS, SAMPLE, fresh_seed
+from tests.robots.chains import ENGINES, random_chain
+from tests.tool.conftest import Command, crosscheck
+from tests.tool.test_bad_input import assert_one_line
+
+__all__ = ["crosscheck"]  # a fixture
+PLANTED = 8 if DRAWS == SAMPLE else DRAWS
+PRODUCT = np.array([[0, 0, 1], [0, 0, 0], [1, 0, 0]])
+Change = Callable[[Robot], Robot]
+
+
+def equations(own: Robot, level: Level = "coupled", engine: str = "analytic") -> OwnEquations:
+    """A robot's, by any engine, one state at a time."""
+    model = model_of(engine, own, level)
+    return OwnEquations(
+        mass_matrix=lambda q: model.mass_matrix(q[None])[0],
+        bias=lambda q, v: model.bias(q[None], v[None])[0],
+        gravity=lambda q: model.gravity(q[None])[0],
+    )
+
+
+@pytest.fixture(scope="module")
+def sliding() -> Robot:
+    return load_robot("sliding")
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_right_equations_are_never_blamed(engine, level):
+    for own in (load_robot("six-joint"), random_chain(3), random_chain(11)):
+        found = explained(equations(own, level, engine), own, 0)
+        assert found.agrees
+        assert (found.entries, found.explanations, found.links) == ((), (), ())
+
+
+def body(number: int, **changed: Callable[[np.ndarray], object]) -> Change:
+    def change(own: Robot) -> Robot:
+        was = own.bodies[number]
+        new = {name: function(getattr(was, name)) for name, function in changed.items()}
+        return with_body(own, number, replace(was, **new))
+
+    return change
+
+
+def rotor(number: int, **changed: object) -> Change:
+    return lambda own: with_rotor(own, number, replace(own.rotors[number], **changed))
+
+
+WRONG: dict[str, tuple[Change, str]] = {
+    "sign of a centre of mass": (
+        body(2, com=lambda c: c * [1, -1, 1]),
+        "hand: centre of mass, y = -0.02 m (file: 0.02 m)",
+    ),
+    "a mass": (body(1, mass=lambda m: m + 0.3), "boom: mass = 7.5 kg (file: 7.2 kg)"),
+    "a product of inertia": (
+        body(2, inertia=lambda i: i + 0.001 * PRODUCT),
+        "hand: Ixz = 0.0013 kg m^2 (file: 0.0003 kg m^2)",
+    ),
+    "two products exchanged": (
+        body(
+            2,
+            inertia=lambda i: (
+                i[np.ix_([0, 2, 1], [0, 2, 1])] - np.diag([0, 1, -1]) * (i[2, 2] - i[1, 1])
+            ),
+        ),
+        "hand: Ixy and Ixz exchanged",
+    ),
+    "a ratio": (rotor(2, ratio=-6.0), "rotor of tilt: ratio = -6 (file: 6)"),
+    "no rotor": (
+        lambda own: replace(own, rotors=own.rotors[:2]),
+        "rotor of tilt: inertia = 0 kg m^2 (file: 9e-05 kg m^2)",
+    ),
+    "a stator": (rotor(2, stator="column"), "rotor of tilt: its stator on column"),
+    "gravity": (
+        lambda own: replace(own, gravity=np.array([0, 0, -9.80665])),
+        "gravity: z = -9.80665 m/s^2 (file: -9.81 m/s^2)",
+    ),
+    "inertia about the joint": (
+        lambda own: body(2, inertia=lambda i: i + steiner(own, 2))(own),
+        "hand: its inertia about the joint, taken for that about the centre of mass",
+    ),
+    "an axis": (
+        lambda own: replace(
+            own, joints=(*own.joints[:2], replace(own.joints[2], axis=-own.joints[2].axis))
+        ),
+        "joint tilt: its axis the other way",
+    ),
+}
+
+
+def steiner(own: Robot, number: int) -> np.ndarray:
+    mass, com = own.bodies[number].mass, own.bodies[number].com
+    return mass * (com @ com * np.eye(3) - np.outer(com, com))
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_is_wrong_is_named(sliding, case):
+    change, words = WRONG[case]
+    found = explained(equations(change(sliding)), sliding, 0)
+    assert not found.agrees
+    assert words in found.explanations
+    assert found.level == "coupled"
+
+
+@pytest.mark.campaign
+def test_planted_errors_are_named_up_to_what_makes_the_same_equations():
+    """Of numbers and confusions of any chain that change anything: 95 in a hundred at least."""
+    first, named, asked = fresh_seed(), 0, 0
+    for seed in range(first, first + PLANTED):
+        rng, own = np.random.default_rng(seed), random_chain(seed)
+        among = [*numbers(own), *confusions(own)]
+        chosen = among[rng.integers(len(among))]
+        if hasattr(chosen, "put"):
+            by = chosen.step * rng.choice([-1, 1]) * 10 ** rng.uniform(-3, 0)
+            wrong, words = chosen.put(chosen.value + by), chosen.name
+        else:
+            wrong, words = chosen.robot, chosen.words
+        found = explained(equations(wrong), own, seed)
+        if not found.agrees:
+            asked += 1
+            named += any(words in each for each in found.explanations)
+    assert asked > PLANTED / 3
+    assert named >= 0.95 * asked
+
+
+def test_a_coupling_left_out_of_the_mass_matrix_is_named(sliding):
+    exact, plain = (model_of("analytic", sliding, level) for level in ("coupled", "links"))
+
+    def mass(q: np.ndarray) -> np.ndarray:
+        found = exact.mass_matrix(q[None])[0]
+        found[0, 1] = found[1, 0] = plain.mass_matrix(q[None])[0, 0, 1]
+        return found
+
+    found = explained(OwnEquations(mass_matrix=mass), sliding, 0)
+    assert found.explanations == ("no coupling of swivel and slide in M by the rotor of slide",)
+    assert [entry.name for entry in found.entries] == ["M[swivel, slide]"]
+
+
+def test_two_wrong_numbers_of_a_link_name_the_link(sliding):
+    change = body(2, mass=lambda m: 1.3 * m, com=lambda c: 1.5 * c)
+    found = explained(equations(change(sliding)), sliding, 0)
+    assert found.explanations == ()
+    assert found.links == ("hand",)
+
+
+def test_nothing_is_guessed_where_nothing_fits(sliding):
+    right = equations(sliding)
+    noisy = replace(right, gravity=lambda q: right.gravity(q) + 0.1 * np.sin(7 * q))
+    found = explained(noisy, sliding, 0)
+    assert not found.agrees
+    assert (found.explanations, found.links) == ((), ())
+
+
+@pytest.mark.parametrize(
+    ("answer", "part"),
+    [(lambda q: np.eye(2), "mass_matrix"), (lambda q: None, "gravity"), (lambda q: "a", "gravity")],
+)
+def test_answers_of_another_shape_are_refused(sliding, answer, part):
+    with pytest.raises(InputError, match="finite numbers of shape"):
+        explained(OwnEquations(**{part: answer}), sliding, 0)
+
+
+CODE = """\
+from types import SimpleNamespace
+from dataclasses import replace
+from crosscheck.analytic.robot.model import AnalyticRobot
+
+def made(robot):
+    heavier = replace(robot.bodies[1], mass=7.5)
+    robot = replace(robot, bodies=(robot.bodies[0], heavier, robot.bodies[2]))
+    model = AnalyticRobot(robot, "coupled")
+    return SimpleNamespace(
+        mass_matrix=lambda q: model.mass_matrix(q[None])[0],
+        gravity=lambda q: model.gravity(q[None])[0],
+    )
+
+def raising(robot):
+    return SimpleNamespace(gravity=lambda q: 1 / 0)
+
+empty, numbers = SimpleNamespace(), SimpleNamespace(bias=3.0)
+"""
+
+
+def test_the_command_names_it_and_writes_json(crosscheck: Command, tmp_path: Path):
+    (tmp_path / "mine.py").write_text(CODE)
+    file = tmp_path / "mine.json"
+    answer = crosscheck("explain", f"{tmp_path / 'mine.py'}:made", "sliding", "--json", file)
+    assert (answer.code, answer.err) == (1, "")
+    named = "boom: mass = 7.5 kg (file: 7.2 kg)"
+    assert f"yours are the equations of coupled with {named}\n" in answer.out
+    assert kinds.is_of(file, kinds.EXPLAINED)
+    assert {"with": named} in json.loads(file.read_text())["explanations"]
+
+
+@pytest.mark.parametrize(
+    ("name", "fragment"),
+    [
+        ("raising", "raises ZeroDivisionError: division by zero (mine.py, line 15)"),
+        ("empty", "has none of mass_matrix, bias, gravity"),
+        ("numbers", "bias: is a float; must be a function"),
+        ("nobody", "no nobody in"),
+    ],
+)
+def test_code_that_cannot_be_used_is_one_line(crosscheck: Command, tmp_path, name, fragment):
+    (tmp_path / "mine.py").write_text(CODE)
+    answer = crosscheck("explain", f"{tmp_path / 'mine.py'}:{name}", "sliding")
+    assert_one_line(answer, "mine.py", fragment)
