@@ -108,7 +108,7 @@ BODIES = [
     ),
     Fault(
         "Coriolis force of other rates",
-        edit(ENGINE + "Engine.place", "SetODE2Coordinates_t(v", "SetODE2Coordinates_t(v / 2"),
+        edit(ENGINE + "System.put", "SetODE2Coordinates_t(v", "SetODE2Coordinates_t(v / 2"),
         BIAS,
     ),
     Fault("gravity left on", edit(ENGINE + "_tree", "[*gravity, 0.0]", "[0.0, -9.81, 0.0]"), BIAS),
