@@ -19,14 +19,17 @@ from crosscheck.models.robot.robot import BASE, Level, Robot, Rotor
 class Pose(NamedTuple):
     """Of a frame in every state.
 
-    rotation (states, 3, 3); position (states, 3); turning and moving (states, 3, n): angular
-    velocity and that of the origin, per rate of each coordinate.
+    rotation (states, 3, 3); position (states, 3); turning, moving and carrying (states, 3, n):
+    angular velocity, that of the origin and that of the centre of mass, which is at arm (states, 3)
+    from it, per rate of each coordinate.
     """
 
     rotation: np.ndarray
     position: np.ndarray
     turning: np.ndarray
     moving: np.ndarray
+    arm: np.ndarray
+    carrying: np.ndarray
 
 
 class Rates(NamedTuple):
@@ -64,11 +67,12 @@ class AnalyticRobot(RobotModel):
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
         """Of the bodies' weights (states, n)."""
-        total = np.zeros_like(q)
-        for body, pose in zip(self.robot.bodies, self._poses(q), strict=True):
-            moving = pose.moving + _cross(pose.turning, pose.rotation @ body.com)
-            total -= body.mass * (self.robot.gravity @ moving)
-        return total
+        return self._weight(self._poses(q))
+
+    def terms(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """M, bias and gravity of the same states."""
+        poses = self._poses(q)
+        return self._mass(poses), self._held(poses, v, np.zeros(3)), self._weight(poses)
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """M a + bias + gravity (states, n)."""
@@ -94,11 +98,9 @@ class AnalyticRobot(RobotModel):
     def _mass(self, poses: list[Pose]) -> np.ndarray:
         rates, momenta = [], []  # of each body, per rate of each coordinate
         for body, pose in zip(self.robot.bodies, poses, strict=True):
-            arm = pose.rotation @ body.com
             inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
-            moving = pose.moving + _cross(pose.turning, arm)
-            rates += [moving, pose.turning]
-            momenta += [body.mass * moving, inertia @ pose.turning]
+            rates += [pose.carrying, pose.turning]
+            momenta += [body.mass * pose.carrying, inertia @ pose.turning]
         for rotor in self.robot.rotors:
             if self.level == "armature":
                 row = rotor.ratio * self._share[rotor.joint]
@@ -113,17 +115,23 @@ class AnalyticRobot(RobotModel):
         found: np.ndarray = left.transpose(0, 2, 1) @ right
         return found
 
+    def _weight(self, poses: list[Pose]) -> np.ndarray:
+        weights = [
+            body.mass * (self.robot.gravity @ pose.carrying)
+            for body, pose in zip(self.robot.bodies, poses, strict=True)
+        ]
+        return -np.sum(weights, axis=0)
+
     def _held(self, poses: list[Pose], v: np.ndarray, gravity: np.ndarray) -> np.ndarray:
         """Torques under which nothing accelerates (states, n): weights are a base that rises."""
         rates = self._rates(poses, v, -gravity)
         total = np.zeros_like(v)
         for body, pose, rate in zip(self.robot.bodies, poses, rates, strict=True):
-            arm = pose.rotation @ body.com
             inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
-            force = body.mass * _carried(rate, arm)
+            force = body.mass * _carried(rate, pose.arm)
             moment = _times(inertia, rate.angular_rate)
             moment += _cross(rate.angular, _times(inertia, rate.angular))
-            total += _power(pose.moving + _cross(pose.turning, arm), force)
+            total += _power(pose.carrying, force)
             total += _power(pose.turning, moment)
         for rotor in self.robot.rotors if self.level == "coupled" else ():
             stator = self.robot.frames[rotor.stator].body
@@ -140,31 +148,34 @@ class AnalyticRobot(RobotModel):
     def _poses(self, q: np.ndarray) -> list[Pose]:
         """Of every body."""
         states, size = q.shape
-        nothing = np.zeros((states, 3, size))
-        base = Pose(np.tile(np.eye(3), (states, 1, 1)), np.zeros((states, 3)), nothing, nothing)
+        still, nothing = np.zeros((states, 3)), np.zeros((states, 3, size))
+        base = Pose(np.tile(np.eye(3), (states, 1, 1)), still, nothing, nothing, still, nothing)
         values = q @ self._share.T + self._offset
         poses: list[Pose] = []
-        for joint, crossing, share, value in zip(
-            self.robot.joints, self._axes, self._share, values.T, strict=True
+        for joint, body, crossing, share, value in zip(
+            self.robot.joints, self.robot.bodies, self._axes, self._share, values.T, strict=True
         ):
             under = base if joint.parent == BASE else poses[joint.parent]
             at = under.rotation @ joint.placement.position
             own = under.rotation @ joint.placement.rotation
             axis = own @ joint.axis
             along = axis[:, :, None] * share
+            turning = under.turning
             if joint.kind == "revolute":
                 turn = (  # Rodrigues' formula
                     np.eye(3)
                     + np.sin(value)[:, None, None] * crossing
                     + (1 - np.cos(value))[:, None, None] * (crossing @ crossing)
                 )
-                moving = under.moving + _cross(under.turning, at)
-                pose = Pose(own @ turn, under.position + at, under.turning + along, moving)
+                own = own @ turn
+                moving = under.moving + _cross(turning, at)
+                turning = turning + along
             else:
                 at = at + value[:, None] * axis
-                moving = under.moving + _cross(under.turning, at) + along
-                pose = Pose(own, under.position + at, under.turning, moving)
-            poses.append(pose)
+                moving = under.moving + _cross(turning, at) + along
+            arm = own @ body.com
+            carrying = moving + _cross(turning, arm)
+            poses.append(Pose(own, under.position + at, turning, moving, arm, carrying))
         return poses
 
     def _rates(self, poses: list[Pose], v: np.ndarray, rising: np.ndarray) -> list[Rates]:
@@ -219,7 +230,9 @@ def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """one x other (states, 3); of one (states, 3, n), for each of its columns."""
     a, b, c = (one[:, axis] for axis in range(3))
     x, y, z = (other[:, axis].reshape(-1, *[1] * (one.ndim - 2)) for axis in range(3))
-    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)
+    found = np.empty_like(one)
+    found[:, 0], found[:, 1], found[:, 2] = b * z - c * y, c * x - a * z, a * y - b * x
+    return found
 
 
 def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:

@@ -33,7 +33,7 @@ QUANTITIES = {
     "run": "coordinate after free motion of 0.1 s in equal steps, of how far any has moved",
 }
 SOLVED = ("forward dynamics", "run")  # which M's condition number may harm
-RUNS, RUN_S, STEPS = 5, 0.1, 10  # of the states the first, and a run's time and steps
+RUNS, RUN_S, STEPS = 3, 0.1, 5  # of the states the first, and a run's time and steps
 
 
 class States(NamedTuple):

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from crosscheck.cost.agreement import TOLERANCE, States, drawn, model_of
+from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.cost.agreement import TOLERANCE, States, drawn
 from crosscheck.explain.candidates import confusions, link_of, numbers, with_body
 from crosscheck.models.errors import InputError
-from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import LEVELS, Body, Level, Robot
 
 STATES = 12
@@ -64,7 +64,7 @@ class _Question:
 
     def __init__(self, robot: Robot, parts: tuple[str, ...], states: States) -> None:
         self.robot, self.parts, self.states = robot, parts, states
-        mass = model_of("analytic", robot, "coupled").mass_matrix(states.q)
+        mass = AnalyticRobot(robot, "coupled").mass_matrix(states.q)
         root = np.sqrt(np.diagonal(mass, axis1=1, axis2=2))
         motion = np.sqrt(np.einsum("si,sij,sj->s", states.v, mass, states.v))
         weight = np.sqrt(sum(body.mass for body in robot.bodies)) * 10.0
@@ -74,16 +74,10 @@ class _Question:
             "gravity": root * weight,
         }
 
-    def of_model(self, model: RobotModel) -> np.ndarray:
-        """Of a model, in one row."""
-        arguments = {"bias": (self.states.q, self.states.v)}
-        return self._row(
-            [getattr(model, part)(*arguments.get(part, (self.states.q,))) for part in self.parts]
-        )
-
     def of_robot(self, robot: Robot, level: Level) -> np.ndarray:
         """Of the project's own derivation, in one row."""
-        return self.of_model(model_of("analytic", robot, level))
+        terms = AnalyticRobot(robot, level).terms(self.states.q, self.states.v)
+        return self._row([terms[PARTS.index(part)] for part in self.parts])
 
     def of_user(self, own: OwnEquations, where: str) -> np.ndarray:
         """Raises InputError for what is not finite or of another shape."""
@@ -230,10 +224,8 @@ def _missing_pairs(question: _Question, difference: np.ndarray) -> Iterator[str]
     names = [robot.joints[number].name for number in robot.coordinates]
     for rotor in robot.rotors:
         alone = replace(robot, rotors=(rotor,))
-        pair = model_of("analytic", alone, "coupled").mass_matrix(q)
-        pair = (pair - model_of("analytic", alone, "links").mass_matrix(q)) / question.sizes[
-            "mass_matrix"
-        ]
+        pair = AnalyticRobot(alone, "coupled").mass_matrix(q)
+        pair = (pair - AnalyticRobot(alone, "links").mass_matrix(q)) / question.sizes["mass_matrix"]
         for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
             wanted = np.zeros_like(missing)
             wanted[:, i, j] = wanted[:, j, i] = -pair[:, i, j]

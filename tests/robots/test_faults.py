@@ -201,10 +201,10 @@ ANALYTIC, PIN, EXUDYN = (
 )
 IN_CODE = [
     (ANALYTIC + "_held", "moment += _cross(rate.angular", "moment -= _cross(rate.angular"),
-    (ANALYTIC + "_held", "_carried(rate, arm)", "rate.acceleration"),
+    (ANALYTIC + "_held", "_carried(rate, pose.arm)", "rate.acceleration"),
     (ANALYTIC + "_held", "speed * turned", "0 * turned"),
     (ANALYTIC + "_held", "growth * spin", "0 * spin"),
-    (ANALYTIC + "_mass", "_cross(pose.turning, arm)", "0"),
+    (ANALYTIC + "_poses", "_cross(turning, arm)", "0"),
     (ANALYTIC + "_mass", "row = rotor.ratio *", "row = 1.01 * rotor.ratio *"),
     (ANALYTIC + "_spin", "by_gear + _power", "by_gear - _power"),
     (ANALYTIC + "_spin", "frame.placement.rotation @ rotor.axis", "rotor.axis"),
@@ -212,7 +212,7 @@ IN_CODE = [
     (ANALYTIC + "_rates", "under.angular_rate + turned", "under.angular_rate"),
     (ANALYTIC + "_poses", "+ value[:, None] * axis", ""),
     (ANALYTIC + "_poses", "np.sin(value)", "-np.sin(value)"),
-    (ANALYTIC + "gravity", "total -=", "total +="),
+    (ANALYTIC + "_weight", "-np.sum", "np.sum"),
     (ANALYTIC + "tip", "+ pose.rotation @ frame.placement.position", ""),
     ("crosscheck.analytic.robot.model:_carried", "+ _cross(rate.angular_rate, arm)", ""),
     (PIN + "_added", "rotor.inertia * np.outer(axis, axis)", "rotor.inertia * np.eye(3)"),
