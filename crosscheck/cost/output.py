@@ -271,7 +271,8 @@ def _drawing(found: Cost) -> str:
         without = torque + found.errors["links"][:, joint]
         left.plot(found.time, without, lw=0.8, ls="--", label="links")
         right.plot(found.time, found.errors["armature"][:, joint], "C1", lw=0.8)
-        left.set_ylabel(f"{found.names[joint]}\n[{found.units[joint]}]")
+        named = f"{found.names[joint]}\n[{found.units[joint]}]"
+        left.set_ylabel(named, parse_math=False)  # a name may hold a dollar
     axes[0][0].legend(loc="upper right", fontsize="small")
     axes[0][0].set_title("torque", fontsize="medium")
     axes[0][1].set_title("error of armature", fontsize="medium")

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from crosscheck.models.errors import InputError
 from crosscheck.models.robot.interface import RobotModel
 
 FASTEST = 1e4  # [rad/s] or [m/s]: beyond it a run has diverged
@@ -15,12 +16,19 @@ Torques = Callable[[float], np.ndarray]  # of the time since the start, (runs, n
 def run(
     model: RobotModel, q: np.ndarray, v: np.ndarray, torques: Torques, seconds: float, steps: int
 ) -> np.ndarray:
-    """Coordinates (runs, n) after so many seconds, infinite where a run diverged."""
+    """Coordinates (runs, n) after so many seconds, infinite where a run diverged.
+
+    Raises InputError for a robot whose mass matrix cannot be inverted.
+    """
     alive, step = np.ones(len(q), dtype=bool), seconds / steps
 
     def slope(at: np.ndarray, rate: np.ndarray, given: np.ndarray) -> np.ndarray:
         found = np.zeros_like(at)
-        found[alive] = model.forward_dynamics(at[alive], rate[alive], given[alive])
+        try:
+            found[alive] = model.forward_dynamics(at[alive], rate[alive], given[alive])
+        except np.linalg.LinAlgError:
+            allowed = "masses and inertias are too unlike for 16 digits: M cannot be inverted"
+            raise InputError(model.robot.name, "", None, allowed) from None
         return found
 
     first = torques(0.0)
@@ -38,4 +46,6 @@ def run(
         alive &= (np.abs(v) < FASTEST).all(axis=1)
         q, v = np.where(alive[:, None], q, 0.0), np.where(alive[:, None], v, 0.0)
         first = last
+        if not alive.any():
+            break
     return np.where(alive[:, None], q, np.inf)

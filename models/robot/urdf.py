@@ -17,7 +17,9 @@ from crosscheck.models.robot.robot import Body, Limits, Placement
 DEEPEST = 50  # elements in each other; those of a URDF are four deep
 KINDS = ("revolute", "continuous", "prismatic", "fixed")
 XACRO = "xacro is left in it; expand it first: xacro robot.urdf.xacro > robot.urdf"
-LARGEST = 1e18  # of a number; some files have it for a limit that there is not
+LARGEST = 1e18  # of a limit, which some files have where there is none
+LIGHTEST, HEAVIEST = 1e-12, 1e9  # of a mass [kg], as of an arm's
+LARGEST_INERTIA, FARTHEST = 1e15, 1e3  # [kg m^2], and of a component of a place, an angle, an axis
 
 
 @dataclass(frozen=True)
@@ -118,12 +120,16 @@ class _Reader:
         placement = self._placement(inertial)
         mass_at, inertia_at = inertial.find("mass"), inertial.find("inertia")
         mass = self._number(mass_at, "mass.value", required=True)
-        if mass < 0:
-            raise self._error("mass.value", mass, "must not be negative [kg]")
+        if mass and not LIGHTEST <= mass <= HEAVIEST:
+            allowed = f"must be 0, or {LIGHTEST:g} to {HEAVIEST:g} kg"
+            raise self._error("mass.value", mass, allowed)
         ixx, ixy, ixz, iyy, iyz, izz = (
             self._number(inertia_at, f"inertia.{key}", required=True)
             for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         )
+        if max(map(abs, (ixx, ixy, ixz, iyy, iyz, izz))) > LARGEST_INERTIA:
+            allowed = f"must be of at most {LARGEST_INERTIA:g} kg m^2"
+            raise self._error("inertia", None, allowed)
         own = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
         turned = placement.rotation @ own @ placement.rotation.T
         body = Body(mass, placement.position, turned)
@@ -202,9 +208,11 @@ class _Reader:
         self, element: Element | None, field: str, default: tuple[float, float, float]
     ) -> tuple[float, ...]:
         text = None if element is None else element.get(field.split(".")[1])
-        return default if text is None else self._parsed(text, field, 3)
+        return default if text is None else self._parsed(text, field, 3, FARTHEST)
 
-    def _parsed(self, text: str | None, field: str, count: int) -> tuple[float, ...]:
+    def _parsed(
+        self, text: str | None, field: str, count: int, most: float = LARGEST
+    ) -> tuple[float, ...]:
         wanted = "a number" if count == 1 else f"{count} numbers"
         if text is None:
             raise self._error(field, None, f"is missing; must be {wanted}")
@@ -213,8 +221,8 @@ class _Reader:
         except ValueError:
             allowed = XACRO if "${" in text else f"must be {wanted}"
             raise self._error(field, text, allowed) from None
-        if len(found) != count or not all(abs(each) <= LARGEST for each in found):
-            raise self._error(field, text, f"must be {wanted} of at most {LARGEST:g}")
+        if len(found) != count or not all(abs(each) <= most for each in found):
+            raise self._error(field, text, f"must be {wanted} of at most {most:g}")
         return found
 
     def _error(self, field: str, value: object, allowed: str) -> InputError:

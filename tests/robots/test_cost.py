@@ -186,6 +186,38 @@ def test_a_robot_of_any_kind_has_a_cost():
     assert "</html>" in cost_page(found)
 
 
+def test_names_of_any_characters_are_drawn_and_shown():
+    names = ["a$b_{x", "<script>", "\u00fcnder"]
+    text = urdf(
+        link("ground"),
+        *(link(f"link {number}", Solid()) for number in range(3)),
+        *(
+            joint(name.replace("<", "&lt;"), "ground" if n == 0 else f"link {n - 1}", f"link {n}")
+            for n, name in enumerate(names)
+        ),
+    )
+    found = cost(robot(text, {name: geared(9.0) for name in names}))
+    assert found.names == tuple(names)
+    assert "<script>" not in cost_page(found)
+
+
+def test_masses_too_unlike_for_the_digits_are_one_line(crosscheck: Command, tmp_path):
+    heavy = Solid(1e9, (0, 0, 0), (1e15, 0, 0, 1e15, 0, 1e15))
+    light = Solid(1e-12, (0, 0, 0), (1e-24, 0, 0, 1e-24, 0, 1e-24))
+    text = urdf(
+        link("ground"),
+        link("rock", heavy),
+        link("dust", light),
+        joint("turn", "ground", "rock"),
+        joint("spin", "rock", "dust", at=(999, 0, 0)),
+    )
+    (tmp_path / "r.urdf").write_text(text)
+    (tmp_path / "r.toml").write_text('schema_version = 1\nname = "r"\nurdf = "r.urdf"\n')
+    answer = crosscheck("cost", tmp_path / "r.toml", "--quick")
+    assert answer.code in (1, 2)
+    assert "Traceback" not in answer.err
+
+
 def test_a_robot_without_gears_loses_nothing():
     found = cost(robot(parallel().urdf))
     assert list(first_lines(found))[1:] == ["no joint is geared: there is no shortcut to take"]
