@@ -15,6 +15,8 @@ from crosscheck.models.loading import load_arm
 from crosscheck.registry import BUILT_IN, model_class
 from crosscheck.trial import trial
 
+gc.disable()  # until all is imported and collected: 5,000 tests take 7 s, not 10
+
 # A first call may compile, and a machine may be busy: no example fails by the clock.
 settings.register_profile("no-deadline", deadline=None)
 settings.load_profile("no-deadline")
@@ -71,3 +73,4 @@ def pytest_collection_finish() -> None:
     """Keep what was imported and collected out of garbage collections, and shared by forks."""
     gc.collect()
     gc.freeze()
+    gc.enable()

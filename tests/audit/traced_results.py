@@ -10,8 +10,10 @@ from __future__ import annotations
 import ast
 import builtins
 import ctypes
+import gc
 import importlib
 import importlib.machinery
+import importlib.util
 import json
 import os
 import sys
@@ -177,6 +179,8 @@ def traced() -> dict[str, dict[str, list[str]]]:
                     "h5netcdf", "matplotlib.figure", "pinocchio", "exudyn", "rich.table",
                     "jinja2", "scipy.integrate", "scipy.ndimage"):  # fmt: skip
         importlib.import_module(library)
+    if importlib.util.find_spec("dask"):  # xarray imports it where it is installed
+        importlib.import_module("dask.array")
     numba = importlib.import_module("numba")
     # The only intrinsic there is takes an address.
     pointer = partial(ctypes.cast, typ=ctypes.POINTER(ctypes.c_double))
@@ -293,6 +297,7 @@ def other(path: Path, text: str) -> str:
 
 
 if __name__ == "__main__":
+    gc.disable()  # which each of the children would else do for all that it shares
     looked = traced()
     changes = in_child(edited)
     json.dump({name: looked[name] | {"edited": changes[name]} for name in RESULTS}, sys.stdout)
