@@ -23,7 +23,7 @@ from crosscheck.models.experiment.scenario import (
     Start,
     TableDrive,
 )
-from crosscheck.models.robot.file import Direct as DirectTransmission
+from crosscheck.models.robot.file import DirectDrive as DirectTransmission
 from crosscheck.models.robot.file import Geared, RobotFile
 from crosscheck.output import write_files
 from crosscheck.schema import Described, described, records_below

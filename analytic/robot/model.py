@@ -16,7 +16,7 @@ from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import BASE, Level, Robot, Rotor
 
 
-class Pose(NamedTuple):
+class FramePoses(NamedTuple):
     """Of a frame in every state.
 
     rotation (states, 3, 3); position (states, 3); turning, moving and carrying (states, 3, n):
@@ -32,7 +32,7 @@ class Pose(NamedTuple):
     carrying: np.ndarray
 
 
-class Rates(NamedTuple):
+class FrameRates(NamedTuple):
     """Angular velocity; angular acceleration and that of the origin without v'; (states, 3)."""
 
     angular: np.ndarray
@@ -95,7 +95,7 @@ class AnalyticRobot(RobotModel):
         found: np.ndarray = pose.position + pose.rotation @ frame.placement.position
         return found
 
-    def _mass(self, poses: list[Pose]) -> np.ndarray:
+    def _mass(self, poses: list[FramePoses]) -> np.ndarray:
         rates, momenta = [], []  # of each body, per rate of each coordinate
         for body, pose in zip(self.robot.bodies, poses, strict=True):
             inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
@@ -115,14 +115,14 @@ class AnalyticRobot(RobotModel):
         found: np.ndarray = left.transpose(0, 2, 1) @ right
         return found
 
-    def _weight(self, poses: list[Pose]) -> np.ndarray:
+    def _weight(self, poses: list[FramePoses]) -> np.ndarray:
         weights = [
             body.mass * (self.robot.gravity @ pose.carrying)
             for body, pose in zip(self.robot.bodies, poses, strict=True)
         ]
         return -np.sum(weights, axis=0)
 
-    def _held(self, poses: list[Pose], v: np.ndarray, gravity: np.ndarray) -> np.ndarray:
+    def _held(self, poses: list[FramePoses], v: np.ndarray, gravity: np.ndarray) -> np.ndarray:
         """Torques under which nothing accelerates (states, n): weights are a base that rises."""
         rates = self._rates(poses, v, -gravity)
         total = np.zeros_like(v)
@@ -145,13 +145,15 @@ class AnalyticRobot(RobotModel):
             total += rotor.inertia * (growth * spin + speed * turned)
         return total
 
-    def _poses(self, q: np.ndarray) -> list[Pose]:
+    def _poses(self, q: np.ndarray) -> list[FramePoses]:
         """Of every body."""
         states, size = q.shape
         still, nothing = np.zeros((states, 3)), np.zeros((states, 3, size))
-        base = Pose(np.tile(np.eye(3), (states, 1, 1)), still, nothing, nothing, still, nothing)
+        base = FramePoses(
+            np.tile(np.eye(3), (states, 1, 1)), still, nothing, nothing, still, nothing
+        )
         values = q @ self._share.T + self._offset
-        poses: list[Pose] = []
+        poses: list[FramePoses] = []
         for joint, body, crossing, share, value in zip(
             self.robot.joints, self.robot.bodies, self._axes, self._share, values.T, strict=True
         ):
@@ -175,15 +177,17 @@ class AnalyticRobot(RobotModel):
                 moving = under.moving + _cross(turning, at) + along
             arm = own @ body.com
             carrying = moving + _cross(turning, arm)
-            poses.append(Pose(own, under.position + at, turning, moving, arm, carrying))
+            poses.append(FramePoses(own, under.position + at, turning, moving, arm, carrying))
         return poses
 
-    def _rates(self, poses: list[Pose], v: np.ndarray, rising: np.ndarray) -> list[Rates]:
+    def _rates(
+        self, poses: list[FramePoses], v: np.ndarray, rising: np.ndarray
+    ) -> list[FrameRates]:
         """Of every body; rising (3,): acceleration of the base."""
         still = np.zeros((len(v), 3))
-        base = Rates(still, still, np.tile(rising, (len(v), 1)))
+        base = FrameRates(still, still, np.tile(rising, (len(v), 1)))
         speeds = v @ self._share.T
-        rates: list[Rates] = []
+        rates: list[FrameRates] = []
         for joint, pose, speed in zip(self.robot.joints, poses, speeds.T, strict=True):
             on_base = joint.parent == BASE
             under = base if on_base else rates[joint.parent]
@@ -192,13 +196,15 @@ class AnalyticRobot(RobotModel):
             acceleration = _carried(under, at)
             turned = _cross(under.angular, relative)
             if joint.kind == "revolute":
-                rate = Rates(under.angular + relative, under.angular_rate + turned, acceleration)
+                rate = FrameRates(
+                    under.angular + relative, under.angular_rate + turned, acceleration
+                )
             else:
-                rate = Rates(under.angular, under.angular_rate, acceleration + 2 * turned)
+                rate = FrameRates(under.angular, under.angular_rate, acceleration + 2 * turned)
             rates.append(rate)
         return rates
 
-    def _spin(self, rotor: Rotor, poses: list[Pose]) -> tuple[np.ndarray, np.ndarray]:
+    def _spin(self, rotor: Rotor, poses: list[FramePoses]) -> tuple[np.ndarray, np.ndarray]:
         """Its axis in space (states, 3), and its spin per rate (states, n)."""
         frame = self.robot.frames[rotor.stator]
         own, by_gear = frame.placement.rotation @ rotor.axis, rotor.ratio * self._share[rotor.joint]
@@ -210,7 +216,7 @@ class AnalyticRobot(RobotModel):
         return turned, by_gear + _power(pose.turning, turned)
 
 
-def _carried(rate: Rates, arm: np.ndarray) -> np.ndarray:
+def _carried(rate: FrameRates, arm: np.ndarray) -> np.ndarray:
     """Acceleration (states, 3) of a point of a body, arm (states, 3) from its origin."""
     found: np.ndarray = (
         rate.acceleration

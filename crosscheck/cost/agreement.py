@@ -36,7 +36,7 @@ SOLVED = ("forward dynamics", "run")  # which M's condition number may harm
 RUNS, RUN_S, STEPS = 3, 0.1, 5  # of the states the first, and a run's time and steps
 
 
-class States(NamedTuple):
+class DrawnStates(NamedTuple):
     """Drawn coordinates, rates, accelerations and torques, each (states, n)."""
 
     q: np.ndarray
@@ -45,7 +45,7 @@ class States(NamedTuple):
     torques: np.ndarray
 
 
-class Answers(NamedTuple):
+class RobotAnswers(NamedTuple):
     """What a model says of the states, by the names of QUANTITIES."""
 
     mass_matrix: np.ndarray
@@ -58,7 +58,7 @@ class Answers(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Comparison:
+class EngineDifference:
     """The largest difference of two models over the states, in parts of the quantity's size.
 
     failure: why there is none; then measured is infinite.
@@ -85,7 +85,7 @@ def model_of(engine: str, robot: Robot, level: Level) -> RobotModel:
     return made
 
 
-def drawn(robot: Robot, count: int, seed: int) -> States:
+def drawn(robot: Robot, count: int, seed: int) -> DrawnStates:
     """Within the limits where there are any, else angles of +-pi, 1 m, 2 rad/s or m/s."""
     rng = np.random.default_rng(seed)
     shape = (count, len(robot.coordinates))
@@ -93,7 +93,7 @@ def drawn(robot: Robot, count: int, seed: int) -> States:
     most = [min(robot.joints[number].limits.velocity, 2.0) for number in robot.coordinates]
     q = rng.uniform(ranges[:, 0], ranges[:, 1], shape)
     v = rng.uniform(-1, 1, shape) * most
-    return States(q, v, rng.uniform(-5, 5, shape), rng.uniform(-10, 10, shape))
+    return DrawnStates(q, v, rng.uniform(-5, 5, shape), rng.uniform(-10, 10, shape))
 
 
 def motion_range(robot: Robot, number: int) -> tuple[float, float]:
@@ -107,11 +107,11 @@ def motion_range(robot: Robot, number: int) -> tuple[float, float]:
     return middle - half, middle + half
 
 
-def compared(robot: Robot, states: States) -> list[Comparison]:
+def compared(robot: Robot, states: DrawnStates) -> list[EngineDifference]:
     """Every pair of engines at every level; an engine that raises fails its own comparisons."""
-    found: list[Comparison] = []
+    found: list[EngineDifference] = []
     for level in LEVELS:
-        answers: dict[str, Answers | Exception] = {}
+        answers: dict[str, RobotAnswers | Exception] = {}
         for engine in ENGINES:
             try:
                 answers[engine] = _answers(model_of(engine, robot, level), states)
@@ -121,10 +121,10 @@ def compared(robot: Robot, states: States) -> list[Comparison]:
     return found
 
 
-def _answers(model: RobotModel, states: States) -> Answers:
+def _answers(model: RobotModel, states: DrawnStates) -> RobotAnswers:
     """Raises ValueError for what is not finite or of another shape."""
     q, v, a, torques = states
-    found = Answers(
+    found = RobotAnswers(
         model.mass_matrix(q),
         model.bias(q, v),
         model.gravity(q),
@@ -142,18 +142,18 @@ def _answers(model: RobotModel, states: States) -> Answers:
 
 
 def _comparisons(
-    level: Level, answers: Mapping[str, Answers | Exception], robot: Robot, states: States
-) -> list[Comparison]:
-    given = [each for each in answers.values() if isinstance(each, Answers)]
-    found: list[Comparison] = []
+    level: Level, answers: Mapping[str, RobotAnswers | Exception], robot: Robot, states: DrawnStates
+) -> list[EngineDifference]:
+    given = [each for each in answers.values() if isinstance(each, RobotAnswers)]
+    found: list[EngineDifference] = []
     for left, right in combinations(answers, 2):
         one, other = answers[left], answers[right]
-        if isinstance(one, Answers) and isinstance(other, Answers):
+        if isinstance(one, RobotAnswers) and isinstance(other, RobotAnswers):
             measured, condition = _measured(one, other, given[0], robot, states)
             for quantity, value in zip(QUANTITIES, measured, strict=True):
                 harmed = ROUNDINGS * condition if quantity in SOLVED else 0.0
                 tolerance = max(TOLERANCE, harmed)
-                found.append(Comparison(quantity, level, left, right, value, tolerance))
+                found.append(EngineDifference(quantity, level, left, right, value, tolerance))
             continue
         failed = " and ".join(
             f"{name} raised {type(each).__name__}: {each}"
@@ -161,14 +161,14 @@ def _comparisons(
             if isinstance(each, Exception)
         )
         found += [
-            Comparison(quantity, level, left, right, float("inf"), TOLERANCE, failed)
+            EngineDifference(quantity, level, left, right, float("inf"), TOLERANCE, failed)
             for quantity in QUANTITIES
         ]
     return found
 
 
 def _measured(
-    one: Answers, other: Answers, scale: Answers, robot: Robot, states: States
+    one: RobotAnswers, other: RobotAnswers, scale: RobotAnswers, robot: Robot, states: DrawnStates
 ) -> tuple[list[float], float]:
     """By quantity, in parts of its size by `scale`; and the condition number of M, scaled.
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from crosscheck.cost.agreement import Comparison, compared, drawn, model_of
-from crosscheck.cost.motion import Motion, beyond_limits, excitation
+from crosscheck.cost.agreement import EngineDifference, compared, drawn, model_of
+from crosscheck.cost.motion import RobotMotion, beyond_limits, excitation
 from crosscheck.cost.runs import run
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
@@ -54,7 +54,7 @@ class TipCost:
 
 
 @dataclass(frozen=True)
-class Pair:
+class CoupledPair:
     """What the acceleration of joint `by` asks of joint `at` by coupling alone, N m or N, rms.
 
     share: of the largest torque of joint `at`.
@@ -67,7 +67,7 @@ class Pair:
 
 
 @dataclass(frozen=True)
-class Ratio:
+class RotorShare:
     """A rotor alone: the largest share that its coupling has of any joint's largest torque.
 
     at: that joint; enough: least size of its ratio, its reflected inertia kept, from which on the
@@ -94,17 +94,17 @@ class Cost:
     robot: Robot
     seed: int
     extent: Extent
-    motion: Motion
+    motion: RobotMotion
     beyond: tuple[str, ...]
-    agreement: tuple[Comparison, ...]
+    agreement: tuple[EngineDifference, ...]
     time: np.ndarray
     torques: np.ndarray
     errors: dict[Level, np.ndarray]
     by_joint: tuple[TorqueCost, ...]
     tips: tuple[TipCost, ...]
-    pairs: tuple[Pair, ...]
+    pairs: tuple[CoupledPair, ...]
     by_rates: np.ndarray
-    ratios: tuple[Ratio, ...]
+    ratios: tuple[RotorShare, ...]
     factor: float
 
     @property
@@ -131,7 +131,7 @@ class Cost:
 
 
 def cost_of(
-    robot: Robot, seed: int, extent: Extent, told: Told, given: Motion | None = None
+    robot: Robot, seed: int, extent: Extent, told: Told, given: RobotMotion | None = None
 ) -> Cost:
     """Engines are compared first, then the project's own derivation works the costs out.
 
@@ -193,11 +193,13 @@ def _share(part: float, whole: float) -> float:
 
 def _pairs(
     coupling: np.ndarray, a: np.ndarray, largest: np.ndarray, names: list[str]
-) -> list[Pair]:
+) -> list[CoupledPair]:
     """Those that carry any, the strongest of its joint first."""
     rms = _rms(coupling * a[:, None, :])
     found = [
-        Pair(names[i], names[j], float(rms[i, j]), _share(float(rms[i, j]), float(largest[i])))
+        CoupledPair(
+            names[i], names[j], float(rms[i, j]), _share(float(rms[i, j]), float(largest[i]))
+        )
         for i, j in np.ndindex(rms.shape)
         if i != j and rms[i, j] > 0
     ]
@@ -206,7 +208,7 @@ def _pairs(
 
 def _ratios(
     robot: Robot, state: tuple[np.ndarray, ...], largest: np.ndarray, names: list[str]
-) -> tuple[list[Ratio], float]:
+) -> tuple[list[RotorShare], float]:
     """What each rotor's coupling costs by itself, and by which factor all ratios would do.
 
     With ratio k N and inertia J / k^2 the diagonal term stays, and what is linear in the rotor's
@@ -230,7 +232,7 @@ def _ratios(
         at = int(shares.argmax())
         enough = abs(rotor.ratio) * _enough((up - down) / 2, (up + down) / 2)
         name = robot.joints[rotor.joint].name
-        found.append(Ratio(name, rotor.ratio, names[at], float(shares[at]), enough))
+        found.append(RotorShare(name, rotor.ratio, names[at], float(shares[at]), enough))
     return found, _enough(linear, square)
 
 
@@ -252,7 +254,7 @@ def _enough(linear: np.ndarray, square: np.ndarray) -> float:
 
 
 def _tips(
-    exact: RobotModel, shortcuts: dict[Level, RobotModel], motion: Motion, extent: Extent
+    exact: RobotModel, shortcuts: dict[Level, RobotModel], motion: RobotMotion, extent: Extent
 ) -> list[TipCost]:
     """A second under each level's torques, from several instants of the motion.
 

@@ -24,7 +24,7 @@ LEEWAY = 1.01  # of a limit, for instants between these
 LEAST_S = 1.1  # of a given motion, of which each second is run
 
 
-class Motion(ABC):
+class RobotMotion(ABC):
     """Coordinates, rates and accelerations over time."""
 
     @abstractmethod
@@ -41,7 +41,7 @@ class Motion(ABC):
 
 
 @dataclass(frozen=True)
-class Sines(Motion):
+class Sines(RobotMotion):
     """Of period [s]; sines of joint and harmonic: sizes, phases (n, harmonics) about middle (n,).
 
     limited_by: the joint whose effort limit asks for the period; none if empty.
@@ -75,7 +75,7 @@ class Sines(Motion):
 
 
 @dataclass(frozen=True)
-class Given(Motion):
+class Given(RobotMotion):
     """A motion from a file, as a spline (n,) of fifth degree over times [s] from first to last."""
 
     where: str

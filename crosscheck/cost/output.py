@@ -10,7 +10,7 @@ import numpy as np
 
 from crosscheck import __version__
 from crosscheck.cost.agreement import ENGINES, QUANTITIES
-from crosscheck.cost.cost import NEGLIGIBLE, SHORTCUTS, Cost, Ratio, TipCost
+from crosscheck.cost.cost import NEGLIGIBLE, SHORTCUTS, Cost, RotorShare, TipCost
 from crosscheck.models.robot.robot import LEVELS, Joint
 
 SCHEMA_VERSION = 1
@@ -102,7 +102,7 @@ def lines(found: Cost) -> Iterator[str]:
         yield f"note: {told}"
 
 
-def _rotor_words(rotor: Ratio) -> str:
+def _rotor_words(rotor: RotorShare) -> str:
     if rotor.share == 0:
         return "its spin is coupled to no other joint"
     return (

@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from crosscheck.models.robot.robot import BASE, Body, Joint, Placement, Robot, Rotor
+from crosscheck.models.robot.robot import BASE, Joint, Placement, Robot, RobotBody, Rotor
 
 AXES = "xyz"
 MOMENTS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2)}
@@ -17,7 +17,7 @@ INERTIA = MOMENTS | PRODUCTS
 
 
 @dataclass(frozen=True)
-class Number:
+class RobotNumber:
     """A number of a robot, on which its equations depend by at most its square.
 
     step: a size of it, by which differences are taken; put: the robot with another value of it.
@@ -38,7 +38,7 @@ class Confusion:
     robot: Robot
 
 
-def numbers(robot: Robot) -> Iterator[Number]:
+def numbers(robot: Robot) -> Iterator[RobotNumber]:
     """Masses, centres, inertias, rotors and gravity."""
     for number, body in enumerate(robot.bodies):
         yield from _of_body(robot, number, body)
@@ -51,24 +51,24 @@ def numbers(robot: Robot) -> Iterator[Number]:
         def ratio(value: float, at: int = number) -> Robot:
             return with_rotor(robot, at, replace(robot.rotors[at], ratio=value))
 
-        yield Number(f"{name}: inertia", "kg m^2", rotor.inertia, rotor.inertia, inertia)
-        yield Number(f"{name}: ratio", "", rotor.ratio, max(abs(rotor.ratio), 1.0), ratio)
+        yield RobotNumber(f"{name}: inertia", "kg m^2", rotor.inertia, rotor.inertia, inertia)
+        yield RobotNumber(f"{name}: ratio", "", rotor.ratio, max(abs(rotor.ratio), 1.0), ratio)
     for axis in range(3):
 
         def gravity(value: float, at: int = axis) -> Robot:
             return replace(robot, gravity=_with(robot.gravity, at, value))
 
         own = float(robot.gravity[axis])
-        yield Number(f"gravity: {AXES[axis]}", "m/s^2", own, 10.0, gravity)
+        yield RobotNumber(f"gravity: {AXES[axis]}", "m/s^2", own, 10.0, gravity)
 
 
-def _of_body(robot: Robot, number: int, body: Body) -> Iterator[Number]:
+def _of_body(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotNumber]:
     link = link_of(robot, number)
 
     def mass(value: float) -> Robot:
         return with_body(robot, number, replace(body, mass=value))
 
-    yield Number(f"{link}: mass", "kg", body.mass, body.mass, mass)
+    yield RobotNumber(f"{link}: mass", "kg", body.mass, body.mass, mass)
     reach = max(float(np.abs(body.com).max()), 0.01)
     for axis in range(3):
 
@@ -76,7 +76,7 @@ def _of_body(robot: Robot, number: int, body: Body) -> Iterator[Number]:
             return with_body(robot, number, replace(body, com=_with(body.com, at, value)))
 
         name = f"{link}: centre of mass, {AXES[axis]}"
-        yield Number(name, "m", float(body.com[axis]), reach, com)
+        yield RobotNumber(name, "m", float(body.com[axis]), reach, com)
     size = float(np.trace(body.inertia))
     for key, place in INERTIA.items():
 
@@ -84,7 +84,7 @@ def _of_body(robot: Robot, number: int, body: Body) -> Iterator[Number]:
             changed = _symmetric(body.inertia, at, value)
             return with_body(robot, number, replace(body, inertia=changed))
 
-        yield Number(f"{link}: I{key}", "kg m^2", float(body.inertia[place]), size, inertia)
+        yield RobotNumber(f"{link}: I{key}", "kg m^2", float(body.inertia[place]), size, inertia)
 
 
 def confusions(robot: Robot) -> Iterator[Confusion]:
@@ -112,7 +112,7 @@ def confusions(robot: Robot) -> Iterator[Confusion]:
             yield Confusion(f"{name}: {words}", with_rotor(robot, number, rolled))
 
 
-def _bodies(body: Body, joint: Joint) -> Iterator[tuple[str, Body]]:
+def _bodies(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
     """What a body's numbers may be taken for."""
     about = body.mass * (body.com @ body.com * np.eye(3) - np.outer(body.com, body.com))
     diagonal = np.diag(np.diag(body.inertia))
@@ -138,7 +138,10 @@ def _bodies(body: Body, joint: Joint) -> Iterator[tuple[str, Body]]:
         turned = turn @ body.inertia @ turn.T
         yield f"its inertia in {words}", replace(body, inertia=turned)
         yield f"its centre of mass in {words}", replace(body, com=turn @ body.com)
-        yield f"its inertia and centre of mass in {words}", Body(body.mass, turn @ body.com, turned)
+        yield (
+            f"its inertia and centre of mass in {words}",
+            RobotBody(body.mass, turn @ body.com, turned),
+        )
 
 
 def _stators(robot: Robot, rotor: Rotor) -> Iterator[tuple[str, str]]:
@@ -155,7 +158,7 @@ def link_of(robot: Robot, number: int) -> str:
     return next(name for name, frame in robot.frames.items() if frame.body == number)
 
 
-def with_body(robot: Robot, number: int, body: Body) -> Robot:
+def with_body(robot: Robot, number: int, body: RobotBody) -> Robot:
     """The robot with another body in a place."""
     return replace(robot, bodies=(*robot.bodies[:number], body, *robot.bodies[number + 1 :]))
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.cost.agreement import TOLERANCE, States, drawn
+from crosscheck.cost.agreement import TOLERANCE, DrawnStates, drawn
 from crosscheck.explain.candidates import confusions, link_of, numbers, with_body
 from crosscheck.models.errors import InputError
-from crosscheck.models.robot.robot import LEVELS, Body, Level, Robot
+from crosscheck.models.robot.robot import LEVELS, Level, Robot, RobotBody
 
 STATES = 12
 # What an explanation may leave, of the largest difference; and of a quantity's size, by rounding.
@@ -29,7 +29,7 @@ class OwnEquations:
 
 
 @dataclass(frozen=True)
-class Entry:
+class WrongEntry:
     """An entry that differs from the nearest level: its name, and by how much of its size."""
 
     name: str
@@ -49,7 +49,7 @@ class Explained:
     parts: tuple[str, ...]
     level: Level
     share: float
-    entries: tuple[Entry, ...]
+    entries: tuple[WrongEntry, ...]
     explanations: tuple[str, ...]
     links: tuple[str, ...]
 
@@ -62,7 +62,7 @@ class Explained:
 class _Question:
     """Entries of the parts that a user has, at some states, each over its size."""
 
-    def __init__(self, robot: Robot, parts: tuple[str, ...], states: States) -> None:
+    def __init__(self, robot: Robot, parts: tuple[str, ...], states: DrawnStates) -> None:
         self.robot, self.parts, self.states = robot, parts, states
         mass = AnalyticRobot(robot, "coupled").mass_matrix(states.q)
         root = np.sqrt(np.diagonal(mass, axis1=1, axis2=2))
@@ -99,7 +99,7 @@ class _Question:
             found.append(np.array(values))
         return self._row(found)
 
-    def entries(self, difference: np.ndarray) -> Iterator[Entry]:
+    def entries(self, difference: np.ndarray) -> Iterator[WrongEntry]:
         """The largest difference of each entry, over the states."""
         joints = [self.robot.joints[number].name for number in self.robot.coordinates]
         for part, block in zip(self.parts, self._blocks(difference), strict=True):
@@ -108,7 +108,7 @@ class _Question:
             for place in np.ndindex(largest.shape):
                 if part != "mass_matrix" or place[0] <= place[1]:
                     names = ", ".join(joints[n] for n in place)
-                    yield Entry(f"{letter}[{names}]", float(largest[place]))
+                    yield WrongEntry(f"{letter}[{names}]", float(largest[place]))
 
     def block(self, row: np.ndarray, part: str) -> np.ndarray:
         """A part of a row, in the shape of its sizes."""
@@ -246,7 +246,7 @@ def _links(question: _Question, difference: np.ndarray, level: Level) -> Iterato
             yield link_of(robot, number)
 
 
-def _ten(body: Body) -> Iterator[Body]:
+def _ten(body: RobotBody) -> Iterator[RobotBody]:
     """The body with more of each parameter on which equations depend linearly."""
     moments = body.mass * body.com
     about = body.inertia + _steiner(body.mass, body.com)
@@ -262,7 +262,7 @@ def _ten(body: Body) -> Iterator[Body]:
             second[i, j] += inertia
             second[j, i] = second[i, j]
         com = first / mass
-        yield Body(mass, com, second - _steiner(mass, com))
+        yield RobotBody(mass, com, second - _steiner(mass, com))
 
 
 def _steiner(mass: float, com: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 
 from crosscheck.models.exudyn.engine import System, exudyn, items
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import BASE, Frame, Level, Robot, Rotor
+from crosscheck.models.robot.robot import BASE, Level, LinkFrame, Robot, Rotor
 
 # Of its stator's mass, taken from it, at its centre of mass: Exudyn's bodies need one, and it
 # changes nothing there.
@@ -19,7 +19,7 @@ ROTORS_SHARE = 0.01
 TURNING, SLIDING = exudyn.JointType.RevoluteZ, exudyn.JointType.PrismaticZ
 
 
-class Part(NamedTuple):
+class RobotPart(NamedTuple):
     """A link of the tree, with its joint's place in the parent's turned frame."""
 
     joint: Any
@@ -124,14 +124,14 @@ class ExudynRobot(RobotModel):
             found.append(-system.right_hand_side() @ self._rows)
         return np.array(found)
 
-    def _link(self, number: int) -> Part:
+    def _link(self, number: int) -> RobotPart:
         joint, body, own = (
             self.robot.joints[number],
             self.robot.bodies[number],
             self._turned[number],
         )
-        rotation, position = self._within(Frame(joint.parent, joint.placement))
-        return Part(
+        rotation, position = self._within(LinkFrame(joint.parent, joint.placement))
+        return RobotPart(
             SLIDING if joint.kind == "prismatic" else TURNING,
             joint.parent,
             rotation @ own,
@@ -141,7 +141,7 @@ class ExudynRobot(RobotModel):
             own.T @ body.inertia @ own,
         )
 
-    def _rotor(self, rotor: Rotor, parts: list[Part]) -> Part:
+    def _rotor(self, rotor: Rotor, parts: list[RobotPart]) -> RobotPart:
         """A rotor as a link; its stator among the parts gets lighter."""
         frame = self.robot.frames[rotor.stator]
         rotation, _ = self._within(frame)
@@ -152,9 +152,9 @@ class ExudynRobot(RobotModel):
             com = stator.com
             parts[frame.body] = stator._replace(mass=stator.mass - mass)
         spinning = np.diag([0.0, 0.0, rotor.inertia])
-        return Part(TURNING, frame.body, placed, com, mass, np.zeros(3), spinning)
+        return RobotPart(TURNING, frame.body, placed, com, mass, np.zeros(3), spinning)
 
-    def _within(self, frame: Frame) -> tuple[np.ndarray, np.ndarray]:
+    def _within(self, frame: LinkFrame) -> tuple[np.ndarray, np.ndarray]:
         """Rotation and position of a frame in the turned frame of its body."""
         rotation, position = frame.placement.rotation, frame.placement.position
         if frame.body == BASE:
@@ -171,7 +171,9 @@ def _with_z_along(axis: np.ndarray) -> np.ndarray:
     return np.column_stack([x, np.cross(axis, x), axis])
 
 
-def _tree(node: int, parts: list[Part], gravity: np.ndarray, diagonal: np.ndarray) -> list[Any]:
+def _tree(
+    node: int, parts: list[RobotPart], gravity: np.ndarray, diagonal: np.ndarray
+) -> list[Any]:
     """The tree, and an object that adds to the diagonal of its mass matrix."""
     matrices, vectors = exudyn.Matrix3DList, exudyn.Vector3DList
     tree = items.ObjectKinematicTree(

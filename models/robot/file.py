@@ -23,7 +23,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import HERE, LARGEST_FILE, builtin_robots, raw_robot
 from crosscheck.models.inputs import input_content
 from crosscheck.models.loading import validated
-from crosscheck.models.robot.robot import BASE, Frame, Joint, Robot, Rotor
+from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot, Rotor
 from crosscheck.models.robot.tree import tree_of
 from crosscheck.models.robot.urdf import Urdf, read_urdf
 
@@ -33,7 +33,7 @@ UrdfPath = Annotated[str, Printable(400)]
 Vector = Annotated[tuple[Component, Component, Component], Field(strict=False)]
 
 
-class Direct(Data):
+class DirectDrive(Data):
     """A joint whose motor turns its link without gears: the rotor is a part of that link."""
 
     kind: Literal["direct"]
@@ -55,7 +55,7 @@ class Geared(Data):
     """In the frame of the stator's link; the joint's axis if both are left out."""
 
 
-Transmission = Annotated[Direct | Geared, Field(discriminator="kind")]
+Transmission = Annotated[DirectDrive | Geared, Field(discriminator="kind")]
 
 
 class RobotFile(Data):
@@ -120,7 +120,7 @@ def robot_of(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
 
 
 def _rotor(
-    number: int, name: str, given: Geared, urdf: Urdf, frames: Mapping[str, Frame], where: str
+    number: int, name: str, given: Geared, urdf: Urdf, frames: Mapping[str, LinkFrame], where: str
 ) -> Rotor:
     """Raises InputError."""
     (joint,) = (each for each in urdf.joints if each.name == name)
@@ -139,7 +139,7 @@ def _rotor(
     return Rotor(number, given.ratio, given.rotor_inertia_kg_m2, stator, axis / length)
 
 
-def _last(joints: Sequence[Joint], frames: Mapping[str, Frame]) -> str:
+def _last(joints: Sequence[Joint], frames: Mapping[str, LinkFrame]) -> str:
     """The link furthest from the base by moving joints; of such, the last one fixed to others."""
     depth: list[int] = []
     for joint in joints:

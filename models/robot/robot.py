@@ -26,7 +26,7 @@ class Placement:
 
 
 @dataclass(frozen=True)
-class Body:
+class RobotBody:
     """What a moving joint carries, all that is fixed to it included.
 
     In the frame of the link that the joint moves: com (3,) [m], inertia (3, 3) [kg m^2] about com.
@@ -47,7 +47,7 @@ class Mimic:
 
 
 @dataclass(frozen=True)
-class Limits:
+class JointLimits:
     """Infinite where the URDF states none; in rad, m, N m or N."""
 
     lower: float
@@ -69,7 +69,7 @@ class Joint:
     parent: int
     placement: Placement
     axis: np.ndarray
-    limits: Limits
+    limits: JointLimits
     mimic: Mimic | None
 
 
@@ -90,7 +90,7 @@ class Rotor:
 
 
 @dataclass(frozen=True)
-class Frame:
+class LinkFrame:
     """Where a link of the URDF is: its place in the frame of a body, or of BASE."""
 
     body: int
@@ -111,9 +111,9 @@ class Robot:
     urdf: str
     gravity: np.ndarray
     joints: tuple[Joint, ...]
-    bodies: tuple[Body, ...]
+    bodies: tuple[RobotBody, ...]
     rotors: tuple[Rotor, ...]
-    frames: Mapping[str, Frame]
+    frames: Mapping[str, LinkFrame]
     tip: str
     told: tuple[str, ...]
 

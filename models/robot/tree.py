@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.models.errors import InputError
-from crosscheck.models.robot.robot import BASE, Body, Frame, Joint, Mimic, Placement
+from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Mimic, Placement, RobotBody
 from crosscheck.models.robot.urdf import Urdf, UrdfJoint
 
 MOST_JOINTS = 64
@@ -22,8 +22,8 @@ class Tree(NamedTuple):
     """Moving joints, parents before children; their bodies; frames of links; what is doubtful."""
 
     joints: tuple[Joint, ...]
-    bodies: tuple[Body, ...]
-    frames: dict[str, Frame]
+    bodies: tuple[RobotBody, ...]
+    frames: dict[str, LinkFrame]
     doubtful: tuple[str, ...]
 
 
@@ -90,18 +90,18 @@ def _rooted(urdf: Urdf, where: str) -> tuple[str, dict[str, list[UrdfJoint]]]:
 
 def _frames(
     root: str, below: dict[str, list[UrdfJoint]]
-) -> tuple[dict[str, Frame], list[UrdfJoint]]:
+) -> tuple[dict[str, LinkFrame], list[UrdfJoint]]:
     """Every link's frame, and the moving joints, depth first in the file's order."""
-    frames = {root: Frame(BASE, HOME)}
+    frames = {root: LinkFrame(BASE, HOME)}
     moving: list[UrdfJoint] = []
     left = below[root][::-1]
     while left:
         joint = left.pop()
         if joint.kind == "fixed":
             parent = frames[joint.parent]
-            own = Frame(parent.body, composed(parent.placement, joint.placement))
+            own = LinkFrame(parent.body, composed(parent.placement, joint.placement))
         else:
-            own = Frame(len(moving), HOME)
+            own = LinkFrame(len(moving), HOME)
             moving.append(joint)
         frames[joint.child] = own
         left += below[joint.child][::-1]
@@ -109,8 +109,8 @@ def _frames(
 
 
 def _merged(
-    number: int, urdf: Urdf, frames: dict[str, Frame], moving: Sequence[UrdfJoint], where: str
-) -> Body:
+    number: int, urdf: Urdf, frames: dict[str, LinkFrame], moving: Sequence[UrdfJoint], where: str
+) -> RobotBody:
     """All that a joint carries as one body, in its frame. Raises InputError."""
     parts = list(_parts(number, urdf, frames, where))
     mass = sum(part.mass for part in parts)
@@ -124,10 +124,12 @@ def _merged(
         away = part.com - com
         inertia += part.inertia + part.mass * (away @ away * np.eye(3) - np.outer(away, away))
     _require_definite(inertia, SINGULAR, where, f"{field}: inertia")
-    return Body(mass, com, inertia)
+    return RobotBody(mass, com, inertia)
 
 
-def _parts(number: int, urdf: Urdf, frames: dict[str, Frame], where: str) -> Iterator[Body]:
+def _parts(
+    number: int, urdf: Urdf, frames: dict[str, LinkFrame], where: str
+) -> Iterator[RobotBody]:
     """Of the links of a body, in its frame. Raises InputError."""
     for link in urdf.links:
         frame = frames[link.name]
@@ -135,7 +137,7 @@ def _parts(number: int, urdf: Urdf, frames: dict[str, Frame], where: str) -> Ite
             turn, own = frame.placement.rotation, link.body
             _require_definite(own.inertia, -ROUNDED, where, f"link {link.name}: inertia")
             com = frame.placement.position + turn @ own.com
-            yield Body(own.mass, com, turn @ own.inertia @ turn.T)
+            yield RobotBody(own.mass, com, turn @ own.inertia @ turn.T)
 
 
 def _require_definite(inertia: np.ndarray, least: float, where: str, field: str) -> None:
@@ -150,7 +152,7 @@ def _listed(values: np.ndarray) -> str:
     return ", ".join(f"{each:.3g}" for each in values)
 
 
-def _doubtful(urdf: Urdf, frames: dict[str, Frame]) -> Iterator[str]:
+def _doubtful(urdf: Urdf, frames: dict[str, LinkFrame]) -> Iterator[str]:
     """A line for every moving link whose mass or inertia no body has."""
     for link in urdf.links:
         if link.body is None or frames[link.name].body == BASE:

@@ -12,7 +12,7 @@ from xml.parsers import expat
 import numpy as np
 
 from crosscheck.models.errors import InputError
-from crosscheck.models.robot.robot import Body, Limits, Placement
+from crosscheck.models.robot.robot import JointLimits, Placement, RobotBody
 
 DEEPEST = 50  # elements in each other; those of a URDF are four deep
 KINDS = ("revolute", "continuous", "prismatic", "fixed")
@@ -27,7 +27,7 @@ class UrdfLink:
     """A link; body is None where it has no inertia."""
 
     name: str
-    body: Body | None
+    body: RobotBody | None
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class UrdfJoint:
     child: str
     placement: Placement
     axis: np.ndarray
-    limits: Limits
+    limits: JointLimits
     mimic: tuple[str, float, float] | None
 
 
@@ -132,7 +132,7 @@ class _Reader:
             raise self._error("inertia", None, allowed)
         own = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
         turned = placement.rotation @ own @ placement.rotation.T
-        body = Body(mass, placement.position, turned)
+        body = RobotBody(mass, placement.position, turned)
         return UrdfLink(self.name, body if mass or own.any() else None)
 
     def joint(self) -> UrdfJoint:
@@ -159,13 +159,13 @@ class _Reader:
             raise self._error("axis.xyz", axis.tolist(), "must be a direction, of length 1")
         return axis / length
 
-    def _limits(self, kind: str) -> Limits:
+    def _limits(self, kind: str) -> JointLimits:
         limit = self.element.find("limit")
         if limit is None and kind in ("revolute", "prismatic"):
             allowed = f"is missing; a {kind} joint needs one, with lower, upper, velocity, effort"
             raise self._error("limit", None, allowed)
         if limit is None:
-            return Limits(-math.inf, math.inf, math.inf, math.inf)
+            return JointLimits(-math.inf, math.inf, math.inf, math.inf)
         lower, upper = -math.inf, math.inf
         if kind != "continuous":
             lower, upper = self._number(limit, "limit.lower"), self._number(limit, "limit.upper")
@@ -173,7 +173,7 @@ class _Reader:
                 raise self._error("limit.lower", lower, f"must be at most upper = {upper:g}")
         most = [self._number(limit, f"limit.{key}") for key in ("velocity", "effort")]
         # Many files hold 0 where nothing is known.
-        return Limits(lower, upper, *(each if each > 0 else math.inf for each in most))
+        return JointLimits(lower, upper, *(each if each > 0 else math.inf for each in most))
 
     def _mimic(self) -> tuple[str, float, float] | None:
         mimic = self.element.find("mimic")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crosscheck.cost.agreement import Comparison, compared, drawn, model_of
+from crosscheck.cost.agreement import EngineDifference, compared, drawn, model_of
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import LEVELS, Robot
 from tests.draws import DRAWS, SAMPLE, fresh_seed
@@ -14,7 +14,7 @@ from tests.robots.chains import random_chain
 CHAINS = 15 if DRAWS == SAMPLE else DRAWS
 
 
-def differing(robot: Robot, states: int = 4) -> list[Comparison]:
+def differing(robot: Robot, states: int = 4) -> list[EngineDifference]:
     return [each for each in compared(robot, drawn(robot, states, 0)) if not each.agrees]
 
 

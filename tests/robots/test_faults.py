@@ -10,7 +10,7 @@ import pytest
 
 from crosscheck.cost import agreement
 from crosscheck.cost.agreement import compared, drawn
-from crosscheck.models.robot.robot import Body, Joint, Robot, Rotor
+from crosscheck.models.robot.robot import Joint, Robot, RobotBody, Rotor
 from tests.faults.faults import edit
 from tests.robots.chains import ENGINES, LIMIT, Solid, geared, joint, link, robot, urdf
 
@@ -59,7 +59,7 @@ def test_without_a_fault_nothing_differs(unlike):
     assert seen(unlike) == set()
 
 
-def body(number: int, change: Callable[[Body], Body]) -> Change:
+def body(number: int, change: Callable[[RobotBody], RobotBody]) -> Change:
     def changed(own: Robot) -> Robot:
         bodies = list(own.bodies)
         bodies[number] = change(bodies[number])
