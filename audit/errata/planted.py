@@ -49,7 +49,7 @@ class Planted:
 
     @property
     def cost(self) -> float:
-        return 15.0
+        return 2.0
 
     def answer(self) -> list[LeftOutEntry]:
         clean = energies_form()
