@@ -151,7 +151,11 @@ FAULTS = [
         FORCE,
     ),
     Fault("harmonics as slow as the first", stiffen("_counted", " * sizes", " * 0 + sizes"), FORCE),
-    Fault("slope of cosines", stiffen("Waves.slope", "return rising -", "return rising +"), FORCE),
+    Fault(
+        "slope of cosines",
+        stiffen("StiffnessWaves.slope", "return rising -", "return rising +"),
+        FORCE,
+    ),
     Fault("slope of a table per cycle", stiffen("Spline.slope", "1)) / (2 * pi)", "1))"), FORCE),
     Fault(
         "every planet turns as the first",
