@@ -12,9 +12,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from crosscheck.cost.cost import QUICK, cost_of
+from crosscheck.cost.output import cost_page
 from crosscheck.findings import Agreement
+from crosscheck.measured.output import comparison_page
 from crosscheck.models.experiment.switches import switches
 from crosscheck.models.loading import Case, load_scenario
+from crosscheck.models.robot.file import load_robot
 from crosscheck.models.trajectory import from_netcdf, netcdf
 from crosscheck.planning.comparison import findings_of, tasks_of
 from crosscheck.planning.plan import Experiment, Wanted
@@ -29,6 +33,7 @@ from crosscheck.runner.workers import Workers
 from crosscheck.view.command import view_page
 from crosscheck.view.trajectory_file import run_of
 from tests.arms import PAPER
+from tests.measured.records import compared, level, record_of
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 INSTALL = "no browser: apt-get install -y chromium"
@@ -37,7 +42,8 @@ REFERENCE, ENGINE, PRINTED = "analytic:physical", "exudyn:tree", "analytic:print
 DURATION_S = 0.02
 FAMILIES = ("same-step", "form", "deviation")
 HOSTILE = '</script><img src="nowhere" onerror="fail()"><b>'  # would ask for a file, and fail
-LOOKS, PAGES = {"light": (1280, 390), "dark": (390,)}, ("report", "view")
+LOOKS = {"light": (1280, 390), "dark": (390,)}
+PAGES = ("report", "view", "compare", "cost")
 AXE = Path(__file__).with_name("axe.min.js")
 
 
@@ -67,6 +73,10 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     checked = CrossCheck(wanted, agreement, cases_of(asked), runs_of(results))
     folder = tmp_path_factory.mktemp("pages")
     (folder / "report.html").write_text(report_page(checked, charts.made()), encoding="utf-8")
+    record = record_of(level(arm, "coupled"), rows=1000)
+    (folder / "compare.html").write_text(comparison_page(compared(record, arm)), encoding="utf-8")
+    cost = cost_of(load_robot("sliding"), 0, QUICK, lambda *doing: None)
+    (folder / "cost.html").write_text(cost_page(cost), encoding="utf-8")
     run = charts.runs[RunKey("pd", REFERENCE)]
     (folder / "run.nc").write_bytes(netcdf(run))
     (folder / "view.html").write_text(view_page(run_of(folder / "run.nc")), encoding="utf-8")
