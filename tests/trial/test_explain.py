@@ -44,7 +44,7 @@ def _with(known, place: EntryPlace, old, *new):
 
 @ARMS
 def test_a_centre_of_mass_where_a_length_belongs(arm: Arm):
-    """The words of the issue: yours is short of m_payload (L_2 - d_2) L_1 cos(phi_1 - phi_2)."""
+    """The words of the issue: missing term: m_payload (L_2 - d_2) L_1 cos(phi_1 - phi_2)."""
     known, last = terms(arm, ABSOLUTE), len(arm.joints)
     place = EntryPlace("mass_matrix", 0, last - 1)
     old = _term(known, place, "m_payload")
@@ -52,7 +52,7 @@ def test_a_centre_of_mass_where_a_length_belongs(arm: Arm):
         known, place, _with(known, place, old, swapped(old, f"L{last}", f"d{last}")), arm
     )
     assert [told(error) for error in found.errors] == [
-        f"yours is short of m_payload L1 (L{last} - d{last})"
+        f"missing term: m_payload L1 (L{last} - d{last})"
         f" cos(phi_1 - phi_{last}); d{last} where L{last} belongs"
     ]
     assert found.left_over < 1e-9
@@ -128,9 +128,7 @@ def test_a_power_too_few(arm: Arm):
         (old._replace(monomial=old.monomial._replace(powers=(("M_s1", 1), ("r_s1", 1)))),),
         arm,
     )
-    assert (
-        told(found.errors[0]) == "yours is short of M_s1 (r_s1^2 - r_s1); r_s1 where r_s1^2 belongs"
-    )
+    assert told(found.errors[0]) == "missing term: M_s1 (r_s1^2 - r_s1); r_s1 where r_s1^2 belongs"
 
 
 @ARMS
@@ -147,7 +145,7 @@ def test_a_term_too_many(arm: Arm):
     assert foreign.symbols == ("I_l2",)
     found = explained(known, COUPLING, (*known.entry(COUPLING), foreign), arm)
     everything = [told(error) for errors in (found.errors, *found.others) for error in errors]
-    assert "yours has I_l2 too much" in everything
+    assert "extra term: I_l2" in everything
 
 
 @ARMS
@@ -177,10 +175,10 @@ def test_equal_numbers_are_told_apart_by_a_second_arm():
     yours = _with(known, place, old)
     alone = explained(known, place, yours, PAPER)
     told_of = {told(errors[0]) for errors in (alone.errors, *alone.others)}
-    assert {"yours is short of m_payload L1^2", "yours is short of m_r2 L1^2"} <= told_of
+    assert {"missing term: m_payload L1^2", "missing term: m_r2 L1^2"} <= told_of
     heavier = PAPER.model_copy(update={"payload_mass_kg": 7.3})
     both = explained(known, place, yours, PAPER, heavier)
-    assert [told(error) for error in both.errors] == ["yours is short of m_payload L1^2"]
+    assert [told(error) for error in both.errors] == ["missing term: m_payload L1^2"]
     assert not both.others
 
 

@@ -212,7 +212,7 @@ def told(error: TermError) -> str:
     """An error in words, yours against what is right."""
     term = written(error.term)
     if error.kind == "dropped":
-        return f"yours is short of {term}"
+        return f"missing term: {term}"
     if error.kind == "sign":
         return f"yours has {term} with the opposite sign"
     if error.kind == "factor":
@@ -221,13 +221,13 @@ def told(error: TermError) -> str:
     if error.kind == "angle":
         return f"yours has {error.yours} where {error.right} belongs, in {term}"
     if error.kind == "extra":
-        return f"yours has {term} too much"
+        return f"extra term: {term}"
     short = _short_of(error)
     return f"{short}{error.yours} where {error.right} belongs" + ("" if short else f", in {term}")
 
 
 def _short_of(error: TermError) -> str:
-    """yours is short of m (L2 - d2) L1: where one symbol stands for another in one product."""
+    """missing term: m (L2 - d2) L1: where one symbol stands for another in one product."""
     coefficient = error.term.coefficient
     found = re.search(rf"(?<!\S){re.escape(error.right)}(\^\d+)?(?!\S)", coefficient)
     if found is None or "(" in coefficient or not error.yours.isidentifier():
@@ -235,7 +235,7 @@ def _short_of(error: TermError) -> str:
     power = found[1] or ""
     inside = f"({error.right}{power} - {error.yours}{power})"
     short = coefficient[: found.start()] + inside + coefficient[found.end() :]
-    return f"yours is short of {written(replace(error.term, coefficient=short))}; "
+    return f"missing term: {written(replace(error.term, coefficient=short))}; "
 
 
 def difference_of(coefficients: Mapping[TermKey, float], terms: ReferenceTerms) -> tuple[Term, ...]:

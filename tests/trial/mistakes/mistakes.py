@@ -49,7 +49,7 @@ MISTAKES = (
         "relative",
         (("M[0, 1] = I2 + m2*(d2**2 + L1*d2*c2) + mp*(L2**2 + L1*L2*c2)", "M[0, 1] = 0"),),
         r"M\[theta_(1, theta_2|2, theta_1)\]",
-        r"short of (?=.*I_l2)(?=.*m2)(?=.*m_payload)",
+        r"missing term: (?=.*I_l2)(?=.*m2)(?=.*m_payload)",
     ),
     Mistake(
         "relative rate in the spin of link 2",
@@ -61,7 +61,7 @@ MISTAKES = (
             ("M[0, 0] = I1 + m1*d1**2 + I2 +", "M[0, 0] = I1 + m1*d1**2 +"),
         ),
         r"M\[theta_(1, theta_1|1, theta_2|2, theta_1)\]",
-        r"short of I_l2$",
+        r"missing term: I_l2$",
     ),
     Mistake(
         "mass replaced by the payload's",
@@ -70,7 +70,7 @@ MISTAKES = (
         "relative",
         (("m2*", "0*"),),
         r"M\[|bias|force",
-        r"short of .*m2",
+        r"missing term: .*m2",
     ),
     Mistake(
         "weight of the payload left out",
@@ -82,7 +82,7 @@ MISTAKES = (
             ("(m2*d2 + mp*L2)*cos(x[0] + x[1])", "(m2*d2)*cos(x[0] + x[1])"),
         ),
         r"force",
-        r"short of .*m_payload",
+        r"missing term: .*m_payload",
     ),
     Mistake(
         "sum of masses for a product",
@@ -91,7 +91,7 @@ MISTAKES = (
         "relative",
         (("h[1] = (m2*L1*d2", "h[1] = ((m1 + m2)*L1*d2"),),
         r"bias\[theta_2\]",
-        r"m1 L1 d2 sin\(theta_2\) too much|m1 d2 L1 sin\(theta_2\) too much|m1 \+ m2",
+        r"extra term: m1 L1 d2 sin\(theta_2\)|extra term: m1 d2 L1 sin\(theta_2\)|m1 \+ m2",
     ),
     Mistake(
         "mass missing in a centrifugal term",
@@ -159,7 +159,7 @@ MISTAKES = (
         "relative",
         (("M[1, 1] = I2 + m2*d2**2", "M[1, 1] = I2 + 2*m2*d2**2"),),
         r"M\[theta_2, theta_2\]",
-        r"m2 d2\^2 times 2|m2 d2\^2 too much",
+        r"m2 d2\^2 times 2|extra term: m2 d2\^2",
     ),
     Mistake(
         "parallel axis left out",
@@ -168,7 +168,7 @@ MISTAKES = (
         "absolute",
         (("M[1, 1] = I2 + m2*d2**2 +", "M[1, 1] = I2 +"),),
         r"M\[phi_2, phi_2\]",
-        r"short of m2 d2\^2",
+        r"missing term: m2 d2\^2",
     ),
     Mistake(
         "a length that is not squared",
@@ -231,7 +231,7 @@ MISTAKES = (
         "absolute",
         (("k2*(v[1] - v[0])", "k2*v[1]"),),
         r"force",
-        r"short of -?c2 phi_1'",
+        r"missing term: -?c2 phi_1'",
     ),
     Mistake(
         "friction without its reaction",
@@ -240,7 +240,7 @@ MISTAKES = (
         "absolute",
         (("+ k2*(v[1] - v[0]) - g", "- g"),),
         r"force\[phi_1\]",
-        r"(friction|c2).*(reaction|short)|short of .*c2",
+        r"(friction|c2).*(reaction|missing)|missing term: .*c2",
     ),
     Mistake(
         "torque without its reaction",
@@ -249,7 +249,7 @@ MISTAKES = (
         "absolute",
         (("f[0] = T[0] - T[1]", "f[0] = T[0]"),),
         r"force\[phi_1\]",
-        r"short of -?(1 )?T_2",
+        r"missing term: -?(1 )?T_2",
     ),
     Mistake(
         "half of a whole",
@@ -258,7 +258,7 @@ MISTAKES = (
         "absolute",
         (("M[0, 0] = I1 +", "M[0, 0] = 2*I1 +"),),
         r"M\[phi_1, phi_1\]",
-        r"I_l1 times 2|I_l1 too much",
+        r"I_l1 times 2|extra term: I_l1",
     ),
     Mistake(
         "orbit of the planets by the base radius",
@@ -384,7 +384,7 @@ MISTAKES = (
         "displacements",
         (("stages[1].m)", "stages[1].m - stages[1].N*stages[1].m_p)"),),
         r"M\[theta_1, theta_1\]",
-        r"short of N2 m_p2 L1\^2|short of m_p2 N2 L1\^2",
+        r"missing term: N2 m_p2 L1\^2|missing term: m_p2 N2 L1\^2",
     ),
     Mistake(
         "everything at the elbow missing",
@@ -393,7 +393,7 @@ MISTAKES = (
         "spins",
         (("+ stages[1].m)", ")"),),
         r"M\[phi_1, phi_1\]",
-        r"short of .*(?=.*m_s2)(?=.*m_p2)(?=.*m_c2)(?=.*m_r2)",
+        r"missing term: .*(?=.*m_s2)(?=.*m_p2)(?=.*m_c2)(?=.*m_r2)",
     ),
     Mistake(
         "spin of the sun without its base's",
@@ -402,7 +402,7 @@ MISTAKES = (
         "displacements",
         ((" + s.r_s*base", ""),),
         r"M\[",
-        r"short of .*M_s2.*r_s2",
+        r"missing term: .*M_s2.*r_s2",
     ),
     Mistake(
         "spin of the planets without their base's",
@@ -411,7 +411,7 @@ MISTAKES = (
         "angles",
         (("base - planet)", "planet)"),),
         r"M\[",
-        r"short of -?N2 M_p2 r_p2\^2",
+        r"missing term: -?N2 M_p2 r_p2\^2",
     ),
     Mistake(
         "carrier's turning missing in the planets' spin",
@@ -420,7 +420,7 @@ MISTAKES = (
         "displacements",
         (("spin(s.N*s.M_p, x_pr + s.r_cp*turn", "spin(s.N*s.M_p, x_pr"),),
         r"M\[",
-        r"short of -?N[12] M_p[12] (r_p[12] )?r_cp[12]",
+        r"missing term: -?N[12] M_p[12] (r_p[12] )?r_cp[12]",
     ),
     Mistake(
         "motor without its reaction",
@@ -429,7 +429,7 @@ MISTAKES = (
         "spins",
         (("(sun - base)\n    f -=", "sun\n    f -="),),
         r"force\[phi_1\]",
-        r"short of -?T_2/n2|short of -?1/n2 T_2",
+        r"missing term: -?T_2/n2|missing term: -?1/n2 T_2",
     ),
     Mistake(
         "friction of a gear without its reaction",
@@ -438,7 +438,7 @@ MISTAKES = (
         "spins",
         (("f -= s.k*(turn @ v)*turn", "f -= s.k*(turn @ v)*phi[j]"),),
         r"force\[phi_1\]",
-        r"(friction|c2).*(reaction|short)|short of .*c2",
+        r"(friction|c2).*(reaction|missing)|missing term: .*c2",
     ),
     Mistake(
         "backlash halved once more",

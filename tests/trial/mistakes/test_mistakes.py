@@ -62,7 +62,7 @@ def test_a_mistake_in_degrees_is_looked_at_in_built_in_coordinates():
     made_of = made(factory, asked.arm, load_scenario("pd"), "degrees")
     (wrong,) = diagnosed(replace(asked, equations=made_of))
     assert (wrong.place.row, wrong.place.column) == (1, 1)
-    said = "yours is short of (I_l2 - I_l1); I_l1 where I_l2 belongs, in M[phi_2, phi_2]?"
+    said = "missing term: (I_l2 - I_l1); I_l1 where I_l2 belongs, in M[phi_2, phi_2]?"
     assert guess(wrong) == said
 
 
