@@ -72,7 +72,7 @@ def summary(trial: Trial) -> Iterator[str]:
     for each in trial.misread:
         yield misread_line(each, bench.frame.names)
     if trial.missing:
-        yield f"not handed over, so not judged: {', '.join(trial.missing)}"
+        yield f"not supplied, so not judged: {', '.join(trial.missing)}"
 
 
 def misread_line(found: Misread, names: Sequence[str]) -> str:

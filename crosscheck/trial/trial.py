@@ -88,7 +88,7 @@ class Trial:
     or are closest to; '' of geared ones. apart: by part, how far each entry is from the
     reference's, relative to its size: M (n, n), terms of the bias (n, n, n), force (n,). wrong:
     the entries that are not right, here or on ``probes``, other arms that were asked too. missing:
-    parts that were not handed over. misread: parts that units or the order of numbers explain.
+    parts that were not supplied. misread: parts that units or the order of numbers explain.
     traces: of parts that raised.
     """
 

@@ -34,8 +34,6 @@ BANNED = {
     r"formal order": "observed order of convergence",
 }
 TEMPLATES = ROOT / "crosscheck" / "report" / "templates"
-# What quotes the audit's pages and the trial's sentences has their words.
-QUOTING = ("audit.md", "your-own-model.md", "notebook.md")
 TEXTS = [
     path
     for path in (
@@ -45,7 +43,7 @@ TEXTS = [
         *sorted((ROOT / "docs").rglob("*.md")),
         *sorted(TEMPLATES.glob("*.j2")),
     )
-    if path.name not in QUOTING and path.parent.name != "generated"
+    if path.parent.name != "generated"
 ]
 
 
