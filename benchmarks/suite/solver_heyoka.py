@@ -167,7 +167,7 @@ def by_contact_events(model: AnalyticModel, grid: np.ndarray) -> Solver:
 
     hy.set_logger_level_critical()  # it warns of every event in a long line
     own, n = equations(model, True), len(model.layout)
-    start, contacts = _moment_later(model, own.gaps)
+    start, contacts = _moment_later(model)
     made: dict[float, Any] = {}
     events = [
         hy.t_event(gap - side * float(model.gears.b[i]), callback=_Change(i, side, model))
@@ -191,12 +191,11 @@ def by_contact_events(model: AnalyticModel, grid: np.ndarray) -> Solver:
     return Solver("heyoka, contact events", "tol", run)
 
 
-def _moment_later(model: AnalyticModel, gaps: list[Any]) -> tuple[np.ndarray, np.ndarray]:
+def _moment_later(model: AnalyticModel) -> tuple[np.ndarray, np.ndarray]:
     """y (2 n,) shortly after the start, and the parameters of every mesh's contact there."""
     moment = refined(model, np.array([0.0, MOMENT_S]), MOMENT_S)
     q, v = moment.q[-1], moment.v[-1]
-    sides = np.empty(len(gaps), dtype=np.int64)
-    sides_of(model.gears, MOMENT_S, q, v, sides)
+    sides = sides_of(model, MOMENT_S, q, v)
     contacts = np.stack([abs(sides), sides * model.gears.b], axis=1)
     return np.concatenate([q, v]), contacts.ravel()
 
