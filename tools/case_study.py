@@ -1,0 +1,122 @@
+"""The page of the docs with the audit's results: ``python tools/case_study.py paper-report``.
+
+Reads claims.json and paper.html of a full `crosscheck paper` and writes
+docs/case-study/results.md.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+PAGE = Path(__file__).parents[1] / "docs" / "case-study" / "results.md"
+COLUMNS = {"as_modelled": "as modelled in the paper", "as_the_gears_are": "as the gears are"}
+HEAD = """\
+# What the audit found
+
+Made by `python tools/case_study.py` from `crosscheck paper` of {date}, revision {revision},
+{machine}. Its page has every number behind a verdict, with figures; `claims.json` has them for
+programs.
+
+*As modelled in the paper* lumps the planets and takes its law of the mesh phase; *as the gears
+are* has free planets and the integral of the mesh frequency. A claim *holds* if its statement is
+true in nine of ten perturbed starts, in both readings of Table I and at every damping ratio.
+*Depends* says that some of these settings give yes and others no, *bistable* that single starts
+decide.
+"""
+
+
+def page(folder: Path) -> str:
+    """The page as Markdown, of a folder of `crosscheck paper`."""
+    found = json.loads((folder / "claims.json").read_text(encoding="utf-8"))
+    html = (folder / "paper.html").read_text(encoding="utf-8")
+    made, chapters = found["provenance"], found["chapters"]
+    head = HEAD.format(
+        date=made["created"][:10], revision=made["revision"], machine=made["machine"]
+    )
+    parts = [head, "## Six findings\n", *findings(html)]
+    parts += ["## Errors in the printed equations\n", errata(chapters["errata"])]
+    parts += ["## Every claim\n", counts(chapters["claims"])]
+    for section in dict.fromkeys(each["section"] for each in chapters["claims"]):
+        rows = [each for each in chapters["claims"] if each["section"] == section]
+        parts += [
+            f"### {_section(section)}\n",
+            table(["claim", "statement", *COLUMNS.values()], map(row, rows)),
+        ]
+    return "\n".join(parts)
+
+
+def findings(html: str) -> Iterator[str]:
+    """The articles of the page's first screen without figures and links."""
+    for article in re.findall(r'<article class="finding">(.*?)</article>', html, flags=re.S):
+        plain = re.sub(r"<figure.*?</figure>|<svg.*?</svg>|</?a\b[^>]*>", "", article, flags=re.S)
+        title, rest = re.fullmatch(r"\s*<h3[^>]*>(.*?)</h3>(.*)", plain, flags=re.S).groups()  # type: ignore[union-attr]
+        yield f"### {title}\n\n{' '.join(rest.split())}\n"
+
+
+def errata(rows: list[dict[str, Any]]) -> str:
+    """Those of class equation, the labelled reading."""
+    own = [each for each in rows if each.get("class") == "equation" and "labelled" in each["id"]]
+    cells = (
+        [
+            each["where"],
+            f"${each['printed_tex']}$" if each.get("printed_tex") else each["printed"],
+            f"${each['derived_tex']}$" if each.get("derived_tex") else each["derived"],
+            effect(each),
+        ]
+        for each in own
+    )
+    return table(["where", "printed", "right", "effect on a run"], cells)
+
+
+def effect(each: dict[str, Any]) -> str:
+    """On angle and mesh force under constant torque and under PD control."""
+    told = []
+    for run, words in (("constant_torque", "constant torque"), ("pd", "PD control")):
+        angle, force = each.get(f"{run}_theta_rad"), each.get(f"{run}_force_N")
+        if angle is not None and force is not None:
+            told.append(f"{words}: {angle:.1e} rad, {float(f'{force:.2g}'):g} N")
+    return "; ".join(told)
+
+
+def counts(claims: list[dict[str, Any]]) -> str:
+    """How many claims have each verdict in each column."""
+    found = {key: Counter(verdict(each, key).split(" (")[0] for each in claims) for key in COLUMNS}
+    kinds = sorted({kind for column in found.values() for kind in column})
+    cells = ([kind, *(str(found[key][kind]) for key in COLUMNS)] for kind in kinds)
+    return table(["verdict", *COLUMNS.values()], cells)
+
+
+def verdict(claim: dict[str, Any], column: str) -> str:
+    """In words, with the counts of settings where they do not all say the same."""
+    own = claim["models"].get(column)
+    if own is None:  # decided without a run
+        return str(claim["verdict"])
+    by = own["counts"]
+    mixed = [f"{by[kind]} {kind}" for kind in by if by[kind]]
+    return f"{own['verdict']} ({', '.join(mixed)})" if len(mixed) > 1 else str(own["verdict"])
+
+
+def row(claim: dict[str, Any]) -> list[str]:
+    """Of the table of claims."""
+    return [claim["id"], claim["statement"], *(verdict(claim, column) for column in COLUMNS)]
+
+
+def table(head: list[str], rows: Any) -> str:
+    """In Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    cells = ([str(cell).replace("|", "\\|").replace("\n", " ") for cell in line] for line in lines)
+    return "\n".join(f"| {' | '.join(line)} |" for line in cells) + "\n"
+
+
+def _section(name: str) -> str:
+    return name if not name[:1].isdigit() else f"Section {name}"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(Path(sys.argv[1])), encoding="utf-8")
