@@ -65,13 +65,22 @@ def errata(rows: list[dict[str, Any]]) -> str:
     cells = (
         [
             each["where"],
-            f"${each['printed_tex']}$" if each.get("printed_tex") else each["printed"],
-            f"${each['derived_tex']}$" if each.get("derived_tex") else each["derived"],
+            formula(each, "printed"),
+            formula(each, "derived"),
             effect(each),
         ]
         for each in own
     )
     return table(["where", "printed", "right", "effect on a run"], cells)
+
+
+def formula(each: dict[str, Any], side: str) -> str:
+    """A side of an erratum; its words where it is no formula."""
+    tex = each.get(f"{side}_tex")
+    if not tex:
+        return str(each[side])
+    # Docutils sets the index of an accented letter below it, unless they are parted.
+    return "$" + re.sub(r"(\\d+ot\{[^}]*\})_", r"\1{}_", tex) + "$"
 
 
 def effect(each: dict[str, Any]) -> str:
