@@ -6,6 +6,7 @@ Nothing that the paper speaks of happens in them: what is left is to say so, eve
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -32,6 +33,7 @@ from tests.audit.markup import SVG, axis_problems, page_problems, uneven_tables
 from tests.audit.published import BRIEF, Name, Noting, Published, few_settings
 from tests.audit.views import is_view
 from tests.processes import command_line
+from tools import case_study
 
 pytestmark = pytest.mark.slow
 
@@ -96,6 +98,15 @@ def test_every_file_is_there_and_whole(published: Published) -> None:
         assert run["time"].values[-1] == pytest.approx(BRIEF.longest_s)
         assert run.attrs["model"] == variant.model
         assert all(np.isfinite(values).all() for values in run.data_vars.values())
+
+
+def test_the_docs_page_has_every_finding_erratum_and_claim(published: Published):
+    page = case_study.page(published.out)
+    claims = published.json["chapters"]["claims"]
+    assert all(f"| {claim['id']} | " in page for claim in claims)
+    assert re.findall(r"^### (\d)\. ", page, flags=re.M) == list("123456")
+    assert "<a " not in page
+    assert "| Eq. 21, M_33 |" in page
 
 
 def test_the_errata_sheet_is_made_of_even_tables(published: Published) -> None:
