@@ -51,7 +51,7 @@ def own_equations(text: str, robot: Robot) -> OwnEquations:
         found = object_named(text)
         if callable(found) and not any(hasattr(found, part) for part in PARTS):
             found = found(robot)
-    functions = {part: getattr(found, part, None) for part in PARTS}
+        functions = {part: getattr(found, part, None) for part in PARTS}
     for part, function in functions.items():
         if function is not None and not callable(function):
             kind = type(function).__name__

@@ -16,6 +16,7 @@ from crosscheck.models.robot.robot import LEVELS, Level, Robot, RobotBody
 STATES = 12
 # What an explanation may leave, of the largest difference; and of a quantity's size, by rounding.
 LEFT, ROUNDING = 1e-5, 1e-12
+LARGEST = 1e50  # of a number that can be compared
 PARTS = ("mass_matrix", "bias", "gravity")
 
 
@@ -89,11 +90,12 @@ class _Question:
             values = []
             for answer in answers:
                 try:
-                    value = np.asarray(answer, dtype=float)
+                    given = np.asarray(answer)
+                    value = np.array(np.nan) if given.dtype.kind == "c" else given.astype(float)
                 except (TypeError, ValueError):
                     value = np.array(np.nan)
-                if value.shape != shape or not np.isfinite(value).all():
-                    allowed = f"must return finite numbers of shape {shape}"
+                if value.shape != shape or not (np.abs(value) <= LARGEST).all():
+                    allowed = f"must return real numbers up to {LARGEST:g} of shape {shape}"
                     raise InputError(where, part, None, allowed)
                 values.append(value)
             found.append(np.array(values))

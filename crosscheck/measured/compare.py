@@ -12,7 +12,7 @@ import numpy as np
 from crosscheck.measured.forward import Window, windows
 from crosscheck.measured.parameters import Estimate, Parameter, alone, increased, parameters
 from crosscheck.measured.parameters import together as base_of
-from crosscheck.measured.record import Record, require_same_units
+from crosscheck.measured.record import Record, require_same_units, require_slow
 from crosscheck.measured.residual import Fit, Normal, fits, normal_equations, whitening
 from crosscheck.measured.smoothing import Block, blocks, chosen_spacing
 from crosscheck.models.arm.arm import Arm
@@ -157,13 +157,13 @@ def compare(
     motion = SmoothedMotion(
         *(np.concatenate([getattr(b, name) for b in every]) for name in SmoothedMotion._fields)
     )
+    require_slow(record, motion.rates)
     require_same_units(record, motion.rates)
 
     models = {level: _model(f"analytic:{level}", arm) for level in RIGID_LEVELS}
     found = fits(
         every,
         [*models.values()],
-        models["coupled"],
         lambda done: told("comparing the levels", done, rows),
     )
     levels = _ranked(dict(zip(models, found, strict=True)))
@@ -240,11 +240,15 @@ def _changed(arm: Arm, parameter: Parameter, level: str) -> tuple[Model, float]:
 
 def _ranked(found: Mapping[str, Fit]) -> tuple[LevelResult, ...]:
     """By likelihood; where more than noise is left, what is left counts as noise for all."""
-    best = min(found.values(), key=lambda fit: fit.chi2)
-    scale = 2 * max(best.chi2 / best.freedom, 1.0)
-    ratios = {name: exp(min((fit.chi2 - best.chi2) / scale, 690.0)) for name, fit in found.items()}
-    levels = [LevelResult(name, fit, ratios[name]) for name, fit in found.items()]
-    return tuple(sorted(levels, key=lambda level: level.fit.chi2))
+    least = min(found.values(), key=lambda fit: fit.chi2)
+    scale = max(least.chi2 / least.freedom, 1.0)
+    twice = {name: fit.chi2 / scale + fit.spread for name, fit in found.items()}
+    best = min(twice.values())
+    levels = [
+        LevelResult(name, fit, exp(min((twice[name] - best) / 2, 690.0)))
+        for name, fit in found.items()
+    ]
+    return tuple(sorted(levels, key=lambda level: twice[level.name]))
 
 
 def _some(pieces: Sequence[Block]) -> list[Block]:

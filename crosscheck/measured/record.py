@@ -6,6 +6,7 @@ import io
 import re
 import signal
 import warnings
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import pi
@@ -43,6 +44,11 @@ FACTORS = {
     "the times are in milliseconds": 1e3,
 }
 ALIKE = 0.02
+# Largest numbers [rad, rad/s, N m] and times [s], as of an arm's start and drive; and how far a
+# joint must move: levels differ in what it takes to accelerate one.
+LARGEST = {"theta": 1e4, "theta_dot": 1e4, "torque": 1e9}
+LATEST = 1e10
+LEAST_MOTION = 1e-6  # [rad]
 
 
 @dataclass(frozen=True)
@@ -86,7 +92,8 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
     _require_rising(where, time)
     for kind, table in tables.items():
         if table is not None:
-            _require_finite(where, kind, time.size, table)
+            _require_usable(where, kind, time.size, table)
+    _require_motion(where, angles)
     return Record(where, time, angles, tables["theta_dot"], tables["torque"])
 
 
@@ -96,6 +103,9 @@ def _of_csv(where: str, content: bytes) -> dict[str, np.ndarray]:
     except UnicodeDecodeError:
         raise InputError(where, "", None, "is not UTF-8 text; a CSV file is expected") from None
     names = [name.strip() for name in lines.readline().split(",")]
+    if len(names) == 1 and (other := re.search(r"[;\t]", names[0])):
+        allowed = "separates the columns; must be a comma, and a dot before decimals"
+        raise InputError(where, "line 1", other[0], allowed)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of a table without rows
@@ -108,9 +118,9 @@ def _of_csv(where: str, content: bytes) -> dict[str, np.ndarray]:
     if len(names) != table.shape[1]:
         reason = f"names {len(names)} columns, the rows have {table.shape[1]}"
         raise InputError(where, "line 1", None, reason)
-    twice = next((name for name in names if names.count(name) > 1), "")
+    twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
-        raise InputError(where, "line 1", twice, "is there twice")
+        raise InputError(where, "line 1", twice[0], "is there twice")
     return dict(zip(names, table.T, strict=True))
 
 
@@ -248,10 +258,11 @@ def _table(
                 reason = f"has shape {values.shape}; must be (times, {joints}), the arm's joints"
                 raise InputError(where, name, None, reason)
             return values * UNITS[kind][unit]
-    numbers = {int(m[2]) for name in columns if (m := NUMBERED.fullmatch(name)) and m[1] == kind}
-    if numbers - set(range(1, joints + 1)):
-        worst = max(numbers)
-        raise InputError(where, f"{kind}_{worst}", None, f"the arm has {joints} joints")
+    numbers = {m[2] for name in columns if (m := NUMBERED.fullmatch(name)) and m[1] == kind}
+    wrong = sorted(numbers - {str(number) for number in range(1, joints + 1)})
+    if wrong:
+        allowed = f"the arm has {joints} joints, numbered from 1"
+        raise InputError(where, f"{kind}_{wrong[0]}", None, allowed)
     found = [_taken(where, columns, kind, number) for number in range(1, joints + 1)]
     given = [values for values in found if values is not None]
     if not given:
@@ -263,9 +274,12 @@ def _table(
 
 
 def _require_rising(where: str, time: np.ndarray) -> None:
-    wrong = np.flatnonzero(~np.isfinite(time))
+    wrong = np.flatnonzero(~(np.abs(time) <= LATEST))
     if wrong.size:
-        raise InputError(where, f"t, row {wrong[0] + 1}", None, "must be a number")
+        row = int(wrong[0])
+        value = float(time[row])
+        shown = value if np.isfinite(value) else None
+        raise InputError(where, f"t, row {row + 1}", shown, f"must be a number up to {LATEST:g} s")
     wrong = np.flatnonzero(np.diff(time) <= 0)
     if wrong.size:
         row = int(wrong[0]) + 1
@@ -273,14 +287,34 @@ def _require_rising(where: str, time: np.ndarray) -> None:
         raise InputError(where, f"t, row {row + 1}", value, f"must be after {float(time[row - 1])}")
 
 
-def _require_finite(where: str, kind: str, rows: int, table: np.ndarray) -> None:
+def _require_usable(where: str, kind: str, rows: int, table: np.ndarray) -> None:
     if len(table) != rows:
         raise InputError(where, kind, None, f"has {len(table)} rows, the times have {rows}")
-    wrong = np.argwhere(~np.isfinite(table))
+    wrong = np.argwhere(~(np.abs(table) <= LARGEST[kind]))
     if wrong.size:
         row, joint = map(int, wrong[0])
-        allowed = "must be a number: cut the record where it has gaps"
-        raise InputError(where, f"{kind}_{joint + 1}, row {row + 1}", None, allowed)
+        value = float(table[row, joint])
+        shown = value if np.isfinite(value) else None
+        allowed = f"must be at most {LARGEST[kind]:g} in size, in SI units"
+        if shown is None:
+            allowed = "must be a number: cut the record where it has gaps"
+        raise InputError(where, f"{kind}_{joint + 1}, row {row + 1}", shown, allowed)
+
+
+def _require_motion(where: str, angles: np.ndarray) -> None:
+    if len(angles) and np.ptp(angles, axis=0).max() < LEAST_MOTION:
+        allowed = f"is the same in every row; a joint must move by {LEAST_MOTION:g} rad at least"
+        raise InputError(where, "theta", None, allowed)
+
+
+def require_slow(record: Record, slopes: np.ndarray) -> None:
+    """Raise InputError where the angles' slopes [rad/s] (N, joints) are faster than any arm."""
+    most, limit = np.abs(slopes).max(axis=0), LARGEST["theta_dot"]
+    if not most.max() <= limit:
+        joint = int(np.argmax(most))
+        allowed = f"must be at most {limit:g} rad/s: are angles and times in other units?"
+        value = float(most[joint])
+        raise InputError(record.where, f"slope of theta_{joint + 1}", value, allowed)
 
 
 def require_same_units(record: Record, slopes: np.ndarray) -> None:

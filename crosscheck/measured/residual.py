@@ -27,41 +27,41 @@ ROUNDED = 1e-12  # of a covariance's mean variance: what keeps it definite
 class Fit:
     """How well one model explains a record.
 
-    chi2: sum of squares of the whitened residuals, over degrees of freedom as many; left and noise
+    chi2: sum of squares of the residuals whitened by the model's own noise, over degrees of freedom
+    as many; spread: logarithm of the determinant of that noise's covariance; left and noise
     (joints,) [N m]: rms of the smoothed residual, and what the record's noise makes of it.
     """
 
     chi2: float
+    spread: float
     freedom: int
     left: np.ndarray
     noise: np.ndarray
 
 
-def fits(
-    blocks: Iterable[Block], models: Sequence[Model], reference: Model, told: Told
-) -> list[Fit]:
-    """One of each model, over all blocks; reference: whose mass matrix carries the noise."""
-    chi2, freedom, rows = np.zeros(len(models)), 0, 0
-    left = np.zeros((len(models), len(reference.arm.joints)))
-    noise = np.zeros(left.shape[1])
+def fits(blocks: Iterable[Block], models: Sequence[Model], told: Told) -> list[Fit]:
+    """One of each model, over all blocks."""
+    shape = len(models), len(models[0].arm.joints)
+    chi2, spread, freedom, rows = np.zeros(len(models)), np.zeros(len(models)), 0, 0
+    left, noise = np.zeros(shape), np.zeros(shape)
     for block in blocks:
-        whiten, covariance = whitening(block, reference)
         inverse = np.linalg.inv(block.gram)
-        size, joints = len(block.gram), left.shape[1]
+        size, joints = len(block.gram), shape[1]
         for number, model in enumerate(models):
+            whiten, covariance = whitening(block, model)
             sums = _summed(block, block.torques - _inverse(model, block))
             chi2[number] += (whiten(sums) ** 2).sum()
+            spread[number] += np.linalg.slogdet(covariance)[1]
             left[number] += np.einsum("kj,kl,lj->j", sums, inverse, sums)
-        for joint in range(joints):
-            own = slice(joint * size, (joint + 1) * size)
-            noise[joint] += np.trace(inverse @ covariance[own, own])
+            for joint in range(joints):
+                own = slice(joint * size, (joint + 1) * size)
+                noise[number, joint] += np.trace(inverse @ covariance[own, own])
         freedom += size * joints
         rows += len(block.time)
         told(rows)
-    rms = np.sqrt(noise / rows)
     return [
-        Fit(float(each), freedom, np.sqrt(of / rows), rms)
-        for each, of in zip(chi2, left, strict=True)
+        Fit(float(each), float(wide), freedom, np.sqrt(of / rows), np.sqrt(by / rows))
+        for each, wide, of, by in zip(chi2, spread, left, noise, strict=True)
     ]
 
 

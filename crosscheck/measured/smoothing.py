@@ -22,6 +22,8 @@ TRIED, MOST_TRIED = 3, 8192  # parts by which the distance of the knots is chose
 # Of a variance, by how much fewer knots may raise it, in standard deviations of its estimate.
 RAISED = 3.0
 LEAST_NOISE = 1e-9  # of a signal's size: a simulated one may have less
+ROUNDING = 1e-13  # of a signal's size: what a spline of a constant leaves
+LEAST_SIZE = 1e-3  # [rad, N m], of a signal that is zero or near it
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,9 @@ def chosen_spacing(record: Record) -> int:
     variances = np.array(
         [np.mean([_left(record, part, each) for part in parts], axis=0) for each in possible]
     )
+    # A joint that stands still leaves rounding, which other knots may lower or raise.
+    least = (ROUNDING * np.abs(record.angles).max(axis=0)) ** 2
+    variances = np.maximum(variances, least)
     scatter = 1 + RAISED * np.sqrt(2 / (len(parts) * taken))
     enough = (variances <= scatter * variances[0]).all(axis=1)
     enough &= np.cumprod(enough).astype(bool)  # and every finer one too
@@ -101,7 +106,7 @@ def _block(record: Record, torques: np.ndarray, part: slice, spacing: int) -> Bl
     noise = []
     for signal in (angles, given):
         apart = signal - bases[0] @ cho_solve(factored, bases[0].T @ signal)
-        least = LEAST_NOISE * np.abs(signal).max(axis=0) + np.finfo(float).tiny
+        least = LEAST_NOISE * np.maximum(np.abs(signal).max(axis=0), LEAST_SIZE)
         noise.append(np.maximum(np.sqrt((apart**2).sum(axis=0) / free), least))
     fitted = cho_solve(factored, bases[0].T @ angles)
     angles, rates, accelerations = (basis @ fitted for basis in bases)

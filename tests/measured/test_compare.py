@@ -14,7 +14,7 @@ from scipy.interpolate import BSpline
 from crosscheck.measured.forward import windows
 from crosscheck.measured.output import first_lines
 from crosscheck.measured.parameters import alone, changed, increased, parameters
-from crosscheck.measured.record import read_record, require_same_units
+from crosscheck.measured.record import Record, read_record, require_same_units
 from crosscheck.measured.residual import normal_equations
 from crosscheck.measured.smoothing import DEGREE, blocks, chosen_spacing
 from crosscheck.models.errors import InputError
@@ -33,6 +33,26 @@ def test_the_true_level_is_named(labelled, true):
     assert found.repairs == ()
     assert found.angle_noise == pytest.approx([ANGLE_NOISE] * 2, rel=0.05)
     assert found.torque_noise == pytest.approx([TORQUE_NOISE] * 2, rel=0.05)
+
+
+def test_noise_is_that_of_each_level_where_a_joint_stands_still(labelled):
+    """Noise of a joint's acceleration passes to both torques, by the level's own mass matrix."""
+    model, time = level(labelled, "armature"), np.arange(4000) * 1e-3
+    moved = motion(2, time, 0.3)
+    for signal, value in zip(moved, (0.4, 0.0, 0.0), strict=True):
+        signal[:, 1] = value
+    rng = np.random.default_rng(0)
+    torques = model.inverse_dynamics(*moved) + TORQUE_NOISE * rng.normal(size=(4000, 2))
+    noisy = np.column_stack([np.round(moved[0][:, 0], 4), moved[0][:, 1]])  # steps of an encoder
+    found = compared(Record("a record", time, noisy, None, torques), labelled)
+    assert (found.best.name, found.explained) == ("armature", True)
+
+
+def test_a_joint_that_is_zero_throughout_is_compared(labelled):
+    record = record_of(level(labelled, "links"), rows=500)
+    for signal in (record.angles, record.torques):
+        signal[:, 1] = 0.0
+    assert not compared(record, labelled).explained
 
 
 def test_levels_that_a_record_cannot_tell_apart_are_undecided(labelled):

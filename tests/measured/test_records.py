@@ -92,6 +92,13 @@ def cell(text: str, row: int, column: int, value: str) -> str:
     return "\n".join(",".join(line) for line in lines) + "\n"
 
 
+def scaled(text: str, columns: list[int], factor: float) -> str:
+    head, *lines = text.splitlines()
+    rows = np.array([line.split(",") for line in lines], dtype=float)
+    rows[:, columns] *= factor
+    return "\n".join([head, *(",".join(map(repr, row)) for row in rows.tolist())]) + "\n"
+
+
 BAD = {
     "no times": (lambda text: text.replace("t_s", "clock"), "has no times; a column must be one"),
     "a time without a unit": (lambda text: text.replace("t_s", "t"), "t: has no unit in its name"),
@@ -118,6 +125,21 @@ BAD = {
         lambda text: text.replace("theta_2_rad", "theta_1_rad"),
         "line 1 = 'theta_1_rad': is there twice",
     ),
+    "a joint of no number": (
+        lambda text: text.replace("theta_1", "theta_0"),
+        "theta_0: the arm has",
+    ),
+    "a joint of many digits": (
+        lambda text: text.replace("theta_1", "theta_" + "9" * 5000),
+        "the arm has 2 joints, numbered from 1",
+    ),
+    "semicolons": (lambda text: text.replace(",", ";"), "line 1 = ';': separates the columns"),
+    "tabs": (lambda text: text.replace(",", "\t"), "line 1 = '\\t': separates the columns"),
+    "a huge angle": (lambda text: cell(text, 5, 1, "1e300"), "theta_1, row 5 = 1e+300: must be at"),
+    "a huge torque": (lambda text: cell(text, 5, 3, "1e300"), "torque_1, row 5 = 1e+300: must be"),
+    "a huge time": (lambda text: cell(text, 600, 0, "1e300"), "t, row 600 = 1e+300: must be"),
+    "nanoseconds apart": (lambda text: scaled(text, [0], 1e-9), "slope of theta_"),
+    "nothing moves": (lambda text: scaled(text, [1, 2], 0.0), "theta: is the same in every row"),
     "few rows": (lambda text: "\n".join(text.splitlines()[:21]) + "\n", "has 20 rows; must be at"),
     "no rows": (lambda text: HEADER + "\n", "has no rows below the names"),
     "nothing": (lambda text: "", "has no rows below the names"),

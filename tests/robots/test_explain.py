@@ -172,10 +172,16 @@ def test_nothing_is_guessed_where_nothing_fits(sliding):
 
 @pytest.mark.parametrize(
     ("answer", "part"),
-    [(lambda q: np.eye(2), "mass_matrix"), (lambda q: None, "gravity"), (lambda q: "a", "gravity")],
+    [
+        (lambda q: np.eye(2), "mass_matrix"),
+        (lambda q: None, "gravity"),
+        (lambda q: "a", "gravity"),
+        (lambda q: q + 1j, "gravity"),
+        (lambda q: 1e300 * q, "gravity"),
+    ],
 )
 def test_answers_of_another_shape_are_refused(sliding, answer, part):
-    with pytest.raises(InputError, match="finite numbers of shape"):
+    with pytest.raises(InputError, match="real numbers up to 1e\\+50 of shape"):
         explained(OwnEquations(**{part: answer}), sliding, 0)
 
 
@@ -196,6 +202,21 @@ def made(robot):
 def raising(robot):
     return SimpleNamespace(gravity=lambda q: 1 / 0)
 
+class Wordless(Exception):
+    def __str__(self):
+        raise RuntimeError
+
+def wordless(robot):
+    raise Wordless
+
+class Torn:
+    @property
+    def gravity(self):
+        raise RuntimeError("torn")
+
+def torn(robot):
+    return Torn()
+
 empty, numbers = SimpleNamespace(), SimpleNamespace(bias=3.0)
 """
 
@@ -215,6 +236,8 @@ def test_the_command_names_it_and_writes_json(crosscheck: Command, tmp_path: Pat
     ("name", "fragment"),
     [
         ("raising", "raises ZeroDivisionError: division by zero (mine.py, line 15)"),
+        ("wordless", "raises Wordless (mine.py, line 22)"),
+        ("torn", "raises RuntimeError: torn (mine.py, line 27)"),
         ("empty", "has none of mass_matrix, bias, gravity"),
         ("numbers", "bias: is a float; must be a function"),
         ("nobody", "no nobody in"),

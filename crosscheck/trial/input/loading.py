@@ -156,9 +156,18 @@ def _told(where: str, folder: Path) -> Iterator[None]:
     except BaseException as error:
         if was_stopped():
             raise
-        said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-        reason = f"raises {said}{_line(error, folder)}"
+        reason = f"raises {_said(error)}{_line(error, folder)}"
         raise InputError(where, "", None, reason) from error
+
+
+def _said(error: BaseException) -> str:
+    """The error's class, and what it says if it says anything."""
+    name = type(error).__name__
+    try:
+        text = str(error)
+    except Exception:  # a class of the user's own, whose text fails too
+        text = ""
+    return f"{name}: {text}" if text else name
 
 
 def _line(error: BaseException, folder: Path) -> str:
