@@ -172,9 +172,10 @@ def test_a_given_motion_beyond_the_limits_is_told(crosscheck: Command, tmp_path)
 
 
 def test_a_given_motion_that_is_too_short_is_refused(crosscheck: Command, tmp_path):
-    file = written(tmp_path, np.linspace(0, 0.5, 400), np.zeros((400, 3)))
+    angles = np.linspace(0, 0.1, 400)[:, None] * np.ones(3)
+    file = written(tmp_path, np.linspace(0, 0.5, 400), angles)
     assert_one_line(crosscheck("cost", "sliding", "--motion", file), "motion.csv", "1.1 s at least")
-    few = written(tmp_path, np.linspace(0, 2, 400), np.zeros((400, 2)))
+    few = written(tmp_path, np.linspace(0, 2, 400), angles[:, :2])
     assert_one_line(crosscheck("cost", "sliding", "--motion", few), "motion.csv", "theta_3")
 
 
