@@ -1,4 +1,4 @@
-"""The page of the docs with the audit's results: ``python tools/case_study.py paper-report``.
+"""The page of the docs with the audit's results: ``python -m tools.case_study paper-report``.
 
 Reads claims.json and paper.html of a full `crosscheck paper` and writes
 docs/case-study/results.md.
@@ -14,12 +14,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from tools.site import table
+
 PAGE = Path(__file__).parents[1] / "docs" / "case-study" / "results.md"
 COLUMNS = {"as_modelled": "as modelled in the paper", "as_the_gears_are": "as the gears are"}
 HEAD = """\
 # What the audit found
 
-Made by `python tools/case_study.py` from `crosscheck paper` of {date}, revision {revision},
+Made by `python -m tools.case_study` from `crosscheck paper` of {date}, revision {revision},
 {machine}. Its page has every number behind a verdict, with figures; `claims.json` has them for
 programs.
 
@@ -114,13 +116,6 @@ def verdict(claim: dict[str, Any], column: str) -> str:
 def row(claim: dict[str, Any]) -> list[str]:
     """Of the table of claims."""
     return [claim["id"], claim["statement"], *(verdict(claim, column) for column in COLUMNS)]
-
-
-def table(head: list[str], rows: Any) -> str:
-    """In Markdown."""
-    lines = [head, ["---"] * len(head), *rows]
-    cells = ([str(cell).replace("|", "\\|").replace("\n", " ") for cell in line] for line in lines)
-    return "\n".join(f"| {' | '.join(line)} |" for line in cells) + "\n"
 
 
 def _section(name: str) -> str:

@@ -41,7 +41,7 @@ def commands() -> str:
             if each.name != "help"
         ]
         if rows:
-            found.append(_table(["argument or option", "meaning", "default"], rows))
+            found.append(table(["argument or option", "meaning", "default"], rows))
     return "\n".join(found)
 
 
@@ -82,9 +82,9 @@ def models() -> str:
             "# Models and switches\n",
             "A `geared` model must agree with every other geared one; a `form` is the paper's and",
             "is measured against them; a `rigid` one has no gears.\n",
-            _table(["model", "role", "what it is", "abilities"], rows),
+            table(["model", "role", "what it is", "abilities"], rows),
             "## Switches\n",
-            _table(["switch", "values"], switches),
+            table(["switch", "values"], switches),
             inspect.cleandoc(Switches.__doc__ or "").replace("``", "`"),
             "",
         ]
@@ -99,7 +99,7 @@ def output_files() -> str:
         "## Trajectory: NetCDF of `crosscheck simulate`\n",
         "Over `time` [s] and `joint`; mesh variables over `planet`, too. Attributes: model, step,",
         "arm, scenario, switches, versions, command. `xarray.open_dataset(file)` reads it.\n",
-        _table(["variable", "unit", "meaning"], rows),
+        table(["variable", "unit", "meaning"], rows),
     ]
     for name, title in (
         ("agreement", "agreement.json of `crosscheck run` and `validate --json`"),
@@ -108,7 +108,7 @@ def output_files() -> str:
     ):
         file = ROOT / "crosscheck" / "schema" / f"{name}.schema.json"
         fields = _fields(json.loads(file.read_text(encoding="utf-8")), "")
-        found += [f"## {title}\n", _table(["field", "type", "meaning"], fields)]
+        found += [f"## {title}\n", table(["field", "type", "meaning"], fields)]
     return "\n".join(found)
 
 
@@ -146,7 +146,8 @@ def notebook(file: Path) -> str:
     return "\n\n".join(found) + "\n"
 
 
-def _table(head: list[str], rows: Any) -> str:
+def table(head: list[str], rows: Any) -> str:
+    """A table in Markdown."""
     lines = [head, ["---"] * len(head), *rows]
     shown = ["| " + " | ".join(_cell(each) for each in line) + " |" for line in lines]
     return "\n".join(shown) + "\n"

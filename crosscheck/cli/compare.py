@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from crosscheck.cli.answer import answer
 from crosscheck.kinds import MEASURED, MEASURED_PAGE
 from crosscheck.measured.compare import compare
 from crosscheck.measured.output import comparison_json, comparison_page, lines
 from crosscheck.measured.record import read_record
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_chosen
-from crosscheck.output import require_files, require_writable, write_files
-from crosscheck.report.words import printable
+from crosscheck.output import require_files, require_writable
 from crosscheck.runner.progress import progress_bar
 
 PAGE = "compare.html"
@@ -40,16 +40,8 @@ def compare_command(
     scenario = chosen.scenarios[0] if chosen.scenarios else None
     with progress_bar() as told:
         found = compare(own, chosen.arm, scenario, tolerances, told)
-    files: dict[Path, str | bytes] = {}
-    if json_file is not None:
-        files[json_file] = comparison_json(found)
-    if page is not None:
-        files[page] = comparison_page(found)
-    write_files(files)
-    for line in lines(found):
-        print(printable(line))
-    for path in files:
-        print(f"wrote {printable(str(path))}")
+    made = (json_file, lambda: comparison_json(found)), (page, lambda: comparison_page(found))
+    answer(lines(found), *made)
     return 0 if found.explained else 1
 
 

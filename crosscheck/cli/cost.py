@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from crosscheck.cli.answer import answer
 from crosscheck.cost.cost import FULL, QUICK, cost_of
 from crosscheck.cost.motion import given
 from crosscheck.cost.output import cost_json, cost_page, lines
 from crosscheck.kinds import COST, COST_PAGE
 from crosscheck.measured.record import read_record
 from crosscheck.models.robot.file import load_robot
-from crosscheck.output import require_files, require_writable, write_files
-from crosscheck.report.words import printable
+from crosscheck.output import require_files, require_writable
 from crosscheck.runner.progress import progress_bar
 
 PAGE = "cost.html"
@@ -34,14 +34,6 @@ def cost_command(
     along = None if motion is None else given(read_record(motion, len(robot.coordinates)))
     with progress_bar() as told:
         found = cost_of(robot, seed, QUICK if quick else FULL, told, along)
-    files: dict[Path, str | bytes] = {}
-    if json_file is not None:
-        files[json_file] = cost_json(found)
-    if page is not None:
-        files[page] = cost_page(found)
-    write_files(files)
-    for line in lines(found):
-        print(printable(line))
-    for path in files:
-        print(f"wrote {printable(str(path))}")
+    made = (json_file, lambda: cost_json(found)), (page, lambda: cost_page(found))
+    answer(lines(found), *made)
     return 0 if found.agrees else 1

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from crosscheck import __version__
+from crosscheck.cli.answer import answer
 from crosscheck.cost.agreement import compared, drawn
 from crosscheck.explain.explain import PARTS, STATES, Explained, OwnEquations, explained
 from crosscheck.kinds import EXPLAINED
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import LEVELS, Robot
-from crosscheck.output import require_files, write_files
-from crosscheck.report.words import printable
+from crosscheck.output import require_files
 from crosscheck.trial.input.loading import object_named, user_code
 
 MOST_ENTRIES, MOST_EXPLANATIONS = 5, 8
@@ -30,15 +30,9 @@ def explain_command(text: str, name: str, seed: int, json_file: Path | None) -> 
     robot = load_robot(name)
     require_files((json_file, EXPLAINED))
     found = explained(own_equations(text, robot), robot, seed, text)
-    if json_file is not None:
-        write_files({json_file: explained_json(found, robot, text)})
-    for line in lines(found):
-        print(printable(line))
     apart = [each for each in compared(robot, drawn(robot, STATES, seed)) if not each.agrees]
-    if apart:
-        print("the engines differ on this robot: `crosscheck cost` tells where")
-    if json_file is not None:
-        print(f"wrote {printable(str(json_file))}")
+    told = ["the engines differ on this robot: `crosscheck cost` tells where"] if apart else []
+    answer([*lines(found), *told], (json_file, lambda: explained_json(found, robot, text)))
     return 0 if found.agrees and not apart else 1
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Iterator
 
@@ -261,6 +260,8 @@ def _drawing(found: Cost) -> str:
     """Torques on the left, what armature misses of them on the right."""
     from matplotlib.figure import Figure
 
+    from crosscheck.report.figures import to_svg
+
     costs = np.abs(found.errors["armature"]).max(axis=0) / np.maximum(found.largest, 1e-300)
     chosen = sorted(np.argsort(-costs, kind="stable")[:MOST_DRAWN])
     figure = Figure(figsize=(9, 1.9 * len(chosen) + 0.4), layout="constrained")
@@ -278,7 +279,4 @@ def _drawing(found: Cost) -> str:
     axes[0][1].set_title("error of armature", fontsize="medium")
     for each in axes[-1]:
         each.set_xlabel("time [s]")
-    text = io.StringIO()
-    figure.savefig(text, format="svg", metadata={"Date": None})
-    drawing = text.getvalue()
-    return drawing[drawing.index("<svg") :]
+    return to_svg(figure)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Iterator
 
@@ -177,6 +176,8 @@ def comparison_page(found: RecordComparison) -> str:
 def _residual_drawing(found: RecordComparison) -> str:
     from matplotlib.figure import Figure
 
+    from crosscheck.report.figures import to_svg
+
     joints = found.shown.residual.shape[1]
     figure = Figure(figsize=(9, 2.2 * joints), layout="constrained")
     rows = figure.subplots(joints, 1, sharex=True, squeeze=False)[:, 0]
@@ -190,11 +191,13 @@ def _residual_drawing(found: RecordComparison) -> str:
         axes.set_ylabel(f"joint {joint + 1} [N m]")
     rows[0].legend(loc="upper right", fontsize="small")
     rows[-1].set_xlabel("time [s]")
-    return _svg(figure)
+    return to_svg(figure)
 
 
 def _runs_drawing(found: RecordComparison) -> str:
     from matplotlib.figure import Figure
+
+    from crosscheck.report.figures import to_svg
 
     joints = found.shown.residual.shape[1]
     figure = Figure(figsize=(9, 2.2 * joints), layout="constrained")
@@ -209,11 +212,4 @@ def _runs_drawing(found: RecordComparison) -> str:
     if found.windows:
         rows[0].legend(loc="upper right", fontsize="small")
     rows[-1].set_xlabel("time [s]")
-    return _svg(figure)
-
-
-def _svg(figure: object) -> str:
-    text = io.StringIO()
-    figure.savefig(text, format="svg", metadata={"Date": None})  # type: ignore[attr-defined]
-    drawing = text.getvalue()
-    return drawing[drawing.index("<svg") :]
+    return to_svg(figure)

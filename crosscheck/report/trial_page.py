@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -11,6 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from crosscheck.report.figures import to_svg
 from crosscheck.report.html import number
 from crosscheck.report.trial import summary, why
 from crosscheck.report.typeset import typeset
@@ -74,10 +74,7 @@ def _drawn(apart: np.ndarray, rows: tuple[str, ...], columns: tuple[str, ...]) -
     axes.set_xticks(range(len(columns)), columns, rotation=90)
     axes.set_yticks(range(len(rows)), rows)
     figure.colorbar(image, ax=axes, label="relative deviation")
-    text = io.StringIO()
-    figure.savefig(text, format="svg", metadata={"Date": None})
-    drawing = text.getvalue()
-    return drawing[drawing.index("<svg") :]
+    return to_svg(figure)
 
 
 def _words(errors: Sequence[TermError]) -> str:
