@@ -1,8 +1,8 @@
-"""LLVM IR to machine code, kept between runs in a folder of the user's own.
+"""A kernel's text to machine code, kept between runs in a folder of the user's own.
 
-A kept object is named after all that it depends on: the IR, the versions of LLVM and of its Python
-binding, and the processor with its features. Its file begins with a checksum of what follows, so
-that half a file, or a changed one, is made again.
+A kept object is named after all that it depends on: the text, the code that translates it, the
+versions of LLVM and of its Python binding, and the processor with its features. Its file begins
+with a checksum of what follows, so that half a file, or a changed one, is made again.
 """
 
 from __future__ import annotations
@@ -21,6 +21,9 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
+from crosscheck.analytic.kernel import translate
+from crosscheck.analytic.kernel.text import fused
+from crosscheck.analytic.kernel.translate import ir_of
 from crosscheck.models.errors import PROGRAM, one_line
 from crosscheck.models.inputs import content_of
 from crosscheck.models.places import cache_folder, make_private
@@ -52,22 +55,22 @@ class Code:
         return self._functions[name]
 
 
-def machine_code(ir: str, level: int) -> bytes:
-    """The object of IR, from the folder or made and left there; without a folder made alone.
+def machine_code(text: str, lanes: int, level: int) -> bytes:
+    """The object of a text, from the folder or made and left there; without a folder made alone.
 
     level: of optimisation, 0 to 3.
     """
-    name = _digest(ir, level)
+    name = _digest(text, lanes, level)
     try:
         make_private(cache_folder())
         folder = cache_folder() / FOLDER
         make_private(folder)
     except OSError:
-        return compiled(ir, machine(level), level)
+        return compiled(ir_of(text, lanes), machine(level), level)
     path = folder / f"{name}.o"
     found = _read(path)
     if found is None:
-        found = compiled(ir, machine(level), level)
+        found = compiled(ir_of(text, lanes), machine(level), level)
         _keep(path, found)
     return found
 
@@ -77,13 +80,13 @@ def compiled(ir: str, machine: llvm.TargetMachine, level: int) -> bytes:
     module = llvm.parse_assembly(ir)
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
     module.verify()
-    # Straight-line code whose lanes are vectors already: packing more of it side by side makes some
-    # kernels twice as slow.
+    # Most of it is straight-line code without a redundant line, its lanes vectors already: loops'
+    # variables leave memory, and no other pass makes it faster.
     if level:
-        tuning = llvm.create_pipeline_tuning_options(speed_level=level)
-        tuning.slp_vectorization = tuning.loop_vectorization = tuning.loop_unrolling = False
-        builder = llvm.create_pass_builder(machine, tuning)
-        builder.getModulePassManager().run(module, builder)
+        passes = llvm.create_new_module_pass_manager()
+        passes.add_sroa_pass()
+        tuning = llvm.create_pipeline_tuning_options()
+        passes.run(module, llvm.create_pass_builder(machine, tuning))
     return machine.emit_object(module)
 
 
@@ -104,9 +107,16 @@ def _processor() -> tuple[str, str]:
     return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
 
 
-def _digest(ir: str, level: int) -> str:
+@lru_cache
+def _translator() -> tuple[str, ...]:
+    """The code that makes an object of a text."""
+    files = __file__, translate.__file__, fused.__file__
+    return tuple(Path(file).read_text(encoding="utf-8") for file in files)
+
+
+def _digest(text: str, lanes: int, level: int) -> str:
     made_by = llvmlite.__version__, str(llvm.llvm_version_info), llvm.get_process_triple()
-    parts = str(level), ir, *made_by, *_processor()
+    parts = str(lanes), str(level), text, *_translator(), *made_by, *_processor()
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
 
 

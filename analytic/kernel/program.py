@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 
 from crosscheck.analytic.kernel.structure import Structure
 from crosscheck.analytic.kernel.text.terms import TermStructure, entry_of_mass
-from crosscheck.analytic.kernel.translate import ir_of
 from crosscheck.models.experiment.drive import TABLE
 
 if TYPE_CHECKING:
@@ -161,7 +160,7 @@ def code_of(program: Program) -> Code:
         machine_code,
     )
 
-    data = machine_code(ir_of(program.text, program.lanes), program.level)
+    data = machine_code(program.text, program.lanes, program.level)
     return Code(data, dict(program.functions))
 
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import xarray as xr
 
+from crosscheck.audit.experiments.packed import unpacked
 from crosscheck.audit.experiments.variant import (
     Measure,
     Numbers,
@@ -40,7 +41,6 @@ from crosscheck.audit.experiments.work import (
 )
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.places import cache_folder
-from crosscheck.models.trajectory import from_netcdf
 from crosscheck.provenance import version
 from crosscheck.registry import MODELS, home
 from crosscheck.runner.outcomes import Failure
@@ -59,7 +59,6 @@ __all__ = [
     "VariantNumbers",
     "cache_folder",
 ]
-STORES_PACKAGES = ("h5netcdf", "h5py")
 
 
 class VariantNumbers(NamedTuple):
@@ -151,7 +150,7 @@ class Study:
             pieces = [Piece(key, wanted[key], partial(kept, keep)) for key in missing]
             return integrations(pieces, self.store, self.jobs)
 
-        found = self._results(dict.fromkeys(wanted, from_netcdf), planned, what)
+        found = self._results(dict.fromkeys(wanted, unpacked), planned, what)
         return {variant: found[key] for variant, key in keys.items()}
 
     def _results(
@@ -242,7 +241,7 @@ def _key(
     inputs: Sequence[str], names: Sequence[tuple[str, str]], packages: Sequence[tuple[str, ...]]
 ) -> str:
     """Of everything that a result depends on: inputs, versions and the code that runs."""
-    computing = sorted({*STORES_PACKAGES, *(name for some in packages for name in some)})
+    computing = sorted({name for some in packages for name in some})
     text = "\n".join([*inputs, code_hash(*names), *_versions(*computing)])
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 

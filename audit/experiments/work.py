@@ -12,6 +12,7 @@ from typing import NamedTuple, Protocol, TypeVar, get_type_hints
 import xarray as xr
 from pydantic import TypeAdapter
 
+from crosscheck.audit.experiments.packed import packed
 from crosscheck.audit.experiments.variant import (
     Company,
     Measure,
@@ -22,7 +23,6 @@ from crosscheck.audit.experiments.variant import (
     simulate_all,
 )
 from crosscheck.models.errors import Diverged, InputError
-from crosscheck.models.trajectory import netcdf
 from crosscheck.registry import entry_of
 from crosscheck.runner.outcomes import Failure, failure
 from crosscheck.runner.store import Store
@@ -187,7 +187,7 @@ def _asked(question: Question[object]) -> list[Callable[[], bytes]]:
 def kept(keep: Reduction | None, run: Run) -> bytes:
     """A run as it is kept. Raises Diverged."""
     this = whole(run)
-    return netcdf(this if keep is None else keep(this))
+    return packed(this if keep is None else keep(this))
 
 
 def measured(measure: Measure | VariantComparison, others: Sequence[Run], run: Run) -> bytes:

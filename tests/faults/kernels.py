@@ -48,7 +48,7 @@ def neighbour(member: AnalyticModel, place: int) -> AnalyticModel:
 def keep_nothing(patch: pytest.MonkeyPatch) -> None:
     """Compile every kernel anew, whatever is planted in it; quickly, for no level changes a bit."""
 
-    def made(ir: str, level: int) -> bytes:
-        return machine.compiled(ir, machine.machine(0), 0)
+    def made(text: str, lanes: int, level: int) -> bytes:
+        return machine.compiled(machine.ir_of(text, lanes), machine.machine(0), 0)
 
     patch.setattr(machine, "machine_code", made)

@@ -34,7 +34,7 @@ OTHER = SUM.replace("a + b\n", "a - b\n")
 def add(text: str = SUM) -> float:
     """What kept or new machine code makes of 2 and 3."""
     out = np.zeros(1)
-    data = machine_code(ir_of(text, 1), 1)
+    data = machine_code(text, 1, 1)
     Code(data, {"add": (c_void_p, c_double, c_double)})["add"](out.ctypes.data, 2.0, 3.0)
     return float(out[0])
 
@@ -68,11 +68,13 @@ def test_another_text_is_another_object(folder):
     assert len(list(folder.iterdir())) == 2
 
 
-@pytest.mark.parametrize("other", ["processor", "compiler"])
-def test_another_processor_or_compiler_is_another_object(folder, monkeypatch, other):
+@pytest.mark.parametrize("other", ["processor", "compiler", "translator"])
+def test_another_processor_compiler_or_translator_is_another_object(folder, monkeypatch, other):
     add()
     if other == "processor":
         monkeypatch.setattr(module, "_processor", lambda: ("x86-64", ""))
+    elif other == "translator":
+        monkeypatch.setattr(module, "_translator", lambda: ("another", "code"))
     else:
         monkeypatch.setattr(module.llvmlite, "__version__", "999")
     add()
