@@ -29,6 +29,11 @@ def steps() -> list[dict]:
     return yaml.safe_load(FILE.read_text(encoding="utf-8"))["jobs"]["trial"]["steps"]
 
 
+def steps_that_run() -> list[str]:
+    """Commands: of the installation and of the trial."""
+    return [step["run"] for step in steps() if "run" in step]
+
+
 def test_workflow_is_whole():
     workflow = yaml.safe_load(FILE.read_text(encoding="utf-8"))
     assert workflow[True] == ["push", "pull_request"]  # YAML 1.1 reads `on` so
@@ -40,7 +45,7 @@ def test_workflow_is_whole():
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory) -> Path:
-    """A folder with the wheel, an arm and a model, and an environment that knows neither."""
+    """A folder with a model and an environment in which the workflow has installed the wheel."""
     folder = tmp_path_factory.mktemp("project")
     wheel = ["-m", "hatchling", "build", "-t", "wheel", "-d", str(folder / "wheels")]
     subprocess.run([sys.executable, *wheel], cwd=ROOT, check=True, capture_output=True)
@@ -49,6 +54,8 @@ def project(tmp_path_factory) -> Path:
     elsewhere = sysconfig.get_path("purelib")  # with the .pth files that are there
     (site / "dependencies.pth").write_text(f"import site; site.addsitedir({elsewhere!r})\n")
     model_file(folder, name="my_model.py")
+    installed = run(folder, steps_that_run()[0])
+    assert installed.returncode == 0, installed.stderr
     return folder
 
 
@@ -70,9 +77,7 @@ def run(project: Path, command: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.slow
 def test_commands_work_with_the_wheel_alone(project):
-    install, trial = (step["run"] for step in steps() if "run" in step)
-    installed = run(project, install)
-    assert installed.returncode == 0, installed.stderr
+    _, trial = steps_that_run()
     where = run(project, 'python -c "import crosscheck; print(crosscheck.__file__)"').stdout
     assert str(project / "venv") in where
     arm = run(project, "crosscheck init my-arm.toml && sed -i /friction/d my-arm.toml")
@@ -89,8 +94,6 @@ def test_commands_work_with_the_wheel_alone(project):
 
 @pytest.mark.slow
 def test_the_wheel_leaves_the_names_of_its_folders_to_its_user(project):
-    installed = run(project, "venv/bin/python -m pip install --quiet wheels/*.whl")
-    assert installed.returncode == 0, installed.stderr
     (project / "models").mkdir()
     (project / "models" / "__init__.py").write_text("ten = 10.0\n")
     (project / "analytic.py").write_text("eleven = 11.0\n")
