@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as on the command line
+
 import gc
 from collections.abc import Iterator
 from importlib import import_module

@@ -291,8 +291,6 @@ def compare(
     out: Annotated[Path | None, typer.Option(help="Folder of the page, compare.html.")] = None,
 ) -> None:
     """Compare a recorded motion with an arm's rigid models, within the record's noise."""
-    # Many small matrices: threads of the linear algebra cost more than they save.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from crosscheck.cli.compare import compare_command
 
     scenarios = [scenario] if scenario is not None else []
@@ -327,8 +325,6 @@ def cost(
     out: Annotated[Path | None, typer.Option(help="Folder of the page, cost.html.")] = None,
 ) -> None:
     """Show what leaving out a robot's rotors, or their coupling, costs in torque and at its tip."""
-    # Many small matrices: threads of the linear algebra cost more than they save.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from crosscheck.cli.cost import cost_command
 
     raise typer.Exit(cost_command(robot, motion, seed, quick, json_file, out))
@@ -345,7 +341,6 @@ def explain(
     json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
 ) -> None:
     """Check your own equations of a robot: which of its numbers explains a difference."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from crosscheck.cli.explain import explain_command
 
     raise typer.Exit(explain_command(model, robot, seed, json_file))

@@ -25,6 +25,8 @@ def prepare() -> None:
         os.getcwd()  # which libraries ask for
     except OSError as error:
         raise InputError("working folder", "", None, f"is gone: {error.strerror}") from None
+    # Processes share the work, of many small matrices: threads of the linear algebra only wait.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     _settle_matplotlib()
 
 

@@ -161,3 +161,20 @@ def test_a_library_that_was_there_first_is_told_too(unwritable, tmp_path):
     env = {"NUMBA_CACHE_DIR": "", "PYTHONPATH": str(unwritable), "XDG_CACHE_HOME": str(tmp_path)}
     answer = command_line(python=("-c", script), env=env, cwd=tmp_path)
     assert answer.stdout.strip() == str(tmp_path / "geararm-crosscheck" / "compiled")
+
+
+@pytest.mark.parametrize("threads", ["", "3"])
+def test_linear_algebra_has_one_thread_or_as_many_as_its_user_says(threads):
+    # The library reads it when it is loaded.
+    script = (
+        "import os, sys\nfrom crosscheck.cli.app import main\nassert 'numpy' not in sys.modules\n"
+        "from crosscheck.cli.surroundings import prepare\nprepare()\n"
+        "print(os.environ['OPENBLAS_NUM_THREADS'])"
+    )
+    given = {key: value for key, value in os.environ.items() if key != "OPENBLAS_NUM_THREADS"}
+    if threads:
+        given["OPENBLAS_NUM_THREADS"] = threads
+    said = subprocess.run(
+        [sys.executable, "-c", script], env=given, capture_output=True, text=True, check=True
+    )
+    assert said.stdout == f"{threads or 1}\n"
