@@ -240,14 +240,12 @@ MISBEHAVING = {
 
 @pytest.fixture
 def judged(crosscheck, tmp_path):
-    """``judged(more)``: exit code, JSON and what was printed of the trial of ``f``."""
+    """``judged(more, *options)``: exit code, JSON and what was printed of the trial of ``f``."""
 
-    def judgement(more: str):
+    def judgement(more: str, *options: object):
         target = tmp_path / "trial.json"
-        answer = crosscheck(
-            *("trial", f"{model_file(tmp_path, more)}:f", "--quick", "--jobs", 1),
-            *("--json", target, "--junit", tmp_path / "t.xml", "--out", tmp_path / "page"),
-        )
+        given = f"{model_file(tmp_path, more)}:f", "--quick", "--jobs", 1, "--json", target
+        answer = crosscheck("trial", *given, *options)
         return answer, json.loads(target.read_text())
 
     return judgement
@@ -273,7 +271,10 @@ def test_a_part_that_fails_costs_itself_alone(judged, case):
 
 def test_traceback_has_the_users_lines_alone_in_every_view(judged, tmp_path):
     more = "def inner(q):\n    raise ValueError('here')\n\ndef bad(q, v): return inner(q)\n"
-    answer, trial = judged(f"{more}def f(arm): return replace(two_link(arm), bias=bad)")
+    answer, trial = judged(
+        f"{more}def f(arm): return replace(two_link(arm), bias=bad)",
+        *("--junit", tmp_path / "t.xml", "--out", tmp_path / "page"),
+    )
     assert list(trial["tracebacks"]) == ["bias"]
     trace = trial["tracebacks"]["bias"]
     assert "crosscheck/trial" not in trace
