@@ -42,8 +42,9 @@ def page(folder: Path) -> str:
         date=made["created"][:10], revision=made["revision"], machine=made["machine"]
     )
     parts = [head, "## Six findings\n", *findings(html)]
+    parts += ["## Hypotheses\n", table(["chapter of the page", "what came out"], hypotheses(html))]
     parts += ["## Errors in the printed equations\n", errata(chapters["errata"])]
-    parts += ["## Every claim\n", counts(chapters["claims"])]
+    parts += ["## Every claim\n", counts(chapters["claims"]), close_verdicts(chapters["claims"])]
     for section in dict.fromkeys(each["section"] for each in chapters["claims"]):
         rows = [each for each in chapters["claims"] if each["section"] == section]
         parts += [
@@ -59,6 +60,13 @@ def findings(html: str) -> Iterator[str]:
         plain = re.sub(r"<figure.*?</figure>|<svg.*?</svg>|</?a\b[^>]*>", "", article, flags=re.S)
         title, rest = re.fullmatch(r"\s*<h3[^>]*>(.*?)</h3>(.*)", plain, flags=re.S).groups()  # type: ignore[union-attr]
         yield f"### {title}\n\n{' '.join(rest.split())}\n"
+
+
+def hypotheses(html: str) -> Iterator[list[str]]:
+    """The chapters that examine a hypothesis, H1 to H7: title and outcome."""
+    chapter = r"<h2[^>]*>([^<]*\(H\d\))</h2>\s*<p class=\"outcome\">(.*?)</p>"
+    for title, outcome in re.findall(chapter, html, flags=re.S):
+        yield [title, outcome]
 
 
 def errata(rows: list[dict[str, Any]]) -> str:
@@ -113,9 +121,21 @@ def verdict(claim: dict[str, Any], column: str) -> str:
     return f"{own['verdict']} ({', '.join(mixed)})" if len(mixed) > 1 else str(own["verdict"])
 
 
+def close_verdicts(claims: list[dict[str, Any]]) -> str:
+    """Which claims one more start or half of the damping ratios would judge otherwise."""
+    one = [each["id"] for each in claims if each["hangs_on_one_start"]]
+    half = [each["id"] for each in claims if each["moved_by_a_coarser_grid"]]
+    return (
+        f"One more start could change the verdict of: {', '.join(one) or 'none'}. Every second"
+        f" damping ratio alone would change that of: {', '.join(half) or 'none'}.\n"
+    )
+
+
 def row(claim: dict[str, Any]) -> list[str]:
-    """Of the table of claims."""
-    return [claim["id"], claim["statement"], *(verdict(claim, column) for column in COLUMNS)]
+    """Of the table of claims; a statement with its reading, where there could be another."""
+    reading = f" *Read as: {claim['reading']}.*" if claim["reading"] else ""
+    columns = (verdict(claim, column) for column in COLUMNS)
+    return [claim["id"], claim["statement"] + reading, *columns]
 
 
 def _section(name: str) -> str:

@@ -107,6 +107,12 @@ def test_the_docs_page_has_every_finding_erratum_and_claim(published: Published)
     assert re.findall(r"^### (\d)\. ", page, flags=re.M) == list("123456")
     assert "<a " not in page
     assert "| Eq. 21, M_33 |" in page
+    assert re.findall(r"^\| .* \((H\d)\) \| .+ \|$", page, flags=re.M) == [
+        f"H{number}" for number in range(1, 8)
+    ]
+    assert all(f"*Read as: {claim['reading']}.*" in page for claim in claims if claim["reading"])
+    close = [claim["id"] for claim in claims if claim["moved_by_a_coarser_grid"]]
+    assert f"alone would change that of: {', '.join(close)}." in page
 
 
 def test_the_errata_sheet_is_made_of_even_tables(published: Published) -> None:
