@@ -1,8 +1,4 @@
-"""The three questions that a cross-check answers, from its findings alone.
-
-Do the equations agree with the engines? How far is the rigid arm from the geared one? What was
-checked?
-"""
+"""The three questions that a cross-check answers, from its findings alone."""
 
 from __future__ import annotations
 
@@ -17,8 +13,13 @@ from crosscheck.findings import Agreement, Finding, Verdict
 from crosscheck.models.arm.arm import Arm
 from crosscheck.registry import MODELS, lead, names
 from crosscheck.report.matrix import WORST_FIRST, digits
-from crosscheck.report.words import counted, tally
+from crosscheck.report.words import tally
 
+QUESTIONS = (
+    "Do the equations agree with the engines?",
+    "How far is the rigid arm from the geared one?",
+    "Can I trust this?",
+)
 STATES, RUNS = ("states", "form-states"), ("same-step", "refined", "form")
 WORDS = {
     "mass_matrix": "mass matrix",
@@ -27,6 +28,7 @@ WORDS = {
     "F_sp": "mesh force",
 }
 QUANTITIES = tuple(WORDS)
+LEVELS_HAVE = {"links": "links and payload alone", "coupled": "all of the gears' inertia"}
 SMALL = 1e-4  # relative differences from here on are told in per cent
 
 
@@ -160,7 +162,7 @@ def headline(rows: Sequence[ModelAnswer]) -> str:
     wrong = [row for row in forms if row.verdict != "agree"]
     said = []
     if wrong:
-        sizes = "; ".join(f"{WORDS[q]} off by {wrong[-1].number(q)}" for q in wrong[-1].worst)
+        sizes = ", ".join(f"{WORDS[q]} by up to {wrong[-1].number(q)}" for q in wrong[-1].worst)
         said.append(f"The paper's equations as printed do not agree with the engines: {sizes}.")
     elif forms:
         said.append("The paper's equations as printed agree with the engines.")
@@ -170,7 +172,7 @@ def headline(rows: Sequence[ModelAnswer]) -> str:
     elif rest:
         whose = "corrected derivation" if forms else "derivation"
         common = min((row.digits for row in rest if row.digits is not None), default=None)
-        to = "to rounding" if common is None else f"to {math.floor(common)} digits at states"
+        to = "to rounding" if common is None else f"to {math.floor(common)} digits at random states"
         said.append(f"The {whose} agrees with every engine at each level, {to}.")
     return " ".join(said)
 
@@ -190,20 +192,35 @@ def rigid_from_geared(agreement: Agreement) -> str:
 def _tips(case: str, found: Sequence[Finding]) -> str:
     """Of one experiment."""
     ends = [found[0], *found[1:][-1:]]
-    sizes = (f"{1e3 * (f.measured or 0.0):.3g} mm at level {MODELS[f.left].level}" for f in ends)
-    return f"{case}: the tip is off by up to {', '.join(sizes)}."
+    sizes = (f"{_length(f.measured or 0.0)} {_with(MODELS[f.left].level)}" for f in ends)
+    return f"In experiment {case} the tip is off by up to {', '.join(sizes)}."
+
+
+def _length(metres: float) -> str:
+    return f"{1e3 * metres:.3g} mm" if metres >= 1e-5 else f"{1e6 * metres:.3g} µm"
+
+
+def _with(level: str) -> str:
+    """What a rigid level has."""
+    return f"with {LEVELS_HAVE[level]} ({level})" if level in LEVELS_HAVE else f"at level {level}"
 
 
 def trust(agreement: Agreement) -> str:
     """The answer to the third question: what was checked, and what stands behind a check."""
     alone = sum(not f.about.key.right for f in agreement.checks)
     counts = Counter(f.verdict for f in agreement.checks)
-    others = ", ".join(f"{counts[verdict]} {verdict}" for verdict in WORST_FIRST[:-1])
+    said = "".join(
+        f"; {counts[verdict]} {verdict}"
+        for verdict in WORST_FIRST
+        if counts[verdict] and verdict not in ("agree", "unfinished")  # which the tally has
+    )
     measured = len(agreement.findings) - len(agreement.checks)
     return (
-        f"{tally(agreement)} ({others}); {counted(measured, 'difference')} measured without a"
-        f" limit. {counted(alone, 'check')} compare one model with first principles, its own"
-        " records or the arm's file, the others two models that share data and no formula."
+        f"{tally(agreement)}{said}. {len(agreement.checks) - alone} compare two models that share"
+        f" data and no formula; {alone} compare one model with first principles, its own records or"
+        " the arm's file. A tolerance is what rounding, or a run's measured uncertainty, explains."
+        f" {measured} differences that are expected, as of rigid levels from the geared arm, are"
+        " measured and not checked."
     )
 
 

@@ -18,14 +18,14 @@ from crosscheck.planning.plan import (
 from crosscheck.planning.run_suite import MIDWAY_S
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import LEVELS, lead, second
-from crosscheck.report.answers import QUANTITIES, answers
+from crosscheck.report.answers import QUANTITIES, QUESTIONS, answers
 from crosscheck.report.figures import sound_links
 from crosscheck.report.matrix import cells, groups
 from crosscheck.report.plots.charts import Pictures
 from crosscheck.report.plots.scheme import described, scheme
 from crosscheck.report.plots.signals import signals_json
 from crosscheck.report.vendor import vendored
-from crosscheck.report.words import counted
+from crosscheck.report.words import counted, in_words
 from crosscheck.run import CrossCheck
 
 HEADLINE, HEADLINE_CASES = (f"at-{MIDWAY_S:g}-s", "same-step"), ("pd", "pd-motion")
@@ -36,7 +36,7 @@ def report_page(result: CrossCheck, pictures: Pictures) -> str:
     environment = Environment(
         loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
     )
-    environment.filters |= {"number": number, "counted": counted}
+    environment.filters |= {"number": number, "counted": counted, "in_words": in_words}
     agreement = result.agreement
     found = cells(agreement.findings)
     page = environment.get_template("page.html.j2").render(
@@ -44,6 +44,7 @@ def report_page(result: CrossCheck, pictures: Pictures) -> str:
         agreement=agreement,
         is_the_papers=is_the_papers(result.arm),
         answers=answers(agreement, result.arm),
+        questions=QUESTIONS,
         quantities=QUANTITIES,
         cells=found,
         groups=groups([cell for cell in found if cell.between_models]),

@@ -8,15 +8,10 @@ from rich.text import Text
 
 from crosscheck.findings import Agreement, Finding
 from crosscheck.models.arm.arm import Arm
-from crosscheck.report.answers import answers
+from crosscheck.report.answers import QUESTIONS, answers
 from crosscheck.report.matrix import cells, folded
 from crosscheck.report.words import outcome, printable, tally
 
-QUESTIONS = (
-    "Do the equations agree with the engines?",
-    "How far is the rigid arm from the geared one?",
-    "What was checked?",
-)
 COLOURS = {
     "agree": "green",
     "differ": "red",

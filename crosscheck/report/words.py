@@ -19,6 +19,11 @@ def tally(agreement: Agreement) -> str:
     return f"{agreeing} of {counted(total, 'check')} agree{'s' if total == 1 else ''}{said}"
 
 
+def in_words(unit: str) -> str:
+    """A unit as people write it: rad/s for `rad s-1`; nothing for the unit of a plain number."""
+    return "" if unit == "1" else unit.replace(" s-1", "/s").replace(" s-2", "/s²")
+
+
 def outcome(finding: Finding) -> str:
     """What a check says behind its verdict: the numbers as that verdict means them, and the note.
 
@@ -32,7 +37,7 @@ def _numbers(finding: Finding) -> str:
     if finding.measured is None or finding.tolerance is None:
         return ""
     measured = f"measured {finding.measured:.3g}"
-    allowed = f"{finding.tolerance:.3g} {finding.unit}"
+    allowed = f"{finding.tolerance:.3g} {in_words(finding.unit)}".rstrip()
     if finding.verdict != "unresolved":
         return f"{measured}, allowed {allowed}"
     return f"the uncertainty itself, {allowed}, exceeds the acceptance limit ({measured})"

@@ -24,6 +24,7 @@ from crosscheck.planning.comparison import findings_of, tasks_of
 from crosscheck.planning.plan import Experiment, Wanted
 from crosscheck.planning.run_suite import experiment_comparisons
 from crosscheck.provenance import provenance
+from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.html import report_page
 from crosscheck.report.plots.charts import Charts
 from crosscheck.run import CrossCheck, cases_of, performed, runs_of
@@ -170,11 +171,18 @@ def test_the_lower_plot_is_the_difference_on_the_same_axis(opened, made):
 def test_models_signals_and_joints_can_be_chosen(opened):
     page = opened("report")
     boxes = page.locator("#models input")
-    assert [box.get_attribute("name") for box in boxes.all()] == [REFERENCE, ENGINE, PRINTED]
+    rigid = [f"pinocchio:{level}" for level in RIGID_LEVELS]
+    expected = [REFERENCE, ENGINE, PRINTED, *rigid]
+    assert [box.get_attribute("name") for box in boxes.all()] == expected
+    assert [box.is_enabled() for box in boxes.all()] == [True] * 3 + [False] * 4  # no mesh forces
     boxes.nth(2).uncheck()
-    hidden = "document.getElementById('signals').plots().map(u => u.series.at(-1).show)"
-    assert page.evaluate(hidden) == [False, False]
+    last = "document.getElementById('signals').plots().map(u => u.series.at(-1).show)"
+    assert page.evaluate(last) == [False, False]
     page.locator("#quantity").select_option("theta")
+    assert page.evaluate(last) == [False, False]
+    boxes.last.check()
+    assert page.evaluate(last) == [True, True]
+    assert "pinocchio:coupled differs by at most" in page.locator("#said").inner_text()
     page.locator("#joint").select_option("2")
     assert page.locator(".u-title").first.inner_text() == "theta of joint 2, pd"
     assert "joint angle" in page.locator("#said").inner_text()

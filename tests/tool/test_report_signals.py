@@ -20,7 +20,7 @@ from tests.arms import PAPER, arm_of
 TIMES, STEP_S = 4000, 1e-4
 PEAK, PEAK_AT = 731.25, 1234  # of a single record; exact in float32
 TINY = 3e-13  # a difference that float32 would lose beside the force itself
-REFERENCE, OTHER = "analytic:physical", "exudyn:tree"
+REFERENCE, OTHER, LEVEL = "analytic:physical", "exudyn:tree", "pinocchio:coupled"
 
 
 def run(model: str, force: np.ndarray) -> xr.Dataset:
@@ -44,18 +44,36 @@ def numbers(level: RecordStretch, name: str) -> np.ndarray:
     return found.reshape(level.count, 2) if level.binned else found
 
 
+def sizes(found: list[Signals]) -> int:
+    """Numbers of all lines over the whole runs."""
+    stretches = [stretch for each in found for stretch in each.whole.values()]
+    return sum(numbers(one, name).size for one in stretches for name in one.data)
+
+
+def test_rigid_levels_are_drawn_where_they_have_the_signal(runs):
+    rigid = run(LEVEL, np.zeros((TIMES, 2, 1))).drop_vars("F_sp")
+    (found,) = all_signals(REFERENCE, {"pd": runs["pd"] | {LEVEL: rigid}}, 30_000)
+    assert found.rigid == (LEVEL,)
+    models = {q: {line.model for line in found.lines if line.quantity == q} for q in found.whole}
+    assert models == {"theta": {REFERENCE, OTHER, LEVEL}, "F_sp": {REFERENCE, OTHER}}
+    assert found.whole["theta"].binned  # what has the most lines gives way first
+    window = found.windows[0].full_rate["theta"]
+    assert numbers(window, f"theta/1/{REFERENCE}").size == window.count
+
+
 def test_every_record_travels_where_there_is_room(runs):
     (found,) = all_signals(REFERENCE, runs)
-    assert not found.whole.binned
+    assert not found.whole["F_sp"].binned
     expected = runs["pd"][REFERENCE]["F_sp"].values[:, 0, 0].astype("f4")
-    assert np.array_equal(numbers(found.whole, f"F_sp/1/{REFERENCE}"), expected)
-    times = found.whole.start_s + found.whole.step_s * np.arange(found.whole.count)
+    assert np.array_equal(numbers(found.whole["F_sp"], f"F_sp/1/{REFERENCE}"), expected)
+    whole = found.whole["F_sp"]
+    times = whole.start_s + whole.step_s * np.arange(whole.count)
     assert np.allclose(times, runs["pd"][REFERENCE]["time"], atol=1e-12)
 
 
 def test_differences_are_formed_before_they_are_rounded(runs):
     (found,) = all_signals(REFERENCE, runs)
-    apart = numbers(found.whole, f"F_sp/1/{OTHER}")
+    apart = numbers(found.whole["F_sp"], f"F_sp/1/{OTHER}")
     assert apart[2050] == pytest.approx(TINY, rel=1e-6)
 
 
@@ -63,17 +81,17 @@ def test_differences_are_formed_before_they_are_rounded(runs):
 def test_bins_keep_every_extreme_and_windows_every_record(runs, most):
     (found,) = all_signals(REFERENCE, runs, most)
     name, force = f"F_sp/1/{REFERENCE}", runs["pd"][REFERENCE]["F_sp"].values[:, 0, 0]
-    assert found.whole.binned
-    assert sum(numbers(found.whole, each).size for each in found.whole.data) <= 1.1 * most
-    bins = numbers(found.whole, name)
-    width = round(found.whole.step_s / STEP_S)
+    whole = found.whole["F_sp"]
+    assert whole.binned
+    assert sizes([found]) <= 1.1 * most
+    bins = numbers(whole, name)
+    width = round(whole.step_s / STEP_S)
     assert tuple(bins[PEAK_AT // width]) == (min(10.0, PEAK), PEAK)
     assert (bins.min(), bins.max()) == (force.min(), force.max())
     (window,) = (each for each in found.windows if each.title.startswith("largest F_sp"))
     assert window.begin_s < PEAK_AT * STEP_S < window.end_s
-    assert window.full_rate is not None
-    assert numbers(window.full_rate, name).max() == PEAK
-    assert window.full_rate.step_s == pytest.approx(STEP_S)
+    assert numbers(window.full_rate["F_sp"], name).max() == PEAK
+    assert window.full_rate["F_sp"].step_s == pytest.approx(STEP_S)
 
 
 def when(found: Signals, title: str) -> float:
@@ -90,8 +108,7 @@ def test_windows_are_where_contact_changes(runs):
 def test_a_page_is_shared_among_experiments(runs):
     many = {f"e{number}": runs["pd"] for number in range(5)}
     found = all_signals(REFERENCE, many, 20_000)
-    sizes = [numbers(s.whole, name).size for s in found for name in s.whole.data]
-    assert sum(sizes) <= 1.1 * 20_000
+    assert sizes(found) <= 1.1 * 20_000
     assert [s.experiment for s in found] == list(many)
 
 

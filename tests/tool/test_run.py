@@ -75,6 +75,26 @@ def test_the_page_is_well_formed_and_its_axes_have_units(quick_report):
 
 
 @pytest.mark.slow
+def test_the_answers_do_not_contradict_the_tables_below(quick_report):
+    """Sizes and counts of the first screen, found again where the page has them in other words."""
+    answers, _, below = quick_report.page.partition('<h2 id="equations">')
+    told = re.findall(r"([\d.e-]+) ([mµ]m) with", answers)
+    tables = re.findall(r"<th>\s*tip \[m\]</th>.*?</table>", below, flags=re.S)
+    tips = [re.findall(r'</th><td class="n">([^<]*)</td>', table) for table in tables]
+    ends = [float(tip) for table in tips for tip in (table[0], table[-1])]
+    metres = [float(size) * {"mm": 1e-3, "µm": 1e-6}[unit] for size, unit in told]
+    assert len(metres) == 4
+    assert metres == pytest.approx(ends, rel=1e-9)
+    (printed,) = re.findall(r"mass matrix by up to ([\d.]+ %)", answers)
+    assert re.search(rf'analytic:printed<.*?<td class="n">{printed}</td>', below, flags=re.S)
+    counts = r"of (\d+) checks agree. (\d+) compare two .*? formula; (\d+) compare .* (\d+) differ"
+    (found,) = re.findall(counts, answers)
+    checks, two, one, measured = map(int, found)
+    listed = below.partition("<h2>Everything else")[2].count("<tr><td>")
+    assert (two + one, checks + measured) == (checks, listed)
+
+
+@pytest.mark.slow
 def test_identifiers_are_unique_and_every_tolerance_has_a_basis(quick_report):
     findings = quick_report.agreement["findings"]
     assert len({finding["id"] for finding in findings}) == len(findings)

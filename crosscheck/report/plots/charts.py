@@ -59,7 +59,7 @@ class Charts:
             return Pictures(levels)
         from crosscheck.report.figures import run_figure
 
-        models = (*self.pair, *names("form")[-1:])
+        models = (*self.pair, *names("form")[-1:], *self.rigid.values())
         shown = {name: self._of(name, *models) for name in both if levels.get(name)}
         shown = shown or {name: self._of(name, *models) for name in both}
         longest = max(shown, key=lambda name: float(shown[name][self.pair[0]]["time"][-1]))

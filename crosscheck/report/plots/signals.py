@@ -1,7 +1,7 @@
 """Signals of each experiment for the page's two plots: a run, and the others' distance from it.
 
 Numbers travel as float32 in base64. A difference is formed in double precision first, so that one
-of 1e-12 keeps its digits. Where an experiment's full rate is more than its share of the page, the
+of 1e-12 keeps its digits. Where the full rate of a quantity is more than its share of the page, the
 least and the largest value of every few records are kept, so that no peak is lost, and the named
 windows have the full rate.
 """
@@ -9,6 +9,7 @@ windows have the full rate.
 from __future__ import annotations
 
 import base64
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 
@@ -16,6 +17,8 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.models.trajectory import meaning_of, unit_of
+from crosscheck.registry import MODELS
+from crosscheck.report.words import in_words
 
 QUANTITIES = ("theta", "theta_ddot", "x_sp", "F_sp", "F_pr")
 MOST_NUMBERS = 1_200_000  # on a page: 6.4 MB as base64 of float32
@@ -55,30 +58,39 @@ class Line:
 
 @dataclass(frozen=True)
 class SignalWindow:
-    """A stretch of time [s] worth a look, with what happens in it."""
+    """A stretch of time [s] worth a look, with what happens in it.
+
+    full_rate: by quantity, of those that are binned in the whole run.
+    """
 
     title: str
     begin_s: float
     end_s: float
-    full_rate: RecordStretch | None
+    full_rate: dict[str, RecordStretch]
 
 
 @dataclass(frozen=True)
 class Signals:
-    """Of an experiment: the reference model, the others, and all that is drawn of them."""
+    """Of an experiment: the reference model, the others, and all that is drawn of them.
+
+    rigid: those of the others that are drawn when asked for; whole: the run by quantity.
+    """
 
     experiment: str
     reference: str
     others: tuple[str, ...]
+    rigid: tuple[str, ...]
     lines: tuple[Line, ...]
-    whole: RecordStretch
+    whole: dict[str, RecordStretch]
     windows: tuple[SignalWindow, ...]
 
 
 def signals_json(found: Sequence[Signals]) -> dict[str, object]:
     """For the page's script: experiments, and each quantity's unit and meaning."""
     used = dict.fromkeys(line.quantity for each in found for line in each.lines)
-    quantities = {name: {"unit": unit_of(name), "meaning": meaning_of(name)} for name in used}
+    quantities = {
+        name: {"unit": in_words(unit_of(name)), "meaning": meaning_of(name)} for name in used
+    }
     return {"experiments": [asdict(each) for each in found], "quantities": quantities}
 
 
@@ -87,17 +99,25 @@ def all_signals(
 ) -> list[Signals]:
     """Of experiments, each with its runs by model, recorded at the same times.
 
-    most: numbers for all of them. The smallest come first, and what they leave is for the others.
+    most: numbers for all of them. The quantities with the fewest come first, and what they leave is
+    for the others.
     """
-    found, left = {}, most
     tables = {name: dict(_values(reference, each)) for name, each in runs.items()}
-    sizes = {name: sum(values.size for values in table.values()) for name, table in tables.items()}
-    for place, name in enumerate(sorted(sizes, key=lambda each: sizes[each])):
+    sizes: Counter[tuple[str, str]] = Counter()
+    for name, table in tables.items():
+        for line, values in table.items():
+            sizes[name, line.quantity] += values.size
+    widths, left = {}, most
+    for place, (key, size) in enumerate(sorted(sizes.items(), key=lambda item: item[1])):
         share = left // (len(sizes) - place)
-        width = 1 if sizes[name] <= share else -(-2 * sizes[name] // share)
-        found[name] = _signals(name, reference, runs[name], tables[name], width)
-        left -= sizes[name] if width == 1 else 2 * sizes[name] // width
-    return [found[name] for name in runs]
+        widths[key] = 1 if size <= share else -(-2 * size // share)
+        left -= size if widths[key] == 1 else 2 * size // widths[key]
+    return [
+        _signals(
+            name, reference, runs[name], table, {q: w for (e, q), w in widths.items() if e == name}
+        )
+        for name, table in tables.items()
+    ]
 
 
 def _signals(
@@ -105,18 +125,25 @@ def _signals(
     reference: str,
     runs: Mapping[str, xr.Dataset],
     values: Mapping[Line, np.ndarray],
-    width: int,
+    widths: Mapping[str, int],
 ) -> Signals:
-    """width: records in a bin of the whole run."""
+    """widths: records in a bin of the whole run, by quantity."""
     time = runs[reference]["time"].values
-    table = {line.name: each for line, each in values.items()}
+    tables = {
+        quantity: {line.name: each for line, each in values.items() if line.quantity == quantity}
+        for quantity in widths
+    }
+    binned = {quantity: table for quantity, table in tables.items() if widths[quantity] > 1}
     windows = tuple(
-        SignalWindow(title, begin, end, _cut(time, table, begin, end) if width > 1 else None)
+        SignalWindow(
+            title, begin, end, {q: _cut(time, table, begin, end) for q, table in binned.items()}
+        )
         for title, begin, end in _events(time, runs[reference], values)
     )
     others = tuple(name for name in runs if name != reference)
-    whole = level(time, table, width)
-    return Signals(experiment, reference, others, tuple(values), whole, windows)
+    rigid = tuple(name for name in others if MODELS[name].role == "rigid")
+    whole = {quantity: level(time, table, widths[quantity]) for quantity, table in tables.items()}
+    return Signals(experiment, reference, others, rigid, tuple(values), whole, windows)
 
 
 def _values(reference: str, runs: Mapping[str, xr.Dataset]) -> Iterator[tuple[Line, np.ndarray]]:

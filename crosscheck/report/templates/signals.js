@@ -5,14 +5,19 @@
   var source = document.getElementById("signals-data");
   if (!root || !source || typeof uPlot === "undefined") { return; }
   var data = JSON.parse(source.textContent);
-  var colours = ["--line-1", "--line-2", "--line-3", "--line-4"];
+  var colours = ["--line-1", "--line-2", "--line-3", "--line-4", "--line-5", "--line-6", "--line-7"];
   var chosen = { experiment: 0, quantity: "", joint: 1, from: null, to: null, hidden: {} };
   var plots = [];
   var decoded = {};
 
   function find(id) { return root.querySelector("#" + id); }
+  function duration(each) {
+    var any = Object.values(each.whole)[0];
+    return any.step_s * any.count;
+  }
   function experiment() { return data.experiments[chosen.experiment]; }
-  function colour(place) {
+  function colour(model) {
+    var place = [experiment().reference].concat(experiment().others).indexOf(model);
     return getComputedStyle(root).getPropertyValue(colours[place % colours.length]).trim();
   }
   function lineOf(model) {
@@ -31,9 +36,9 @@
   }
   function level() {  // the full rate of a named window, where all that is shown lies in it
     var inside = experiment().windows.find(function (w) {
-      return w.full_rate && chosen.from !== null && w.begin_s <= chosen.from && chosen.to <= w.end_s;
+      return w.full_rate[chosen.quantity] && chosen.from !== null && w.begin_s <= chosen.from && chosen.to <= w.end_s;
     });
-    return inside ? inside.full_rate : experiment().whole;
+    return (inside ? inside.full_rate : experiment().whole)[chosen.quantity];
   }
   function times(shown) {
     var each = shown.binned ? 2 : 1, found = new Float64Array(each * shown.count);
@@ -90,11 +95,12 @@
         values = new Float32Array(own.length);
         for (var i = 0; i < own.length; i++) { values[i] = base[i] + own[i]; }
         below.push(own);
-        lower.push({ label: model + " − " + models[0], model: model, colour: colour(place) });
+        lower.push({ label: model + " − " + models[0], model: model, colour: colour(model) });
       }
       above.push(values);
-      upper.push({ label: model, model: model, colour: colour(place) });
+      upper.push({ label: model, model: model, colour: colour(model) });
     });
+    find("models").querySelectorAll("input").forEach(function (box) { box.disabled = !lineOf(box.name); });
     plots.forEach(function (plot) { plot.destroy(); });
     var name = chosen.quantity + " of joint " + chosen.joint + ", " + experiment().experiment;
     plots = [[find("overlay"), upper, above, name],
@@ -108,14 +114,15 @@
   }
 
   function describe(models, unit, shown) {
-    var said = models.map(function (model, place) {
+    var visible = models.filter(function (model, place) { return !place || !chosen.hidden[model]; });
+    var said = visible.map(function (model, place) {
       var peak = lineOf(model).peak.toPrecision(4) + " " + unit;
       return place ? model + " differs by at most " + peak : model + " reaches " + peak;
     });
     var meaning = data.quantities[chosen.quantity].meaning;
     find("said").textContent = meaning + ": " + said.join("; ") + " in " + experiment().experiment + ". " +
       (shown.binned ? "Each point is the least or the largest of several records; the named windows show every record."
-                    : "Every record is shown, one in " + (1e3 * shown.step_s).toPrecision(3) + " ms.");
+                    : "Every record is shown, one every " + Number((1e3 * shown.step_s).toPrecision(3)) + " ms.");
     find("overlay").setAttribute("aria-label", said[0]);
     find("apart").setAttribute("aria-label", said.slice(1).join("; ") || "nothing to compare");
     tell(chosen.from === null ? whole() : [chosen.from, chosen.to]);
@@ -123,7 +130,7 @@
   function tell(ends) { find("span").textContent = ends[0].toPrecision(5) + " s to " + ends[1].toPrecision(5) + " s"; }
 
   function whole() {
-    var all = experiment().whole;
+    var all = experiment().whole[chosen.quantity];
     return [all.start_s, all.start_s + all.step_s * (all.count - 1)];
   }
   function zoom(from, to) {
@@ -175,7 +182,7 @@
       var label = document.createElement("label"), box = document.createElement("input");
       box.type = "checkbox"; box.checked = !chosen.hidden[model]; box.name = model;
       box.onchange = function () { chosen.hidden[model] = !box.checked; draw(); };
-      label.append(box, " " + model);
+      label.append(box, " " + model + (experiment().rigid.indexOf(model) < 0 ? "" : " (rigid)"));
       return label;
     }));
     find("windows").replaceChildren.apply(find("windows"), experiment().windows.map(function (w) {
@@ -195,8 +202,8 @@
   find("later").onclick = function () { by(1, 0.5); };
   root.hidden = false;
   chosen.experiment = data.experiments.reduce(function (best, each, place) {
-    var wide = each.whole.step_s * each.whole.count, known = data.experiments[best].whole;
-    return wide > known.step_s * known.count ? place : best;
+    each.rigid.forEach(function (model) { chosen.hidden[model] = true; });  // until they are asked for
+    return duration(each) > duration(data.experiments[best]) ? place : best;
   }, 0);
   find("experiment").value = chosen.experiment;
   offer();
