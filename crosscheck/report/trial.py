@@ -60,9 +60,10 @@ def summary(trial: Trial) -> Iterator[str]:
         largest = f", by up to {rung.largest:.3g}" if rung.entries else ""
         yield f"  against {rung.level} ({rung.brings}): {differ}{largest}"
     if trial.probes:
-        yield f"asked on other arms too, for what this one's numbers hide: {len(trial.probes)}"
+        other = counted(len(trial.probes), "other arm")
+        yield f"also checked on {other}, for errors that this one's equal numbers hide"
     else:
-        yield "asked on this arm alone: what its equal numbers and zeros hide cannot be seen"
+        yield "checked on this arm alone: errors that its equal numbers and zeros hide are not seen"
     table = bench.equations.table
     if table is not None and table.precision:
         known = (

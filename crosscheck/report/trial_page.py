@@ -12,9 +12,10 @@ from matplotlib.figure import Figure
 
 from crosscheck.report.figures import to_svg
 from crosscheck.report.html import number
-from crosscheck.report.trial import summary, why
+from crosscheck.report.plots.scheme import described
+from crosscheck.report.trial import summary, verdicts, why
 from crosscheck.report.typeset import typeset
-from crosscheck.report.words import tally
+from crosscheck.report.words import in_words, tally
 from crosscheck.trial.diagnose.words import told
 from crosscheck.trial.input.naming import named
 from crosscheck.trial.judge.places import TermError
@@ -38,13 +39,16 @@ def trial_page(trial: Trial) -> str:
         loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
     )
     environment.filters |= {"number": number, "tally": tally, "typeset": typeset, "words": _words}
+    environment.filters["in_words"] = in_words
     return environment.get_template("trial.html.j2").render(
         trial=trial,
         summary=list(summary(trial)),
         wrong=[
             (named(each.place, trial.bench.frame.names), each, why(each)) for each in trial.wrong
         ],
+        verdicts=list(verdicts(trial)),
         maps=list(_maps(trial)),
+        described=list(described(trial.bench.case.arm)),
         provenance=trial.agreement.to_dict()["provenance"],
     )
 

@@ -13,13 +13,12 @@ def test_the_example_is_tried_and_its_error_named(tmp_path, monkeypatch, crossch
     (block,) = re.findall(r"```python\n(.*?)```", text, flags=re.S)
     (tmp_path / "my_model.py").write_text(block, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    (arguments,) = re.findall(r"\$ crosscheck (trial .*)", text)
+    (arguments, said) = re.findall(r"\$ \S*crosscheck (trial .*)\n((?:.+\n)+?)```", text)[0]
     answer = crosscheck(*arguments.split())
     assert answer.code == 1
-    said = text[text.index(arguments) :].partition("```")[0]
-    for term in ("M[theta_1, theta_2]", "m_payload L1 (L2 - d2) cos(theta_2)"):
-        assert term in said
-        assert term in answer.out
+    shown = said.splitlines()
+    assert shown[-1].startswith("wrong M[theta_1, theta_2]: missing term: ")
+    assert set(shown) - {"..."} <= set(answer.out.splitlines())
 
 
 def test_it_is_short():

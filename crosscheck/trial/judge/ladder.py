@@ -13,9 +13,9 @@ from crosscheck.trial.judge.sizes import NaturalSizes
 
 BRINGS = {
     "links": "links and payload",
-    "carriers": "what sits at the joints: rings, carriers, planets' and suns' masses, motors",
+    "carriers": "masses at the joints: rings, carriers, planets, suns, motors",
     "armature": "the gears' reflected inertia, on the diagonal",
-    "coupled": "the gears' spin as the turning of their base adds to it",
+    "coupled": "the gears' spin, coupled to the turning of their base",
 }
 
 
