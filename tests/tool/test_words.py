@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,9 @@ from crosscheck.provenance import ROOT
 # Each with the word to use in its place (docs/project/glossary.md).
 BANNED = {
     r"slips?": "error, erratum",
-    r"told apart|tells? apart": "distinguished",
-    r"handed over|handed|handover": "supplied",
+    r"told apart|tells? (?:\w+ )?apart": "distinguished",
+    r"handed over|handed|handover|hands? over|handing over": "supplied",
+    r"hangs? on|hanging on": "depends on",
     r"held (?:against|to)|holds? against": "compared with",
     r"rungs?|ladder": "level",
     r"has no say": "excluded",
@@ -41,7 +43,9 @@ TEXTS = [
         ROOT / "CONTRIBUTING.md",
         ROOT / "CHANGELOG.md",
         *sorted((ROOT / "docs").rglob("*.md")),
+        *sorted((ROOT / "docs").rglob("*.ipynb")),
         *sorted(TEMPLATES.glob("*.j2")),
+        *sorted((ROOT / "audit" / "templates").rglob("*.j2")),
     )
     if path.parent.name != "generated"
 ]
@@ -56,6 +60,9 @@ def unclear(text: str) -> list[str]:
 def read(path: Path) -> str:
     """Words for readers: no code, no expressions of templates."""
     text = path.read_text(encoding="utf-8")
+    if path.suffix == ".ipynb":
+        cells = json.loads(text)["cells"]
+        text = "\n".join("".join(c["source"]) for c in cells if c["cell_type"] == "markdown")
     if path.suffix == ".j2":
         return re.sub(r"{[%{].*?[%}]}|<style.*?</style>|<[^>]*>", " ", text, flags=re.S)
     return re.sub(r"```.*?```|`[^`\n]*`", " ", text, flags=re.S)

@@ -115,5 +115,5 @@ def test_examples_and_files_that_the_guide_names_exist():
 
 def test_guide_says_plainly_what_runs_code():
     text = " ".join(GUIDE.read_text(encoding="utf-8").split())
-    assert "**Handing over a model runs its code**" in text
-    assert "an arm, a scenario, a study and a baseline are data" in text
+    assert "**A trial runs your model's code**" in text
+    assert "Arms, robots, scenarios, studies and baselines are data" in text
