@@ -25,6 +25,7 @@ from crosscheck.models.experiment.scenario import (
 )
 from crosscheck.models.robot.file import DirectDrive as DirectTransmission
 from crosscheck.models.robot.file import Geared, RobotFile
+from crosscheck.models.robot.robot import RotorMesh
 from crosscheck.output import write_files
 from crosscheck.schema import Described, described, records_below
 from crosscheck.studies.definition.definition import (
@@ -97,6 +98,7 @@ HEADINGS: dict[type[Data], str] = {
     RobotFile: "The robot",
     DirectTransmission: "Transmission: direct",
     Geared: "Transmission: geared",
+    RotorMesh: "Mesh of a transmission",
 }
 
 

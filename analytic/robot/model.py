@@ -3,7 +3,8 @@
 T. R. Kane and D. A. Levinson, Dynamics: Theory and Applications, McGraw-Hill, 1985, chapter 4.
 Of a body with centre of mass c, angular velocity w = W v and V its velocity per rate, the
 generalized inertia forces are m V' a_c + W' (I alpha + w x I w). Of a balanced rotor only its spin
-s = c' v about the axis z counts, c = N e + W' z of its stator: c J ds/dt + J s W' (w x z).
+s = c' v about the axis z counts, c = N e + W' z of its stator: c J ds/dt + J s W' (w x z). Where it
+has a mesh, its rate against the stator is N q' + x' / r, and the mesh's force does work on x alone.
 """
 
 from __future__ import annotations
@@ -48,7 +49,9 @@ class AnalyticRobot(RobotModel):
     def __init__(self, robot: Robot, level: Level) -> None:
         super().__init__(robot, level)
         count, free = len(robot.joints), robot.coordinates
-        self._share, self._offset = np.zeros((count, len(free))), np.zeros(count)
+        meshes = robot.meshes if level == "geared" else ()
+        size = len(free) + len(meshes)
+        self._share, self._offset = np.zeros((count, size)), np.zeros(count)
         for number, joint in enumerate(robot.joints):
             if joint.mimic is None:
                 self._share[number, free.index(number)] = 1.0
@@ -56,6 +59,18 @@ class AnalyticRobot(RobotModel):
                 self._share[number, free.index(joint.mimic.joint)] = joint.mimic.multiplier
                 self._offset[number] = joint.mimic.offset
         self._axes = [_crossing(joint.axis) for joint in robot.joints]
+        self._meshes = [mesh for _, mesh in meshes]
+        self._turns: list[np.ndarray] = []  # of each rotor against its stator, per rate
+        self._driven = np.eye(len(free), size)  # generalized forces, per torque of each motor
+        place = len(free)
+        for rotor in robot.rotors:
+            turns = rotor.ratio * self._share[rotor.joint]
+            if meshes and rotor.mesh:
+                turns[place] = 1 / rotor.mesh.pinion_base_radius_m
+                place += 1
+                if rotor.joint in free:
+                    self._driven[free.index(rotor.joint)] = turns / rotor.ratio
+            self._turns.append(turns)
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M (states, n, n), of rates and momenta."""
@@ -75,14 +90,16 @@ class AnalyticRobot(RobotModel):
         return self._mass(poses), self._held(poses, v, np.zeros(3)), self._weight(poses)
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """M a + bias + gravity (states, n)."""
+        """M a + bias + gravity, and what holds the meshes (states, n)."""
         poses = self._poses(q)
-        return _times(self._mass(poses), a) + self._held(poses, v, self.robot.gravity)
+        held = self._held(poses, v, self.robot.gravity) + self._pressed(q, v)
+        return _times(self._mass(poses), a) + held
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """By solving with M (states, n)."""
         poses = self._poses(q)
-        left = torques - self._held(poses, v, self.robot.gravity)
+        held = self._held(poses, v, self.robot.gravity) + self._pressed(q, v)
+        left = torques @ self._driven - held
         found: np.ndarray = np.linalg.solve(self._mass(poses), left[:, :, None])[:, :, 0]
         return found
 
@@ -101,12 +118,11 @@ class AnalyticRobot(RobotModel):
             inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
             rates += [pose.carrying, pose.turning]
             momenta += [body.mass * pose.carrying, inertia @ pose.turning]
-        for rotor in self.robot.rotors:
+        for rotor, turns in zip(self.robot.rotors, self._turns, strict=True):
             if self.level == "armature":
-                row = rotor.ratio * self._share[rotor.joint]
-                spin = np.broadcast_to(row, (len(rates[0]), row.size))
-            elif self.level == "coupled":
-                _, spin = self._spin(rotor, poses)
+                spin = np.broadcast_to(turns, (len(rates[0]), turns.size))
+            elif self.level in ("coupled", "geared"):
+                _, spin = self._spin(rotor, turns, poses)
             else:
                 continue
             rates.append(spin[:, None])
@@ -133,16 +149,26 @@ class AnalyticRobot(RobotModel):
             moment += _cross(rate.angular, _times(inertia, rate.angular))
             total += _power(pose.carrying, force)
             total += _power(pose.turning, moment)
-        for rotor in self.robot.rotors if self.level == "coupled" else ():
+        for rotor, turns in zip(self.robot.rotors, self._turns, strict=True):
             stator = self.robot.frames[rotor.stator].body
-            if stator == BASE:
+            if stator == BASE or self.level not in ("coupled", "geared"):
                 continue
-            axis, spin = self._spin(rotor, poses)
+            axis, spin = self._spin(rotor, turns, poses)
             rate = rates[stator]
             speed = (spin * v).sum(axis=1, keepdims=True)
             growth = (axis * rate.angular_rate).sum(axis=1, keepdims=True)
             turned = _power(poses[stator].turning, _cross(rate.angular, axis))
             total += rotor.inertia * (growth * spin + speed * turned)
+        return total
+
+    def _pressed(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Forces of the meshes against their x (states, n)."""
+        total = np.zeros_like(q)
+        for place, mesh in enumerate(self._meshes, q.shape[1] - len(self._meshes)):
+            x, rate, play = q[:, place], v[:, place], mesh.backlash_m
+            force = mesh.stiffness_N_per_m * (x - np.clip(x, -play, play))
+            force += mesh.damping_N_s_per_m * rate
+            total[:, place] = np.where(np.abs(x) > play, force, 0.0)
         return total
 
     def _poses(self, q: np.ndarray) -> list[FramePoses]:
@@ -204,16 +230,18 @@ class AnalyticRobot(RobotModel):
             rates.append(rate)
         return rates
 
-    def _spin(self, rotor: Rotor, poses: list[FramePoses]) -> tuple[np.ndarray, np.ndarray]:
+    def _spin(
+        self, rotor: Rotor, turns: np.ndarray, poses: list[FramePoses]
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Its axis in space (states, 3), and its spin per rate (states, n)."""
         frame = self.robot.frames[rotor.stator]
-        own, by_gear = frame.placement.rotation @ rotor.axis, rotor.ratio * self._share[rotor.joint]
+        own = frame.placement.rotation @ rotor.axis
         states = len(poses[0].position)
         if frame.body == BASE:
-            return np.tile(own, (states, 1)), np.tile(by_gear, (states, 1))
+            return np.tile(own, (states, 1)), np.tile(turns, (states, 1))
         pose = poses[frame.body]
         turned = pose.rotation @ own
-        return turned, by_gear + _power(pose.turning, turned)
+        return turned, turns + _power(pose.turning, turned)
 
 
 def _carried(rate: FrameRates, arm: np.ndarray) -> np.ndarray:

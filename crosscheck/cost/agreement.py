@@ -12,7 +12,7 @@ import numpy as np
 
 from crosscheck.cost.runs import run
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import LEVELS, Level, Robot
+from crosscheck.models.robot.robot import Level, Robot
 
 # Where each class is; the first is the one that costs are worked out with.
 ENGINES = {
@@ -27,17 +27,18 @@ QUANTITIES = {
     "mass matrix": "entry over the root of the two diagonal ones",
     "bias": "torque over the root of M's diagonal, of (v' M v)^1/2 times the sum of the rates",
     "gravity": "torque over the root of M's diagonal, of the weight over the root of the mass",
-    "inverse dynamics": "torque as of bias and gravity, with (a' M a)^1/2",
+    "inverse dynamics": "torque as of bias, gravity and meshes, with (a' M a)^1/2",
     "forward dynamics": "acceleration times the root of M's diagonal, of what M can make of it",
     "tip": "distance over the reach",
-    "run": "coordinate after free motion of 0.1 s in equal steps, of how far any has moved",
+    "run": "coordinate after a short free motion in equal steps, of how far any has moved",
 }
 SOLVED = ("forward dynamics", "run")  # which M's condition number may harm
 RUNS, RUN_S, STEPS = 3, 0.1, 5  # of the states the first, and a run's time and steps
+FORCE, DEEPEST = 10.0, 0.01  # of a drawn mesh: N m or N at its joint, parts of its pinion's radius
 
 
 class DrawnStates(NamedTuple):
-    """Drawn coordinates, rates, accelerations and torques, each (states, n)."""
+    """Drawn coordinates, rates and accelerations (states, n), torques (states, free)."""
 
     q: np.ndarray
     v: np.ndarray
@@ -110,28 +111,62 @@ def motion_range(robot: Robot, number: int) -> tuple[float, float]:
 def compared(robot: Robot, states: DrawnStates) -> list[EngineDifference]:
     """Every pair of engines at every level; an engine that raises fails its own comparisons."""
     found: list[EngineDifference] = []
-    for level in LEVELS:
+    for level in robot.levels:
+        own = with_meshes(robot, states) if level == "geared" else states
         answers: dict[str, RobotAnswers | Exception] = {}
         for engine in ENGINES:
             try:
-                answers[engine] = _answers(model_of(engine, robot, level), states)
+                answers[engine] = _answers(model_of(engine, robot, level), own)
             except Exception as error:  # whatever an engine raises is told, and fails
                 answers[engine] = error
-        found += _comparisons(level, answers, robot, states)
+        found += _comparisons(level, answers, robot, own)
     return found
+
+
+def with_meshes(robot: Robot, states: DrawnStates) -> DrawnStates:
+    """The states with x of each mesh: on either flank, or between them where there is play."""
+    rng, shape = np.random.default_rng(0), (len(states.q), 1)
+    columns = []
+    for rotor, mesh in robot.meshes:
+        radius, stiffness = mesh.pinion_base_radius_m, mesh.stiffness_N_per_m
+        deep = min(FORCE / abs(rotor.ratio) / radius / stiffness, DEEPEST * radius)
+        rate = np.sqrt(stiffness / rotor.inertia) * radius  # of swings while the joint stands
+        x = rng.choice((-1, 1), shape) * (mesh.backlash_m + deep * rng.uniform(-1, 1, shape))
+        v, a = (deep * rate**order * rng.uniform(-1, 1, shape) for order in (1, 2))
+        columns.append((x, v, a))
+    q, v, a = (
+        np.hstack([joints, *own])
+        for joints, own in zip(states[:3], zip(*columns, strict=True), strict=True)
+    )
+    return DrawnStates(q, v, a, states.torques)
+
+
+def _run_time(model: RobotModel, mass_matrices: np.ndarray) -> float:
+    """Time of a run [s] whose steps resolve the swings of every mesh, and their dying out."""
+    if model.level != "geared":
+        return RUN_S
+    free = len(model.robot.coordinates)
+    softest = np.linalg.inv(mass_matrices).diagonal(axis1=1, axis2=2)[:, free:].max(axis=0)
+    fastest = [
+        max(np.sqrt(mesh.stiffness_N_per_m * inverse), mesh.damping_N_s_per_m * inverse)
+        for inverse, (_, mesh) in zip(softest, model.robot.meshes, strict=True)
+    ]
+    return float(min(RUN_S, STEPS / 2 / max(fastest)))
 
 
 def _answers(model: RobotModel, states: DrawnStates) -> RobotAnswers:
     """Raises ValueError for what is not finite or of another shape."""
     q, v, a, torques = states
+    masses = model.mass_matrix(q)
+    seconds = _run_time(model, masses)
     found = RobotAnswers(
-        model.mass_matrix(q),
+        masses,
         model.bias(q, v),
         model.gravity(q),
         model.inverse_dynamics(q, v, a),
         model.forward_dynamics(q, v, torques),
         model.tip(q),
-        run(model, q[:RUNS], v[:RUNS], lambda time: 0 * q[:RUNS], RUN_S, STEPS),
+        run(model, q[:RUNS], v[:RUNS], lambda time: 0 * torques[:RUNS], seconds, STEPS),
     )
     count, size = q.shape
     shapes = [(count, size, size), *[(count, size)] * 4, (count, 3), (min(count, RUNS), size)]
@@ -183,23 +218,44 @@ def _measured(
     bias = _norm(scale.mass_matrix, states.v) * np.abs(states.v).sum(axis=1)
     weight = np.full(len(bias), np.linalg.norm(robot.gravity))
     weight *= np.sqrt(sum(body.mass for body in robot.bodies))
-    given = np.linalg.norm(states.torques / diagonal, axis=1)
+    free = len(turning)
+    held, given = bias + weight, np.linalg.norm(states.torques / diagonal[:, :free], axis=1)
+    if diagonal.shape[1] > free:
+        held = held + (_pushes(robot, states) / diagonal[:, free:]).sum(axis=1)
     reach = sum(float(np.linalg.norm(joint.placement.position)) for joint in robot.joints)
     reach += float(np.linalg.norm(robot.frames[robot.tip].placement.position))
     reach += float(np.abs(states.q).max()) * (len(turning) - sum(turning))
     apart = [np.abs(a - b) for a, b in zip(one, other, strict=True)]
+    moved = np.abs(scale.run - states.q[:RUNS])
     parts = [
         (apart[0] / (diagonal[:, :, None] * diagonal[:, None, :])).max(axis=(1, 2)),
         _share((apart[1] / diagonal).max(axis=1), bias),
         _share((apart[2] / diagonal).max(axis=1), weight),
-        _share(
-            (apart[3] / diagonal).max(axis=1), bias + weight + _norm(scale.mass_matrix, states.a)
-        ),
-        _share((apart[4] * diagonal).max(axis=1) * values[:, 0], bias + weight + given),
+        _share((apart[3] / diagonal).max(axis=1), held + _norm(scale.mass_matrix, states.a)),
+        _share((apart[4] * diagonal).max(axis=1) * values[:, 0], held + given),
         _share(apart[5].max(axis=1), np.full(len(bias), reach)),
-        _share(apart[6].max(axis=1), np.abs(scale.run - states.q[:RUNS]).max(axis=1)),
+        np.concatenate(
+            [
+                _share(apart[6][:, own].max(axis=1), moved[:, own].max(axis=1))
+                for own in (slice(free), slice(free, None))
+                if moved[:, own].size
+            ]
+        ),
     ]
     return [float(each.max()) for each in parts], condition
+
+
+def _pushes(robot: Robot, states: DrawnStates) -> np.ndarray:
+    """Bounds of what springs, dampers and motors do to x of each mesh (states, meshes) [N]."""
+    found, free = [], robot.coordinates
+    for place, (rotor, mesh) in enumerate(robot.meshes, len(free)):
+        force = mesh.stiffness_N_per_m * np.abs(states.q[:, place])
+        force += mesh.damping_N_s_per_m * np.abs(states.v[:, place])
+        if rotor.joint in free:
+            torque = np.abs(states.torques[:, free.index(rotor.joint)])
+            force += torque / abs(rotor.ratio) / mesh.pinion_base_radius_m
+        found.append(force)
+    return np.stack(found, axis=1)
 
 
 def _norm(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from crosscheck.cost.agreement import EngineDifference, compared, drawn, model_of
+from crosscheck.cost.meshes import GearedCost, geared_cost
 from crosscheck.cost.motion import RobotMotion, beyond_limits, excitation
-from crosscheck.cost.runs import run
+from crosscheck.cost.runs import away, run
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 
@@ -20,15 +21,19 @@ Told = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class Extent:
-    """How much is worked out: random states, instants of the motion, runs, their steps a second."""
+    """How much is worked out: random states, instants of the motion, runs, their steps a second.
+
+    most_steps: a second, of runs that meshes ask for.
+    """
 
     states: int
     instants: int
     runs: int
     steps: int
+    most_steps: int
 
 
-FULL, QUICK = Extent(100, 2000, 8, 250), Extent(20, 400, 2, 100)
+FULL, QUICK = Extent(100, 2000, 8, 250, 2500), Extent(20, 400, 2, 100, 1000)
 
 
 @dataclass(frozen=True)
@@ -88,7 +93,8 @@ class Cost:
     beyond: a line for each limit of the robot that the motion exceeds;
     time (instants,) [s]; torques (instants, n) of the coupled level, N m or N; errors: by shortcut,
     of the same shape; largest (n,): of the torques; by_rates (n,): rms of what the coupling asks by
-    rates alone; factor: all ratios times this, and the coupling is below NEGLIGIBLE everywhere.
+    rates alone; factor: all ratios times this, and the coupling is below NEGLIGIBLE everywhere;
+    geared: None where no rotor has a mesh.
     """
 
     robot: Robot
@@ -106,6 +112,7 @@ class Cost:
     by_rates: np.ndarray
     ratios: tuple[RotorShare, ...]
     factor: float
+    geared: GearedCost | None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -155,6 +162,11 @@ def cost_of(
     ratios, factor = _ratios(robot, state, largest, names)
     coupling = exact.mass_matrix(state[0]) - shortcuts["armature"].mass_matrix(state[0])
     by_rates = exact.bias(*state[:2]) - shortcuts["armature"].bias(*state[:2])
+    geared = None
+    if robot.meshes:
+        own = model_of("analytic", robot, "geared")
+        sizes = extent.instants, extent.runs, extent.most_steps
+        geared = geared_cost(exact, own, motion, *sizes)
     told("done", 4, 4)
     return Cost(
         robot=robot,
@@ -177,6 +189,7 @@ def cost_of(
         by_rates=_rms(by_rates),
         ratios=tuple(ratios),
         factor=factor,
+        geared=geared,
     )
 
 
@@ -270,7 +283,5 @@ def _tips(
     q, v, _ = motion.at(np.tile(starts, len(models)))
     ends = run(exact, q, v, torques, 1.0, extent.steps)
     planned = np.tile(exact.tip(motion.at(starts + 1.0)[0]), (len(models), 1))
-    away, alive = np.full(len(q), np.inf), np.isfinite(ends).all(axis=1)
-    away[alive] = np.linalg.norm(exact.tip(ends[alive]) - planned[alive], axis=1)
-    parts = away.reshape(len(models), extent.runs)
+    parts = away(exact, ends, planned).reshape(len(models), extent.runs)
     return [TipCost(level, part) for level, part in zip(models, parts, strict=True)]

@@ -9,7 +9,8 @@ import numpy as np
 
 from crosscheck import __version__
 from crosscheck.cost.agreement import ENGINES, QUANTITIES
-from crosscheck.cost.cost import NEGLIGIBLE, SHORTCUTS, Cost, RotorShare, TipCost
+from crosscheck.cost.cost import NEGLIGIBLE, SHORTCUTS, Cost, RotorShare
+from crosscheck.cost.meshes import GearedCost
 from crosscheck.models.robot.robot import LEVELS, Joint
 
 SCHEMA_VERSION = 1
@@ -30,7 +31,7 @@ def first_lines(found: Cost) -> Iterator[str]:
         (tip,) = (each for each in found.tips if each.level == level)
         yield (
             f"{level}: torque off by {worst.largest:.3g} {_unit(found, worst.joint)} at most in"
-            f" {worst.joint}, {_percent(worst.share)} of its largest; {_tip_words(tip)}"
+            f" {worst.joint}, {_percent(worst.share)} of its largest; {_away_words(tip.distances)}"
         )
     if found.pairs:
         named = ", ".join(
@@ -38,6 +39,22 @@ def first_lines(found: Cost) -> Iterator[str]:
         )
         yield f"coupling that armature leaves out: {named} of the largest torque, rms"
     yield _ratio_line(found)
+    if found.geared:
+        yield from _mesh_lines(found.geared)
+
+
+def _mesh_lines(geared: GearedCost) -> Iterator[str]:
+    for mesh in geared.meshes:
+        yield (
+            f"mesh of {mesh.joint}, rigid at coupled: backlash of {mesh.backlash:.3g} {mesh.unit},"
+            f" wind-up of {mesh.windup:.3g} {mesh.unit} at most, swings at {mesh.slowest:.3g} Hz or"
+            " more"
+        )
+    if geared.distances is None:
+        most = max(mesh.fastest for mesh in geared.meshes)
+        yield f"geared: not run, {most:.3g} Hz ask for {geared.steps} steps a second"
+    else:
+        yield f"geared: under torques of coupled the {_away_words(geared.distances)}"
 
 
 def _agreement_lines(found: Cost) -> Iterator[str]:
@@ -46,8 +63,9 @@ def _agreement_lines(found: Cost) -> Iterator[str]:
         largest = max(each.measured for each in found.agreement)
         *others, last = ENGINES
         yield (
-            f"engines agree: {', '.join(others)} and {last} on {len(QUANTITIES)} quantities at"
-            f" {len(LEVELS)} levels and {found.extent.states} states, to {largest:.1e} of each"
+            f"engines agree: {', '.join(others)} and {last} on {len(QUANTITIES)} quantities,"
+            f" {len(found.robot.levels)} levels, {found.extent.states} states, to {largest:.1e} of"
+            " each"
         )
     for failure in dict.fromkeys(each.failure for each in wrong if each.failure):
         yield f"engines: {failure}"
@@ -59,10 +77,10 @@ def _agreement_lines(found: Cost) -> Iterator[str]:
             )
 
 
-def _tip_words(tip: TipCost) -> str:
-    lost = int(np.isinf(tip.distances).sum())
-    off = f"{_length(float(np.median(tip.distances)))} in the median of {tip.distances.size} runs"
-    most = f"{lost} of them diverge" if lost else f"{_length(float(tip.distances.max()))} at most"
+def _away_words(distances: np.ndarray) -> str:
+    lost = int(np.isinf(distances).sum())
+    off = f"{_length(float(np.median(distances)))} in the median of {distances.size} runs"
+    most = f"{lost} of them diverge" if lost else f"{_length(float(distances.max()))} at most"
     return f"end effector after a second of feed-forward off by {off}, {most}"
 
 
@@ -212,6 +230,24 @@ def cost_json(found: Cost) -> str:
             }
             for each in found.ratios
         ],
+        "geared": found.geared
+        and {
+            "meshes": [
+                {
+                    "joint": each.joint,
+                    "unit": each.unit,
+                    "backlash": each.backlash,
+                    "windup": each.windup,
+                    "slowest_Hz": each.slowest,
+                    "fastest_Hz": each.fastest,
+                }
+                for each in found.geared.meshes
+            ],
+            "steps": found.geared.steps,
+            "distances_m": None
+            if found.geared.distances is None
+            else [_finite(x) for x in found.geared.distances.tolist()],
+        },
         "negligible_share": NEGLIGIBLE,
         "negligible_with_ratios_times": found.factor,
         "notes": [*direct_joints(found), *found.robot.told],
@@ -245,7 +281,7 @@ def cost_page(found: Cost) -> str:
         answers=list(first_lines(found)),
         motion=motion_line(found),
         notes=[*direct_joints(found), *found.robot.told],
-        levels=LEVELS,
+        levels={level: LEVELS[level] for level in found.robot.levels},
         engines=list(ENGINES),
         quantities=QUANTITIES,
         pairs=found.pairs[:MOST_PAIRS],

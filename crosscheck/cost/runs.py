@@ -49,3 +49,10 @@ def run(
         if not alive.any():
             break
     return np.where(alive[:, None], q, np.inf)
+
+
+def away(model: RobotModel, ends: np.ndarray, planned: np.ndarray) -> np.ndarray:
+    """Distances (runs,) [m] of the end effector from its plan (runs, 3), infinite where it left."""
+    found, alive = np.full(len(ends), np.inf), np.isfinite(ends).all(axis=1)
+    found[alive] = np.linalg.norm(model.tip(ends[alive]) - planned[alive], axis=1)
+    return found

@@ -11,7 +11,7 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.cost.agreement import TOLERANCE, DrawnStates, drawn
 from crosscheck.explain.candidates import confusions, link_of, numbers, with_body
 from crosscheck.models.errors import InputError
-from crosscheck.models.robot.robot import LEVELS, Level, Robot, RobotBody
+from crosscheck.models.robot.robot import RIGID, Level, Robot, RobotBody
 
 STATES = 12
 # What an explanation may leave, of the largest difference; and of a quantity's size, by rounding.
@@ -136,9 +136,9 @@ def explained(own: OwnEquations, robot: Robot, seed: int, where: str = "yours") 
         raise InputError(where, "", None, f"has none of {', '.join(PARTS)}")
     question = _Question(robot, parts, drawn(robot, STATES, seed))
     asked = question.of_user(own, where)
-    apart = {level: asked - question.of_robot(robot, level) for level in LEVELS}
+    apart = {level: asked - question.of_robot(robot, level) for level in RIGID}
     sizes = {level: float(np.abs(row).max()) for level, row in apart.items()}
-    nearest = sorted(LEVELS, key=lambda each: sizes[each])
+    nearest = sorted(RIGID, key=lambda each: sizes[each])
     chosen = nearest[0]
     found: tuple[str, ...] = ()
     links: tuple[str, ...] = ()

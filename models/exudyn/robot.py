@@ -1,6 +1,7 @@
 """A robot in Exudyn: its kinematic tree of the robot's data, rotors among the links.
 
 Exudyn's joints turn about or slide along z; so each link's frame is turned until z is its axis.
+A rotor that has a mesh turns against a shaft of its own, which turns as a rigid gear would turn it.
 """
 
 from __future__ import annotations
@@ -9,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.models.exudyn.engine import System, exudyn, items
+from crosscheck.models.exudyn.engine import System, UserFunction, exudyn, items
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import BASE, Level, LinkFrame, Robot, Rotor
+from crosscheck.models.robot.robot import BASE, Level, LinkFrame, Robot, Rotor, RotorMesh
 
 # Of its stator's mass, taken from it, at its centre of mass: Exudyn's bodies need one, and it
 # changes nothing there.
@@ -31,6 +32,13 @@ class RobotPart(NamedTuple):
     inertia: np.ndarray
 
 
+class SprungRotor(NamedTuple):
+    """A rotor whose mesh is a spring: its place among the parts."""
+
+    place: int
+    mesh: RotorMesh
+
+
 class ExudynRobot(RobotModel):
     """Exudyn's ObjectKinematicTree in minimal coordinates."""
 
@@ -40,21 +48,34 @@ class ExudynRobot(RobotModel):
         super().__init__(robot, level)
         self._turned = [_with_z_along(joint.axis) for joint in robot.joints]
         parts = [self._link(number) for number in range(len(robot.joints))]
+        free, meshes = robot.coordinates, robot.meshes if level == "geared" else ()
         follows = np.zeros((len(parts), len(parts)))
         for number, joint in enumerate(robot.joints):
             if joint.mimic is None:
                 follows[number, number] = 1.0
             else:
                 follows[number, joint.mimic.joint] = joint.mimic.multiplier
-        rows = follows[:, robot.coordinates]
+        rows = np.hstack([follows[:, free], np.zeros((len(parts), len(meshes)))])
         offsets = [0.0 if joint.mimic is None else joint.mimic.offset for joint in robot.joints]
-        added = np.zeros(len(parts))
+        motors = [{joint: 1.0} for joint in free]  # of each torque, what it is in the tree
+        added, sprung = np.zeros(len(parts)), list[SprungRotor]()
         for rotor in robot.rotors:
-            if level == "coupled":
-                parts.append(self._rotor(rotor, parts))
-                rows = np.vstack([rows, rotor.ratio * rows[rotor.joint]])
             added[rotor.joint] += rotor.inertia * rotor.ratio**2
+            if level not in ("coupled", "geared"):
+                continue
+            parts += self._rotor(rotor, parts, rotor.mesh if meshes else None)
+            rows = np.vstack([rows, rotor.ratio * rows[rotor.joint]])
+            if meshes and rotor.mesh:
+                turns = np.zeros(rows.shape[1])
+                turns[len(free) + len(sprung)] = 1 / rotor.mesh.pinion_base_radius_m
+                rows = np.vstack([rows, turns])
+                shaft, turned = len(rows) - 2, len(rows) - 1
+                sprung.append(SprungRotor(turned, rotor.mesh))
+                if rotor.joint in free:
+                    own = {shaft: 1 / rotor.ratio, turned: 1 / rotor.ratio}
+                    motors[free.index(rotor.joint)] = own
         self._rows = rows
+        self._motors = np.array([[own.get(n, 0.0) for n in range(len(parts))] for own in motors])
         self._offsets = np.array([*offsets, *[0.0] * (len(parts) - len(offsets))])
         diagonal = added if level == "armature" else np.zeros(len(parts))
         size = len(parts)
@@ -63,6 +84,9 @@ class ExudynRobot(RobotModel):
             size, lambda node: _tree(node, parts, robot.gravity, diagonal), sensors
         )
         self._weightless = System(size, lambda node: _tree(node, parts, np.zeros(3), diagonal))
+        self._sprung = System(
+            size, lambda node: _tree(node, parts, robot.gravity, diagonal, _teeth(sprung))
+        )
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """Exudyn's, of the free coordinates (states, n, n)."""
@@ -83,11 +107,11 @@ class ExudynRobot(RobotModel):
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """M a less the right-hand side (states, n)."""
         needed: np.ndarray = (self.mass_matrix(q) @ a[:, :, None])[:, :, 0]
-        return needed + self._held(self._heavy, q, v)
+        return needed + self._held(self._sprung, q, v)
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """By solving with its M (states, n)."""
-        left = torques - self._held(self._heavy, q, v)
+        left = torques @ self._motors @ self._rows - self._held(self._sprung, q, v)
         found: np.ndarray = np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
         return found
 
@@ -141,8 +165,11 @@ class ExudynRobot(RobotModel):
             own.T @ body.inertia @ own,
         )
 
-    def _rotor(self, rotor: Rotor, parts: list[RobotPart]) -> RobotPart:
-        """A rotor as a link; its stator among the parts gets lighter."""
+    def _rotor(
+        self, rotor: Rotor, parts: list[RobotPart], mesh: RotorMesh | None
+    ) -> list[RobotPart]:
+        """A rotor as a link, after the shaft that a mesh asks for; its stator gets lighter."""
+        count = 2 if mesh else 1
         frame = self.robot.frames[rotor.stator]
         rotation, _ = self._within(frame)
         placed, mass, com = rotation @ _with_z_along(rotor.axis), 1.0, np.zeros(3)
@@ -150,9 +177,13 @@ class ExudynRobot(RobotModel):
             stator = parts[frame.body]
             mass = ROTORS_SHARE * self.robot.bodies[frame.body].mass
             com = stator.com
-            parts[frame.body] = stator._replace(mass=stator.mass - mass)
-        spinning = np.diag([0.0, 0.0, rotor.inertia])
-        return RobotPart(TURNING, frame.body, placed, com, mass, np.zeros(3), spinning)
+            parts[frame.body] = stator._replace(mass=stator.mass - count * mass)
+        spinning, at = np.diag([0.0, 0.0, rotor.inertia]), np.zeros(3)
+        alone = RobotPart(TURNING, frame.body, placed, com, mass, at, spinning)
+        if not mesh:
+            return [alone]
+        shaft = alone._replace(inertia=0 * spinning)
+        return [shaft, alone._replace(parent=len(parts), rotation=np.eye(3), position=at)]
 
     def _within(self, frame: LinkFrame) -> tuple[np.ndarray, np.ndarray]:
         """Rotation and position of a frame in the turned frame of its body."""
@@ -171,10 +202,33 @@ def _with_z_along(axis: np.ndarray) -> np.ndarray:
     return np.column_stack([x, np.cross(axis, x), axis])
 
 
+def _teeth(sprung: list[SprungRotor]) -> UserFunction:
+    """Torques of the meshes on their rotors, which turn against their shafts."""
+
+    def torques(
+        _system: object, _time: float, _item: int, angles: list[float], rates: list[float]
+    ) -> list[float]:
+        found = [0.0] * len(angles)
+        for place, mesh in sprung:
+            lever, play = mesh.pinion_base_radius_m, mesh.backlash_m
+            ahead = lever * angles[place]
+            pressed = max(ahead - play, 0.0) + min(ahead + play, 0.0)
+            if pressed:
+                damped = mesh.damping_N_s_per_m * lever * rates[place]
+                found[place] = -lever * (mesh.stiffness_N_per_m * pressed + damped)
+        return found
+
+    return torques
+
+
 def _tree(
-    node: int, parts: list[RobotPart], gravity: np.ndarray, diagonal: np.ndarray
+    node: int,
+    parts: list[RobotPart],
+    gravity: np.ndarray,
+    diagonal: np.ndarray,
+    teeth: UserFunction | None = None,
 ) -> list[Any]:
-    """The tree, and an object that adds to the diagonal of its mass matrix."""
+    """The tree, and an object that adds to the diagonal of its mass matrix and pushes rotors."""
     matrices, vectors = exudyn.Matrix3DList, exudyn.Vector3DList
     tree = items.ObjectKinematicTree(
         nodeNumber=node,
@@ -187,5 +241,7 @@ def _tree(
         linkMasses=[part.mass for part in parts],
         gravity=list(gravity),
     )
-    added = items.ObjectGenericODE2(nodeNumbers=[node], massMatrix=np.diag(diagonal))
+    added = items.ObjectGenericODE2(
+        nodeNumbers=[node], massMatrix=np.diag(diagonal), forceUserFunction=teeth or 0
+    )
     return [tree, added]

@@ -23,7 +23,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import HERE, LARGEST_FILE, builtin_robots, raw_robot
 from crosscheck.models.inputs import input_content
 from crosscheck.models.loading import validated
-from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot, Rotor
+from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot, Rotor, RotorMesh
 from crosscheck.models.robot.tree import tree_of
 from crosscheck.models.robot.urdf import Urdf, read_urdf
 
@@ -53,6 +53,8 @@ class Geared(Data):
     """Link of the URDF that carries the motor; the joint's parent if left out."""
     rotor_axis: Vector | None = None
     """In the frame of the stator's link; the joint's axis if both are left out."""
+    mesh: RotorMesh | None = None
+    """Teeth that give way, for the level geared; rigid if left out."""
 
 
 Transmission = Annotated[DirectDrive | Geared, Field(discriminator="kind")]
@@ -136,7 +138,10 @@ def _rotor(
     if not length > 1e-3:
         field = f"joints.{name}.rotor_axis"
         raise InputError(where, field, axis.tolist(), "must be a direction, of length 1")
-    return Rotor(number, given.ratio, given.rotor_inertia_kg_m2, stator, axis / length)
+    if given.mesh and not given.ratio:
+        raise InputError(where, f"joints.{name}.ratio", 0.0, "must not be 0 where there is a mesh")
+    inertia = given.rotor_inertia_kg_m2
+    return Rotor(number, given.ratio, inertia, stator, axis / length, given.mesh)
 
 
 def _last(joints: Sequence[Joint], frames: Mapping[str, LinkFrame]) -> str:

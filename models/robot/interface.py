@@ -10,9 +10,11 @@ from crosscheck.models.robot.robot import Level, Robot
 
 
 class RobotModel(ABC):
-    """Equations of motion M q'' + bias + gravity = torques, in the robot's free coordinates.
+    """Equations of motion M q'' + bias + gravity + meshes = torques; there is no friction.
 
-    q, v, a and torques are (states, n), in rad or m, N m or N; there is no friction.
+    q, v and a are (states, n): the robot's free coordinates in rad or m, then, at the level geared,
+    x [m] of each mesh. Torques of motors are (states, free) in N m or N at the joints: a rotor that
+    has a mesh gets them over its ratio, if its joint is free.
     """
 
     name: str
@@ -34,11 +36,11 @@ class RobotModel(ABC):
 
     @abstractmethod
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """Torques that a motion needs (states, n)."""
+        """Generalized forces that a motion needs besides its meshes' (states, n)."""
 
     @abstractmethod
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
-        """Accelerations under torques (states, n)."""
+        """Accelerations under torques of motors, and the meshes' forces (states, n)."""
 
     @abstractmethod
     def tip(self, q: np.ndarray) -> np.ndarray:

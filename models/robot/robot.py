@@ -8,13 +8,17 @@ from typing import Literal
 
 import numpy as np
 
+from crosscheck.models.arm.quantities import Damping, Data, Length, Play, Stiffness
+
 BASE = -1  # in place of the number of a body: what stands on the ground
-Level = Literal["links", "armature", "coupled"]
+Level = Literal["links", "armature", "coupled", "geared"]
 LEVELS: dict[Level, str] = {
     "links": "links alone",
     "armature": "links, and every rotor's inertia times its ratio squared on the diagonal",
     "coupled": "links, and rotors as bodies that turn with their stators and by their gears",
+    "geared": "the same, but each rotor that has a mesh moves its joint by the mesh's spring alone",
 }
+RIGID: tuple[Level, ...] = ("links", "armature", "coupled")  # those of every robot
 
 
 @dataclass(frozen=True)
@@ -73,13 +77,30 @@ class Joint:
     mimic: Mimic | None
 
 
+class RotorMesh(Data):
+    """Teeth between a rotor and its joint: a spring along the line of action, with backlash.
+
+    x is how far the pinion is ahead: its base radius times the rotor's angle less ratio times the
+    joint's coordinate. Beyond b the force is k (x -+ b) + d x'; within there is none.
+    """
+
+    pinion_base_radius_m: Length
+    """Of the pinion on the rotor; that of the wheel is the ratio's size times as large."""
+    stiffness_N_per_m: Stiffness
+    """k along the line of action."""
+    damping_N_s_per_m: Damping = 0.0
+    """d along the line of action, while teeth touch."""
+    backlash_m: Play = 0.0
+    """b, half the clearance 2 b between the teeth, along the line of action."""
+
+
 @dataclass(frozen=True)
 class Rotor:
     """A balanced rotor that spins against its stator at ratio times its joint's rate.
 
     ratio: dimensionless, or [rad/m] of a prismatic joint; inertia [kg m^2]: about its axis, which
     the stator's link does not contain; axis (3,): a unit vector in the frame of the URDF's link
-    stator. Its mass and its other inertias are that link's.
+    stator. Its mass and its other inertias are that link's. mesh: None where the gear is rigid.
     """
 
     joint: int
@@ -87,6 +108,7 @@ class Rotor:
     inertia: float
     stator: str
     axis: np.ndarray
+    mesh: RotorMesh | None = None
 
 
 @dataclass(frozen=True)
@@ -121,3 +143,13 @@ class Robot:
     def coordinates(self) -> tuple[int, ...]:
         """Numbers of the joints whose coordinates are free: those that mimic no other."""
         return tuple(n for n, joint in enumerate(self.joints) if joint.mimic is None)
+
+    @property
+    def meshes(self) -> tuple[tuple[Rotor, RotorMesh], ...]:
+        """Rotors that have a mesh; each adds its x [m] to the coordinates of the level geared."""
+        return tuple((rotor, rotor.mesh) for rotor in self.rotors if rotor.mesh)
+
+    @property
+    def levels(self) -> tuple[Level, ...]:
+        """Those that differ: geared only if there is a mesh."""
+        return (*RIGID, "geared") if self.meshes else RIGID

@@ -76,9 +76,21 @@ def geared(ratio: float, inertia: float = 1e-3, **more: Any) -> dict[str, Any]:
     return {"kind": "geared", "ratio": ratio, "rotor_inertia_kg_m2": inertia, **more}
 
 
+def teeth(
+    radius: float = 0.01, stiffness: float = 1e6, damping: float = 0.0, play: float = 0.0
+) -> dict[str, float]:
+    """A mesh."""
+    return {
+        "pinion_base_radius_m": radius,
+        "stiffness_N_per_m": stiffness,
+        "damping_N_s_per_m": damping,
+        "backlash_m": play,
+    }
+
+
 def random_chain(seed: int) -> Robot:
     """1 to 7 joints of any kind and axis; fixed links, branches, mimics, rotors anywhere."""
-    draw = random.Random(seed)
+    draw, meshed = random.Random(seed), random.Random(-seed)
     parts, names, leading = [link("ground")], ["ground"], []
     transmissions: dict[str, Any] = {}
     for number in range(draw.randint(1, 7)):
@@ -108,6 +120,14 @@ def random_chain(seed: int) -> Robot:
     for own in transmissions.values():
         if draw.random() < 0.5:
             own |= {"stator": draw.choice(names), "rotor_axis": _three(draw, 1)}
+        if meshed.random() < 0.6:
+            damping, play = 10 ** meshed.uniform(0, 3), 10 ** meshed.uniform(-6, -4)
+            own["mesh"] = teeth(
+                10 ** meshed.uniform(-3, -1),
+                10 ** meshed.uniform(4, 9),
+                meshed.choice((0.0, damping)),
+                meshed.choice((0.0, play)),
+            )
     gravity = _three(draw, 10)
     return robot(urdf(*parts), transmissions, gravity_m_per_s2=gravity)
 

@@ -117,6 +117,7 @@ BAD_URDFS = {
 }
 MINIMAL = 'schema_version = 1\nname = "mine"\nurdf = "mine.urdf"\n'
 GEARED = '[joints.turn]\nkind = "geared"\nratio = 5.0\nrotor_inertia_kg_m2 = 1e-4\n'
+MESH = "mesh = { pinion_base_radius_m = 0.01, stiffness_N_per_m = 1e6 }\n"
 BAD_FILES = {
     "no such URDF": (MINIMAL.replace("mine.urdf", "yours.urdf"), "yours.urdf", "No such file"),
     "no version": (MINIMAL.replace("schema_version = 1", ""), "schema_version", "missing"),
@@ -140,6 +141,22 @@ BAD_FILES = {
         "direction",
     ),
     "axis of two": (MINIMAL + GEARED + "rotor_axis = [0.0, 1.0]\n", "joints.turn.rotor_axis"),
+    "mesh of no ratio": (
+        MINIMAL + GEARED.replace("5.0", "0.0") + MESH,
+        "joints.turn.ratio",
+        "must not be 0",
+    ),
+    "mesh without a radius": (
+        MINIMAL + GEARED + MESH.replace("pinion_base_radius_m = 0.01, ", ""),
+        "joints.turn.mesh.pinion_base_radius_m",
+        "missing",
+    ),
+    "mesh of negative stiffness": (
+        MINIMAL + GEARED + MESH.replace("1e6", "-1e6"),
+        "joints.turn.mesh.stiffness_N_per_m",
+        "1 to 1e12 N/m",
+    ),
+    "mesh with more": (MINIMAL + GEARED + MESH.replace("stiff", "soft"), "joints.turn.mesh"),
     "direct with a ratio": (MINIMAL + GEARED.replace("geared", "direct"), "joints.turn"),
 }
 

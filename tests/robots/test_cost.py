@@ -24,7 +24,7 @@ from tests.tool.conftest import Command, crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
 __all__ = ["crosscheck"]  # a fixture
-FEW = replace(QUICK, states=3, instants=100, steps=20)
+FEW = replace(QUICK, states=3, instants=100, steps=20, most_steps=400)
 SPIN, RATIO = 1e-3, 20.0
 
 
@@ -251,7 +251,10 @@ def test_the_command_writes_json_and_a_page(crosscheck: Command, tmp_path):
     data = json.loads((tmp_path / "cost.json").read_text())
     assert [each["joint"] for each in data["joints"]] == ["swivel", "slide", "tilt"]
     assert [each["unit"] for each in data["joints"]] == ["N m", "N", "N m"]
-    assert len(data["engines"]) == 7 * 3 * 3
+    assert len(data["engines"]) == 7 * 4 * 3
+    (mesh,) = data["geared"]["meshes"]
+    assert (mesh["joint"], mesh["unit"], data["geared"]["distances_m"]) == ("tilt", "rad", None)
+    assert "geared: not run" in answer.out
     page = (tmp_path / "cost.html").read_text()
     assert "<svg" in page
     assert "http" not in page.split("<svg")[0]

@@ -12,9 +12,10 @@ from crosscheck.cost import agreement
 from crosscheck.cost.agreement import compared, drawn
 from crosscheck.models.robot.robot import Joint, Robot, RobotBody, Rotor
 from tests.faults.faults import edit
-from tests.robots.chains import ENGINES, LIMIT, Solid, geared, joint, link, robot, urdf
+from tests.robots.chains import ENGINES, LIMIT, Solid, geared, joint, link, robot, teeth, urdf
 
 Change = Callable[[Robot], Robot]
+TEETH = teeth(0.02, 1e6, 100.0, 2e-5)
 TURNED = Solid(1.7, (0.11, -0.04, 0.07), (0.03, 0.004, -0.006, 0.05, 0.002, 0.06), (0.3, -0.2, 0.5))
 
 
@@ -43,11 +44,24 @@ def unlike() -> Robot:
         text,
         {
             "one": geared(9.0),
-            "two": geared(-7.0, stator="plate", rotor_axis=[0.5, 0.5, 0.2]),
-            "three": geared(30.0),
+            "two": geared(-7.0, stator="plate", rotor_axis=[0.5, 0.5, 0.2], mesh=TEETH),
+            "three": geared(30.0, mesh=TEETH),
         },
         tip="tool",
     )
+
+
+@pytest.fixture(scope="module")
+def all_sprung() -> Robot:
+    """Two joints whose rotors all have meshes: every joint of the engines' trees moves freely."""
+    text = urdf(
+        link("ground"),
+        link("a", TURNED),
+        link("b", TURNED),
+        joint("one", "ground", "a", axis=(0.2, 0.3, 0.9)),
+        joint("two", "a", "b", axis=(1, 0, 0), at=(0.3, 0.0, 0.1)),
+    )
+    return robot(text, {"one": geared(5.0, mesh=TEETH), "two": geared(-4.0, mesh=TEETH)})
 
 
 def seen(own: Robot) -> set[str]:
@@ -84,6 +98,17 @@ def spun(number: int, change: Callable[[Rotor], Rotor]) -> Change:
         return replace(own, rotors=tuple(rotors))
 
     return changed
+
+
+def meshed(field: str, factor: float) -> Change:
+    """Of the last rotor."""
+
+    def changed(rotor: Rotor) -> Rotor:
+        assert rotor.mesh
+        update = {field: factor * getattr(rotor.mesh, field)}
+        return replace(rotor, mesh=rotor.mesh.model_copy(update=update))
+
+    return spun(2, changed)
 
 
 SWAPPED = [0, 2, 1]
@@ -126,6 +151,10 @@ IN_ROTORS: dict[str, Change] = {
     "offset of a mimic": moved(
         3, lambda j: replace(j, mimic=j.mimic and replace(j.mimic, offset=-0.3))
     ),
+    "radius of a pinion": meshed("pinion_base_radius_m", 1.0001),
+    "stiffness of a mesh": meshed("stiffness_N_per_m", 1.0001),
+    "damping of a mesh": meshed("damping_N_s_per_m", 1.0001),
+    "play of a mesh": meshed("backlash_m", 1.0001),
     "gravity upside down": lambda own: replace(own, gravity=-own.gravity),
 }
 
@@ -199,14 +228,16 @@ ANALYTIC, PIN, EXUDYN = (
     "crosscheck.models.pinocchio.robot:PinocchioRobot.",
     "crosscheck.models.exudyn.robot:ExudynRobot.",
 )
+TOOTH_FORCE = "crosscheck.models.pinocchio.robot:_tooth_force"
+TEETH_OF_EXUDYN = "crosscheck.models.exudyn.robot:_teeth"
 IN_CODE = [
     (ANALYTIC + "_held", "moment += _cross(rate.angular", "moment -= _cross(rate.angular"),
     (ANALYTIC + "_held", "_carried(rate, pose.arm)", "rate.acceleration"),
     (ANALYTIC + "_held", "speed * turned", "0 * turned"),
     (ANALYTIC + "_held", "growth * spin", "0 * spin"),
     (ANALYTIC + "_poses", "_cross(turning, arm)", "0"),
-    (ANALYTIC + "_mass", "row = rotor.ratio *", "row = 1.01 * rotor.ratio *"),
-    (ANALYTIC + "_spin", "by_gear + _power", "by_gear - _power"),
+    (ANALYTIC + "__init__", "turns = rotor.ratio *", "turns = 1.01 * rotor.ratio *"),
+    (ANALYTIC + "_spin", "turns + _power", "turns - _power"),
     (ANALYTIC + "_spin", "frame.placement.rotation @ rotor.axis", "rotor.axis"),
     (ANALYTIC + "_rates", "2 * turned", "turned"),
     (ANALYTIC + "_rates", "under.angular_rate + turned", "under.angular_rate"),
@@ -215,17 +246,54 @@ IN_CODE = [
     (ANALYTIC + "_weight", "-np.sum", "np.sum"),
     (ANALYTIC + "tip", "+ pose.rotation @ frame.placement.position", ""),
     ("crosscheck.analytic.robot.model:_carried", "+ _cross(rate.angular_rate, arm)", ""),
+    (ANALYTIC + "__init__", "1 / rotor.mesh.pinion", "rotor.mesh.pinion"),
+    (ANALYTIC + "__init__", "= turns / rotor.ratio", "= turns"),
+    (ANALYTIC + "__init__", "if rotor.joint in free:", "if False:"),
+    (ANALYTIC + "_mass", '("coupled", "geared")', '("coupled",)'),
+    (ANALYTIC + "_held", '("coupled", "geared")', '("coupled",)'),
+    (ANALYTIC + "_pressed", "x - np.clip(x, -play, play)", "x"),
+    (ANALYTIC + "_pressed", "np.where(np.abs(x) > play, force, 0.0)", "force"),
+    (ANALYTIC + "_pressed", "+= mesh.damping", "-= mesh.damping"),
+    (ANALYTIC + "_pressed", "force = mesh.stiff", "force = -mesh.stiff"),
+    (ANALYTIC + "inverse_dynamics", "+ self._pressed(q, v)", ""),
+    (ANALYTIC + "forward_dynamics", "+ self._pressed(q, v)", ""),
     (PIN + "_added", "rotor.inertia * np.outer(axis, axis)", "rotor.inertia * np.eye(3)"),
     (PIN + "_added", "frame.parentJoint, spin", "0, spin"),
     (PIN + "_added", "frame.placement.rotation @ rotor.axis)", "rotor.axis)"),
     (PIN + "__init__", "rotor.inertia * rotor.ratio**2", "rotor.inertia * rotor.ratio"),
     (PIN + "_placed", "+ self._offset", ""),
-    (PIN + "forward_dynamics", "torques - self", "torques + self"),
+    (PIN + "forward_dynamics", "self._given - held", "self._given + held"),
+    (PIN + "__init__", "1 / rotor.mesh.pinion", "rotor.mesh.pinion"),
+    (PIN + "__init__", "place] = 1 / rotor.ratio", "place] = 1.0"),
+    (PIN + "__init__", "[free.index(rotor.joint)] = 0.0", "[free.index(rotor.joint)] += 0.0"),
+    (PIN + "__init__", "column, turned, moved[rotor.joint]", "column, turned, turned"),
+    (PIN + "_pushes", "(turned, -moment)", "(turned, moment)"),
+    (PIN + "_pushes", "ratio * moment", "moment"),
+    (PIN + "_pushes", "-= self._data", "+= 0 * self._data"),
+    (PIN + "_pushes", ".act(wrench)", ".actInv(wrench)"),
+    (PIN + "_pushes", "* mesh.pinion_base_radius_m", ""),
+    (TOOTH_FORCE, "else x + mesh", "else x - mesh"),
+    (TOOTH_FORCE, "x - mesh.backlash_m if", "x if"),
+    (TOOTH_FORCE, "* deflection +", "* deflection -"),
+    (TOOTH_FORCE, "return 0.0", "return mesh.damping_N_s_per_m * rate"),
     (EXUDYN + "_link", "own.T @ body.com", "body.com"),
     (EXUDYN + "_link", "own.T @ body.inertia @ own", "body.inertia"),
     (EXUDYN + "_link", "rotation @ own,", "rotation,"),
     (EXUDYN + "_rotor", "np.diag([0.0, 0.0, rotor.inertia])", "rotor.inertia * np.eye(3)"),
-    (EXUDYN + "_rotor", "stator.mass - mass", "stator.mass"),
+    (EXUDYN + "_rotor", "stator.mass - count * mass", "stator.mass"),
+    (EXUDYN + "_rotor", "count = 2 if mesh", "count = 1 if mesh"),
+    (EXUDYN + "_rotor", "inertia=0 * spinning", "inertia=spinning"),
+    (EXUDYN + "_rotor", "parent=len(parts)", "parent=frame.body"),
+    (EXUDYN + "_rotor", "rotation=np.eye(3), position=at", "position=at"),
+    (EXUDYN + "__init__", "1 / rotor.mesh.pinion", "rotor.mesh.pinion"),
+    (EXUDYN + "__init__", "turned: 1 / rotor.ratio", "turned: 0.0"),
+    (EXUDYN + "__init__", "{shaft: 1 / rotor.ratio", "{shaft: 1.0"),
+    (TEETH_OF_EXUDYN, "- play, 0.0)", ", 0.0)"),
+    (TEETH_OF_EXUDYN, "+ min(ahead + play, 0.0)", ""),
+    (TEETH_OF_EXUDYN, "-lever * (", "lever * ("),
+    (TEETH_OF_EXUDYN, "pressed + damped", "pressed - damped"),
+    (TEETH_OF_EXUDYN, "if pressed:", "if True:"),
+    (TEETH_OF_EXUDYN, "lever * rates[place]", "rates[place]"),
     (EXUDYN + "_rotor", "com = stator.com", "com = 2 * stator.com"),
     (EXUDYN + "_within", "back @ position", "position"),
     (EXUDYN + "_held", "-system", "+system"),
@@ -237,3 +305,19 @@ IN_CODE = [
 def test_a_wrong_line_of_an_engine_is_seen(monkeypatch, unlike, place, old, new):
     edit(place, old, new)(monkeypatch)
     assert seen(unlike)
+
+
+WHERE_ALL_MOVE = [
+    (PIN + "forward_dynamics", "torques @ self._motors", "torques @ self._given.T"),
+    (PIN + "forward_dynamics", "effort, *push", "effort"),
+    (PIN + "forward_dynamics", "solve(self._given, ", "solve(np.abs(self._given), "),
+]
+
+
+@pytest.mark.parametrize(("place", "old", "new"), WHERE_ALL_MOVE)
+def test_a_wrong_line_is_seen_where_every_joint_of_the_tree_moves(
+    monkeypatch, all_sprung, place, old, new
+):
+    assert seen(all_sprung) == set()
+    edit(place, old, new)(monkeypatch)
+    assert seen(all_sprung)

@@ -16,7 +16,7 @@ from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import LEVELS
+from crosscheck.models.robot.robot import RIGID
 from crosscheck.planning.sizing import at_rest
 from crosscheck.registry import build
 from tests.robots.chains import ENGINES, Solid, geared, joint, link, random_chain, robot, urdf
@@ -220,7 +220,7 @@ def slopes(function, q: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("level", RIGID)
 def test_bias_follows_from_the_mass_matrix_and_weight_from_a_potential(seed, level):
     """bias = M' v - d(v' M v / 2) / dq: then energy is conserved, and momentum where it must be."""
     own = random_chain(seed)
@@ -234,7 +234,7 @@ def test_bias_follows_from_the_mass_matrix_and_weight_from_a_potential(seed, lev
     assert stiffness == pytest.approx(stiffness.T, abs=1e-9 * (1 + np.abs(stiffness).max()))
 
 
-@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("level", RIGID)
 def test_momentum_about_a_vertical_axis_is_kept_in_a_run(level):
     """No torque: the first joint's generalized momentum stays, to the fourth power of the step."""
     model = model_of("analytic", load_robot("six-joint"), level)

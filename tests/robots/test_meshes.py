@@ -1,0 +1,154 @@
+"""Rotors on meshes that give way: closed forms, conservation, and the limit of a rigid gear."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, pi, sin, sqrt
+
+import numpy as np
+import pytest
+
+from crosscheck.cost.agreement import drawn, model_of, with_meshes
+from crosscheck.cost.cost import QUICK, cost_of
+from crosscheck.cost.runs import run
+from crosscheck.models.robot.robot import Robot
+from tests.robots.chains import (
+    ENGINES,
+    Solid,
+    geared,
+    joint,
+    link,
+    random_chain,
+    robot,
+    teeth,
+    urdf,
+)
+from tests.robots.test_outside_truth import slopes
+
+RATIO, SPIN, RADIUS, STIFFNESS, DAMPING, PLAY = -3.0, 2e-4, 0.02, 1e6, 60.0, 1e-4
+FEW = replace(QUICK, states=3, instants=100, steps=20, most_steps=0)
+MASS, LENGTH, INERTIA = 2.0, 0.6, 0.03
+LINK = INERTIA + MASS * LENGTH**2
+
+
+def pendulum(weight: float = 9.81, damping: float = DAMPING) -> Robot:
+    """A bob on an axis along y, its rotor on a mesh with the stator on the ground."""
+    text = urdf(
+        link("ground"),
+        link("bob", Solid(MASS, (0, 0, -LENGTH), (0.02, 0, 0, INERTIA, 0, 0.01))),
+        joint("swing", "ground", "bob", axis=(0, 1, 0)),
+    )
+    given = geared(RATIO, SPIN, mesh=teeth(RADIUS, STIFFNESS, damping, PLAY))
+    return robot(text, {"swing": given}, gravity_m_per_s2=[0.0, 0.0, -weight])
+
+
+@pytest.mark.parametrize(("x", "pressed"), [(3e-4, 2e-4), (-2.5e-4, -1.5e-4), (0.9e-4, 0.0)])
+@pytest.mark.parametrize("engine", ENGINES)
+def test_two_inertias_on_a_spring(engine, x, pressed):
+    """J phi'' = T / N - r F and I theta'' = N r F - m g l sin(theta), x = r (phi - N theta)."""
+    q, v, torque = np.array([[0.9, x]]), np.array([[2.0, 0.3]]), 7.0
+    force = STIFFNESS * pressed + DAMPING * 0.3 if pressed else 0.0
+    rotor = (torque / RATIO - RADIUS * force) / SPIN
+    bob = (RATIO * RADIUS * force - MASS * 9.81 * LENGTH * sin(0.9)) / LINK
+    model = model_of(engine, pendulum(), "geared")
+    found = model.forward_dynamics(q, v, np.array([[torque]]))[0]
+    assert found == pytest.approx([bob, RADIUS * (rotor - RATIO * bob)], rel=1e-12)
+    spun = SPIN / RADIUS
+    mass = np.array([[LINK + SPIN * RATIO**2, spun * RATIO], [spun * RATIO, spun / RADIUS]])
+    assert model.mass_matrix(q)[0] == pytest.approx(mass, rel=1e-13)
+    needed = model.inverse_dynamics(q, v, found[None])[0]
+    assert needed == pytest.approx([torque, torque / RATIO / RADIUS], rel=1e-10)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_teeth_fly_over_their_play_and_bounce(engine):
+    """No force in the gap; on the flank half a swing, then back as fast; momentum stays.
+
+    The mass that swings is 1 / (r^2 / J + N^2 r^2 / I). Steps that pass a change of contact err
+    by the square of the step: 200 of them, by some 1e-4 of the backlash.
+    """
+    model = model_of(engine, pendulum(weight=0.0, damping=0.0), "geared")
+    fast, start = 0.5, 0.0
+    swing = sqrt(STIFFNESS * (RADIUS**2 / SPIN + (RATIO * RADIUS) ** 2 / LINK))
+    hit = (PLAY - start) / fast
+    time = hit + pi / swing + 1.5 * PLAY / fast
+    q, v = np.array([[0.2, start]]), np.array([[0.1, fast]])
+    ends = run(model, q, v, lambda t: np.zeros((1, 1)), time, 200)[0]
+    assert ends[1] == pytest.approx(-0.5 * PLAY, abs=1e-3 * PLAY)
+    early = run(model, q, v, lambda t: np.zeros((1, 1)), hit / 2, 3)[0]
+    assert early[1] == pytest.approx(PLAY / 2, rel=1e-12)
+    share = np.array([LINK + SPIN * RATIO**2, SPIN * RATIO / RADIUS])
+    assert share @ (ends - q[0]) == pytest.approx(share @ v[0] * time, rel=1e-11)
+
+
+def gimbal(stiffness: float) -> Robot:
+    """Two joints at an angle, the second one's rotor across both; without backlash."""
+    text = urdf(
+        link("ground"),
+        link("ring", Solid(2.0, (0.1, 0, 0), (0.1, 0, 0, 0.2, 0, 0.3))),
+        link("disc", Solid(1.0, (0.2, 0, 0.1), (0.1, 0, 0, 0.1, 0, 0.2))),
+        joint("yaw", "ground", "ring", axis=(0, 0.6, 0.8)),
+        joint("roll", "ring", "disc", axis=(1, 0, 0), at=(0.2, 0.1, 0)),
+    )
+    damping = 1.4 * sqrt(stiffness * 3e-3 / 0.02**2)
+    yaw = geared(6.0, 3e-3, mesh=teeth(0.02, stiffness, damping))
+    roll = geared(-8.0, 3e-3, stator="disc", rotor_axis=[0.0, 1.0, 0.0])
+    return robot(text, {"yaw": yaw, "roll": roll | {"mesh": teeth(0.02, stiffness, damping)}})
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_stiff_teeth_are_a_rigid_gear(engine):
+    """What is left of the difference falls with the stiffness: to a quarter at four times."""
+    q, v, torques = np.array([[0.4, -0.7]]), np.array([[0.5, 0.8]]), np.array([[3.0, -2.0]])
+
+    def end(level: str, stiffness: float) -> np.ndarray:
+        model = model_of(engine, gimbal(stiffness), level)
+        none = np.zeros((1, 2 if level == "geared" else 0))
+        start = np.hstack([q, none]), np.hstack([v, none])
+        return run(model, *start, lambda t: torques * cos(9 * t), 0.1, 100)[0]
+
+    rigid = end("coupled", 1.0)
+    apart = [np.abs(end("geared", k)[:2] - rigid).max() for k in (1e5, 4e5, 1.6e6)]
+    assert apart[0] < 0.02 * np.abs(rigid - q).max()
+    assert apart[1] < 0.35 * apart[0]
+    assert apart[2] < 0.35 * apart[1]
+
+
+@pytest.mark.parametrize("seed", [0, 3, 7, 9, 10, 12])
+def test_bias_follows_from_the_mass_matrix_where_teeth_give_way(seed):
+    """bias = M' v - d(v' M v / 2) / dq, x among q."""
+    own = random_chain(seed)
+    model = model_of("analytic", own, "geared")
+    q, v, _, _ = with_meshes(own, drawn(own, 1, seed))
+    by = slopes(model.mass_matrix, q)[0]
+    expected = np.einsum("ijk,j,k->i", by, v[0], v[0]) - np.einsum("jki,j,k->i", by, v[0], v[0]) / 2
+    size = np.abs(model.mass_matrix(q)).max() * (1 + np.abs(v).max()) ** 2
+    assert model.bias(q, v)[0] == pytest.approx(expected, abs=1e-9 * size)
+
+
+def test_what_a_rigid_gear_leaves_out_of_a_pendulum():
+    """Play 2 b / (|N| r), swings of two inertias, wind-up by what the bob alone asks of teeth."""
+    own = pendulum()
+    found = cost_of(own, 0, FEW, lambda *doing: None)
+    assert found.geared
+    (mesh,) = found.geared.meshes
+    assert mesh.backlash == pytest.approx(2 * PLAY / 3 / RADIUS)
+    swing = sqrt(STIFFNESS * (RADIUS**2 / SPIN + (RATIO * RADIUS) ** 2 / LINK)) / (2 * pi)
+    assert (mesh.slowest, mesh.fastest) == (pytest.approx(swing), pytest.approx(swing))
+    theta, _, alpha = found.motion.at(found.time)
+    moment = np.abs(LINK * alpha + MASS * 9.81 * LENGTH * np.sin(theta)).max()
+    assert mesh.windup == pytest.approx(moment / (3 * RADIUS) ** 2 / STIFFNESS)
+
+
+def test_the_end_effector_goes_astray_less_where_teeth_are_stiffer():
+    """Under torques of coupled; its steps go with the swings, the root of the stiffness."""
+    soft, stiff = (
+        cost_of(gimbal(stiffness), 0, replace(FEW, most_steps=500), lambda *doing: None).geared
+        for stiffness in (4e3, 1.6e4)
+    )
+    assert soft
+    assert stiff
+    assert soft.distances is not None
+    assert stiff.distances is not None
+    assert stiff.distances.max() < 0.5 * soft.distances.max()
+    assert stiff.steps == pytest.approx(2 * soft.steps, abs=2)
