@@ -4,22 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
+from crosscheck.cost.engines import engines, model_of
 from crosscheck.cost.runs import run
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 
-# Where each class is; the first is the one that costs are worked out with.
-ENGINES = {
-    "analytic": ("crosscheck.analytic.robot.model", "AnalyticRobot"),
-    "pinocchio": ("crosscheck.models.pinocchio.robot", "PinocchioRobot"),
-    "exudyn": ("crosscheck.models.exudyn.robot", "ExudynRobot"),
-}
 # Of each quantity's size. Rounding explains 1e-15 times the reach over the smallest lever arm.
 TOLERANCE = 1e-10
 ROUNDINGS = 1000 * np.finfo(float).eps  # times M's condition number: what solving with M may lose
@@ -79,13 +73,6 @@ class EngineDifference:
         return self.measured <= self.tolerance
 
 
-def model_of(engine: str, robot: Robot, level: Level) -> RobotModel:
-    """A new model; engine: of ENGINES."""
-    module, attribute = ENGINES[engine]
-    made: RobotModel = getattr(import_module(module), attribute)(robot, level)
-    return made
-
-
 def drawn(robot: Robot, count: int, seed: int) -> DrawnStates:
     """Within the limits where there are any, else angles of +-pi, 1 m, 2 rad/s or m/s."""
     rng = np.random.default_rng(seed)
@@ -109,12 +96,12 @@ def motion_range(robot: Robot, number: int) -> tuple[float, float]:
 
 
 def compared(robot: Robot, states: DrawnStates) -> list[EngineDifference]:
-    """Every pair of engines at every level; an engine that raises fails its own comparisons."""
+    """Every pair of engines at each level that they promise; who raises fails its comparisons."""
     found: list[EngineDifference] = []
     for level in robot.levels:
         own = with_meshes(robot, states) if level == "geared" else states
         answers: dict[str, RobotAnswers | Exception] = {}
-        for engine in ENGINES:
+        for engine in [name for name, entry in engines().items() if level in entry.levels]:
             try:
                 answers[engine] = _answers(model_of(engine, robot, level), own)
             except Exception as error:  # whatever an engine raises is told, and fails

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from crosscheck.cost.agreement import EngineDifference, compared, drawn, model_of
+from crosscheck.cost.agreement import EngineDifference, compared, drawn
+from crosscheck.cost.engines import LEAD, model_of
 from crosscheck.cost.meshes import GearedCost, geared_cost
 from crosscheck.cost.motion import RobotMotion, beyond_limits, excitation
 from crosscheck.cost.runs import away, run
@@ -147,12 +148,12 @@ def cost_of(
     told("comparing the engines", 0, 4)
     agreement = compared(robot, drawn(robot, extent.states, seed))
     told("moving the robot", 1, 4)
-    exact = model_of("analytic", robot, "coupled")
+    exact = model_of(LEAD, robot, "coupled")
     motion = given or excitation(exact, seed)
     time = motion.instants(extent.instants)
     state = motion.at(time)
     torques = exact.inverse_dynamics(*state)
-    shortcuts = {level: model_of("analytic", robot, level) for level in SHORTCUTS}
+    shortcuts = {level: model_of(LEAD, robot, level) for level in SHORTCUTS}
     errors = {level: own.inverse_dynamics(*state) - torques for level, own in shortcuts.items()}
     largest = np.abs(torques).max(axis=0)
     names = [robot.joints[number].name for number in robot.coordinates]
@@ -164,7 +165,7 @@ def cost_of(
     by_rates = exact.bias(*state[:2]) - shortcuts["armature"].bias(*state[:2])
     geared = None
     if robot.meshes:
-        own = model_of("analytic", robot, "geared")
+        own = model_of(LEAD, robot, "geared")
         sizes = extent.instants, extent.runs, extent.most_steps
         geared = geared_cost(exact, own, motion, *sizes)
     told("done", 4, 4)
@@ -232,7 +233,7 @@ def _ratios(
         own = robot.rotors[rotor]
         alone = replace(robot, rotors=(replace(own, ratio=sign * own.ratio),))
         exact, short = (
-            model_of("analytic", alone, level).inverse_dynamics(*state)
+            model_of(LEAD, alone, level).inverse_dynamics(*state)
             for level in ("coupled", "armature")
         )
         return (exact - short) / np.maximum(largest, 1e-300)

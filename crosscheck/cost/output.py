@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from crosscheck import __version__
-from crosscheck.cost.agreement import ENGINES, QUANTITIES
+from crosscheck.cost.agreement import QUANTITIES
 from crosscheck.cost.cost import NEGLIGIBLE, SHORTCUTS, Cost, RotorShare
 from crosscheck.cost.meshes import GearedCost
-from crosscheck.models.robot.robot import LEVELS, Joint
+from crosscheck.models.robot.robot import LEVELS, Joint, Level
 
 SCHEMA_VERSION = 1
 MOST_PAIRS = 6
@@ -57,11 +57,23 @@ def _mesh_lines(geared: GearedCost) -> Iterator[str]:
         yield f"geared: under torques of coupled the {_away_words(geared.distances)}"
 
 
+def _engines(found: Cost) -> list[str]:
+    """Names; of one that has not every level, with those that it has."""
+    levels: dict[str, dict[Level, None]] = {}
+    for each in found.agreement:
+        for name in (each.left, each.right):
+            levels.setdefault(name, {})[each.level] = None
+    return [
+        name if len(own) == len(found.robot.levels) else f"{name} ({', '.join(own)})"
+        for name, own in levels.items()
+    ]
+
+
 def _agreement_lines(found: Cost) -> Iterator[str]:
     wrong = [each for each in found.agreement if not each.agrees]
     if not wrong:
         largest = max(each.measured for each in found.agreement)
-        *others, last = ENGINES
+        *others, last = _engines(found)
         yield (
             f"engines agree: {', '.join(others)} and {last} on {len(QUANTITIES)} quantities,"
             f" {len(found.robot.levels)} levels, {found.extent.states} states, to {largest:.1e} of"
@@ -282,7 +294,7 @@ def cost_page(found: Cost) -> str:
         motion=motion_line(found),
         notes=[*direct_joints(found), *found.robot.told],
         levels={level: LEVELS[level] for level in found.robot.levels},
-        engines=list(ENGINES),
+        engines=_engines(found),
         quantities=QUANTITIES,
         pairs=found.pairs[:MOST_PAIRS],
         percent=_percent,

@@ -107,6 +107,7 @@ def edit(place: str, old: str, new: str) -> Plant:
         if owner:
             patch.setattr(holder, attribute, changed)
         else:
+            patch.setattr(module, attribute, changed)  # of a plug-in, too
             _rebind(patch, [(original, changed)])
 
     return plant

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import replace
 from math import cos, pi, sin
 from typing import NamedTuple
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -169,38 +166,6 @@ def test_the_puma_560_has_its_published_mass_matrix(engine):
     assert model.mass_matrix(q)[0] == pytest.approx(mass, abs=0.5001e-4)
     weight = [0, 31.6399, 6.0351, 0, 0.0283, 0]
     assert model.gravity(q)[0] == pytest.approx(weight, abs=0.5001e-4)
-
-
-@pytest.mark.parametrize("name", ["six-joint", "sliding"])
-@pytest.mark.parametrize("level", ["links", "armature"])
-def test_mujoco_reads_the_same_robot(name, level):
-    """By a URDF parser of its own; its armature is a diagonal, so it has no level coupled.
-
-    Version 3.3 loses the turn of an inertia's own frame (google-deepmind/mujoco, issue 3559), also
-    where it merges fixed links: so nothing is turned or merged here. It finds principal axes by
-    iteration, to 1e-8.
-    """
-    text = re.sub(r'rpy="[^"]*"(/>\s*<mass)', r"\1", load_robot(name).urdf)
-    own = replace(load_robot(name), urdf=text, bodies=robot(text).bodies)
-    apart = '<mujoco><compiler fusestatic="false"/></mujoco></robot>'
-    compiled = mujoco.MjModel.from_xml_string(text.replace("</robot>", apart))
-    names = [compiled.joint(n).name for n in range(compiled.njnt)]
-    assert names == [each.name for each in own.joints]
-    if level == "armature":
-        for rotor in own.rotors:
-            compiled.dof_armature[rotor.joint] = rotor.inertia * rotor.ratio**2
-    data, size = mujoco.MjData(compiled), compiled.nv
-    q, v, _, _ = drawn(own, 5, 3)
-    model = model_of("analytic", own, level)
-    for number in range(len(q)):
-        data.qpos[:], data.qvel[:] = q[number], v[number]
-        mujoco.mj_forward(compiled, data)
-        matrix = np.zeros((size, size))
-        mujoco.mj_fullM(compiled, matrix, data.qM)
-        state = q[number : number + 1], v[number : number + 1]
-        assert model.mass_matrix(state[0])[0] == pytest.approx(matrix, rel=1e-6, abs=1e-7)
-        held = model.bias(*state) + model.gravity(state[0])
-        assert held[0] == pytest.approx(data.qfrc_bias, rel=1e-6, abs=1e-6)
 
 
 def slopes(function, q: np.ndarray) -> np.ndarray:

@@ -1,0 +1,56 @@
+"""Which models of a robot there are: the program's own, and those of installed packages."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from importlib.metadata import entry_points
+
+from crosscheck.entry import loaded, unusable
+from crosscheck.models.robot.interface import RobotModel
+from crosscheck.models.robot.robot import LEVELS, Level, Robot
+
+ENTRY_POINTS = "geararm_crosscheck.robots"  # the group by which packages offer engines
+LEAD = "analytic"  # the one that costs are worked out with
+
+
+@dataclass(frozen=True)
+class RobotEngine:
+    """A model of robots: where its class is, a RobotModel, and the levels that it promises."""
+
+    module: str
+    attribute: str
+    levels: tuple[Level, ...] = tuple(LEVELS)
+
+
+OWN = {
+    LEAD: RobotEngine("crosscheck.analytic.robot.model", "AnalyticRobot"),
+    "pinocchio": RobotEngine("crosscheck.models.pinocchio.robot", "PinocchioRobot"),
+    "exudyn": RobotEngine("crosscheck.models.exudyn.robot", "ExudynRobot"),
+}
+
+
+@cache
+def engines() -> dict[str, RobotEngine]:
+    """By name, the program's own first.
+
+    Raises InputError for an offer that cannot be imported, is no RobotEngine or has a taken name.
+    """
+    found = dict(OWN)
+    for offer in sorted(entry_points(group=ENTRY_POINTS), key=lambda each: each.name):
+        if offer.name in found:
+            raise unusable(offer, "an engine of this name exists already")
+        engine = loaded(offer)
+        if not isinstance(engine, RobotEngine):
+            kind = type(engine).__name__
+            raise unusable(offer, f"must be a crosscheck.cost.engines.RobotEngine, is {kind}")
+        found[offer.name] = engine
+    return found
+
+
+def model_of(engine: str, robot: Robot, level: Level) -> RobotModel:
+    """A new model; engine: a name of engines()."""
+    entry = engines()[engine]
+    made: RobotModel = getattr(import_module(entry.module), entry.attribute)(robot, level)
+    return made

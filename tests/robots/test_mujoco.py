@@ -1,0 +1,94 @@
+"""MuJoCo as an engine of cost: it reads the URDF by a parser of its own, and agrees."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from crosscheck.cost import engines
+from crosscheck.cost.agreement import EngineDifference, compared, drawn
+from crosscheck.cost.cost import QUICK, cost_of
+from crosscheck.cost.output import first_lines
+from crosscheck.models.errors import InputError
+from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import Robot
+from crosscheck.provenance import ROOT
+from tests.faults.faults import edit
+from tests.robots.chains import random_chain
+
+
+def offer(name: str, value: str) -> EntryPoint:
+    return EntryPoint(name, value, engines.ENTRY_POINTS)
+
+
+@pytest.fixture
+def offered(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[EntryPoint]]:
+    """What installed packages offer: the example's engine."""
+    monkeypatch.syspath_prepend(ROOT / "examples" / "mujoco_engine")
+    offers = [offer("mujoco", "mujoco_robot:ENGINE")]
+    monkeypatch.setattr(engines, "entry_points", lambda group: offers)
+    engines.engines.cache_clear()
+    yield offers
+    engines.engines.cache_clear()
+
+
+@pytest.fixture
+def two_alone(monkeypatch: pytest.MonkeyPatch, offered: list[EntryPoint]) -> None:
+    """No engine but the project's own derivation and MuJoCo."""
+    monkeypatch.setattr(engines, "OWN", {engines.LEAD: engines.OWN[engines.LEAD]})
+
+
+def of_mujoco(robot: Robot) -> list[EngineDifference]:
+    return [each for each in compared(robot, drawn(robot, 4, 0)) if each.right == "mujoco"]
+
+
+@pytest.mark.parametrize("name", ["six-joint", "sliding", "puma560"])
+def test_it_agrees_on_the_robots_that_come_along(offered, name):
+    found = of_mujoco(load_robot(name))
+    assert {each.level for each in found} == {"links", "armature"}
+    assert [each for each in found if not each.agrees] == []
+
+
+def test_it_agrees_on_random_chains(two_alone):
+    wrong = [each for seed in range(12) for each in of_mujoco(random_chain(seed))]
+    assert [each for each in wrong if not each.agrees] == []
+
+
+FAULTS = [
+    ("_compiled", "turn @ np.array", "np.array"),
+    ("_compiled", "body_sameframe[number] = 0", "body_sameframe[number] = 2"),
+    ("_compiled", "axes[:, 2] *= np.linalg.det(axes)", "axes = axes.T"),
+    ("_turn", '"XYZ"', '"xyz"'),
+    ("MujocoRobot.__init__", "rotor.ratio**2", "rotor.ratio"),
+    ("MujocoRobot._stand", "+ self._offset", ""),
+    ("MujocoRobot._held", "self._model.opt.gravity = gravity", ""),
+]
+
+
+@pytest.mark.parametrize(("place", "old", "new"), FAULTS)
+def test_a_wrong_line_of_it_is_seen(monkeypatch, two_alone, place, old, new):
+    edit(f"mujoco_robot:{place}", old, new)(monkeypatch)
+    found = (each for seed in range(12) for each in of_mujoco(random_chain(seed)))
+    assert any(not each.agrees for each in found)
+
+
+def test_cost_names_the_levels_that_it_has(offered):
+    few = QUICK.__class__(states=3, instants=50, runs=1, steps=20, most_steps=0)
+    found = cost_of(load_robot("sliding"), 0, few, lambda *doing: None)
+    assert "exudyn and mujoco (links, armature) on 7" in next(iter(first_lines(found)))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("exudyn", "mujoco_robot:ENGINE", "exists already"),
+        ("own", "mujoco_robot:MujocoRobot", "must be a crosscheck.cost.engines.RobotEngine"),
+        ("own", "no_such_module:ENGINE", "cannot be imported"),
+    ],
+)
+def test_an_offer_of_no_use_is_one_line(offered, name, value, words):
+    offered.append(offer(name, value))
+    with pytest.raises(InputError, match=words):
+        engines.engines()
