@@ -103,6 +103,29 @@ class AnalyticRobot(RobotModel):
         found: np.ndarray = np.linalg.solve(self._mass(poses), left[:, :, None])[:, :, 0]
         return found
 
+    def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """v' M v / 2, and masses at their heights (states,) [J]."""
+        poses = self._poses(q)
+        total: np.ndarray = (v * _times(self._mass(poses), v)).sum(axis=1) / 2
+        for body, pose in zip(self.robot.bodies, poses, strict=True):
+            total -= body.mass * (pose.position + pose.arm) @ self.robot.gravity
+        return total
+
+    def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """By the partial velocities (states, 6)."""
+        poses, total = self._poses(q), np.zeros((len(q), 6))
+        for body, pose in zip(self.robot.bodies, poses, strict=True):
+            inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
+            linear = body.mass * _times(pose.carrying, v)
+            total[:, :3] += linear
+            total[:, 3:] += np.cross(pose.position + pose.arm, linear)
+            total[:, 3:] += _times(inertia, _times(pose.turning, v))
+        for rotor, turns in zip(self.robot.rotors, self._turns, strict=True):
+            if self.level in ("coupled", "geared"):
+                axis, spin = self._spin(rotor, turns, poses)
+                total[:, 3:] += rotor.inertia * (spin * v).sum(axis=1, keepdims=True) * axis
+        return total
+
     def tip(self, q: np.ndarray) -> np.ndarray:
         """By the chain of frames (states, 3) [m]."""
         frame = self.robot.frames[self.robot.tip]

@@ -23,6 +23,8 @@ QUANTITIES = {
     "gravity": "torque over the root of M's diagonal, of the weight over the root of the mass",
     "inverse dynamics": "torque as of bias, gravity and meshes, with (a' M a)^1/2",
     "forward dynamics": "acceleration times the root of M's diagonal, of what M can make of it",
+    "energy": "of the kinetic energy, and of the weight at the reach",
+    "momentum": "linear and angular, of the most that the kinetic energy allows",
     "tip": "distance over the reach",
     "run": "coordinate after a short free motion in equal steps, of how far any has moved",
 }
@@ -48,6 +50,8 @@ class RobotAnswers(NamedTuple):
     gravity: np.ndarray
     inverse_dynamics: np.ndarray
     forward_dynamics: np.ndarray
+    energy: np.ndarray
+    momentum: np.ndarray
     tip: np.ndarray
     run: np.ndarray
 
@@ -152,11 +156,20 @@ def _answers(model: RobotModel, states: DrawnStates) -> RobotAnswers:
         model.gravity(q),
         model.inverse_dynamics(q, v, a),
         model.forward_dynamics(q, v, torques),
+        model.energy(q, v),
+        model.momentum(q, v),
         model.tip(q),
         run(model, q[:RUNS], v[:RUNS], lambda time: 0 * torques[:RUNS], seconds, STEPS),
     )
     count, size = q.shape
-    shapes = [(count, size, size), *[(count, size)] * 4, (count, 3), (min(count, RUNS), size)]
+    shapes = [
+        (count, size, size),
+        *[(count, size)] * 4,
+        (count,),
+        (count, 6),
+        (count, 3),
+        (min(count, RUNS), size),
+    ]
     for name, value, shape in zip(QUANTITIES, found, shapes, strict=True):
         if value.shape != shape or not np.isfinite(value).all():
             raise ValueError(f"{name} is not finite, or not {shape}")
@@ -202,9 +215,12 @@ def _measured(
     values = np.linalg.eigvalsh(alike)
     condition = float((values[:, -1] / values[:, 0]).max())
     turning = [robot.joints[number].kind == "revolute" for number in robot.coordinates]
-    bias = _norm(scale.mass_matrix, states.v) * np.abs(states.v).sum(axis=1)
-    weight = np.full(len(bias), np.linalg.norm(robot.gravity))
-    weight *= np.sqrt(sum(body.mass for body in robot.bodies))
+    motion = _norm(scale.mass_matrix, states.v)
+    bias = motion * np.abs(states.v).sum(axis=1)
+    mass = sum(body.mass for body in robot.bodies)
+    weight = np.full(len(bias), np.linalg.norm(robot.gravity) * np.sqrt(mass))
+    inertia = sum(float(np.trace(body.inertia)) for body in robot.bodies)
+    inertia += sum(rotor.inertia for rotor in robot.rotors)
     free = len(turning)
     held, given = bias + weight, np.linalg.norm(states.torques / diagonal[:, :free], axis=1)
     if diagonal.shape[1] > free:
@@ -220,10 +236,17 @@ def _measured(
         _share((apart[2] / diagonal).max(axis=1), weight),
         _share((apart[3] / diagonal).max(axis=1), held + _norm(scale.mass_matrix, states.a)),
         _share((apart[4] * diagonal).max(axis=1) * values[:, 0], held + given),
-        _share(apart[5].max(axis=1), np.full(len(bias), reach)),
+        _share(apart[5], motion**2 / 2 + weight * np.sqrt(mass) * reach),
         np.concatenate(
             [
-                _share(apart[6][:, own].max(axis=1), moved[:, own].max(axis=1))
+                _share(apart[6][:, :3].max(axis=1), motion * np.sqrt(mass)),
+                _share(apart[6][:, 3:].max(axis=1), motion * np.sqrt(mass * reach**2 + inertia)),
+            ]
+        ),
+        _share(apart[7].max(axis=1), np.full(len(bias), reach)),
+        np.concatenate(
+            [
+                _share(apart[8][:, own].max(axis=1), moved[:, own].max(axis=1))
                 for own in (slice(free), slice(free, None))
                 if moved[:, own].size
             ]

@@ -15,9 +15,8 @@ import numpy as np
 
 from crosscheck.cost.engines import RobotEngine
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.models.robot.robot import BASE, Level, Robot
 
-SWITCHED_OFF = mujoco.mjtDisableBit
 PARTS = ("visual", "collision", "dynamics")  # files of meshes, contacts and friction
 
 
@@ -28,7 +27,7 @@ class MujocoRobot(RobotModel):
 
     def __init__(self, robot: Robot, level: Level) -> None:
         super().__init__(robot, level)
-        self._model = _compiled(robot.urdf)
+        self._model = _compiled(robot)
         self._data = mujoco.MjData(self._model)
         self._given = np.zeros((self._model.nv, len(robot.coordinates)))
         self._offset = np.zeros(self._model.nv)
@@ -75,6 +74,26 @@ class MujocoRobot(RobotModel):
         found: np.ndarray = np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
         return found
 
+    def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """MuJoCo's own (states,) [J]."""
+        found = []
+        self._model.opt.gravity = self.robot.gravity
+        for at, rate in zip(q, v, strict=True):
+            self._stand(at, rate)
+            found.append(self._data.energy.sum())
+        return np.array(found)
+
+    def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """MuJoCo's own of the whole tree, whose centre it is about (states, 6)."""
+        found = []
+        for at, rate in zip(q, v, strict=True):
+            self._stand(at, rate)
+            mujoco.mj_subtreeVel(self._model, self._data)
+            linear = self._data.subtree_linvel[0] * self._model.body_subtreemass[0]
+            about = np.cross(self._data.subtree_com[0], linear)
+            found.append(np.concatenate([linear, self._data.subtree_angmom[0] + about]))
+        return np.array(found)
+
     def tip(self, q: np.ndarray) -> np.ndarray:
         """Of the body of that name (states, 3) [m]."""
         found = []
@@ -97,12 +116,14 @@ class MujocoRobot(RobotModel):
         return np.array(found)
 
 
-def _compiled(urdf: str) -> Any:
-    """A model of a URDF's links and joints alone, with inertias to the last digit."""
-    root = ElementTree.fromstring(urdf)
+def _compiled(robot: Robot) -> Any:
+    """A model of a URDF's joints and moving links alone, with inertias to the last digit."""
+    root = ElementTree.fromstring(robot.urdf)
     turns = {}
     for element in root:
-        for part in [each for each in element if each.tag in PARTS]:
+        frame = robot.frames.get(element.get("name")) if element.tag == "link" else None
+        still = ("inertial",) if frame and frame.body == BASE else ()
+        for part in [each for each in element if each.tag in (*PARTS, *still)]:
             element.remove(part)
         origin = element.find("inertial/origin")
         if origin is not None:
@@ -110,7 +131,8 @@ def _compiled(urdf: str) -> Any:
             origin.set("rpy", "0 0 0")
     spec = mujoco.MjSpec.from_string(ElementTree.tostring(root, encoding="unicode"))
     spec.compiler.fusestatic, spec.compiler.balanceinertia = False, True
-    spec.option.disableflags |= SWITCHED_OFF.mjDSBL_CONSTRAINT
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    spec.option.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     read = {body.name: (body.mass, body.fullinertia.copy()) for body in spec.bodies}
     model = spec.compile()
     for name, turn in turns.items():

@@ -6,6 +6,7 @@ A rotor that has a mesh turns against a shaft of its own, which turns as a rigid
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,12 @@ from crosscheck.models.robot.robot import BASE, Level, LinkFrame, Robot, Rotor, 
 # Of its stator's mass, taken from it, at its centre of mass: Exudyn's bodies need one, and it
 # changes nothing there.
 ROTORS_SHARE = 0.01
+SENSED = (
+    exudyn.OutputVariableType.Position,
+    exudyn.OutputVariableType.Velocity,
+    exudyn.OutputVariableType.AngularVelocityLocal,
+    exudyn.OutputVariableType.RotationMatrix,
+)
 TURNING, SLIDING = exudyn.JointType.RevoluteZ, exudyn.JointType.PrismaticZ
 
 
@@ -79,6 +86,7 @@ class ExudynRobot(RobotModel):
         self._offsets = np.array([*offsets, *[0.0] * (len(parts) - len(offsets))])
         diagonal = added if level == "armature" else np.zeros(len(parts))
         size = len(parts)
+        self._parts = parts
         sensors = self._sensors()
         self._heavy = System(
             size, lambda node: _tree(node, parts, robot.gravity, diagonal), sensors
@@ -115,6 +123,24 @@ class ExudynRobot(RobotModel):
         found: np.ndarray = np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
         return found
 
+    def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Kinetic by its M, the weights' by sensors of its bodies' places (states,) [J]."""
+        total: np.ndarray = np.einsum("si,sij,sj->s", v, self.mass_matrix(q), v) / 2
+        for state, sensed in enumerate(self._sensed(q, v)):
+            for part, (at, *_) in zip(self._parts, sensed, strict=True):
+                total[state] -= part.mass * self.robot.gravity @ at
+        return total
+
+    def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """By sensors of its bodies (states, 6)."""
+        total = np.zeros((len(q), 6))
+        for own, sensed in zip(total, self._sensed(q, v), strict=True):
+            for part, (at, velocity, rate, rotation) in zip(self._parts, sensed, strict=True):
+                own[:3] += part.mass * velocity
+                own[3:] += part.mass * np.cross(at, velocity)
+                own[3:] += rotation.reshape(3, 3) @ part.inertia @ rate
+        return total
+
     def tip(self, q: np.ndarray) -> np.ndarray:
         """By Exudyn's sensor of a point of the tree (states, 3) [m]."""
         frame = self.robot.frames[self.robot.tip]
@@ -123,22 +149,38 @@ class ExudynRobot(RobotModel):
         found = []
         for at in q @ self._rows.T + self._offsets:
             self._heavy.put(at, 0 * at)
-            found.append(self._heavy.system.GetSensorValues(0))
+            found.append(self._heavy.system.GetSensorValues(len(self._parts) * len(SENSED)))
         return np.array(found)
 
     def _sensors(self) -> list[Any]:
-        """One of the tip's position, unless the tip stands on the ground."""
+        """Those of every body, and one of the tip's place unless it stands on the ground."""
         frame = self.robot.frames[self.robot.tip]
-        if frame.body == BASE:
-            return []
-        sensor = items.SensorKinematicTree(
-            objectNumber=0,
-            linkNumber=frame.body,
-            localPosition=self._within(frame)[1],
-            outputVariableType=exudyn.OutputVariableType.Position,
-            writeToFile=False,
-        )
-        return [sensor]
+        wanted = [(n, part.com, kind) for n, part in enumerate(self._parts) for kind in SENSED]
+        if frame.body != BASE:
+            wanted.append((frame.body, self._within(frame)[1], SENSED[0]))
+        return [
+            items.SensorKinematicTree(
+                objectNumber=0,
+                linkNumber=link,
+                localPosition=at,
+                outputVariableType=kind,
+                writeToFile=False,
+            )
+            for link, at, kind in wanted
+        ]
+
+    def _sensed(self, q: np.ndarray, v: np.ndarray) -> Iterator[list[list[np.ndarray]]]:
+        """Of each state and body: what SENSED tells of its centre of mass."""
+        states = zip(q @ self._rows.T + self._offsets, v @ self._rows.T, strict=True)
+        for at, rate in states:
+            self._heavy.put(at, rate)
+            yield [
+                [
+                    np.array(self._heavy.system.GetSensorValues(part * len(SENSED) + kind))
+                    for kind in range(len(SENSED))
+                ]
+                for part in range(len(self._parts))
+            ]
 
     def _held(self, system: System, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Torques against which nothing accelerates (states, n)."""

@@ -134,6 +134,29 @@ class PinocchioRobot(RobotModel):
         accelerations: np.ndarray = np.linalg.solve(self._given, np.transpose(solved)).T
         return accelerations
 
+    def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """By Pinocchio's own functions for both (states,) [J].
+
+        But for armature: version 4.1 forgets that of joints whose axes are not x, y or z.
+        """
+        bodies, rates = self._tree.copy(), v @ self._given.T
+        bodies.armature = np.zeros(self._tree.nv)
+        found = [
+            pin.computeKineticEnergy(bodies, self._data, at, rate)
+            + pin.computePotentialEnergy(bodies, self._data, at)
+            for at, rate in zip(self._placed(q), rates, strict=True)
+        ]
+        return np.array(found) + rates**2 @ self._tree.armature / 2
+
+    def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """By its centroidal momentum (states, 6)."""
+        found = []
+        for at, rate in zip(self._placed(q), v @ self._given.T, strict=True):
+            central = pin.computeCentroidalMomentum(self._tree, self._data, at, rate)
+            angular = central.angular + np.cross(self._data.com[0], central.linear)
+            found.append(np.concatenate([central.linear, angular]))
+        return np.array(found)
+
     def tip(self, q: np.ndarray) -> np.ndarray:
         """Of the frame that its parser made (states, 3) [m]."""
         frame = self._tree.getFrameId(self.robot.tip, pin.BODY)

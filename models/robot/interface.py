@@ -43,5 +43,16 @@ class RobotModel(ABC):
         """Accelerations under torques of motors, and the meshes' forces (states, n)."""
 
     @abstractmethod
+    def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Kinetic energy and that of the weights (states,) [J], which is 0 at the base's origin."""
+
+    @abstractmethod
+    def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Linear, then angular about the base's origin (states, 6), of bodies and spinning rotors.
+
+        Armature is no body: at that level there is the links' alone.
+        """
+
+    @abstractmethod
     def tip(self, q: np.ndarray) -> np.ndarray:
         """Where the origin of the robot's tip is, in the base's frame (states, 3) [m]."""

@@ -91,7 +91,7 @@ def teeth(
 def random_chain(seed: int) -> Robot:
     """1 to 7 joints of any kind and axis; fixed links, branches, mimics, rotors anywhere."""
     draw, meshed = random.Random(seed), random.Random(-seed)
-    parts, names, leading = [link("ground")], ["ground"], []
+    parts, names, leading = [link("ground", Solid(com=(0.1, 0.2, 0.3)))], ["ground"], []
     transmissions: dict[str, Any] = {}
     for number in range(draw.randint(1, 7)):
         name, kind = f"j{number}", draw.choice(("revolute", "continuous", "prismatic"))

@@ -245,13 +245,13 @@ def test_the_command_writes_json_and_a_page(crosscheck: Command, tmp_path):
     for _ in range(2):  # the second time over its own files
         answer = crosscheck("cost", "sliding", "--quick", *files)
         assert (answer.code, answer.err) == (0, "")
-    assert answer.out.startswith("engines agree: analytic, pinocchio and exudyn on 7 quantities")
+    assert answer.out.startswith("engines agree: analytic, pinocchio and exudyn on 9 quantities")
     assert is_of(tmp_path / "cost.json", kinds.COST)
     assert is_of(tmp_path / "cost.html", kinds.COST_PAGE)
     data = json.loads((tmp_path / "cost.json").read_text())
     assert [each["joint"] for each in data["joints"]] == ["swivel", "slide", "tilt"]
     assert [each["unit"] for each in data["joints"]] == ["N m", "N", "N m"]
-    assert len(data["engines"]) == 7 * 4 * 3
+    assert len(data["engines"]) == 9 * 4 * 3
     (mesh,) = data["geared"]["meshes"]
     assert (mesh["joint"], mesh["unit"], data["geared"]["distances_m"]) == ("tilt", "rad", None)
     assert "geared: not run" in answer.out

@@ -63,6 +63,9 @@ FAULTS = [
     ("_turn", '"XYZ"', '"xyz"'),
     ("MujocoRobot.__init__", "rotor.ratio**2", "rotor.ratio"),
     ("MujocoRobot._stand", "+ self._offset", ""),
+    ("MujocoRobot.energy", "= self.robot.gravity", "= -self.robot.gravity"),
+    ("MujocoRobot.momentum", "self._data.subtree_angmom[0] + about", "about"),
+    ("_compiled", '("inertial",) if frame', "() if frame"),
     ("MujocoRobot._held", "self._model.opt.gravity = gravity", ""),
 ]
 
@@ -77,7 +80,7 @@ def test_a_wrong_line_of_it_is_seen(monkeypatch, two_alone, place, old, new):
 def test_cost_names_the_levels_that_it_has(offered):
     few = QUICK.__class__(states=3, instants=50, runs=1, steps=20, most_steps=0)
     found = cost_of(load_robot("sliding"), 0, few, lambda *doing: None)
-    assert "exudyn and mujoco (links, armature) on 7" in next(iter(first_lines(found)))
+    assert "exudyn and mujoco (links, armature) on 9" in next(iter(first_lines(found)))
 
 
 @pytest.mark.parametrize(
