@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, pi, sin
 from typing import NamedTuple
 
@@ -224,3 +225,20 @@ def test_momentum_about_a_vertical_axis_is_kept_in_a_run(level):
     coarse, fine = drift(10), drift(20)
     assert coarse < 1e-3 * abs(momentum(*start))
     assert fine < coarse / 10
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_weight_is_the_slope_of_energy_and_momentum_that_of_kinetic_energy(engine):
+    """About the first joint's axis, which is the base's z: what does no work there is no part.
+
+    The rotor of that joint is left out: its stator stands on the ground, and by its gear the joint
+    has its ratio times its spin.
+    """
+    own = load_robot("six-joint")
+    own = replace(own, rotors=own.rotors[1:])
+    q, v, _, _ = drawn(own, 2, 5)
+    model = model_of(engine, own, "coupled")
+    weight = slopes(lambda at: model.energy(at, 0 * at), q[:1])[0]
+    assert weight == pytest.approx(model.gravity(q[:1])[0], abs=1e-9)
+    turned = (model.mass_matrix(q)[:, 0] * v).sum(axis=1)
+    assert model.momentum(q, v)[:, 5] == pytest.approx(turned, rel=1e-12)
