@@ -24,6 +24,7 @@ PARTS = {
     "studies": "studies",
     "sizes": "arm_sizes",
     "commands": "commands",
+    "robots": "robots",
     "paper": "paper",
 }
 ASKED_FOR = "paper"  # takes as long as all others

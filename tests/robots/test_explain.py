@@ -12,7 +12,13 @@ import pytest
 
 from crosscheck import kinds
 from crosscheck.cost.agreement import model_of
-from crosscheck.explain.candidates import confusions, numbers, with_body, with_rotor
+from crosscheck.explain.candidates import (
+    Confusion,
+    confusions,
+    numbers,
+    with_body,
+    with_rotor,
+)
 from crosscheck.explain.explain import OwnEquations, explained
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
@@ -121,23 +127,27 @@ def test_what_is_wrong_is_named(sliding, case):
     assert found.level == "coupled"
 
 
+def planted(own: Robot, seed: int) -> Confusion:
+    """A number of it that is another, or one thing taken for another."""
+    rng, among = np.random.default_rng(seed), [*numbers(own), *confusions(own)]
+    chosen = among[rng.integers(len(among))]
+    if isinstance(chosen, Confusion):
+        return chosen
+    by = chosen.step * rng.choice([-1, 1]) * 10 ** rng.uniform(-3, 0)
+    return Confusion(chosen.name, chosen.put(chosen.value + by))
+
+
 @pytest.mark.campaign
 def test_planted_errors_are_named_up_to_what_makes_the_same_equations():
     """Of numbers and confusions of any chain that change anything: 95 in a hundred at least."""
     first, named, asked = fresh_seed(), 0, 0
     for seed in range(first, first + PLANTED):
-        rng, own = np.random.default_rng(seed), random_chain(seed)
-        among = [*numbers(own), *confusions(own)]
-        chosen = among[rng.integers(len(among))]
-        if hasattr(chosen, "put"):
-            by = chosen.step * rng.choice([-1, 1]) * 10 ** rng.uniform(-3, 0)
-            wrong, words = chosen.put(chosen.value + by), chosen.name
-        else:
-            wrong, words = chosen.robot, chosen.words
-        found = explained(equations(wrong), own, seed)
+        own = random_chain(seed)
+        error = planted(own, seed)
+        found = explained(equations(error.robot), own, seed)
         if not found.agrees:
             asked += 1
-            named += any(words in each for each in found.explanations)
+            named += any(error.words in each for each in found.explanations)
     assert asked
     assert named >= 0.95 * asked
 
