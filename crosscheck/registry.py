@@ -329,12 +329,6 @@ def entry_of(name: str) -> Entry:
     return MODELS[name]
 
 
-def home(name: str) -> tuple[str, str]:
-    """Module and class of a model; nothing is imported."""
-    entry = MODELS[name]
-    return entry.module, entry.attribute
-
-
 def model_class(name: str) -> type[Model]:
     """The class of a model name, its engine imported on first use.
 

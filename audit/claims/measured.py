@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from crosscheck.audit.claims.statements.statics import BENDS
 from crosscheck.audit.experiments.torque import ERROR_WINDOWS_S
 from crosscheck.audit.measures.events import AT_ONCE_S
+from crosscheck.audit.statics.statics import BENDS
 from crosscheck.audit.statics.surroundings import BASE_MASSES
 from crosscheck.audit.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 from crosscheck.registry import RIGID_LEVELS

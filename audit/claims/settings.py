@@ -9,7 +9,6 @@ from itertools import product
 import numpy as np
 
 from crosscheck.audit.claims.quantities import Known
-from crosscheck.audit.claims.statements.statics import Statics
 from crosscheck.audit.errata.planted import Planted, shown
 from crosscheck.audit.experiments.cells import (
     AS_MODELLED,
@@ -17,6 +16,7 @@ from crosscheck.audit.experiments.cells import (
     LAWS,
     READINGS,
     VARIANTS,
+    ZETAS,
     Cell,
     GearModel,
 )
@@ -53,9 +53,8 @@ from crosscheck.audit.experiments.pool import Sample, samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers
+from crosscheck.audit.statics.statics import Statics
 
-# From where the controller flutters by itself to twice the default.
-ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
 VARIED = (PD, NO_ERROR)  # the experiments that are made of VARIANTS
 
 

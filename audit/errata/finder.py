@@ -29,6 +29,7 @@ from crosscheck.audit.errata.erratum import (
 from crosscheck.audit.errata.formulas import tex
 from crosscheck.audit.errata.sides import FormSide
 from crosscheck.audit.errata.statements import statement_errata
+from crosscheck.audit.experiments.variant import spelled_out
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import layout_of
 from crosscheck.models.experiment.scenario import Scenario
@@ -51,7 +52,8 @@ class Errata:
 
     @property
     def inputs(self) -> str:
-        return "\n".join([repr(self), load_arm(self.arm).model_dump_json()])
+        scenarios = ("pd", "constant-torque", "back-and-forth")
+        return spelled_out((load_arm(self.arm), *map(load_scenario, scenarios)), repr(self))
 
     @property
     def cost(self) -> float:

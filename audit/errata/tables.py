@@ -6,12 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
+import matplotlib as mpl
 from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from crosscheck.audit.errata.erratum import Class, Effect, SimulatedErratum
-from crosscheck.audit.errata.formulas import formula_svg
 from crosscheck.audit.errata.words import Contradiction, Gap
 from crosscheck.audit.page.columns import Columns, TableColumn
+from crosscheck.report.figures import to_svg
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,19 @@ class FormulaColumn(TableColumn[ArmErratum]):
 @lru_cache
 def _drawn(tex: str) -> Markup:
     return Markup(formula_svg(tex))  # by this package's own typesetter
+
+
+def formula_svg(text: str) -> str:
+    """A TeX formula as an <svg> element, by Matplotlib's own typesetter."""
+    with mpl.rc_context({"mathtext.fontset": "cm"}):
+        figure = Figure(figsize=(0.1, 0.1))
+        # The typesetter does not know these two commands.
+        known = text.replace(r"\left", "").replace(r"\right", "")
+        drawn = figure.text(0, 0, f"${known}$", fontsize=13)
+        box = drawn.get_window_extent()
+        figure.set_size_inches((box.width + 8) / figure.dpi, (box.height + 8) / figure.dpi)
+        drawn.set_position((4 / (box.width + 8), 4 / (box.height + 8) - box.y0 / (box.height + 8)))
+        return to_svg(figure)
 
 
 def _effect(scenario: str, part: Callable[[Effect], float]) -> Callable[[ArmErratum], float | None]:

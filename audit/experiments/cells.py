@@ -35,6 +35,8 @@ PRINTED, REPAIRED_RATE, INTEGRAL = LAWS = (
     Law("angle", "corrected"),
 )
 CONSERVATIVE = Law("angle", "corrected", "conservative")
+# From where the controller flutters by itself to twice the default.
+ZETAS = (0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
 
 
 class GearModel(NamedTuple):

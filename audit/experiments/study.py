@@ -42,7 +42,7 @@ from crosscheck.audit.experiments.work import (
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.places import cache_folder
 from crosscheck.provenance import version
-from crosscheck.registry import MODELS, home
+from crosscheck.registry import MODELS
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.sources import code_hash
 from crosscheck.runner.store import Store
@@ -219,30 +219,27 @@ def run_key(
     """Of a variant's trajectory, or of what functions of a module make of it."""
     needed = [variant, *_others(variant, made_of_it)]
     function = made_of_it.numbers if isinstance(made_of_it, VariantComparison) else made_of_it
-    names = [(simulate.__module__, name) for name in ("Variant", "simulate_all")]
-    names += [home(one.model) for one in needed]
+    modules = [simulate.__module__, *(MODELS[one.model].module for one in needed)]
     inputs = [spelled_out(one.case(), one.model) for one in needed]
     if function is not None:
         inputs.append(function.__qualname__)
-        names.append((function.__module__, function.__qualname__.partition(".")[0]))
-    return _key(inputs, names, [MODELS[one.model].versioned for one in needed])
+        modules.append(function.__module__)
+    return _key(inputs, modules, [MODELS[one.model].versioned for one in needed])
 
 
 def question_key(question: Question[object]) -> str:
     """Of its answer."""
     kind = type(question)
-    names = [(kind.__module__, kind.__qualname__.partition(".")[0])]
-    names += map(home, getattr(question, "run_by", ()))
+    models = getattr(question, "run_by", ())
+    modules = [kind.__module__, *(MODELS[name].module for name in models)]
     anything = [entry.versioned for entry in MODELS.values()]
-    return _key([kind.__qualname__, question.inputs], names, anything)
+    return _key([kind.__qualname__, question.inputs], modules, anything)
 
 
-def _key(
-    inputs: Sequence[str], names: Sequence[tuple[str, str]], packages: Sequence[tuple[str, ...]]
-) -> str:
+def _key(inputs: Sequence[str], modules: Sequence[str], packages: Sequence[tuple[str, ...]]) -> str:
     """Of everything that a result depends on: inputs, versions and the code that runs."""
     computing = sorted({name for some in packages for name in some})
-    text = "\n".join([*inputs, code_hash(*names), *_versions(*computing)])
+    text = "\n".join([*inputs, code_hash(*modules), *_versions(*computing)])
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 

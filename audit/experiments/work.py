@@ -38,8 +38,8 @@ class Question(Protocol[Answer]):
     """Work that is not one variant's run: a frozen dataclass of a module.
 
     inputs: all that its answer depends on besides code; cost: rough seconds; it may have run_by:
-    names of the models that it runs, where its code does not say which. The answer, of the
-    type that ``answer`` is annotated with (records, numbers, lists of them), is kept as JSON.
+    names of models that it runs and its module does not import. The answer, of the type that
+    ``answer`` is annotated with (records, numbers, lists of them), is kept as JSON.
     """
 
     @property

@@ -15,10 +15,10 @@ from crosscheck.audit.hypotheses.evidence.reversals import reversals
 from crosscheck.audit.hypotheses.ladder import Climbed
 from crosscheck.audit.measures.numbers import defined
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.third import Third, said
+from crosscheck.audit.measures.third import Third
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.record import JsonObject
-from crosscheck.audit.page.said import Said
+from crosscheck.audit.page.said import Said, said_of_third
 
 MODELS: tuple[Planets, ...] = ("lumped", "free")  # the paper's own first
 
@@ -75,7 +75,11 @@ class Thirds:
 
     def said(self) -> list[Said]:
         """What the claims ask, too."""
-        return [one for strip in self.strips for one in said("findings", strip.cell, strip.third)]
+        return [
+            one
+            for strip in self.strips
+            for one in said_of_third("findings", strip.cell, strip.third)
+        ]
 
 
 def third_finding(material: Material, zeta: float = LOW_ZETA) -> Thirds:

@@ -14,12 +14,10 @@ import numpy as np
 
 from crosscheck.audit.claims.quantities import of
 from crosscheck.audit.claims.rule import PARTS, Answer, Place, State, above, quantiles_of, state
-from crosscheck.audit.experiments.cells import MODELS, Cell
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
-from crosscheck.audit.page.said import Said
 
 QUANTITY = of(PD, "third")
 LARGE = above(SEVERE, "four times the rigid arm's own largest acceleration, a third of the 300")
@@ -115,11 +113,3 @@ class Third:
 
 def _joined(samples: Sequence[Sample], name: str) -> np.ndarray:
     return np.concatenate([sample[name] for sample in samples])
-
-
-def said(where: str, cell: Cell, found: Third) -> list[Said]:
-    """What a chapter states of it, where the claims ask the same."""
-    if cell.model not in MODELS:
-        return []
-    answer = found.answer(Place(cell.law, cell.arm, cell.zeta, "", cell.planets))
-    return [Said(where, QUANTITY.id, LARGE, answer.place, answer.state)]

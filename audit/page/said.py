@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from crosscheck.audit.claims.rule import Limits, Place, State
+from crosscheck.audit.experiments.cells import MODELS, Cell
+from crosscheck.audit.measures.third import LARGE, QUANTITY, Third
 
 
 @dataclass(frozen=True)
@@ -29,3 +31,11 @@ class StatedNumber:
     quantity: str
     setting: str
     value: float | None
+
+
+def said_of_third(where: str, cell: Cell, found: Third) -> list[Said]:
+    """What a chapter states of the third fluctuation, where the claims ask the same."""
+    if cell.model not in MODELS:
+        return []
+    answer = found.answer(Place(cell.law, cell.arm, cell.zeta, "", cell.planets))
+    return [Said(where, QUANTITY.id, LARGE, answer.place, answer.state)]

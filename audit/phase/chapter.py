@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.third import said
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.record import JsonObject
+from crosscheck.audit.page.said import said_of_third
 from crosscheck.audit.page.text import text
 from crosscheck.audit.phase.clock import clocks
 from crosscheck.audit.phase.dampers import dampers
@@ -102,7 +102,7 @@ def _made(simulated: Maps, found: dict[str, Section], material: Material) -> Aud
             each
             for one in simulated.settings
             if one.setting.is_paper
-            for each in said(f"{ID}, simulation", one.setting.cell, one.third)
+            for each in said_of_third(f"{ID}, simulation", one.setting.cell, one.third)
         ],
     )
 

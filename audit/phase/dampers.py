@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from crosscheck import signals
-from crosscheck.audit.claims.settings import ZETAS
-from crosscheck.audit.experiments.cells import INTEGRAL, Cell
+from crosscheck.audit.experiments.cells import INTEGRAL, ZETAS, Cell
 from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study

@@ -6,11 +6,12 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
-from crosscheck.audit.measures.third import APART_M, said
+from crosscheck.audit.measures.third import APART_M
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.twosamples import SIGNIFICANT
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.material import Material
+from crosscheck.audit.page.said import said_of_third
 from crosscheck.audit.page.text import html, text
 from crosscheck.audit.phase.engines import Engines, engines
 from crosscheck.audit.planets import tables, views
@@ -56,7 +57,7 @@ def chapter(material: Material) -> AuditChapter:
         *tables.PREDICTIONS.json(grown.joints),
         *tables.FEATURE.json(seen),
     ]
-    stated = [each for one in sampled for each in said(f"{ID}, free", one.cell, one.free)]
+    stated = [each for one in sampled for each in said_of_third(f"{ID}, free", one.cell, one.free)]
     outcome = text("planets/outcome", verdict=verdict)
     return AuditChapter(ID, TITLE, "\n".join(shown), records, outcome, stated)
 

@@ -15,7 +15,6 @@ from crosscheck.audit.claims.measured import MEASURED
 from crosscheck.audit.claims.quantities import Known, NotSimulatedError
 from crosscheck.audit.claims.rule import Claim, State, answers
 from crosscheck.audit.claims.settings import FULL
-from crosscheck.audit.claims.statements.statics import Statics
 from crosscheck.audit.experiments.cells import PRINTED, Cell
 from crosscheck.audit.experiments.experiments import (
     BACKLASH,
@@ -30,6 +29,7 @@ from crosscheck.audit.experiments.experiments import (
 from crosscheck.audit.experiments.pool import Sample, samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.statics.statics import Statics
 
 IDS = [claim.id for claim in CLAIMS]
 DRAWS = 50

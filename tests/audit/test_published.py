@@ -5,9 +5,7 @@ Nothing that the paper speaks of happens in them: what is left is to say so, eve
 
 from __future__ import annotations
 
-import json
 import re
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -27,12 +25,10 @@ from crosscheck.audit.page import report
 from crosscheck.models.trajectory import read_netcdf
 from crosscheck.provenance import ROOT
 from crosscheck.runner import sources
-from tests.audit import edited_views
 from tests.audit.contradictions import two_values
 from tests.audit.markup import SVG, axis_problems, page_problems, uneven_tables
 from tests.audit.published import BRIEF, Name, Noting, Published, few_settings
 from tests.audit.views import is_view
-from tests.processes import command_line
 from tools import case_study
 
 pytestmark = pytest.mark.slow
@@ -179,23 +175,7 @@ def test_no_result_hangs_on_a_view(names: list[Name]) -> None:
     hanging = {
         (name, path.relative_to(ROOT).as_posix())
         for name in names
-        for path in sources.walked(name).files
+        for path in sources.files(name[0])
         if path.is_relative_to(ROOT) and is_view(path.relative_to(ROOT))
     }
     assert hanging == set()
-
-
-def test_an_edit_of_every_text_and_drawing_changes_no_key(
-    names: list[Name], tmp_path: Path
-) -> None:
-    """A changed caption or template makes no result anew."""
-    for package in (sources.OWN, "tests"):
-        without = shutil.ignore_patterns("__pycache__")
-        shutil.copytree(ROOT / package, tmp_path / package, ignore=without)
-    listed = tmp_path / "names.json"
-    listed.write_text(json.dumps(names), encoding="utf-8")
-    env = {"PYTHONPATH": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
-    script = str(Path(edited_views.__file__))
-    answer = command_line(listed, python=(script,), env=env, timeout=300)
-    assert answer.returncode == 0, answer.stderr
-    assert json.loads(answer.stdout) == []

@@ -13,7 +13,6 @@ import pytest
 from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.claims.rule import State
 from crosscheck.audit.claims.settings import settings
-from crosscheck.audit.claims.statements.statics import Statics
 from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE
 from crosscheck.audit.experiments.scale import QUICK
 from crosscheck.audit.experiments.study import Study
@@ -23,6 +22,7 @@ from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.said import StatedNumber
 from crosscheck.audit.phase.stability import CELLS
+from crosscheck.audit.statics.statics import Statics
 from tests.audit.contradictions import contradictions, two_values
 from tests.audit.markup import page_problems, strict_json
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from crosscheck.audit.claims.measured import MEASURED
-from crosscheck.audit.claims.statements.statics import Statics
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures.stage import paper_stage
+from crosscheck.audit.statics.statics import Statics
 from crosscheck.audit.statics.surroundings import BASE_MASSES, gravity_gradient
 from crosscheck.audit.statics.teeth import (
     COUNTED,

@@ -10,7 +10,7 @@ from crosscheck.audit.claims.rule import State, state
 from crosscheck.audit.experiments.cells import AS_MODELLED, CONSERVATIVE, INTEGRAL, PRINTED, Cell
 from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.third import NONE, VISIBLE, Third, quantiles, said
+from crosscheck.audit.measures.third import NONE, VISIBLE, Third, quantiles
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 from crosscheck.audit.measures.twosamples import (
     SIGNIFICANT,
@@ -23,6 +23,7 @@ from crosscheck.audit.measures.twosamples import (
     told_apart,
     two_tests,
 )
+from crosscheck.audit.page.said import said_of_third
 
 ABOVE, BELOW = 1.01, 0.99
 LOUD, QUIET = ABOVE * SEVERE, BELOW * SEVERE
@@ -85,12 +86,12 @@ def test_what_few_starts_do_is_made_only_if_it_is_no_chance() -> None:
 
 
 def test_what_the_claims_ask_is_said_and_nothing_else() -> None:
-    (stated,) = said("here", Cell(PRINTED, 0.01), third(*[LOUD] * 10))
+    (stated,) = said_of_third("here", Cell(PRINTED, 0.01), third(*[LOUD] * 10))
     assert (stated.quantity, stated.state) == ("pd: third", State.YES)
-    (lumped,) = said("here", Cell(PRINTED, 0.01, planets="lumped"), third(LOUD))
+    (lumped,) = said_of_third("here", Cell(PRINTED, 0.01, planets="lumped"), third(LOUD))
     assert lumped.place.model == AS_MODELLED
-    assert not said("here", Cell(INTEGRAL, 0.01, planets="lumped"), third(LOUD))
-    assert not said("here", Cell(CONSERVATIVE, 0.01), third(LOUD))
+    assert not said_of_third("here", Cell(INTEGRAL, 0.01, planets="lumped"), third(LOUD))
+    assert not said_of_third("here", Cell(CONSERVATIVE, 0.01), third(LOUD))
 
 
 def test_two_samples_are_told_apart_or_not() -> None:

@@ -1,8 +1,8 @@
-"""Which files a kept result hangs on, found out twice: by editing every file, and by looking.
+"""Which files a kept result hangs on, and which of the project's were called while it was made.
 
 Run in a copy of the project, ``python traced_results.py ROOT``; prints JSON: for every result in
-RESULTS the files whose edit changes its key, those that were read or had a function that ran while
-it was made, and those that were imported for it.
+RESULTS the files of code that its key is made of, with the data whose edit changes it, and those
+that were read or had a function that ran while it was made.
 """
 
 from __future__ import annotations
@@ -143,7 +143,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "back and forth beside rigid arms": back_and_forth,
     "floating base": question("hypotheses.evidence.flights.Flights", "pd", 2.0, 1e-3),
     "errata": question("errata.finder.Errata", "paper-labelled", 1e-4),
-    "statics": question("claims.statements.statics.Statics", "paper-labelled"),
+    "statics": question("statics.statics.Statics", "paper-labelled"),
     "planet spin": question("hypotheses.evidence.spin.SpinCost", "paper-labelled", "pd", 1e-3),
     "back and forth": question("hypotheses.evidence.shaking.Shaking", "time", 0.05, (1,), 1e-3),
     "vibrations": vibrations,
@@ -174,7 +174,7 @@ def noting(path: Path) -> Any:
 
 
 def traced() -> dict[str, dict[str, list[str]]]:
-    """Files called and files imported, result by result, each in a process of its own."""
+    """Files called and files of the key, result by result, each in a process of its own."""
     for library in ("xarray", "sympy", "scipy.signal", "scipy.optimize", "numba", "pydantic",
                     "h5netcdf", "matplotlib.figure", "pinocchio", "exudyn", "rich.table",
                     "jinja2", "scipy.integrate", "scipy.ndimage"):  # fmt: skip
@@ -212,17 +212,34 @@ def uncompiled(*given: Any, **_: Any) -> Any:
 
 
 def looked_at(result: Callable[[], Result]) -> dict[str, list[str]]:
-    _, make = result()
+    key, make = result()
     for (module, name), value in CUTS.items():
         if module in sys.modules:
             assert hasattr(sys.modules[module], name)
             setattr(sys.modules[module], name, value)
-    called.clear()  # importing is not running
+    studies = importlib.import_module("crosscheck.audit.experiments.study")
+    sources = importlib.import_module("crosscheck.runner.sources")
+    modules: list[str] = []
+    studies.code_hash = lambda *names: modules.extend(names) or "code"  # type: ignore[func-returns-value]
     sys.addaudithook(note_data)
+    before = key()
+    code = [str(path.relative_to(ROOT)) for path in sources.files(*modules)]
+    called.difference_update([file for file in called if file.endswith(".py")])  # by the key alone
     make()
-    modules = [module for name, module in sys.modules.items() if name.split(".")[0] == OWN]
-    files = [Path(str(module.__file__)).relative_to(ROOT) for module in modules]
-    return {"called": sorted(called), "imported": sorted(map(str, files))}
+    ran = sorted(called)
+    data = [file for file in ran if file.endswith(".toml") and edited_key(file, key) != before]
+    return {"called": ran, "counts": code + data}
+
+
+def edited_key(file: str, key: Callable[[], str]) -> str:
+    """The key while a file of data has another title."""
+    text = (ROOT / file).read_text(encoding="utf-8")
+    edited = text.replace('title = "', 'title = "edited ', 1)
+    assert edited != text
+    (ROOT / file).write_text(edited, encoding="utf-8")
+    other = key()
+    (ROOT / file).write_text(text, encoding="utf-8")
+    return other
 
 
 def note_data(event: str, arguments: tuple[Any, ...]) -> None:
@@ -245,59 +262,6 @@ def in_child(work: Callable[[], Any]) -> Any:
     return json.loads(text)
 
 
-def edited() -> dict[str, list[str]]:
-    """Result -> the files whose edit changes its key."""
-    keys = {name: result()[0] for name, result in RESULTS.items()}
-    sources = importlib.import_module("crosscheck.runner.sources")
-    walks: dict[tuple[tuple[str, str], ...], Any] = {}
-    walked = sources.walked
-
-    def remembered(*names: tuple[str, str]) -> Any:
-        """A comment or a title more leads nowhere else: only what is read there is another."""
-        if names not in walks:
-            walks[names] = walked(*names)
-        return walks[names]
-
-    sources.walked = remembered
-
-    def all_keys() -> dict[str, str]:
-        sources.code_hash.cache_clear()
-        return {name: key() for name, key in keys.items()}
-
-    before = all_keys()
-    assert before == all_keys()
-
-    def changed_by(*paths: Path) -> list[str]:
-        """Results whose keys are others while all these files are edited."""
-        texts = {path: path.read_text(encoding="utf-8") for path in paths}
-        for path, text in texts.items():
-            path.write_text(other(path, text), encoding="utf-8")
-        after = all_keys()
-        for path, text in texts.items():
-            path.write_text(text, encoding="utf-8")
-        return [name for name in keys if after[name] != before[name]]
-
-    kinds = (".py", ".toml", ".j2", ".css", ".json")
-    files = sorted(path for path in (ROOT / OWN).rglob("*.*") if path.suffix in kinds)
-    counting = set().union(*(walk.files for walk in walks.values()))
-    rest = [path for path in files if path not in counting]
-    assert changed_by(*rest) == []  # nor, therefore, does one of them
-    changes: dict[str, list[str]] = {name: [] for name in keys}
-    for path in files:
-        for name in changed_by(path) if path in counting else ():
-            changes[name].append(str(path.relative_to(ROOT)))
-    return changes
-
-
-def other(path: Path, text: str) -> str:
-    """Code, and data without a title, with a comment more; data with another title."""
-    if 'title = "' not in text or path.suffix != ".toml":
-        return f"{text}\n# edited\n"
-    return text.replace('title = "', 'title = "edited ', 1)
-
-
 if __name__ == "__main__":
     gc.disable()  # which each of the children would else do for all that it shares
-    looked = traced()
-    changes = in_child(edited)
-    json.dump({name: looked[name] | {"edited": changes[name]} for name in RESULTS}, sys.stdout)
+    json.dump(traced(), sys.stdout)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from crosscheck.audit.claims.quantities import each, of, over
 from crosscheck.audit.claims.rule import Claim, Limits, about, above, below, read_off
-from crosscheck.audit.claims.statements.statics import BENDS
 from crosscheck.audit.experiments.experiments import (
     CONSTANT,
     CONSTANT_NO_ERROR,
@@ -13,6 +12,7 @@ from crosscheck.audit.experiments.experiments import (
     STATIC,
 )
 from crosscheck.audit.measures.thresholds import DOUBLED, HALVED
+from crosscheck.audit.statics.statics import BENDS
 from crosscheck.registry import RIGID_LEVELS
 
 PRINTED_DIGIT = "what rounds to the digit that the paper prints"

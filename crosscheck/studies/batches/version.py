@@ -20,11 +20,13 @@ BATCH = "crosscheck.studies.batches.batch"
 @cache
 def fingerprint() -> str:
     """Of this process: equal where the same study gives the same numbers."""
-    packages = sorted({*MODELS[lead()].versioned, *MODELS[second()].versioned})
+    run_by = [MODELS[name] for name in (lead(), second())]
+    packages = sorted({name for entry in run_by for name in entry.versioned})
+    models = [entry.module for entry in run_by]
     parts = [
         f"python {platform.python_version()} {platform.machine()}",
         *(f"{name} {_version(name)}" for name in packages),
-        f"crosscheck {__version__} {code_hash((BATCH, 'run_batch'), (BATCH, 'run_check'))[:16]}",
+        f"crosscheck {__version__} {code_hash(BATCH, *models)[:16]}",
     ]
     return ", ".join(parts)
 
