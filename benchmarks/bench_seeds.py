@@ -16,8 +16,9 @@ from dataclasses import replace
 from crosscheck.audit.claims.rule import VerdictKind
 from crosscheck.audit.claims.words import COLUMNS
 from crosscheck.audit.experiments.scale import FULL, QUICK
-from crosscheck.audit.experiments.study import Study, cache_folder
+from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.page.material import Material
+from crosscheck.models.places import cache_folder
 from crosscheck.runner.progress import progress_bar
 
 APART = 1000  # between the first seeds of two sets

@@ -49,10 +49,9 @@ class Entry:
     so that nothing goes unnoticed. packages: distributions, beside every model's, whose versions
     its results depend on. order: of its fixed-step integrator, None for one that chooses
     its steps. free_planets: whether every planet moves by itself inside. call_s: rough cost [s] of
-    a step or state. any_stride: whether its states are the same, bit by bit, however often they are
-    recorded. abreast: how many runs it makes at once. title: what to know of it. covers: whether it
-    is about such an arm, under such switches. made: the class itself, where it is in no module that
-    can be imported.
+    a step or state. abreast: how many runs it makes at once. title: what to know of it. covers:
+    whether it is about such an arm, under such switches. made: the class itself, where it is in no
+    module that can be imported.
     """
 
     module: str
@@ -64,7 +63,6 @@ class Entry:
     free_planets: bool = False
     call_s: float = 1e-5
     level: str = ""
-    any_stride: bool = False
     abreast: int = 1
     title: str = ""
     covers: Callable[[Arm, Switches], bool] = every_arm
@@ -100,7 +98,6 @@ def _analytic(attribute: str, level: str) -> Entry:
         ANALYTIC_PACKAGES,
         order=4,
         level=level,
-        any_stride=True,
         abreast=ABREAST,
         title=LEVELS[level],
     )
@@ -116,7 +113,6 @@ def _paper(attribute: str, title: str) -> Entry:
         RUNS,
         packages,
         order=4,
-        any_stride=True,
         title=title,
         covers=_is_papers,
     )
@@ -142,7 +138,6 @@ BUILT_IN = {
         BOTH_WAYS | {"precise", "mesh_modes", "contact_poles"},
         ANALYTIC_PACKAGES,
         order=4,
-        any_stride=True,
         abreast=ABREAST,
         title="the project's derivation by Lagrange's equations, every gear a body",
     ),

@@ -3,44 +3,30 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import platform
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import NamedTuple
 
 import xarray as xr
 
 from crosscheck.audit.experiments.packed import unpacked
-from crosscheck.audit.experiments.variant import (
-    Measure,
-    Numbers,
-    Variant,
-    VariantComparison,
-    simulate,
-    spelled_out,
-)
+from crosscheck.audit.experiments.variant import Variant, company, spelled_out
 from crosscheck.audit.experiments.work import (
     AuditTask,
     Made,
-    Piece,
     Question,
     Reduction,
-    Run,
     Value,
     decoded,
     inquiry,
     integrations,
-    kept,
     made_by,
-    measured,
     whole,
 )
 from crosscheck.models.errors import Diverged, InputError, Unfinished
-from crosscheck.models.places import cache_folder
 from crosscheck.provenance import version
 from crosscheck.registry import MODELS
 from crosscheck.runner.outcomes import Failure
@@ -48,34 +34,14 @@ from crosscheck.runner.sources import code_hash
 from crosscheck.runner.store import Store
 from crosscheck.runner.workers import perform_all
 
-__all__ = [
-    "Measure",
-    "Numbers",
-    "Question",
-    "Reduction",
-    "Study",
-    "Variant",
-    "VariantComparison",
-    "VariantNumbers",
-    "cache_folder",
-]
-
-
-class VariantNumbers(NamedTuple):
-    """Numbers of a variant's run that are asked for."""
-
-    variant: Variant
-    measure: Measure | VariantComparison
-
 
 @dataclass
 class Study:
     """Runs variants and remembers them in a folder; tells how far it is.
 
-    told(what, done, total) counts results, before and after every simulation of a request. Variants
-    of a request that differ in nothing but what is recorded or measured are integrated once. What
-    cannot be kept, or does not fit any more, is made again. A simulation that comes to no end
-    raises Unfinished, after all others of the request.
+    told(what, done, total) counts results, before and after every task of a request. What cannot
+    be kept, or does not fit any more, is made again. A simulation that comes to no end raises
+    Unfinished, after all others of the request.
     """
 
     folder: Path
@@ -94,28 +60,15 @@ class Study:
 
         ``keep``: a function of a module.
         """
-        tried = self._runs(variants, what, keep)
-        return {variant: whole(run) for variant, run in tried.items()}
+        keys = {variant: run_key(variant, keep) for variant in dict.fromkeys(variants)}
+        wanted = {key: variant for variant, key in keys.items()}
 
-    def measures(
-        self,
-        variants: Sequence[Variant],
-        measure: Measure | VariantComparison,
-        what: str = "measures",
-    ) -> list[Numbers]:
-        """``numbers`` of one kind."""
-        return self.numbers([VariantNumbers(variant, measure) for variant in variants], what)
+        def planned(missing: Sequence[str]) -> list[AuditTask]:
+            left = {key: wanted[key] for key in missing}
+            return integrations(left, keep, self.store, self.jobs)
 
-    def numbers(self, asked: Sequence[VariantNumbers], what: str) -> list[Numbers]:
-        """Numbers of trajectories, worked out where they ran; only they are kept.
-
-        Measures are functions of a module. A run that diverges gives {"diverged_s": time}.
-        """
-        keyed = [(run_key(*one), one) for one in asked]
-        wanted = dict(keyed)
-        planned = partial(self._measurings, wanted, what)
-        found = self._results(dict.fromkeys(wanted, _numbers), planned, what)
-        return [whole(found[key]) for key, _ in keyed]
+        found = self._results(dict.fromkeys(wanted, unpacked), planned, what)
+        return {variant: whole(found[key]) for variant, key in keys.items()}
 
     def answers(self, questions: Sequence[Question[Value]], what: str) -> list[Value]:
         """Of each question, worked out once and kept."""
@@ -128,30 +81,6 @@ class Study:
         decoders = {key: partial(decoded, question) for key, question in wanted.items()}
         found = self._results(decoders, planned, what)
         return [whole(found[key]) for key, _ in keyed]
-
-    def _measurings(
-        self, wanted: Mapping[str, VariantNumbers], what: str, missing: Sequence[str]
-    ) -> list[AuditTask]:
-        """The work for what is missing of the wanted; what it is compared with has been run."""
-        left = {key: wanted[key] for key in missing}
-        others = dict.fromkeys(other for one in left.values() for other in _others(*one))
-        beside = self._runs(others, f"{what}, to compare with") if others else {}
-        pieces = [Piece(key, one.variant, _numbers_of(one, beside)) for key, one in left.items()]
-        return integrations(pieces, self.store, self.jobs)
-
-    def _runs(
-        self, variants: Iterable[Variant], what: str, keep: Reduction | None = None
-    ) -> dict[Variant, Run]:
-        """Trajectories, or why there is none."""
-        keys = {variant: run_key(variant, keep) for variant in dict.fromkeys(variants)}
-        wanted = {key: variant for variant, key in keys.items()}
-
-        def planned(missing: Sequence[str]) -> list[AuditTask]:
-            pieces = [Piece(key, wanted[key], partial(kept, keep)) for key in missing]
-            return integrations(pieces, self.store, self.jobs)
-
-        found = self._results(dict.fromkeys(wanted, unpacked), planned, what)
-        return {variant: found[key] for variant, key in keys.items()}
 
     def _results(
         self,
@@ -180,7 +109,7 @@ class Study:
         def finished(key: str) -> None:
             nonlocal done
             done += len(by_key[key].keys)
-            self.made += by_key[key].runs
+            self.made += len(by_key[key].keys)
             self.told(what, done, total)
 
         outcomes = perform_all(tasks, self.jobs, finished)
@@ -197,34 +126,14 @@ class Study:
         return made.content
 
 
-def _others(
-    variant: Variant, made_of_it: Measure | VariantComparison | Reduction | None
-) -> tuple[Variant, ...]:
-    """The variants beside which something is made of a variant's run."""
-    return made_of_it.others(variant) if isinstance(made_of_it, VariantComparison) else ()
-
-
-def _numbers_of(asked: VariantNumbers, beside: Mapping[Variant, Run]) -> Callable[[Run], bytes]:
-    return partial(measured, asked.measure, tuple(beside[other] for other in _others(*asked)))
-
-
-def _numbers(content: bytes) -> Numbers:
-    numbers: Numbers = json.loads(content)
-    return numbers
-
-
-def run_key(
-    variant: Variant, made_of_it: Measure | VariantComparison | Reduction | None = None
-) -> str:
-    """Of a variant's trajectory, or of what functions of a module make of it."""
-    needed = [variant, *_others(variant, made_of_it)]
-    function = made_of_it.numbers if isinstance(made_of_it, VariantComparison) else made_of_it
-    modules = [simulate.__module__, *(MODELS[one.model].module for one in needed)]
-    inputs = [spelled_out(one.case(), one.model) for one in needed]
-    if function is not None:
-        inputs.append(function.__qualname__)
-        modules.append(function.__module__)
-    return _key(inputs, modules, [MODELS[one.model].versioned for one in needed])
+def run_key(variant: Variant, keep: Reduction | None = None) -> str:
+    """Of a variant's trajectory, or of what a function of a module keeps of it."""
+    modules = [company.__module__, MODELS[variant.model].module]
+    inputs = [spelled_out(variant.case(), variant.model)]
+    if keep is not None:
+        inputs.append(keep.__qualname__)
+        modules.append(keep.__module__)
+    return _key(inputs, modules, [MODELS[variant.model].versioned])
 
 
 def question_key(question: Question[object]) -> str:

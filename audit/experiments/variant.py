@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
-import math
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, NamedTuple
 
@@ -16,17 +14,15 @@ from pydantic import BaseModel
 
 from crosscheck.models.arm.meshes import damped, squared
 from crosscheck.models.errors import Diverged
-from crosscheck.models.experiment.scenario import MOST_RECORDS, Scenario
 from crosscheck.models.experiment.switches import Switches
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import Case, load_case
-from crosscheck.registry import build, entry_of
+from crosscheck.registry import build
 from crosscheck.studies.members.starts import perturbed
 
 Planets = Literal["lumped", "free"]
 
 Numbers = dict[str, float | None]
-Measure = Callable[[xr.Dataset], Numbers]  # of the run that it is given; runs nothing itself
 
 
 @dataclass(frozen=True)
@@ -91,20 +87,9 @@ def _case(of: Variant, *files: tuple[int, ...] | None) -> Case:
     return case if of.seed is None else perturbed(case, of.seed)
 
 
-@dataclass(frozen=True)
-class VariantComparison:
-    """Numbers of a variant's run beside other runs; both are functions of a module.
-
-    numbers: of the run and the others, in their order; others: which they are.
-    """
-
-    numbers: Callable[[xr.Dataset, tuple[xr.Dataset, ...]], Numbers]
-    others: Callable[[Variant], tuple[Variant, ...]]
-
-
 def simulate(variant: Variant) -> xr.Dataset:
     """The variant's trajectory. Raises InputError and Diverged."""
-    ((run,),) = simulate_all([[variant]])
+    (run,) = simulate_together([variant])
     if isinstance(run, Diverged):
         raise run
     return run
@@ -115,19 +100,8 @@ def spelled_out(records: Iterable[BaseModel], *more: str) -> str:
     return "\n".join([*more, *(record.model_dump_json() for record in records)])
 
 
-def integration(variant: Variant) -> str:
-    """What the variants of one integration have in common: all inputs but how often they record.
-
-    That too, where it changes the model's states. Raises InputError.
-    """
-    arm, scenario, switches = variant.case()
-    if entry_of(variant.model).any_stride:
-        scenario = scenario.model_copy(update={"record_every": 1})
-    return spelled_out((arm, scenario, switches), variant.model)
-
-
 class Company(NamedTuple):
-    """What integrations have in common that a model may step side by side."""
+    """What variants have in common that a model may step side by side."""
 
     model: str
     switches: Switches
@@ -137,62 +111,16 @@ class Company(NamedTuple):
 
 
 def company(variant: Variant) -> Company:
-    """Of the variant's integration. Raises InputError."""
+    """Of a variant. Raises InputError."""
     _, scenario, switches = variant.case()
     drive = scenario.drive.kind
     return Company(variant.model, switches, scenario.step_s, scenario.steps, drive)
 
 
-def simulate_all(integrations: Sequence[Sequence[Variant]]) -> list[list[xr.Dataset | Diverged]]:
-    """The trajectories of the variants of every integration, or why there is none.
+def simulate_together(variants: Sequence[Variant]) -> list[xr.Dataset | Diverged]:
+    """The trajectories of variants of one model, side by side if it can, or why there is none.
 
-    Every one is made once, all of them by one model, side by side if it can. Raises InputError.
+    Raises InputError.
     """
-    shared = [_recording_for_all(variants) for variants in integrations]
-    together = iter(_run([variant for variant in shared if variant is not None]))
-    return [
-        _handed_out(variants, None if one is None else next(together))
-        for variants, one in zip(integrations, shared, strict=True)
-    ]
-
-
-def _run(variants: Sequence[Variant]) -> list[xr.Dataset | Diverged]:
-    """Of variants of one model, each by itself an integration."""
     models = [build(variant.model, *variant.case()) for variant in variants]
-    return type(models[0]).simulate_together(models) if models else []
-
-
-def _recording_for_all(variants: Sequence[Variant]) -> Variant | None:
-    """The variant that records whatever these do; None if that would be too much."""
-    if len(set(variants)) == 1:
-        return variants[0]
-    finest = _finest(variants)
-    if variants[0].case().scenario.steps // finest > MOST_RECORDS:
-        return None
-    return replace(variants[0], record_every=finest)
-
-
-def _finest(variants: Sequence[Variant]) -> int:
-    """The stride at which records of all are made."""
-    return math.gcd(*(variant.case().scenario.stride for variant in variants))
-
-
-def _handed_out(
-    variants: Sequence[Variant], run: xr.Dataset | Diverged | None
-) -> list[xr.Dataset | Diverged]:
-    """To every variant of an integration its own records of the run that was made for all."""
-    if len(set(variants)) == 1 and run is not None:
-        return [run] * len(variants)
-    if isinstance(run, xr.Dataset):
-        finest = _finest(variants)
-        return [_thinned(run, variant.case().scenario, finest) for variant in variants]
-    # A divergence shows at a record: it is every variant's own.
-    unlike = list(dict.fromkeys(variants))
-    runs = dict(zip(unlike, _run(unlike), strict=True))
-    return [runs[variant] for variant in variants]
-
-
-def _thinned(run: xr.Dataset, scenario: Scenario, stride: int) -> xr.Dataset:
-    """A run with records every ``stride`` steps, as if recorded as the scenario says."""
-    kept = run.isel(time=slice(None, None, scenario.stride // stride))
-    return kept.assign_attrs(scenario=json.dumps(scenario.model_dump()))
+    return type(models[0]).simulate_together(models)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import zip_longest
@@ -13,15 +13,7 @@ import xarray as xr
 from pydantic import TypeAdapter
 
 from crosscheck.audit.experiments.packed import packed
-from crosscheck.audit.experiments.variant import (
-    Company,
-    Measure,
-    Variant,
-    VariantComparison,
-    company,
-    integration,
-    simulate_all,
-)
+from crosscheck.audit.experiments.variant import Company, Variant, company, simulate_together
 from crosscheck.models.errors import Diverged, InputError
 from crosscheck.registry import entry_of
 from crosscheck.runner.outcomes import Failure, failure
@@ -73,20 +65,9 @@ class Made(NamedTuple):
     not_kept: OSError | None = None
 
 
-class Piece(NamedTuple):
-    """A result, and how it is made of the variant's run."""
-
-    key: str
-    variant: Variant
-    make: Callable[[Run], bytes]
-
-
 @dataclass(frozen=True)
 class AuditTask:
-    """Work for another process, which keeps all its results by their keys.
-
-    runs: how many integrations it makes; of a Question one.
-    """
+    """Work for another process, which keeps all its results by their keys."""
 
     key: str
     name: str
@@ -94,7 +75,6 @@ class AuditTask:
     keys: tuple[str, ...]
     make: Callable[[], list[Callable[[], bytes]]]
     store: Store
-    runs: int = 1
 
     def perform(self) -> list[Made]:
         try:
@@ -126,56 +106,54 @@ def made_by(task: AuditTask, outcome: list[Made] | Failure) -> list[Made]:
     return outcome
 
 
-def integrations(pieces: Iterable[Piece], store: Store, jobs: int = 1) -> list[AuditTask]:
-    """Tasks for all pieces: those of one integration in one, with as many beside it as fit.
+def integrations(
+    wanted: Mapping[str, Variant], keep: Reduction | None, store: Store, jobs: int = 1
+) -> list[AuditTask]:
+    """Tasks for runs by their keys, as many side by side in one as fit.
 
     jobs: processes that share the work.
     """
-    together: dict[str, list[Piece]] = {}
-    for piece in pieces:
-        together.setdefault(integration(piece.variant), []).append(piece)
-    alike: dict[Company, list[list[Piece]]] = {}
-    for made_at_once in together.values():
-        alike.setdefault(company(made_at_once[0].variant), []).append(made_at_once)
-    batches = [[_batch(g, store) for g in _shared_out(groups, jobs)] for groups in alike.values()]
+    alike: dict[Company, list[str]] = {}
+    for key, variant in wanted.items():
+        alike.setdefault(company(variant), []).append(key)
+    batches = [
+        [_batch({key: wanted[key] for key in some}, keep, store) for some in shared]
+        for shared in (_shared_out(keys, wanted[keys[0]], jobs) for keys in alike.values())
+    ]
     # In turns, so that processes begin with unlike kernels and none compiles what another does.
     return [task for turn in zip_longest(*batches) for task in turn if task is not None]
 
 
-def _shared_out(groups: Sequence[list[Piece]], jobs: int) -> Iterator[Sequence[list[Piece]]]:
-    """Integrations that could all run side by side, in as many tasks as memory and jobs ask for."""
-    first = groups[0][0].variant
+def _shared_out(keys: Sequence[str], first: Variant, jobs: int) -> Iterator[Sequence[str]]:
+    """Runs that could all be made side by side, in as many tasks as memory and jobs ask for."""
     scenario = first.case().scenario
     fit = max(1, MOST_AT_ONCE * scenario.stride // scenario.steps)
-    size = min(entry_of(first.model).abreast, fit, -(-len(groups) // jobs))
-    for begin in range(0, len(groups), size):
-        yield groups[begin : begin + size]
+    size = min(entry_of(first.model).abreast, fit, -(-len(keys) // jobs))
+    for begin in range(0, len(keys), size):
+        yield keys[begin : begin + size]
 
 
-def _batch(groups: Sequence[list[Piece]], store: Store) -> AuditTask:
-    """One task for integrations that run side by side."""
-    pieces = [piece for group in groups for piece in group]
+def _batch(wanted: Mapping[str, Variant], keep: Reduction | None, store: Store) -> AuditTask:
+    """One task for runs that are made side by side."""
+    keys, variants = tuple(wanted), tuple(wanted.values())
+    cost = sum(v.case().scenario.steps * entry_of(v.model).call_s for v in variants)
     return AuditTask(
-        pieces[0].key,
-        pieces[0].variant.model,
-        sum(_cost(group[0].variant) for group in groups),
-        tuple(piece.key for piece in pieces),
-        partial(_integrated, groups),
-        store,
-        len(groups),
+        keys[0], variants[0].model, cost, keys, partial(_integrated, variants, keep), store
     )
 
 
-def _integrated(groups: Sequence[Sequence[Piece]]) -> list[Callable[[], bytes]]:
-    runs = simulate_all([[piece.variant for piece in group] for group in groups])
-    return [
-        partial(piece.make, run)
-        for group, found in zip(groups, runs, strict=True)
-        for piece, run in zip(group, found, strict=True)
-    ]
+def _integrated(variants: Sequence[Variant], keep: Reduction | None) -> list[Callable[[], bytes]]:
+    return [partial(_kept, keep, run) for run in simulate_together(variants)]
+
+
+def _kept(keep: Reduction | None, run: Run) -> bytes:
+    """A run as it is kept. Raises Diverged."""
+    this = whole(run)
+    return packed(this if keep is None else keep(this))
 
 
 def inquiry(key: str, question: Question[object], store: Store) -> AuditTask:
+    """The task that answers a question."""
     name = type(question).__name__
     return AuditTask(key, name, question.cost, (key,), partial(_asked, question), store)
 
@@ -184,29 +162,9 @@ def _asked(question: Question[object]) -> list[Callable[[], bytes]]:
     return [partial(_encoded, question)]
 
 
-def kept(keep: Reduction | None, run: Run) -> bytes:
-    """A run as it is kept. Raises Diverged."""
-    this = whole(run)
-    return packed(this if keep is None else keep(this))
-
-
-def measured(measure: Measure | VariantComparison, others: Sequence[Run], run: Run) -> bytes:
-    """Numbers of a run; when it, or one that it is compared with, diverged."""
-    try:
-        this, beside = whole(run), tuple(map(whole, others))
-        if isinstance(measure, VariantComparison):
-            return _json(measure.numbers(this, beside))
-        return _json(measure(this))
-    except Diverged as error:
-        return _json({"diverged_s": error.time_s})
-
-
-def _json(value: object) -> bytes:
-    return json.dumps(value, allow_nan=False).encode()
-
-
 def _encoded(question: Question[object]) -> bytes:
-    return _json(_adapter(question).dump_python(question.answer()))
+    answer = _adapter(question).dump_python(question.answer())
+    return json.dumps(answer, allow_nan=False).encode()
 
 
 def decoded(question: Question[Value], content: bytes) -> Value:
@@ -216,8 +174,3 @@ def decoded(question: Question[Value], content: bytes) -> Value:
 def _adapter(question: Question[Value]) -> TypeAdapter[Value]:
     """How the answers to a question are written and read."""
     return TypeAdapter(get_type_hints(type(question).answer)["return"])
-
-
-def _cost(variant: Variant) -> float:
-    """Rough seconds of an integration, from what the registry says of a step."""
-    return variant.case().scenario.steps * entry_of(variant.model).call_s

@@ -14,7 +14,7 @@ from crosscheck.audit.experiments.experiments import (
     Source,
     question,
 )
-from crosscheck.audit.experiments.study import Variant
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.rigid import rigid_model
 
 # The paper gives no damping. At the smaller value its third fluctuation shows under its own law.

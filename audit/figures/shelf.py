@@ -13,7 +13,7 @@ from crosscheck.audit.claims.settings import Plan, plan_of
 from crosscheck.audit.experiments.bands import Bands, Between
 from crosscheck.audit.experiments.cells import LABELLED, LAWS, Cell, Law
 from crosscheck.audit.experiments.experiments import PD, Family, Source
-from crosscheck.audit.experiments.study import Variant
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.figures.alone import on_demand
 from crosscheck.audit.figures.runs import FULL_RECORD, drawn
 from crosscheck.audit.measures.course import Course, course_of

@@ -14,7 +14,8 @@ from crosscheck.audit.claims.settings import plan_of
 from crosscheck.audit.experiments.cells import INTEGRAL, LAWS, Cell, Law
 from crosscheck.audit.experiments.experiments import BACK, BACKLASH, CONSTANT, ERROR, PD
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.study import Study, Variant
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.figures.runs import LOW_ZETA, SMOOTH_RECORD, ZETA, drawn, rigid_run
 from crosscheck.audit.measures.reductions import first_planets
 from crosscheck.audit.measures.rigid import COUPLED

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from crosscheck.audit.experiments.study import Variant
-from crosscheck.registry import RIGID_LEVELS
+from crosscheck.audit.experiments.variant import Variant
 
 COUPLED = "coupled"  # the level with all that the gears bring along rigidly
 RIGID_STEP_S = 1e-4  # the rigid arm is smooth
@@ -43,8 +42,3 @@ def without_gears(variant: Variant, level: str = COUPLED) -> Variant:
         mesh_work=fields.mesh_work,
         harmonics=fields.harmonics,
     )
-
-
-def beside_every_level(variant: Variant) -> tuple[Variant, ...]:
-    """The rigid arm at every level, in the order of RIGID_LEVELS."""
-    return tuple(rigid_arm(variant, level) for level in RIGID_LEVELS)

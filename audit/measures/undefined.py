@@ -44,14 +44,6 @@ def all_of(answers: Iterable[bool | None]) -> bool | None:
     return None if None in given else True
 
 
-def any_of(answers: Iterable[bool | None]) -> bool | None:
-    """Yes if one is yes, else undefined if one is."""
-    given = list(answers)
-    if any(answer is True for answer in given):
-        return True
-    return None if None in given else False
-
-
 def word(answer: bool | None, yes: str = "yes", no: str = "no") -> str:
     """A decision in words."""
     return UNDEFINED if answer is None else yes if answer else no

@@ -16,11 +16,12 @@ from crosscheck.audit.errata.sheet import HEADINGS, counted
 from crosscheck.audit.errata.tables import WHOLE, ArmErratum
 from crosscheck.audit.errata.words import in_words
 from crosscheck.audit.experiments.scale import FULL
-from crosscheck.audit.experiments.study import Study, cache_folder
+from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.page.report import PAGE, paper_files, write_figures, write_paper
 from crosscheck.kinds import ERRATA, PAPER_PAGE, Kind
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
+from crosscheck.models.places import cache_folder
 from crosscheck.output import require_file, require_files, write_text
 from crosscheck.provenance import provenance
 from crosscheck.runner.progress import progress_bar

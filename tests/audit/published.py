@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -12,7 +12,7 @@ import pytest
 
 from crosscheck.audit.claims import settings
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.study import Study, VariantComparison, VariantNumbers
+from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.page.chapter import AuditChapter
 from tests.audit.markup import strict_json
 
@@ -31,7 +31,7 @@ def few_settings(*readings: str) -> Iterator[None]:
 
 @dataclass
 class Noting(Study):
-    """A study that notes whose code its keys hang on: kinds of questions, measures, reductions."""
+    """A study that notes whose code its keys hang on: kinds of questions, reductions."""
 
     names: set[Name] = field(default_factory=set)
 
@@ -41,11 +41,6 @@ class Noting(Study):
     def answers(self, questions, what):
         self.note(type(question) for question in questions)
         return super().answers(questions, what)
-
-    def numbers(self, asked: Sequence[VariantNumbers], what: str):
-        measures = {one.measure for one in asked}
-        self.note(m.numbers if isinstance(m, VariantComparison) else m for m in measures)
-        return super().numbers(asked, what)
 
     def runs(self, variants, what="runs", keep=None):
         self.note([] if keep is None else [keep])

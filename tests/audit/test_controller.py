@@ -11,7 +11,7 @@ from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.stability import contact_eigenvalues
 from crosscheck.audit.experiments.pool import Sample
-from crosscheck.audit.experiments.study import Variant
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.hypotheses import controller
 from crosscheck.audit.hypotheses.controller import Vibrating
 from crosscheck.audit.hypotheses.evidence import feedback, flutter, linear_limits

@@ -109,9 +109,8 @@ def test_what_is_said_has_the_claims_own_limits_and_quantities():
 def test_the_first_reversals_of_a_rigid_arm_under_pd():
     """The torque begins at P pi / 6 > 0, and the arm overshoots once: from first principles > 0."""
     run = simulate(Variant(model="analytic:coupled", record_every=100))
-    found = torque_reversals(run)
     torque = run["torque"].values[:, 0]
     time = run["time"].values
-    first, second = found["first_s"], found["second_s"]
+    first, second = torque_reversals(run)
     assert (torque[time < first] > 0).all()
     assert (torque[(time > first) & (time < second)] < 0).all()

@@ -11,7 +11,8 @@ import pytest
 
 from crosscheck.audit.experiments.cells import LABELLED
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.study import Study, Variant
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page import report
 from crosscheck.audit.page.material import Material

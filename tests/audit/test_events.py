@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from crosscheck.audit.experiments.study import Variant
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures import events
-from crosscheck.audit.measures.rigid import COUPLED, beside_every_level, rigid_arm, without_gears
-from crosscheck.registry import RIGID_LEVELS
+from crosscheck.audit.measures.rigid import COUPLED, rigid_arm, without_gears
 
 TIME = np.arange(0, 1.5, 1e-3)
 
@@ -45,9 +44,6 @@ def test_settling_and_overshoot_are_over_the_step():
 def test_geared_runs_share_their_rigid_arm():
     some = Variant(zeta=0.01, phase="omega_t", seed=3, meshes=("arm.joints.*.backlash_m=0.0",))
     assert rigid_arm(some) == rigid_arm(Variant()) == rigid_arm(Variant(record_every=7))
-    assert [v.model for v in beside_every_level(some)] == [
-        rigid_arm(some, level).model for level in RIGID_LEVELS
-    ]
 
 
 def test_what_is_no_mesh_stays_in_the_rigid_arm():

@@ -24,8 +24,8 @@ from crosscheck.audit.experiments.experiments import (
     question,
 )
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.study import Study, Variant
-from crosscheck.audit.experiments.variant import simulate
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.figures import chapter as figures
 from crosscheck.audit.figures.beside import rows, said
 from crosscheck.audit.figures.control import figure_14

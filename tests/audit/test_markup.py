@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.transforms import Bbox
 
-from crosscheck.audit.experiments.study import Variant, simulate
+from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.report import fragments
 from crosscheck.report.figures import legend, level_figure, log_y, new_figure, sound_links, to_svg
 from tests.audit.markup import axis_problems, page_problems, uneven_tables

@@ -13,7 +13,8 @@ from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.claims.rule import State
 from crosscheck.audit.experiments.cells import INTEGRAL, PRINTED, REPAIRED_RATE, Cell, Law
 from crosscheck.audit.experiments.scale import QUICK
-from crosscheck.audit.experiments.study import Study, Variant, simulate
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import NONE, Third
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE

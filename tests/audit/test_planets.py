@@ -12,7 +12,7 @@ from crosscheck.audit.claims.quantities import of
 from crosscheck.audit.claims.rule import Answer, Claim, Place, State, above
 from crosscheck.audit.experiments.cells import LAWS, PRINTED, Cell
 from crosscheck.audit.experiments.experiments import PD
-from crosscheck.audit.experiments.study import Variant
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.third import APART_M, Third
 from crosscheck.audit.phase.runs.experiments import pd_run
 from crosscheck.audit.planets import growth as growths

@@ -19,13 +19,13 @@ from crosscheck.audit.experiments.experiments import (
     question,
 )
 from crosscheck.audit.experiments.scale import FULL, Scale
-from crosscheck.audit.experiments.study import Measure, Study, Variant, VariantComparison
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.hypotheses.evidence.linear_limits import growth_rate
 from crosscheck.audit.hypotheses.evidence.reversals import torque_reversals
 from crosscheck.audit.phase.handover import CELLS, HEIRS, handover
 from crosscheck.audit.phase.runs.experiments import vibration
 from crosscheck.audit.phase.stability import stability
-from tests.audit.measuring import numbers_of
 
 
 @pytest.mark.parametrize(
@@ -62,21 +62,13 @@ def test_a_still_signal_has_no_frequency_and_an_unknown_target_is_not_reached() 
     assert signals.settling_time(time, np.ones(100), math.nan, 1.0) is None
 
 
-@pytest.mark.parametrize(
-    ("measure", "scenario"),
-    [
-        (growth_rate, "pd"),
-        (torque_reversals, "pd"),
-    ],
-)
-def test_a_measure_has_the_same_numbers_for_a_run_of_any_length(
-    measure: Measure | VariantComparison, scenario: str
-) -> None:
-    variants = [Variant(scenario, duration_s=d, record_every=2) for d in (0.002, 0.02, 0.3)]
-    found = [numbers_of(variant, measure) for variant in variants]
-    assert set(found[0]) == set(found[1]) == set(found[2])
-    for numbers in found:
-        assert all(value is None or math.isfinite(value) for value in numbers.values())
+def test_a_measure_has_the_same_numbers_for_a_run_of_any_length() -> None:
+    variants = [Variant(duration_s=d, record_every=2) for d in (0.002, 0.02, 0.3)]
+    runs = list(map(simulate, variants))
+    grown = [growth_rate(run) for run in runs]
+    assert set(grown[0]) == set(grown[1]) == set(grown[2])
+    for numbers in [*(one.values() for one in grown), *map(torque_reversals, runs)]:
+        assert all(value is None or math.isfinite(value) for value in numbers)
 
 
 @pytest.mark.parametrize("source", [PD, NO_ERROR, CONSTANT, BACK(50)], ids=str)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,34 +14,22 @@ import xarray as xr
 
 from crosscheck.audit.experiments import study as study_module
 from crosscheck.audit.experiments import work
-from crosscheck.audit.experiments.study import (
-    Numbers,
-    Study,
-    Variant,
-    VariantComparison,
-    VariantNumbers,
-    run_key,
-)
-from crosscheck.audit.experiments.variant import integration, simulate
-from crosscheck.audit.experiments.work import Piece, integrations
+from crosscheck.audit.experiments.study import Study, run_key
+from crosscheck.audit.experiments.variant import Variant, simulate, simulate_together
+from crosscheck.audit.experiments.work import AuditTask, integrations
+from crosscheck.audit.measures.reductions import first_planets
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
 from crosscheck.registry import MODELS
 from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.store import Store
 
 SHORT = Variant(scenario="constant-torque", duration_s=0.002)
 
 
-def final_angle(run: xr.Dataset) -> Numbers:
-    """Of the shoulder."""
-    return {"theta_1": float(run["theta"].values[-1, 0])}
-
-
-def largest_acceleration(run: xr.Dataset) -> Numbers:
-    """Of both joints."""
-    return {"theta_ddot": float(np.abs(run["theta_ddot"]).max())}
+def ends(run: xr.Dataset) -> xr.Dataset:
+    """Its last record."""
+    return run.isel(time=[-1])
 
 
 @pytest.fixture
@@ -49,17 +38,17 @@ def study(tmp_path: Path) -> Study:
 
 
 def test_a_finished_simulation_is_found_again(study: Study):
-    first = study.measures([SHORT], final_angle)
-    second = study.measures([SHORT], final_angle)
-    assert first == second
+    first = study.runs([SHORT], keep=ends)[SHORT]
+    second = study.runs([SHORT], keep=ends)[SHORT]
+    assert first.identical(second)
     assert (study.made, study.found) == (1, 1)
 
 
 def test_an_interrupted_study_makes_only_what_is_missing(study: Study, tmp_path: Path):
-    study.measures([SHORT], final_angle)
+    study.runs([SHORT])
     other = Variant(scenario="constant-torque", duration_s=0.002, zeta=0.02)
     resumed = Study(tmp_path)
-    resumed.measures([SHORT, other], final_angle)
+    resumed.runs([SHORT, other])
     assert (resumed.made, resumed.found) == (1, 1)
 
 
@@ -82,9 +71,8 @@ def test_every_input_is_part_of_the_key(change: dict[str, object]):
     assert run_key(changed) != run_key(SHORT)
 
 
-def test_another_measure_has_another_key():
-    keys = {run_key(SHORT, measure) for measure in (None, final_angle, largest_acceleration)}
-    assert len(keys) == 3
+def test_what_is_kept_of_a_run_is_part_of_the_key():
+    assert len({run_key(SHORT, keep) for keep in (None, ends, first_planets)}) == 3
 
 
 def test_code_and_versions_are_part_of_the_key(monkeypatch: pytest.MonkeyPatch):
@@ -112,64 +100,20 @@ def test_a_kept_run_is_the_run(study: Study):
         assert np.array_equal(run["theta"].values, fresh["theta"].values)
 
 
-def records(run: xr.Dataset) -> Numbers:
-    """How many there are."""
-    return {"records": float(run["time"].size)}
-
-
-def apart(run: xr.Dataset, others: tuple[xr.Dataset, ...]) -> Numbers:
-    """At the end, from one other run."""
-    (other,) = others
-    return {"theta_1": float(run["theta"].values[-1, 0] - other["theta"].values[-1, 0])}
-
-
-def rigid(variant: Variant) -> tuple[Variant, ...]:
-    """The arm without gears, in the same experiment."""
-    return (replace(variant, model="analytic:coupled"),)
-
-
-def test_one_integration_serves_all_that_is_asked_of_it(study: Study):
-    seldom = replace(SHORT, record_every=40)
-    asked = [
-        VariantNumbers(SHORT, final_angle),
-        VariantNumbers(SHORT, records),
-        VariantNumbers(seldom, records),
-    ]
-    angle, often, few = study.numbers(asked, "numbers")
-    assert study.made == 1
-    assert (often["records"], few["records"]) == (101, 6)
-    again = Study(study.folder)
-    assert again.measures([SHORT], final_angle) == [angle]
-    assert again.measures([seldom], records) == [few]
-    assert (again.made, again.found) == (0, 2)
-
-
-def test_a_run_recorded_seldom_is_that_run_whoever_shared_its_integration(study: Study):
-    variants = [replace(SHORT, record_every=number) for number in (3, 8, 20)]
-    runs = study.runs(variants)
-    assert study.made == 1
-    for variant in variants:
-        assert runs[variant].identical(simulate(variant))
-
-
-def test_an_engine_whose_states_hang_on_the_records_runs_for_each():
-    tree = replace(SHORT, model="exudyn:tree")
-    assert integration(tree) != integration(replace(tree, record_every=7))
-    assert integration(SHORT) == integration(replace(SHORT, record_every=7))
-    assert integration(SHORT) != integration(replace(SHORT, zeta=0.01))
-
-
 def test_runs_side_by_side_are_those_that_run_alone(study: Study):
     """Whatever stands beside a run, be it one that diverges; bit for bit."""
     starts = [replace(SHORT, seed=seed, zeta=0.01 * seed) for seed in range(1, 11)]
     wild = replace(SHORT, meshes=("arm.joints.*.mesh_stiffness_N_per_m=1e12",))
     beside = [*starts, wild, replace(starts[0], record_every=5)]
-    assert len(integrations([Piece(repr(v), v, repr) for v in beside], study.store)) == 1
-    together = study.measures(beside, final_angle)
-    assert study.made == 11
-    assert together[10].keys() == {"diverged_s"}
-    for variant, found in zip(starts, together, strict=False):
-        assert found == final_angle(simulate(variant))
+    assert len(tasks(beside, study)) == 1
+    *together, diverged, seldom = simulate_together(beside)
+    assert isinstance(diverged, Diverged)
+    for variant, found in zip([*starts, beside[-1]], [*together, seldom], strict=True):
+        assert simulate(variant).identical(found)
+
+
+def tasks(variants: Sequence[Variant], study: Study, jobs: int = 1) -> list[AuditTask]:
+    return integrations({repr(one): one for one in variants}, None, study.store, jobs)
 
 
 def test_side_by_side_is_what_has_one_model_law_grid_and_drive(study: Study):
@@ -180,57 +124,32 @@ def test_side_by_side_is_what_has_one_model_law_grid_and_drive(study: Study):
         replace(SHORT, model="analytic:coupled"),
         replace(SHORT, scenario="pd"),
     ]
-    pieces = [Piece(repr(v), v, repr) for v in (SHORT, replace(SHORT, zeta=0.1), *others)]
-    assert [task.runs for task in integrations(pieces, study.store)] == [2, 1, 1, 1, 1, 1]
-    assert [task.runs for task in integrations(pieces, study.store, jobs=2)] == [1] * 7
+    variants = [SHORT, replace(SHORT, zeta=0.1), *others]
+    assert [len(task.keys) for task in tasks(variants, study)] == [2, 1, 1, 1, 1, 1]
+    assert [len(task.keys) for task in tasks(variants, study, jobs=2)] == [1] * 7
 
 
 def test_no_task_holds_more_records_than_fit(study: Study, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(work, "MOST_AT_ONCE", 250)  # SHORT has 101
-    pieces = [Piece(str(k), replace(SHORT, zeta=0.01 * k), repr) for k in range(1, 6)]
-    assert [task.runs for task in integrations(pieces, study.store)] == [2, 2, 1]
+    variants = [replace(SHORT, zeta=0.01 * k) for k in range(1, 6)]
+    assert [len(task.keys) for task in tasks(variants, study)] == [2, 2, 1]
 
 
-def test_a_divergence_is_found_at_the_runs_own_records(study: Study):
-    wild = Variant("constant-torque", duration_s=0.1, settings=("scenario.step_s=1e-3",))
-    variants = [replace(wild, record_every=number) for number in (1, 5, 20)]
-    together = study.measures(variants, final_angle)
-    assert together == [Study(study.folder / "own").measures([v], final_angle)[0] for v in variants]
-    assert study.made == 1
-
-
-def test_a_run_held_against_another_has_it_run_once(study: Study):
-    variants = [SHORT, replace(SHORT, model="analytic:energies")]
-    found = study.measures(variants, VariantComparison(apart, rigid))
-    own = study.runs([*variants, *rigid(SHORT)])
-    assert study.made == 5
-    for variant, numbers in zip(variants, found, strict=True):
-        assert numbers == apart(own[variant], (own[rigid(SHORT)[0]],))
-
-
-def test_what_a_run_is_held_against_is_part_of_the_key():
-    compared = VariantComparison(apart, rigid)
-    keys = {
-        run_key(SHORT, made) for made in (compared, VariantComparison(apart, lambda v: (v,)), apart)
-    }
-    assert len(keys) == 3
-
-
-def test_a_longer_run_of_a_slower_model_costs_more():
+def test_a_longer_run_of_a_slower_model_costs_more(study: Study):
     slow = replace(SHORT, model="exudyn:tree")
-    costs = [integrations([Piece("", v, repr)], Store(Path()))[0].cost for v in (SHORT, slow)]
-    assert costs == [200 * MODELS[v.model].call_s for v in (SHORT, slow)]
+    costs = [tasks([one], study)[0].cost for one in (SHORT, slow)]
+    assert costs == [200 * MODELS[one.model].call_s for one in (SHORT, slow)]
 
 
-def test_a_diverging_run_is_a_number_not_a_crash(study: Study):
-    wild = Variant(
-        scenario="constant-torque",
-        duration_s=0.1,
-        settings=("scenario.step_s=1e-3",),
-        record_every=1,
-    )
-    (numbers,) = study.measures([wild], final_angle)
-    assert 0 < numbers["diverged_s"] <= 0.1
+def test_a_diverging_run_is_raised_after_all_others_are_kept(study: Study):
+    settings = ("scenario.step_s=1e-3",)
+    wild = Variant("constant-torque", duration_s=0.1, settings=settings, record_every=1)
+    with pytest.raises(Diverged) as raised:
+        study.runs([wild, SHORT])
+    assert 0 < raised.value.time_s <= 0.1
+    again = Study(study.folder)
+    again.runs([SHORT])
+    assert (again.made, again.found) == (0, 1)
 
 
 def test_seeds_move_the_start_by_less_than_a_picometre():

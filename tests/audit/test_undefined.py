@@ -17,7 +17,7 @@ from crosscheck.audit.hypotheses.evidence import flights, shaking
 from crosscheck.audit.hypotheses.evidence.attribution import LadderVerdict
 from crosscheck.audit.hypotheses.evidence.linear_limits import growth_agrees
 from crosscheck.audit.hypotheses.evidence.rungs import GROUPS, INERTIA
-from crosscheck.audit.measures.undefined import UNDEFINED, all_of, any_of, recorded, shown
+from crosscheck.audit.measures.undefined import UNDEFINED, all_of, recorded, shown
 from crosscheck.audit.phase.maps import Presence
 from crosscheck.audit.phase.verdict import h1_verdict
 
@@ -56,7 +56,6 @@ def test_open_decisions_in_words(one: bool | None, other: bool | None, third: bo
     answer = h1_verdict(Presence.PRINTED, {"a": one, "b": other, "c": third})
     assert (answer == "holds") == (one is other is third is True)
     assert all_of((one, other, third)) in (True, False, None)
-    assert any_of((one, other)) == (one if one == other else one or other or None)
     assert controller._in_words([one, other, third]) in (
         "holds",
         "holds in part",

@@ -50,13 +50,10 @@ def run(keep: str | None = None, **variant: Any) -> Callable[[], Result]:
         variants = importlib.import_module("crosscheck.audit.experiments.variant")
         one = variants.Variant(**(SHORT | variant))
         function = found(keep) if keep is not None else None
-        others = function.others(one) if isinstance(function, studies.VariantComparison) else ()
 
         def made() -> object:
-            this, *beside = map(variants.simulate, (one, *others))
-            if function is None:
-                return this
-            return function.numbers(this, tuple(beside)) if beside else function(this)
+            this = variants.simulate(one)
+            return this if function is None else function(this)
 
         return partial(studies.run_key, one, function), made
 

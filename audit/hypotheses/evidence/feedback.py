@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from crosscheck.analytic.model import AnalyticModel, PhysicalModel
-from crosscheck.audit.experiments.study import Variant
+from crosscheck.audit.experiments.variant import Variant
 
 LINK, SUN = "link", "sun"
 PAPER_GAINS = (1000.0, 400.0)  # P [N m/rad], D [N m s/rad]

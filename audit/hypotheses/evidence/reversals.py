@@ -9,7 +9,7 @@ import xarray as xr
 
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import Numbers, Variant
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.rigid import rigid_model
 from crosscheck.registry import RIGID_LEVELS
 
@@ -27,18 +27,18 @@ class Reversals:
 
 
 def reversals(study: Study, scale: Scale) -> list[Reversals]:
-    """Of every rigid level."""
+    """Of every rigid level. Raises Diverged."""
     variants = [scale.cut(Variant(model=rigid_model(x), record_every=100)) for x in RIGID_LEVELS]
-    found = study.measures(variants, torque_reversals, "damping fit, rigid arm")
+    runs = study.runs(variants, "damping fit, rigid arm")
     return [
-        Reversals(level, numbers.get("first_s"), numbers.get("second_s"))
-        for level, numbers in zip(RIGID_LEVELS, found, strict=True)
+        Reversals(level, *torque_reversals(runs[variant]))
+        for level, variant in zip(RIGID_LEVELS, variants, strict=True)
     ]
 
 
-def torque_reversals(run: xr.Dataset) -> Numbers:
+def torque_reversals(run: xr.Dataset) -> tuple[float | None, float | None]:
     """First two sign changes [s] of the shoulder's torque."""
     time, torque = run["time"].values, run["torque"].values[:, 0]
     changes = [float(t) for t in time[1:][np.diff(np.sign(torque)) != 0]]
     first, second = (*changes, None, None)[:2]
-    return {"first_s": first, "second_s": second}
+    return first, second

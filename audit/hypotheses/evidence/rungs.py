@@ -15,7 +15,8 @@ import numpy as np
 import xarray as xr
 
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.study import Study, Variant
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.numbers import quotient
 from crosscheck.audit.measures.reductions import angles
 from crosscheck.audit.measures.rigid import rigid_model
