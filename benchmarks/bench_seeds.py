@@ -13,8 +13,8 @@ import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from crosscheck.audit.claims.chapter import COLUMNS
 from crosscheck.audit.claims.rule import VerdictKind
-from crosscheck.audit.claims.words import COLUMNS
 from crosscheck.audit.experiments.scale import FULL, QUICK
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.page.material import Material

@@ -3,19 +3,33 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from crosscheck.audit.claims.judged import Judged
 from crosscheck.audit.claims.records import record
-from crosscheck.audit.claims.rule import Claim, answers
-from crosscheck.audit.claims.settings import plan_of
-from crosscheck.audit.claims.summary import Varied, varied
-from crosscheck.audit.claims.words import page
-from crosscheck.audit.experiments.cells import GearModel
+from crosscheck.audit.claims.rule import (
+    FEW,
+    MOST,
+    Answer,
+    Claim,
+    Counts,
+    Verdict,
+    VerdictKind,
+    answers,
+    ends,
+)
+from crosscheck.audit.claims.settings import Plan, plan_of
+from crosscheck.audit.claims.summary import Varied, models_of, strips, varied
+from crosscheck.audit.experiments.cells import AS_GEARS, AS_MODELLED, GearModel
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.starts import ALIKE, FIRST
+from crosscheck.audit.measures.undefined import shown
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.said import Said
+from crosscheck.audit.page.text import text
+from crosscheck.audit.page.words import LAW_NAMES, number
 
 ID, TITLE = "claims", "The paper's statements, one by one"
 
@@ -66,3 +80,127 @@ def said(every: Iterable[Judged]) -> list[Said]:
         for choices in (one.claim.choices,)
         for a in one.answers
     ]
+
+
+# What a reader looks for first: what is wrong, what hangs on chance, what on an unknown.
+ORDER = (
+    *(VerdictKind.FAILS, VerdictKind.BISTABLE, VerdictKind.DEPENDS),
+    *(
+        VerdictKind.UNDEFINED,
+        VerdictKind.NOT_SIMULATED,
+        VerdictKind.WHERE_DEFINED,
+        VerdictKind.HOLDS,
+    ),
+)
+COLOURS = {
+    VerdictKind.HOLDS: "agree",
+    VerdictKind.WHERE_DEFINED: "agree",
+    VerdictKind.FAILS: "differ",
+    VerdictKind.DEPENDS: "unresolved",
+    VerdictKind.BISTABLE: "bistable",
+}
+
+
+# The two that a verdict is told of side by side; what lies between them follows.
+COLUMNS = {AS_MODELLED: "as modelled in the paper", AS_GEARS: "as the gears are"}
+
+
+def page(found: Sequence[ClaimRow], plan: Plan, scale: Scale) -> str:
+    """The rule, the count of verdicts by model and section, and every claim's row."""
+    sections = dict.fromkeys(row.judged.claim.section for row in found)
+    counts = Counter((row.judged.claim.section, row.judged.verdict.kind) for row in found)
+    asked = [row.judged for row in found if not row.judged.claim.static]
+    by_model = Counter((model, one.by_model[model].kind) for one in asked for model in COLUMNS)
+    static = Counter(row.judged.verdict.kind for row in found if row.judged.claim.static)
+    kinds = [kind for kind in ORDER if any(counts[section, kind] for section in sections)]
+    return text(
+        "claims/chapter",
+        rows={s: _sorted([r for r in found if r.judged.claim.section == s]) for s in sections},
+        counts=counts,
+        kinds=kinds,
+        columns=COLUMNS,
+        by_model=by_model,
+        asked=len(asked),
+        static=static,
+        first=FIRST,
+        alike=ALIKE,
+        plan=plan,
+        starts=scale.most_starts,
+        few=FEW,
+        most=MOST,
+        most_no=ends(scale.most_starts)[0],
+        least_yes=ends(scale.most_starts)[1],
+        on_a_start=[r.judged.claim.id for r in found if r.judged.hangs_on_a_start],
+        moved=[r.judged.claim.id for r in found if r.judged.moved_by_a_coarser_grid],
+        differing=[(r.judged.claim.id, one) for r in found for one in r.variants if one.differs],
+        colours=COLOURS,
+        model_words=model_words,
+        models_of=models_of,
+        strips=strips,
+        verdict=verdict_words,
+        turning=turning_words,
+        seen=seen_words,
+    )
+
+
+def _sorted(found: Sequence[ClaimRow]) -> list[ClaimRow]:
+    """Failures and what hangs on the start first; else in the paper's order."""
+    return sorted(found, key=lambda row: ORDER.index(row.judged.verdict.kind))
+
+
+def verdict_words(found: Verdict) -> str:
+    """In words, with the settings behind it where they do not all say the same."""
+    words = str(found.kind)
+    if found.depends_on:
+        words += f" on {', '.join(found.depends_on)}"
+    mixed = found.kind in (VerdictKind.DEPENDS, VerdictKind.BISTABLE)
+    if mixed or (found.counts.undefined and found.kind != VerdictKind.UNDEFINED):
+        words += f" ({counts_words(found.counts)})"
+    return words
+
+
+def counts_words(counts: Counts) -> str:
+    """Of settings: those that say yes and no always, others where there are any."""
+    told = [f"{counts.yes} yes", f"{counts.no} no"]
+    told += [f"{counts.bistable} bistable"] if counts.bistable else []
+    told += [f"{counts.undefined} undefined"] if counts.undefined else []
+    return ", ".join(told)
+
+
+def model_words(model: GearModel) -> str:
+    """A model of the gears in words: law and planets."""
+    own = f"{LAW_NAMES[model.law]}, planets {model.planets}"
+    return f"{COLUMNS[model]}: {own}" if model in COLUMNS else own
+
+
+def value_words(answer: Answer) -> str:
+    """Median and the outer quantiles, once where they are equal as printed."""
+    found = answer.quantiles
+    if found is None:
+        return "undefined"
+    low, middle, high = map(number, found)
+    return middle if low == high else f"{middle} ({low} … {high})"
+
+
+def share_words(answer: Answer) -> str:
+    """How many of the starts, and how many are undefined."""
+    share = answer.share
+    if share is None:
+        return f"undefined in {answer.undefined} of {answer.starts}"
+    left = f", {answer.undefined} undefined" if answer.undefined else ""
+    return f"{share.yes} of {share.of}{left}"
+
+
+def seen_words(answer: Answer) -> str:
+    """What the starts gave, and how many support the claim; those without its event apart."""
+    if answer.starts == 1:
+        return value_words(answer)
+    if answer.undefined == answer.starts:
+        return "in no start"
+    return f"{value_words(answer)}, {share_words(answer)}"
+
+
+def turning_words(judged: Judged) -> str:
+    """The limits at which the verdict would turn."""
+    places = [at for pair in judged.turning for at in pair if at is not None]
+    return "; ".join(shown(at) for at in sorted(places)) or "at none"

@@ -8,7 +8,7 @@ from crosscheck.audit.claims.judged import Judged
 from crosscheck.audit.claims.rule import PARTS, Answer, Verdict
 from crosscheck.audit.claims.summary import Varied
 from crosscheck.audit.experiments.cells import AS_GEARS, AS_MODELLED, BETWEEN
-from crosscheck.audit.measures.numbers import defined
+from crosscheck.audit.measures.undefined import defined
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.record import JsonObject
 

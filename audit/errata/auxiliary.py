@@ -20,9 +20,7 @@ from crosscheck.analytic.paper.mesh_frequency import (
     sun_mesh_rate,
 )
 from crosscheck.analytic.paper.mesh_phasing import ring_behind_sun, sun_lag
-from crosscheck.audit.errata.erratum import Erratum, ErratumPair
-from crosscheck.audit.errata.formulas import tex
-from crosscheck.audit.errata.sides import PhysicalSide
+from crosscheck.audit.errata.erratum import Erratum, ErratumPair, PhysicalSide, tex
 from crosscheck.audit.measures.stage import PaperStage, paper_stage, without_backlash
 from crosscheck.audit.statics.surroundings import virtual_work
 from crosscheck.audit.statics.teeth import (

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from crosscheck.analytic.paper.printed import printed_form
-from crosscheck.audit.errata.erratum import simulated
-from crosscheck.audit.errata.sides import FormSide, PhysicalSide
+from crosscheck.audit.errata.erratum import FormSide, PhysicalSide, simulated
 from crosscheck.audit.experiments.variant import spelled_out
 from crosscheck.audit.page.record import JsonObject
 from crosscheck.checks.states import LOOSEST

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
 import numpy as np
+import sympy as sp
 import xarray as xr
 
-from crosscheck.audit.measures.numbers import defined
+from crosscheck.analytic.derivation.forms import Form
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.analytic.paper.model import FormModel
+from crosscheck.audit.measures.undefined import defined
 from crosscheck.checks.trajectories import largest_difference
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
 from crosscheck.models.interface import Model
 
 Side = Callable[[Scenario], Model]  # equal ones make equal models
@@ -113,3 +120,43 @@ def tried(erratum: Erratum, effects: Mapping[str, Effect]) -> SimulatedErratum:
     size, relative = defined(erratum.size), defined(erratum.relative)
     plain = replace(erratum, size=size, relative=relative, trial=None)
     return SimulatedErratum(plain, dict(effects))
+
+
+@dataclass(frozen=True)
+class PhysicalSide:
+    """The physical model."""
+
+    arm: Arm
+    chosen: Switches
+
+    def __call__(self, scenario: Scenario) -> PhysicalModel:
+        return PhysicalModel(self.arm, scenario, self.chosen)
+
+
+@dataclass(frozen=True)
+class FormSide:
+    """A form of the paper's equations, in symbols."""
+
+    arm: Arm
+    form: Form
+
+    def __call__(self, scenario: Scenario) -> FormModel:
+        return FormModel(self.arm, scenario, None, self.form)
+
+
+def tex(expression: sp.Expr) -> str:
+    """TeX of an expression in the paper's symbols: M_s2 as M_{s2}, dtheta_1 as a dotted theta."""
+    names = {symbol: _symbol(symbol.name) for symbol in expression.free_symbols}
+    return str(sp.latex(expression, symbol_names=names))
+
+
+def _symbol(name: str) -> str:
+    stem, _, index = name.partition("_")
+    number = re.search(r"\d+$", name)
+    if not index and number:  # L2, d1: an index without a line
+        stem, index = name[: number.start()], number.group()
+    dotted = len(stem) > 1 and stem.startswith("d")
+    base = stem[1:] if dotted else stem
+    base = rf"\{base}" if base == "theta" else base
+    base = rf"\dot{{{base}}}" if dotted else base
+    return f"{base}_{{{index}}}" if index else base

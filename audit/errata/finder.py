@@ -21,13 +21,13 @@ from crosscheck.audit.errata.erratum import (
     CLASSES,
     Erratum,
     ErratumPair,
+    FormSide,
     SimulatedErratum,
     effect_of,
     simulated,
+    tex,
     tried,
 )
-from crosscheck.audit.errata.formulas import tex
-from crosscheck.audit.errata.sides import FormSide
 from crosscheck.audit.errata.statements import statement_errata
 from crosscheck.audit.experiments.variant import spelled_out
 from crosscheck.models.arm.arm import Arm

@@ -12,8 +12,7 @@ import xarray as xr
 from crosscheck.analytic.derivation.forms import Form
 from crosscheck.analytic.paper.energies import energies_form
 from crosscheck.audit.errata.compare import Matrix
-from crosscheck.audit.errata.erratum import simulated
-from crosscheck.audit.errata.sides import FormSide
+from crosscheck.audit.errata.erratum import FormSide, simulated
 from crosscheck.audit.experiments.variant import spelled_out
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.models.errors import Diverged

@@ -12,9 +12,9 @@ from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.audit.experiments.starts import Measured, Perturbed
 from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.numbers import defined
 from crosscheck.audit.measures.stage import geared_joint
-from crosscheck.audit.phase.runs.motion import Continued, motion
+from crosscheck.audit.measures.undefined import defined
+from crosscheck.audit.phase.runs.plant import Continued, motion
 from crosscheck.models.loading import Case
 from crosscheck.registry import entry_of
 from crosscheck.studies.members.starts import perturbed

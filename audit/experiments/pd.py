@@ -25,9 +25,9 @@ from crosscheck.audit.measures.events import (
     THIRD_S,
     SideChange,
 )
-from crosscheck.audit.measures.numbers import finite, quotient
 from crosscheck.audit.measures.stage import geared_joint
 from crosscheck.audit.measures.thresholds import MINOR
+from crosscheck.audit.measures.undefined import finite, quotient
 from crosscheck.models.experiment.scenario import PdDrive
 
 FIRST_S = (0.0, 0.25)

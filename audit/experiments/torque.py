@@ -17,8 +17,8 @@ from crosscheck import signals
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.measures.course import Course
-from crosscheck.audit.measures.numbers import finite, quotient
 from crosscheck.audit.measures.stage import geared_joint
+from crosscheck.audit.measures.undefined import finite, quotient
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.registry import RIGID_LEVELS

@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterable
 
 from crosscheck.audit.experiments.cells import LABELLED, LAWS, Law
 from crosscheck.audit.experiments.experiments import PD
-from crosscheck.audit.figures.back import figure_15
-from crosscheck.audit.figures.beside import Row, rows, said
 from crosscheck.audit.figures.control import (
     figure_10,
     figure_11,
@@ -16,12 +14,11 @@ from crosscheck.audit.figures.control import (
     figure_14,
 )
 from crosscheck.audit.figures.laws import figure_4, figure_5
-from crosscheck.audit.figures.plate import Plate
+from crosscheck.audit.figures.open_loop import figure_6, figure_7, figure_8, figure_9, figure_15
+from crosscheck.audit.figures.plate import Plate, Row, rows, said
 from crosscheck.audit.figures.runs import LOW_ZETA, ZETA
 from crosscheck.audit.figures.shelf import Shelf
-from crosscheck.audit.figures.spectra import figure_18, figure_20
-from crosscheck.audit.figures.sweeps import figure_16, figure_17, figure_19
-from crosscheck.audit.figures.torque import figure_6, figure_7, figure_8, figure_9
+from crosscheck.audit.figures.sweeps import figure_16, figure_17, figure_18, figure_19, figure_20
 from crosscheck.audit.figures.views import severe_over_zeta
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Third

@@ -9,12 +9,14 @@ from typing import NamedTuple
 
 from pydantic import JsonValue
 
-from crosscheck.audit.claims.rule import State
-from crosscheck.audit.claims.words import COLOURS as VERDICT_COLOURS
-from crosscheck.audit.claims.words import share_words, value_words, verdict_words
-from crosscheck.audit.experiments.cells import LAWS
-from crosscheck.audit.figures.beside import Row
+from crosscheck.audit.claims.catalogue import CLAIMS
+from crosscheck.audit.claims.chapter import COLOURS as VERDICT_COLOURS
+from crosscheck.audit.claims.chapter import share_words, value_words, verdict_words
+from crosscheck.audit.claims.rule import Answer, Claim, State, Verdict, answers
+from crosscheck.audit.experiments.cells import LABELLED, LAWS, Cell, Law
+from crosscheck.audit.figures.shelf import Shelf
 from crosscheck.audit.page.record import JsonObject
+from crosscheck.audit.page.said import Said
 from crosscheck.audit.page.text import html, text
 from crosscheck.audit.page.words import LAW_NAMES
 
@@ -70,3 +72,55 @@ class Plate:
             "claims": [row.claim.id for row in found],
             "numbers": dict(self.numbers),
         }
+
+
+@dataclass(frozen=True)
+class Row:
+    """A claim at one setting: its answer by law, {None: ...} where it has none; None: not asked.
+
+    choice: of the claim's free parameter, its default; verdict: over all settings, if asked.
+    """
+
+    claim: Claim
+    choice: str
+    found: Mapping[Law | None, Answer]
+    verdict: Verdict | None
+
+    @property
+    def cells(self) -> list[Answer | None]:
+        """Under every law; of a static claim one answer, not three."""
+        if self.claim.static:
+            return [self.found.get(None), *([None] * (len(LAWS) - 1))]
+        return [self.found.get(law) for law in LAWS]
+
+
+def rows(shelf: Shelf, number: int, zeta: float) -> list[Row]:
+    """Every claim of a figure."""
+    known = [(Cell(law, zeta), one) for law, one in shelf.known(zeta).items()]
+    return [_row(shelf, claim, answers(claim, known)) for claim in CLAIMS if claim.figure == number]
+
+
+def _row(shelf: Shelf, claim: Claim, given: Sequence[Answer]) -> Row:
+    default = next(iter(claim.choices))
+    found = {
+        one.place.law: one
+        for one in given
+        if one.place.choice == default and one.place.arm == LABELLED
+    }
+    verdict = shelf.material.judged[claim.id].verdict if shelf.whole else None
+    return Row(claim, default, found, verdict)
+
+
+def said(number: int, found: Sequence[Row]) -> list[Said]:
+    """What the table states."""
+    return [
+        Said(
+            f"figure {number}",
+            row.claim.choices[row.choice].id,
+            row.claim.limits,
+            answer.place,
+            answer.state,
+        )
+        for row in found
+        for answer in row.found.values()
+    ]

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 
-from crosscheck.audit.claims.words import COLUMNS
+import numpy as np
+
+from crosscheck.audit.claims.chapter import COLUMNS
 from crosscheck.audit.errata.engine import PrintedBeside
 from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED
-from crosscheck.audit.front.findings import MODELS, baseline_finding, third_finding
-from crosscheck.audit.front.views import clock_svg, third_svg
+from crosscheck.audit.figures.views import LAW_COLOURS
+from crosscheck.audit.front.findings import MODELS, Thirds, baseline_finding, third_finding
 from crosscheck.audit.hypotheses.accumulation import largest, shaken, verdict
 from crosscheck.audit.hypotheses.evidence.linear_limits import cured_at_the_sun, survey
 from crosscheck.audit.hypotheses.evidence.shaking import DRIVES
@@ -20,8 +22,14 @@ from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.said import StatedNumber
 from crosscheck.audit.page.text import html, text
 from crosscheck.audit.page.words import LAW_MEANINGS, LAW_NAMES
-from crosscheck.audit.phase.clock import RUN_WINDOW_S, RUN_ZETA, clocks
+from crosscheck.audit.phase.clock import RUN_WINDOW_S, RUN_ZETA, Clocks, clocks
+from crosscheck.audit.phase.page.views import within
+from crosscheck.report.figures import legend, log_y, new_figure, to_svg
+from crosscheck.report.fragments import COLOURS
 
+PAPER_THIRD = 300.0  # rad/s^2, Section 3.2
+FAINTEST = 0.1  # rad/s^2: smaller fluctuations are drawn there
+PLANET_NAMES = {"free": "planets free", "lumped": "planets lumped"}
 ID, TITLE = "findings", "What came out"
 
 
@@ -78,3 +86,61 @@ def chapter(material: Material) -> AuditChapter:
     ]
     outcome = text("front/outcome", **said)
     return AuditChapter(ID, TITLE, page, records, outcome, third.said(), numbers)
+
+
+def clock_svg(found: Clocks) -> str:
+    """Runs from rest: one start's acceleration for every clock, and what every start reaches."""
+    figure, grid = new_figure(2, len(found.laws), 2.2)
+    for (above, below), one in zip(grid.T, found.laws, strict=True):
+        for place, (delayed, colour) in enumerate(zip(one.delays, COLOURS, strict=False)):
+            band, label = (
+                within(delayed.shoulder, *RUN_WINDOW_S),
+                f"clock starts at {delayed.clock_s:g} s",
+            )
+            above.fill_between(band.time_s, band.low, band.high, color=colour, label=label, lw=0.6)
+            above.collections[-1].set_zorder(3 - place / 10)  # the wildest behind
+            sizes = [size for size in delayed.vibration_rad_per_s2 if size is not None]
+            below.plot(np.full(len(sizes), place), sizes, "o", ms=4, color=colour, mfc="none")
+        above.set(title=LAW_NAMES[one.law], xlabel="time since the start [s]")
+        below.set_xticks(range(len(one.delays)), [f"{one.clock_s:g}" for one in one.delays])
+        below.set(xlabel="clock at the start [s]", xlim=(-0.5, len(one.delays) - 0.5))
+        below.margins(y=0.1)  # no ring cut in half
+        log_y(below)
+    grid[0, 0].set_ylabel("acceleration [rad/s²]")
+    grid[1, 0].set_ylabel("vibration [rad/s²]")
+    for row in grid:
+        _one_scale(row)
+    legend(figure, grid[0, 0])
+    return to_svg(figure)
+
+
+def _one_scale(row: np.ndarray) -> None:
+    """For axes that are all of one kind: without numbers there is no logarithmic one."""
+    if len({axes.get_yscale() for axes in row}) > 1:
+        return
+    low, high = (pick([axes.get_ylim()[end] for axes in row]) for end, pick in ((0, min), (1, max)))
+    for axes in row:
+        axes.set_ylim(low, high)
+
+
+def third_svg(found: Thirds) -> str:
+    """A dot for every start, a row for every law and way of the planets."""
+    figure, grid = new_figure(1, 1, 3.2)
+    axes = grid[0, 0]
+    names = []
+    for row, strip in enumerate(found.strips):
+        sizes, share = np.sort(strip.third.sizes), strip.third.share
+        apart = row + 0.28 * np.sin(2.4 * np.arange(sizes.size))  # so that dots show one by one
+        colour = LAW_COLOURS[strip.cell.law]
+        fill = colour if strip.cell.planets == "free" else "white"
+        axes.plot(np.maximum(sizes, FAINTEST), apart, "o", ms=4.5, mec=colour, mfc=fill)
+        if share is not None:
+            said = f" {share.yes} of {share.of} severe"
+            axes.text(1.0, row, said, va="center", transform=axes.get_yaxis_transform())
+        names.append(f"{LAW_NAMES[strip.cell.law]}, {PLANET_NAMES[strip.cell.planets]}")
+    axes.axvline(SEVERE, color="k", lw=0.7, ls="--", label=f"counted as severe ({SEVERE:g})")
+    axes.axvline(PAPER_THIRD, color="k", lw=0.7, ls=":", label=f"the paper's ({PAPER_THIRD:g})")
+    axes.set_yticks(range(len(names)), names)
+    axes.set(xscale="log", xlabel="third fluctuation [rad/s²]", ylim=(len(names) - 0.5, -0.5))
+    legend(figure, axes)
+    return to_svg(figure)

@@ -13,9 +13,9 @@ from crosscheck.audit.figures.runs import LOW_ZETA
 from crosscheck.audit.hypotheses.evidence.attribution import LadderVerdict, RigidResidual
 from crosscheck.audit.hypotheses.evidence.reversals import reversals
 from crosscheck.audit.hypotheses.ladder import Climbed
-from crosscheck.audit.measures.numbers import defined
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Third
+from crosscheck.audit.measures.undefined import defined
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.record import JsonObject
 from crosscheck.audit.page.said import Said, said_of_third

@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
-from crosscheck.audit.experiments.cells import LABELLED
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle, Polygon
+
+from crosscheck.audit.experiments.cells import LABELLED, LAWS
 from crosscheck.audit.experiments.starts import ALIKE, FIRST
-from crosscheck.audit.front.terms import teeth_passed
-from crosscheck.audit.front.views import stage_svg, teeth_passed_svg
+from crosscheck.audit.experiments.torque import RING_CYCLES
+from crosscheck.audit.experiments.variant import Variant
+from crosscheck.audit.figures.views import LAW_COLOURS
+from crosscheck.audit.measures.course import course_of
+from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
 from crosscheck.audit.page.words import LAW_MEANINGS, LAW_NAMES
+from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.loading import load_arm
+from crosscheck.report.figures import legend, new_figure, to_svg
+from crosscheck.report.fragments import COLOURS
+from crosscheck.view.mesh_geometry import MeshGeometry, Wheel, mesh_geometry, teeth
 
+MILLI = 1e3
+SUN, PLANET, RING, CARRIER = COLOURS[0], COLOURS[1], COLOURS[5], COLOURS[2]
 ID, TITLE = "terms", "The arm, and the words of this page"
 
 
@@ -36,3 +51,108 @@ def chapter(material: Material) -> AuditChapter:
     )
     records = [{"id": "terms/teeth-passed", **most}]
     return AuditChapter(ID, TITLE, page, records, text("front/terms-outcome"))
+
+
+TURN = 2 * np.pi
+
+
+class TeethPassed(NamedTuple):
+    """Of the shoulder in the controlled motion, (times,): how many, and how many a second.
+
+    angle, rate: as they pass, z_r theta and its rate; clock, clock_rate: z_r theta' t and its rate.
+    """
+
+    time: np.ndarray
+    angle: np.ndarray
+    rate: np.ndarray
+    clock: np.ndarray
+    clock_rate: np.ndarray
+
+
+def teeth_passed(material: Material) -> TeethPassed:
+    """Of the rigid arm, whose motion has no vibration. Raises Diverged."""
+    variant = material.scale.cut(rigid_arm(Variant()))
+    run = course_of(material.study.runs([variant], "teeth that pass")[variant])
+    time, factor = run.time, RING_CYCLES / TURN
+    theta, speed, acceleration = (
+        signal[:, 0] for signal in (run.theta, run.theta_dot, run.theta_ddot)
+    )
+    return TeethPassed(
+        time,
+        factor * theta,
+        factor * speed,
+        factor * speed * time,
+        factor * (speed + acceleration * time),
+    )
+
+
+def stage_svg(joint: Planetary) -> str:
+    """A stage seen along its axis: sun, three planets on their carrier, ring; its meshes marked."""
+    inner, outer = mesh_geometry(joint, "sun"), mesh_geometry(joint, "ring")
+    figure, grid = new_figure(1, 1, 4.2)
+    axes = grid[0, 0]
+    _gear(axes, inner, inner.wheel, SUN, 1.0)
+    _gear(axes, outer, outer.wheel, RING, 1.0)
+    for turn in np.exp(2j * np.pi * np.arange(joint.planet_count) / joint.planet_count):
+        _gear(axes, inner, inner.planet, PLANET, turn)
+        centre = turn * inner.planet.centre * MILLI
+        axes.plot([0, centre.real], [0, centre.imag], color=CARRIER, lw=5, solid_capstyle="round")
+        for mesh in (inner, outer):
+            at = turn * mesh.pitch_point * MILLI
+            axes.plot(at.real, at.imag, "o", ms=8, mfc="none", mec="k", mew=1.4)
+    _words(axes, inner, outer)
+    axes.set_aspect("equal")
+    axes.axis("off")
+    return to_svg(figure)
+
+
+def _gear(axes: Axes, mesh: MeshGeometry, wheel: Wheel, colour: str, turn: complex) -> None:
+    """All teeth of a wheel and the circle that they stand on, turned about the sun's axis."""
+    outline = teeth(mesh, wheel, 0)[0] - wheel.centre
+    for angle in np.exp(2j * np.pi * np.arange(wheel.teeth) / wheel.teeth):
+        points = MILLI * turn * (wheel.centre + angle * outline)
+        xy = np.column_stack([points.real, points.imag])
+        axes.add_patch(Polygon(xy, closed=True, fc=colour, ec="none", alpha=0.55))
+    centre = MILLI * turn * wheel.centre
+    foot = MILLI * wheel.radii[1]
+    axes.add_patch(
+        Circle((centre.real, centre.imag), foot, fill=not wheel.internal, fc=colour, ec=colour,
+               alpha=0.25)
+    )  # fmt: skip
+
+
+def _words(axes: Axes, inner: MeshGeometry, outer: MeshGeometry) -> None:
+    """Names, and what each mesh's displacement and force are called."""
+    planet = MILLI * inner.planet.centre
+    reach = MILLI * outer.wheel.radii[1]
+    for x, y, name, colour in (
+        (-14, 0, "sun", SUN),
+        (planet.real, 16, "planet", PLANET),
+        (-0.95 * planet.real, 0, "carrier\n(next link)", CARRIER),
+        (0, reach + 8, "ring (previous body)", RING),
+    ):
+        axes.text(x, y, name, color=colour, ha="center", va="center", fontweight="bold")
+    for mesh, name in ((inner, "sun mesh:\nx_sp, F_sp"), (outer, "ring mesh:\nx_pr, F_pr")):
+        at = MILLI * mesh.pitch_point
+        axes.annotate(
+            name, (at.real, at.imag), (reach + 34, 60 if mesh is inner else -60),
+            arrowprops={"arrowstyle": "->"}, ha="center",
+        )  # fmt: skip
+    axes.set(xlim=(-reach - 12, reach + 66), ylim=(-reach - 12, reach + 18))
+
+
+def teeth_passed_svg(found: TeethPassed) -> str:
+    """How many teeth have passed, and how fast they pass: counted, and by the paper's formula."""
+    figure, grid = new_figure(1, 2, 2.6)
+    counted, by_clock = LAW_COLOURS[LAWS[2]], LAW_COLOURS[LAWS[0]]
+    for axes, integral, clock in (
+        (grid[0, 0], found.angle, found.clock),
+        (grid[0, 1], found.rate, found.clock_rate),
+    ):
+        axes.plot(found.time, integral, color=counted, label="teeth that pass: z_r θ")
+        axes.plot(found.time, clock, color=by_clock, label="the paper's formula: z_r θ' t")
+        axes.set_xlabel("time [s]")
+    grid[0, 0].set_ylabel("teeth passed [1]")
+    grid[0, 1].set_ylabel("teeth per second [1/s]")
+    legend(figure, grid[0, 0])
+    return to_svg(figure)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
+from crosscheck import signals
 from crosscheck.audit.claims.rule import State, state
-from crosscheck.audit.hypotheses.accumulation_views import drawing
 from crosscheck.audit.hypotheses.evidence.shaking import (
     BACKLASHES_M,
     DRIVES,
@@ -17,6 +19,7 @@ from crosscheck.audit.hypotheses.evidence.shaking import (
     ZETAS,
     Shaken,
     Shaking,
+    running,
 )
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.undefined import UNDEFINED
@@ -25,6 +28,8 @@ from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.record import JsonObject
 from crosscheck.audit.page.text import html, text
+from crosscheck.report.figures import legend, new_figure, to_svg
+from crosscheck.report.fragments import COLOURS
 
 ID, TITLE = "accumulation", "Errors that accumulate back and forth (H3)"
 DURATION_S = 2.0  # the paper's Fig. 15 does not say
@@ -188,3 +193,24 @@ SIZES: Columns[BacklashErrors] = Columns(
         TableColumn("end_rad", "at 2 s [rad]", lambda size: size.end),
     ],
 )
+
+
+def drawing(found: Sequence[Shaken], titles: dict[str, str]) -> str:
+    """Errors of the first start over time, and over b, a row for each; titles: by drive."""
+    picture, grid = new_figure(len(found), 2, 2.9)
+    for row, case in zip(grid, found, strict=True):
+        time, predicted = (np.array(x, float) for x in (case.curves.time, case.curves.predicted))
+        for b, values, colour in zip(BACKLASHES_M, case.curves.errors, COLOURS, strict=True):
+            error = np.array(values)
+            row[0].plot(time, running(error), color=colour, label=f"b {1e6 * b:g} µm")
+            row[1].plot(time, error / b, color=colour, lw=0.9)
+        row[0].plot(time, running(predicted), "k--", lw=1, label="rigid arm's own, b 50 µm")
+        row[1].plot(time, predicted / REFERENCE_M, "k--", lw=1)
+        own = np.array(case.curves.errors[BACKLASHES_M.index(REFERENCE_M)])
+        bound = 1.3 * signals.amplitude(own[time <= SMALL_S[1]]) / REFERENCE_M
+        row[0].set(yscale="log", ylim=(1e-10, 10), xlabel="time [s]", ylabel="|Δθ₁| [rad]",
+                   title=f"T = {titles[case.drive]}, ζ = {case.zeta:g}")  # fmt: skip
+        row[1].set(xlim=(0, SMALL_S[1]), ylim=(-bound, bound), xlabel="time [s]",
+                   ylabel="Δθ₁ / b [rad/m]")  # fmt: skip
+    legend(picture, grid[0, 0])
+    return to_svg(picture)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from crosscheck.audit.hypotheses.evidence.flights import (
     LIMIT_M,
     RATIOS,
@@ -15,7 +17,6 @@ from crosscheck.audit.hypotheses.evidence.flights import (
     larger_is_enough,
     need,
 )
-from crosscheck.audit.hypotheses.floating_base_views import drawing
 from crosscheck.audit.hypotheses.words import SCENARIOS as TITLES
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
@@ -23,6 +24,8 @@ from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.record import JsonObject
 from crosscheck.audit.page.text import html, text
 from crosscheck.models.loading import load_scenario
+from crosscheck.report.figures import legend, new_figure, to_svg
+from crosscheck.report.fragments import COLOURS
 
 ID, TITLE = "floating_base", "A base that is free to fly (H5)"
 
@@ -110,3 +113,18 @@ FLIGHTS: Columns[Flight] = Columns(
         TableColumn("momentum_drift", None, lambda one: one.momentum_drift),
     ],
 )
+
+
+def drawing(flights: Sequence[Flight]) -> str:
+    """A panel for each experiment, a line for each cube."""
+    picture, grid = new_figure(1, len(SCENARIOS), 2.9)
+    for axes, scenario in zip(grid[0], SCENARIOS, strict=True):
+        for side, colour in zip(SIDES_M, COLOURS, strict=False):
+            mine = [f for f in flights if (f.scenario, f.side_m) == (scenario, side)]
+            points = [(f.ratio, 1000 * f.largest_m) for f in mine]
+            axes.plot(*np.array(points).T, "o-", color=colour, ms=3, label=f"cube {side:g} m")
+        axes.axhline(1000 * LIMIT_M, color="#555555", linestyle=":")
+        axes.set(xscale="log", yscale="log", xlabel="base mass / arm mass",
+                 ylabel="largest tip error [mm]", title=TITLES[scenario])  # fmt: skip
+    legend(picture, grid[0, 0])
+    return to_svg(picture)

@@ -30,3 +30,13 @@ def switches_of(run: xr.Dataset) -> Switches:
 def first_mesh(run: xr.Dataset, quantity: str) -> np.ndarray:
     """A mesh variable of the shoulder's first planet, (times,)."""
     return run[quantity].values[:, 0, 0]
+
+
+def first_planets(run: xr.Dataset) -> xr.Dataset:
+    """The run with one planet per joint: the paper's model moves all of a joint alike."""
+    return run.isel(planet=[0]) if "planet" in run.dims else run
+
+
+def angles(run: xr.Dataset) -> xr.Dataset:
+    """The joints' angles alone."""
+    return run[["theta"]]

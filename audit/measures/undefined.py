@@ -14,7 +14,7 @@ from typing import overload
 import numpy as np
 from pydantic import JsonValue
 
-from crosscheck.audit.measures.numbers import defined
+from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.page.record import JsonObject
 
 UNDEFINED = "undefined"
@@ -88,3 +88,20 @@ def recorded(value: object) -> JsonValue:
     if isinstance(plain, Sequence):
         return [recorded(inner) for inner in plain]
     raise TypeError(f"not JSON: {value!r}")
+
+
+def quotient(one: float | None, other: float | None) -> float:
+    """One number over another; nan if either is undefined or the other is 0."""
+    if one is None or other is None or other == 0:
+        return math.nan
+    return one / other
+
+
+def defined(value: float | np.floating | None) -> float | None:
+    """A plain float, or None for what is undefined."""
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def finite(numbers: Mapping[str, float | None]) -> Numbers:
+    """Plain floats, None for what is undefined."""
+    return {name: defined(value) for name, value in numbers.items()}

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from crosscheck.audit.experiments.cells import CONSERVATIVE, INTEGRAL, PRINTED, REPAIRED_RATE
-from crosscheck.audit.measures.numbers import defined
-from crosscheck.audit.measures.undefined import UNDEFINED
+from crosscheck.audit.measures.undefined import UNDEFINED, defined
 
 LAW_NAMES = {
     PRINTED: "omega_t as printed",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 
 from crosscheck.audit.measures.shares import Share
@@ -22,7 +23,6 @@ from crosscheck.audit.phase.page.sections import Section
 from crosscheck.audit.phase.resonance import resonance
 from crosscheck.audit.phase.runaway import runaways
 from crosscheck.audit.phase.stability import stability
-from crosscheck.audit.phase.verdict import h1_verdict
 
 ZETA = 0.005  # of Figs. 11-14 and 16-20: where the start decides
 ID, TITLE = "phase", "The phase of the teeth (H1)"
@@ -114,3 +114,22 @@ def _shares(simulated: Maps) -> dict[str, Share | None]:
     found = plain | alike
     cells = sections.printed_cells(ZETA)
     return {name: found[c].share if c in found else None for name, c in cells.items()}
+
+
+UNDEFINED = "undefined"
+
+
+def h1_verdict(maps: Presence, supports: Mapping[str, bool | None]) -> str:
+    """`holds` if the simulations say so and no kind of evidence that was run speaks against it.
+
+    maps: where the tooth error makes a fluctuation; supports: the other kinds of evidence.
+    """
+    if maps == Presence.UNKNOWN:
+        return UNDEFINED
+    if maps != Presence.PRINTED:
+        return "does not hold"
+    for answer, but in ((False, "not"), (None, UNDEFINED)):
+        names = [name for name, supported in supports.items() if supported is answer]
+        if names:
+            return f"holds in the simulations, but {but} in: {', '.join(names)}"
+    return "holds"

@@ -14,11 +14,10 @@ from crosscheck.audit.experiments.cells import LAWS, Cell, Law
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, spelled_out
-from crosscheck.audit.measures.numbers import defined
+from crosscheck.audit.measures.undefined import defined
 from crosscheck.audit.phase.runs.experiments import models_of, pd_run, shoulder_excess
 from crosscheck.audit.phase.runs.linear import base_motion
-from crosscheck.audit.phase.runs.motion import motion
-from crosscheck.audit.phase.runs.plant import forces_along, plant_of
+from crosscheck.audit.phase.runs.plant import forces_along, motion, plant_of
 from crosscheck.envelope import envelope
 
 CLOCKS_S = (0.0, 1.0, 5.0, 20.0)

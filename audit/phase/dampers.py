@@ -19,9 +19,9 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, spelled_out
 from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.numbers import defined
 from crosscheck.audit.measures.third import Quantiles, Third, quantiles
 from crosscheck.audit.measures.thresholds import EVIDENT
+from crosscheck.audit.measures.undefined import defined
 from crosscheck.audit.phase.runs.experiments import (
     NO_ERROR,
     Changed,
@@ -29,7 +29,7 @@ from crosscheck.audit.phase.runs.experiments import (
     pd_run,
     shoulder_excess,
 )
-from crosscheck.audit.phase.runs.motion import Continued, motion
+from crosscheck.audit.phase.runs.plant import Continued, motion
 
 CONTACT = "switches.damping=contact"
 QUIET_S = 0.45  # with dampers always at work all vibration but rounding is gone by then

@@ -15,7 +15,6 @@ from crosscheck.audit.experiments.pool import Sample, samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import TransientPd
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.measures.numbers import quotient
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import APART_M, Third, quantiles
 from crosscheck.audit.measures.thresholds import SEVERE
@@ -27,6 +26,7 @@ from crosscheck.audit.measures.twosamples import (
     sizes_p,
     two_tests,
 )
+from crosscheck.audit.measures.undefined import quotient
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.phase.runs.experiments import integrated
 

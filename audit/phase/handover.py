@@ -24,7 +24,7 @@ from crosscheck.audit.phase.runs.experiments import (
     pd_run,
     shoulder_excess,
 )
-from crosscheck.audit.phase.runs.motion import Continued, RecordedMotion, motion
+from crosscheck.audit.phase.runs.plant import Continued, RecordedMotion, motion
 
 # At the smallest damping the controller itself flutters; with the paper's ring rate few starts are
 # severe, with the other all.

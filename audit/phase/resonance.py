@@ -12,11 +12,10 @@ from crosscheck import signals
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.measures.numbers import defined
 from crosscheck.audit.measures.stage import with_steady_stiffness
+from crosscheck.audit.measures.undefined import defined
 from crosscheck.audit.phase.runs.experiments import RIGID_STEP_S
-from crosscheck.audit.phase.runs.motion import motion
-from crosscheck.audit.phase.runs.plant import Plant, plant_of
+from crosscheck.audit.phase.runs.plant import Plant, motion, plant_of
 from crosscheck.audit.phase.runs.rigid import rigid_motion
 from crosscheck.envelope import envelope
 from crosscheck.models.arm.arm import Arm

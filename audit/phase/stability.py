@@ -20,8 +20,8 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, spelled_out
 from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.numbers import quotient
 from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.undefined import quotient
 from crosscheck.audit.phase.clock import SignalEnvelope
 from crosscheck.audit.phase.runs.experiments import (
     DECISIVE,
@@ -42,8 +42,7 @@ from crosscheck.audit.phase.runs.linear import (
     predicted_amplitude,
     unstable_intervals,
 )
-from crosscheck.audit.phase.runs.motion import motion
-from crosscheck.audit.phase.runs.plant import plant_of
+from crosscheck.audit.phase.runs.plant import motion, plant_of
 
 CELLS = tuple(cell for one in DECISIVE for cell in (one, integrated(one)))
 DURATION_S = THIRD_S[1]

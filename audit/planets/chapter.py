@@ -6,19 +6,39 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
-from crosscheck.audit.measures.third import APART_M
+import numpy as np
+from matplotlib.axes import Axes
+
+from crosscheck.audit.experiments.cells import LAWS, READINGS
+from crosscheck.audit.measures.third import APART_M, Quantiles, Third
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.twosamples import SIGNIFICANT
 from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.said import said_of_third
 from crosscheck.audit.page.text import html, text
 from crosscheck.audit.phase.engines import Engines, engines
-from crosscheck.audit.planets import tables, views
+from crosscheck.audit.phase.page.tables import cell_columns, share_column, third_columns
+from crosscheck.audit.phase.page.views import law_name
 from crosscheck.audit.planets.features import Feature, features
 from crosscheck.audit.planets.freed import Freed, effects_by_law, freed
-from crosscheck.audit.planets.growth import CELL, STARTING_S, STARTS, Growth, growth
+from crosscheck.audit.planets.growth import (
+    CELL,
+    JOINTS,
+    STARTING_S,
+    STARTS,
+    Breaking,
+    Foretold,
+    Growth,
+    Predictions,
+    growth,
+    levels,
+)
+from crosscheck.audit.planets.parting import Parted
 from crosscheck.audit.planets.verdict import PREDICTED, PlanetsEffect, Survival, h7_verdict
+from crosscheck.report.figures import legend, new_figure, not_reached, to_svg
+from crosscheck.report.fragments import COLOURS
 
 MOSTLY = 0.5  # of the starts
 ID, TITLE = "planets", "Three planets counted as one (H7)"
@@ -51,11 +71,11 @@ def chapter(material: Material) -> AuditChapter:
     ]
     records = [
         {"id": "H7", **asdict(verdict)},
-        *tables.FREED.json(sampled),
-        *tables.BREAKING.json(grown.breaking),
-        *tables.FORETOLD.json([grown.lumped, grown.free]),
-        *tables.PREDICTIONS.json(grown.joints),
-        *tables.FEATURE.json(seen),
+        *FREED.json(sampled),
+        *BREAKING.json(grown.breaking),
+        *FORETOLD.json([grown.lumped, grown.free]),
+        *PREDICTIONS.json(grown.joints),
+        *FEATURE.json(seen),
     ]
     stated = [each for one in sampled for each in said_of_third(f"{ID}, free", one.cell, one.free)]
     outcome = text("planets/outcome", verdict=verdict)
@@ -83,8 +103,8 @@ def _sizes(sampled: Sequence[Freed], material: Material) -> str:
         starts=material.scale.most_starts,
         severe=SEVERE,
         significant=SIGNIFICANT,
-        drawing=views.sizes(sampled),
-        table=html(tables.FREED.html(sampled)),
+        drawing=sizes(sampled),
+        table=html(FREED.html(sampled)),
         effects={law.id: counts for law, counts in effects_by_law(sampled).items()},
         PlanetsEffect=PlanetsEffect,
     )
@@ -100,10 +120,10 @@ def _parting(grown: Growth, material: Material) -> str:
         apart_um=1e6 * APART_M,
         starting_s=STARTING_S,
         within=PREDICTED,
-        breaking=html(tables.BREAKING.html(grown.breaking)),
+        breaking=html(BREAKING.html(grown.breaking)),
         early=list(dict.fromkeys(b.cell.zeta for b in grown.breaking if b.early.value > MOSTLY)),
-        drawing=views.parting(grown.starts),
-        table=html(tables.PREDICTIONS.html(grown.joints)),
+        drawing=parting(grown.starts),
+        table=html(PREDICTIONS.html(grown.joints)),
         grown=grown,
         pressed=largest,
         by_contact=None if largest is None else largest < APART_M,
@@ -114,10 +134,195 @@ def _features(seen: Sequence[Feature]) -> str:
     changed = [one for one in seen if one.changed]
     return text(
         "planets/features",
-        table=html(tables.FEATURE.html(seen)),
-        turned=html(tables.FEATURE.html(changed)),
+        table=html(FEATURE.html(seen)),
+        turned=html(FEATURE.html(changed)),
         changed=len(changed),
         asked=len(seen),
         counts=Counter(one.survives for one in seen),
         Survival=Survival,
     )
+
+
+FREED: Columns[Freed] = Columns(
+    lambda row: f"planets/{row.cell.id}",
+    [
+        *cell_columns(lambda row: row.cell),
+        *third_columns(lambda row: row.lumped, "alike_", "lumped: "),
+        *third_columns(lambda row: row.free, "free_", "free: "),
+        TableColumn(
+            "apart_um",
+            "free: planets differ by up to [µm]",
+            lambda row: row.free.apart_um,
+            ".2g",
+        ),
+        TableColumn("p_of_shares", "p, shares", lambda row: row.tests.by_share, ".2g"),
+        TableColumn("p_of_sizes", "p, sizes", lambda row: row.tests.by_size, ".2g"),
+        TableColumn("effect", "freeing makes it", lambda row: row.effect.value),
+    ],
+)
+
+
+def _times(row: Breaking) -> Quantiles | None:
+    return row.time_s if row.parted.yes else None
+
+
+BREAKING: Columns[Breaking] = Columns(
+    lambda row: f"planets/breaking/{row.cell.id}",
+    [
+        *cell_columns(lambda row: row.cell),
+        share_column("parted", "planets 1 µm apart in", lambda row: row.parted),
+        share_column("early", "before 0.3 s in", lambda row: row.early),
+        TableColumn("time_s", "when [s], 0.1, 0.5, 0.9 of those", _times, ".3f"),
+    ],
+)
+
+PREDICTIONS: Columns[Predictions] = Columns(
+    lambda row: f"planets/parting/{row.joint}",
+    [
+        TableColumn("joint", "joint", lambda row: row.joint),
+        TableColumn("starts", "starts", lambda row: row.starts),
+        TableColumn("parted", "symmetry breaks in", lambda row: row.parted),
+        TableColumn("first", "before the other joint's in", lambda row: row.first),
+        TableColumn("median_s", "median time [s]", lambda row: row.median_s, ".4f"),
+        TableColumn(
+            "lumped_right", "foretold along the lumped run in", lambda row: row.lumped_right
+        ),
+        TableColumn("lumped_error", "largest error", lambda row: row.lumped_largest_error, ".1%"),
+        TableColumn("free_right", "foretold along the free run in", lambda row: row.free_right),
+        TableColumn("free_error", "largest error", lambda row: row.free_largest_error, ".1%"),
+        TableColumn(
+            "growth_per_s", "largest growth rate [1/s]", lambda row: row.largest_growth_per_s, ".0f"
+        ),
+        TableColumn(
+            "pressed_m",
+            "largest spread without loss of contact [m]",
+            lambda row: row.pressed_largest_m,
+            ".2g",
+        ),
+    ],
+)
+
+FORETOLD: Columns[Foretold] = Columns(
+    lambda row: f"planets/parting/first/{row.along}",
+    [
+        TableColumn("asked", None, lambda row: row.asked),
+        TableColumn("diverged", None, lambda row: row.diverged),
+        TableColumn("starts", None, lambda row: row.starts),
+        TableColumn("courses_part", None, lambda row: row.courses_part),
+        TableColumn("right", None, lambda row: row.right),
+        TableColumn("largest_error", None, lambda row: row.largest_error),
+        TableColumn("median_error", None, lambda row: row.median_error),
+        TableColumn("strayed", None, lambda row: row.strayed),
+        TableColumn("right_unless_strayed", None, lambda row: row.right_unless_strayed),
+        TableColumn("predicted", None, lambda row: row.all_right),
+    ],
+)
+
+FEATURE: Columns[Feature] = Columns(
+    lambda row: (
+        f"planets/claim/{row.claim.id}/{row.place.law.id if row.place.law else ''}"
+        f"/{row.place.zeta}/{row.place.choice}"
+    ),
+    [
+        TableColumn("figure", "figure", lambda row: row.claim.figure),
+        TableColumn("claim", "statement", lambda row: row.claim.id),
+        TableColumn("statement", "in short", lambda row: row.claim.statement),
+        TableColumn(
+            "law", "law, ring rate", lambda row: row.place.law.id if row.place.law else None
+        ),
+        TableColumn("zeta", "ζ", lambda row: row.place.zeta, "g"),
+        TableColumn("choice", None, lambda row: row.place.choice),
+        share_column("alike", "lumped: true in", lambda row: row.lumped.share),
+        share_column("free", "free: true in", lambda row: row.free.share),
+        TableColumn("survives", "what becomes of it", lambda row: row.survives.value),
+        TableColumn("changed", "significantly different", lambda row: row.changed),
+    ],
+)
+
+
+LIMITS = {"omega_t": (1.0, 2e3), "angle": (1e-5, 1e3)}  # rad/s^2, by phase law
+SHIFTS = (-0.17, 0.17)  # of a damping ratio: lumped, free
+LOWEST, HIGHEST = -20.5, -2.0  # log10 of metres: what is drawn
+
+
+def sizes(found: Sequence[Freed]) -> str:
+    """A dot for every start: a row for every law, a column for every reading."""
+    arms = [arm for arm in READINGS if any(one.cell.arm == arm for one in found)]
+    drawing, grid = new_figure(len(LAWS), len(arms), 2.1)
+    for (row, column), axes in np.ndenumerate(grid):
+        law, arm = LAWS[row], arms[column]
+        chosen = [one for one in found if (one.cell.law, one.cell.arm) == (law, arm)]
+        _panel(axes, chosen, *LIMITS[law.phase])
+        axes.set_title(f"{READINGS[arm]}, {law_name(law)}", fontsize=8)
+    for axes in grid[:, 0]:
+        axes.set_ylabel("size [rad/s²]")
+    for axes in grid[-1]:
+        axes.set_xlabel("ζ")
+    legend(drawing, grid[0, 0])
+    return to_svg(drawing)
+
+
+def _panel(axes: Axes, found: Sequence[Freed], least: float, most: float) -> None:
+    for place, one in enumerate(found):
+        pairs = zip(SHIFTS, (one.lumped, one.free), COLOURS, ("lumped", "free"), strict=False)
+        for shift, third, colour, name in pairs:
+            label = f"planets {name}" if place == 0 else None
+            _dots(axes, place + shift, third, (least, most), colour, label)
+    axes.axhline(SEVERE, color="black", lw=0.8, ls="--")
+    axes.set_xticks(range(len(found)), [f"{one.cell.zeta:g}" for one in found], fontsize=6.5)
+    axes.set_ylim(least, most)
+    axes.set_yscale("log")
+
+
+def _dots(
+    axes: Axes,
+    at: float,
+    third: Third,
+    limits: tuple[float, float],
+    colour: str,
+    label: str | None,
+) -> None:
+    across = at + np.linspace(-0.12, 0.12, third.sizes.size)
+    axes.plot(across, np.clip(third.sizes, *limits), ".", color=colour, markersize=2.5, label=label)
+
+
+def parting(found: Sequence[Parted]) -> str:
+    """The spread of a stage's planets, measured and as Hill's equation has it."""
+    drawing, grid = new_figure(len(JOINTS), 2, 2.4)
+    for joint, (left, right) in enumerate(grid):
+        left.set(title=f"{JOINTS[joint]}, first start", ylabel="log10 of the spread [m]")
+        right.set(title=f"{JOINTS[joint]}, {len(found)} starts")
+        if found:
+            _draw_one(left, found[0], joint)
+            _draw_all(right, found, joint)
+        for axes in (left, right):
+            axes.axhline(np.log10(APART_M), color="black", lw=0.8, ls="--")
+            axes.set_ylim(LOWEST, HIGHEST)
+            if not found:
+                not_reached(axes)
+    for axes in grid[-1]:
+        axes.set_xlabel("time [s]")
+    if found:
+        legend(drawing, grid[0, 0], grid[0, 1])
+    return to_svg(drawing)
+
+
+def _draw_one(axes: Axes, one: Parted, joint: int) -> None:
+    lines = (
+        (one.measured, "measured", "-", 1.6),
+        (one.by_lumped, "Hill, along the lumped run", "--", 1.1),
+        (one.by_free, "Hill, along the free run", ":", 1.4),
+        (one.pressed, "Hill, no mesh ever apart", "-.", 1.0),
+    )
+    for (course, name, style, width), colour in zip(lines, COLOURS, strict=False):
+        axes.plot(one.time_s, levels(course, joint), style, lw=width, color=colour, label=name)
+
+
+def _draw_all(axes: Axes, found: Sequence[Parted], joint: int) -> None:
+    """Median and range over the starts, measured and along the lumped run."""
+    pairs = ([one.measured for one in found], [one.by_lumped for one in found])
+    for courses, colour, style in zip(pairs, COLOURS, ("-", "--"), strict=False):
+        every = np.array([levels(course, joint) for course in courses])
+        low, high = every.min(axis=0), every.max(axis=0)
+        axes.fill_between(found[0].time_s, low, high, color=colour, alpha=0.25)
+        axes.plot(found[0].time_s, np.median(every, axis=0), color=colour, ls=style)

@@ -11,10 +11,9 @@ from crosscheck.audit.experiments.cells import LAWS, PRINTED, Cell
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.numbers import defined
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Quantiles, quantiles
-from crosscheck.audit.measures.undefined import extreme
+from crosscheck.audit.measures.undefined import defined, extreme
 from crosscheck.audit.phase.runs.experiments import pd_run
 from crosscheck.audit.planets.parting import FirstPartings, Parted, PartingCourse, partings
 from crosscheck.audit.planets.verdict import parting_is_predicted

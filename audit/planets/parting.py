@@ -9,10 +9,10 @@ import numpy as np
 
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.variant import Variant, spelled_out
-from crosscheck.audit.measures.numbers import defined
 from crosscheck.audit.measures.third import APART_M
+from crosscheck.audit.measures.undefined import defined
 from crosscheck.audit.phase.runs.experiments import models_of
-from crosscheck.audit.phase.runs.motion import motion
+from crosscheck.audit.phase.runs.plant import motion
 from crosscheck.audit.planets.hill import Differences, FollowedPlanets, followed
 from crosscheck.models.loading import Case
 

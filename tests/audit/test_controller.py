@@ -14,11 +14,10 @@ from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.hypotheses import controller
 from crosscheck.audit.hypotheses.controller import Vibrating
-from crosscheck.audit.hypotheses.evidence import feedback, flutter, linear_limits
-from crosscheck.audit.hypotheses.evidence.feedback import SUN, Point
+from crosscheck.audit.hypotheses.evidence import flutter, linear_limits
 from crosscheck.audit.hypotheses.evidence.flutter import VIBRATES, Flutter, FlutterSetting
 from crosscheck.audit.hypotheses.evidence.handed import DriveHandover, Handed
-from crosscheck.audit.hypotheses.evidence.linear_limits import Threshold, growth_agrees
+from crosscheck.audit.hypotheses.evidence.linear_limits import SUN, Point, Threshold, growth_agrees
 from crosscheck.audit.phase.runs.plant import ContinuedEquations
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.registry import build
@@ -29,15 +28,17 @@ def test_the_link_controller_is_that_of_the_stability_module(zeta):
     model = PhysicalModel(*Variant(zeta=zeta).case())
     pose = np.array([0, 0, 0, 0, 0, 0.5])
     poles = contact_eigenvalues(model.terms, model.gears, model.drive, pose, model.gears.k_m)
-    rate, frequency = feedback.growth(Point(elbow_rad=0.5), zeta)
-    worst = poles[np.argmax(np.where(poles.imag > feedback.SLOWEST_MESH_MODE, poles.real, -np.inf))]
+    rate, frequency = linear_limits.growth(Point(elbow_rad=0.5), zeta)
+    fast = poles.imag > linear_limits.SLOWEST_MESH_MODE
+    worst = poles[np.argmax(np.where(fast, poles.real, -np.inf))]
     assert rate == pytest.approx(worst.real, rel=1e-6)
     assert frequency == pytest.approx(worst.imag / (2 * np.pi), rel=1e-9)
 
 
 def test_growth_changes_sign_at_the_threshold():
-    edge = feedback.threshold(Point())
-    assert feedback.growth(Point(), 0.99 * edge)[0] > 0 > feedback.growth(Point(), 1.01 * edge)[0]
+    edge = linear_limits.threshold(Point())
+    below, above = (linear_limits.growth(Point(), part * edge)[0] for part in (0.99, 1.01))
+    assert below > 0 > above
 
 
 def test_the_sun_feels_torque_and_angle_through_one_lever():
@@ -52,10 +53,10 @@ def test_the_sun_feels_torque_and_angle_through_one_lever():
 @pytest.mark.parametrize("elbow", [0.0, 1.0, 3.0])
 def test_feedback_at_the_sun_only_stores_and_dissipates(elbow):
     model = PhysicalModel(*Variant().case())
-    for matrix in feedback.feedback(model, (1000.0, 400.0), SUN):
+    for matrix in linear_limits.feedback(model, (1000.0, 400.0), SUN):
         np.testing.assert_allclose(matrix, matrix.T)
         assert np.linalg.eigvalsh(matrix).max() < 1e-9 * np.abs(matrix).max()
-    assert feedback.threshold(Point(elbow_rad=elbow, sensed=SUN)) == 0
+    assert linear_limits.threshold(Point(elbow_rad=elbow, sensed=SUN)) == 0
 
 
 def _cell(setting: FlutterSetting, vibrating: int, of: int = 32) -> Flutter:

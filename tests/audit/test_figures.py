@@ -27,16 +27,16 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.figures import chapter as figures
-from crosscheck.audit.figures.beside import rows, said
 from crosscheck.audit.figures.control import figure_14
 from crosscheck.audit.figures.laws import figure_4, figure_5, limits, ratio_row, sharpness
+from crosscheck.audit.figures.open_loop import statics
+from crosscheck.audit.figures.plate import rows, said
 from crosscheck.audit.figures.runs import LOW_ZETA, drawn
 from crosscheck.audit.figures.shelf import Shelf
 from crosscheck.audit.figures.store import reduced, stored_runs
 from crosscheck.audit.figures.sweeps import energy_peak
-from crosscheck.audit.figures.torque import statics
 from crosscheck.audit.measures.course import course_of
-from crosscheck.audit.measures.reductions import first_planets
+from crosscheck.audit.measures.reading import first_planets
 from crosscheck.audit.page.material import Material
 from crosscheck.models.loading import load_arm
 from crosscheck.studies.members.starts import perturbed

@@ -19,6 +19,7 @@ from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import NONE, Third
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 from crosscheck.audit.page.material import Material
+from crosscheck.audit.phase.chapter import h1_verdict
 from crosscheck.audit.phase.clock import (
     CLOCK_N,
     Clocks,
@@ -69,10 +70,14 @@ from crosscheck.audit.phase.runs.linear import (
     predicted_amplitude,
     unstable_intervals,
 )
-from crosscheck.audit.phase.runs.motion import Continued, motion
-from crosscheck.audit.phase.runs.plant import integrate, neglected_weights, plant_of
+from crosscheck.audit.phase.runs.plant import (
+    Continued,
+    integrate,
+    motion,
+    neglected_weights,
+    plant_of,
+)
 from crosscheck.audit.phase.stability import ONSET_WITHIN, Begun
-from crosscheck.audit.phase.verdict import h1_verdict
 
 SHORT = Variant(zeta=0.02, phase="omega_t", ring_rate="corrected", duration_s=0.02)
 CELL = Cell(PRINTED, 0.005)

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from crosscheck.audit.claims.chapter import verdict_words
 from crosscheck.audit.claims.judged import Judged
 from crosscheck.audit.claims.quantities import Known, Quantity, over
 from crosscheck.audit.claims.records import ANSWERS
@@ -34,7 +35,6 @@ from crosscheck.audit.claims.rule import (
     state,
     verdict_of,
 )
-from crosscheck.audit.claims.words import verdict_words
 from crosscheck.audit.experiments.cells import (
     AS_GEARS,
     AS_MODELLED,

@@ -22,7 +22,6 @@ from crosscheck.analytic.paper.stiffness import square_wave_series
 from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS
 from crosscheck.audit.claims.quantities import Known
 from crosscheck.audit.claims.rule import VerdictKind, answers, verdict
-from crosscheck.audit.claims.statements import statics as statements
 from crosscheck.audit.errata import transcript
 from crosscheck.audit.errata.planted import LeftOutEntry, shown
 from crosscheck.audit.experiments.cells import PRINTED, Cell
@@ -30,6 +29,7 @@ from crosscheck.audit.experiments.experiments import PLANTED, STATIC
 from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.measures.stage import PaperStage, paper_stage
+from crosscheck.audit.statics import statics as statements
 from crosscheck.audit.statics import surroundings, teeth
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm

@@ -17,7 +17,7 @@ from crosscheck.audit.experiments import work
 from crosscheck.audit.experiments.study import Study, run_key
 from crosscheck.audit.experiments.variant import Variant, simulate, simulate_together
 from crosscheck.audit.experiments.work import AuditTask, integrations
-from crosscheck.audit.measures.reductions import first_planets
+from crosscheck.audit.measures.reading import first_planets
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm

@@ -18,8 +18,8 @@ from crosscheck.audit.hypotheses.evidence.attribution import LadderVerdict
 from crosscheck.audit.hypotheses.evidence.linear_limits import growth_agrees
 from crosscheck.audit.hypotheses.evidence.rungs import GROUPS, INERTIA
 from crosscheck.audit.measures.undefined import UNDEFINED, all_of, recorded, shown
+from crosscheck.audit.phase.chapter import h1_verdict
 from crosscheck.audit.phase.maps import Presence
-from crosscheck.audit.phase.verdict import h1_verdict
 
 UNHURRIED = settings(deadline=None)
 

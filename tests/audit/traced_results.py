@@ -131,7 +131,7 @@ def bands() -> Result:
 RESULTS: dict[str, Callable[[], Result]] = {
     "analytic run": run(),
     "rigid run": run(model="analytic:coupled"),
-    "printed run, one planet": run("measures.reductions.first_planets", model="analytic:printed"),
+    "printed run, one planet": run("measures.reading.first_planets", model="analytic:printed"),
     "exudyn run": run(model="exudyn:tree"),
     "pinocchio run": run(model="pinocchio:coupled"),
     "starts of exudyn": exudyn_starts,

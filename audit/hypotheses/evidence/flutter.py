@@ -21,9 +21,9 @@ from crosscheck.audit.experiments.starts import RECORDED_S, Starts
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers, Planets, Variant
 from crosscheck.audit.measures.course import Course, courses
-from crosscheck.audit.measures.numbers import finite
 from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
 from crosscheck.audit.measures.shares import Share
+from crosscheck.audit.measures.undefined import finite
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.scenario import TableDrive
 from crosscheck.models.loading import Case

@@ -17,9 +17,9 @@ import xarray as xr
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant
-from crosscheck.audit.measures.numbers import quotient
-from crosscheck.audit.measures.reductions import angles
+from crosscheck.audit.measures.reading import angles
 from crosscheck.audit.measures.rigid import rigid_model
+from crosscheck.audit.measures.undefined import quotient
 from crosscheck.checks.trajectories import SAFETY, tip_position
 from crosscheck.models.arm.arm import Arm
 from crosscheck.registry import RIGID_LEVELS

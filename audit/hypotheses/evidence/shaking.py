@@ -19,10 +19,9 @@ from crosscheck.analytic.model import PhysicalModel, RigidCoupled
 from crosscheck.audit.experiments.cells import INTEGRAL, Cell
 from crosscheck.audit.experiments.variant import Variant, spelled_out
 from crosscheck.audit.measures.course import Course, courses
-from crosscheck.audit.measures.numbers import defined, quotient
 from crosscheck.audit.measures.rigid import COUPLED, without_gears
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.undefined import all_of, where_known
+from crosscheck.audit.measures.undefined import all_of, defined, quotient, where_known
 from crosscheck.models.errors import Diverged
 from crosscheck.studies.members.starts import perturbed
 

@@ -12,13 +12,12 @@ from crosscheck.audit.claims.rule import State
 from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE, Cell
 from crosscheck.audit.experiments.torque import RING_CYCLES
 from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.numbers import quotient
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 from crosscheck.audit.measures.twosamples import SIGNIFICANT, shares_p
-from crosscheck.audit.measures.undefined import extreme
+from crosscheck.audit.measures.undefined import extreme, quotient
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.record import JsonObject
 from crosscheck.audit.page.text import html, text
@@ -35,7 +34,7 @@ from crosscheck.audit.phase import (
 from crosscheck.audit.phase.engines import FEWEST, Engines
 from crosscheck.audit.phase.maps import PHASES, Mapped, Maps, RepairedSetting
 from crosscheck.audit.phase.objections import D_UNKNOWN, FLUTTER, FULL, PLANETS, Objected
-from crosscheck.audit.phase.page import tables, views, views_linear
+from crosscheck.audit.phase.page import tables, views
 from crosscheck.audit.phase.runaway import Runaway
 from crosscheck.audit.phase.runs.experiments import HIGH_PASS_HZ
 from crosscheck.models.loading import load_arm
@@ -238,7 +237,7 @@ def of_stability(found: stability.Stability, material: Material) -> Section:
         error=max(one.jacobian_error for one in found.cells.values()),
         table=html(tables.LINEARISED.html(rows)),
         intervals=html(tables.INTERVAL.html(intervals)),
-        drawing=views_linear.stability(found),
+        drawing=views.stability(found),
         found=found,
     )
     return Section(said, tables.LINEARISED.json(rows), found.supports)
@@ -282,7 +281,7 @@ def of_resonance(found: resonance.Resonance) -> Section:
         digits=_digits(found),
         modes=html(columns.html(modes)),
         tongues=html(tables.TONGUE.html(growth)),
-        drawing=views_linear.resonance(found),
+        drawing=views.resonance(found),
         found=found,
         far=resonance.FAR,
     )

@@ -6,21 +6,24 @@ phi = offset + (w . v) t (law `omega_t`), so that Eq. 11 in full is only another
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from crosscheck.analytic.derivation.gears import Gears
 from crosscheck.analytic.derivation.terms import Terms
-from crosscheck.analytic.kernel.batch import Batch
+from crosscheck.analytic.kernel.batch import Batch, Records
 from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.kernel.states import StateEvaluator
-from crosscheck.analytic.model import AnalyticModel
+from crosscheck.analytic.model import AnalyticModel, PhysicalModel
 from crosscheck.analytic.paper.mesh_frequency import OMEGA_T
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.models.experiment.drive import DriveData
 from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.loading import Case
 
 
 @dataclass(frozen=True)
@@ -122,3 +125,55 @@ def integrate(
         parts = list(batch.run(steps // stride, stride, steps // stride + 1))
     q, v, a = (np.concatenate([part[k][:, :, 0] for part in parts]) for k in range(3))
     return q, v, a
+
+
+CHUNK = 2000  # records at a time, which stay in a processor's cache
+
+
+class RecordedMotion(NamedTuple):
+    """Records of runs: time (times,) [s] by the law's own clock; q, v, a (times, n, members).
+
+    theta (joints,): which coordinates the joints' angles are.
+    """
+
+    time: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    theta: np.ndarray
+
+    @property
+    def shoulder(self) -> np.ndarray:
+        """Its acceleration [rad/s^2], (times, members)."""
+        return self.a[:, self.theta[0]]
+
+
+class Continued(PhysicalModel):
+    """The model from any state q, v (n,)."""
+
+    def __init__(self, case: Case, q: np.ndarray, v: np.ndarray) -> None:
+        super().__init__(*case)
+        self.state = q, v
+
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.state
+
+
+def motion(models: Sequence[PhysicalModel], clock_s: float = 0.0) -> RecordedMotion:
+    """The runs of models of one structure, the clock at ``clock_s``, whole steps, at the start.
+
+    States after one that is not finite are not either.
+    """
+    scenario = models[0].scenario
+    begun = round(clock_s / scenario.step_s)
+    with np.errstate(invalid="ignore", over="ignore"):  # of runs that diverge
+        parts = list(_parts(models, begun))
+    steps = begun + scenario.stride * np.arange(scenario.steps // scenario.stride + 1)
+    q, v, a = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    return RecordedMotion(scenario.step_s * steps, q, v, a, np.array(models[0].layout.theta))
+
+
+def _parts(models: Sequence[PhysicalModel], begun: int) -> Iterator[Records]:
+    batch, scenario = Batch(models), models[0].scenario
+    batch.done = begun
+    yield from batch.run(scenario.steps // scenario.stride, scenario.stride, CHUNK)

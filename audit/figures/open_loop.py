@@ -1,4 +1,4 @@
-"""Figures 6 to 9: constant torque on both joints."""
+"""Figures 6 to 9 and 15: torques that no controller sets, constant or back and forth."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from crosscheck.audit.experiments.cells import INTEGRAL, Cell
-from crosscheck.audit.experiments.experiments import CONSTANT
+from crosscheck.audit.experiments.experiments import BACK, CONSTANT, DEFAULT_B_UM
 from crosscheck.audit.experiments.torque import RING_CYCLES
 from crosscheck.audit.figures.plate import Drawing, Plate
 from crosscheck.audit.figures.runs import (
@@ -20,6 +20,7 @@ from crosscheck.audit.figures.runs import (
 from crosscheck.audit.figures.shelf import Shelf
 from crosscheck.audit.figures.views import MICRO, Strip, conditions, law_figure
 from crosscheck.audit.measures.course import Course
+from crosscheck.audit.measures.rigid import COUPLED
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.models.experiment.scenario import ConstantDrive, per_joint
 from crosscheck.registry import RIGID_LEVELS
@@ -95,3 +96,31 @@ def figure_9(shelf: Shelf) -> Plate:
     strips = [Strip("F_sp1 [N]", "F_sp", window) for window in (ALL_S, FIRST_S)]
     caption = conditions(runs[INTEGRAL], shelf.seed, "Force per planet, without its damper.")
     return Plate(9, [Drawing(law_figure(runs, strips), caption)], LOW_ZETA, shelf.seed)
+
+
+SMALLEST_RAD = 1e-8  # of what is drawn
+
+
+def figure_15(shelf: Shelf) -> Plate:
+    """Error of the shoulder angle when both joints go back and forth."""
+    cell = Cell(INTEGRAL, ZETA)
+    variants = {b: drawn(BACK(b), cell, shelf.seed, SMOOTH_RECORD) for b in shelf.plan.back}
+    baseline = rigid_run("back-and-forth", COUPLED)
+    runs = shelf.courses([*variants.values(), baseline], 15)
+    rigid = runs[baseline]
+    errors = {b: runs[one].theta[:, 0] - rigid.theta[:, 0] for b, one in variants.items()}
+    more = "b as in the legend; Δ: detailed less rigid (coupled)."
+    caption = conditions(runs[variants[DEFAULT_B_UM]], shelf.seed, more)
+    return Plate(15, [Drawing(_svg(rigid.time, errors), caption)], ZETA, shelf.seed)
+
+
+def _svg(time: np.ndarray, errors: Mapping[float, np.ndarray]) -> str:
+    figure, grid = new_figure(1, 2, 2.8)
+    for (b, error), colour in zip(errors.items(), COLOURS, strict=False):
+        grid[0, 0].plot(time, error, color=colour, label=f"b {b:g} µm")
+        size = np.maximum(np.abs(error), SMALLEST_RAD)
+        grid[0, 1].plot(time, size, color=colour, linewidth=0.8)
+    grid[0, 0].set(xlabel="time [s]", ylabel="Δθ_1 [rad]")
+    grid[0, 1].set(xlabel="time [s]", ylabel="|Δθ_1| [rad]", yscale="log")
+    legend(figure, grid[0, 0])
+    return to_svg(figure)
