@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from crosscheck.analytic.derivation.lagrange import BiasTerms, MassTerms, Wave
+from crosscheck.analytic.derivation.lagrange import MassTerms, Wave
 
 
 @dataclass(frozen=True)
@@ -31,16 +31,6 @@ def mass_matrix(mass: MassTerms, q: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
     total = sp.zeros(len(q), len(q))
     for (row, column, wave), coefficient in mass.items():
         total[row, column] += coefficient * sp.cos(_argument(wave, q))
-    return sp.ImmutableMatrix(total.applyfunc(sp.expand))
-
-
-def bias_vector(
-    bias: BiasTerms, q: Sequence[sp.Symbol], v: Sequence[sp.Symbol]
-) -> sp.ImmutableMatrix:
-    """C(q, v) v in symbols, shape (n, 1)."""
-    total = sp.zeros(len(q), 1)
-    for (row, wave, a, b), coefficient in bias.items():
-        total[row] += coefficient * sp.sin(_argument(wave, q)) * v[a] * v[b]
     return sp.ImmutableMatrix(total.applyfunc(sp.expand))
 
 

@@ -8,9 +8,8 @@ from crosscheck.audit.claims.judged import Judged
 from crosscheck.audit.claims.rule import PARTS, Answer, Verdict
 from crosscheck.audit.claims.summary import Varied
 from crosscheck.audit.experiments.cells import AS_GEARS, AS_MODELLED, BETWEEN
-from crosscheck.audit.measures.undefined import defined
+from crosscheck.audit.measures.undefined import JsonObject, defined
 from crosscheck.audit.page.columns import Columns, TableColumn
-from crosscheck.audit.page.record import JsonObject
 
 ANSWERS = Columns[Answer](
     lambda answer: "/".join(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from crosscheck.analytic.paper.printed import printed_form
 from crosscheck.audit.errata.erratum import FormSide, PhysicalSide, simulated
 from crosscheck.audit.experiments.variant import spelled_out
-from crosscheck.audit.page.record import JsonObject
+from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.checks.states import LOOSEST
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.models.experiment.switches import switches

@@ -15,9 +15,8 @@ from crosscheck.audit.hypotheses.evidence.reversals import reversals
 from crosscheck.audit.hypotheses.ladder import Climbed
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Third
-from crosscheck.audit.measures.undefined import defined
+from crosscheck.audit.measures.undefined import JsonObject, defined
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.record import JsonObject
 from crosscheck.audit.page.said import Said, said_of_third
 
 MODELS: tuple[Planets, ...] = ("lumped", "free")  # the paper's own first

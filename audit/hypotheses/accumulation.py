@@ -22,11 +22,10 @@ from crosscheck.audit.hypotheses.evidence.shaking import (
     running,
 )
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.undefined import UNDEFINED
+from crosscheck.audit.measures.undefined import UNDEFINED, JsonObject
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.record import JsonObject
 from crosscheck.audit.page.text import html, text
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS

@@ -33,11 +33,10 @@ from crosscheck.audit.hypotheses.evidence.linear_limits import (
     survey,
 )
 from crosscheck.audit.measures.shares import Share
-from crosscheck.audit.measures.undefined import recorded, word
+from crosscheck.audit.measures.undefined import JsonObject, recorded, word
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.record import JsonObject
 from crosscheck.audit.page.text import html, text
 from crosscheck.models.errors import Diverged
 from crosscheck.report.figures import legend, new_figure, to_svg

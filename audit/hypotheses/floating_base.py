@@ -18,10 +18,10 @@ from crosscheck.audit.hypotheses.evidence.flights import (
     need,
 )
 from crosscheck.audit.hypotheses.words import SCENARIOS as TITLES
+from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.record import JsonObject
 from crosscheck.audit.page.text import html, text
 from crosscheck.models.loading import load_scenario
 from crosscheck.report.figures import legend, new_figure, to_svg

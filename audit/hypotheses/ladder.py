@@ -35,11 +35,10 @@ from crosscheck.audit.hypotheses.evidence.rungs import (
     climb,
 )
 from crosscheck.audit.hypotheses.words import GROUPS, LEVELS, RUNGS, SCENARIOS, SYMBOLS
-from crosscheck.audit.measures.undefined import recorded, word
+from crosscheck.audit.measures.undefined import JsonObject, recorded, word
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.record import JsonObject
 from crosscheck.audit.page.said import StatedNumber
 from crosscheck.audit.page.text import html, text
 from crosscheck.registry import RIGID_LEVELS

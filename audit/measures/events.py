@@ -17,7 +17,6 @@ from crosscheck import signals
 THIRD_S = (0.5, 1.2)  # the "third fluctuation", well after the side change at 0.3 s
 PEAK_S = 0.1  # around its largest value: what its frequency is read off
 SIDE_AFTER_S = 0.25  # the starting vibration no longer turns the mesh force
-ANY_CONTACT_AFTER_S = 0.2  # Fig. 16: vibration across a small clearance counts as well
 AT_ONCE_S = 0.02  # so soon after an event there is nothing but the event itself
 IMPACT_S = 0.1  # what follows a side change within this time belongs to it
 RETURN_S = (1.3, 2.4)  # between the third fluctuation's side changes and the end's

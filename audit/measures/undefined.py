@@ -15,9 +15,9 @@ import numpy as np
 from pydantic import JsonValue
 
 from crosscheck.audit.experiments.variant import Numbers
-from crosscheck.audit.page.record import JsonObject
 
 UNDEFINED = "undefined"
+JsonObject = dict[str, JsonValue]
 Quantity = float | np.floating | np.ndarray | Sequence[float | None] | None
 
 

@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 
 from pydantic import JsonValue
 
-from crosscheck.audit.page.record import JsonObject
+from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.report import fragments
 
 Row = TypeVar("Row")

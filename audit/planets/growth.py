@@ -79,11 +79,6 @@ class Foretold:
             return None
         return self.right == self.starts
 
-    @property
-    def always_parts(self) -> bool:
-        """Whether the equation parts planets in every start that did not diverge."""
-        return 0 < self.courses_part == self.asked - self.diverged
-
 
 @dataclass(frozen=True)
 class Breaking:

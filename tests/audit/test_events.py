@@ -28,7 +28,7 @@ def test_the_third_fluctuation_of_a_run_that_ends_before_is_empty():
 
 def test_any_contact_counts_from_earlier_on_than_a_side_change():
     force = np.where((TIME > 0.21) & (TIME < 0.22), -1.0, 1.0)
-    assert events.opposite_contact(TIME, force, events.ANY_CONTACT_AFTER_S) == pytest.approx(0.211)
+    assert events.opposite_contact(TIME, force, 0.2) == pytest.approx(0.211)
     assert events.side_change(TIME, force) is None
 
 

@@ -207,8 +207,6 @@ def test_the_first_parting_is_foretold_start_by_start() -> None:
     assert _foretold([]).all_right is None
     assert replace(told, diverged=2).all_right is True
     assert replace(told, diverged=3).all_right is None
-    assert not told.always_parts
-    assert replace(told, courses_part=3).always_parts
     elbow = growths._predictions(found, 1)
     assert (elbow.parted, elbow.first, elbow.median_s, elbow.lumped_right) == (2, 2, 0.1, 3)
     assert elbow.largest_growth_per_s == pytest.approx(np.log(10) / 0.005)

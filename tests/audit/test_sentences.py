@@ -8,10 +8,10 @@ from itertools import groupby
 import pytest
 
 from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS, RETIRED
-from crosscheck.audit.claims.sentences import Sentence, sentences
 from crosscheck.audit.errata.finder import find_errata
 from crosscheck.audit.errata.words import notes
 from crosscheck.models.loading import load_arm
+from tests.audit.sentence_table import Sentence, sentences
 
 # Counted in the paper, captions and the table among them.
 OF_THE_PAPER = {

@@ -17,9 +17,8 @@ from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 from crosscheck.audit.measures.twosamples import SIGNIFICANT, shares_p
-from crosscheck.audit.measures.undefined import extreme, quotient
+from crosscheck.audit.measures.undefined import JsonObject, extreme, quotient
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.record import JsonObject
 from crosscheck.audit.page.text import html, text
 from crosscheck.audit.phase import (
     clock,
