@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
-from crosscheck.audit.errata.erratum import CLASSES, Class, SimulatedErratum
+import matplotlib as mpl
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from crosscheck.audit.errata.erratum import CLASSES, Class, Effect, SimulatedErratum
 from crosscheck.audit.errata.finder import EFFECT_S, Errata
-from crosscheck.audit.errata.tables import BY_CLASS, CONTRADICTIONS, GAPS, WHOLE, ArmErratum
-from crosscheck.audit.errata.words import in_words, notes
+from crosscheck.audit.errata.words import Contradiction, Gap, in_words, notes
 from crosscheck.audit.experiments.cells import LABELLED, READINGS
-from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.chapter import AuditChapter, StatedNumber
+from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.said import StatedNumber
 from crosscheck.audit.page.text import html, text
+from crosscheck.report.figures import to_svg
 
 ID, TITLE = "errata", "Errata sheet"
 QUICK_S = 0.05
@@ -119,3 +124,141 @@ def markdown(found: Sequence[SimulatedErratum]) -> str:
         GAPS.markdown(noted.gaps),
     ]
     return "\n\n".join(parts) + "\n"
+
+
+@dataclass(frozen=True)
+class ArmErratum:
+    """An erratum, its size and its effects those of an arm."""
+
+    arm: str
+    found: SimulatedErratum
+
+
+@dataclass(frozen=True)
+class FormulaColumn(TableColumn[ArmErratum]):
+    """Words, or a formula where there is one."""
+
+    tex: Callable[[ArmErratum], str] = lambda row: ""
+
+    def html(self, row: ArmErratum) -> str:
+        return _drawn(self.tex(row)) if self.tex(row) else self.text(row)
+
+    def markdown(self, row: ArmErratum) -> str:
+        return f"${self.tex(row)}$" if self.tex(row) else super().markdown(row)
+
+
+@lru_cache
+def _drawn(tex: str) -> Markup:
+    return Markup(formula_svg(tex))  # by this package's own typesetter
+
+
+def formula_svg(text: str) -> str:
+    """A TeX formula as an <svg> element, by Matplotlib's own typesetter."""
+    with mpl.rc_context({"mathtext.fontset": "cm"}):
+        figure = Figure(figsize=(0.1, 0.1))
+        # The typesetter does not know these two commands.
+        known = text.replace(r"\left", "").replace(r"\right", "")
+        drawn = figure.text(0, 0, f"${known}$", fontsize=13)
+        box = drawn.get_window_extent()
+        figure.set_size_inches((box.width + 8) / figure.dpi, (box.height + 8) / figure.dpi)
+        drawn.set_position((4 / (box.width + 8), 4 / (box.height + 8) - box.y0 / (box.height + 8)))
+        return to_svg(figure)
+
+
+def _effect(scenario: str, part: Callable[[Effect], float]) -> Callable[[ArmErratum], float | None]:
+    def of(row: ArmErratum) -> float | None:
+        effect = row.found.effects.get(scenario)
+        return None if effect is None else part(effect)
+
+    return of
+
+
+def _id(row: ArmErratum) -> str:
+    return f"erratum/{row.arm}/{row.found.erratum.id}"
+
+
+_TEXTS = (
+    TableColumn[ArmErratum]("where", "where", lambda row: row.found.erratum.where),
+    FormulaColumn(
+        "printed",
+        "printed",
+        lambda row: row.found.erratum.printed,
+        tex=lambda row: row.found.erratum.printed_tex,
+    ),
+    FormulaColumn(
+        "derived",
+        "should read",
+        lambda row: row.found.erratum.derived,
+        tex=lambda row: row.found.erratum.derived_tex,
+    ),
+    TableColumn[ArmErratum]("remark", "remark", lambda row: row.found.erratum.remark),
+)
+_SIZES = (
+    TableColumn[ArmErratum]("size", "size", lambda row: row.found.erratum.size),
+    TableColumn[ArmErratum]("unit", "in", lambda row: row.found.erratum.unit),
+)
+_EFFECTS = (
+    TableColumn[ArmErratum](
+        "relative", "over its own size", lambda row: row.found.erratum.relative
+    ),
+    TableColumn[ArmErratum](
+        "constant_torque_theta_rad",
+        "effect under 100 N m: angle [rad]",
+        _effect("constant-torque", lambda effect: effect.theta_rad),
+        ".2g",
+    ),
+    TableColumn[ArmErratum](
+        "constant_torque_force_N",
+        "mesh force [N]",
+        _effect("constant-torque", lambda effect: effect.mesh_force_N),
+        ".2g",
+    ),
+    TableColumn[ArmErratum](
+        "pd_theta_rad",
+        "effect under PD control: angle [rad]",
+        _effect("pd", lambda effect: effect.theta_rad),
+        ".2g",
+    ),
+    TableColumn[ArmErratum](
+        "pd_impulse_N_s",
+        "impulse of a mesh [N s]",
+        _effect("pd", lambda effect: effect.impulse_N_s),
+        ".2g",
+    ),
+)
+_UNSEEN = (
+    TableColumn[ArmErratum]("class", None, lambda row: row.found.erratum.kind),
+    TableColumn[ArmErratum]("printed_tex", None, lambda row: row.found.erratum.printed_tex),
+    TableColumn[ArmErratum]("derived_tex", None, lambda row: row.found.erratum.derived_tex),
+    TableColumn[ArmErratum](
+        "constant_torque_impulse_N_s",
+        None,
+        _effect("constant-torque", lambda effect: effect.impulse_N_s),
+    ),
+    TableColumn[ArmErratum](
+        "pd_force_N", None, _effect("pd", lambda effect: effect.mesh_force_N), ".2g"
+    ),
+)
+WHOLE = Columns[ArmErratum](_id, (*_UNSEEN, *_TEXTS, *_SIZES, *_EFFECTS))  # all of an erratum
+BY_CLASS: dict[Class, Columns[ArmErratum]] = {
+    "equation": WHOLE,
+    "statement": Columns(_id, (*_TEXTS, *_SIZES)),
+    "notation": Columns(_id, _TEXTS),
+}
+CONTRADICTIONS = Columns[Contradiction](
+    lambda row: f"contradiction/{row.id}",
+    (
+        TableColumn("first", "here", lambda row: row.first),
+        TableColumn("first_says", "it says", lambda row: row.first_says),
+        TableColumn("second", "there", lambda row: row.second),
+        TableColumn("second_says", "it says", lambda row: row.second_says),
+    ),
+)
+GAPS = Columns[Gap](
+    lambda row: f"gap/{row.id}",
+    (
+        TableColumn("quantity", "not given", lambda row: row.quantity),
+        TableColumn("needed_for", "needed for", lambda row: row.needed_for),
+        TableColumn("here", "here", lambda row: row.here),
+    ),
+)

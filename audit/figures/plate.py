@@ -16,7 +16,7 @@ from crosscheck.audit.claims.rule import Answer, Claim, State, Verdict, answers
 from crosscheck.audit.experiments.cells import LABELLED, LAWS, Cell, Law
 from crosscheck.audit.figures.shelf import Shelf
 from crosscheck.audit.measures.undefined import JsonObject
-from crosscheck.audit.page.said import Said
+from crosscheck.audit.page.chapter import Said
 from crosscheck.audit.page.text import html, text
 from crosscheck.audit.page.words import LAW_NAMES
 

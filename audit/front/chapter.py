@@ -17,9 +17,8 @@ from crosscheck.audit.hypotheses.evidence.shaking import DRIVES
 from crosscheck.audit.hypotheses.ladder import climbed, picture
 from crosscheck.audit.hypotheses.words import LEVELS
 from crosscheck.audit.measures.thresholds import SEVERE
-from crosscheck.audit.page.chapter import AuditChapter, rendered
+from crosscheck.audit.page.chapter import AuditChapter, StatedNumber, rendered
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.said import StatedNumber
 from crosscheck.audit.page.text import html, text
 from crosscheck.audit.page.words import LAW_MEANINGS, LAW_NAMES
 from crosscheck.audit.phase.clock import RUN_WINDOW_S, RUN_ZETA, Clocks, clocks

@@ -10,14 +10,14 @@ from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.variant import Planets
 from crosscheck.audit.figures.runs import LOW_ZETA
+from crosscheck.audit.hypotheses.damping_fit import reversals
 from crosscheck.audit.hypotheses.evidence.attribution import LadderVerdict, RigidResidual
-from crosscheck.audit.hypotheses.evidence.reversals import reversals
 from crosscheck.audit.hypotheses.ladder import Climbed
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.undefined import JsonObject, defined
+from crosscheck.audit.page.chapter import Said, said_of_third
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.said import Said, said_of_third
 
 MODELS: tuple[Planets, ...] = ("lumped", "free")  # the paper's own first
 

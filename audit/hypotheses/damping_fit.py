@@ -1,32 +1,35 @@
-"""The damping that the paper leaves out: which settings explain the numbers that it prints?"""
+"""The damping that the paper leaves out: which settings explain the numbers that it prints?
+
+A start explains a number if its claim is true of it; one that lacks what the claim is about does
+not. A setting belongs to the set if the numbers that its starts explain are not told apart from
+those of the best setting.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
 
 import numpy as np
+import xarray as xr
 
 from crosscheck.audit.claims.catalogue import BY_ID
-from crosscheck.audit.claims.rule import Claim, State
-from crosscheck.audit.experiments.cells import LAWS, READINGS, Law
-from crosscheck.audit.hypotheses.evidence.fit import (
-    ALPHA,
-    NUMBERS,
-    PLANETS,
-    DampingFit,
-    Span,
-    each_left_out,
-    equally_good,
-    fits,
-    said,
-    span,
-    tells_nothing,
-)
-from crosscheck.audit.hypotheses.evidence.reversals import Reversals, reversals
-from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.claims.quantities import Known
+from crosscheck.audit.claims.rule import Answer, Claim, State, answers
+from crosscheck.audit.claims.settings import plan_of
+from crosscheck.audit.experiments.cells import LAWS, MODELS, READINGS, Cell, Law
+from crosscheck.audit.experiments.experiments import CONSTANT, NO_ERROR, PD
+from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.variant import Planets, Variant
+from crosscheck.audit.measures.rigid import rigid_model
+from crosscheck.audit.page.chapter import AuditChapter, Said
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
+from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 
@@ -165,3 +168,181 @@ _WORDS = {"free": "free", "lumped": "lumped"}
 
 def _coordinates(points: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:
     return [x for x, _ in points], [y for _, y in points]
+
+
+# The numbers that Section 3 prints of meshes and fluctuations, and Section 4.1's frequency.
+NUMBERS = (
+    "3.1-09",
+    "3.1-14",
+    "3.2-16",
+    "3.2-20",
+    "3.2-27",
+    "3.2-28",
+    "3.2-29",
+    "4.1-19",
+)
+SOURCES = (PD, NO_ERROR, CONSTANT)  # the experiments that they are about
+PLANETS: tuple[Planets, ...] = ("free", "lumped")
+ALPHA = 0.05  # that one setting or more is left out although it explains as much as the best
+
+
+@dataclass(frozen=True)
+class DampingFit:
+    """A setting. explained: by claim, (starts,), whether each start explains its number."""
+
+    cell: Cell
+    explained: Mapping[str, np.ndarray]
+    answers: Mapping[str, Answer]
+
+    @cached_property
+    def counts(self) -> np.ndarray:
+        """How many numbers each start explains (starts,)."""
+        return np.sum(list(self.explained.values()), axis=0)
+
+    @property
+    def mean(self) -> float:
+        """Numbers that a start explains."""
+        return float(self.counts.mean())
+
+    def without(self, claim: str) -> DampingFit:
+        """With one number left out."""
+        left = {name: yes for name, yes in self.explained.items() if name != claim}
+        return DampingFit(self.cell, left, self.answers)
+
+
+def fits(material: Material, claims: Sequence[Claim]) -> list[DampingFit]:
+    """Every setting; quick: of the claims' own quick ones."""
+    plan = plan_of(material.scale)
+    cells = [
+        Cell(law, zeta, arm, planets)
+        for planets, law, arm, zeta in product(PLANETS, LAWS, plan.readings, plan.zetas)
+    ]
+    wanted = [(cell, source) for cell in cells for source in SOURCES]
+    found = material.samples(wanted, "damping fit")
+    return [fit_of(c, Known({s: found[c, s] for s in SOURCES}), claims) for c in cells]
+
+
+def fit_of(cell: Cell, known: Known, claims: Sequence[Claim]) -> DampingFit:
+    """From the setting's experiments, each claim about one quantity."""
+    explained, given = {}, {}
+    for claim in claims:
+        (quantity,) = claim.choices.values()
+        explained[claim.id] = claim.limits.yes(quantity(known))
+        (given[claim.id],) = answers(claim, [(cell, known)])
+    return DampingFit(cell, explained, given)
+
+
+def equally_good(found: Sequence[DampingFit]) -> list[DampingFit]:
+    """The best, and every setting that is not told apart from it (Holm's procedure)."""
+    best = max(found, key=lambda fit: fit.mean)
+    others = [fit for fit in found if fit is not best]
+    chances = {id(fit): chance(best.counts, fit.counts) for fit in others}
+    worse = sorted(others, key=lambda fit: chances[id(fit)])
+    for place, fit in enumerate(worse):
+        if chances[id(fit)] > ALPHA / (len(worse) - place):
+            return [best, *sorted(worse[place:], key=lambda fit: -fit.mean)]
+    return [best]
+
+
+def chance(best: np.ndarray, other: np.ndarray) -> float:
+    """That counts (starts,) of equal origin are shared out with as large a sum in the first.
+
+    Fisher and Pitman's exact test, one-sided: over all ways to choose as many of all starts.
+    """
+    pooled = np.concatenate([best, other]).astype(int)
+    ways = np.zeros((best.size + 1, int(pooled.sum()) + 1))
+    ways[0, 0] = 1.0
+    for count in pooled:
+        ways[1:, count:] += ways[:-1, : ways.shape[1] - count].copy()
+    return float(ways[best.size, int(best.sum()) :].sum() / ways[best.size].sum())
+
+
+@dataclass(frozen=True)
+class Span:
+    """What the settings of a set have in common; left_out: the claim that it does without."""
+
+    left_out: str | None
+    laws: tuple[str, ...]
+    readings: tuple[str, ...]
+    planets: tuple[str, ...]
+    zetas: tuple[float, float]
+    settings: int
+    mean: float
+
+
+def span(chosen: Sequence[DampingFit], left_out: str | None = None) -> Span:
+    """Of a set."""
+    cells = [fit.cell for fit in chosen]
+    zetas = [cell.zeta for cell in cells]
+    return Span(
+        left_out,
+        _unlike(cell.law.id for cell in cells),
+        _unlike(cell.reading for cell in cells),
+        _unlike(cell.planets for cell in cells),
+        (min(zetas), max(zetas)),
+        len(cells),
+        max(fit.mean for fit in chosen),
+    )
+
+
+def _unlike(names: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(names))
+
+
+def each_left_out(found: Sequence[DampingFit]) -> list[Span]:
+    """The set that is found when one of the numbers is not asked for, by turns."""
+    return [
+        span(equally_good([fit.without(claim) for fit in found]), claim)
+        for claim in found[0].explained
+    ]
+
+
+def tells_nothing(found: Sequence[DampingFit]) -> dict[State, list[str]]:
+    """Claims on which all settings agree, by what they say: these choose no damping."""
+    silent: dict[State, list[str]] = {State.YES: [], State.NO: []}
+    for claim in found[0].explained:
+        states = {fit.answers[claim].state for fit in found}
+        if len(states) == 1 and (state := states.pop()) in silent:
+            silent[state].append(claim)
+    return silent
+
+
+def said(found: Iterable[DampingFit], claims: Sequence[Claim]) -> list[Said]:
+    """What the fit says of the claims' quantities, in settings of theirs."""
+    quantities = {claim.id: quantity.id for claim in claims for quantity in claim.choices.values()}
+    return [
+        Said("damping fit", quantities[name], answer.limits, answer.place, answer.state)
+        for fit in found
+        if fit.cell.model in MODELS
+        for name, answer in fit.answers.items()
+    ]
+
+
+@dataclass(frozen=True)
+class Reversals:
+    """Of the shoulder [s]: the meshes change sides soon after the first, and back after the second.
+
+    None where the run ends before.
+    """
+
+    level: str
+    side_change_s: float | None
+    return_s: float | None
+
+
+def reversals(study: Study, scale: Scale) -> list[Reversals]:
+    """Of every rigid level. Raises Diverged."""
+    variants = [scale.cut(Variant(model=rigid_model(x), record_every=100)) for x in RIGID_LEVELS]
+    runs = study.runs(variants, "damping fit, rigid arm")
+    return [
+        Reversals(level, *torque_reversals(runs[variant]))
+        for level, variant in zip(RIGID_LEVELS, variants, strict=True)
+    ]
+
+
+def torque_reversals(run: xr.Dataset) -> tuple[float | None, float | None]:
+    """First two sign changes [s] of the shoulder's torque."""
+    time, torque = run["time"].values, run["torque"].values[:, 0]
+    changes = [float(t) for t in time[1:][np.diff(np.sign(torque)) != 0]]
+    first, second = (*changes, None, None)[:2]
+    return first, second

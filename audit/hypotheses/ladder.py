@@ -36,10 +36,9 @@ from crosscheck.audit.hypotheses.evidence.rungs import (
 )
 from crosscheck.audit.hypotheses.words import GROUPS, LEVELS, RUNGS, SCENARIOS, SYMBOLS
 from crosscheck.audit.measures.undefined import JsonObject, recorded, word
-from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.chapter import AuditChapter, StatedNumber
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.said import StatedNumber
 from crosscheck.audit.page.text import html, text
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.figures import legend, new_figure, to_svg

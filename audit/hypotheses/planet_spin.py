@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from crosscheck.audit.experiments.cells import READINGS
 from crosscheck.audit.hypotheses.evidence.spin import CONSIDERABLE_M, Difference, SpinCost, matters
-from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.chapter import AuditChapter, StatedNumber
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.said import StatedNumber
 from crosscheck.audit.page.text import html, text
 
 ID, TITLE = "planet_spin", "The elbow planets' spin (H4)"

@@ -12,8 +12,7 @@ from rich.table import Table
 
 from crosscheck.audit.errata.erratum import SimulatedErratum
 from crosscheck.audit.errata.finder import SCHEMA_VERSION, errata_records
-from crosscheck.audit.errata.sheet import HEADINGS, counted
-from crosscheck.audit.errata.tables import WHOLE, ArmErratum
+from crosscheck.audit.errata.sheet import HEADINGS, WHOLE, ArmErratum, counted
 from crosscheck.audit.errata.words import in_words
 from crosscheck.audit.experiments.scale import FULL
 from crosscheck.audit.experiments.study import Study

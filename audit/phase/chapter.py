@@ -8,9 +8,8 @@ from dataclasses import asdict, dataclass
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 from crosscheck.audit.measures.undefined import JsonObject
-from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.chapter import AuditChapter, said_of_third
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.said import said_of_third
 from crosscheck.audit.page.text import text
 from crosscheck.audit.phase.clock import clocks
 from crosscheck.audit.phase.dampers import dampers

@@ -13,16 +13,14 @@ from crosscheck.audit.experiments.cells import LAWS, READINGS
 from crosscheck.audit.measures.third import APART_M, Quantiles, Third
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.twosamples import SIGNIFICANT
-from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.chapter import AuditChapter, said_of_third
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.said import said_of_third
 from crosscheck.audit.page.text import html, text
 from crosscheck.audit.phase.engines import Engines, engines
 from crosscheck.audit.phase.page.tables import cell_columns, share_column, third_columns
 from crosscheck.audit.phase.page.views import law_name
 from crosscheck.audit.planets.features import Feature, features
-from crosscheck.audit.planets.freed import Freed, effects_by_law, freed
 from crosscheck.audit.planets.growth import (
     CELL,
     JOINTS,
@@ -36,7 +34,15 @@ from crosscheck.audit.planets.growth import (
     levels,
 )
 from crosscheck.audit.planets.parting import Parted
-from crosscheck.audit.planets.verdict import PREDICTED, PlanetsEffect, Survival, h7_verdict
+from crosscheck.audit.planets.verdict import (
+    PREDICTED,
+    Freed,
+    PlanetsEffect,
+    Survival,
+    effects_by_law,
+    freed,
+    h7_verdict,
+)
 from crosscheck.report.figures import legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -14,7 +15,6 @@ from crosscheck.report.figures import to_svg
 from crosscheck.report.html import number
 from crosscheck.report.plots.scheme import described
 from crosscheck.report.trial import summary, verdicts, why
-from crosscheck.report.typeset import typeset
 from crosscheck.report.words import in_words, tally
 from crosscheck.trial.diagnose.words import told
 from crosscheck.trial.input.naming import named
@@ -83,3 +83,21 @@ def _drawn(apart: np.ndarray, rows: tuple[str, ...], columns: tuple[str, ...]) -
 
 def _words(errors: Sequence[TermError]) -> str:
     return " and ".join(map(told, errors))
+
+
+POINTS = 11
+
+
+def typeset(latex: str) -> str:
+    """A formula as SVG; '' for none, and for one that cannot be set."""
+    if not latex:
+        return ""
+    figure = Figure(figsize=(0.1, 0.1))
+    figure.text(0, 0, f"${latex}$", fontsize=POINTS)
+    text = io.StringIO()
+    try:
+        figure.savefig(text, format="svg", bbox_inches="tight", pad_inches=0.02, transparent=True)
+    except ValueError:  # what matplotlib's own TeX does not know
+        return ""
+    drawing = text.getvalue()
+    return drawing[drawing.index("<svg") :]

@@ -16,7 +16,7 @@ from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate
-from crosscheck.audit.hypotheses.evidence.fit import (
+from crosscheck.audit.hypotheses.damping_fit import (
     ALPHA,
     NUMBERS,
     DampingFit,
@@ -28,8 +28,8 @@ from crosscheck.audit.hypotheses.evidence.fit import (
     said,
     span,
     tells_nothing,
+    torque_reversals,
 )
-from crosscheck.audit.hypotheses.evidence.reversals import torque_reversals
 from crosscheck.audit.page.material import Material
 
 CLAIMS = [BY_ID[name] for name in NUMBERS]

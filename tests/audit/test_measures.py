@@ -21,10 +21,10 @@ from crosscheck.audit.experiments.experiments import (
     TURNING,
     WIDE,
     question,
+    resting_offsets,
 )
 from crosscheck.audit.experiments.pd import CONVERGED_S, MULTIPLES, transient, whole
 from crosscheck.audit.experiments.pool import Sample
-from crosscheck.audit.experiments.preload import resting_offsets
 from crosscheck.audit.experiments.starts import ALIKE, PERTURBATION_ITSELF, Measured, alike
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.measures.course import Course

@@ -12,11 +12,10 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.chapter import ClaimRow, page
+from crosscheck.audit.claims.chapter import ClaimRow, page, record
 from crosscheck.audit.claims.judged import Judged
 from crosscheck.audit.claims.measured import MEASURED
 from crosscheck.audit.claims.quantities import Known, Quantity, difference, of, over, rank, spread
-from crosscheck.audit.claims.records import record
 from crosscheck.audit.claims.rule import State, VerdictKind, answers, verdict
 from crosscheck.audit.claims.settings import FULL
 from crosscheck.audit.experiments.cells import LAWS, Cell

@@ -18,9 +18,14 @@ from crosscheck.audit.phase.runs.experiments import pd_run
 from crosscheck.audit.planets import growth as growths
 from crosscheck.audit.planets import hill
 from crosscheck.audit.planets.features import Feature
-from crosscheck.audit.planets.freed import Freed, effects_by_law
 from crosscheck.audit.planets.parting import FirstPartings, Parted, PartingCourse, Partings, alike
-from crosscheck.audit.planets.verdict import PREDICTED, PlanetsEffect, Survival
+from crosscheck.audit.planets.verdict import (
+    PREDICTED,
+    Freed,
+    PlanetsEffect,
+    Survival,
+    effects_by_law,
+)
 from crosscheck.models.loading import Case
 
 ABOVE, BELOW = 1.01, 0.99

@@ -18,9 +18,8 @@ from crosscheck.audit.experiments.scale import QUICK
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.figures import chapter as figures
 from crosscheck.audit.page import report
-from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.chapter import AuditChapter, StatedNumber
 from crosscheck.audit.page.material import Material
-from crosscheck.audit.page.said import StatedNumber
 from crosscheck.audit.phase.stability import CELLS
 from crosscheck.audit.statics.statics import Statics
 from tests.audit.contradictions import contradictions, two_values

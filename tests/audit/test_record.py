@@ -9,7 +9,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from crosscheck.audit.errata.erratum import Effect, Erratum, ErratumPair, tried
-from crosscheck.audit.errata.tables import WHOLE, ArmErratum
+from crosscheck.audit.errata.sheet import WHOLE, ArmErratum
 from crosscheck.audit.phase.objections import Rates
 from crosscheck.audit.phase.resonance import Peak, Resonances
 

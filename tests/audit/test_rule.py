@@ -11,10 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crosscheck.audit.claims.chapter import verdict_words
+from crosscheck.audit.claims.chapter import ANSWERS, verdict_words
 from crosscheck.audit.claims.judged import Judged
 from crosscheck.audit.claims.quantities import Known, Quantity, over
-from crosscheck.audit.claims.records import ANSWERS
 from crosscheck.audit.claims.rule import (
     DAMPING,
     FEW,

@@ -21,8 +21,8 @@ from crosscheck.audit.experiments.experiments import (
 from crosscheck.audit.experiments.scale import FULL, Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate
+from crosscheck.audit.hypotheses.damping_fit import torque_reversals
 from crosscheck.audit.hypotheses.evidence.linear_limits import growth_rate
-from crosscheck.audit.hypotheses.evidence.reversals import torque_reversals
 from crosscheck.audit.phase.handover import CELLS, HEIRS, handover
 from crosscheck.audit.phase.runs.experiments import vibration
 from crosscheck.audit.phase.stability import stability

@@ -13,10 +13,8 @@ import pytest
 import xarray as xr
 
 from crosscheck.audit.experiments import study as study_module
-from crosscheck.audit.experiments import work
-from crosscheck.audit.experiments.study import Study, run_key
+from crosscheck.audit.experiments.study import AuditTask, Study, integrations, run_key
 from crosscheck.audit.experiments.variant import Variant, simulate, simulate_together
-from crosscheck.audit.experiments.work import AuditTask, integrations
 from crosscheck.audit.measures.reading import first_planets
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.files import HERE
@@ -130,7 +128,7 @@ def test_side_by_side_is_what_has_one_model_law_grid_and_drive(study: Study):
 
 
 def test_no_task_holds_more_records_than_fit(study: Study, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(work, "MOST_AT_ONCE", 250)  # SHORT has 101
+    monkeypatch.setattr(study_module, "MOST_AT_ONCE", 250)  # SHORT has 101
     variants = [replace(SHORT, zeta=0.01 * k) for k in range(1, 6)]
     assert [len(task.keys) for task in tasks(variants, study)] == [2, 2, 1]
 

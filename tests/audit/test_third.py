@@ -23,7 +23,7 @@ from crosscheck.audit.measures.twosamples import (
     told_apart,
     two_tests,
 )
-from crosscheck.audit.page.said import said_of_third
+from crosscheck.audit.page.chapter import said_of_third
 
 ABOVE, BELOW = 1.01, 0.99
 LOUD, QUIET = ABOVE * SEVERE, BELOW * SEVERE

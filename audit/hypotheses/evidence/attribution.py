@@ -20,7 +20,7 @@ from crosscheck.audit.hypotheses.evidence.rungs import (
     Ladder,
 )
 from crosscheck.audit.measures.undefined import UNDEFINED, extreme, known, where_known
-from crosscheck.audit.page.said import Said
+from crosscheck.audit.page.chapter import Said
 from crosscheck.registry import RIGID_LEVELS
 
 # What Section 3.1 says of Fig. 6, each by the claim that judges it.
