@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from crosscheck.analytic.paper.printed import printed_form
 from crosscheck.audit.errata.erratum import FormSide, PhysicalSide, simulated
-from crosscheck.audit.experiments.variant import spelled_out
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.checks.states import LOOSEST
 from crosscheck.checks.trajectories import largest_difference
@@ -60,23 +60,19 @@ class BesideEngine:
 
 
 @dataclass(frozen=True)
-class PrintedBeside:
+class PrintedBeside(Question[BesideEngine]):
     """Question: Eqs. 21-22 as printed beside Pinocchio, and through both experiments.
 
     longest_s: no run is longer.
     """
 
+    cost = 5.0
+
     arm: str
     longest_s: float
 
-    @property
-    def inputs(self) -> str:
-        records = (load_arm(self.arm), *map(load_scenario, EXPERIMENTS))
-        return spelled_out(records, repr(self))
-
-    @property
-    def cost(self) -> float:
-        return 5.0
+    def records(self) -> Records:
+        return load_arm(self.arm), *map(load_scenario, EXPERIMENTS)
 
     def answer(self) -> BesideEngine:
         mass, acceleration = (self._apart(name) for name in ("mass_matrix", "acceleration"))

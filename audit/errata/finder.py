@@ -29,7 +29,7 @@ from crosscheck.audit.errata.erratum import (
     tried,
 )
 from crosscheck.audit.errata.statements import statement_errata
-from crosscheck.audit.experiments.variant import spelled_out
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import layout_of
 from crosscheck.models.experiment.scenario import Scenario
@@ -44,20 +44,17 @@ RECORD_EVERY = 2  # 50 kHz: ten records in a cycle of the fastest mesh mode
 
 
 @dataclass(frozen=True)
-class Errata:
+class Errata(Question[list[SimulatedErratum]]):
     """Question: the errata of a built-in arm, their effects simulated for so long."""
+
+    cost = 15.0
 
     arm: str
     duration_s: float
 
-    @property
-    def inputs(self) -> str:
+    def records(self) -> Records:
         scenarios = ("pd", "constant-torque", "back-and-forth")
-        return spelled_out((load_arm(self.arm), *map(load_scenario, scenarios)), repr(self))
-
-    @property
-    def cost(self) -> float:
-        return 10 + 10 * self.duration_s
+        return load_arm(self.arm), *map(load_scenario, scenarios)
 
     def answer(self) -> list[SimulatedErratum]:
         return errata_records(load_arm(self.arm), lambda where: None, self.duration_s)

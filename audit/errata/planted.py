@@ -13,7 +13,7 @@ from crosscheck.analytic.derivation.forms import Form
 from crosscheck.analytic.paper.energies import energies_form
 from crosscheck.audit.errata.compare import Matrix
 from crosscheck.audit.errata.erratum import FormSide, simulated
-from crosscheck.audit.experiments.variant import spelled_out
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import load_arm, load_scenario
@@ -36,19 +36,15 @@ class LeftOutEntry:
 
 
 @dataclass(frozen=True)
-class Planted:
+class Planted(Question[list[LeftOutEntry]]):
     """Question: every entry of the form that Eqs. 16-19 give, left out by itself."""
+
+    cost = 2.0
 
     arm: str
 
-    @property
-    def inputs(self) -> str:
-        records = (load_arm(self.arm), load_scenario(SCENARIO))
-        return spelled_out(records, repr(self))
-
-    @property
-    def cost(self) -> float:
-        return 2.0
+    def records(self) -> Records:
+        return load_arm(self.arm), load_scenario(SCENARIO)
 
     def answer(self) -> list[LeftOutEntry]:
         clean = energies_form()

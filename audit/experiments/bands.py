@@ -9,12 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.audit.experiments.starts import AT_ONCE
-from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.experiments.starts import AT_ONCE, Perturbed
 from crosscheck.audit.measures.course import Course, courses
 from crosscheck.envelope import envelope
 from crosscheck.models.errors import Diverged
-from crosscheck.registry import entry_of
 from crosscheck.studies.members.starts import perturbed
 
 SHOULDER = ("theta_ddot", "torque", "x_sp", "F_sp")
@@ -39,22 +37,10 @@ class Between(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Bands:
-    """A Question: runs of `analytic:physical` from these starts, so many bins over all of each."""
+class Bands(Perturbed[Between]):
+    """Runs of `analytic:physical` from these starts, so many bins over all of each."""
 
-    variant: Variant
-    seeds: tuple[int, ...]
     bins: int
-
-    @property
-    def inputs(self) -> str:
-        return spelled_out(self.variant.case(), self.variant.model, repr((self.seeds, self.bins)))
-
-    @property
-    def cost(self) -> float:
-        """Rough seconds."""
-        steps, entry = self.variant.case().scenario.steps, entry_of(self.variant.model)
-        return len(self.seeds) * steps * entry.call_s / entry.abreast
 
     def answer(self) -> Between:
         found = [self._of(run) for run in self._runs() if not isinstance(run, Diverged)]

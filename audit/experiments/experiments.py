@@ -13,6 +13,7 @@ from crosscheck.audit.experiments.starts import (
     RECORDED_S,
     BackAndForth,
     ConstantTorque,
+    Measured,
     Perturbed,
     TransientPd,
     WholePd,
@@ -79,7 +80,7 @@ BACK = Family("back and forth, backlash", "b")  # Fig. 15, by sin(20 pi sqrt(t))
 BACK_EVEN = Family("back and forth evenly, backlash", "b")  # by sin(20 pi t)
 
 
-def question(source: Source, cell: Cell, seeds: tuple[int, ...]) -> Perturbed:
+def question(source: Source, cell: Cell, seeds: tuple[int, ...]) -> Perturbed[Measured]:
     """The experiment in a setting. Raises KeyError for one that no run is made for."""
     short = replace(_recorded(cell.variant(), RECORDED_S), duration_s=SHORT_S)
     if source == PD:

@@ -16,7 +16,6 @@ from crosscheck.audit.measures.stage import geared_joint
 from crosscheck.audit.measures.undefined import defined
 from crosscheck.audit.phase.runs.plant import Continued, motion
 from crosscheck.models.loading import Case
-from crosscheck.registry import entry_of
 from crosscheck.studies.members.starts import perturbed
 
 BLOCK_S = 0.005  # some seven periods of the vibration; the neighbour is then brought near again
@@ -26,7 +25,7 @@ MESH_HZ = 1500.0  # turns rates into lengths: of the paper's vibration
 
 
 @dataclass(frozen=True)
-class Lyapunov(Perturbed):
+class Lyapunov(Perturbed[Measured]):
     """Benettin's method over the third fluctuation: a neighbour of every motion, kept near.
 
     lyapunov_per_s [1/s]: mean rate at which the separation grows, positive where motions that begin
@@ -35,8 +34,7 @@ class Lyapunov(Perturbed):
 
     @property
     def cost(self) -> float:
-        steps, entry = self.variant.case().scenario.steps, entry_of(self.variant.model)
-        return 2 * len(self.seeds) * steps * entry.call_s / entry.abreast
+        return 2 * super().cost
 
     def answer(self) -> Measured:
         case = self.variant.case()

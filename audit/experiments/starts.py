@@ -6,18 +6,19 @@ alone.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.audit.experiments.pd import transient, whole
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.torque import back_and_forth, constant_torque
-from crosscheck.audit.experiments.variant import Numbers, Variant, spelled_out
+from crosscheck.audit.experiments.variant import Numbers, Variant
 from crosscheck.audit.measures.course import Course, course_of, courses
 from crosscheck.audit.measures.rigid import COUPLED, rigid_arm, without_gears
 from crosscheck.models.errors import Diverged
@@ -31,6 +32,7 @@ FIRST = 8  # starts that are run before it is asked whether more could tell anyt
 ALIKE = 1e-3  # relative: starts that agree so well have grown their 1e-12 m by less than 1e5
 # Numbers that show the perturbation itself, whatever comes of it.
 PERTURBATION_ITSELF = ("planets_apart_m", "force_at_start_N")
+Kept = TypeVar("Kept")
 OWN_SHIFT_RAD = 1e-6  # small enough to stay in proportion for 2 s
 RECORDED_S = 5e-5  # 13 samples of a period at 1.5 kHz, 4 at the highest mesh mode
 
@@ -48,39 +50,29 @@ class Measured(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Perturbed(ABC):
-    """A Question: the variant from starts perturbed by these seeds."""
+class Perturbed(Question[Kept]):
+    """The variant from starts perturbed by these seeds."""
 
     variant: Variant
     seeds: tuple[int, ...]
 
-    @property
-    def inputs(self) -> str:
-        return spelled_out(self.variant.case(), self.variant.model, repr(self.seeds))
-
-    @property
-    @abstractmethod
-    def cost(self) -> float:
-        """Rough seconds."""
-
-    @abstractmethod
-    def answer(self) -> Measured:
-        """What is measured of every start."""
-
-
-class Starts(Perturbed):
-    """Whole runs from every start, each measured by itself beside a rigid arm."""
-
-    @property
-    def run_by(self) -> tuple[str, ...]:
-        """That of the runs, and the rigid arms beside them."""
-        return (self.variant.model, *(rigid.model for rigid in self.beside()))
+    def records(self) -> Records:
+        return self.variant.case()
 
     @property
     def cost(self) -> float:
         """Rough seconds, measures included."""
         steps, entry = self.variant.case().scenario.steps, entry_of(self.variant.model)
         return len(self.seeds) * steps * entry.call_s / entry.abreast
+
+
+class Starts(Perturbed[Measured]):
+    """Whole runs from every start, each measured by itself beside a rigid arm."""
+
+    @property
+    def run_by(self) -> tuple[str, ...]:
+        """That of the runs, and the rigid arms beside them."""
+        return (self.variant.model, *(rigid.model for rigid in self.beside()))
 
     def answer(self) -> Measured:
         found = self._measured(self.seeds[:FIRST])

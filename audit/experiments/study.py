@@ -11,18 +11,18 @@ from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from itertools import zip_longest
 from pathlib import Path
-from typing import NamedTuple, Protocol, TypeVar, get_type_hints
+from typing import NamedTuple, TypeVar, get_type_hints
 
 import xarray as xr
 from pydantic import TypeAdapter
 
 from crosscheck.audit.experiments.packed import packed, unpacked
+from crosscheck.audit.experiments.question import Question, spelled_out
 from crosscheck.audit.experiments.variant import (
     Company,
     Variant,
     company,
     simulate_together,
-    spelled_out,
 )
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.provenance import version
@@ -137,8 +137,7 @@ def run_key(variant: Variant, keep: Reduction | None = None) -> str:
 def question_key(question: Question[object]) -> str:
     """Of its answer."""
     kind = type(question)
-    models = getattr(question, "run_by", ())
-    modules = [kind.__module__, *(MODELS[name].module for name in models)]
+    modules = [kind.__module__, *(MODELS[name].module for name in question.run_by)]
     anything = [entry.versioned for entry in MODELS.values()]
     return _key([kind.__qualname__, question.inputs], modules, anything)
 
@@ -158,27 +157,9 @@ def _versions(*packages: str) -> tuple[str, ...]:
 
 
 Value = TypeVar("Value")
-Answer = TypeVar("Answer", covariant=True)
 Reduction = Callable[[xr.Dataset], xr.Dataset]
 Run = xr.Dataset | Diverged
 MOST_AT_ONCE = 300_000  # records of runs in one task: about 200 MB
-
-
-class Question(Protocol[Answer]):
-    """Work that is not one variant's run: a frozen dataclass of a module.
-
-    inputs: all that its answer depends on besides code; cost: rough seconds; it may have run_by:
-    names of models that it runs and its module does not import. The answer, of the type that
-    ``answer`` is annotated with (records, numbers, lists of them), is kept as JSON.
-    """
-
-    @property
-    def inputs(self) -> str: ...
-
-    @property
-    def cost(self) -> float: ...
-
-    def answer(self) -> Answer: ...
 
 
 def whole(result: Value | Diverged) -> Value:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import xarray as xr
-from pydantic import BaseModel
 
 from crosscheck.models.arm.meshes import damped, squared
 from crosscheck.models.errors import Diverged
@@ -93,11 +92,6 @@ def simulate(variant: Variant) -> xr.Dataset:
     if isinstance(run, Diverged):
         raise run
     return run
-
-
-def spelled_out(records: Iterable[BaseModel], *more: str) -> str:
-    """What a result depends on, a line each: records with all their fields, and more."""
-    return "\n".join([*more, *(record.model_dump_json() for record in records)])
 
 
 class Company(NamedTuple):

@@ -11,9 +11,10 @@ import numpy as np
 from crosscheck import signals
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.cells import LAWS, Cell, Law
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.undefined import defined
 from crosscheck.audit.phase.runs.experiments import models_of, pd_run, shoulder_excess
 from crosscheck.audit.phase.runs.linear import base_motion
@@ -63,8 +64,10 @@ class Delayed:
 
 
 @dataclass(frozen=True)
-class ClockTest:
-    """A Question: what a law makes of a delay. It needs no knowledge of D."""
+class ClockTest(Question[list[Delayed]]):
+    """What a law makes of a delay. It needs no knowledge of D."""
+
+    cost = 8.0
 
     law: Law
     motion_s: float
@@ -76,13 +79,8 @@ class ClockTest:
         """From rest, planets free."""
         return pd_run(Cell(self.law, RUN_ZETA), self.run_s)
 
-    @property
-    def inputs(self) -> str:
-        return spelled_out(self.run.case(), repr(self))
-
-    @property
-    def cost(self) -> float:
-        return 1.0 * len(self.seeds)
+    def records(self) -> Records:
+        return self.run.case()
 
     def answer(self) -> list[Delayed]:
         time, forces = self._forces()

@@ -15,9 +15,10 @@ import numpy as np
 from crosscheck import signals
 from crosscheck.audit.experiments.cells import INTEGRAL, ZETAS, Cell
 from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.third import Quantiles, Third, quantiles
 from crosscheck.audit.measures.thresholds import EVIDENT
@@ -82,12 +83,14 @@ class Ablated:
 
 
 @dataclass(frozen=True)
-class LaidToRest:
-    """A Question: the vibration [rad/s^2] with dampers in contact alone, begun without any.
+class LaidToRest(Question[list[float | None]]):
+    """The vibration [rad/s^2] with dampers in contact alone, begun without any.
 
     The run is quiet until QUIET_S, dampers always at work; its states go on with dampers in contact
     alone. None for a start that diverges.
     """
+
+    cost = 0.5
 
     zeta: float
     duration_s: float
@@ -98,13 +101,8 @@ class LaidToRest:
         """As long as it is to be quiet."""
         return pd_run(Cell(INTEGRAL, self.zeta), QUIET_S, NO_ERROR)
 
-    @property
-    def inputs(self) -> str:
-        return spelled_out(self.variant.case(), repr(self))
-
-    @property
-    def cost(self) -> float:
-        return 0.5
+    def records(self) -> Records:
+        return self.variant.case()
 
     def answer(self) -> list[float | None]:
         before = motion(models_of(self.variant, self.seeds))

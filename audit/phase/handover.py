@@ -10,9 +10,10 @@ import numpy as np
 
 from crosscheck import signals
 from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell, Law
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Quantiles, quantiles
@@ -87,8 +88,10 @@ class HandedOver:
 
 
 @dataclass(frozen=True)
-class Handover:
-    """A Question: what becomes of a setting's severe starts."""
+class Handover(Question[HandedOver]):
+    """What becomes of a setting's severe starts."""
+
+    cost = 16.0
 
     cell: Cell
     third_s: float
@@ -100,13 +103,8 @@ class Handover:
         """Up to the end of the third fluctuation."""
         return pd_run(self.cell, self.third_s)
 
-    @property
-    def inputs(self) -> str:
-        return spelled_out(self.variant.case(), repr(self))
-
-    @property
-    def cost(self) -> float:
-        return 0.5 * len(self.seeds)
+    def records(self) -> Records:
+        return self.variant.case()
 
     def answer(self) -> HandedOver:
         run = motion(models_of(self.variant, self.seeds))

@@ -11,9 +11,10 @@ from crosscheck import signals
 from crosscheck.audit.claims.rule import State
 from crosscheck.audit.experiments.cells import Cell
 from crosscheck.audit.experiments.pool import Sample
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.twosamples import WithAndWithout
@@ -75,8 +76,8 @@ IN_FULL = Change(FULL, "phases from Eq. 11 in full, planets alike")
 
 
 @dataclass(frozen=True)
-class InFull:
-    """A Question: the third fluctuation [rad/s^2] with Eq. 11 in full.
+class InFull(Question[list[float | None]]):
+    """The third fluctuation [rad/s^2] with Eq. 11 in full.
 
     Planets alike, for which alone Eq. 11 is written out there. None for a start that diverges.
     """
@@ -93,9 +94,8 @@ class InFull:
         one = pd_run(self.cell, self.duration_s, *meshes)
         return replace(one, planets="lumped", settings=(FULL_STEP,))
 
-    @property
-    def inputs(self) -> str:
-        return spelled_out(self.variant.case(), repr(self))
+    def records(self) -> Records:
+        return self.variant.case()
 
     @property
     def cost(self) -> float:
@@ -139,8 +139,10 @@ class Rates:
 
 
 @dataclass(frozen=True)
-class RateGrowth:
-    """A Question: the ``Rates`` of a setting, as far as the duration [s] lets them be seen."""
+class RateGrowth(Question[Rates]):
+    """The ``Rates`` of a setting, as far as the duration [s] lets them be seen."""
+
+    cost = 2.0
 
     cell: Cell
     duration_s: float
@@ -149,13 +151,8 @@ class RateGrowth:
         """Planets alike: differences between them are another equation's."""
         return replace(pd_run(self.cell, self.duration_s, *meshes), planets="lumped")
 
-    @property
-    def inputs(self) -> str:
-        return "\n".join([repr(self), *(r.model_dump_json() for r in self.variant().case())])
-
-    @property
-    def cost(self) -> float:
-        return 2.0
+    def records(self) -> Records:
+        return self.variant().case()
 
     def answer(self) -> Rates:
         (model,) = models_of(self.variant(), (0,))

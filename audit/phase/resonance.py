@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from pydantic import BaseModel
 
 from crosscheck import signals
 from crosscheck.analytic.model import PhysicalModel
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures.stage import with_steady_stiffness
@@ -72,23 +74,20 @@ class Resonances:
 
 
 @dataclass(frozen=True)
-class RunUp:
-    """A Question: the stage run up through its modes, or as far as the duration lets it.
+class RunUp(Question[Resonances]):
+    """The stage run up through its modes, or as far as the duration lets it.
 
     Planets free.
     """
+
+    cost = 2.0
 
     zeta: float
     duration_s: float
     seeds: tuple[int, ...]
 
-    @property
-    def inputs(self) -> str:
-        return f"{self!r}\n{_files()}"
-
-    @property
-    def cost(self) -> float:
-        return self.duration_s
+    def records(self) -> Records:
+        return _read()
 
     def answer(self) -> Resonances:
         speed, fast = _run_up(self.zeta, self.duration_s, self.seeds)
@@ -123,19 +122,16 @@ class FloquetRates:
 
 
 @dataclass(frozen=True)
-class Tongue:
-    """A Question: the ``FloquetRates`` at a damping ratio and one slow speed [rad/s]."""
+class Tongue(Question[FloquetRates]):
+    """The ``FloquetRates`` at a damping ratio and one slow speed [rad/s]."""
+
+    cost = 1.0
 
     zeta: float
     slow: float
 
-    @property
-    def inputs(self) -> str:
-        return f"{self!r}\n{_files()}"
-
-    @property
-    def cost(self) -> float:
-        return 1.0
+    def records(self) -> Records:
+        return _read()
 
     def answer(self) -> FloquetRates:
         (slow,) = tongues(self.zeta, np.array([self.slow]))
@@ -183,9 +179,9 @@ def resonance(study: Study, scale: Scale) -> Resonance:
     return Resonance(stage_modes(), speeds, run_up, rates)
 
 
-def _files() -> str:
+def _read() -> list[BaseModel]:
     cases = [load_case("paper-labelled", name) for name in ("constant-torque", "pd")]
-    return "\n".join(record.model_dump_json() for case in cases for record in case)
+    return [record for case in cases for record in case]
 
 
 def stage_modes() -> StageModes:

@@ -16,9 +16,10 @@ from scipy.ndimage import maximum_filter1d
 from crosscheck import signals
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.cells import Cell
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.undefined import quotient
@@ -128,8 +129,10 @@ def _share(answers: Sequence[bool]) -> Share | None:
 
 
 @dataclass(frozen=True)
-class Linearisation:
-    """A Question: the modes along a setting's motion, and its runs."""
+class Linearisation(Question[Linearised]):
+    """The modes along a setting's motion, and its runs."""
+
+    cost = 4.0
 
     cell: Cell
     duration_s: float
@@ -142,13 +145,8 @@ class Linearisation:
         one = pd_run(self.cell, self.duration_s)
         return replace(one, record_every=RUNS_EVERY)
 
-    @property
-    def inputs(self) -> str:
-        return spelled_out(self.variant.case(), repr(self))
-
-    @property
-    def cost(self) -> float:
-        return 4.0
+    def records(self) -> Records:
+        return self.variant.case()
 
     def answer(self) -> Linearised:
         case = replace(self.variant, planets="lumped").case()

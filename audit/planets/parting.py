@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.experiments.question import Question, Records
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.third import APART_M
 from crosscheck.audit.measures.undefined import defined
 from crosscheck.audit.phase.runs.experiments import models_of
@@ -51,8 +52,8 @@ class Parted:
 
 
 @dataclass(frozen=True)
-class FirstPartings:
-    """A Question: when planets of a stage are first 1 um apart [s], of every start.
+class FirstPartings(Question[list[float | None]]):
+    """When planets of a stage are first 1 um apart [s], of every start.
 
     None where they never are, or the run diverges before.
     """
@@ -60,9 +61,8 @@ class FirstPartings:
     variant: Variant
     seeds: tuple[int, ...]
 
-    @property
-    def inputs(self) -> str:
-        return spelled_out(self.variant.case(), repr(self.seeds))
+    def records(self) -> Records:
+        return self.variant.case()
 
     @property
     def cost(self) -> float:
@@ -93,7 +93,7 @@ def _planets(model: PhysicalModel) -> list[list[int]]:
 
 
 @dataclass(frozen=True)
-class Partings:
+class Partings(Question[list[Parted | None]]):
     """The parting of the planets in variants' experiments, alike but for their starts.
 
     Their planets are free.
@@ -101,10 +101,8 @@ class Partings:
 
     variants: tuple[Variant, ...]
 
-    @property
-    def inputs(self) -> str:
-        cases = [variant.case() for variant in self.variants]
-        return spelled_out(record for case in cases for record in case)
+    def records(self) -> Records:
+        return [record for variant in self.variants for record in variant.case()]
 
     @property
     def cost(self) -> float:

@@ -10,7 +10,8 @@ import numpy as np
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.paper.model import EnergiesModel, PrintedModel
 from crosscheck.audit.errata import transcript
-from crosscheck.audit.experiments.variant import Numbers, spelled_out
+from crosscheck.audit.experiments.question import Question, Records
+from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.measures.stage import PaperStage, paper_stage
 from crosscheck.audit.statics.surroundings import free_base, neglected_torques
 from crosscheck.audit.statics.teeth import clearance, gearing, stiffness_wave
@@ -26,19 +27,15 @@ BENDS = ("0", "45", "90", "135")  # elbow angle [deg] at which joint errors are 
 
 
 @dataclass(frozen=True)
-class Statics:
+class Statics(Question[Numbers]):
     """Question: the ``statics`` of a built-in arm, and the flights of its free base."""
+
+    cost = 5.0
 
     arm: str
 
-    @property
-    def inputs(self) -> str:
-        records = (load_arm(self.arm), load_scenario(SCENARIO), load_scenario("pd"))
-        return spelled_out(records, self.arm)
-
-    @property
-    def cost(self) -> float:
-        return 5.0
+    def records(self) -> Records:
+        return load_arm(self.arm), load_scenario(SCENARIO), load_scenario("pd")
 
     def answer(self) -> Numbers:
         return {**statics(load_arm(self.arm)), **free_base(self.arm)}

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.study import Study
 from crosscheck.models.errors import InputError
 from crosscheck.models.places import cache_folder
@@ -26,15 +27,15 @@ CONTENT = json.dumps(list(range(5000))).encode()  # several blocks of a disk
 
 
 @dataclass(frozen=True)
-class Square:
-    """A question without a simulation."""
+class Square(Question[dict[str, float]]):
+    """Without a simulation."""
 
     number: float
-    cost: float = 0.0
 
-    @property
-    def inputs(self) -> str:
-        return repr(self.number)
+    cost = 0.0
+
+    def records(self) -> Records:
+        return ()
 
     def answer(self) -> dict[str, float]:
         return {"square": self.number**2}

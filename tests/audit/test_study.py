@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 
 from crosscheck.audit.experiments import study as study_module
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.study import AuditTask, Study, integrations, run_key
 from crosscheck.audit.experiments.variant import Variant, simulate, simulate_together
 from crosscheck.audit.measures.reading import first_planets
@@ -159,15 +160,15 @@ def test_seeds_move_the_start_by_less_than_a_picometre():
 
 
 @dataclass(frozen=True)
-class Square:
-    """A question without a simulation."""
+class Square(Question[float]):
+    """Without a simulation."""
 
     number: float
-    cost: float = 0.0
 
-    @property
-    def inputs(self) -> str:
-        return repr(self.number)
+    cost = 0.0
+
+    def records(self) -> Records:
+        return ()
 
     def answer(self) -> float:
         return self.number**2
@@ -188,15 +189,15 @@ class Root:
 
 
 @dataclass(frozen=True)
-class Roots:
-    """A question that is answered in records."""
+class Roots(Question[list[Root]]):
+    """Answered in records."""
 
     numbers: tuple[float, ...]
-    cost: float = 0.0
 
-    @property
-    def inputs(self) -> str:
-        return repr(self.numbers)
+    cost = 0.0
+
+    def records(self) -> Records:
+        return ()
 
     def answer(self) -> list[Root]:
         return [Root(n**0.5 if n >= 0 else None, (n, 0.1 * n)) for n in self.numbers]
@@ -209,12 +210,15 @@ def test_an_answer_in_records_is_kept_as_json_and_comes_back_in_records(study: S
 
 
 @dataclass(frozen=True)
-class Broken:
-    """A question whose answer raises."""
+class Broken(Question[None]):
+    """Its answer raises."""
 
     error: type[Exception]
-    inputs: str = ""
-    cost: float = 0.0
+
+    cost = 0.0
+
+    def records(self) -> Records:
+        return ()
 
     def answer(self) -> None:
         raise self.error("m", 1.0) if self.error is Diverged else self.error("two\nlines")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from crosscheck.audit.experiments.variant import spelled_out
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.measures.undefined import known
 from crosscheck.checks.trajectories import tip_position
 from crosscheck.models.loading import Case, load_case
@@ -60,8 +60,10 @@ class Need:
 
 
 @dataclass(frozen=True)
-class Flights:
+class Flights(Question[list[Flight]]):
     """Runs of one scenario on one cube, over its mass."""
+
+    cost = 3.0
 
     scenario: str
     side_m: float
@@ -72,13 +74,8 @@ class Flights:
         settings = [EVERY, f"scenario.duration_s={self.duration_s!r}"]
         return load_case(READING, self.scenario, None, settings)
 
-    @property
-    def inputs(self) -> str:
-        return spelled_out(self.case, repr(self))
-
-    @property
-    def cost(self) -> float:
-        return self.duration_s
+    def records(self) -> Records:
+        return self.case
 
     def answer(self) -> list[Flight]:
         case = self.case

@@ -76,10 +76,6 @@ class Vibrations(Starts):
 
     played_back: bool = False
 
-    @property
-    def inputs(self) -> str:
-        return f"{super().inputs}\n{self.played_back}"
-
     def case(self) -> Case:
         case = super().case()
         return played_back(case, self.variant) if self.played_back else case

@@ -16,8 +16,9 @@ from crosscheck import signals
 from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.model import PhysicalModel
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.torque import fast
-from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.hypotheses.evidence.flutter import played_back
 from crosscheck.audit.phase.runs.plant import ContinuedEquations
 from crosscheck.models.experiment.drive import DriveData, drive_data
@@ -37,19 +38,16 @@ class Handed(NamedTuple):
 
 
 @dataclass(frozen=True)
-class DriveHandover:
-    """A Question: the variant's run under PD control, handed over at HANDED_S."""
+class DriveHandover(Question[Handed]):
+    """The variant's run under PD control, handed over at HANDED_S."""
+
+    cost = 16.0
 
     variant: Variant
     seeds: tuple[int, ...]
 
-    @property
-    def inputs(self) -> str:
-        return spelled_out(self.variant.case(), repr(self.seeds))
-
-    @property
-    def cost(self) -> float:
-        return 1.0 * len(self.seeds)
+    def records(self) -> Records:
+        return self.variant.case()
 
     def answer(self) -> Handed:
         case = self.variant.case()

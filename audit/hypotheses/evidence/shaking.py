@@ -17,7 +17,8 @@ import numpy as np
 from crosscheck import signals
 from crosscheck.analytic.model import PhysicalModel, RigidCoupled
 from crosscheck.audit.experiments.cells import INTEGRAL, Cell
-from crosscheck.audit.experiments.variant import Variant, spelled_out
+from crosscheck.audit.experiments.question import Question, Records
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.course import Course, courses
 from crosscheck.audit.measures.rigid import COUPLED, without_gears
 from crosscheck.audit.measures.shares import Share
@@ -118,8 +119,8 @@ def _share(answers: Sequence[bool | None]) -> Share | None:
 
 
 @dataclass(frozen=True)
-class Shaking:
-    """A Question: every backlash from many starts, beside the rigid arm."""
+class Shaking(Question[Shaken]):
+    """Every backlash from many starts, beside the rigid arm."""
 
     drive: str
     zeta: float
@@ -134,9 +135,8 @@ class Shaking:
         stride = round(EVERY_S / plain.case().scenario.step_s)
         return replace(plain, settings=(drive,), record_every=stride, duration_s=self.duration_s)
 
-    @property
-    def inputs(self) -> str:
-        return spelled_out(self.variant.case(), repr(self))
+    def records(self) -> Records:
+        return self.variant.case()
 
     @property
     def cost(self) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.audit.errata.finder import energy_errata
-from crosscheck.audit.experiments.variant import spelled_out
+from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.checks.trajectories import largest_difference, tip_position
 from crosscheck.models.loading import load_arm, load_scenario
 
@@ -34,21 +34,17 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class SpinCost:
+class SpinCost(Question[Difference]):
     """Eqs. 16-19 as printed, and with the elbow planets' true spin, through one scenario."""
+
+    cost = 3.0
 
     arm: str
     scenario: str
     duration_s: float
 
-    @property
-    def inputs(self) -> str:
-        records = (load_arm(self.arm), load_scenario(self.scenario))
-        return spelled_out(records, repr(self))
-
-    @property
-    def cost(self) -> float:
-        return self.duration_s
+    def records(self) -> Records:
+        return load_arm(self.arm), load_scenario(self.scenario)
 
     def answer(self) -> Difference:
         arm = load_arm(self.arm)

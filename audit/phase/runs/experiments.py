@@ -60,10 +60,6 @@ class Changed(TransientPd):
     damping: tuple[float, float] = (1.0, 1.0)
     recorded: bool = False
 
-    @property
-    def inputs(self) -> str:
-        return f"{super().inputs}\n{self.damping} {self.recorded}"
-
     def models(self, seeds: Sequence[int]) -> list[PhysicalModel]:
         """From these starts."""
         case = self.variant.case()
