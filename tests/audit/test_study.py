@@ -87,7 +87,7 @@ def test_code_and_versions_are_part_of_the_key(monkeypatch: pytest.MonkeyPatch):
 
     monkeypatch.setattr(study_module, "_versions", versions)
     assert len({before, changed_code, run_key(SHORT)}) == 3
-    assert set(seen) >= {"numpy", "llvmlite", "h5py"}
+    assert set(seen) >= {"numpy", "llvmlite", "xarray"}
     assert "exudyn" not in seen  # which has no part in an analytic run
 
 
