@@ -5,21 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from crosscheck.audit.experiments.cells import LABELLED, LAWS, Law
-from crosscheck.audit.experiments.experiments import PD
-from crosscheck.audit.figures.control import (
-    figure_10,
-    figure_11,
-    figure_12,
-    figure_13,
-    figure_14,
-)
-from crosscheck.audit.figures.laws import figure_4, figure_5
-from crosscheck.audit.figures.open_loop import figure_6, figure_7, figure_8, figure_9, figure_15
+from crosscheck.audit.experiments.experiments import BACKLASH, ERROR, PD
+from crosscheck.audit.figures import control, laws, open_loop, sweeps
 from crosscheck.audit.figures.plate import Plate, Row, rows, said
 from crosscheck.audit.figures.runs import LOW_ZETA, ZETA
 from crosscheck.audit.figures.shelf import Shelf
-from crosscheck.audit.figures.sweeps import figure_16, figure_17, figure_18, figure_19, figure_20
-from crosscheck.audit.figures.views import severe_over_zeta
+from crosscheck.audit.figures.views import MICRO, severe_over_zeta
+from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.thresholds import SEVERE
@@ -29,23 +21,25 @@ from crosscheck.audit.page.text import html, text
 from crosscheck.models.errors import Diverged
 
 PLATES: dict[int, Callable[[Shelf], Plate]] = {
-    4: figure_4,
-    5: figure_5,
-    6: figure_6,
-    7: figure_7,
-    8: figure_8,
-    9: figure_9,
-    10: figure_10,
-    11: figure_11,
-    12: figure_12,
-    13: figure_13,
-    14: figure_14,
-    15: figure_15,
-    16: figure_16,
-    17: figure_17,
-    18: figure_18,
-    19: figure_19,
-    20: figure_20,
+    4: laws.figure_4,
+    5: laws.figure_5,
+    6: lambda shelf: open_loop.deviations(shelf, 6, "theta", "Δθ", "rad"),
+    7: lambda shelf: open_loop.deviations(shelf, 7, "theta_dot", "Δω", "rad/s"),
+    8: open_loop.figure_8,
+    9: open_loop.figure_9,
+    10: control.figure_10,
+    11: lambda shelf: control.whole_run(shelf, 11, "torque", "T [N m]"),
+    12: lambda shelf: control.whole_run(shelf, 12, "x_sp", "x_sp1 [µm]", MICRO),
+    13: lambda shelf: control.whole_run(shelf, 13, "F_sp", "F_sp1 [N]"),
+    14: control.figure_14,
+    15: open_loop.figure_15,
+    16: lambda shelf: sweeps.forces_over(
+        shelf, 16, BACKLASH, sweeps.IMPACT_WINDOW_S, sweeps.IMPACT_AXES
+    ),
+    17: sweeps.figure_17,
+    18: lambda shelf: sweeps.spectra_over(shelf, 18, BACKLASH, sweeps.BACKLASH_AXES),
+    19: lambda shelf: sweeps.forces_over(shelf, 19, ERROR, THIRD_S, sweeps.THIRD_AXES),
+    20: lambda shelf: sweeps.spectra_over(shelf, 20, ERROR, sweeps.ERROR_AXES),
 }
 NUMBERS = tuple(PLATES)
 ID, TITLE = "figures", "Figures 4 to 20"

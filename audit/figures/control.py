@@ -24,7 +24,7 @@ from crosscheck.audit.figures.runs import (
     gain_run,
 )
 from crosscheck.audit.figures.shelf import Shelf
-from crosscheck.audit.figures.views import MICRO, Strip, conditions, law_figure
+from crosscheck.audit.figures.views import Strip, conditions, law_figure
 from crosscheck.audit.measures import events
 from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
@@ -114,22 +114,7 @@ def _gains_svg(runs: Mapping[tuple[float, float], Course]) -> str:
     return to_svg(figure)
 
 
-def figure_11(shelf: Shelf) -> Plate:
-    """Driving torques."""
-    return _whole(shelf, 11, "torque", "T [N m]")
-
-
-def figure_12(shelf: Shelf) -> Plate:
-    """x_sp1 under PD control."""
-    return _whole(shelf, 12, "x_sp", "x_sp1 [µm]", MICRO)
-
-
-def figure_13(shelf: Shelf) -> Plate:
-    """F_sp1 under PD control."""
-    return _whole(shelf, 13, "F_sp", "F_sp1 [N]")
-
-
-def _whole(shelf: Shelf, number: int, quantity: str, label: str, scale: float = 1.0) -> Plate:
+def whole_run(shelf: Shelf, number: int, quantity: str, label: str, scale: float = 1.0) -> Plate:
     """A quantity over all of the PD run, and near the side change and the third fluctuation."""
     runs, bands = shelf.laws(number, PD, LOW_ZETA), shelf.bands(LOW_ZETA, number)
     strips = [

@@ -31,17 +31,8 @@ SMALLEST = 1e-9  # of what is drawn on a logarithmic scale
 FIRST_S, ALL_S = (0.0, 0.01), (0.0, 0.5)
 
 
-def figure_6(shelf: Shelf) -> Plate:
-    """Deviation of the joint angles from the rigid arm."""
-    return _deviations(shelf, 6, "theta", "Δθ", "rad")
-
-
-def figure_7(shelf: Shelf) -> Plate:
-    """Deviation of the joint rates from the rigid arm."""
-    return _deviations(shelf, 7, "theta_dot", "Δω", "rad/s")
-
-
-def _deviations(shelf: Shelf, number: int, quantity: str, symbol: str, unit: str) -> Plate:
+def deviations(shelf: Shelf, number: int, quantity: str, symbol: str, unit: str) -> Plate:
+    """What a joint quantity of the detailed arm is off that of every rigid one."""
     own = drawn(CONSTANT, Cell(INTEGRAL, ZETA), shelf.seed, SMOOTH_RECORD)
     levels = {level: rigid_run("constant-torque", level) for level in RIGID_LEVELS}
     runs = shelf.courses([own, *levels.values()], number)

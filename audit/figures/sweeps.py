@@ -65,26 +65,17 @@ THIRD_AXES = (
 )
 
 
-def figure_16(shelf: Shelf) -> Plate:
-    """F_sp1 over b at the side change."""
-    return _plate(shelf, 16, BACKLASH, IMPACT_WINDOW_S, IMPACT_AXES)
-
-
 def figure_17(shelf: Shelf) -> Plate:
     """F_sp1 over b in the third fluctuation."""
-    plate = _plate(shelf, 17, BACKLASH, THIRD_S, THIRD_AXES)
+    plate = forces_over(shelf, 17, BACKLASH, THIRD_S, THIRD_AXES)
     fed = [one for one in _energies(shelf) if one.peak_J > one.work_J]
     return replace(plate, tables={"energy": ENERGY.html(fed)} if fed else {})
 
 
-def figure_19(shelf: Shelf) -> Plate:
-    """F_sp1 over E in the third fluctuation."""
-    return _plate(shelf, 19, ERROR, THIRD_S, THIRD_AXES)
-
-
-def _plate(
+def forces_over(
     shelf: Shelf, number: int, family: Family, window: tuple[float, float], axes: Sequence[Axis]
 ) -> Plate:
+    """F_sp1 in a window [s] over the sizes of a family, with numbers of all starts."""
     sweep = shelf.sweep(number, family, LOW_ZETA)
     own = sweep[INTEGRAL][DEFAULTS[family]]
     more = f"{family.symbol} as at the panels."
@@ -191,17 +182,8 @@ ERROR_AXES = (
 Spectrum = tuple[np.ndarray, np.ndarray]  # frequency [Hz], amplitude [rad/s^2]
 
 
-def figure_18(shelf: Shelf) -> Plate:
-    """Over b."""
-    return _spectra(shelf, 18, BACKLASH, BACKLASH_AXES)
-
-
-def figure_20(shelf: Shelf) -> Plate:
-    """Over E."""
-    return _spectra(shelf, 20, ERROR, ERROR_AXES)
-
-
-def _spectra(shelf: Shelf, number: int, family: Family, axes: tuple[Axis, ...]) -> Plate:
+def spectra_over(shelf: Shelf, number: int, family: Family, axes: Sequence[Axis]) -> Plate:
+    """Spectra of both joints' accelerations over the sizes of a family, with the same."""
     sweep = shelf.sweep(number, family, LOW_ZETA)
     rigid = shelf.rigid(drawn(family(DEFAULTS[family]), Cell(INTEGRAL, LOW_ZETA), None), number)
     lines = {

@@ -97,8 +97,10 @@ def line(
 
 
 def same_scale(grid: np.ndarray) -> None:
-    """One y range per row of axes, (rows, columns)."""
+    """One y range per row of axes, (rows, columns); a row of unlike scales is left as it is."""
     for row in grid:
+        if len({axes.get_yscale() for axes in row}) > 1:
+            continue
         limits = np.array([axes.get_ylim() for axes in row])
         for axes in row:
             axes.set_ylim(limits[:, 0].min(), limits[:, 1].max())

@@ -9,7 +9,7 @@ import numpy as np
 from crosscheck.audit.claims.chapter import COLUMNS
 from crosscheck.audit.errata.engine import PrintedBeside
 from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, LAWS, PRINTED
-from crosscheck.audit.figures.views import LAW_COLOURS
+from crosscheck.audit.figures.views import LAW_COLOURS, same_scale
 from crosscheck.audit.front.findings import MODELS, Thirds, baseline_finding, third_finding
 from crosscheck.audit.hypotheses.accumulation import largest, shaken, verdict
 from crosscheck.audit.hypotheses.evidence.linear_limits import cured_at_the_sun, survey
@@ -107,19 +107,9 @@ def clock_svg(found: Clocks) -> str:
         log_y(below)
     grid[0, 0].set_ylabel("acceleration [rad/s²]")
     grid[1, 0].set_ylabel("vibration [rad/s²]")
-    for row in grid:
-        _one_scale(row)
+    same_scale(grid)
     legend(figure, grid[0, 0])
     return to_svg(figure)
-
-
-def _one_scale(row: np.ndarray) -> None:
-    """For axes that are all of one kind: without numbers there is no logarithmic one."""
-    if len({axes.get_yscale() for axes in row}) > 1:
-        return
-    low, high = (pick([axes.get_ylim()[end] for axes in row]) for end, pick in ((0, min), (1, max)))
-    for axes in row:
-        axes.set_ylim(low, high)
 
 
 def third_svg(found: Thirds) -> str:

@@ -11,6 +11,7 @@ from crosscheck.audit.experiments.cells import Cell, Law
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Quantiles, Third, quantiles
 from crosscheck.audit.measures.thresholds import EVIDENT
+from crosscheck.audit.measures.twosamples import WithAndWithout
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.phase.clock import Delayed
 from crosscheck.audit.phase.dampers import Ablated
@@ -24,6 +25,7 @@ from crosscheck.audit.phase.runs.linear import Interval
 from crosscheck.audit.phase.stability import Linearised
 
 Row = TypeVar("Row")
+Raised = TypeVar("Raised", bound=WithAndWithout)
 VISIBLE_TITLE = f"raised above {EVIDENT:g} rad/s² by E"
 
 
@@ -78,6 +80,21 @@ def third_columns(
     ]
 
 
+def raised_columns(of: type[Raised]) -> list[TableColumn[Raised]]:
+    """A third fluctuation, the same without tooth error, and what that makes."""
+    return [
+        *third_columns(lambda row: row.third),
+        TableColumn(
+            "without_error_rad_per_s2",
+            "the same with E = 0",
+            lambda row: row.without.quantiles,
+            ".2g",
+        ),
+        share_column("made_severe", "made severe by E", lambda row: row.made.share),
+        share_column("made_visible", VISIBLE_TITLE, lambda row: row.made_visible.share),
+    ]
+
+
 class OfClock(NamedTuple):
     """What a law makes of one delay."""
 
@@ -121,17 +138,7 @@ MAPPED: Columns[Mapped] = Columns(
         *cell_columns(lambda row: row.setting.cell),
         TableColumn("E_um", None, lambda row: row.setting.error_um, "g"),
         TableColumn("b_um", None, lambda row: row.setting.backlash_um, "g"),
-        *third_columns(lambda row: row.third),
-        TableColumn(
-            "without_error_rad_per_s2",
-            "the same with E = 0",
-            lambda row: row.without.quantiles,
-            ".2g",
-        ),
-        share_column("made_severe", "made severe by E", lambda row: row.made.share),
-        share_column(
-            "made_visible", "raised above 10 rad/s² by E", lambda row: row.made_visible.share
-        ),
+        *raised_columns(Mapped),
     ],
 )
 
@@ -308,17 +315,7 @@ OBJECTED: Columns[Objected] = Columns(
         TableColumn("objection", "objection", lambda row: row.change.objection),
         TableColumn("change", "what was changed", lambda row: row.change.name),
         *cell_columns(lambda row: row.cell),
-        *third_columns(lambda row: row.third),
-        TableColumn(
-            "without_error_rad_per_s2",
-            "the same with E = 0",
-            lambda row: row.without.quantiles,
-            ".2g",
-        ),
-        share_column("made_severe", "made severe by E", lambda row: row.made.share),
-        share_column(
-            "made_visible", "raised above 10 rad/s² by E", lambda row: row.made_visible.share
-        ),
+        *raised_columns(Objected),
     ],
 )
 

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 
 from crosscheck.audit.experiments.cells import LABELLED, Cell, Law
 from crosscheck.audit.experiments.experiments import DEFAULT_B_UM, DEFAULT_E_UM
+from crosscheck.audit.figures.views import same_scale
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.phase.clock import RUN_WINDOW_S, Clocks, SignalEnvelope
 from crosscheck.audit.phase.handover import HEIRS, HandedOver
@@ -59,8 +60,7 @@ def clock(found: Clocks) -> str:
     grid[0, 0].set_ylabel("F_sp1, same motion [kN]")
     grid[1, 0].set_ylabel("shoulder acc. [rad/s²]")
     legend(drawing, grid[0, 0])
-    for row in grid:
-        _same_heights(row)
+    same_scale(grid)
     return to_svg(drawing)
 
 
@@ -75,13 +75,6 @@ def within(one: SignalEnvelope, begin_s: float, end_s: float) -> SignalEnvelope:
 def _scaled(one: SignalEnvelope, by: float) -> SignalEnvelope:
     low, high = (tuple(by * value for value in values) for values in (one.low, one.high))
     return SignalEnvelope(one.time_s, low, high)
-
-
-def _same_heights(row: Sequence[Axes]) -> None:
-    low = min(axes.get_ylim()[0] for axes in row)
-    high = max(axes.get_ylim()[1] for axes in row)
-    for axes in row:
-        axes.set_ylim(low, high)
 
 
 def error_map(found: Maps) -> str:
@@ -155,7 +148,7 @@ def handed_over(found: HandedOver) -> str:
         band(axes, drawn, colour)
         axes.set(title=f"continued under {heir.name}", xlabel="time [s]")
     if found.drawn:
-        _same_heights(list(grid[0]))
+        same_scale(grid)
     else:
         for axes in grid[0]:
             not_reached(axes)
