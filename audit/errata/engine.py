@@ -61,7 +61,7 @@ class BesideEngine:
 
 @dataclass(frozen=True)
 class PrintedBeside(Question[BesideEngine]):
-    """Question: Eqs. 21-22 as printed beside Pinocchio, and through both experiments.
+    """Eqs. 21-22 as printed beside Pinocchio, and through both experiments.
 
     longest_s: no run is longer.
     """

@@ -45,7 +45,7 @@ RECORD_EVERY = 2  # 50 kHz: ten records in a cycle of the fastest mesh mode
 
 @dataclass(frozen=True)
 class Errata(Question[list[SimulatedErratum]]):
-    """Question: the errata of a built-in arm, their effects simulated for so long."""
+    """The errata of a built-in arm, their effects simulated for so long."""
 
     cost = 15.0
 

@@ -37,7 +37,7 @@ class LeftOutEntry:
 
 @dataclass(frozen=True)
 class Planted(Question[list[LeftOutEntry]]):
-    """Question: every entry of the form that Eqs. 16-19 give, left out by itself."""
+    """Every entry of the form that Eqs. 16-19 give, left out by itself."""
 
     cost = 2.0
 

@@ -28,7 +28,7 @@ BENDS = ("0", "45", "90", "135")  # elbow angle [deg] at which joint errors are 
 
 @dataclass(frozen=True)
 class Statics(Question[Numbers]):
-    """Question: the ``statics`` of a built-in arm, and the flights of its free base."""
+    """The ``statics`` of a built-in arm, and the flights of its free base."""
 
     cost = 5.0
 
