@@ -31,6 +31,30 @@ from crosscheck.audit.page.text import text
 from crosscheck.audit.page.words import LAW_NAMES, number
 
 ID, TITLE = "claims", "The paper's statements, one by one"
+# What a reader looks for first: what is wrong, what hangs on chance, what on an unknown.
+ORDER = (
+    *(VerdictKind.FAILS, VerdictKind.BISTABLE, VerdictKind.DEPENDS),
+    *(
+        VerdictKind.UNDEFINED,
+        VerdictKind.NOT_SIMULATED,
+        VerdictKind.WHERE_DEFINED,
+        VerdictKind.HOLDS,
+    ),
+)
+COLOURS = {
+    VerdictKind.HOLDS: "agree",
+    VerdictKind.WHERE_DEFINED: "agree",
+    VerdictKind.FAILS: "differ",
+    VerdictKind.DEPENDS: "unresolved",
+    VerdictKind.BISTABLE: "bistable",
+}
+# The two that a verdict is told of side by side; what lies between them follows.
+COLUMNS = {AS_MODELLED: "as modelled in the paper", AS_GEARS: "as the gears are"}
+NAMED = {
+    "as_modelled": AS_MODELLED,
+    "as_the_gears_are": AS_GEARS,
+    **{model.id: model for model in BETWEEN},
+}
 
 
 @dataclass(frozen=True)
@@ -79,29 +103,6 @@ def said(every: Iterable[Judged]) -> list[Said]:
         for choices in (one.claim.choices,)
         for a in one.answers
     ]
-
-
-# What a reader looks for first: what is wrong, what hangs on chance, what on an unknown.
-ORDER = (
-    *(VerdictKind.FAILS, VerdictKind.BISTABLE, VerdictKind.DEPENDS),
-    *(
-        VerdictKind.UNDEFINED,
-        VerdictKind.NOT_SIMULATED,
-        VerdictKind.WHERE_DEFINED,
-        VerdictKind.HOLDS,
-    ),
-)
-COLOURS = {
-    VerdictKind.HOLDS: "agree",
-    VerdictKind.WHERE_DEFINED: "agree",
-    VerdictKind.FAILS: "differ",
-    VerdictKind.DEPENDS: "unresolved",
-    VerdictKind.BISTABLE: "bistable",
-}
-
-
-# The two that a verdict is told of side by side; what lies between them follows.
-COLUMNS = {AS_MODELLED: "as modelled in the paper", AS_GEARS: "as the gears are"}
 
 
 def page(found: Sequence[ClaimRow], plan: Plan, scale: Scale) -> str:
@@ -267,13 +268,6 @@ def record(judged: Judged, variants: Sequence[Varied]) -> dict[str, object]:
         "quantile_parts": list(PARTS),
         "settings": ANSWERS.json(judged.answers),
     }
-
-
-NAMED = {
-    "as_modelled": AS_MODELLED,
-    "as_the_gears_are": AS_GEARS,
-    **{model.id: model for model in BETWEEN},
-}
 
 
 def _verdict(found: Verdict) -> JsonObject:

@@ -26,6 +26,8 @@ from crosscheck.audit.claims.rule import (
 from crosscheck.audit.experiments.cells import MODELS, READINGS, VARIANTS, GearModel
 from crosscheck.audit.measures.shares import Share
 
+TYPICAL_ZETAS = (0.005, 0.05)  # of the figures, where the third fluctuation shows and where not
+
 
 class Turning(NamedTuple):
     """The limits nearest to a claim's own, downwards and upwards, at which its verdict turns.
@@ -136,9 +138,6 @@ def _one_more(answer: Answer) -> set[State]:
     if share is None:
         return set()
     return {state(Share(share.yes + yes, share.of + 1)) for yes in (0, 1)}
-
-
-TYPICAL_ZETAS = (0.005, 0.05)  # of the figures, where the third fluctuation shows and where not
 
 
 @dataclass(frozen=True)

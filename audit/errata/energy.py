@@ -68,8 +68,10 @@ def true_energies() -> dict[str, dict[str, sp.Expr]]:
     )
     return {
         "Eq. 16": _energies(shoulder),
-        "Eq. 17": _energies([*link_bodies(CHAIN, 1), *map(_moving_only, elbow)]),
-        "Eq. 18": _energies([_turning_only(body) for body in elbow]),
+        "Eq. 17": _energies(
+            [*link_bodies(CHAIN, 1), *(replace(body, inertia=sp.S.Zero) for body in elbow)]
+        ),
+        "Eq. 18": _energies([replace(body, mass=sp.S.Zero, centre=()) for body in elbow]),
         "Eq. 19": _energies(link_bodies(CHAIN, 2)),
     }
 
@@ -120,11 +122,3 @@ def _energies(bodies: list[Body]) -> dict[str, sp.Expr]:
         if energy != 0:
             shares[body.name] = shares.get(body.name, sp.S.Zero) + energy
     return shares
-
-
-def _moving_only(body: Body) -> Body:
-    return replace(body, inertia=sp.S.Zero)
-
-
-def _turning_only(body: Body) -> Body:
-    return replace(body, mass=sp.S.Zero, centre=())

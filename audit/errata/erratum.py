@@ -22,6 +22,9 @@ from crosscheck.models.experiment.switches import Switches
 from crosscheck.models.interface import Model
 
 Side = Callable[[Scenario], Model]  # equal ones make equal models
+# An error of an equation, with its effect; a statement or a number without support; notation.
+Class = Literal["equation", "statement", "notation"]
+CLASSES: tuple[Class, ...] = get_args(Class)
 
 
 @dataclass(frozen=True)
@@ -43,11 +46,6 @@ class Effect:
     theta_rad: float
     mesh_force_N: float
     impulse_N_s: float
-
-
-# An error of an equation, with its effect; a statement or a number without support; notation.
-Class = Literal["equation", "statement", "notation"]
-CLASSES: tuple[Class, ...] = get_args(Class)
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,14 @@ DEFAULT_B_UM, DEFAULT_E_UM = 50.0, 5.0
 WIDE_M = 3e-3
 CHAOTIC_UM = 1000.0  # a clearance with which Section 4.1 calls the fluctuation chaotic
 TURNING_RAD_PER_S = -1.0  # a fast start away from the target: the links turn back on their way
+_TWO = ("arm.joints.*.planet_count=2",)
+# At equal stiffness of all meshes together: fewer pairs alone would also be softer ones.
+_AS_STIFF = (
+    "arm.joints.*.mesh_stiffness_N_per_m=1.5e8",
+    "arm.joints.*.mesh_stiffness_amplitude_N_per_m=3e7",
+)
+HARMONICS = 15  # of the square wave: the paper's even ones vanish
+INSIDE_M = 1e-6  # so far into contact that a mesh's force is a straight line
 
 
 @dataclass(frozen=True)
@@ -104,19 +112,12 @@ def question(source: Source, cell: Cell, seeds: tuple[int, ...]) -> Perturbed[Me
     return TransientPd(_changed(short, source), seeds)
 
 
-_TWO = ("arm.joints.*.planet_count=2",)
-# At equal stiffness of all meshes together: fewer pairs alone would also be softer ones.
-_AS_STIFF = (
-    "arm.joints.*.mesh_stiffness_N_per_m=1.5e8",
-    "arm.joints.*.mesh_stiffness_amplitude_N_per_m=3e7",
-)
 _SETTINGS = {
     TWO_PLANETS.kind: (*_TWO, *_AS_STIFF),
     TWO_SOFTER.kind: _TWO,
     BACK_EVEN.kind: ("scenario.drive.argument=time",),
     TURNING.kind: (f"scenario.start.theta_dot_rad_per_s={TURNING_RAD_PER_S!r}",),
 }
-HARMONICS = 15  # of the square wave: the paper's even ones vanish
 
 
 def _changed(variant: Variant, source: Source) -> Variant:
@@ -161,9 +162,6 @@ def _set(variant: Variant, field: str, value: float) -> Variant:
 def _recorded(variant: Variant, every_s: float) -> Variant:
     step_s = variant.case().scenario.step_s
     return replace(variant, record_every=round(every_s / step_s))
-
-
-INSIDE_M = 1e-6  # so far into contact that a mesh's force is a straight line
 
 
 def preloaded(variant: Variant) -> Variant:

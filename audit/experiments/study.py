@@ -32,6 +32,12 @@ from crosscheck.runner.sources import code_hash
 from crosscheck.runner.store import Store
 from crosscheck.runner.workers import perform_all
 
+Value = TypeVar("Value")
+Reduction = Callable[[xr.Dataset], xr.Dataset]
+Run = xr.Dataset | Diverged
+MOST_AT_ONCE = 300_000  # records of runs in one task: about 200 MB
+Content = bytes | Failure | InputError | Diverged
+
 
 @dataclass
 class Study:
@@ -156,20 +162,11 @@ def _versions(*packages: str) -> tuple[str, ...]:
     return (python, *(f"{name} {version(name)}" for name in packages))
 
 
-Value = TypeVar("Value")
-Reduction = Callable[[xr.Dataset], xr.Dataset]
-Run = xr.Dataset | Diverged
-MOST_AT_ONCE = 300_000  # records of runs in one task: about 200 MB
-
-
 def whole(result: Value | Diverged) -> Value:
     """The result. Raises Diverged."""
     if isinstance(result, Diverged):
         raise result
     return result
-
-
-Content = bytes | Failure | InputError | Diverged
 
 
 class Made(NamedTuple):

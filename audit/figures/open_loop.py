@@ -29,6 +29,7 @@ from crosscheck.report.fragments import COLOURS
 
 SMALLEST = 1e-9  # of what is drawn on a logarithmic scale
 FIRST_S, ALL_S = (0.0, 0.01), (0.0, 0.5)
+SMALLEST_RAD = 1e-8  # of what is drawn
 
 
 def deviations(shelf: Shelf, number: int, quantity: str, symbol: str, unit: str) -> Plate:
@@ -87,9 +88,6 @@ def figure_9(shelf: Shelf) -> Plate:
     strips = [Strip("F_sp1 [N]", "F_sp", window) for window in (ALL_S, FIRST_S)]
     caption = conditions(runs[INTEGRAL], shelf.seed, "Force per planet, without its damper.")
     return Plate(9, [Drawing(law_figure(runs, strips), caption)], LOW_ZETA, shelf.seed)
-
-
-SMALLEST_RAD = 1e-8  # of what is drawn
 
 
 def figure_15(shelf: Shelf) -> Plate:

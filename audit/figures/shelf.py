@@ -32,6 +32,9 @@ from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.page.material import Material
 
 BAND_BINS = 900  # over a whole run
+DEFAULTS = (BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM))  # other names of the default run
+WITHOUT_SETTING = {STATIC: statics_of, PLANTED: planted_of}
+Fetch = Callable[[Source], None]
 
 
 @dataclass
@@ -132,11 +135,6 @@ def by_size(
         law: {member.size_um or 0.0: one[member][name] for member in one.members(family)}
         for law, one in known.items()
     }
-
-
-DEFAULTS = (BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM))  # other names of the default run
-WITHOUT_SETTING = {STATIC: statics_of, PLANTED: planted_of}
-Fetch = Callable[[Source], None]
 
 
 class OnDemand(Known):

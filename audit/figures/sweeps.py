@@ -43,6 +43,10 @@ from crosscheck.report.fragments import COLOURS
 IMPACT_WINDOW_S = (0.34, 0.46)
 SMALL_BINS = 350
 DEFAULTS = {BACKLASH: DEFAULT_B_UM, ERROR: DEFAULT_E_UM}
+HIGHEST_HZ = 6000.0
+FAINTEST = 1e-6  # rad/s^2: what is drawn of a spectrum
+DRAWN = 300  # points of a spectrum: the largest line of every 20 Hz
+Spectrum = tuple[np.ndarray, np.ndarray]  # frequency [Hz], amplitude [rad/s^2]
 
 
 class Axis(NamedTuple):
@@ -167,9 +171,6 @@ def energy_peak(run: xr.Dataset) -> tuple[float, float]:
     return float(energy[last]), float(work[:last].sum())
 
 
-HIGHEST_HZ = 6000.0
-FAINTEST = 1e-6  # rad/s^2: what is drawn of a spectrum
-DRAWN = 300  # points of a spectrum: the largest line of every 20 Hz
 BACKLASH_AXES = (
     Axis("frequency_Hz", "shoulder's frequency [Hz]"),
     Axis("line_share", "share of energy in one line [1]"),
@@ -179,7 +180,6 @@ ERROR_AXES = (
     Axis("third", "shoulder [rad/s²]", log=True),
     Axis("third_elbow", "elbow [rad/s²]", log=True),
 )
-Spectrum = tuple[np.ndarray, np.ndarray]  # frequency [Hz], amplitude [rad/s^2]
 
 
 def spectra_over(shelf: Shelf, number: int, family: Family, axes: Sequence[Axis]) -> Plate:

@@ -29,6 +29,7 @@ from crosscheck.view.mesh_geometry import MeshGeometry, Wheel, mesh_geometry, te
 MILLI = 1e3
 SUN, PLANET, RING, CARRIER = COLOURS[0], COLOURS[1], COLOURS[5], COLOURS[2]
 ID, TITLE = "terms", "The arm, and the words of this page"
+TURN = 2 * np.pi
 
 
 def chapter(material: Material) -> AuditChapter:
@@ -51,9 +52,6 @@ def chapter(material: Material) -> AuditChapter:
     )
     records = [{"id": "terms/teeth-passed", **most}]
     return AuditChapter(ID, TITLE, page, records, text("front/terms-outcome"))
-
-
-TURN = 2 * np.pi
 
 
 class TeethPassed(NamedTuple):

@@ -33,6 +33,12 @@ from crosscheck.report.fragments import COLOURS
 ID, TITLE = "accumulation", "Errors that accumulate back and forth (H3)"
 DURATION_S = 2.0  # the paper's Fig. 15 does not say
 WORDS = {"sqrt_time": "2000 sin(20π√t)", "time": "2000 sin(20πt)"}  # N m
+_WORDS: dict[State | None, str] = {
+    State.YES: "holds",
+    State.NO: "does not hold",
+    State.BISTABLE: "bistable",
+    State.UNDEFINED: UNDEFINED,
+}
 
 
 class DriveVerdict(NamedTuple):
@@ -105,14 +111,6 @@ def _record(verdicts: dict[str, DriveVerdict]) -> JsonObject:
         "verdict": _WORDS.get(verdicts["sqrt_time"].own, "depends on the damping"),
         "by_drive": {drive: dict(one._asdict()) for drive, one in verdicts.items()},
     }
-
-
-_WORDS: dict[State | None, str] = {
-    State.YES: "holds",
-    State.NO: "does not hold",
-    State.BISTABLE: "bistable",
-    State.UNDEFINED: UNDEFINED,
-}
 
 
 def _span(name: str, factor: float = 1.0) -> Callable[[Shaken], tuple[float | None, ...]]:

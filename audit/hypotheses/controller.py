@@ -51,6 +51,7 @@ HANDED = (FlutterSetting("contact", 0.006), FlutterSetting("contact", 0.01, plan
 HANDED_STARTS = 16
 RESOLVED = 1e-3  # rad/s^2: ten times what is left of a torque that is played back from 1 ms rows
 ROUNDING_PER_S = 1e-6
+PLAIN = {"varying": True, "played_back": False, "planets": "free"}
 
 
 def chapter(material: Material) -> AuditChapter:
@@ -79,9 +80,10 @@ def chapter(material: Material) -> AuditChapter:
         cells=html(CELLS.html(found.cells)),
         handed=html(HANDOVERS.html(found.handed)),
     )
+    agrees = word(check.agrees, "agree", "differ")
     records = [
         verdict.record(),
-        _growth_record(check),
+        recorded({"id": "controller/growth", **vars(check), "verdict": agrees}),
         *LIMITS.json(limits),
         *CELLS.json(found.cells),
         *HANDOVERS.json(found.handed),
@@ -97,11 +99,6 @@ def _growth(material: Material) -> GrowthCheck:
     except Diverged:
         return growth_check({})
     return growth_check(growth_rate(run))
-
-
-def _growth_record(check: GrowthCheck) -> JsonObject:
-    verdict = word(check.agrees, "agree", "differ")
-    return recorded({"id": "controller/growth", **vars(check), "verdict": verdict})
 
 
 @dataclass(frozen=True)
@@ -144,9 +141,6 @@ def settings() -> list[FlutterSetting]:
             FlutterSetting("contact", zeta, planets="lumped"),
         ]
     return every
-
-
-PLAIN = {"varying": True, "played_back": False, "planets": "free"}
 
 
 def independent_of_error(found: Vibrating) -> bool | None:

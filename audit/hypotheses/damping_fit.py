@@ -42,6 +42,21 @@ LAW_WORDS = dict(
     )
 )
 
+# The numbers that Section 3 prints of meshes and fluctuations, and Section 4.1's frequency.
+NUMBERS = (
+    "3.1-09",
+    "3.1-14",
+    "3.2-16",
+    "3.2-20",
+    "3.2-27",
+    "3.2-28",
+    "3.2-29",
+    "4.1-19",
+)
+SOURCES = (PD, NO_ERROR, CONSTANT)  # the experiments that they are about
+PLANETS: tuple[Planets, ...] = ("free", "lumped")
+ALPHA = 0.05  # that one setting or more is left out although it explains as much as the best
+
 
 def chapter(material: Material) -> AuditChapter:
     """The set of settings that explain the printed numbers equally well."""
@@ -154,7 +169,7 @@ def drawing(
                 axes.plot(*_coordinates(points), "o-", color=colour, ms=3, label=names[law.id])
                 axes.plot(*_coordinates(best), "o", mfc="none", mec="k", ms=8, label="equally good")
             axes.set(xscale="log", ylim=(0, len(found[0].explained)),
-                     title=f"{reading}, planets {_WORDS[planets]}")  # fmt: skip
+                     title=f"{reading}, planets {planets}")  # fmt: skip
     for axes in grid[-1]:
         axes.set_xlabel("ζ")
     for axes in grid[:, 0]:
@@ -163,27 +178,8 @@ def drawing(
     return to_svg(picture)
 
 
-_WORDS = {"free": "free", "lumped": "lumped"}
-
-
 def _coordinates(points: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:
     return [x for x, _ in points], [y for _, y in points]
-
-
-# The numbers that Section 3 prints of meshes and fluctuations, and Section 4.1's frequency.
-NUMBERS = (
-    "3.1-09",
-    "3.1-14",
-    "3.2-16",
-    "3.2-20",
-    "3.2-27",
-    "3.2-28",
-    "3.2-29",
-    "4.1-19",
-)
-SOURCES = (PD, NO_ERROR, CONSTANT)  # the experiments that they are about
-PLANETS: tuple[Planets, ...] = ("free", "lumped")
-ALPHA = 0.05  # that one setting or more is left out although it explains as much as the best
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,9 @@ CLIMBS = (
     *((scenario, next(iter(READINGS)), "B") for scenario in SCENARIOS),
 )
 QUICK_CLIMBS = CLIMBS[:1]
+Line = tuple[str, dict[str, Deviation]]  # a rung, and the deviations that it is a part of
+MILLI = 1e3
+_SMALLEST = 1e-13  # a contribution of rounding size still gets a mark
 
 
 class Climbed(NamedTuple):
@@ -147,9 +150,6 @@ def _scenario(ladders: Sequence[Ladder], name: str) -> ScenarioSection | None:
         return None
     tables = [html(_rung_columns(x).html(_lines(x, "largest"), f"Order {x.order}")) for x in mine]
     return ScenarioSection(SCENARIOS[name], html(waterfall(mine)), tables)
-
-
-Line = tuple[str, dict[str, Deviation]]  # a rung, and the deviations that it is a part of
 
 
 def _lines(ladder: Ladder, instant: str) -> list[Line]:
@@ -264,10 +264,6 @@ def _verdict_record(verdict: LadderVerdict) -> JsonObject:
         "nearly_all_of_the_whole": list(verdict.causes),
         "paper": word(verdict.papers, "holds", "does not hold"),
     }
-
-
-MILLI = 1e3
-_SMALLEST = 1e-13  # a contribution of rounding size still gets a mark
 
 
 def baselines(found: Sequence[RigidResidual], limits: Mapping[str, Limits]) -> str:

@@ -57,12 +57,8 @@ def _file(run: str) -> str:
     return f"{run}.nc"
 
 
-def _chapters(material: Material) -> list[AuditChapter]:
-    return [_chapter(material, name) for name in CHAPTERS]
-
-
 def _chapter(material: Material, name: str) -> AuditChapter:
-    """One of them; if a run that it cannot do without diverges, a chapter that says so."""
+    """One of CHAPTERS; if a run that it cannot do without diverges, a chapter that says so."""
     module = importlib.import_module(f"crosscheck.audit.{name}")
     try:
         made: AuditChapter = module.chapter(material)
@@ -79,7 +75,8 @@ def _without(chapter_id: str, title: str, reason: str) -> AuditChapter:
 
 def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[AuditChapter]:
     """Write paper.html, claims.json, errata.md and the figures' trajectories. Raises InputError."""
-    made = _chapters(Material(study, scale))
+    material = Material(study, scale)
+    made = [_chapter(material, name) for name in CHAPTERS]
     errata = [one for chapter in made if isinstance(chapter, ErrataSheet) for one in chapter.found]
     contents: dict[Path, str | bytes] = {
         out / _file(name): netcdf(run) for name, run in trajectories(study, scale).items()

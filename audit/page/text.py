@@ -21,7 +21,7 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     made.filters |= {"shown": shown, "percent": percent}
-    made.globals["figure"] = _figure
+    made.globals["figure"] = lambda svg, caption: html(fragments.figure(svg, caption))
     return made
 
 
@@ -36,7 +36,3 @@ def text(template: str, **given: object) -> str:
 def html(fragment: str) -> Markup:
     """A drawing, table or section that is html already."""
     return Markup(fragment)  # made by this package's own views and templates
-
-
-def _figure(svg: str, caption: str) -> Markup:
-    return html(fragments.figure(svg, caption))

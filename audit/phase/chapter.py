@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
-from crosscheck.audit.measures.undefined import JsonObject
+from crosscheck.audit.measures.undefined import UNDEFINED, JsonObject
 from crosscheck.audit.page.chapter import AuditChapter, said_of_third
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import text
@@ -25,6 +25,18 @@ from crosscheck.audit.phase.stability import stability
 
 ZETA = 0.005  # of Figs. 11-14 and 16-20: where the start decides
 ID, TITLE = "phase", "The phase of the teeth (H1)"
+BESIDE = "what vibrates without tooth error"  # told, and no evidence
+ORDER = (
+    "the clock test",
+    "simulation",
+    "a second engine",
+    "stability",
+    "the handover",
+    "resonance",
+    BESIDE,
+    "the repair with the springs' own work",
+    "objections",
+)
 
 
 @dataclass(frozen=True)
@@ -57,20 +69,6 @@ def chapter(material: Material) -> AuditChapter:
         beside = dampers(study, scale), runaways(study, scale)
         found[BESIDE] = sections.of_dampers(*beside, material)
     return _made(simulated, found, material)
-
-
-BESIDE = "what vibrates without tooth error"  # told, and no evidence
-ORDER = (
-    "the clock test",
-    "simulation",
-    "a second engine",
-    "stability",
-    "the handover",
-    "resonance",
-    BESIDE,
-    "the repair with the springs' own work",
-    "objections",
-)
 
 
 def _made(simulated: Maps, found: dict[str, Section], material: Material) -> AuditChapter:
@@ -113,9 +111,6 @@ def _shares(simulated: Maps) -> dict[str, Share | None]:
     found = plain | alike
     cells = sections.printed_cells(ZETA)
     return {name: found[c].share if c in found else None for name, c in cells.items()}
-
-
-UNDEFINED = "undefined"
 
 
 def h1_verdict(maps: Presence, supports: Mapping[str, bool | None]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from crosscheck.audit.claims.rule import State
@@ -163,7 +163,7 @@ def maps(material: Material) -> Maps:
     asked = list(dict.fromkeys([*over_zeta, *more]))
     if material.scale.quick:
         return Maps(mapped(material, asked), [], [])
-    lumped = [MapSetting(_held_alike(one.cell)) for one in over_zeta]
+    lumped = [MapSetting(replace(one.cell, planets="lumped")) for one in over_zeta]
     conservative = [
         MapSetting(Cell(CONSERVATIVE, one.cell.zeta, one.cell.arm))
         for one in over_zeta
@@ -171,10 +171,6 @@ def maps(material: Material) -> Maps:
     ]
     found = {one.setting: one for one in mapped(material, [*asked, *lumped, *conservative])}
     return Maps(*([found[one] for one in part] for part in (asked, lumped, conservative)))
-
-
-def _held_alike(cell: Cell) -> Cell:
-    return Cell(cell.law, cell.zeta, cell.arm, "lumped")
 
 
 def _over_error(zetas: Iterable[float]) -> list[MapSetting]:

@@ -22,7 +22,6 @@ from crosscheck.audit.phase.runs.rigid import rigid_motion
 from crosscheck.envelope import envelope
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import ConstantDrive
-from crosscheck.models.experiment.switches import Switches
 from crosscheck.models.loading import Case, load_case
 from crosscheck.studies.members.starts import perturbed
 
@@ -187,7 +186,7 @@ def _read() -> list[BaseModel]:
 def stage_modes() -> StageModes:
     """Of the labelled arm's shoulder; its damping has no say."""
     arm = _one_stage(RAMP_ZETAS[0])
-    return StageModes(tuple(map(float, _modes(arm))), _rate(arm))
+    return StageModes(tuple(map(float, _modes(arm))), float(_model(arm, 0.0, 1.0).gears.rate[0]))
 
 
 def _one_stage(zeta: float) -> Arm:
@@ -200,17 +199,9 @@ def _model(arm: Arm, torque: float, duration_s: float) -> PhysicalModel:
     scenario = load_case("paper-labelled", "constant-torque").scenario
     drive = ConstantDrive(kind="constant", torque_N_m=torque)
     update = {"drive": drive, "duration_s": duration_s, "record_every": EVERY}
-    case = Case(arm, scenario.model_copy(update=update), _angle())
+    angle = load_case("paper-labelled", "pd", {"phase": "angle"}).switches
+    case = Case(arm, scenario.model_copy(update=update), angle)
     return PhysicalModel(*case)
-
-
-def _angle() -> Switches:
-    return load_case("paper-labelled", "pd", {"phase": "angle"}).switches
-
-
-def _rate(arm: Arm) -> float:
-    """Mesh cycles per turn of the carrier against the ring: c of the law, 99 here."""
-    return float(_model(arm, 0.0, 1.0).gears.rate[0])
 
 
 def _modes(arm: Arm) -> np.ndarray:

@@ -153,13 +153,14 @@ class Linearisation(Question[Linearised]):
         plant = plant_of(PhysicalModel(*case))
         base = base_motion(case, plant, self.every)
         modes = mesh_modes(plant, base)
+        unstable = unstable_intervals(base.time, modes, WORTH_TELLING)
         run = motion(models_of(self.variant, self.seeds))
         followed = [_follow(base, modes, run.time, one) for one in run.shoulder.T]
         begun = tuple(one.begun for one in followed if one.begun is not None)
         first = followed[0]
         return Linearised(
             largest=_largest(base, modes),
-            intervals=tuple(_intervals(base, modes)),
+            intervals=tuple(one for one in unstable if one.end > THIRD_S[0]),
             begun=begun,
             jacobian_error=jacobian_error(plant, base, SAMPLES),
             growth=_drawn(base.time, modes.largest),
@@ -237,11 +238,6 @@ def _largest(base: Base, modes: Modes) -> LargestGrowth | None:
         float(base.time[part][peak]),
         float(modes.frequency[part][peak, mode]),
     )
-
-
-def _intervals(base: Base, modes: Modes) -> list[Interval]:
-    found = unstable_intervals(base.time, modes, WORTH_TELLING)
-    return [interval for interval in found if interval.end > THIRD_S[0]]
 
 
 def _thinned(values: np.ndarray) -> tuple[bool, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from crosscheck.audit.experiments.cells import LAWS, READINGS
-from crosscheck.audit.measures.third import APART_M, Quantiles, Third
+from crosscheck.audit.measures.third import APART_M, Third
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.twosamples import SIGNIFICANT
 from crosscheck.audit.page.chapter import AuditChapter, said_of_third
@@ -48,6 +48,9 @@ from crosscheck.report.fragments import COLOURS
 
 MOSTLY = 0.5  # of the starts
 ID, TITLE = "planets", "Three planets counted as one (H7)"
+LIMITS = {"omega_t": (1.0, 2e3), "angle": (1e-5, 1e3)}  # rad/s^2, by phase law
+SHIFTS = (-0.17, 0.17)  # of a damping ratio: lumped, free
+LOWEST, HIGHEST = -20.5, -2.0  # log10 of metres: what is drawn
 
 
 @dataclass(frozen=True)
@@ -168,17 +171,18 @@ FREED: Columns[Freed] = Columns(
 )
 
 
-def _times(row: Breaking) -> Quantiles | None:
-    return row.time_s if row.parted.yes else None
-
-
 BREAKING: Columns[Breaking] = Columns(
     lambda row: f"planets/breaking/{row.cell.id}",
     [
         *cell_columns(lambda row: row.cell),
         share_column("parted", "planets 1 µm apart in", lambda row: row.parted),
         share_column("early", "before 0.3 s in", lambda row: row.early),
-        TableColumn("time_s", "when [s], 0.1, 0.5, 0.9 of those", _times, ".3f"),
+        TableColumn(
+            "time_s",
+            "when [s], 0.1, 0.5, 0.9 of those",
+            lambda row: row.time_s if row.parted.yes else None,
+            ".3f",
+        ),
     ],
 )
 
@@ -244,11 +248,6 @@ FEATURE: Columns[Feature] = Columns(
         TableColumn("changed", "significantly different", lambda row: row.changed),
     ],
 )
-
-
-LIMITS = {"omega_t": (1.0, 2e3), "angle": (1e-5, 1e3)}  # rad/s^2, by phase law
-SHIFTS = (-0.17, 0.17)  # of a damping ratio: lumped, free
-LOWEST, HIGHEST = -20.5, -2.0  # log10 of metres: what is drawn
 
 
 def sizes(found: Sequence[Freed]) -> str:

@@ -21,6 +21,7 @@ from crosscheck.audit.measures.twosamples import TwoTests, shares_p, told_apart,
 from crosscheck.audit.page.material import Material
 
 PREDICTED = 0.10  # relative error of the time at which planets part
+TESTS = 2  # of every setting: of the shares and of the sizes
 
 
 class PlanetsEffect(StrEnum):
@@ -102,9 +103,6 @@ def h7_verdict(effects: Sequence[PlanetsEffect]) -> str:
     if any(one in (PlanetsEffect.WEAKER, PlanetsEffect.STRONGER) for one in effects):
         return "holds"
     return "not seen" if PlanetsEffect.NONE in effects else "undefined"
-
-
-TESTS = 2  # of every setting: of the shares and of the sizes
 
 
 @dataclass(frozen=True)

@@ -138,16 +138,16 @@ def clearance(stage: PaperStage) -> Numbers:
     x = np.linspace(-3 * b, 3 * b, 60001)
     exact = dead_zone(x, b)
     free = x[exact == 0]
+
+    def largest_error(sigma: float) -> float:
+        return float(np.abs(dead_zone_tanh(x, b, sigma) - exact).max())
+
     return {
         "free_play_over_2b": float(np.ptp(free) / (2 * b)),
         "eq15_excess_N": stage.mesh_stiffness_N_per_m * float(np.abs(x - exact).max()),
         "eq5_work": _eq5_operations() / _eq6_operations(),
-        **{f"tanh_error_{sigma}_m": _tanh_error(x, b, exact, float(sigma)) for sigma in SIGMAS},
+        **{f"tanh_error_{sigma}_m": largest_error(float(sigma)) for sigma in SIGMAS},
     }
-
-
-def _tanh_error(x: np.ndarray, b: float, exact: np.ndarray, sigma: float) -> float:
-    return float(np.abs(dead_zone_tanh(x, b, sigma) - exact).max())
 
 
 def _eq5_operations() -> int:
@@ -192,14 +192,12 @@ def _wave(cycle: np.ndarray, k_m: float, swing: float, ratio: float) -> tuple[fl
 
 def _elasticity_at_one_deflection(stage: PaperStage) -> float:
     """d ln F / d ln k from the softest to the stiffest, the teeth pressed together by E."""
-    k = fundamental(np.array([-1.0, 1.0]), *(_mean_and_amplitude(stage)))
+    k = fundamental(
+        np.array([-1.0, 1.0]), stage.mesh_stiffness_N_per_m, stage.mesh_stiffness_amplitude_N_per_m
+    )
     b = stage.backlash_m
     force = mesh_force(EXACT, b + stage.tooth_error_m, k, b, stage.tanh_sharpness_per_m)
     return float(np.diff(np.log(force))[0] / np.diff(np.log(k))[0])
-
-
-def _mean_and_amplitude(stage: PaperStage) -> tuple[float, float]:
-    return stage.mesh_stiffness_N_per_m, stage.mesh_stiffness_amplitude_N_per_m
 
 
 def _rms(values: np.ndarray) -> float:

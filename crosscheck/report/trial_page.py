@@ -23,6 +23,7 @@ from crosscheck.trial.trial import Trial
 
 LEAST, MOST = 1e-16, 1.0  # of a heat map's scale
 PART_NAMES = {"mass_matrix": "M", "rate_terms": "bias", "force": "force"}
+POINTS = 11
 
 
 @dataclass(frozen=True)
@@ -83,9 +84,6 @@ def _drawn(apart: np.ndarray, rows: tuple[str, ...], columns: tuple[str, ...]) -
 
 def _words(errors: Sequence[TermError]) -> str:
     return " and ".join(map(told, errors))
-
-
-POINTS = 11
 
 
 def typeset(latex: str) -> str:

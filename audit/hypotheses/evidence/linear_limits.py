@@ -32,6 +32,10 @@ STIFFNESSES = (0.8, 1.0, 1.2)  # (k_m - k_a, k_m, k_m + k_a) / k_m
 GROWTH_S, GROWTH_ZETA = (0.1, 0.4), 0.003
 GROWTH_TOLERANCE = 0.1  # measured growth against the frozen eigenvalues' mean
 SMOOTH = ("backlash_m", "tooth_error_m", "mesh_stiffness_amplitude_N_per_m")
+LINK, SUN = "link", "sun"
+PAPER_GAINS = (1000.0, 400.0)  # P [N m/rad], D [N m s/rad]
+SLOWEST_MESH_MODE = 2 * np.pi * 100  # [rad/s]: the mesh modes lie above 1 kHz, the arm's far below
+LARGEST_ZETA = 1.0
 
 
 @dataclass(frozen=True)
@@ -145,12 +149,6 @@ def growth_agrees(measured: float, predicted: float) -> bool:
     return abs(measured - predicted) <= GROWTH_TOLERANCE * abs(predicted)
 
 
-LINK, SUN = "link", "sun"
-PAPER_GAINS = (1000.0, 400.0)  # P [N m/rad], D [N m s/rad]
-SLOWEST_MESH_MODE = 2 * np.pi * 100  # [rad/s]: the mesh modes lie above 1 kHz, the arm's far below
-LARGEST_ZETA = 1.0
-
-
 @dataclass(frozen=True)
 class Point:
     """A pose and a setting of the controller.
@@ -178,14 +176,10 @@ def threshold(point: Point) -> float:
     def rate(zeta: float) -> float:
         return _least_stable(*matrices, zeta)[0]
 
-    if rate(0.0) <= _rounding(matrices[0]):
+    rounding = 1e-9 * np.sqrt(np.abs(matrices[0]).max())  # of eigenvalues, in an undamped mode
+    if rate(0.0) <= rounding:
         return 0.0
     return float(brentq(rate, 0.0, LARGEST_ZETA, xtol=1e-9))
-
-
-def _rounding(stiff: np.ndarray) -> float:
-    """Growth rate [1/s] that eigenvalue rounding alone can give an undamped mode."""
-    return 1e-9 * float(np.sqrt(np.abs(stiff).max()))
 
 
 def _system(point: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

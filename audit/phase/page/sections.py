@@ -90,7 +90,7 @@ def of_maps(found: Maps, material: Material) -> Section:
         by_law=_by_law(plain),
         lumped_by_law=_by_law(found.lumped),
         undecided=[
-            (planets, _undecided(settings), len(settings))
+            (planets, sum(s.third.state == State.BISTABLE for s in settings), len(settings))
             for planets, settings in (("free", plain), ("lumped", found.lumped))
             if settings
         ],
@@ -147,11 +147,6 @@ def _by_law(plain: Sequence[Mapped]) -> list[OfLaw]:
         )
         found.append(OfLaw(views.law_name(law), states, zetas, *ranges))
     return found
-
-
-def _undecided(settings: Sequence[Mapped]) -> int:
-    """Settings in which the start decides whether the fluctuation is severe."""
-    return sum(one.third.state == State.BISTABLE for one in settings)
 
 
 def _range(medians: Sequence[float | None]) -> tuple[float, float] | None:
@@ -334,7 +329,10 @@ CALM_ZETA = 0.015  # well above the damping at which the controller makes the ar
 def of_repair(found: Sequence[RepairedSetting]) -> Section:
     """8."""
     calm = [one for one in found if one.plain.setting.cell.zeta >= CALM_ZETA]
-    sizes = [_largest([pick(one) for one in calm]) for pick in (_plain, _conservative)]
+    sizes = [
+        _largest([one.plain.third for one in calm]),
+        _largest([one.conservative.third for one in calm]),
+    ]
     present = (State.YES, State.BISTABLE)
     visible = sum(one.conservative.made_visible.state in present for one in found)
     silent = all(one.conservative.made_visible.share is None for one in found)
@@ -353,14 +351,6 @@ def of_repair(found: Sequence[RepairedSetting]) -> Section:
         evident=EVIDENT,
     )
     return Section(said, tables.REPAIR.json(found), stands)
-
-
-def _plain(one: RepairedSetting) -> Third:
-    return one.plain.third
-
-
-def _conservative(one: RepairedSetting) -> Third:
-    return one.conservative.third
 
 
 def _largest(found: Sequence[Third]) -> float | None:

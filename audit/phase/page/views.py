@@ -32,6 +32,13 @@ NAMES = {
     "angle/corrected": "angle (integral)",
     "angle/eq13": "angle, ring rate of Eq. 13",
 }
+LABELS = (
+    "largest growth rate [1/s]",
+    "mode frequency [Hz]",
+    "vibration [rad/s²]",
+    "shoulder acc. [rad/s²]",
+)
+STRIP = "#b03050"
 
 
 def band(axes: Axes, one: SignalEnvelope, colour: str, label: str | None = None) -> None:
@@ -89,13 +96,10 @@ def error_map(found: Maps) -> str:
     drawing, grid = new_figure(2, 2, 2.2)
     for axes, law in zip(grid.ravel(), FOUR, strict=True):
         rows = [[chosen[law, error, zeta] for zeta in zetas] for error in errors]
-        _heat(axes, [_without_error(rows[0]), *_shares(rows)], zetas, [0.0, *errors])
+        without = [_share(one.without.share) for one in rows[0]]
+        _heat(axes, [without, *_shares(rows)], zetas, [0.0, *errors])
         axes.set(title=law_name(law), xlabel="ζ", ylabel="E [µm]")
     return to_svg(drawing)
-
-
-def _without_error(row: Sequence[Mapped]) -> list[float]:
-    return [_share(one.without.share) for one in row]
 
 
 def _shares(rows: Sequence[Sequence[Mapped]]) -> list[list[float]]:
@@ -154,15 +158,6 @@ def handed_over(found: HandedOver) -> str:
             not_reached(axes)
     grid[0, 0].set_ylabel("shoulder acc. [rad/s²]")
     return to_svg(drawing)
-
-
-LABELS = (
-    "largest growth rate [1/s]",
-    "mode frequency [Hz]",
-    "vibration [rad/s²]",
-    "shoulder acc. [rad/s²]",
-)
-STRIP = "#b03050"
 
 
 def stability(found: Stability) -> str:

@@ -25,6 +25,8 @@ from crosscheck.models.experiment.drive import DriveData
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import Case
 
+CHUNK = 2000  # records at a time, which stay in a processor's cache
+
 
 @dataclass(frozen=True)
 class Plant:
@@ -125,9 +127,6 @@ def integrate(
         parts = list(batch.run(steps // stride, stride, steps // stride + 1))
     q, v, a = (np.concatenate([part[k][:, :, 0] for part in parts]) for k in range(3))
     return q, v, a
-
-
-CHUNK = 2000  # records at a time, which stay in a processor's cache
 
 
 class RecordedMotion(NamedTuple):
