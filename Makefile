@@ -4,7 +4,7 @@
 # make fuzz       the suite's campaigns at length; DRAWS=1000 of each
 # make octave     answers from GNU Octave (needs octave-cli), which the suite skips without
 # make lint       style, types and import contracts
-# make bench      measure speed side by side: benchmarks/results.json, results.md, results.png
+# make bench      measure speed side by side: benchmarks/results.json, results.png
 # make paper      the paper's figures and claims: paper-report/paper.html
 # make docs       the docs as a site, warnings are errors: build/docs/index.html
 # make lock       compile run.in and dev.in into the hashed lock files (needs uv)
@@ -71,5 +71,5 @@ lock:
 	touch $@
 
 clean:
-	rm -rf .venv report paper-report docs/generated benchmarks/results.* build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks
+	rm -rf .venv report paper-report docs/generated benchmarks/results.png build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks
 	find models analytic crosscheck tests benchmarks tools examples -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true

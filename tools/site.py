@@ -10,6 +10,7 @@ from typing import Any, get_args
 
 import typer
 
+from benchmarks.suite.report import markdown, read
 from crosscheck.cli.app import add_installed, app
 from crosscheck.models.experiment.switches import Switches
 from crosscheck.models.trajectory import VARIABLES, meaning_of, unit_of
@@ -24,6 +25,7 @@ def write_pages(folder: Path) -> None:
         "commands": commands(),
         "models": models(),
         "output-files": output_files(),
+        "benchmark": benchmark(ROOT / "benchmarks" / "results.json"),
         "notebook": notebook(ROOT / "docs" / "notebooks" / "your-own-model.ipynb"),
     }
     write_files({folder / f"{name}.md": text for name, text in pages.items()})
@@ -129,6 +131,13 @@ def _fields(schema: dict[str, Any], path: str, root: dict[str, Any] | None = Non
         words = field.get("description") or about.get("description", "")
         yield [f"`{own}`", ", ".join(map(str, listed)), words]
         yield from _fields(about, f"{own}.", root)
+
+
+def benchmark(file: Path) -> str:
+    """The results of `make bench` that are kept, or how to measure them."""
+    if file.exists():
+        return markdown(*read(file))
+    return "# Benchmark results\n\nNone are kept here yet: `make bench` measures them.\n"
 
 
 def notebook(file: Path) -> str:

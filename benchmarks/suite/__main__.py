@@ -1,7 +1,7 @@
 """``python -m benchmarks.suite [--part NAME]... [--quick]``: everything, or some parts of it.
 
-Everything is written to benchmarks/results.json, results.md and results.png; some parts alone are
-printed and write nothing: what is side by side in a file was measured in one run.
+Everything is printed, and written to benchmarks/results.json and results.png. Some parts alone, or
+quick ones, write nothing: what is side by side in a file was measured in one run.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ def main() -> None:
         began = time.perf_counter()
         rows += importlib.import_module(f"benchmarks.suite.{PARTS[part]}").measure(repeats)
         print(f"{part}: {time.perf_counter() - began:.0f} s", file=sys.stderr)
-    if chosen.part:
-        print(markdown(rows, machine(repeats)))
-    else:
-        write(rows, machine(repeats))
+    here = machine(repeats)
+    print(markdown(rows, here))
+    if not (chosen.part or chosen.quick):
+        write(rows, here)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The rows as a file for programs, a table for people and a figure."""
+"""The rows as a file, which the docs show, as a table and as a figure."""
 
 from __future__ import annotations
 
@@ -19,15 +19,25 @@ HEAD = ("case", "quantity", "ratio", "against", "target", "", "value", "unit", "
 
 
 def write(rows: Sequence[Row], machine: Machine, folder: Path = FOLDER) -> None:
-    """results.json, results.md and results.png."""
+    """results.json and results.png."""
     content = {
         "schema_version": SCHEMA_VERSION,
         "machine": machine._asdict(),
         "rows": [_plain(row) for row in rows],
     }
     (folder / "results.json").write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
-    (folder / "results.md").write_text(markdown(rows, machine))
     draw(rows, folder / "results.png")
+
+
+def read(file: Path) -> tuple[list[Row], Machine]:
+    """The rows of a results.json, and where they were measured."""
+    content = json.loads(file.read_text())
+    none = {"value": math.nan, "spread": 0.0}
+    rows = [
+        Row(**{name: none.get(name) if of is None else of for name, of in each.items()})
+        for each in content["rows"]
+    ]
+    return rows, Machine(**content["machine"])
 
 
 def _plain(row: Row) -> dict[str, object]:
@@ -40,10 +50,16 @@ def _plain(row: Row) -> dict[str, object]:
 
 def markdown(rows: Sequence[Row], machine: Machine) -> str:
     """One table a part, ratios first."""
-    lines = ["# Benchmark", "", f"{machine.made}, {machine.revision}: {machine.processor},"]
     versions = ", ".join(f"{name} {version}" for name, version in machine.versions.items())
-    lines += [f"{machine.cores} cores; {machine.compiler}; {machine.system}; {versions}.", ""]
-    lines += [f"Medians of {machine.repeats} repeats in turn.", ""]
+    lines = [
+        "# Benchmark results",
+        "",
+        f"Measured {machine.made}, revision {machine.revision}, on {machine.processor},",
+        f"{machine.cores} cores, load {machine.load:.1f}; {machine.system};",
+        f"{machine.compiler}; {versions}.",
+        f"Medians of {machine.repeats} repeats in turn.",
+        "",
+    ]
     for table in dict.fromkeys(row.table for row in rows):
         lines += [f"## {table}", "", f"| {' | '.join(HEAD)} |", "|" + "---|" * len(HEAD)]
         lines += [_line(row) for row in rows if row.table == table]

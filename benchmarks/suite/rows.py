@@ -11,9 +11,9 @@ class Row(NamedTuple):
 
     table: the part it belongs to; case: what was run; quantity: what was measured of it; value: the
     median of the repeats, in unit, NaN where it could not be measured (quantity says why); against:
-    what 1 is in the ratio, "" without one; ratio: the median over the repeats of value over what it
-    is held against in the same repeat; target: the most that the ratio may be; spread: largest less
-    least value over the median.
+    what 1 is in the ratio, "" without one; ratio: the median over the repeats of value over what
+    it is compared with in the same repeat; target: the most that the ratio may be; spread: largest
+    less least value over the median.
     """
 
     table: str

@@ -14,10 +14,11 @@ from benchmarks.suite.c_reference import LANES, Scalar, Vectors
 from benchmarks.suite.cases import Counted, long_run, pd_run
 from benchmarks.suite.machine import machine
 from benchmarks.suite.refined import refined
-from benchmarks.suite.report import write
+from benchmarks.suite.report import read, write
 from benchmarks.suite.rows import Row, absent
 from benchmarks.suite.single import largest_difference, states_of
 from crosscheck.models.trajectory import recorded_times
+from tools.site import benchmark
 
 SCHEMA = Path(__file__).parents[2] / "benchmarks" / "results.schema.json"
 COMPILED = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
@@ -50,9 +51,17 @@ def test_refined_solution_keeps_order_eight_through_contact_changes() -> None:
     assert errors[0] > 30 * errors[1]
 
 
-def test_results_follow_their_schema(tmp_path: Path) -> None:
+def test_results_follow_their_schema_and_the_docs_show_them(tmp_path: Path) -> None:
     rows = [Row("a", "b", "c", 1.0, "s", "d", 2.0, 1.0, 0.1), absent("a", "b", "no compiler")]
-    write(rows, machine(1), tmp_path)
+    here = machine(1)
+    assert "make bench" in benchmark(tmp_path / "results.json")
+    write(rows, here, tmp_path)
     content = json.loads((tmp_path / "results.json").read_text())
     jsonschema.validate(content, json.loads(SCHEMA.read_text()))
-    assert "**not reached**" in (tmp_path / "results.md").read_text()
+    (first, second), measured_on = read(tmp_path / "results.json")
+    assert (first, measured_on) == (rows[0], here)
+    assert np.isnan(second.value)
+    page = benchmark(tmp_path / "results.json")
+    assert "| b | c | 2 | d | 1 | **not reached** | 1 | s | 10% |" in page
+    assert "| b | not measured: no compiler |" in page
+    assert all(told in page for told in (here.made, here.revision, here.processor))
