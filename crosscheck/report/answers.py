@@ -156,14 +156,17 @@ def _beyond(finding: Finding, own: Sequence[Finding]) -> bool:
 
 
 def headline(rows: Sequence[ModelAnswer]) -> str:
-    """The answer to the first question in two sentences at most."""
+    """The answer to the first question in three sentences at most."""
     forms = [row for row in rows if MODELS[row.model].role == "form"]
     rest = [row for row in rows if row not in forms]
     wrong = [row for row in forms if row.verdict != "agree"]
     said = []
     if wrong:
-        sizes = ", ".join(f"{WORDS[q]} by up to {wrong[-1].number(q)}" for q in wrong[-1].worst)
-        said.append(f"The paper's equations as printed do not agree with the engines: {sizes}.")
+        sizes = ", ".join(f"{wrong[-1].number(q)} in {WORDS[q]}" for q in wrong[-1].worst)
+        said.append(
+            "The paper's equations as printed do not agree with the engines. They differ by up to"
+            f" {sizes}."
+        )
     elif forms:
         said.append("The paper's equations as printed agree with the engines.")
     red = [row.model for row in rest if row.verdict != "agree"]
@@ -193,7 +196,7 @@ def _tips(case: str, found: Sequence[Finding]) -> str:
     """Of one experiment."""
     ends = [found[0], *found[1:][-1:]]
     sizes = (f"{_length(f.measured or 0.0)} {_with(MODELS[f.left].level)}" for f in ends)
-    return f"In experiment {case} the tip is off by up to {', '.join(sizes)}."
+    return f"In experiment {case} the rigid arm's tip is off by up to {', by '.join(sizes)}."
 
 
 def _length(metres: float) -> str:
@@ -214,13 +217,15 @@ def trust(agreement: Agreement) -> str:
         for verdict in WORST_FIRST
         if counts[verdict] and verdict not in ("agree", "unfinished")  # which the tally has
     )
-    measured = len(agreement.findings) - len(agreement.checks)
+    measured = [f for f in agreement.findings if f.kind == "measurement"]
+    printed = any(f.about.key.family in ("form", "form-states") for f in measured)
+    whose = "rigid levels and the printed equations" if printed else "rigid levels"
     return (
         f"{tally(agreement)}{said}. {len(agreement.checks) - alone} compare two models that share"
         f" data and no formula; {alone} compare one model with first principles, its own records or"
         " the arm's file. A tolerance is what rounding, or a run's measured uncertainty, explains."
-        f" {measured} differences that are expected, as of rigid levels from the geared arm, are"
-        " measured and not checked."
+        f" {len(measured)} more numbers are measured without a limit, such as how far {whose} are"
+        " off."
     )
 
 

@@ -57,8 +57,9 @@ def said(findings: Sequence[Finding], arm: object) -> str:
 def test_printed_equations_that_differ_are_said_first_with_their_size(labelled):
     answer = said([state(LEAD, 1e-15), printed(0.0127)], labelled)
     assert answer == (
-        "The paper's equations as printed do not agree with the engines: mass matrix by up to"
-        " 1.3 %. The corrected derivation agrees with every engine at each level, to rounding."
+        "The paper's equations as printed do not agree with the engines. They differ by up to 1.3 %"
+        " in mass matrix. The corrected derivation agrees with every engine at each level, to"
+        " rounding."
     )
 
 
@@ -95,8 +96,8 @@ def test_a_check_of_any_kind_between_the_two_turns_the_answer(size, agrees, labe
 def test_rigid_levels_are_told_from_the_first_to_the_last():
     levels = [tip("links", 0.039), tip("carriers", 7e-5), tip("coupled", 1.7e-6)]
     expected = (
-        "In experiment pd the tip is off by up to 39 mm with links and payload alone (links),"
-        " 1.7 µm with all of the gears' inertia (coupled)."
+        "In experiment pd the rigid arm's tip is off by up to 39 mm with links and payload alone"
+        " (links), by 1.7 µm with all of the gears' inertia (coupled)."
     )
     assert rigid_from_geared(Agreement(levels)) == expected
     assert "No rigid model" in rigid_from_geared(Agreement([]))
