@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.model import PhysicalModel
-from crosscheck.audit.experiments.starts import AT_ONCE, Perturbed
-from crosscheck.audit.measures.course import Course, courses
+from crosscheck.audit.experiments.starts import Perturbed
+from crosscheck.audit.measures.course import Course
 from crosscheck.envelope import envelope
 from crosscheck.models.errors import Diverged
-from crosscheck.studies.members.starts import perturbed
 
 SHOULDER = ("theta_ddot", "torque", "x_sp", "F_sp")
 
@@ -38,22 +36,16 @@ class Between(NamedTuple):
 
 @dataclass(frozen=True)
 class Bands(Perturbed[Between]):
-    """Runs of `analytic:physical` from these starts, so many bins over all of each."""
+    """Of its starts' runs, so many bins over all of each."""
 
     bins: int
 
     def answer(self) -> Between:
-        found = [self._of(run) for run in self._runs() if not isinstance(run, Diverged)]
+        found = [self._of(run) for run in self._runs(self.seeds) if not isinstance(run, Diverged)]
         if not found:
             return Between([], {name: Band([], []) for name in SHOULDER}, 0)
         bands = {name: _around([one[name] for one in found]) for name in SHOULDER}
         return Between(found[0]["time"][0].tolist(), bands, len(found))
-
-    def _runs(self) -> Iterator[Course | Diverged]:
-        case = self.variant.case()
-        models = [PhysicalModel(*perturbed(case, seed)) for seed in self.seeds]
-        for first in range(0, len(models), AT_ONCE):
-            yield from courses(models[first : first + AT_ONCE])
 
     def _of(self, run: Course) -> dict[str, np.ndarray]:
         """By quantity (2, bins): lowest and highest values of a run; of the time the middles."""

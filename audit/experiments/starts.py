@@ -56,6 +56,11 @@ class Perturbed(Question[Kept]):
     variant: Variant
     seeds: tuple[int, ...]
 
+    @property
+    def run_by(self) -> tuple[str, ...]:
+        """The variant's model."""
+        return (self.variant.model,)
+
     def records(self) -> Records:
         return self.variant.case()
 
@@ -65,6 +70,17 @@ class Perturbed(Question[Kept]):
         steps, entry = self.variant.case().scenario.steps, entry_of(self.variant.model)
         return len(self.seeds) * steps * entry.call_s / entry.abreast
 
+    def case(self) -> Case:
+        """What is run, before it is perturbed."""
+        return self.variant.case()
+
+    def _runs(self, seeds: Sequence[int]) -> Iterator[Course | Diverged]:
+        """From these of its starts."""
+        case = self.case()
+        models = [build(self.variant.model, *perturbed(case, seed)) for seed in seeds]
+        for first in range(0, len(models), AT_ONCE):
+            yield from _side_by_side(models[first : first + AT_ONCE])
+
 
 class Starts(Perturbed[Measured]):
     """Whole runs from every start, each measured by itself beside a rigid arm."""
@@ -72,7 +88,7 @@ class Starts(Perturbed[Measured]):
     @property
     def run_by(self) -> tuple[str, ...]:
         """That of the runs, and the rigid arms beside them."""
-        return (self.variant.model, *(rigid.model for rigid in self.beside()))
+        return (*super().run_by, *(rigid.model for rigid in self.beside()))
 
     def answer(self) -> Measured:
         found = self._measured(self.seeds[:FIRST])
@@ -97,16 +113,6 @@ class Starts(Perturbed[Measured]):
         names = dict.fromkeys(name for numbers in found for name in numbers)
         numbers = {name: [n.get(name) for n in found] for name in names}
         return Measured(numbers, diverged, len(seeds))
-
-    def case(self) -> Case:
-        """What is run, before it is perturbed."""
-        return self.variant.case()
-
-    def _runs(self, seeds: Sequence[int]) -> Iterator[Course | Diverged]:
-        case = self.case()
-        models = [build(self.variant.model, *perturbed(case, seed)) for seed in seeds]
-        for first in range(0, len(models), AT_ONCE):
-            yield from _side_by_side(models[first : first + AT_ONCE])
 
     @abstractmethod
     def beside(self) -> tuple[Variant, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.question import Question, Records
+from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.third import APART_M
 from crosscheck.audit.measures.undefined import defined
@@ -52,21 +53,11 @@ class Parted:
 
 
 @dataclass(frozen=True)
-class FirstPartings(Question[list[float | None]]):
+class FirstPartings(Perturbed[list[float | None]]):
     """When planets of a stage are first 1 um apart [s], of every start.
 
     None where they never are, or the run diverges before.
     """
-
-    variant: Variant
-    seeds: tuple[int, ...]
-
-    def records(self) -> Records:
-        return self.variant.case()
-
-    @property
-    def cost(self) -> float:
-        return 0.05 * len(self.seeds) * (self.variant.duration_s or 3.0)
 
     def answer(self) -> list[float | None]:
         models = models_of(self.variant, self.seeds)

@@ -16,9 +16,8 @@ from crosscheck import signals
 from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.audit.experiments.question import Question, Records
+from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.torque import fast
-from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.hypotheses.evidence.flutter import played_back
 from crosscheck.audit.phase.runs.plant import ContinuedEquations
 from crosscheck.models.experiment.drive import DriveData, drive_data
@@ -38,16 +37,10 @@ class Handed(NamedTuple):
 
 
 @dataclass(frozen=True)
-class DriveHandover(Question[Handed]):
+class DriveHandover(Perturbed[Handed]):
     """The variant's run under PD control, handed over at HANDED_S."""
 
     cost = 16.0
-
-    variant: Variant
-    seeds: tuple[int, ...]
-
-    def records(self) -> Records:
-        return self.variant.case()
 
     def answer(self) -> Handed:
         case = self.variant.case()
