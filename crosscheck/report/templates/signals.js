@@ -45,8 +45,11 @@
     for (var i = 0; i < found.length; i++) { found[i] = shown.start_s + shown.step_s * i / each; }
     return found;
   }
+  function digits(value, count) {
+    return value && Math.abs(value) < 1e-3 ? value.toExponential(count - 1) : value.toPrecision(count);
+  }
   function format(value, unit) {
-    return value === null || value === undefined ? "–" : value.toPrecision(6) + " " + unit;
+    return value === null || value === undefined ? "–" : digits(value, 6) + " " + unit;
   }
 
   function options(element, shown, series, unit, title) {
@@ -116,7 +119,7 @@
   function describe(models, unit, shown) {
     var visible = models.filter(function (model, place) { return !place || !chosen.hidden[model]; });
     var said = visible.map(function (model, place) {
-      var peak = lineOf(model).peak.toPrecision(4) + " " + unit;
+      var peak = digits(lineOf(model).peak, 4) + " " + unit;
       return place ? model + " differs by at most " + peak : model + " reaches " + peak;
     });
     var meaning = data.quantities[chosen.quantity].meaning;
