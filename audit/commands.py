@@ -23,7 +23,8 @@ def errata(
 
 def paper(
     figure: Annotated[
-        list[int] | None, typer.Option(help="A figure of the paper, 4 to 20; all chapters.")
+        list[int] | None,
+        typer.Option(help="A figure of the paper, 4 to 20 (default: all chapters)."),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("paper-report"),
     first_seed: Annotated[

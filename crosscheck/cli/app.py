@@ -41,11 +41,15 @@ Jobs = Annotated[
 JUnit = Annotated[Path | None, typer.Option("--junit", help="JUnit XML file to write.")]
 Scenarios = Annotated[
     list[str] | None,
-    typer.Option("--scenario", help="Run this, a name or file, in place of the usual; repeatable."),
+    typer.Option(
+        "--scenario", help="Run this one, name or file, not the arm's usual ones; repeatable."
+    ),
 ]
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="PATH=VALUE", help="As arm.joints.*.backlash_m=2e-5."),
+    typer.Option(
+        "--set", metavar="PATH=VALUE", help="Change a value: arm.joints.*.backlash_m=2e-5."
+    ),
 ]
 Seed = Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the random states.")]
 Tried = Annotated[
@@ -177,15 +181,19 @@ def simulate(
     out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
     t_end: Annotated[str | None, typer.Option(help="Duration in seconds.")] = None,
     step: Annotated[str | None, typer.Option(help="Integration step in seconds.")] = None,
-    phase: Annotated[Phase | None, typer.Option(help="Phase law; angle.")] = None,
-    ring_rate: Annotated[RingRate | None, typer.Option(help="Follows the phase law.")] = None,
+    phase: Annotated[
+        Phase | None, typer.Option(help="Law of the mesh phase (default: angle).")
+    ] = None,
+    ring_rate: Annotated[
+        RingRate | None, typer.Option(help="Rate of the ring mesh (default: by phase law).")
+    ] = None,
     settings: Settings = None,
     force: Annotated[
         bool, typer.Option("--force", help="Run although the step exceeds the stability limit.")
     ] = False,
     rtol: Annotated[
         float | None,
-        typer.Option(help="Steps of its own to this tolerance, ended at contact changes."),
+        typer.Option(help="Relative tolerance: adaptive steps that end at contact changes."),
     ] = None,
 ) -> None:
     """Simulate one model and write its trajectory."""
@@ -223,17 +231,18 @@ def trial(
     json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
     junit: JUnit = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the page, trial.html; of --ask.")
+        Path | None, typer.Option(help="Folder of the page, trial.html, or of the files of --ask.")
     ] = None,
     ask: Annotated[
-        bool, typer.Option("--ask", help="Write what a trial asks, for any tool to answer.")
+        bool, typer.Option("--ask", help="Write the states at which any tool can answer.")
     ] = False,
     answers: Annotated[
         list[Path] | None,
         typer.Option(help="Judge this CSV or MAT file in place of MODEL; no code is run."),
     ] = None,
     after: Annotated[
-        list[Path] | None, typer.Option(help="With --ask: first answers, to ask on other arms.")
+        list[Path] | None,
+        typer.Option(help="With --ask: the first answers; adds states of other arms."),
     ] = None,
     coordinates: Annotated[
         Path | None,
@@ -272,7 +281,7 @@ def compare(
     ],
     arm: ArmName = "paper-labelled",
     scenario: Annotated[
-        str | None, typer.Option(help="Torques by the drive of this, a name or file.")
+        str | None, typer.Option(help="Take the torques from this scenario's drive, name or file.")
     ] = None,
     settings: Settings = None,
     tolerance: Annotated[
@@ -282,10 +291,10 @@ def compare(
             help="Standard uncertainty of a number of the arm, arm.payload_mass_kg=0.01 for 1 %.",
         ),
     ] = None,
-    topic: Annotated[str, typer.Option(help="Of a ROS bag: messages of JointState.")] = "",
+    topic: Annotated[str, typer.Option(help="Topic of JointState messages in a ROS bag.")] = "",
     joint: Annotated[
         list[str] | None,
-        typer.Option(help="Of a ROS bag: name of a joint, repeated from the base on."),
+        typer.Option(help="Name of a joint in a ROS bag; repeat from the base on."),
     ] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the page, compare.html.")] = None,
@@ -366,7 +375,10 @@ def sweep(
     jobs: Jobs = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="tcp://HOST:PORT", help="A Dask scheduler, whose workers run it."),
+        typer.Option(
+            metavar="tcp://HOST:PORT",
+            help="Address of a Dask scheduler, whose workers run the study.",
+        ),
     ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on where an earlier run was stopped.")
@@ -388,10 +400,10 @@ def sweep(
 def plot(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="What `crosscheck sweep` wrote.")],
     quantity: Annotated[
-        list[str] | None, typer.Option(help="A variable of it; repeatable; all of them.")
+        list[str] | None, typer.Option(help="Variable to draw; repeatable (default: all).")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="PNG file to write; beside FILE by default.")
+        Path | None, typer.Option(help="PNG file to write (default: beside FILE).")
     ] = None,
 ) -> None:
     """Draw the result of a study: maps, curves and distributions."""
@@ -409,7 +421,7 @@ def view(
         Path, typer.Argument(metavar="RUN.nc", help="What `crosscheck simulate` wrote.")
     ],
     out: Annotated[
-        Path | None, typer.Option(help="HTML file to write; beside RUN.nc by default.")
+        Path | None, typer.Option(help="HTML file to write (default: beside RUN.nc).")
     ] = None,
 ) -> None:
     """Write a page that shows a run in three dimensions, gears and one mesh close up."""
