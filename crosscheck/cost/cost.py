@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from crosscheck.cost.agreement import EngineDifference, compared, drawn
+from crosscheck.cost.agreement import TOLERANCE, EngineDifference, compared, drawn
 from crosscheck.cost.engines import LEAD, model_of
 from crosscheck.cost.meshes import GearedCost, geared_cost
 from crosscheck.cost.motion import RobotMotion, beyond_limits, excitation
@@ -242,6 +242,7 @@ def _ratios(
     for number, rotor in enumerate(robot.rotors):
         up, down = coupling(number, 1), coupling(number, -1)
         shares = np.abs(up).max(axis=0)
+        shares[shares < TOLERANCE] = 0.0  # less than this no two engines agree on
         linear, square = linear + (up - down) / 2, square + (up + down) / 2
         at = int(shares.argmax())
         enough = abs(rotor.ratio) * _enough((up - down) / 2, (up + down) / 2)

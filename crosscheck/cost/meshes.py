@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.cost.motion import RobotMotion
-from crosscheck.cost.runs import away, run
+from crosscheck.cost.runs import away, run, softness
 from crosscheck.models.robot.interface import RobotModel
 
 RESOLVED = 0.4  # [rad] of the fastest swing in a step of a run
@@ -54,10 +54,9 @@ def geared_cost(
     """Both models of one robot along a motion; what runs longer than most_steps is not run."""
     state = motion.at(motion.instants(instants))
     force = _forces(coupled, geared, state)
-    free, frames = len(geared.robot.coordinates), np.hstack([state[0], 0 * force])
-    softness = np.linalg.inv(geared.mass_matrix(frames)).diagonal(axis1=1, axis2=2)[:, free:]
-    costs, rates = [], []
-    for own, inverse, (rotor, mesh) in zip(force.T, softness.T, geared.robot.meshes, strict=True):
+    masses = geared.mass_matrix(np.hstack([state[0], 0 * force]))
+    soft, costs, rates = softness(geared, masses), [], []
+    for own, inverse, (rotor, mesh) in zip(force.T, soft.T, geared.robot.meshes, strict=True):
         joint = geared.robot.joints[rotor.joint]
         lever = abs(rotor.ratio) * mesh.pinion_base_radius_m
         swings = np.sqrt(mesh.stiffness_N_per_m * inverse)

@@ -27,8 +27,7 @@ def run(
         try:
             found[alive] = model.forward_dynamics(at[alive], rate[alive], given[alive])
         except np.linalg.LinAlgError:
-            allowed = "masses and inertias are too unlike for 16 digits: M cannot be inverted"
-            raise InputError(model.robot.name, "", None, allowed) from None
+            raise _too_unlike(model) from None
         return found
 
     first = torques(0.0)
@@ -56,3 +55,23 @@ def away(model: RobotModel, ends: np.ndarray, planned: np.ndarray) -> np.ndarray
     found, alive = np.full(len(ends), np.inf), np.isfinite(ends).all(axis=1)
     found[alive] = np.linalg.norm(model.tip(ends[alive]) - planned[alive], axis=1)
     return found
+
+
+def softness(model: RobotModel, mass_matrices: np.ndarray) -> np.ndarray:
+    """Of the inverse of M (states, n, n), what meshes have on its diagonal (states, meshes) [1/kg].
+
+    Raises InputError for a robot whose mass matrix cannot be inverted.
+    """
+    try:
+        inverse = np.linalg.inv(mass_matrices).diagonal(axis1=1, axis2=2)
+    except np.linalg.LinAlgError:
+        raise _too_unlike(model) from None
+    found: np.ndarray = inverse[:, len(model.robot.coordinates) :]
+    if not (found > 0).all():
+        raise _too_unlike(model)
+    return found
+
+
+def _too_unlike(model: RobotModel) -> InputError:
+    allowed = "masses and inertias are too unlike for 16 digits: M cannot be inverted"
+    return InputError(model.robot.name, "", None, allowed)

@@ -11,6 +11,7 @@ import pytest
 from crosscheck.cost.agreement import drawn, model_of, with_meshes
 from crosscheck.cost.cost import QUICK, cost_of
 from crosscheck.cost.runs import run
+from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from tests.robots.chains import (
     ENGINES,
@@ -124,6 +125,13 @@ def test_bias_follows_from_the_mass_matrix_where_teeth_give_way(seed):
     expected = np.einsum("ijk,j,k->i", by, v[0], v[0]) - np.einsum("jki,j,k->i", by, v[0], v[0]) / 2
     size = np.abs(model.mass_matrix(q)).max() * (1 + np.abs(v).max()) ** 2
     assert model.bias(q, v)[0] == pytest.approx(expected, abs=1e-9 * size)
+
+
+def test_inertias_too_unlike_for_the_digits_are_one_line():
+    text = pendulum().urdf
+    given = geared(-1e6, 1e15, mesh=teeth(1e-5))
+    with pytest.raises(InputError, match="M cannot be inverted"):
+        cost_of(robot(text, {"swing": given}), 0, FEW, lambda *doing: None)
 
 
 def test_what_a_rigid_gear_leaves_out_of_a_pendulum():
