@@ -15,6 +15,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import content_of
 
 HERE = Path(__file__).parent
+KINDS = ("arms", "robots", "scenarios")  # folders of what has built-in names
 LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes as many
 LONGEST_BITS = 1000  # of a whole number; Python shows none of 4300 digits
 TOO_LONG = "a number of too many digits"
@@ -73,6 +74,8 @@ def _read(name: str, folder: str) -> dict[str, Any]:
         content = content_of(Path(name), LARGEST_FILE)
     except (FileNotFoundError, NotADirectoryError):
         nor = f", nor built-in name ({', '.join(_stems(folder))})" if folder else ""
+        other = [kind for kind in KINDS if folder and name in _stems(kind)]
+        nor += f"; it is one of {other[0]}" if other else ""
         raise InputError(name, "", None, f"no such file{nor}") from None
     except OSError as error:
         raise InputError(name, "", None, f"cannot be read: {error.strerror}") from None

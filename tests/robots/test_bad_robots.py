@@ -189,6 +189,11 @@ def test_a_robot_that_there_is_not(crosscheck: Command):
     assert_one_line(crosscheck("cost", "hexapod"), "hexapod", "puma560, six-joint, sliding")
 
 
+def test_an_arm_is_no_robot_nor_a_robot_an_arm(crosscheck: Command):
+    assert_one_line(crosscheck("cost", "probe"), "probe", "it is one of arms")
+    assert_one_line(crosscheck("show", "sliding"), "sliding", "it is one of robots")
+
+
 def test_no_output_takes_the_place_of_an_input(crosscheck: Command, tmp_path: Path):
     (tmp_path / "mine.urdf").write_text(GOOD)
     (tmp_path / "mine.toml").write_text(MINIMAL)
