@@ -11,11 +11,13 @@ import pytest
 
 from crosscheck.cost.agreement import drawn, model_of
 from crosscheck.models.arm.arm import Arm, Planetary
-from crosscheck.models.loading import load_arm
-from crosscheck.models.robot.file import load_robot
+from crosscheck.models.files import raw_robot
+from crosscheck.models.loading import load_arm, validated
+from crosscheck.models.robot.file import Geared, RobotFile, load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import RIGID
 from crosscheck.planning.sizing import at_rest
+from crosscheck.provenance import ROOT
 from crosscheck.registry import build
 from tests.robots.chains import ENGINES, Solid, geared, joint, link, random_chain, robot, urdf
 
@@ -242,3 +244,18 @@ def test_weight_is_the_slope_of_energy_and_momentum_that_of_kinetic_energy(engin
     assert weight == pytest.approx(model.gravity(q[:1])[0], abs=1e-9)
     turned = (model.mass_matrix(q)[:, 0] * v).sum(axis=1)
     assert model.momentum(q, v)[:, 5] == pytest.approx(turned, rel=1e-12)
+
+
+REFLECTED = {  # [kg m^2], as the sources that the files name state them
+    "iiwa14": [*[160**2 * 1.321e-4] * 4, 100**2 * 1.321e-4, *[160**2 * 4.54e-5] * 2],
+    "panda": [*[0.605721456] * 2, *[0.462474144] * 2, *[0.205544064] * 3],
+}
+
+
+@pytest.mark.parametrize("name", REFLECTED)
+def test_files_of_real_robots_have_the_published_reflected_inertias(name):
+    path = str(ROOT / "examples" / "robots" / f"{name}.toml")
+    file = validated(RobotFile, raw_robot(path), path)
+    geared = [own for own in file.joints.values() if isinstance(own, Geared)]
+    found = [own.rotor_inertia_kg_m2 * own.ratio**2 for own in geared]
+    assert found == pytest.approx(REFLECTED[name], rel=1e-12)
