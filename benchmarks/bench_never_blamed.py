@@ -100,7 +100,9 @@ def blamed(own: Pair) -> list[str]:
     moved = in_frame(own.model, own.coordinates, own.arm, unequal_gains(own.arm))
     equations = replace(equations_of(moved), coordinates=own.coordinates)
     trial = tried(Asked("yours", equations, own.arm, quick=True))
-    return [finding.id for finding in trial.agreement.red] + [str(w.place) for w in trial.wrong]
+    return [finding.id for finding in trial.agreement.disagreeing] + [
+        str(w.place) for w in trial.wrong
+    ]
 
 
 def main() -> None:

@@ -185,7 +185,7 @@ class Agreement:
     known: Sequence[Key] = ()
 
     @property
-    def red(self) -> list[Finding]:
+    def disagreeing(self) -> list[Finding]:
         """The checks that differ, are unresolved, unfinished or failed."""
         return [f for f in self.findings if f.kind == "check" and f.verdict != "agree"]
 
@@ -197,9 +197,11 @@ class Agreement:
     @property
     def exit_code(self) -> int:
         """0 if every check agrees and there is at least one; 3 if all others are unfinished; 1."""
-        if self.red and all(finding.verdict == "unfinished" for finding in self.red):
+        if self.disagreeing and all(
+            finding.verdict == "unfinished" for finding in self.disagreeing
+        ):
             return UNFINISHED_CODE
-        return 0 if self.checks and not self.red else 1
+        return 0 if self.checks and not self.disagreeing else 1
 
     def to_dict(self) -> dict[str, Any]:
         """As in crosscheck/schema/agreement.schema.json."""

@@ -169,7 +169,7 @@ def _verdict(about: About, steps: int, note: str) -> Finding:
 
 def _measurements(baseline: Baseline, now: Baseline, agreement: Agreement) -> Iterator[Finding]:
     findings = measurements_by_id(agreement)
-    unjudged = {finding.id for finding in agreement.red if finding.verdict == "unfinished"}
+    unjudged = {finding.id for finding in agreement.disagreeing if finding.verdict == "unfinished"}
     for name in sorted({*baseline.measurements, *now.measurements} - unjudged):
         record, is_now = baseline.measurements.get(name), now.measurements.get(name)
         finding = findings.get(name)

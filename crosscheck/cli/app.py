@@ -141,15 +141,17 @@ def accept(
     jobs: Jobs = None,
     junit: JUnit = None,
     model: Tried = None,
-    with_red: Annotated[
-        bool, typer.Option("--with-red", help="Record failed checks as known differences.")
+    with_differences: Annotated[
+        bool, typer.Option("--with-differences", help="Record failed checks as known differences.")
     ] = False,
 ) -> None:
     """Cross-check an arm and record the result, unless a check fails."""
     from crosscheck.cli.validate import accept_command, recorded
 
     chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
-    code = accept_command(chosen, folder, jobs or os.cpu_count() or 1, junit, with_red, made)
+    code = accept_command(
+        chosen, folder, jobs or os.cpu_count() or 1, junit, with_differences, made
+    )
     raise typer.Exit(code)
 
 

@@ -62,14 +62,14 @@ def accept_command(
     folder: Path,
     jobs: int,
     junit: Path | None,
-    with_red: bool,
+    with_differences: bool,
     made: Made = checked_aloud,
 ) -> int:
     """Cross-check an arm and record the result; returns the exit code.
 
-    made: how, where equations are tried instead. Red checks are recorded only ``with_red``, as
-    known differences. Raises InputError, before anything is run, where another arm's record
-    would be replaced.
+    made: how, where equations are tried instead. Checks that differ are recorded only
+    ``with_differences``, as known ones. Raises InputError, before anything is run, where another
+    arm's record would be replaced.
     """
     path = baseline_path(folder, chosen)
     require_files((path, RECORD), (junit, JUNIT))
@@ -79,24 +79,24 @@ def accept_command(
     if junit is not None:
         write_text(junit, junit_xml(agreement, f"crosscheck {chosen.arm.name}"))
     print_agreement(agreement)
-    if not _may_be_recorded(result, with_red):
+    if not _may_be_recorded(result, with_differences):
         return agreement.exit_code or 1
     _record(path, baseline_of(result))
     return 0
 
 
-def _may_be_recorded(result: CrossCheck, with_red: bool) -> bool:
+def _may_be_recorded(result: CrossCheck, with_differences: bool) -> bool:
     """Whether all was judged, and nothing is wrong or it is wanted as it is; says why not."""
-    red, lost = result.agreement.red, list(unrecorded(result))
+    wrong, lost = result.agreement.disagreeing, list(unrecorded(result))
     for line in lost:
         print(printable(line))
-    if unfinished := sum(finding.verdict == "unfinished" for finding in red):
+    if unfinished := sum(finding.verdict == "unfinished" for finding in wrong):
         print(f"{counted(unfinished, 'unfinished check')}: nothing recorded")
         return False
-    if result.agreement.checks and (with_red or not (red or lost)):
+    if result.agreement.checks and (with_differences or not (wrong or lost)):
         return True
-    wrong = [counted(len(red), "red check")] + ([counted(len(lost), "lost run")] if lost else [])
-    print(f"{', '.join(wrong)}: nothing recorded (--with-red records known differences)")
+    told = [counted(len(wrong), "differing check")] + [counted(len(lost), "lost run")] * bool(lost)
+    print(f"{', '.join(told)}: nothing recorded (--with-differences records known differences)")
     return False
 
 

@@ -16,7 +16,7 @@ def print_changed(agreement: Agreement) -> None:
 
     agreement: as regression.compare returns it.
     """
-    beyond, known = sorted(agreement.red, key=_from_largest), known_differences(agreement)
+    beyond, known = sorted(agreement.disagreeing, key=_from_largest), known_differences(agreement)
     for finding in beyond[:MOST]:
         print(printable(_line(finding)))
     if len(beyond) > MOST:

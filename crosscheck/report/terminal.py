@@ -36,7 +36,7 @@ def print_agreement(agreement: Agreement) -> None:
     """Verdict matrix, then every check that is not green, then the count."""
     console = Console()
     console.print(_matrix(agreement))
-    for finding in agreement.red:
+    for finding in agreement.disagreeing:
         console.print(_line(finding), soft_wrap=True, highlight=False)
     print(tally(agreement))
 

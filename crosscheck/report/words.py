@@ -13,7 +13,7 @@ def counted(number: int, noun: str) -> str:
 def tally(agreement: Agreement) -> str:
     """How many of the checks agree, and how many were not judged."""
     total = len(agreement.checks)
-    agreeing = total - len(agreement.red)
+    agreeing = total - len(agreement.disagreeing)
     unfinished = sum(finding.verdict == "unfinished" for finding in agreement.checks)
     said = f"; {unfinished} unfinished, not judged" if unfinished else ""
     return f"{agreeing} of {counted(total, 'check')} agree{'s' if total == 1 else ''}{said}"

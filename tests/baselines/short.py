@@ -124,4 +124,4 @@ def held_against(path: Path, result: CrossCheck) -> Agreement:
 
 def moved(agreement: Agreement) -> dict[str, Finding]:
     """Red Findings by id."""
-    return {finding.id: finding for finding in agreement.red}
+    return {finding.id: finding for finding in agreement.disagreeing}

@@ -178,7 +178,7 @@ def test_a_number_moves_beyond_its_tolerance(
     assert finding.verdict == verdict
     assert finding.measured == pytest.approx(by, rel=1e-2)
     assert finding.note.startswith("joint 2 at 0.007 s: ")
-    assert len(agreement.red) == (verdict == "differ")
+    assert len(agreement.disagreeing) == (verdict == "differ")
 
 
 def test_a_measurement_moves(result: CrossCheck, recorded: Path) -> None:

@@ -176,7 +176,9 @@ def test_red_checks_are_not_accepted(
     assert command(*ACCEPT, "--junit", "red.xml", result=broken) == 1
     out = capsys.readouterr().out
     assert "differ refined/pd/theta/a~b" in out
-    assert out.endswith("1 red check: nothing recorded (--with-red records known differences)\n")
+    assert out.endswith(
+        "1 differing check: nothing recorded (--with-differences records known differences)\n"
+    )
     assert not RECORD.exists()
     assert Path("red.xml").is_file()
 
@@ -190,7 +192,7 @@ def test_a_red_result_leaves_the_old_record(
 
 
 def test_nothing_checked_is_not_accepted(command: Command, result: CrossCheck) -> None:
-    assert command(*ACCEPT, "--with-red", result=with_findings(result, [])) == 1
+    assert command(*ACCEPT, "--with-differences", result=with_findings(result, [])) == 1
     assert not RECORD.exists()
 
 
@@ -202,13 +204,13 @@ def test_a_run_that_cannot_be_recorded_is_not_accepted(
     out = capsys.readouterr().out
     assert f"{ANALYTIC} cannot be recorded: " in out
     assert "must reach from 0 to 0.02 s" in out
-    assert "0 red checks, 1 lost run: nothing recorded" in out
+    assert "0 differing checks, 1 lost run: nothing recorded" in out
 
 
 def test_known_differences_are_shown_on_every_run(
     command: Command, broken: CrossCheck, capsys: Captured
 ) -> None:
-    assert command(*ACCEPT, "--with-red", result=broken) == 0
+    assert command(*ACCEPT, "--with-differences", result=broken) == 0
     assert "1 known difference" in capsys.readouterr().out
     for _ in range(2):
         assert command(*CHECK, "--junit", "known.xml", result=broken) == 0
@@ -227,7 +229,7 @@ def test_known_differences_are_shown_on_every_run(
 def test_a_known_difference_moves_when_its_number_does(
     command: Command, broken: CrossCheck, capsys: Captured
 ) -> None:
-    assert command(*ACCEPT, "--with-red", result=broken) == 0
+    assert command(*ACCEPT, "--with-differences", result=broken) == 0
     worse = with_findings(broken, [*broken.agreement.findings[:-1], red(measured=4e-3)])
     capsys.readouterr()
     assert command(*CHECK, result=worse) == 1
@@ -239,7 +241,7 @@ def test_a_known_difference_moves_when_its_number_does(
 def test_a_known_difference_that_has_gone_moves(
     command: Command, broken: CrossCheck, capsys: Captured
 ) -> None:
-    assert command(*ACCEPT, "--with-red", result=broken) == 0
+    assert command(*ACCEPT, "--with-differences", result=broken) == 0
     better = with_findings(broken, [*broken.agreement.findings[:-1], red(measured=1e-12)])
     capsys.readouterr()
     assert command(*CHECK, result=better) == 1

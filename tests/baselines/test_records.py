@@ -151,7 +151,7 @@ REFUSED: dict[str, tuple[Change, str]] = {
     "wrong type": (_set([], "runs"), "runs = []: "),
     "wrong verdict": (_set("fine", "checks", "x"), "checks.x = 'fine': "),
     "no verdict of a check": (_set("measured", "checks", "x"), "checks.x = 'measured': "),
-    "a red check that is not known": (
+    "a differing check that is not known": (
         _set("differ", "checks", "x"),
         "checks.x = 'differ': a check",
     ),

@@ -66,7 +66,7 @@ def test_red_trial_is_not_recorded_unless_wanted(baseline, capsys):
     assert baseline("accept", "slipped") == 1
     assert records() == []
     assert "nothing recorded" in capsys.readouterr().out
-    assert baseline("accept", "slipped", "--with-red") == 0
+    assert baseline("accept", "slipped", "--with-differences") == 0
     assert baseline("check", "slipped") == 0
 
 

@@ -308,7 +308,7 @@ class Campaign:
             self.comparisons = planned(wanted, prepared(wanted, workers))
             self.outcomes = workers.perform(tasks_of(self.comparisons), lambda key: None)
         findings = findings_of(self.comparisons, Results(self.outcomes))
-        self.red = [f for f in findings if f.kind == "check" and f.verdict != "agree"]
+        self.disagreeing = [f for f in findings if f.kind == "check" and f.verdict != "agree"]
 
     def findings(self, mutant: Mutant, patch: pytest.MonkeyPatch) -> list[Finding]:
         """All that the mutant has a part in."""

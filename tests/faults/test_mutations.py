@@ -26,7 +26,7 @@ def campaign() -> Iterator[Campaign]:
 
 
 def test_the_unharmed_models_pass(campaign):
-    assert campaign.red == []
+    assert campaign.disagreeing == []
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -38,11 +38,11 @@ def test_every_wrong_answer_of_a_model_turns_a_check_of_it_red(campaign, model, 
 
 
 def _is_seen(campaign: Campaign, mutant: Mutant, patch: pytest.MonkeyPatch) -> bool:
-    """In a red check that names the model; and the views can show it."""
+    """In a differing check that names the model; and the views can show it."""
     agreement = Agreement(campaign.findings(mutant, patch))
     assert agreement.to_json()
     assert junit_xml(agreement)
-    named = [f for f in agreement.red if mutant.model in (f.left, f.right)]
+    named = [f for f in agreement.disagreeing if mutant.model in (f.left, f.right)]
     return bool(named) and agreement.exit_code == 1
 
 

@@ -91,13 +91,15 @@ def test_engines_that_crash_or_leave_cost_their_own_checks_alone(monkeypatch):
         monkeypatch.setattr(model, "bias", harm)
     agreement = package.check(arm_of(1), quick=True, jobs=2)
     assert agreement.exit_code == 1
-    assert {f.verdict for f in agreement.red} == {"failed"}
+    assert {f.verdict for f in agreement.disagreeing} == {"failed"}
     for name in harmed:
-        assert any(f.note.startswith(f"{name}: ") for f in agreement.red)
+        assert any(f.note.startswith(f"{name}: ") for f in agreement.disagreeing)
         # Whatever needs no bias of the model is as before.
         own = [f for f in agreement.findings if name in (f.left, f.right)]
         agreeing = {f.quantity for f in own if f.verdict == "agree"}
         assert agreeing >= {"inertia", "mass_matrix", "abilities"}
     assert {f.verdict for f in agreement.findings if f.quantity == "locked-stage"} == {"agree"}
-    assert all({f.left, f.right} & {*harmed} for f in agreement.red)
-    assert all(f.note.startswith(tuple(f"{name}: " for name in harmed)) for f in agreement.red)
+    assert all({f.left, f.right} & {*harmed} for f in agreement.disagreeing)
+    assert all(
+        f.note.startswith(tuple(f"{name}: " for name in harmed)) for f in agreement.disagreeing
+    )

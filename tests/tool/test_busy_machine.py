@@ -103,7 +103,7 @@ def test_a_preparation_that_did_not_come_back_ends_the_command(monkeypatch, lost
 def test_a_preparation_that_fails_is_a_failed_check(monkeypatch, lost):
     monkeypatch.setattr(preparation, lost, _raising)
     agreement = package.check(arm_of(1, direct=[0]), quick=True, jobs=2)
-    failed = [f for f in agreement.red if f.about.key.family == "preparation"]
+    failed = [f for f in agreement.disagreeing if f.about.key.family == "preparation"]
     assert failed
     assert {(f.verdict, f.note) for f in failed} == {
         ("failed", "analytic:physical: ValueError: no such root")

@@ -148,7 +148,7 @@ def test_a_record_is_of_its_scenarios(crosscheck, files, tmp_path):
 
 def test_sized_experiments_of_an_arm_without_gears(files, tmp_path):
     agreement = check(load_arm(files[0]), quick=True, jobs=2)
-    assert agreement.exit_code == 0, [finding.note for finding in agreement.red]
+    assert agreement.exit_code == 0, [finding.note for finding in agreement.disagreeing]
     assert {"torque-step", "pd-motion"} <= {f.about.key.case for f in agreement.findings}
     remarks = agreement.provenance.remarks
     assert remarks[0] == "experiments sized to the arm: no gears, controller at 4 rad/s"

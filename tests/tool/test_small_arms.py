@@ -14,7 +14,7 @@ pytestmark = pytest.mark.slow
 @pytest.mark.usefixtures("brief_plan")
 def test_an_arm_of_one_joint_passes_every_check_on_any_number_of_processes():
     one, two = (package.check(arm_of(1), quick=True, jobs=jobs) for jobs in (1, 2))
-    assert [f"{f.id}: {f.measured} {f.note}" for f in one.red] == []
+    assert [f"{f.id}: {f.measured} {f.note}" for f in one.disagreeing] == []
     assert one.to_dict()["findings"] == two.to_dict()["findings"]
 
 
@@ -22,7 +22,7 @@ def test_an_arm_of_one_joint_passes_every_check_on_any_number_of_processes():
 def test_arm_called_like_the_probe_is_told_from_it(labelled):
     arm = labelled.model_copy(update={"name": "probe"})
     agreement = package.check(arm, quick=True, jobs=2)
-    assert [f.id for f in agreement.red] == []
+    assert [f.id for f in agreement.disagreeing] == []
     assert len({f.id for f in agreement.findings}) == len(agreement.findings)
 
 
@@ -31,4 +31,4 @@ def test_an_arm_of_random_numbers_raises_no_false_alarm(monkeypatch, seed, is_br
     if is_brief:  # it has two geared joints, and takes twice as long
         brief(monkeypatch, 0.02)
     agreement = package.check(random_arm(seed, most_joints=2), quick=True, jobs=2, seed=seed)
-    assert [f"{f.id}: {f.measured} {f.note}" for f in agreement.red] == []
+    assert [f"{f.id}: {f.measured} {f.note}" for f in agreement.disagreeing] == []

@@ -47,7 +47,7 @@ def test_in_coordinates_that_hardly_tell_the_links_apart(seed, condition):
     matrix = lengths(arm, "lumped") * turned(len(LAYOUTS["lumped"](arm)), seed, condition)
     own = in_coordinates("pinocchio:gears", Coordinates("lumped", matrix=matrix), arm)
     trial = judged(own, arm)
-    assert ([finding.id for finding in trial.agreement.red], trial.wrong) == ([], ())
+    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong) == ([], ())
 
 
 @pytest.mark.parametrize("model", ["analytic:coupled", "pinocchio:links"])
@@ -57,14 +57,14 @@ def test_in_units_of_a_millionth_and_of_a_million(model):
     units = np.tril(turned(3, 1, 2.0)) + 2 * np.eye(3)
     coordinates = Coordinates(matrix=units * np.array([1e6, 1e-6, 1.0]))
     trial = judged(in_coordinates(model, coordinates, arm), arm)
-    assert ([finding.id for finding in trial.agreement.red], trial.wrong) == ([], ())
+    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong) == ([], ())
 
 
 def test_where_a_function_bends_gear_angles(labelled):
     bends = lengths(labelled, "lumped")[:, 0]
     coordinates = Coordinates("lumped", function=lambda x: bends * (x + 0.5 * np.sin(x)))
     trial = judged(in_coordinates("pinocchio:gears", coordinates, labelled), labelled)
-    assert ([finding.id for finding in trial.agreement.red], trial.wrong) == ([], ())
+    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong) == ([], ())
 
 
 def by_actuator(x: np.ndarray) -> np.ndarray:
@@ -77,7 +77,7 @@ def test_where_a_function_reaches_half_of_all_poses(labelled):
     """And an error is seen there as well."""
     own = in_coordinates("pinocchio:links", Coordinates(function=by_actuator), labelled)
     trial = judged(own, labelled)
-    assert ([finding.id for finding in trial.agreement.red], trial.wrong) == ([], ())
+    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong) == ([], ())
     wrong_equations = replace(own, bias=lambda x, v: (1 + 1e-8) * own.bias(x, v))
     assert judged(wrong_equations, labelled).exit_code == 1
 

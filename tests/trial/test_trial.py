@@ -78,7 +78,7 @@ def test_right_geared_equations_pass_on_an_arm_of_random_numbers(gearing, gears,
     coordinates = Coordinates(gearing, links, gears)
     arm = random_arm(hash_of(gearing, gears, links), most_joints=2)
     trial = trial_of(of_project("analytic:physical", coordinates), arm)
-    assert [finding.id for finding in trial.agreement.red] == []
+    assert [finding.id for finding in trial.agreement.disagreeing] == []
     assert trial.wrong == ()
 
 
@@ -248,5 +248,5 @@ def test_inverse_dynamics_is_judged_where_a_and_v_meet(beside, labelled):
         return factory
 
     assert trial_of(of(0.0), labelled).exit_code == 0
-    (red,) = trial_of(of(1e-3), labelled).agreement.red
+    (red,) = trial_of(of(1e-3), labelled).agreement.disagreeing
     assert red.quantity == "inverse-dynamics"
