@@ -151,7 +151,12 @@ def test_what_a_rigid_gear_leaves_out_of_a_pendulum():
 def test_the_end_effector_goes_astray_less_where_teeth_are_stiffer():
     """Under torques of coupled; its steps go with the swings, the root of the stiffness."""
     soft, stiff = (
-        cost_of(gimbal(stiffness), 0, replace(FEW, most_steps=500), lambda *doing: None).geared
+        cost_of(
+            gimbal(stiffness),
+            0,
+            replace(FEW, instants=20, most_steps=500),
+            lambda *doing: None,
+        ).geared
         for stiffness in (4e3, 1.6e4)
     )
     assert soft
