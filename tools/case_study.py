@@ -51,7 +51,7 @@ def page(folder: Path) -> str:
             f"### {_section(section)}\n",
             table(["claim", "statement", *COLUMNS.values()], map(row, rows)),
         ]
-    return "\n".join(parts)
+    return "\n".join(parts).replace("&#39;", "'")
 
 
 def findings(html: str) -> Iterator[str]:
