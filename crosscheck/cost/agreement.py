@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.cost.engines import engines, model_of
-from crosscheck.cost.runs import run, softness
+from crosscheck.cost.runs import mesh_rates, run
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 
@@ -136,12 +136,7 @@ def _run_time(model: RobotModel, mass_matrices: np.ndarray) -> float:
     """Time of a run [s] whose steps resolve the swings of every mesh, and their dying out."""
     if model.level != "geared":
         return RUN_S
-    softest = softness(model, mass_matrices).max(axis=0)
-    fastest = [
-        max(np.sqrt(mesh.stiffness_N_per_m * inverse), mesh.damping_N_s_per_m * inverse)
-        for inverse, (_, mesh) in zip(softest, model.robot.meshes, strict=True)
-    ]
-    return float(min(RUN_S, STEPS / 2 / max(fastest)))
+    return min(RUN_S, STEPS / 2 / mesh_rates(model, mass_matrices).fastest)
 
 
 def _answers(model: RobotModel, states: DrawnStates) -> RobotAnswers:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.cost.motion import RobotMotion
-from crosscheck.cost.runs import away, run, softness
+from crosscheck.cost.runs import away, mesh_rates, run
 from crosscheck.models.robot.interface import RobotModel
 
 RESOLVED = 0.4  # [rad] of the fastest swing in a step of a run
@@ -55,11 +55,12 @@ def geared_cost(
     state = motion.at(motion.instants(instants))
     force = _forces(coupled, geared, state)
     masses = geared.mass_matrix(np.hstack([state[0], 0 * force]))
-    soft, costs, rates = softness(geared, masses), [], []
-    for own, inverse, (rotor, mesh) in zip(force.T, soft.T, geared.robot.meshes, strict=True):
+    rates, costs = mesh_rates(geared, masses), []
+    for own, swings, (rotor, mesh) in zip(
+        force.T, rates.swings.T, geared.robot.meshes, strict=True
+    ):
         joint = geared.robot.joints[rotor.joint]
         lever = abs(rotor.ratio) * mesh.pinion_base_radius_m
-        swings = np.sqrt(mesh.stiffness_N_per_m * inverse)
         costs.append(
             MeshCost(
                 joint.name,
@@ -70,8 +71,7 @@ def geared_cost(
                 float(swings.max()) / (2 * np.pi),
             )
         )
-        rates += [swings.max(), (mesh.damping_N_s_per_m * inverse).max()]
-    steps = int(np.ceil(max(rates) / RESOLVED))
+    steps = int(np.ceil(rates.fastest / RESOLVED))
     distances = None
     if steps <= most_steps:
         distances = _distances(coupled, geared, motion, runs, steps)

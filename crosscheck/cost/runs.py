@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -57,8 +58,20 @@ def away(model: RobotModel, ends: np.ndarray, planned: np.ndarray) -> np.ndarray
     return found
 
 
-def softness(model: RobotModel, mass_matrices: np.ndarray) -> np.ndarray:
-    """Of the inverse of M (states, n, n), what meshes have on its diagonal (states, meshes) [1/kg].
+class MeshRates(NamedTuple):
+    """Of meshes, each (states, meshes) [rad/s] and [1/s]: of their swings, of their dying out."""
+
+    swings: np.ndarray
+    decays: np.ndarray
+
+    @property
+    def fastest(self) -> float:
+        """Of both."""
+        return float(max(self.swings.max(), self.decays.max()))
+
+
+def mesh_rates(model: RobotModel, mass_matrices: np.ndarray) -> MeshRates:
+    """With M (states, n, n): of each mesh with the others in gear.
 
     Raises InputError for a robot whose mass matrix cannot be inverted.
     """
@@ -66,10 +79,13 @@ def softness(model: RobotModel, mass_matrices: np.ndarray) -> np.ndarray:
         inverse = np.linalg.inv(mass_matrices).diagonal(axis1=1, axis2=2)
     except np.linalg.LinAlgError:
         raise _too_unlike(model) from None
-    found: np.ndarray = inverse[:, len(model.robot.coordinates) :]
-    if not (found > 0).all():
+    softness = inverse[:, len(model.robot.coordinates) :]
+    if not (softness > 0).all():
         raise _too_unlike(model)
-    return found
+    meshes = [mesh for _, mesh in model.robot.meshes]
+    stiffness = np.array([mesh.stiffness_N_per_m for mesh in meshes])
+    damping = np.array([mesh.damping_N_s_per_m for mesh in meshes])
+    return MeshRates(np.sqrt(stiffness * softness), damping * softness)
 
 
 def _too_unlike(model: RobotModel) -> InputError:
