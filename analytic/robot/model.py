@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import BASE, Level, Robot, Rotor
+from crosscheck.models.robot.robot import BASE, WITH_ROTORS, Level, Robot, Rotor
 
 
 class FramePoses(NamedTuple):
@@ -121,7 +121,7 @@ class AnalyticRobot(RobotModel):
             total[:, 3:] += np.cross(pose.position + pose.arm, linear)
             total[:, 3:] += _times(inertia, _times(pose.turning, v))
         for rotor, turns in zip(self.robot.rotors, self._turns, strict=True):
-            if self.level in ("coupled", "geared"):
+            if self.level in WITH_ROTORS:
                 axis, spin = self._spin(rotor, turns, poses)
                 total[:, 3:] += rotor.inertia * (spin * v).sum(axis=1, keepdims=True) * axis
         return total
@@ -144,7 +144,7 @@ class AnalyticRobot(RobotModel):
         for rotor, turns in zip(self.robot.rotors, self._turns, strict=True):
             if self.level == "armature":
                 spin = np.broadcast_to(turns, (len(rates[0]), turns.size))
-            elif self.level in ("coupled", "geared"):
+            elif self.level in WITH_ROTORS:
                 _, spin = self._spin(rotor, turns, poses)
             else:
                 continue
@@ -174,7 +174,7 @@ class AnalyticRobot(RobotModel):
             total += _power(pose.turning, moment)
         for rotor, turns in zip(self.robot.rotors, self._turns, strict=True):
             stator = self.robot.frames[rotor.stator].body
-            if stator == BASE or self.level not in ("coupled", "geared"):
+            if stator == BASE or self.level not in WITH_ROTORS:
                 continue
             axis, spin = self._spin(rotor, turns, poses)
             rate = rates[stator]

@@ -13,7 +13,15 @@ import numpy as np
 
 from crosscheck.models.exudyn.engine import System, UserFunction, exudyn, items
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import BASE, Level, LinkFrame, Robot, Rotor, RotorMesh
+from crosscheck.models.robot.robot import (
+    BASE,
+    WITH_ROTORS,
+    Level,
+    LinkFrame,
+    Robot,
+    Rotor,
+    RotorMesh,
+)
 
 # Of its stator's mass, taken from it, at its centre of mass: Exudyn's bodies need one, and it
 # changes nothing there.
@@ -68,7 +76,7 @@ class ExudynRobot(RobotModel):
         added, sprung = np.zeros(len(parts)), list[SprungRotor]()
         for rotor in robot.rotors:
             added[rotor.joint] += rotor.inertia * rotor.ratio**2
-            if level not in ("coupled", "geared"):
+            if level not in WITH_ROTORS:
                 continue
             parts += self._rotor(rotor, parts, rotor.mesh if meshes else None)
             rows = np.vstack([rows, rotor.ratio * rows[rotor.joint]])

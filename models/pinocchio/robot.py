@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import Level, Robot, Rotor, RotorMesh
+from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot, Rotor, RotorMesh
 
 
 class PushedJoints(NamedTuple):
@@ -40,7 +40,7 @@ class PinocchioRobot(RobotModel):
                 f"its parser read other joints; missing: {', '.join(missing) or 'none'}"
             )
         moved = [self._tree.getJointId(joint.name) for joint in robot.joints]
-        bodies = robot.rotors if level in ("coupled", "geared") else ()
+        bodies = robot.rotors if level in WITH_ROTORS else ()
         rotors = [self._added(rotor, number) for number, rotor in enumerate(bodies)]
         places = [self._tree.joints[joint].idx_v for joint in moved]
         free, meshes = robot.coordinates, robot.meshes if level == "geared" else ()

@@ -18,6 +18,7 @@ LEVELS: dict[Level, str] = {
     "coupled": "links, and rotors as bodies that turn with their stators and by their gears",
     "geared": "the same, but each rotor that has a mesh moves its joint by the mesh's spring alone",
 }
+WITH_ROTORS: tuple[Level, ...] = ("coupled", "geared")  # as bodies
 RIGID: tuple[Level, ...] = ("links", "armature", "coupled")  # those of every robot
 
 
