@@ -1,0 +1,29 @@
+"""Every planted fault turns its check red, and without it the check is green."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import pytest
+
+from tests.faults.checks import CHECKS
+from tests.faults.planting import HERE, Fault, Seen, faults_in, interpret, plant
+
+FILES = sorted(file.stem for file in HERE.glob("*.toml"))
+FAULTS = [fault for name in FILES for fault in faults_in(name)]
+
+
+@lru_cache
+def without_fault(seen: Seen) -> str:
+    """The check's verdict; what merely is interpreted changes nothing."""
+    with pytest.MonkeyPatch.context() as patch:
+        interpret(patch, seen.model, seen.kernel)
+        return CHECKS[seen.check](seen)
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=str)
+def test_a_fault_turns_its_check_red(fault: Fault, monkeypatch: pytest.MonkeyPatch):
+    assert without_fault(fault.seen) == "agree"
+    interpret(monkeypatch, fault.seen.model, fault.seen.kernel)
+    plant(monkeypatch, fault.place, fault.old, fault.new)
+    assert CHECKS[fault.seen.check](fault.seen) == "differ"  # no fault merely raises
