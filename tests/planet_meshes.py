@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from math import pi, sqrt
 from typing import Any
 
@@ -234,6 +235,7 @@ def stiffness_at(law: StiffnessLaw, phase: complex) -> complex:
     return law.least_N_per_m + swing * (overlap + sum(waves))
 
 
+@lru_cache
 def _spline(law: TableStiffness) -> CubicSpline:
     return CubicSpline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
 

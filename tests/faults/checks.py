@@ -2,18 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
+
+import numpy as np
+import xarray as xr
 
 from crosscheck.checks.trajectories import Pair
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.exudyn.bodies import contact
+from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
 from crosscheck.models.interface import Model
-from crosscheck.models.loading import Case, load_arm
+from crosscheck.models.loading import Case, load_arm, load_case
+from crosscheck.models.pinocchio.gears import PinocchioGears
 from crosscheck.planning.plan import nudged
 from crosscheck.registry import MODELS, build
+from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.faults.planting import Laws, Seen
-from tests.judged import compare_states, energy_over_run, invariants, same_step
+from tests.judged import compare_states, energy_over_run, invariants, refined, same_step
+from tests.mixed_arms import MIXED, random_states, scenario
+from tests.planet_laws import (
+    ARMS,
+    OFFSETS,
+    force_off,
+    in_step_off,
+    modes_off,
+    motion_off,
+    records_off,
+    start_off,
+)
 
 STATES, SEED = 5, 0
 DRIVES = {
@@ -127,9 +145,123 @@ def _power(seen: Seen) -> str:
     return verdict
 
 
+def _refined(seen: Seen) -> str:
+    """Runs of two models, each also in twice the step; 0.2 ms from the start in motion."""
+    at = seen.arm, seen.drive, seen.laws
+    harmed = tuple(build(seen.model, *_short(at, step)).simulate() for step in STEPS_S)
+    (finding,) = refined(
+        "planted", _short(at, STEPS_S[0]), harmed, short_runs(seen.against, at), [seen.quantity]
+    )
+    return finding.verdict
+
+
+STEPS_S = 1e-6, 2e-6
+
+
+@lru_cache
+def short_runs(name: str, at: tuple[str, str, Laws]) -> tuple[xr.Dataset, ...]:
+    """Of a model that is never harmed."""
+    return tuple(build(name, *_short(at, step)).simulate() for step in STEPS_S)
+
+
+def _short(at: tuple[str, str, Laws], step_s: float) -> Case:
+    grid = {"duration_s": 2e-4, "step_s": step_s, "record_every": round(2e-5 / step_s)}
+    case = experiment(*at)
+    return case._replace(scenario=case.scenario.model_copy(update=grid))
+
+
+def _joints(seen: Seen) -> str:
+    """Joints between bodies that stay closed."""
+    return joint_gaps(_at_rest(seen)).verdict
+
+
+def _wrenches(seen: Seen) -> str:
+    """What the teeth do to every body."""
+    model = _at_rest(seen)
+    return wrenches(model, PinocchioGears(model.arm, model.scenario, model.switches)).verdict
+
+
+def _at_rest(seen: Seen) -> ExudynBodies:
+    """Its motors."""
+    case = experiment(seen.arm, seen.drive, seen.laws)
+    settings = ("scenario.drive.torque_N_m=0.0",)
+    still = load_case("paper-labelled", "constant-torque", {}, settings).scenario
+    return ExudynBodies(case.arm, still, case.switches)
+
+
+def _tiers(seen: Seen) -> str:
+    """Exudyn's two models at states of mixed arms, over the largest entry."""
+    off = 0.0
+    for name in MIXED:
+        pairs = zip(
+            _tier_answers(seen.model, name, seen.quantity),
+            unharmed_answers(seen.against, name, seen.quantity),
+            strict=True,
+        )
+        off = max(off, *(float(abs(one - other).max() / abs(one).max()) for one, other in pairs))
+        if off > 1e-8:
+            break
+    # Deflections near 1e-4 m out of places near 1 m.
+    return _judged(off, 1e-11, 1e-8)
+
+
+def _tier_answers(name: str, arm: str, quantity: str) -> Iterator[np.ndarray]:
+    model = build(name, MIXED[arm], scenario([30.0, -20.0, 10.0][: len(MIXED[arm].joints)]))
+    for q, v in random_states(model.layout, 3):
+        yield getattr(model, quantity)(*((q,) if quantity == "mass_matrix" else (0.1, q, v)))
+
+
+@lru_cache
+def unharmed_answers(name: str, arm: str, quantity: str) -> list[np.ndarray]:
+    """Of a model that is never harmed."""
+    return list(_tier_answers(name, arm, quantity))
+
+
+def _judged(off: float, rounding: float, seen: float) -> str:
+    return "agree" if off < rounding else "differ" if off > seen else "unclear"
+
+
+def _planets(seen: Seen) -> str:
+    """What single planets must do, from first principles."""
+    arm = ARMS[seen.arm]()
+    run = scenario(duration_s=3e-6, record_every=1, start=OFFSETS if seen.arm == UNLIKE else {})
+    model = build(seen.model, arm, run, usual_switches(arm, **dict(seen.laws)))
+    measure, *limits = PLANETS[seen.quantity]
+    return _judged(measure(model), *limits)
+
+
+def _reactions_off(model: ExudynBodies) -> float:
+    """Torque that a mesh leaves over, of its forces: action and reaction, wherever bodies are."""
+    draw, off = np.random.default_rng(5), 0.0
+    for toothed in (of for sides in model.meshes for side in sides for of in side):
+        pose, velocity = draw.normal(size=(2, 3 * len(toothed.bodies)))
+        found = contact.mesh_forces(toothed.mesh, 0.2, pose, velocity).reshape(-1, 3)
+        x, y = pose.reshape(-1, 3)[:, :2].T
+        turning = x * found[:, 1] - y * found[:, 0] + found[:, 2]
+        off = max(off, float(abs(turning.sum()) / abs(found).max()))
+    return off
+
+
+UNLIKE = "unlike planets"
+# How far a model is off, what of it is rounding, and from where on it is a fault.
+PLANETS = {
+    "force": (force_off, 1e-11, 1e-6),
+    "motion": (motion_off, 1e-10, 1e-6),
+    "in step": (in_step_off, 1e-10, 1e-6),
+    "start": (start_off, 1e-16, 1e-9),  # [m]
+    "records": (records_off, 1e-10, 1e-6),
+    "modes": (modes_off, 1e-6, 1e-4),  # the engine differentiates by differences
+    "reactions": (_reactions_off, 1e-13, 1e-6),  # arms of a few metres
+}
 CHECKS: dict[str, Callable[[Seen], str]] = {
     "states": _states,
     "same-step": _same_step,
     "energy": _energy,
     "power": _power,
+    "refined": _refined,
+    "joints": _joints,
+    "wrenches": _wrenches,
+    "tiers": _tiers,
+    "planets": _planets,
 }
+COMPILED = ("refined",)  # needs the compiled functions' speed
