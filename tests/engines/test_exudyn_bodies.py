@@ -18,11 +18,11 @@ from crosscheck.models.experiment.switches import Switches, switches
 from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
 from crosscheck.models.exudyn.tree.tree import ExudynTree
 from crosscheck.models.interface import STATE_ABILITIES, Model
-from crosscheck.models.loading import load_case, load_scenario
+from crosscheck.models.loading import load_arm, load_case, load_scenario
 from crosscheck.models.pinocchio.gears import PinocchioGears
 from tests.arms import arm_of
 from tests.engines.bodies_checks import joint_gaps, wrenches
-from tests.faults.faults import probe_arm, probe_scenario
+from tests.faults.checks import probe_scenario
 from tests.judged import compare_states, refined
 
 EVERY_SWITCH = [
@@ -49,7 +49,7 @@ def states_agree(arm: Arm, scenario: Scenario, chosen: Switches, count: int) -> 
 
 @pytest.mark.parametrize("chosen", EVERY_SWITCH, ids=lambda s: "-".join(dict(s).values()))
 def test_states_agree_under_every_switch(chosen: Switches):
-    states_agree(probe_arm(), probe_scenario("pd"), chosen, 10)
+    states_agree(load_arm("probe"), probe_scenario("pd"), chosen, 10)
 
 
 @pytest.mark.parametrize("arm", ["paper-labelled", "paper-swapped"])
@@ -78,7 +78,7 @@ def test_teeth_push_on_every_body_as_in_pinocchio():
     scenario = load_case("paper-labelled", "constant-torque", {}, (NO_TORQUE,)).scenario
     for chosen in (switches(), switches(phase="omega_t", dead_zone="tanh", damping="contact")):
         one, other = (
-            kind(probe_arm(), scenario, chosen) for kind in (ExudynBodies, PinocchioGears)
+            kind(load_arm("probe"), scenario, chosen) for kind in (ExudynBodies, PinocchioGears)
         )
         finding = wrenches(one, other)
         # Tolerance and reason are the check's; 6e-12 was measured.

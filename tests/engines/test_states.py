@@ -15,7 +15,6 @@ from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.plan import without_play
 from crosscheck.registry import RIGID_LEVELS, build, names
 from tests.arms import PAPER, arm_of
-from tests.faults.faults import probe_arm
 from tests.judged import compare_states
 
 COUNT, SEED = 20, 3
@@ -70,7 +69,7 @@ ARMS = {
         {"ring_inertia_kg_m2": 0.3}, {"ring_inertia_kg_m2": 0.18231}
     ),
     "unequal numbers of planets": paper_arm_with({}, FOUR_PLANETS),
-    "everything unequal": probe_arm(),
+    "everything unequal": load_arm("probe"),
     "no backlash": without_play(PAPER),
 }
 
@@ -91,7 +90,7 @@ def test_geared_models_agree_under_all_switches_and_both_readings(reading, chose
 
 @pytest.mark.parametrize("chosen", ALL_SWITCHES, ids=lambda chosen: "-".join(dict(chosen).values()))
 def test_geared_models_agree_under_all_switches_on_unequal_joints(chosen):
-    assert disagreements(probe_arm(), names("geared"), chosen) == []
+    assert disagreements(load_arm("probe"), names("geared"), chosen) == []
 
 
 @pytest.mark.parametrize("name", ARMS)
@@ -100,7 +99,7 @@ def test_geared_models_agree_on_any_arm(name):
 
 
 def test_geared_models_agree_whichever_comes_first():
-    assert disagreements(probe_arm(), names("geared")[::-1], switches()) == []
+    assert disagreements(load_arm("probe"), names("geared")[::-1], switches()) == []
 
 
 @pytest.mark.parametrize("level", RIGID_LEVELS)
@@ -125,7 +124,7 @@ def test_every_switch_changes_the_forces_of_every_model(model, switch):
     default = switches(phase="angle", ring_rate="corrected")
     other = {"phase": "omega_t", "ring_rate": "eq13", "dead_zone": "tanh", "damping": "contact"}
     changed = default.model_copy(update={switch: other[switch]})
-    arm, scenario = probe_arm(), load_scenario("pd")
+    arm, scenario = load_arm("probe"), load_scenario("pd")
     # A state with the shoulder's sun mesh in play and the rest in contact, all in motion.
     q = [1e-5, 9e-5, 0.3, 8e-5, -9e-5, -0.7]
     v = [0.03, -0.02, 0.9, 0.05, 0.04, -0.4]

@@ -10,11 +10,10 @@ from crosscheck.checks.trajectories import Pair, largest_difference
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.experiment.switches import Switches, switches
-from crosscheck.models.loading import Case, load_case
+from crosscheck.models.loading import Case, load_arm, load_case
 from crosscheck.planning.plan import nudged
 from crosscheck.registry import build
 from tests.arms import PAPER, arm_of
-from tests.faults.faults import probe_arm
 from tests.judged import at_time, same_step
 
 PAIR = ("analytic:physical", "exudyn:tree")
@@ -85,7 +84,7 @@ def test_every_drive_law_agrees(drive):
 )
 def test_every_switch_agrees_on_unequal_joints(chosen):
     start = {"theta_dot_rad_per_s": [0.6, -0.9], **OFFSETS}
-    assert disagreements(probe_arm(), experiment(PD, start=start), chosen) == []
+    assert disagreements(load_arm("probe"), experiment(PD, start=start), chosen) == []
 
 
 @pytest.mark.parametrize(

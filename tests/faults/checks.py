@@ -19,7 +19,9 @@ from crosscheck.models.pinocchio.gears import PinocchioGears
 from crosscheck.planning.plan import nudged
 from crosscheck.registry import MODELS, build
 from tests.engines.bodies_checks import joint_gaps, wrenches
+from tests.faults.bits import fused_as_written, same_bits
 from tests.faults.planting import Laws, Seen
+from tests.faults.robots import robots_agree
 from tests.judged import compare_states, energy_over_run, invariants, refined, same_step
 from tests.mixed_arms import MIXED, random_states, scenario
 from tests.planet_laws import (
@@ -263,5 +265,8 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
     "wrenches": _wrenches,
     "tiers": _tiers,
     "planets": _planets,
+    "bits": same_bits,
+    "fused": fused_as_written,
+    "robots": robots_agree,
 }
-COMPILED = ("refined",)  # needs the compiled functions' speed
+COMPILED = ("refined", "bits", "fused", "robots")  # need compiled functions, or have none

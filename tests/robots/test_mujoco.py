@@ -15,7 +15,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.provenance import ROOT
-from tests.faults.faults import edit
+from tests.faults.planting import plant
 from tests.robots.chains import random_chain
 
 
@@ -72,7 +72,7 @@ FAULTS = [
 
 @pytest.mark.parametrize(("place", "old", "new"), FAULTS)
 def test_a_wrong_line_of_it_is_seen(monkeypatch, two_alone, place, old, new):
-    edit(f"mujoco_robot:{place}", old, new)(monkeypatch)
+    plant(monkeypatch, f"mujoco_robot:{place}", old, new)
     found = (each for seed in range(8) for each in of_mujoco(random_chain(seed)))
     assert any(not each.agrees for each in found)
 
