@@ -5,13 +5,14 @@ Judged by ``tests.planet_meshes``, at random states with every mesh in or around
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import xarray as xr
 from scipy.linalg import eigh
 
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.stiffness import StiffnessLaw
 from crosscheck.models.interface import Model
 from tests.mixed_arms import LAWS, Data, arm_of, direct, geared, random_states
 from tests.planet_meshes import Contact, contacts, expected_force, mean_stiffness, stiffness_at
@@ -172,17 +173,19 @@ def in_step_off(free: Model, count: int = 3) -> float:
 
 
 def first_touch(model: Model) -> Iterator[tuple[list[float], list[float]]]:
-    """x_sp and x_pr [m] of each geared joint's planets at the start: contact, and the offsets.
+    """x_sp and x_pr [m] of each geared joint's planets at the start, with its offsets.
 
-    Every planet touches the ring, and the sun the first planet that it meets.
+    In contact every planet touches the ring, and the sun the first planet that it meets.
     """
     start = model.scenario.start
     found = contacts(model.arm, model.switches, model.layout)
     for joint in model.layout.meshing:
         planets = range(model.arm.joints[joint].planet_count)
         own = [each.mesh for each in found if each.angle == model.layout.at("theta", joint)]
+        touches = start.mesh == "contact"
         on_sun, on_ring = (
-            [mesh.backlash_m + mesh.static_error_m for mesh in own[side::2]] for side in (0, 1)
+            [touches * (mesh.backlash_m + mesh.static_error_m) for mesh in own[side::2]]
+            for side in (0, 1)
         )
         sun = min(at + ring for at, ring in zip(on_sun, on_ring, strict=True))
         of_sun, of_ring = (
@@ -252,11 +255,17 @@ def energies(model: Model, run: xr.Dataset) -> np.ndarray:
     return total
 
 
+def spring_matrix(model: Model, stiffness: Callable[[StiffnessLaw], float]) -> np.ndarray:
+    """K [N/m], shape (n, n), of every mesh in contact, each with what its law has."""
+    K = np.zeros((len(model.layout), len(model.layout)))
+    for contact in contacts(model.arm, model.switches, model.layout):
+        K += stiffness(contact.mesh.stiffness) * np.outer(contact.row, contact.row)
+    return K
+
+
 def modes_off(model: Model) -> float:
     """Frequencies with every tooth in contact at mean stiffness, off those of M and K."""
     mass = model.mass_matrix(np.zeros(len(model.layout)))
-    K = np.zeros_like(mass)
-    for contact in contacts(model.arm, model.switches, model.layout):
-        K += mean_stiffness(contact.mesh.stiffness) * np.outer(contact.row, contact.row)
-    squares = eigh(K, mass, eigvals_only=True)[len(model.arm.joints) :]
-    return float(abs(model.mesh_modes() * 2 * np.pi / np.sqrt(squares) - 1).max())
+    squares = eigh(spring_matrix(model, mean_stiffness), mass, eigvals_only=True)
+    of_meshes = squares[len(model.arm.joints) :]
+    return float(abs(model.mesh_modes() * 2 * np.pi / np.sqrt(of_meshes) - 1).max())

@@ -38,12 +38,6 @@ LAW = {
     "cosine_N_per_m": [1e7, -3e6],
     "sine_N_per_m": [5e6, 4e6, 1e6],
 }
-SOFT = {"law": "sine", "mean_N_per_m": 6e7, "amplitude_N_per_m": 1e7}
-TABLE = {
-    "law": "table",
-    "phase_cycles": [0.0, 0.15, 0.3, 0.55, 0.8, 1.0],
-    "stiffness_N_per_m": [8e7, 9e7, 1.2e8, 1.1e8, 7e7, 8e7],
-}
 
 
 def mesh(**changes: Any) -> dict[str, Any]:
@@ -77,20 +71,6 @@ def stage(**changes: Any) -> dict[str, Any]:
         "ring_mass_kg": 8.0,
         "sun_mesh": mesh(),
         "ring_mesh": mesh(backlash_m=2e-5),
-        **changes,
-    }
-
-
-def unlike_mesh(**changes: Any) -> dict[str, Any]:
-    """A mesh's fields, of three planets that differ in everything that may differ."""
-    return {
-        "stiffness": [LAW, SOFT, TABLE],
-        "backlash_m": [3e-5, 5e-5, 2e-5],
-        "tooth_error_m": [8e-6, 4e-6, 6e-6],
-        "tooth_error_phase_rad": [0.3, -1.1, 2.0],
-        "static_error_m": [5e-6, -7e-6, 3e-6],
-        "phase_rad": "from-teeth",
-        "damping_ratio": [0.05, 0.08, 0.03],
         **changes,
     }
 
