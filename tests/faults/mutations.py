@@ -8,6 +8,7 @@ experiment alone: all else would make it easier to see.
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -302,24 +303,27 @@ class Campaign:
 
     def __init__(self, arm: Arm) -> None:
         self.concerned: dict[Asked, tuple[list[ModelTask], list[Comparison]]] = {}
+        self.answers: dict[tuple[ModelTask, *tuple[bytes, ...]], Any] = {}
         self.arm = arm
         wanted = plan.Wanted(arm, quick=True)
         with Workers(2) as workers:
             self.comparisons = planned(wanted, prepared(wanted, workers))
-            self.outcomes = workers.perform(tasks_of(self.comparisons), lambda key: None)
+            self.tasks = tasks_of(self.comparisons)
+            self.outcomes = workers.perform(self.tasks, lambda key: None)
         findings = findings_of(self.comparisons, Results(self.outcomes))
         self.disagreeing = [f for f in findings if f.kind == "check" and f.verdict != "agree"]
 
-    def findings(self, mutant: Mutant, patch: pytest.MonkeyPatch) -> list[Finding]:
-        """All that the mutant has a part in."""
+    def findings(self, mutant: Mutant, patch: pytest.MonkeyPatch) -> Iterator[Finding]:
+        """All that the mutant has a part in, one by one."""
         touched, asked = self._concerned((mutant.model, mutant.method, mutant.laws))
         changed = {task.key: self._performed(task, mutant, patch) for task in touched}
-        return list(findings_of(asked, Results(self.outcomes | changed)))
+        results = Results(ChainMap(changed, self.outcomes))
+        yield from (comparison.finding(results) for comparison in asked)
 
     def _concerned(self, asked: Asked) -> tuple[list[ModelTask], list[Comparison]]:
         """The tasks that call a method of a model, and the comparisons that need them."""
         if asked not in self.concerned:
-            of_it = [task for task in tasks_of(self.comparisons) if self._is_of(task, asked)]
+            of_it = [task for task in self.tasks if self._is_of(task, asked)]
             keys = set(_of_one_experiment(of_it))
             found = [c for c in self.comparisons if not keys.isdisjoint(c.needs)]
             self.concerned[asked] = [task for task in of_it if task in keys], found
@@ -334,12 +338,18 @@ class Campaign:
     def _performed(self, task: ModelTask, mutant: Mutant, patch: pytest.MonkeyPatch) -> Outcome:
         owner = model_class(task.model)
         right = getattr(owner, mutant.method)
-        if isinstance(task, Simulation):
-            kept = self.outcomes[task.key]  # the run itself need not be made again
-            right = lambda self, *arguments: kept  # noqa: E731
 
-        def wrong(self: object, *arguments: object) -> object:
-            return mutant.change(right(self, *arguments))
+        def kept(self_: object, *arguments: object) -> object:
+            """The right answer, which no mutant works out again."""
+            if isinstance(task, Simulation):
+                return self.outcomes[task.key]
+            key = task, *(np.asarray(argument).tobytes() for argument in arguments)
+            if key not in self.answers:
+                self.answers[key] = right(self_, *arguments)
+            return self.answers[key]
+
+        def wrong(self_: object, *arguments: object) -> object:
+            return mutant.change(kept(self_, *arguments))
 
         with patch.context() as harmed:
             harmed.setattr(owner, mutant.method, wrong)
