@@ -13,7 +13,6 @@ from pydantic_core import ErrorDetails
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import require_alike, usual_switches
-from crosscheck.models.arm.version1 import JOINT_KEYS, is_first, old_location
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, first_misfit
 from crosscheck.models.experiment.switches import Switches
@@ -63,8 +62,9 @@ def load_case(
 ) -> Case:
     """Arm, scenario and switches, with ``path=value`` settings applied before validation.
 
-    A path is dotted, begins with ``arm``, ``scenario`` or ``switches`` and may use an index or
-    ``*`` in a list: ``arm.joints.*.backlash_m=2e-5``. Raises InputError.
+    A path is dotted, begins with ``arm``, ``scenario`` or ``switches``, takes an index in a list,
+    and ``*`` for any of a list, or in a name: ``arm.joints.*.*_mesh.backlash_m=2e-5``. Raises
+    InputError.
     """
     data = raw_case(arm, scenario, switches)
     for setting in settings:
@@ -195,36 +195,28 @@ def validated(record: type[Record], data: object, where: str) -> Record:
     except ValidationError as error:
         # A misspelt key shows as unknown and as missing; the first says how it should be spelt.
         worst = sorted(error.errors(), key=lambda details: details["type"] != "extra_forbidden")
-        raise _input_error(record, worst[0], where, is_first(data)) from None
+        raise _input_error(record, worst[0], where) from None
 
 
-def _input_error(
-    record: type[BaseModel], details: ErrorDetails, where: str, first_version: bool
-) -> InputError:
-    """One line about the worst of what is wrong, in the terms of the file's own version."""
-
-    def dotted(*location: Any) -> str:
-        return _dotted(old_location(list(location)) if first_version else location)
-
+def _input_error(record: type[BaseModel], details: ErrorDetails, where: str) -> InputError:
+    """One line about the worst of what is wrong."""
     tags = UNION_TAGS | getattr(record, "union_tags", set())
     location = [part for part in details["loc"] if part not in tags]
     value: object = details["input"]
     if details["type"] == "value_error":
         field, _, allowed = str(details["ctx"]["error"]).partition("|")
-        return InputError(
-            where, dotted(*location, *field.split(".")), _entry(value, field), allowed
-        )
+        place = _dotted([*location, *field.split(".")])
+        return InputError(where, place, _entry(value, field), allowed)
     if details["type"] == "extra_forbidden":
         *above, key = details["loc"]  # the user's own key, whatever it is called
         location = [*(part for part in above if part not in tags), key]
-        old = first_version and location[0] == "joints"
-        keys = JOINT_KEYS if old else _keys_at(record.model_json_schema(), location[:-1])
+        keys = _keys_at(record.model_json_schema(), location[:-1])
         return InputError(where, _dotted(location), value, _unknown_key(str(key), keys))
     if details["type"] == "missing":
-        return InputError(where, dotted(*location), None, "is missing; a value is required")
+        return InputError(where, _dotted(location), None, "is missing; a value is required")
     allowed = EXPECTED.get(details["type"], details["msg"])
     tag = str(details.get("ctx", {}).get("discriminator", "")).strip("'")
-    return InputError(where, dotted(*location), value, allowed.replace("{tag}", tag))
+    return InputError(where, _dotted(location), value, allowed.replace("{tag}", tag))
 
 
 def _entry(value: Any, dotted: str) -> Any:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from copy import deepcopy
+from fnmatch import fnmatchcase
 from typing import Any
 
 from crosscheck.models.errors import InputError
@@ -19,24 +21,24 @@ def is_path(path: str) -> bool:
 
 
 def places(data: dict[str, Any], path: str, option: str) -> list[Place]:
-    """Every entry that a path stands for; ``*`` in it stands for each of a list.
+    """Every entry that a path stands for; there is one at least.
 
-    The last key need not be in its table yet. option: what to name in a message. Raises InputError.
+    ``*`` stands for each of a list, and in a name for any text: ``*_mesh`` is both meshes of a
+    joint, and none of a joint without gears. The last key need not be in its table yet. option:
+    what to name in a message. Raises InputError.
     """
-    *above, last = path.strip().split(".")
+    keys = path.strip().split(".")
     found: list[tuple[Place, Any]] = [((), data)]
-    for depth, key in enumerate(above):
-        so_far = ".".join(above[: depth + 1])
+    for depth, key in enumerate(keys, start=1):
+        so_far, is_last = ".".join(keys[:depth]), depth == len(keys)
         found = [
-            ((*place, step), target[step])
+            ((*place, step), None if is_last else target[step])
             for place, target in found
-            for step in _steps(target, key, so_far, option, known=True)
+            for step in _steps(target, key, so_far, option, known=not is_last)
         ]
-    return [
-        (*place, step)
-        for place, target in found
-        for step in _steps(target, last, path, option, known=False)
-    ]
+        if not found:
+            raise InputError(option, so_far, None, "no such entry")
+    return [place for place, _ in found]
 
 
 def value_at(data: dict[str, Any], place: Place) -> Any:
@@ -50,21 +52,23 @@ def value_at(data: dict[str, Any], place: Place) -> Any:
 
 
 def assign(data: dict[str, Any], place: Place, value: Any) -> None:
-    """Put a value there."""
+    """Put a value there, a copy that no other place refers to."""
     target: Any = data
     for step in place[:-1]:
         target = target[step]
-    target[place[-1]] = value
+    target[place[-1]] = deepcopy(value)
 
 
 def shown(place: Place) -> str:
-    """A place as messages show it, ``arm.joints[0].backlash_m``."""
+    """As messages show a place, ``arm.joints[0].sun_mesh.backlash_m``."""
     return "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in place).lstrip(".")
 
 
 def _steps(target: Any, key: str, path: str, option: str, known: bool) -> Iterable[str | int]:
     if isinstance(target, list):
         return _indices(target, key, path, option)
+    if isinstance(target, dict) and "*" in key:
+        return [name for name in target if fnmatchcase(name, key)]
     if not isinstance(target, dict) or (known and key not in target):
         raise InputError(option, path, None, "no such entry")
     return [key]

@@ -1,4 +1,4 @@
-"""Arms of the second version with few numbers alike: geared and direct joints, every law."""
+"""Arms with few numbers alike: geared and direct joints, every law."""
 
 from __future__ import annotations
 

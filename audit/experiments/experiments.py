@@ -32,8 +32,8 @@ TURNING_RAD_PER_S = -1.0  # a fast start away from the target: the links turn ba
 _TWO = ("arm.joints.*.planet_count=2",)
 # At equal stiffness of all meshes together: fewer pairs alone would also be softer ones.
 _AS_STIFF = (
-    "arm.joints.*.mesh_stiffness_N_per_m=1.5e8",
-    "arm.joints.*.mesh_stiffness_amplitude_N_per_m=3e7",
+    "arm.joints.*.*_mesh.stiffness.mean_N_per_m=1.5e8",
+    "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=3e7",
 )
 HARMONICS = 15  # of the square wave: the paper's even ones vanish
 INSIDE_M = 1e-6  # so far into contact that a mesh's force is a straight line
@@ -147,7 +147,7 @@ _LEFT_OUT = {
     NO_BACKLASH: "backlash_m",
     NO_ERROR: "tooth_error_m",
     CONSTANT_NO_ERROR: "tooth_error_m",
-    CONSTANT_STIFFNESS: "mesh_stiffness_amplitude_N_per_m",
+    CONSTANT_STIFFNESS: "stiffness.amplitude_N_per_m",
 }
 
 
@@ -156,7 +156,7 @@ def _metres(source: Source) -> float:
 
 
 def _set(variant: Variant, field: str, value: float) -> Variant:
-    return replace(variant, meshes=(*variant.meshes, f"arm.joints.*.{field}={value!r}"))
+    return replace(variant, meshes=(*variant.meshes, f"arm.joints.*.*_mesh.{field}={value!r}"))
 
 
 def _recorded(variant: Variant, every_s: float) -> Variant:

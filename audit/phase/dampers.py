@@ -58,8 +58,8 @@ class Ablation:
 AS_IT_STANDS = Ablation("dampers in contact alone")
 ALWAYS = Ablation("dampers always at work", contact=False)
 PLAYED_BACK = Ablation("no feedback: the rigid arm's torque played back", recorded=True)
-STEADY = Ablation("constant stiffness", ("arm.joints.*.mesh_stiffness_amplitude_N_per_m=0.0",))
-TIGHT = Ablation("no backlash", ("arm.joints.*.backlash_m=0.0",))
+STEADY = Ablation("constant stiffness", ("arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0",))
+TIGHT = Ablation("no backlash", ("arm.joints.*.*_mesh.backlash_m=0.0",))
 ABLATIONS = (AS_IT_STANDS, ALWAYS, PLAYED_BACK, STEADY, TIGHT)
 FLUTTERING = tuple(
     replace(

@@ -67,7 +67,7 @@ CHANGES = (
         Change(
             PLANETS,
             f"ring meshes shifted by {part:g} π",
-            (f"arm.joints.*.ring_mesh_phase_rad={part * np.pi!r}",),
+            (f"arm.joints.*.ring_mesh.phase_rad={part * np.pi!r}",),
         )
         for part in QUARTERS
     ),

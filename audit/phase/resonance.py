@@ -191,7 +191,7 @@ def stage_modes() -> StageModes:
 
 def _one_stage(zeta: float) -> Arm:
     """Shoulder and first link, the payload at its end."""
-    arm = load_case("paper-labelled", "pd", {}, [f"arm.joints.*.damping_ratio={zeta!r}"]).arm
+    arm = load_case("paper-labelled", "pd", {}, [f"arm.joints.*.*_mesh.damping_ratio={zeta!r}"]).arm
     return arm.model_copy(update={"joints": arm.joints[:1], "links": arm.links[:1]})
 
 

@@ -35,7 +35,7 @@ def pd_run(damping_ratio: float, start_moved_m: float = 0.0) -> PhysicalModel:
     start_moved_m [m]: what every sun mesh is displaced at the start.
     """
     settings = (
-        f"arm.joints.*.damping_ratio={damping_ratio}",
+        f"arm.joints.*.*_mesh.damping_ratio={damping_ratio}",
         f"scenario.start.sun_planet_offset_m={start_moved_m}",
         "scenario.step_s=1e-5",
         "scenario.record_every=10",

@@ -36,7 +36,7 @@ settings = {{ "scenario.duration_s" = {duration} }}
 samples = {{ count = {members}, seed = 1 }}
 
 [[axes]]
-path = "arm.joints.*.backlash_m"
+path = "arm.joints.*.*_mesh.backlash_m"
 kind = "uniform"
 relative_tolerance = 0.2
 each = true

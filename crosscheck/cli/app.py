@@ -48,7 +48,7 @@ Scenarios = Annotated[
 Settings = Annotated[
     list[str] | None,
     typer.Option(
-        "--set", metavar="PATH=VALUE", help="Change a value: arm.joints.*.backlash_m=2e-5."
+        "--set", metavar="PATH=VALUE", help="Change a value: arm.joints.*.*_mesh.backlash_m=2e-5."
     ),
 ]
 Seed = Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the random states.")]

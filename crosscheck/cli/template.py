@@ -73,7 +73,7 @@ def require_new(path: Path) -> None:
 
 
 def template(name: str, joints: int) -> str:
-    """The file's text, TOML of the second version; an unprintable name is left to the user."""
+    """The file's text, TOML; an unprintable name is left to the user."""
     arm = example_arm(name if Printable(80).allows(name) else "my-arm", joints)
     lines = [HEAD.format(joints=_counted(joints)), *_fields(arm, True)]
     for number, joint in enumerate(arm.joints):

@@ -99,7 +99,7 @@ def _counted(given: int | Mapping[str, Any] | None) -> dict[str, Any] | None:
 def _raw(
     arm: Arm | str, scenario: Scenario | str, switches: Mapping[str, str] | None
 ) -> dict[str, Any]:
-    """Content of files, or of records in their second version."""
+    """Content of files, or of records."""
     return {
         "arm": raw_arm(arm) if isinstance(arm, str) else _content(arm),
         "scenario": raw_scenario(scenario) if isinstance(scenario, str) else _content(scenario),

@@ -8,7 +8,7 @@ arm's inertias beside each other.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import FailFast, Field, model_validator
 
@@ -35,7 +35,6 @@ from crosscheck.models.arm.quantities import (
     UpToSeven,
     short,
 )
-from crosscheck.models.arm.version1 import is_first, upgraded
 
 # Numbers of 16 digits must hold the parts of an arm beside each other. Within these limits each of
 # 6000 random arms over all ranges kept nine digits of its accelerations in every engine.
@@ -263,7 +262,7 @@ class Arm(Data):
     """
 
     schema_version: ArmVersion
-    """Version of the file: 2, or 1 for the older form."""
+    """Version of the file: 2."""
     name: Name
     """What reports, records and messages call the arm."""
     title: Title = ""
@@ -278,11 +277,6 @@ class Arm(Data):
     """From the base to the tip."""
     links: Annotated[tuple[Link, ...], UpToSeven, FailFast()]
     """One after each joint, in the same order."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_either_version(cls, data: Any) -> Any:
-        return upgraded(data) if is_first(data) else data
 
     @model_validator(mode="after")
     def _a_link_per_joint(self) -> Self:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from crosscheck import models
 from crosscheck.checks.answers import random_states
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.interface import STATE_ABILITIES
@@ -31,13 +28,6 @@ SQUARE = {
     "harmonics": 6,
 }
 MESHES = ("sun_mesh", "ring_mesh")
-BUILT_IN = Path(models.__file__).parent / "arms"
-FIRST_VERSION = ("paper-labelled", "paper-swapped", "probe")
-UNCHANGED = (
-    *("sun_teeth", "planet_teeth", "ring_teeth", "planet_count", "module_m", "pressure_angle_deg"),
-    *("sun_equivalent_mass_kg", "planet_equivalent_mass_kg", "carrier_equivalent_mass_kg"),
-    *("sun_mass_kg", "planet_mass_kg", "carrier_mass_kg", "ring_mass_kg", "ring_inertia_kg_m2"),
-)
 
 every_geared_model = pytest.mark.parametrize("name", names("geared"))
 every_model = pytest.mark.parametrize("name", [*names("geared"), *names("rigid")])
@@ -180,41 +170,3 @@ def undamped(arm: Arm) -> Arm:
         for joint in arm.model_dump()["joints"]
     ]
     return changed(arm, joints=joints)
-
-
-@pytest.mark.parametrize("arm_name", FIRST_VERSION)
-def test_first_version_is_its_translation_into_the_second(arm_name):
-    """Every number of it stands where docs/reference/arm-file.md has it in the second version."""
-    first = tomllib.loads((BUILT_IN / f"{arm_name}.toml").read_text())
-    assert first["schema_version"] == 1
-    second = Arm.model_validate(translated(first))
-    assert second == load_arm(arm_name)
-    for name in (*names("geared"), *names("rigid")):
-        for quantity in STATE_ABILITIES:
-            one, other = (values(name, arm, quantity) for arm in (load_arm(arm_name), second))
-            np.testing.assert_array_equal(one, other)
-
-
-def translated(first: dict[str, Any]) -> dict[str, Any]:
-    """A first-version file's content, written as the second version."""
-    joints = []
-    for joint in first["joints"]:
-        sun, ring = (
-            {
-                "stiffness": {
-                    "law": "sine",
-                    "mean_N_per_m": joint["mesh_stiffness_N_per_m"],
-                    "amplitude_N_per_m": joint["mesh_stiffness_amplitude_N_per_m"],
-                },
-                "backlash_m": joint["backlash_m"],
-                "tooth_error_m": joint["tooth_error_m"],
-                "damping_ratio": joint.get("damping_ratio"),
-                "damping_N_s_per_m": joint.get(damping),
-                "tanh_sharpness_per_m": joint.get("tanh_sharpness_per_m", 1e8),
-            }
-            for damping in ("sun_planet_damping_N_s_per_m", "planet_ring_damping_N_s_per_m")
-        )
-        ring["phase_rad"] = joint.get("ring_mesh_phase_rad", 0.0)
-        kept = {key: joint[key] for key in UNCHANGED if key in joint}
-        joints.append({"kind": "planetary", **kept, "sun_mesh": sun, "ring_mesh": ring})
-    return first | {"schema_version": 2, "joints": joints}

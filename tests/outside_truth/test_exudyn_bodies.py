@@ -16,9 +16,9 @@ EPSILON = np.finfo(float).eps
 ALPHA = np.radians(24.6)
 R_S, R_P, R_R = (3e-3 * teeth / 2 * np.cos(ALPHA) for teeth in (27, 36, 99))
 SPRINGS_ONLY = (
-    "arm.joints.*.mesh_stiffness_amplitude_N_per_m=0.0",
-    "arm.joints.*.tooth_error_m=0.0",
-    "arm.joints.*.damping_ratio=0.0",
+    "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0",
+    "arm.joints.*.*_mesh.tooth_error_m=0.0",
+    "arm.joints.*.*_mesh.damping_ratio=0.0",
     "scenario.drive.torque_N_m=0.0",
 )
 
@@ -220,7 +220,7 @@ def test_power_of_the_forces_is_the_rate_of_the_kinetic_energy():
 
 def test_mesh_modes_with_a_carrier_too_heavy_to_move():
     heavy = ("arm.links.0.density_kg_per_m3=1e6", "arm.links.0.cross_section_m2=10.0")
-    settings = (*SPRINGS_ONLY, "arm.joints.*.backlash_m=0.0", *heavy)
+    settings = (*SPRINGS_ONLY, "arm.joints.*.*_mesh.backlash_m=0.0", *heavy)
     model = first_joint_only(bodies(*settings))
     q = np.array([0.0, 0.0, 0.4])
     engine = model.driven

@@ -12,10 +12,11 @@ from crosscheck.models.exudyn.tree.mesh import elastic_forces
 from crosscheck.models.exudyn.tree.tree import ExudynTree, paper_from_tree, tree_from_paper
 from crosscheck.models.loading import load_case
 
+TIGHT = "arm.joints.*.*_mesh.backlash_m=0.0"
 SMOOTH = (
-    "arm.joints.*.mesh_stiffness_amplitude_N_per_m=0.0",
-    "arm.joints.*.tooth_error_m=0.0",
-    "arm.joints.*.damping_ratio=0.0",
+    "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0",
+    "arm.joints.*.*_mesh.tooth_error_m=0.0",
+    "arm.joints.*.*_mesh.damping_ratio=0.0",
     "scenario.drive.torque_N_m=0.0",
 )
 WEIGHTLESS_GEARS = tuple(
@@ -178,7 +179,7 @@ def test_only_the_ground_changes_the_angular_momentum():
 
 
 def test_mesh_modes_with_the_carrier_locked():
-    model = first_joint_only(tree(*SMOOTH, "arm.joints.*.backlash_m=0.0"))
+    model = first_joint_only(tree(*SMOOTH, TIGHT))
     q = np.zeros(3)
     stiffness = [-model.generalized_force(0.0, h, q)[:2] / 1e-6 for h in 1e-6 * np.eye(3)[:2]]
     squares = np.linalg.eigvals(np.linalg.solve(model.mass_matrix(q)[:2, :2], stiffness))
@@ -252,7 +253,7 @@ def test_records_belong_to_the_recorded_state():
 
 
 def test_too_large_a_step_diverges_in_silence_and_says_when(capfd):
-    model = tree("scenario.duration_s=0.1", "scenario.step_s=2e-4", "arm.joints.*.backlash_m=0.0")
+    model = tree("scenario.duration_s=0.1", "scenario.step_s=2e-4", TIGHT)
     assert model.largest_stable_step() < 2e-4
     with pytest.raises(Diverged, match="exudyn:tree: diverged at t = 0"):
         model.simulate()
@@ -260,7 +261,11 @@ def test_too_large_a_step_diverges_in_silence_and_says_when(capfd):
 
 
 def test_largest_stable_step_is_where_the_motion_begins_to_grow():
-    linear = ("arm.joints.*.backlash_m=0.0", *SMOOTH, "scenario.start.sun_planet_offset_m=1e-6")
+    linear = (
+        TIGHT,
+        *SMOOTH,
+        "scenario.start.sun_planet_offset_m=1e-6",
+    )
     limit = first_joint_only(tree(*linear)).largest_stable_step()
     peaks = []
     for step in (0.98 * limit, 1.02 * limit):

@@ -21,13 +21,13 @@ COSINE = cos(radians(24.6))
 R_S, R_P, R_R = 0.0405 * COSINE, 0.054 * COSINE, 0.1485 * COSINE
 R_CP = R_S + R_P
 STIFFNESS, AMPLITUDE, ERROR, BACKLASH = 1e8, 2e7, 5e-6, 50e-6
-UNDAMPED = "arm.joints.*.damping_ratio=0.0"
+UNDAMPED = "arm.joints.*.*_mesh.damping_ratio=0.0"
 NO_DRIVE = "scenario.drive.torque_N_m=0.0"
 PLAIN = (
     UNDAMPED,
     NO_DRIVE,
-    "arm.joints.*.mesh_stiffness_amplitude_N_per_m=0.0",
-    "arm.joints.*.tooth_error_m=0.0",
+    "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0",
+    "arm.joints.*.*_mesh.tooth_error_m=0.0",
 )
 
 angles = st.floats(-3, 3, allow_subnormal=False)
@@ -253,8 +253,8 @@ def test_mesh_force_follows_the_switches(phase, rate, zone):
     case = paper_case(
         UNDAMPED,
         NO_DRIVE,
-        "arm.joints.*.ring_mesh_phase_rad=0.4",
-        "arm.joints.*.tanh_sharpness_per_m=3e4",
+        "arm.joints.*.ring_mesh.phase_rad=0.4",
+        "arm.joints.*.*_mesh.tanh_sharpness_per_m=3e4",
         phase=phase,
         ring_rate=rate,
         dead_zone=zone,

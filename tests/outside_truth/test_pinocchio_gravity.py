@@ -1,4 +1,4 @@
-"""Pinocchio's models on arms of the second version: weights, friction, motors, laws of stiffness.
+"""Pinocchio's models on arms unlike the paper's: weights, friction, motors, laws of stiffness.
 
 Against closed forms, elliptic functions, virtual work and each law as it is written.
 """

@@ -55,7 +55,7 @@ count = {MEMBERS // 2}
 count = 2
 
 [[axes]]
-path = "arm.joints.*.backlash_m"
+path = "arm.joints.*.*_mesh.backlash_m"
 kind = "uniform"
 relative_tolerance = 0.2
 

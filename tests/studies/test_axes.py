@@ -21,7 +21,7 @@ from crosscheck.studies.members.members import study_of
 from crosscheck.studies.members.starts import perturbed
 from tests.studies.studies import study
 
-BACKLASH = "arm.joints.*.backlash_m"
+BACKLASH = "arm.joints.*.*_mesh.backlash_m"
 ROUNDED = 4 * np.spacing(100e-6)  # of the product and the sum, here and there
 COUNTS = st.integers(1, 60)
 SEEDS = st.integers(0, 2**32 - 1)
@@ -37,7 +37,7 @@ def test_a_latin_hypercube_has_one_sample_in_every_part(count, seed, each, spaci
     law = {"kind": "latin_hypercube", "low": low, "high": high, "spacing": spacing}
     (axis,) = _sampled(count, seed, {"path": BACKLASH, "each": each, **law})
     values = np.asarray(axis.values)
-    assert values.shape == (count, 2 if each else 1)
+    assert values.shape == (count, 4 if each else 1)  # two joints of two meshes
     share = np.log(values / low) / np.log(high / low)
     if spacing == "linear":
         share = (values - low) / (high - low)
@@ -89,10 +89,9 @@ def test_one_draw_serves_all_entries_or_each_has_its_own(each):
         samples={"count": 5},
     )
     for case in made.cases(0, 5):
-        joints = case.arm.joints
-        own = [j.sun_mesh.backlash_m for j in joints if isinstance(j, Planetary)]
-        assert (own[0] == own[1]) is not each
-        assert all(j.ring_mesh.backlash_m == j.sun_mesh.backlash_m for j in joints)
+        geared = [joint for joint in case.arm.joints if isinstance(joint, Planetary)]
+        meshes = [mesh for joint in geared for mesh in (joint.sun_mesh, joint.ring_mesh)]
+        assert len({mesh.backlash_m for mesh in meshes}) == (len(meshes) if each else 1)
 
 
 def test_one_draw_moves_unlike_entries_by_the_same_share():
@@ -142,12 +141,12 @@ def test_members_are_the_grid_in_c_order_with_samples_and_starts_innermost():
 
 def test_nothing_but_the_named_paths_differs_from_the_files():
     made = study(
-        [{"path": "arm.joints.1.damping_ratio", "kind": "list", "values": [0.02]}],
+        [{"path": "arm.joints.1.*_mesh.damping_ratio", "kind": "list", "values": [0.02]}],
         arm="paper-swapped",
-        settings={"arm.joints.0.damping_ratio": 0.013},
+        settings={"arm.joints.0.*_mesh.damping_ratio": 0.013},
     )
     (case,) = made.cases(0, 1)
-    settings = ["arm.joints.0.damping_ratio=0.013", "arm.joints.1.damping_ratio=0.02"]
+    settings = ["arm.joints.0.*_mesh.damping_ratio=0.013", "arm.joints.1.*_mesh.damping_ratio=0.02"]
     settings.append("scenario.duration_s=0.002")
     assert case == load_case("paper-swapped", "pd", settings=settings)
 

@@ -26,7 +26,7 @@ scenario = "pd"
 count = 3
 
 [[axes]]
-path = "arm.joints.*.backlash_m"
+path = "arm.joints.*.*_mesh.backlash_m"
 kind = "uniform"
 relative_tolerance = 0.1
 
@@ -39,7 +39,7 @@ values = [1.0, 2.0]
 kind = "peak"
 signal = "theta_ddot"
 """
-PATH = 'path = "arm.joints.*.backlash_m"'
+PATH = 'path = "arm.joints.*.*_mesh.backlash_m"'
 PAYLOAD = 'path = "arm.payload_mass_kg"'
 VALUES = "values = [1.0, 2.0]"
 UNIFORM = 'kind = "uniform"\nrelative_tolerance = 0.1'
@@ -59,7 +59,8 @@ BAD = {
         "arm.payload_kg",
         "did you mean payload_mass_kg?",
     ),
-    "joint that is not there": (PATH, 'path = "arm.joints.7.backlash_m"', "index must be * or 0"),
+    "joint that is not there": (PATH, PATH.replace("*", "7", 1), "index must be * or 0"),
+    "name that is not there": (PATH, PATH.replace("*_m", "*_t"), "*_tesh: no such entry"),
     "empty axis": (VALUES, "values = []", "axes[1].values", "at least"),
     "grid of no points": (UNIFORM, GRID + "0", "axes[0].count", "must be 1 to 1e7"),
     "negative tolerance": (
@@ -85,7 +86,7 @@ BAD = {
     "tolerance that leaves the range": (
         "relative_tolerance = 0.1",
         "tolerance = 1.0",
-        "arm.joints.*.backlash_m",
+        "arm.joints.*.*_mesh.backlash_m",
         "0.1 m",
     ),
     "word for a number": (VALUES, 'values = ["heavy"]', "payload_mass_kg", "'heavy'", "number"),
@@ -97,8 +98,8 @@ BAD = {
     ),
     "two axes for one entry": (
         PAYLOAD,
-        'path = "arm.joints.0.backlash_m"\nname = "other"',
-        "arm.joints[0].backlash_m",
+        'path = "arm.joints.0.*_mesh.backlash_m"\nname = "other"',
+        "arm.joints[0].sun_mesh.backlash_m",
         "varied by backlash_m",
     ),
     "two axes of one name": (PAYLOAD, PAYLOAD + '\nname = "backlash_m"', "backlash_m", "taken"),

@@ -28,7 +28,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "paper-labelled",
         [
             {"path": "switches.phase", "kind": "list", "values": ["angle", "omega_t"]},
-            {"path": "arm.joints.*.backlash_m", "each": True, **UNIFORM},
+            {"path": "arm.joints.*.*_mesh.backlash_m", "each": True, **UNIFORM},
         ],
         scenario="pd",
         settings={"scenario.duration_s": 0.001},

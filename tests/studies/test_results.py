@@ -20,7 +20,7 @@ from tests.studies.studies import content
 PEAKS = [{"kind": "peak", "signal": "theta_ddot"}]
 SHORT = {"scenario.duration_s": 0.002}
 UNIFORM = {"kind": "uniform", "relative_tolerance": 0.2}
-BACKLASH = "arm.joints.*.backlash_m"
+BACKLASH = "arm.joints.*.*_mesh.backlash_m"
 
 
 def _made(out: Path, jobs: int) -> Path:
@@ -30,7 +30,7 @@ def _made(out: Path, jobs: int) -> Path:
         [
             {"path": "arm.payload_mass_kg", "kind": "grid", "start": 5, "stop": 15, "count": 3},
             {"path": "switches.phase", "kind": "list", "values": ["angle", "omega_t"]},
-            {"path": "arm.joints.*.damping_ratio", **UNIFORM},
+            {"path": "arm.joints.*.*_mesh.damping_ratio", **UNIFORM},
             {"path": BACKLASH, "each": True, **UNIFORM},
         ],
         scenario="pd",
@@ -61,11 +61,12 @@ def test_every_number_is_where_its_axes_say(result):
         }
         one = found.isel(sample=1, start=1).sel(payload_mass_kg=10, phase="omega_t")
         settings = [
-            f"arm.joints.{joint}.backlash_m={float(one.backlash_m[joint])!r}" for joint in (0, 1)
+            f"arm.joints.{place // 2}.{side}_mesh.backlash_m={float(one.backlash_m[place])!r}"
+            for place, side in enumerate(("sun", "ring", "sun", "ring"))
         ]
         settings += [
             "scenario.duration_s=0.002",
-            f"arm.joints.*.damping_ratio={float(one.damping_ratio)!r}",
+            f"arm.joints.*.*_mesh.damping_ratio={float(one.damping_ratio)!r}",
         ]
         case = load_case("paper-labelled", "pd", {"phase": "omega_t"}, settings)
         run = build(lead(), *case).simulate()

@@ -91,4 +91,4 @@ def test_a_cross_check_refuses_lumped_planets_that_differ(crosscheck, tmp_path):
 
 def test_the_papers_own_arm_may_have_free_planets(short):
     assert short("--set", "switches.planets=free").code == 0
-    assert short("--set", "arm.joints.*.backlash_m=[5e-5, 4e-5, 5e-5]").code == 0
+    assert short("--set", "arm.joints.*.*_mesh.backlash_m=[5e-5, 4e-5, 5e-5]").code == 0

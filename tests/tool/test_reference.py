@@ -55,11 +55,6 @@ def test_every_example_is_a_whole_file(tmp_path: Path, name, block):
     assert LOAD[name](str(file)).name
 
 
-def test_both_versions_of_the_arm_are_shown():
-    for version in (1, 2):
-        assert any(f"schema_version = {version}\n" in param.values[1] for param in BLOCKS)
-
-
 @pytest.mark.parametrize("record", RECORDS)
 def test_every_field_has_a_meaning_and_a_range(record):
     assert record in HEADINGS

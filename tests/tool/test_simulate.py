@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from crosscheck.models.loading import load_case
 from crosscheck.models.trajectory import read_netcdf
 
 UNITS = {
@@ -60,7 +61,8 @@ def _backlashes(run: xr.Dataset) -> list[tuple[float, ...]]:
 
 
 def test_attributes_say_what_was_run(short, tmp_path):
-    short("--phase", "omega_t", "--ring-rate", "corrected", "--set", "arm.joints.*.backlash_m=2e-5")
+    both = "arm.joints.*.*_mesh.backlash_m=2e-5"
+    short("--phase", "omega_t", "--ring-rate", "corrected", "--set", both)
     run = written(tmp_path)
     assert json.loads(run.attrs["switches"]) == {
         "phase": "omega_t",
@@ -82,7 +84,7 @@ def test_attributes_say_what_was_run(short, tmp_path):
 def test_settings_reach_switches_and_single_entries(short, tmp_path):
     settings = (
         "switches.dead_zone=tanh",
-        "arm.joints.1.backlash_m=1e-5",
+        "arm.joints.1.*_mesh.backlash_m=1e-5",
         "scenario.start.mesh=centre",
     )
     short(*(argument for setting in settings for argument in ("--set", setting)))
@@ -90,6 +92,13 @@ def test_settings_reach_switches_and_single_entries(short, tmp_path):
     assert json.loads(run.attrs["switches"])["dead_zone"] == "tanh"
     assert _backlashes(run) == [(5e-5, 5e-5), (1e-5, 1e-5)]
     np.testing.assert_array_equal(run["x_sp"][0], 0)
+
+
+def test_a_star_in_a_name_passes_over_joints_that_have_none():
+    settings = ["arm.joints.*.*_mesh.backlash_m=1e-5"]
+    joints = load_case("direct-between", "constant-torque", settings=settings).arm.joints
+    meshes = [mesh for j in joints if j.kind != "direct" for mesh in (j.sun_mesh, j.ring_mesh)]
+    assert [mesh.backlash_m for mesh in meshes] == [1e-5] * 4
 
 
 def test_step_and_duration_are_taken(short, tmp_path):

@@ -61,10 +61,10 @@ class FlutterSetting(NamedTuple):
         """The PD run, the phase an integral, as long as needed."""
         meshes = [
             f"switches.damping={self.damping}",
-            f"arm.joints.*.tooth_error_m={self.tooth_error_um * 1e-6!r}",
+            f"arm.joints.*.*_mesh.tooth_error_m={self.tooth_error_um * 1e-6!r}",
         ]
         if not self.varying:
-            meshes.append("arm.joints.*.mesh_stiffness_amplitude_N_per_m=0.0")
+            meshes.append("arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0")
         cell = Cell(INTEGRAL, self.zeta, planets=self.planets).variant()
         stride = round(RECORDED_S / cell.case().scenario.step_s)
         return replace(cell, meshes=tuple(meshes), duration_s=SETTLED_S[1], record_every=stride)

@@ -31,7 +31,7 @@ GAINS = ((1000.0, 0.0), (500.0, 400.0), (4000.0, 400.0), (1000.0, 100.0), (1000.
 STIFFNESSES = (0.8, 1.0, 1.2)  # (k_m - k_a, k_m, k_m + k_a) / k_m
 GROWTH_S, GROWTH_ZETA = (0.1, 0.4), 0.003
 GROWTH_TOLERANCE = 0.1  # measured growth against the frozen eigenvalues' mean
-SMOOTH = ("backlash_m", "tooth_error_m", "mesh_stiffness_amplitude_N_per_m")
+SMOOTH = ("backlash_m", "tooth_error_m", "stiffness.amplitude_N_per_m")
 LINK, SUN = "link", "sun"
 PAPER_GAINS = (1000.0, 400.0)  # P [N m/rad], D [N m s/rad]
 SLOWEST_MESH_MODE = 2 * np.pi * 100  # [rad/s]: the mesh modes lie above 1 kHz, the arm's far below
@@ -182,7 +182,7 @@ class GrowthCheck:
 
 def smooth_variant() -> Variant:
     """The same feedback without play, tooth error and stiffness variation."""
-    settings = tuple(f"arm.joints.*.{name}=0.0" for name in SMOOTH)
+    settings = tuple(f"arm.joints.*.*_mesh.{name}=0.0" for name in SMOOTH)
     return Variant(zeta=GROWTH_ZETA, duration_s=GROWTH_S[1] + 0.05, settings=settings)
 
 

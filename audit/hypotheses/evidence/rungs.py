@@ -50,9 +50,9 @@ _DEAD_WEIGHT = (
     "carrier_equivalent_mass_kg",
 )
 _SWITCHED_BY = {
-    BACKLASH: "backlash_m",
-    STIFFNESS: "mesh_stiffness_amplitude_N_per_m",
-    ERROR: "tooth_error_m",
+    BACKLASH: "*_mesh.backlash_m",
+    STIFFNESS: "*_mesh.stiffness.amplitude_N_per_m",
+    ERROR: "*_mesh.tooth_error_m",
 }
 
 

@@ -168,7 +168,7 @@ class Shaking(Question[Shaken]):
 
     def _geared(self, backlash_m: float) -> dict[int, np.ndarray]:
         """theta (times, joints) of every start that did not diverge."""
-        meshes = (f"arm.joints.*.backlash_m={backlash_m!r}",)
+        meshes = (f"arm.joints.*.*_mesh.backlash_m={backlash_m!r}",)
         variant = replace(self.variant, meshes=meshes)
         case = variant.case()
         made = courses([PhysicalModel(*perturbed(case, seed)) for seed in self.seeds])

@@ -27,7 +27,7 @@ FILTER_SAMPLES = 3 * (ORDER + 1)  # by which the filter continues a signal at ei
 FILTER_EDGE_S = 0.02  # of the record's ends, which the filter does not see whole
 RIGID_STEP_S, TABLE_STEP_S = 1e-4, 1e-3
 RECORD_EVERY = 5  # steps of 10 us
-NO_ERROR = "arm.joints.*.tooth_error_m=0.0"
+NO_ERROR = "arm.joints.*.*_mesh.tooth_error_m=0.0"
 # Where every start with the law's ring rate, or some with the paper's, is severe.
 DECISIVE = (Cell(PRINTED, 0.005), Cell(REPAIRED_RATE, 0.02))
 

@@ -67,7 +67,7 @@ def _link(link: Content) -> tuple[float, float]:
 def _at_joint(joint: Content, k: int, after: np.ndarray, level: str) -> Iterator[CompositePart]:
     """Motor or gears, their masses at the axis."""
     before, own = after[k] - np.eye(len(after))[k], np.eye(len(after))[k]
-    if joint.get("kind") == "direct":
+    if joint["kind"] == "direct":
         motor, rotor = float(joint["motor_mass_kg"]), float(joint["rotor_inertia_kg_m2"])
         yield CompositePart(motor, rotor, k, 0.0, after[k], after[k])
         return

@@ -9,8 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.switches import Switches
 from crosscheck.models.paths import Place, is_path, places, shown, value_at
+from crosscheck.schema import Described, described
 from crosscheck.studies.definition.definition import (
     Axis,
     GridAxis,
@@ -21,8 +26,8 @@ from crosscheck.studies.definition.definition import (
     SampledAxis,
     Samples,
 )
-from crosscheck.studies.definition.units import unit_of
 
+RECORDS: dict[str | int, type[Data]] = {"arm": Arm, "scenario": Scenario, "switches": Switches}
 SAMPLE, START = "sample", "start"
 TAKEN = {SAMPLE, START, "joint", "planet", "time", "checked"}  # dimensions of every result
 
@@ -92,9 +97,18 @@ def _varied(
         assert samples is not None  # the definition's own validation
         values = _sampled(axis, entries, samples, data, where)
     dimension = SAMPLE if isinstance(axis, Sampled) else name
-    return VariedAxis(
-        name, dimension, ", ".join(axis.paths), unit_of(entries[0], data), entries, values
-    )
+    return VariedAxis(name, dimension, ", ".join(axis.paths), _unit(entries[0]), entries, values)
+
+
+def _unit(place: Place) -> str:
+    """Of an entry, as the schema states it; empty where it has none, or nothing there is known."""
+    section, *keys = place
+    records: list[type[Data]] = [RECORDS[section]]
+    fields: list[Described] = []
+    for name in (key for key in keys if isinstance(key, str)):
+        fields = [f for record in records for f in described(record) if f.name == name]
+        records = [record for field in fields for record in field.records]
+    return next((field.unit for field in fields if field.unit), "")
 
 
 def _sampled(
