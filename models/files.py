@@ -18,6 +18,7 @@ HERE = Path(__file__).parent
 KINDS = ("arms", "robots", "scenarios")  # folders of what has built-in names
 LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes as many
 LONGEST_BITS = 1000  # of a whole number; Python shows none of 4300 digits
+URDF = ".urdf"
 TOO_LONG = "a number of too many digits"
 DEEPEST_KEY = 50  # the parser takes a time with the square of a key's parts
 
@@ -55,6 +56,16 @@ def raw_scenario(name: str) -> dict[str, Any]:
 def raw_robot(name: str) -> dict[str, Any]:
     """What the file of a robot holds, not validated. Raises InputError."""
     return _read(name, "robots")
+
+
+def is_robot(name: str) -> bool:
+    """Whether a name is a robot's, where an arm's may stand: built-in, a URDF or a file of one.
+
+    Raises InputError.
+    """
+    if name in (*builtin_arms(), *builtin_robots()):
+        return name in builtin_robots()
+    return Path(name).suffix == URDF or "urdf" in raw_arm(name)
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -16,10 +16,10 @@ from benchmarks.suite.rows import Row, absent
 from benchmarks.suite.timing import in_turn, per_unit, processor, progress
 from crosscheck.cost.agreement import drawn
 from crosscheck.cost.engines import model_of
-from crosscheck.explain.explain import explained
 from crosscheck.models.robot.file import RobotFile, load_robot, robot_of
 from crosscheck.models.robot.robot import Robot
-from tests.robots.test_explain import equations, planted
+from crosscheck.trial.robots.explain import explained
+from tests.robots.test_trial import equations, planted
 
 TABLE = "robots"
 ROBOTS = ("six-joint", "puma560")

@@ -220,7 +220,10 @@ def trial(
     ] = None,
     arm: Annotated[
         str | None,
-        typer.Argument(metavar="[ARM]", help="Built-in name or TOML file; paper-labelled."),
+        typer.Argument(
+            metavar="[ARM]",
+            help="Name or TOML file of an arm (paper-labelled) or a robot; or a URDF.",
+        ),
     ] = None,
     scenario: Annotated[
         list[str] | None,
@@ -263,7 +266,7 @@ def trial(
         settings=settings or [],
         quick=quick,
         seed=seed,
-        jobs=jobs or os.cpu_count() or 1,
+        jobs=jobs,
         json_file=json_file,
         junit=junit,
         out=out,
@@ -321,7 +324,9 @@ def compare(
 
 @app.command()
 def cost(
-    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Built-in name or TOML file.")],
+    robot: Annotated[
+        str, typer.Argument(metavar="ROBOT", help="Built-in name, TOML file or URDF.")
+    ],
     motion: Annotated[
         Path | None,
         typer.Option(help="CSV, MAT, HDF5 or NetCDF file of a motion; sines by default."),
@@ -339,22 +344,6 @@ def cost(
     from crosscheck.cli.cost import cost_command
 
     raise typer.Exit(cost_command(robot, motion, seed, quick, json_file, out))
-
-
-@app.command()
-def explain(
-    model: Annotated[
-        str,
-        typer.Argument(metavar="MODEL", help="file.py:name or package.module:name; code is run."),
-    ],
-    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Built-in name or TOML file.")],
-    seed: Seed = 0,
-    json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
-) -> None:
-    """Check your own equations of a robot: which of its numbers explains a difference."""
-    from crosscheck.cli.explain import explain_command
-
-    raise typer.Exit(explain_command(model, robot, seed, json_file))
 
 
 @app.command()

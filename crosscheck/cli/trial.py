@@ -12,6 +12,7 @@ from pathlib import Path
 from crosscheck.kinds import AGREEMENT, JUNIT, TRIAL, TRIAL_PAGE
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
+from crosscheck.models.files import is_robot
 from crosscheck.models.inputs import remember
 from crosscheck.models.loading import Chosen, load_chosen
 from crosscheck.output import require_files, require_writable, write_files
@@ -30,6 +31,7 @@ from crosscheck.trial.fmu.mapping import MappedUnit, mapped_unit
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import handed_over
 from crosscheck.trial.model import switches_of
+from crosscheck.trial.robots.trial import try_robot
 from crosscheck.trial.tables.answers import answered, equations_of, following
 from crosscheck.trial.tables.asked import TableTrial, asked_apart, asked_on_probes, asked_states
 from crosscheck.trial.tables.coordinates_file import coordinates_of
@@ -58,14 +60,17 @@ def tried_aloud(asked: Asked, chosen: Wanted, jobs: int) -> CrossCheck:
 
 @dataclass(frozen=True)
 class TrialOptions:
-    """What the command line says; names: MODEL and ARM, or ARM alone where answers are a table."""
+    """What the command line says; names: MODEL and ARM, or ARM alone where answers are a table.
+
+    jobs: None where the command line says none.
+    """
 
     names: tuple[str, ...]
     scenarios: list[str]
     settings: list[str]
     quick: bool
     seed: int
-    jobs: int
+    jobs: int | None
     json_file: Path | None
     junit: Path | None
     out: Path | None
@@ -74,6 +79,11 @@ class TrialOptions:
     after: tuple[Path, ...]
     coordinates: Path | None
     run_code: bool
+
+    @property
+    def processes(self) -> int:
+        """How many work: all cores by default."""
+        return self.jobs or os.cpu_count() or 1
 
     @property
     def fmu(self) -> Path | None:
@@ -104,6 +114,9 @@ class TrialOptions:
 def trial_command(options: TrialOptions) -> int:
     """Put equations on trial, or write what is asked of them; returns the exit code."""
     _require_meant(options)
+    if is_robot(options.arm):
+        _require_for_robots(options)
+        return try_robot(options.names[0], options.arm, options.seed, options.json_file)
     if options.ask:
         ask(options)
         return 0
@@ -116,7 +129,7 @@ def trial_command(options: TrialOptions) -> int:
         asked = _asked(options, unit, chosen)
         require_files((options.json_file, TRIAL), (options.junit, JUNIT), (page, TRIAL_PAGE))
         with shown_progress(f"trying {printable(asked.name)}") as told:
-            trial = tried(asked, jobs=options.jobs, told=told)
+            trial = tried(asked, jobs=options.processes, told=told)
     return _told(trial, options, page)
 
 
@@ -156,7 +169,7 @@ def _beside(options: TrialOptions, unit: MappedUnit, chosen: Chosen) -> int:
     experiment = chosen.arm, chosen.scenarios, laws
     name = options.fmu.name
     with shown_progress(f"running {printable(name)}") as told:
-        agreement = beside(unit, name, *experiment, options.jobs, told)
+        agreement = beside(unit, name, *experiment, options.processes, told)
     files = {}
     if options.json_file is not None:
         files[options.json_file] = agreement_json(agreement, chosen.arm)
@@ -232,6 +245,25 @@ def _draft(fmu: Path) -> str:
     with tempfile.TemporaryDirectory() as folder:
         unpacked(fmu, Path(folder))
         return drafted(printable(fmu.name), described(str(fmu), Path(folder)))
+
+
+def _require_for_robots(options: TrialOptions) -> None:
+    """Raise InputError for options that are of arms alone."""
+    of_arms = {
+        "--ask": options.ask,
+        "--answers": options.answers,
+        "MODEL": options.fmu,
+        "--scenario": options.scenarios,
+        "--set": options.settings,
+        "--quick": options.quick,
+        "--jobs": options.jobs,
+        "--junit": options.junit,
+        "--out": options.out,
+        "--run-code": options.run_code,
+    }
+    for name in (name for name, given in of_arms.items() if given):
+        value = str(options.fmu) if name == "MODEL" else None
+        raise InputError(name, "", value, f"is for arms; {options.arm} is a robot")
 
 
 def _require_meant(options: TrialOptions) -> None:

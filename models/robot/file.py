@@ -20,7 +20,7 @@ from crosscheck.models.arm.quantities import (
     Within,
 )
 from crosscheck.models.errors import InputError
-from crosscheck.models.files import HERE, LARGEST_FILE, builtin_robots, raw_robot
+from crosscheck.models.files import HERE, LARGEST_FILE, URDF, builtin_robots, raw_robot
 from crosscheck.models.inputs import input_content
 from crosscheck.models.loading import validated
 from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot, Rotor, RotorMesh
@@ -84,11 +84,16 @@ class RobotFile(Data):
 
 
 def load_robot(name: str) -> Robot:
-    """The robot of a built-in name or TOML file. Raises InputError."""
-    file = validated(RobotFile, raw_robot(name), name)
+    """The robot of a built-in name, a TOML file, or a URDF alone, without rotors.
+
+    Raises InputError.
+    """
+    path = Path(name)
+    alone = {"schema_version": 1, "name": path.stem, "urdf": path.name}
+    file = validated(RobotFile, alone if path.suffix == URDF else raw_robot(name), name)
     own = name in builtin_robots()
-    path = (HERE / "robots" if own else Path(name).parent) / file.urdf
-    return robot_of(file, read_text(path), name, str(path))
+    urdf = (HERE / "robots" if own else path.parent) / file.urdf
+    return robot_of(file, read_text(urdf), name, str(urdf))
 
 
 def robot_of(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:

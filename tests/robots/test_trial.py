@@ -12,17 +12,17 @@ import pytest
 
 from crosscheck import kinds
 from crosscheck.cost.agreement import model_of
-from crosscheck.explain.candidates import (
+from crosscheck.models.errors import InputError
+from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import RIGID, Level, Robot
+from crosscheck.trial.robots.candidates import (
     Confusion,
     confusions,
     numbers,
     with_body,
     with_rotor,
 )
-from crosscheck.explain.explain import OwnEquations, explained
-from crosscheck.models.errors import InputError
-from crosscheck.models.robot.file import load_robot
-from crosscheck.models.robot.robot import RIGID, Level, Robot
+from crosscheck.trial.robots.explain import OwnEquations, explained
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.robots.chains import ENGINES, random_chain
 from tests.tool.conftest import Command, crosscheck
@@ -234,7 +234,7 @@ empty, numbers = SimpleNamespace(), SimpleNamespace(bias=3.0)
 def test_the_command_names_it_and_writes_json(crosscheck: Command, tmp_path: Path):
     (tmp_path / "mine.py").write_text(CODE)
     file = tmp_path / "mine.json"
-    answer = crosscheck("explain", f"{tmp_path / 'mine.py'}:made", "sliding", "--json", file)
+    answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", "sliding", "--json", file)
     assert (answer.code, answer.err) == (1, "")
     named = "boom: mass = 7.5 kg (file: 7.2 kg)"
     assert f"yours are the equations of coupled with {named}\n" in answer.out
@@ -255,5 +255,46 @@ def test_the_command_names_it_and_writes_json(crosscheck: Command, tmp_path: Pat
 )
 def test_code_that_cannot_be_used_is_one_line(crosscheck: Command, tmp_path, name, fragment):
     (tmp_path / "mine.py").write_text(CODE)
-    answer = crosscheck("explain", f"{tmp_path / 'mine.py'}:{name}", "sliding")
+    answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:{name}", "sliding")
     assert_one_line(answer, "mine.py", fragment)
+
+
+OF_ARMS = {
+    "scenario": (("--scenario", "pd"), "--scenario"),
+    "setting": (("--set", "arm.payload_mass_kg=1.0"), "--set"),
+    "quick": (("--quick",), "--quick"),
+    "processes": (("--jobs", "2"), "--jobs"),
+    "JUnit": (("--junit", "a.xml"), "--junit"),
+    "page": (("--out", "page"), "--out"),
+    "code of an FMU": (("--run-code",), "--run-code"),
+}
+
+
+@pytest.mark.parametrize("case", OF_ARMS)
+def test_what_is_of_arms_alone_is_refused(crosscheck: Command, tmp_path, case):
+    options, named = OF_ARMS[case]
+    (tmp_path / "mine.py").write_text(CODE)
+    answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", "sliding", *options)
+    assert_one_line(answer, f"{named}: is for arms; sliding is a robot")
+
+
+def test_questions_answers_and_units_are_of_arms_alone(crosscheck: Command, tmp_path):
+    (tmp_path / "u.fmu").touch()
+    asked = crosscheck("trial", "--ask", "sliding", "--out", tmp_path / "ask")
+    assert_one_line(asked, "--ask: is for arms")
+    answers = crosscheck("trial", "--answers", tmp_path / "a.csv", "sliding")
+    assert_one_line(answers, "--answers: is for arms")
+    names = (tmp_path / "u.fmu", "sliding", "--coordinates", tmp_path / "c.toml", "--run-code")
+    assert_one_line(crosscheck("trial", *names), "u.fmu", "is for arms")
+    assert not (tmp_path / "ask").exists()
+
+
+def test_a_urdf_alone_is_a_robot_without_rotors(crosscheck: Command, tmp_path):
+    (tmp_path / "mine.py").write_text(CODE.replace('"coupled"', '"links"'))
+    (tmp_path / "r.urdf").write_text(load_robot("sliding").urdf)
+    answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", tmp_path / "r.urdf")
+    assert (answer.code, answer.err) == (1, "")
+    named = "boom: mass = 7.5 kg (file: 7.2 kg)"
+    assert f"yours are the equations of links with {named}\n" in answer.out
+    missing = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", tmp_path / "no.urdf")
+    assert_one_line(missing, "no.urdf", "cannot be read")

@@ -1,4 +1,4 @@
-"""`crosscheck explain`: a user's own equations of a robot."""
+"""`crosscheck trial` of equations of a robot: handed over, judged, and told."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from typing import Any
 from crosscheck import __version__
 from crosscheck.cli.answer import answer
 from crosscheck.cost.agreement import compared, drawn
-from crosscheck.explain.explain import PARTS, STATES, Explained, OwnEquations, explained
 from crosscheck.kinds import EXPLAINED
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import LEVELS, Robot
 from crosscheck.output import require_files
 from crosscheck.trial.input.loading import object_named, user_code
+from crosscheck.trial.robots.explain import PARTS, STATES, Explained, OwnEquations, explained
 
 MOST_ENTRIES, MOST_EXPLANATIONS = 5, 8
 
 
-def explain_command(text: str, name: str, seed: int, json_file: Path | None) -> int:
+def try_robot(text: str, name: str, seed: int, json_file: Path | None) -> int:
     """The exit code: 0 if the equations agree with a level, and the engines do, else 1.
 
-    Raises InputError.
+    text: of the user's equations, whose code is run; name: of the robot. Raises InputError.
     """
     robot = load_robot(name)
     require_files((json_file, EXPLAINED))

@@ -9,9 +9,9 @@ import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.cost.agreement import TOLERANCE, DrawnStates, drawn
-from crosscheck.explain.candidates import confusions, link_of, numbers, with_body
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import RIGID, Level, Robot, RobotBody
+from crosscheck.trial.robots.candidates import confusions, link_of, numbers, with_body
 
 STATES = 12
 # What an explanation may leave, of the largest difference; and of a quantity's size, by rounding.

@@ -1,0 +1,1 @@
+"""A trial of a user's equations of a robot: which number explains what is wrong?"""
