@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from crosscheck.cost.engines import engines
 from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios, builtin_title
 from crosscheck.registry import MODELS
 
@@ -20,6 +21,11 @@ def list_command() -> None:
     for name, entry in MODELS.items():
         limit = "" if "simulate" in entry.promises else "states only"
         table.add_row("model", Text(name), Text(", ".join(filter(None, (limit, entry.title)))))
+    for name, engine in engines().items():
+        limit = f"{' and '.join(engine.levels)} only" if engine.levels else ""
+        table.add_row(
+            "robot model", Text(name), Text(", ".join(filter(None, (limit, engine.title))))
+        )
     for name in builtin_scenarios():
         table.add_row("scenario", name, builtin_title("scenarios", name))
     Console().print(table)

@@ -105,7 +105,7 @@ def compared(robot: Robot, states: DrawnStates) -> list[EngineDifference]:
     for level in robot.levels:
         own = with_meshes(robot, states) if level == "geared" else states
         answers: dict[str, RobotAnswers | Exception] = {}
-        for engine in [name for name, entry in engines().items() if level in entry.levels]:
+        for engine in [name for name, entry in engines().items() if entry.promises(level)]:
             try:
                 answers[engine] = _answers(model_of(engine, robot, level), own)
             except Exception as error:  # whatever an engine raises is told, and fails

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
+from typing import TYPE_CHECKING
 
 from crosscheck.entry import loaded, unusable
-from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import LEVELS, Level, Robot
+
+if TYPE_CHECKING:  # the names of engines are asked for without any schema
+    from crosscheck.models.robot.interface import RobotModel
+    from crosscheck.models.robot.robot import Level, Robot
 
 ENTRY_POINTS = "geararm_crosscheck.robots"  # the group by which packages offer engines
 LEAD = "analytic"  # the one that costs are worked out with
@@ -17,17 +20,37 @@ LEAD = "analytic"  # the one that costs are worked out with
 
 @dataclass(frozen=True)
 class RobotEngine:
-    """A model of robots: where its class is, a RobotModel, and the levels that it promises."""
+    """A model of robots: where its class is, a RobotModel, and what to know of it.
+
+    levels: those that it promises, if not all.
+    """
 
     module: str
     attribute: str
-    levels: tuple[Level, ...] = tuple(LEVELS)
+    levels: tuple[Level, ...] = ()
+    title: str = ""
+
+    def promises(self, level: Level) -> bool:
+        """Whether it has a level."""
+        return not self.levels or level in self.levels
 
 
 OWN = {
-    LEAD: RobotEngine("crosscheck.analytic.robot.model", "AnalyticRobot"),
-    "pinocchio": RobotEngine("crosscheck.models.pinocchio.robot", "PinocchioRobot"),
-    "exudyn": RobotEngine("crosscheck.models.exudyn.robot", "ExudynRobot"),
+    LEAD: RobotEngine(
+        "crosscheck.analytic.robot.model",
+        "AnalyticRobot",
+        title="the project's derivation by Kane's method",
+    ),
+    "pinocchio": RobotEngine(
+        "crosscheck.models.pinocchio.robot",
+        "PinocchioRobot",
+        title="its own reader of URDFs, rotors as bodies of the tree",
+    ),
+    "exudyn": RobotEngine(
+        "crosscheck.models.exudyn.robot",
+        "ExudynRobot",
+        title="kinematic tree in minimal coordinates, rotors as bodies of it",
+    ),
 }
 
 

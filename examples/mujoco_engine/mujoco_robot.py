@@ -153,4 +153,6 @@ def _turn(rpy: str) -> np.ndarray:
     return matrix.reshape(3, 3)
 
 
-ENGINE = RobotEngine(__name__, "MujocoRobot", levels=("links", "armature"))
+ENGINE = RobotEngine(
+    __name__, "MujocoRobot", levels=("links", "armature"), title="MuJoCo's joints and armature"
+)

@@ -7,6 +7,7 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
+from crosscheck.cli.listing import list_command
 from crosscheck.cost import engines
 from crosscheck.cost.agreement import EngineDifference, compared, drawn
 from crosscheck.cost.cost import QUICK, cost_of
@@ -81,6 +82,12 @@ def test_cost_names_the_levels_that_it_has(offered):
     few = QUICK.__class__(states=3, instants=50, runs=1, steps=20, most_steps=0)
     found = cost_of(load_robot("sliding"), 0, few, lambda *doing: None)
     assert "exudyn and mujoco (links, armature) on 9" in next(iter(first_lines(found)))
+
+
+def test_list_shows_it_with_its_levels(offered, capsys):
+    list_command()
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "robot model mujoco links and armature only, MuJoCo's joints and armature" in shown
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,9 @@ import pytest
 
 from crosscheck import __version__
 from crosscheck.cli import listing
+from crosscheck.cost.engines import engines
 from crosscheck.models.exudyn.tree import loads as exudyn_tree_loads
-from crosscheck.models.files import builtin_arms, builtin_scenarios
+from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios
 from crosscheck.registry import MODELS
 from tests.processes import ENGINES, HEAVY, modules_loaded_by
 
@@ -54,11 +55,12 @@ def test_help_of_every_command(crosscheck, command):
     assert "Usage:" in answer.out
 
 
-def test_list_names_all_arms_models_and_scenarios(crosscheck):
+def test_list_names_all_that_other_commands_accept(crosscheck):
     answer = crosscheck("list")
     assert (answer.code, answer.err) == (0, "")
     words = answer.out.split()
-    assert set(words) >= {*builtin_arms(), *MODELS, *builtin_scenarios()}
+    assert set(words) >= {*builtin_arms(), *builtin_robots(), *MODELS, *builtin_scenarios()}
+    assert set(words) >= {*engines()}
 
 
 def test_show_derives_the_papers_numbers(crosscheck):
