@@ -74,10 +74,14 @@ class Perturbed(Question[Kept]):
         """What is run, before it is perturbed."""
         return self.variant.case()
 
-    def _runs(self, seeds: Sequence[int]) -> Iterator[Course | Diverged]:
+    def models(self, seeds: Sequence[int]) -> Sequence[Model]:
         """From these of its starts."""
         case = self.case()
-        models = [build(self.variant.model, *perturbed(case, seed)) for seed in seeds]
+        return [build(self.variant.model, *perturbed(case, seed)) for seed in seeds]
+
+    def _runs(self, seeds: Sequence[int]) -> Iterator[Course | Diverged]:
+        """The models', a few at a time."""
+        models = self.models(seeds)
         for first in range(0, len(models), AT_ONCE):
             yield from _side_by_side(models[first : first + AT_ONCE])
 

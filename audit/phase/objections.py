@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.twosamples import WithAndWithout
+from crosscheck.audit.measures.undefined import defined
 from crosscheck.audit.phase.runs.experiments import (
     DECISIVE,
     NO_ERROR,
@@ -28,13 +29,13 @@ from crosscheck.audit.phase.runs.experiments import (
     shoulder_excess,
 )
 from crosscheck.audit.phase.runs.linear import base_motion, mesh_modes
-from crosscheck.audit.phase.runs.plant import Plant, integrate, plant_of
+from crosscheck.audit.phase.runs.plant import Continued, Plant, motion, plant_of
 from crosscheck.models.experiment.drive import CONSTANT
 
 DURATION_S = THIRD_S[1]
 THIRD_EVERY = 10  # steps of the motion that is linearised along
 FULL_STEP = "scenario.step_s=4e-6"  # Eq. 11 in full lets a vibration grow by 4e5 1/s
-FULL_STRIDE, FULL_STARTS = 5, 2  # of the plain kernel, ten times as slow
+FULL_STARTS = 2  # by the paper's coordinates, ten times as slow
 QUARTERS = (0.5, 1.0)  # of pi: ring mesh against sun mesh; even z_p suggests pi
 
 
@@ -102,18 +103,16 @@ class InFull(Question[list[float | None]]):
         return 4.0 * len(self.seeds)
 
     def answer(self) -> list[float | None]:
-        return list(self._sizes())
-
-    def _sizes(self) -> Iterator[float | None]:
-        for model in models_of(self.variant, self.seeds):
-            plant, scenario = plant_of(model, full_rate=True), model.scenario
-            step_s, steps = scenario.step_s, scenario.steps
-            *_, a = integrate(plant, 0, *model.start(), steps, FULL_STRIDE)
-            time = step_s * FULL_STRIDE * np.arange(len(a))
-            shoulder = a[:, model.layout.theta[:1]]
-            excess = shoulder_excess(replace(self.variant, settings=()), time, shoulder)
-            part = excess[signals.window(time, *THIRD_S)]
-            yield signals.amplitude(part) if part.size and np.isfinite(excess).all() else None
+        case, models = self.variant.case(), models_of(self.variant, self.seeds)
+        full = [plant_of(model, full_rate=True).equations for model in models]
+        starts = [model.start() for model in models]
+        run = motion([Continued(case, *x, one) for x, one in zip(starts, full, strict=True)])
+        excess = shoulder_excess(replace(self.variant, settings=()), run.time, run.shoulder)
+        part = signals.window(run.time, *THIRD_S)
+        return [
+            defined(signals.amplitude(one[part])) if np.isfinite(one).all() else None
+            for one in excess.T
+        ]
 
 
 @dataclass(frozen=True)
@@ -195,19 +194,11 @@ def objections(study: Study, scale: Scale) -> Objections:
     asked = [change.question(cell, e, scale) for change, cell, e in wanted]
     answers = study.answers(asked, "phase: objections")
     third = {k: Third.of(Sample.of(one)) for k, one in zip(wanted, answers, strict=True)}
-    full = _in_full(study, cells, scale)
+    third |= {(IN_FULL, *of): one for of, one in _in_full(study, cells, scale).items()}
     objected = [
-        Objected(
-            change,
-            cell,
-            third=third[change, cell, True],
-            without=third[change, cell, False],
-        )
-        for change in CHANGES
+        Objected(change, cell, third=third[change, cell, True], without=third[change, cell, False])
+        for change in (*CHANGES, IN_FULL)
         for cell in cells
-    ]
-    objected += [
-        Objected(IN_FULL, cell, third=full[cell, True], without=full[cell, False]) for cell in cells
     ]
     growth = [RateGrowth(cell, scale.seconds(DURATION_S)) for cell in DECISIVE]
     rates = study.answers(growth, "phase: growth rates")
@@ -219,11 +210,9 @@ def _in_full(study: Study, cells: Sequence[Cell], scale: Scale) -> dict[tuple[Ce
     wanted = [(cell, e) for cell in cells for e in (True, False)]
     asked = [InFull(cell, e, seconds, seeds) for cell, e in wanted]
     found = study.answers(asked, "phase: Eq. 11 in full")
-    return {k: _sizes_alone(sizes) for k, sizes in zip(wanted, found, strict=True)}
-
-
-def _sizes_alone(sizes: Sequence[float | None]) -> Third:
-    """Nothing but sizes is known."""
-    known = np.array([np.nan if size is None else size for size in sizes])
-    nothing = np.full(known.shape, np.nan)
-    return Third(known, nothing, nothing, nothing, int(np.isnan(known).sum()))
+    sizes = [np.array(some, dtype=float) for some in found]
+    nothing = np.full(len(seeds), np.nan)  # but sizes is known
+    return {
+        k: Third(size, nothing, nothing, nothing, int(np.isnan(size).sum()))
+        for k, size in zip(wanted, sizes, strict=True)
+    }

@@ -18,7 +18,8 @@ from crosscheck.audit.hypotheses.evidence import flutter, linear_limits
 from crosscheck.audit.hypotheses.evidence.flutter import VIBRATES, Flutter, FlutterSetting
 from crosscheck.audit.hypotheses.evidence.handed import DriveHandover, Handed
 from crosscheck.audit.hypotheses.evidence.linear_limits import SUN, Point, Threshold, growth_agrees
-from crosscheck.audit.phase.runs.plant import ContinuedEquations
+from crosscheck.audit.phase.runs.experiments import TABLE_STEP_S, played_back
+from crosscheck.audit.phase.runs.plant import Continued
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.registry import build
 
@@ -109,12 +110,13 @@ def test_the_vibration_of_undamped_play_dies_without_feedback():
 
 def test_a_sensor_on_the_links_is_the_drives_own_feedback():
     """The controller as a sensor on the link gives the run that the PD drive gives."""
-    model = PhysicalModel(*Variant(zeta=0.05, planets="free").case())
+    case = Variant(zeta=0.05, planets="free").case()
+    model = PhysicalModel(*case)
     link = np.eye(len(model.layout))[:, model.layout.theta]
     parts = model.arm, model.layout, model.gears, model.drive, model.terms
     runs = []
     for equations in (TermEquations(*parts), TermEquations(*parts, sensor=link)):
-        run = ContinuedEquations(model.scenario, model.drive, model.gears, equations, model.start())
+        run = Continued(case, *model.start(), equations)
         runs.append(Batch([run], lanes=1).advance(5, 100).q)
     np.testing.assert_array_equal(*runs)
     assert np.abs(runs[0] - runs[0][0]).max() > 0
@@ -122,7 +124,7 @@ def test_a_sensor_on_the_links_is_the_drives_own_feedback():
 
 def test_a_torque_that_is_played_back_is_the_rigid_arms():
     variant = FlutterSetting("contact", 0.01).variant()
-    case = flutter.played_back(variant.case(), variant)
+    case = played_back(variant.case())
     rigid = build("analytic:coupled", case.arm, variant.case().scenario).simulate()
     drive = drive_data(case.scenario, 2)
     time, torque = rigid["time"].values, rigid["torque"].values
@@ -130,7 +132,7 @@ def test_a_torque_that_is_played_back_is_the_rigid_arms():
     # A straight line over h misses T by T'' h^2 / 8; T'' by differences of the records, a tenth
     # more for their own error.
     curvature = np.abs(np.diff(torque, 2, axis=0)).max() / (time[1] - time[0]) ** 2
-    np.testing.assert_allclose(table, torque, atol=1.1 * curvature * flutter.TABLE_S**2 / 8)
+    np.testing.assert_allclose(table, torque, atol=1.1 * curvature * TABLE_STEP_S**2 / 8)
     assert np.abs(torque).max() > 100
 
 

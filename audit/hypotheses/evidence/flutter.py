@@ -12,7 +12,6 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from crosscheck import signals
-from crosscheck.analytic.model import RigidCoupled
 from crosscheck.audit.claims.rule import State, quantiles_of, state
 from crosscheck.audit.experiments.cells import INTEGRAL, Cell
 from crosscheck.audit.experiments.pool import Sample
@@ -20,17 +19,15 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import RECORDED_S, Starts
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers, Planets, Variant
-from crosscheck.audit.measures.course import Course, courses
+from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.undefined import finite
-from crosscheck.models.errors import Diverged
-from crosscheck.models.experiment.scenario import TableDrive
+from crosscheck.audit.phase.runs.experiments import played_back
 from crosscheck.models.loading import Case
 
 VIBRATES = 1.0  # rad/s^2: what is left of the impacts is below it by then
 SETTLED_S = (0.9, 1.2)  # well after the impacts of the side change
-TABLE_S = 1e-3  # rows of a torque that is played back
 Damping = Literal["always", "contact"]
 
 
@@ -78,7 +75,7 @@ class Vibrations(Starts):
 
     def case(self) -> Case:
         case = super().case()
-        return played_back(case, self.variant) if self.played_back else case
+        return played_back(case) if self.played_back else case
 
     def beside(self) -> tuple[Variant, ...]:
         return (rigid_arm(self.variant, COUPLED),)
@@ -109,11 +106,8 @@ class Flutter:
     @property
     def share(self) -> Share | None:
         """Of the starts that vibrate."""
-        return (
-            Share(sum(size > VIBRATES for size in self.sizes), len(self.sizes))
-            if self.sizes
-            else None
-        )
+        shaken = sum(size > VIBRATES for size in self.sizes)
+        return Share(shaken, len(self.sizes)) if self.sizes else None
 
     @property
     def state(self) -> State:
@@ -146,19 +140,3 @@ def flutter_of(setting: FlutterSetting, sample: Sample) -> Flutter:
     known = np.sort(sizes[~np.isnan(sizes)])
     frequency = float(np.median(vibrating)) if vibrating.size else None
     return Flutter(setting, tuple(map(float, known)), frequency)
-
-
-def played_back(case: Case, variant: Variant) -> Case:
-    """The case with its drive replaced by the torque that the rigid arm needs in it."""
-    (rigid,) = courses([RigidCoupled(*rigid_arm(variant, COUPLED).case())])
-    if isinstance(rigid, Diverged):
-        raise rigid
-    count = round(case.scenario.duration_s / TABLE_S) + 1
-    time = np.linspace(0.0, case.scenario.duration_s, count)
-    rows = rigid.at(time).torque.T
-    drive = TableDrive(
-        kind="table",
-        time_s=tuple(map(float, time)),
-        torque_N_m=tuple(tuple(map(float, row)) for row in rows),
-    )
-    return case._replace(scenario=case.scenario.model_copy(update={"drive": drive}))

@@ -18,10 +18,10 @@ from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.torque import fast
-from crosscheck.audit.hypotheses.evidence.flutter import played_back
-from crosscheck.audit.phase.runs.plant import ContinuedEquations
+from crosscheck.audit.phase.runs.experiments import models_of, played_back
+from crosscheck.audit.phase.runs.plant import Continued
 from crosscheck.models.experiment.drive import DriveData, drive_data
-from crosscheck.studies.members.starts import perturbed
+from crosscheck.models.loading import Case
 
 HANDED_S, AFTER_S = 0.9, 0.2  # when it is handed over, and how long it is watched
 LAST_S, SMOOTHED_S = 0.05, 5e-3  # where it is measured; slower than the meshes' vibrations
@@ -43,9 +43,8 @@ class DriveHandover(Perturbed[Handed]):
     cost = 16.0
 
     def answer(self) -> Handed:
-        case = self.variant.case()
-        models = [PhysicalModel(*perturbed(case, seed)) for seed in self.seeds]
-        table = drive_data(played_back(case, self.variant).scenario, len(case.arm.joints))
+        case, models = self.variant.case(), models_of(self.variant, self.seeds)
+        table = drive_data(played_back(case).scenario, len(case.arm.joints))
         later = table._replace(table_time=table.table_time - HANDED_S)
         found = [
             after(model, *state, later) for model, state in zip(models, grown(models), strict=True)
@@ -76,7 +75,7 @@ def after(
 def _left(model: PhysicalModel, equations: TermEquations, q: np.ndarray, v: np.ndarray) -> float:
     """Largest fast part [rad/s^2] of the shoulder's acceleration at the end; inf if it diverges."""
     step = model.scenario.step_s
-    run = ContinuedEquations(model.scenario, equations.drive, model.gears, equations, (q, v))
+    run = Continued(Case(model.arm, model.scenario, model.switches), q, v, equations)
     with np.errstate(invalid="ignore", over="ignore"):  # of a run that diverges
         made = Batch([run], lanes=1).advance(round(AFTER_S / step) // STRIDE, STRIDE).a
     time, shoulder = STRIDE * step * np.arange(len(made)), made[:, model.layout.theta[0], 0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -11,12 +11,10 @@ from scipy.signal import butter, sosfiltfilt
 
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell, Law
-from crosscheck.audit.experiments.starts import AT_ONCE, TransientPd
+from crosscheck.audit.experiments.starts import TransientPd
 from crosscheck.audit.experiments.variant import Variant, simulate
-from crosscheck.audit.measures.course import Course, courses
 from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.phase.runs.rigid import rigid_motion
-from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.scenario import TableDrive
 from crosscheck.models.loading import Case
 from crosscheck.studies.members.starts import perturbed
@@ -60,21 +58,17 @@ class Changed(TransientPd):
     damping: tuple[float, float] = (1.0, 1.0)
     recorded: bool = False
 
+    def case(self) -> Case:
+        case = super().case()
+        return played_back(case) if self.recorded else case
+
     def models(self, seeds: Sequence[int]) -> list[PhysicalModel]:
-        """From these starts."""
-        case = self.variant.case()
-        if self.recorded:
-            case = played_back(case)
+        case = self.case()
         found = [PhysicalModel(*perturbed(case, seed)) for seed in seeds]
         for model in found:
             factors = np.resize(self.damping, model.gears.d.size)
             model.gears = model.gears._replace(d=model.gears.d * factors)
         return found
-
-    def _runs(self, seeds: Sequence[int]) -> Iterator[Course | Diverged]:
-        models = self.models(seeds)
-        for first in range(0, len(models), AT_ONCE):
-            yield from courses(models[first : first + AT_ONCE])
 
 
 def played_back(case: Case) -> Case:

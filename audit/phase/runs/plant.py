@@ -6,7 +6,7 @@ phi = offset + (w . v) t (law `omega_t`), so that Eq. 11 in full is only another
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -15,14 +15,13 @@ import numpy as np
 
 from crosscheck.analytic.derivation.gears import Gears
 from crosscheck.analytic.derivation.terms import Terms
-from crosscheck.analytic.kernel.batch import Batch, Records
+from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.kernel.states import StateEvaluator
 from crosscheck.analytic.model import AnalyticModel, PhysicalModel
 from crosscheck.analytic.paper.mesh_frequency import OMEGA_T
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.models.experiment.drive import DriveData
-from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import Case
 
 CHUNK = 2000  # records at a time, which stay in a processor's cache
@@ -96,39 +95,6 @@ def forces_along(plant: Plant, time: np.ndarray, qs: np.ndarray, vs: np.ndarray)
     return np.array([plant.states.at(*of).mesh_forces for of in zip(time, qs, vs, strict=True)])
 
 
-@dataclass(frozen=True)
-class ContinuedEquations:
-    """Equations in an experiment from any state q, v (n,), for the kernel."""
-
-    scenario: Scenario
-    drive: DriveData
-    gears: Gears
-    equations: TermEquations
-    state: tuple[np.ndarray, np.ndarray]
-
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """The state."""
-        return self.state
-
-
-def integrate(
-    plant: Plant, clock: int, q0: np.ndarray, v0: np.ndarray, steps: int, stride: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """RK4 by the scenario's step from any state, the clock at so many steps at the start.
-
-    q, v and accelerations of shape (steps // stride + 1, n).
-    """
-    run = ContinuedEquations(
-        plant.model.scenario, plant.drive, plant.gears, plant.equations, (q0, v0)
-    )
-    batch = Batch([run], lanes=1)
-    batch.done = clock
-    with np.errstate(invalid="ignore", over="ignore"):  # of a run that diverges
-        parts = list(batch.run(steps // stride, stride, steps // stride + 1))
-    q, v, a = (np.concatenate([part[k][:, :, 0] for part in parts]) for k in range(3))
-    return q, v, a
-
-
 class RecordedMotion(NamedTuple):
     """Records of runs: time (times,) [s] by the law's own clock; q, v, a (times, n, members).
 
@@ -148,11 +114,15 @@ class RecordedMotion(NamedTuple):
 
 
 class Continued(PhysicalModel):
-    """The model from any state q, v (n,)."""
+    """The model from any state q, v (n,); its runs are made by other equations, if given."""
 
-    def __init__(self, case: Case, q: np.ndarray, v: np.ndarray) -> None:
+    def __init__(
+        self, case: Case, q: np.ndarray, v: np.ndarray, equations: TermEquations | None = None
+    ) -> None:
         super().__init__(*case)
         self.state = q, v
+        if equations is not None:
+            self.equations, self.drive = equations, equations.drive
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         return self.state
@@ -163,16 +133,10 @@ def motion(models: Sequence[PhysicalModel], clock_s: float = 0.0) -> RecordedMot
 
     States after one that is not finite are not either.
     """
-    scenario = models[0].scenario
-    begun = round(clock_s / scenario.step_s)
+    batch, scenario = Batch(models), models[0].scenario
+    batch.done = begun = round(clock_s / scenario.step_s)
     with np.errstate(invalid="ignore", over="ignore"):  # of runs that diverge
-        parts = list(_parts(models, begun))
+        parts = list(batch.run(scenario.steps // scenario.stride, scenario.stride, CHUNK))
     steps = begun + scenario.stride * np.arange(scenario.steps // scenario.stride + 1)
     q, v, a = (np.concatenate([part[k] for part in parts]) for k in range(3))
     return RecordedMotion(scenario.step_s * steps, q, v, a, np.array(models[0].layout.theta))
-
-
-def _parts(models: Sequence[PhysicalModel], begun: int) -> Iterator[Records]:
-    batch, scenario = Batch(models), models[0].scenario
-    batch.done = begun
-    yield from batch.run(scenario.steps // scenario.stride, scenario.stride, CHUNK)
