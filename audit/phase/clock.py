@@ -84,18 +84,19 @@ class ClockTest(Question[list[Delayed]]):
 
     def answer(self) -> list[Delayed]:
         time, forces = self._forces()
-        runs = [self._shaken(clock) for clock in CLOCKS_S]
+        models = models_of(self.run, self.seeds)
+        runs = [motion(models, clock) for clock in CLOCKS_S]
         return [
             Delayed(
                 clock,
                 float(np.abs(force - forces[0]).max()),
                 float(np.abs(forces[0]).max()),
-                self._sizes(elapsed, acceleration),
-                bool(np.array_equal(acceleration, runs[0][1])),
+                self._sizes(run.elapsed, run.shoulder),
+                bool(np.array_equal(run.shoulder, runs[0].shoulder)),
                 SignalEnvelope.of(time, force[:, 0]),
-                SignalEnvelope.of(elapsed, acceleration[:, 0]),
+                SignalEnvelope.of(run.elapsed, run.shoulder[:, 0]),
             )
-            for clock, force, (elapsed, acceleration) in zip(CLOCKS_S, forces, runs, strict=True)
+            for clock, force, run in zip(CLOCKS_S, forces, runs, strict=True)
         ]
 
     def _forces(self) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -112,11 +113,6 @@ class ClockTest(Question[list[Delayed]]):
         along = base_motion(case, plant, EVERY)
         found = [forces_along(plant, along.time + clock, along.q, along.v) for clock in CLOCKS_S]
         return along.time, found
-
-    def _shaken(self, clock_s: float) -> tuple[np.ndarray, np.ndarray]:
-        """Elapsed time (times,) and shoulder acceleration (times, starts)."""
-        run = motion(models_of(self.run, self.seeds), clock_s)
-        return run.time - run.time[0], run.shoulder
 
     def _sizes(self, elapsed: np.ndarray, acceleration: np.ndarray) -> tuple[float | None, ...]:
         part = signals.window(elapsed, *RUN_WINDOW_S)

@@ -61,13 +61,12 @@ PLAYED_BACK = Ablation("no feedback: the rigid arm's torque played back", record
 STEADY = Ablation("constant stiffness", ("arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0",))
 TIGHT = Ablation("no backlash", ("arm.joints.*.*_mesh.backlash_m=0.0",))
 ABLATIONS = (AS_IT_STANDS, ALWAYS, PLAYED_BACK, STEADY, TIGHT)
-FLUTTERING = tuple(
-    replace(
-        one,
-        name=f"{ALWAYS.name}; {one.name}" if one != AS_IT_STANDS else ALWAYS.name,
-        contact=False,
-    )
-    for one in (AS_IT_STANDS, PLAYED_BACK, STEADY, TIGHT)
+FLUTTERING = (
+    ALWAYS,
+    *(
+        replace(one, name=f"{ALWAYS.name}; {one.name}", contact=False)
+        for one in (PLAYED_BACK, STEADY, TIGHT)
+    ),
 )
 FLUTTER_ZETA = 0.003  # below the controller's own threshold
 STILL = 0.1  # rad/s^2: a hundredth of what counts as a fluctuation
@@ -111,7 +110,7 @@ class LaidToRest(Question[list[float | None]]):
         states = zip(before.q[-1].T.copy(), before.v[-1].T.copy(), strict=True)
         run = motion([Continued(after, q, v) for q, v in states], QUIET_S)
         excess = shoulder_excess(whole, run.time, run.shoulder)
-        part = signals.window(run.time - run.time[0], *LATE_S)
+        part = signals.window(run.elapsed, *LATE_S)
         return [defined(signals.amplitude(column)) for column in excess[part].T]
 
 
@@ -162,6 +161,5 @@ def dampers(study: Study, scale: Scale) -> Dampers:
     at_quiet = [one for one in found if one.zeta == QUIET_ZETA]
     seconds = scale.seconds(THIRD_S[1] - QUIET_S)
     (rest,) = study.answers([LaidToRest(QUIET_ZETA, seconds, scale.seeds)], "phase: laid to rest")
-    sizes = np.array([np.nan if size is None else size for size in rest])
     fluttering = [one for one in found if one.ablation in FLUTTERING and one.zeta == FLUTTER_ZETA]
-    return Dampers(own, at_quiet, quantiles(sizes), fluttering)
+    return Dampers(own, at_quiet, quantiles(np.array(rest, dtype=float)), fluttering)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -11,7 +11,7 @@ import numpy as np
 
 from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell
 from crosscheck.audit.experiments.experiments import PD, SHORT_S, question
-from crosscheck.audit.experiments.pool import Sample, samples
+from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import TransientPd
 from crosscheck.audit.experiments.study import Study
@@ -26,7 +26,7 @@ from crosscheck.audit.measures.twosamples import (
     sizes_p,
     two_tests,
 )
-from crosscheck.audit.measures.undefined import quotient
+from crosscheck.audit.measures.undefined import all_of, quotient
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.phase.runs.experiments import integrated
 
@@ -104,10 +104,8 @@ class TwoModels:
     @property
     def apart(self) -> list[Apart]:
         """Branch by branch, number by number."""
-        found: list[Apart] = []
-        for severe in (False, True):
-            found += _apart(severe, self.analytic, self.engine)
-        return found
+        both = self.analytic, self.engine
+        return [one for severe in (False, True) for one in _apart(severe, *both)]
 
 
 def _parted(model: Third) -> Share:
@@ -149,7 +147,7 @@ class Engines:
     @property
     def same(self) -> bool | None:
         """Whether no test tells the models apart anywhere."""
-        return _every([one.same for one in self.compared])
+        return all_of(one.same for one in self.compared)
 
     @property
     def supports(self) -> bool | None:
@@ -161,46 +159,34 @@ class Engines:
         severe = [one.engine.branch(severe=True).starts for one in self.compared]
         known = any(one.engine.sizes.size for one in self.compared)
         shown = any(severe) if known else None
-        return _every([self.same, shown, *quiet])
-
-
-def _every(answers: Sequence[bool | None]) -> bool | None:
-    if False in answers:
-        return False
-    return None if None in answers else True
+        return all_of([self.same, shown, *quiet])
 
 
 def engines(material: Material) -> Engines:
     """Many starts of both models, the analytic one's those of the claims."""
-    study, scale = material.study, material.scale
-    analytic = samples(study, scale, [(cell, PD) for cell in _cells()], "phase: analytic starts")
-    own = {cell: Third.of(analytic[cell, PD]) for cell in _cells()}
-    other = _engine(study, scale)
+    counts = COMPARED | dict.fromkeys(map(integrated, UNDER_ANGLE), STARTS_UNDER_ANGLE)
+    analytic = material.samples([(cell, PD) for cell in counts], "phase: analytic starts")
+    own = {cell: Third.of(analytic[cell, PD]) for cell in counts}
+    other = _engine(material.study, material.scale, counts)
     return Engines(
         [TwoModels(cell, own[cell], other[cell]) for cell in COMPARED],
         [UnderAngle(c, own[c], other[c]) for c in map(integrated, UNDER_ANGLE)],
     )
 
 
-def _cells() -> list[Cell]:
-    return [*COMPARED, *map(integrated, UNDER_ANGLE)]
-
-
-def _engine(study: Study, scale: Scale) -> dict[Cell, Third]:
-    """A question for every start, so that tasks stay short."""
-    counts = COMPARED | dict.fromkeys(map(integrated, UNDER_ANGLE), STARTS_UNDER_ANGLE)
+def _engine(study: Study, scale: Scale, counts: Mapping[Cell, int]) -> dict[Cell, Third]:
+    """Of so many starts, a question for every one, so that tasks stay short."""
     wanted = [
         (cell, seed)
         for cell, count in counts.items()
         for seed in scale.seeds[: scale.starts(count)]
     ]
-    found = study.answers([_asked(cell, seed, scale) for cell, seed in wanted], "phase: Exudyn")
+    variants = {
+        cell: replace(question(PD, cell, ()).variant, model=ENGINE, duration_s=SHORT_S)
+        for cell in counts
+    }
+    asked = [TransientPd(scale.cut(variants[cell]), (seed,)) for cell, seed in wanted]
     by_cell: dict[Cell, list[Sample]] = {cell: [] for cell in counts}
-    for (cell, _), one in zip(wanted, found, strict=True):
+    for (cell, _), one in zip(wanted, study.answers(asked, "phase: Exudyn"), strict=True):
         by_cell[cell].append(Sample.of(one))
     return {cell: Third.of(*each) for cell, each in by_cell.items()}
-
-
-def _asked(cell: Cell, seed: int, scale: Scale) -> TransientPd:
-    variant = replace(question(PD, cell, ()).variant, model=ENGINE, duration_s=SHORT_S)
-    return TransientPd(scale.cut(variant), (seed,))

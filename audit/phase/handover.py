@@ -136,8 +136,8 @@ class Handover(Question[HandedOver]):
         return motion([Continued(case, *state)], float(run.time[record]))
 
     def _left(self, run: RecordedMotion) -> Left:
-        excess, elapsed = self._excess(run), run.time - run.time[0]
-        sizes = (signals.amplitude(excess[signals.window(elapsed, *w)]) for w in WINDOWS_S)
+        excess = self._excess(run)
+        sizes = (signals.amplitude(excess[signals.window(run.elapsed, *w)]) for w in WINDOWS_S)
         return Left(*sizes)
 
     def _excess(self, run: RecordedMotion) -> np.ndarray:
@@ -166,6 +166,11 @@ class Fate(NamedTuple):
     late: Quantiles
     dying: Share | None
 
+    @property
+    def all_die(self) -> bool:
+        """Whether there are any, and every one dies."""
+        return self.dying is not None and self.dying.yes == self.dying.of
+
 
 @dataclass(frozen=True)
 class Handovers:
@@ -182,14 +187,8 @@ class Handovers:
     def supports(self) -> bool | None:
         """Dies under `angle` in every start wherever it dies without tooth error in every start."""
         with_error, without = self.under(INTEGRATED), self.under(ERROR_FREE)
-        dying = [
-            _all(with_error[cell].dying) for cell in without if _all(without[cell].dying) is True
-        ]
+        dying = [with_error[cell].all_die for cell in without if without[cell].all_die]
         return all(dying) if dying else None
-
-
-def _all(share: Share | None) -> bool | None:
-    return None if share is None else share.yes == share.of
 
 
 def handover(study: Study, scale: Scale) -> Handovers:
@@ -197,16 +196,11 @@ def handover(study: Study, scale: Scale) -> Handovers:
     lasting = scale.seconds(THIRD_S[1]), scale.seconds(AFTER_S)
     asked = [Handover(cell, *lasting, scale.seeds) for cell in CELLS]
     found = dict(zip(CELLS, study.answers(asked, "phase: handover"), strict=True))
-    fates = [
-        _fate(cell, heir, one.asked, left)
-        for cell, one in found.items()
-        for heir, left in zip(HEIRS, one.left, strict=True)
-    ]
+    fates = []
+    for cell, one in found.items():
+        for heir, left in zip(HEIRS, one.left, strict=True):
+            numbers = np.array(left, dtype=float).reshape(-1, len(WINDOWS_S))
+            before, soon, late = map(quantiles, numbers.T)
+            dying = Share(sum(each.dies for each in left), len(left)) if left else None
+            fates.append(Fate(cell, heir, one.asked, before, soon, late, dying))
     return Handovers(fates, found[SHOWN])
-
-
-def _fate(cell: Cell, heir: Heir, asked: int, left: Sequence[Left]) -> Fate:
-    numbers = np.array(left, dtype=float).reshape(-1, len(WINDOWS_S))
-    before, soon, late = (quantiles(column) for column in numbers.T)
-    dying = Share(sum(one.dies for one in left), len(left)) if left else None
-    return Fate(cell, heir, asked, before, soon, late, dying)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from crosscheck.audit.claims.rule import State
 from crosscheck.audit.claims.settings import plan_of
-from crosscheck.audit.experiments.cells import CONSERVATIVE, INTEGRAL, LABELLED, LAWS, Cell, Law
+from crosscheck.audit.experiments.cells import CONSERVATIVE, INTEGRAL, LAWS, Cell, Law
 from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     BACKLASH_NO_ERROR,
@@ -116,9 +116,9 @@ class Maps:
         """What the conservative law changes, setting by setting."""
         plain = {one.setting: one for one in self.settings}
         return [
-            RepairedSetting(plain[integral_of(one.setting)], one)
+            RepairedSetting(plain[integral], one)
             for one in self.conservative
-            if integral_of(one.setting) in plain
+            if (integral := integral_of(one.setting)) in plain
         ]
 
 
@@ -145,9 +145,7 @@ class RepairedSetting:
 
 def integral_of(setting: MapSetting) -> MapSetting:
     """The same setting under `angle` alone."""
-    cell = setting.cell
-    moved = Cell(INTEGRAL, cell.zeta, cell.arm, cell.planets)
-    return MapSetting(moved, setting.error_um, setting.backlash_um)
+    return replace(setting, cell=replace(setting.cell, law=INTEGRAL))
 
 
 def maps(material: Material) -> Maps:
@@ -159,10 +157,21 @@ def maps(material: Material) -> Maps:
         for law in FOUR
         for zeta in plan.zetas
     ]
-    more = [] if material.scale.quick else [*_over_error(plan.zetas), *_over_backlash()]
-    asked = list(dict.fromkeys([*over_zeta, *more]))
     if material.scale.quick:
-        return Maps(mapped(material, asked), [], [])
+        return Maps(mapped(material, over_zeta), [], [])
+    over_error = [
+        MapSetting(Cell(law, zeta), error_um)
+        for law in FOUR
+        for zeta in plan.zetas
+        for error_um in ERRORS_UM
+    ]
+    over_backlash = [
+        MapSetting(Cell(law, zeta), backlash_um=b)
+        for law in FOUR
+        for zeta in BACKLASH_ZETAS
+        for b in BACKLASHES_UM
+    ]
+    asked = list(dict.fromkeys([*over_zeta, *over_error, *over_backlash]))
     lumped = [MapSetting(replace(one.cell, planets="lumped")) for one in over_zeta]
     conservative = [
         MapSetting(Cell(CONSERVATIVE, one.cell.zeta, one.cell.arm))
@@ -171,24 +180,6 @@ def maps(material: Material) -> Maps:
     ]
     found = {one.setting: one for one in mapped(material, [*asked, *lumped, *conservative])}
     return Maps(*([found[one] for one in part] for part in (asked, lumped, conservative)))
-
-
-def _over_error(zetas: Iterable[float]) -> list[MapSetting]:
-    return [
-        MapSetting(Cell(law, zeta, LABELLED), error_um)
-        for law in FOUR
-        for zeta in zetas
-        for error_um in ERRORS_UM
-    ]
-
-
-def _over_backlash() -> list[MapSetting]:
-    return [
-        MapSetting(Cell(law, zeta, LABELLED), backlash_um=b)
-        for law in FOUR
-        for zeta in BACKLASH_ZETAS
-        for b in BACKLASHES_UM
-    ]
 
 
 def mapped(material: Material, settings: Sequence[MapSetting]) -> list[Mapped]:

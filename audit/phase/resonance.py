@@ -17,8 +17,7 @@ from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures.stage import with_steady_stiffness
 from crosscheck.audit.measures.undefined import defined
 from crosscheck.audit.phase.runs.experiments import RIGID_STEP_S
-from crosscheck.audit.phase.runs.plant import Plant, motion, plant_of
-from crosscheck.audit.phase.runs.rigid import rigid_motion
+from crosscheck.audit.phase.runs.plant import Plant, motion, plant_of, rigid_motion
 from crosscheck.envelope import envelope
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import ConstantDrive
@@ -40,7 +39,7 @@ TONGUE_PER_S = 1.0  # growth that counts
 
 @dataclass(frozen=True)
 class StageModes:
-    """Mesh modes [Hz] of one stage, its carrier locked; teeth: mesh cycles per turn of it."""
+    """Mesh modes [Hz] of one stage, its carrier locked, ascending; teeth: mesh cycles per turn."""
 
     modes_Hz: tuple[float, ...]
     teeth: float
@@ -91,10 +90,11 @@ class RunUp(Question[Resonances]):
     def answer(self) -> Resonances:
         speed, fast = _run_up(self.zeta, self.duration_s, self.seeds)
         pairs = list(zip(speed.T, fast.T, strict=True))
+        slow = [sizes[signals.window(speeds, *BELOW_RAD_PER_S)] for speeds, sizes in pairs]
         drawn = _drawn(*pairs[0])
         return Resonances(
             peaks=tuple(tuple(_peak(*pair, met) for met in stage_modes().speeds) for pair in pairs),
-            below=tuple(defined(_below(*pair)) for pair in pairs),
+            below=tuple(defined(signals.amplitude(sizes)) for sizes in slow),
             drawn_speed=tuple(drawn[0].tolist()),
             drawn_size=tuple(drawn[1].tolist()),
         )
@@ -185,8 +185,11 @@ def _read() -> list[BaseModel]:
 
 def stage_modes() -> StageModes:
     """Of the labelled arm's shoulder; its damping has no say."""
-    arm = _one_stage(RAMP_ZETAS[0])
-    return StageModes(tuple(map(float, _modes(arm))), float(_model(arm, 0.0, 1.0).gears.rate[0]))
+    plant = plant_of(_model(_one_stage(RAMP_ZETAS[0]), 0.0, 1.0))
+    mass, stiffness = _meshes(plant)
+    squares = np.linalg.eigvals(np.linalg.solve(mass, np.diag(stiffness)))
+    modes_Hz = np.sort(np.sqrt(squares.real)) / (2 * np.pi)
+    return StageModes(tuple(map(float, modes_Hz)), float(plant.gears.rate[0]))
 
 
 def _one_stage(zeta: float) -> Arm:
@@ -202,14 +205,6 @@ def _model(arm: Arm, torque: float, duration_s: float) -> PhysicalModel:
     angle = load_case("paper-labelled", "pd", {"phase": "angle"}).switches
     case = Case(arm, scenario.model_copy(update=update), angle)
     return PhysicalModel(*case)
-
-
-def _modes(arm: Arm) -> np.ndarray:
-    """Mesh modes [Hz] of one stage with the carrier locked, ascending."""
-    plant = plant_of(_model(arm, 0.0, 1.0))
-    mass, stiffness = _meshes(plant)
-    squares = np.linalg.eigvals(np.linalg.solve(mass, np.diag(stiffness)))
-    return np.sort(np.sqrt(squares.real)) / (2 * np.pi)
 
 
 def _meshes(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
@@ -255,7 +250,6 @@ def tongues(zeta: float, speeds: np.ndarray) -> np.ndarray:
     mass, stiffness = _meshes(plant)
     swing = plant.gears.k_a / plant.gears.k_m
     damped = -np.linalg.solve(mass, np.diag(plant.gears.d))
-
     sprung, swinging = (-np.linalg.solve(mass, np.diag(k)) for k in (stiffness, stiffness * swing))
     steady = np.block([[np.zeros((2, 2)), np.eye(2)], [sprung, damped]])
     varying = np.block([[np.zeros((2, 4))], [swinging, np.zeros((2, 2))]])
@@ -290,10 +284,6 @@ def _peak(speeds: np.ndarray, vibration: np.ndarray, speed: float) -> Peak:
         return Peak(None, None)
     size = np.abs(vibration[part])
     return Peak(float(speeds[part][np.argmax(size)]), float(size.max()))
-
-
-def _below(speeds: np.ndarray, vibration: np.ndarray) -> float:
-    return signals.amplitude(vibration[signals.window(speeds, *BELOW_RAD_PER_S)])
 
 
 def _drawn(speeds: np.ndarray, vibration: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -20,8 +20,7 @@ from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.torque import fast
 from crosscheck.audit.phase.runs.experiments import models_of, played_back
 from crosscheck.audit.phase.runs.plant import Continued
-from crosscheck.models.experiment.drive import DriveData, drive_data
-from crosscheck.models.loading import Case
+from crosscheck.models.experiment.drive import drive_data
 
 HANDED_S, AFTER_S = 0.9, 0.2  # when it is handed over, and how long it is watched
 LAST_S, SMOOTHED_S = 0.05, 5e-3  # where it is measured; slower than the meshes' vibrations
@@ -46,10 +45,14 @@ class DriveHandover(Perturbed[Handed]):
         case, models = self.variant.case(), models_of(self.variant, self.seeds)
         table = drive_data(played_back(case).scenario, len(case.arm.joints))
         later = table._replace(table_time=table.table_time - HANDED_S)
-        found = [
-            after(model, *state, later) for model, state in zip(models, grown(models), strict=True)
-        ]
-        return Handed(*map(list, zip(*found, strict=True)))
+        model, states = models[0], grown(models)
+        parts = model.arm, model.layout, model.gears
+        ways = (
+            model.term_equations,
+            TermEquations(*parts, later, model.terms),
+            TermEquations(*parts, model.drive, model.terms, sensor=model.terms.drive_map),
+        )
+        return Handed(*([_left(Continued(case, *x, way)) for x in states] for way in ways))
 
 
 def grown(models: Sequence[PhysicalModel]) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -59,26 +62,12 @@ def grown(models: Sequence[PhysicalModel]) -> list[tuple[np.ndarray, np.ndarray]
     return [(last.q[-1, :, i].copy(), last.v[-1, :, i].copy()) for i in range(len(models))]
 
 
-def after(
-    model: PhysicalModel, q: np.ndarray, v: np.ndarray, table: DriveData
-) -> tuple[float, float, float]:
-    """The vibration left of a state: looking at the link, at nothing, at the sun."""
-    parts = model.arm, model.layout, model.gears
-    ways = (
-        model.term_equations,
-        TermEquations(*parts, table, model.terms),
-        TermEquations(*parts, model.drive, model.terms, sensor=model.terms.drive_map),
-    )
-    return tuple(_left(model, way, q, v) for way in ways)  # type: ignore[return-value]
-
-
-def _left(model: PhysicalModel, equations: TermEquations, q: np.ndarray, v: np.ndarray) -> float:
+def _left(run: Continued) -> float:
     """Largest fast part [rad/s^2] of the shoulder's acceleration at the end; inf if it diverges."""
-    step = model.scenario.step_s
-    run = Continued(Case(model.arm, model.scenario, model.switches), q, v, equations)
+    step = run.scenario.step_s
     with np.errstate(invalid="ignore", over="ignore"):  # of a run that diverges
         made = Batch([run], lanes=1).advance(round(AFTER_S / step) // STRIDE, STRIDE).a
-    time, shoulder = STRIDE * step * np.arange(len(made)), made[:, model.layout.theta[0], 0]
+    time, shoulder = STRIDE * step * np.arange(len(made)), made[:, run.layout.theta[0], 0]
     if not np.isfinite(shoulder).all():
         return np.inf
     return signals.amplitude(fast(time, shoulder, SMOOTHED_S)[time >= AFTER_S - LAST_S])

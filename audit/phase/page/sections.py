@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,16 +14,14 @@ from crosscheck.audit.experiments.torque import RING_CYCLES
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 from crosscheck.audit.measures.twosamples import SIGNIFICANT, shares_p
-from crosscheck.audit.measures.undefined import JsonObject, extreme, quotient
+from crosscheck.audit.measures.undefined import JsonObject, defined, extreme, quotient
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
 from crosscheck.audit.phase import (
     clock,
     dampers,
-    engines,
     handover,
     maps,
     objections,
@@ -79,6 +77,7 @@ def of_clock(found: clock.Clocks, material: Material) -> Section:
 def of_maps(found: Maps, material: Material) -> Section:
     """2."""
     plain = [one for one in found.settings if one.setting.is_paper]
+    sizes = [float(size) for one in found.of("angle") for size in one.third.sizes]
     drawings = [] if material.scale.quick else [views.error_map(found), views.backlash_map(found)]
     said = text(
         "phase/maps",
@@ -95,7 +94,7 @@ def of_maps(found: Maps, material: Material) -> Section:
             if settings
         ],
         State=State,
-        pooled=_pooled([one.third for one in found.of("angle")]),
+        pooled=Share(sum(size > SEVERE for size in sizes), max(1, len(sizes))),
         maps=found,
         lumped=found.lumped,
     )
@@ -154,15 +153,16 @@ def _range(medians: Sequence[float | None]) -> tuple[float, float] | None:
     return (min(known), max(known)) if known else None
 
 
-def _pooled(found: Sequence[Third]) -> Share:
-    """Severe starts of all together; at least one start is counted."""
-    severe = sum(int((one.sizes > SEVERE).sum()) for one in found)
-    return Share(severe, max(1, sum(one.sizes.size for one in found)))
-
-
 def of_engines(found: Engines) -> Section:
     """3."""
-    samples = [row for one in found.compared for row in _of_models(one)]
+    samples = [
+        tables.OfModel(one.cell, name, third, parted)
+        for one in found.compared
+        for name, third, parted in (
+            ("analytic", one.analytic, one.parted[0]),
+            ("Exudyn", one.engine, one.parted[1]),
+        )
+    ]
     branches = [(one.cell, each) for one in found.compared for each in one.apart]
     judged = [(cell, each) for cell, each in branches if each.met is not None]
     missed = [
@@ -190,29 +190,12 @@ def of_engines(found: Engines) -> Section:
         under_angle=found.under_angle,
         supports=found.supports,
     )
-    records = [*tables.OF_MODEL.json(samples), *tables.APART.json(branches), *_tests(found)]
+    records = [
+        *tables.OF_MODEL.json(samples),
+        *tables.APART.json(branches),
+        *tables.TESTS.json(found.compared),
+    ]
     return Section(said, records, found.supports)
-
-
-def _of_models(one: engines.TwoModels) -> list[tables.OfModel]:
-    models = (("analytic", one.analytic), ("Exudyn", one.engine))
-    return [
-        tables.OfModel(one.cell, name, third, parted)
-        for (name, third), parted in zip(models, one.parted, strict=True)
-    ]
-
-
-def _tests(found: Engines) -> list[JsonObject]:
-    return [
-        {
-            "id": f"engine/{one.cell.id}",
-            "p_of_shares": one.tests.by_share,
-            "p_of_sizes": one.tests.by_size,
-            "p_of_sizes_where_planets_part": one.parted_size_p,
-            "same": one.same,
-        }
-        for one in found.compared
-    ]
 
 
 def of_stability(found: stability.Stability, material: Material) -> Section:
@@ -329,10 +312,8 @@ CALM_ZETA = 0.015  # well above the damping at which the controller makes the ar
 def of_repair(found: Sequence[RepairedSetting]) -> Section:
     """8."""
     calm = [one for one in found if one.plain.setting.cell.zeta >= CALM_ZETA]
-    sizes = [
-        _largest([one.plain.third for one in calm]),
-        _largest([one.conservative.third for one in calm]),
-    ]
+    thirds = [one.plain.third for one in calm], [one.conservative.third for one in calm]
+    sizes = [defined(extreme((one.quantiles[1] for one in some), max)) for some in thirds]
     present = (State.YES, State.BISTABLE)
     visible = sum(one.conservative.made_visible.state in present for one in found)
     silent = all(one.conservative.made_visible.share is None for one in found)
@@ -353,14 +334,12 @@ def of_repair(found: Sequence[RepairedSetting]) -> Section:
     return Section(said, tables.REPAIR.json(found), stands)
 
 
-def _largest(found: Sequence[Third]) -> float | None:
-    medians = [one.quantiles[1] for one in found]
-    return max((size for size in medians if size is not None), default=None)
-
-
 def of_objections(found: objections.Objections, simulated: Maps, material: Material) -> Section:
     """What remains to be answered."""
     rates = [tables.Found(cell, one) for cell, one in found.rates.items()]
+    over_own = [
+        quotient(one.eq11_in_full_per_s, one.as_it_stands_per_s) for one in found.rates.values()
+    ]
     joint = paper_stage(load_arm(LABELLED)).joint
     teeth = (joint.sun_teeth, joint.ring_teeth)
     spacing = " and ".join(
@@ -380,9 +359,7 @@ def of_objections(found: objections.Objections, simulated: Maps, material: Mater
         planets_angle=_made(found.objected, PLANETS, "angle"),
         in_phase=all(z % joint.planet_count == 0 for z in teeth),
         growth=[one.value for one in rates],
-        in_full_over_own=_spanned(
-            quotient(one.value.eq11_in_full_per_s, one.value.as_it_stands_per_s) for one in rates
-        ),
+        in_full_over_own=(extreme(over_own, min), extreme(over_own, max)),
         eq11=_made(found.objected, FULL, "omega_t"),
         eq11_visible=_made(found.objected, FULL, "omega_t", visible=True),
         eq11_angle=_made(found.objected, FULL, "angle", visible=True),
@@ -391,12 +368,6 @@ def of_objections(found: objections.Objections, simulated: Maps, material: Mater
     )
     records = [*tables.OBJECTED.json(found.objected), *tables.RATES.json(rates)]
     return Section(said, records, found.supports)
-
-
-def _spanned(values: Iterable[float]) -> tuple[float, float]:
-    """Least and largest of what is defined."""
-    found = list(values)
-    return extreme(found, min), extreme(found, max)
 
 
 def _made(found: Sequence[Objected], objection: str, phase: str, visible: bool = False) -> str:

@@ -15,7 +15,7 @@ from crosscheck.audit.measures.twosamples import WithAndWithout
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.phase.clock import Delayed
 from crosscheck.audit.phase.dampers import Ablated
-from crosscheck.audit.phase.engines import Apart
+from crosscheck.audit.phase.engines import Apart, TwoModels
 from crosscheck.audit.phase.handover import Fate
 from crosscheck.audit.phase.maps import Mapped, RepairedSetting
 from crosscheck.audit.phase.objections import Objected, Rates
@@ -127,7 +127,7 @@ CLOCK: Columns[OfClock] = Columns(
 
 def vibrations(one: Delayed) -> Quantiles:
     """Over the starts."""
-    return quantiles(np.array([np.nan if v is None else v for v in one.vibration_rad_per_s2]))
+    return quantiles(np.array(one.vibration_rad_per_s2, dtype=float))
 
 
 MAPPED: Columns[Mapped] = Columns(
@@ -173,6 +173,16 @@ OF_MODEL: Columns[OfModel] = Columns(
         TableColumn("model", "model", lambda row: row.model),
         *third_columns(lambda row: row.third),
         share_column("parted", "planets 1 µm apart in", lambda row: row.parted),
+    ],
+)
+
+TESTS: Columns[TwoModels] = Columns(
+    lambda row: f"engine/{row.cell.id}",
+    [
+        TableColumn("p_of_shares", None, lambda row: row.tests.by_share),
+        TableColumn("p_of_sizes", None, lambda row: row.tests.by_size),
+        TableColumn("p_of_sizes_where_planets_part", None, lambda row: row.parted_size_p),
+        TableColumn("same", None, lambda row: row.same),
     ],
 )
 

@@ -14,7 +14,7 @@ from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell, Law
 from crosscheck.audit.experiments.starts import TransientPd
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.measures.rigid import rigid_arm
-from crosscheck.audit.phase.runs.rigid import rigid_motion
+from crosscheck.audit.phase.runs.plant import rigid_motion
 from crosscheck.models.experiment.scenario import TableDrive
 from crosscheck.models.loading import Case
 from crosscheck.studies.members.starts import perturbed
@@ -86,14 +86,12 @@ def played_back(case: Case) -> Case:
 
 def shoulder_excess(variant: Variant, elapsed: np.ndarray, theta_ddot: np.ndarray) -> np.ndarray:
     """Shoulder accelerations (times, members) less the rigid arm's at times since its start."""
-    time, rigid = _rigid_shoulder(rigid_arm(variant))
-    return theta_ddot - np.interp(elapsed, time, rigid)[:, None]
+    rigid = _simulated(rigid_arm(variant))
+    own = np.interp(elapsed, rigid["time"].values, rigid["theta_ddot"].values[:, 0])
+    return theta_ddot - own[:, None]
 
 
-@lru_cache(maxsize=8)
-def _rigid_shoulder(variant: Variant) -> tuple[np.ndarray, np.ndarray]:
-    run = simulate(variant)
-    return run["time"].values, run["theta_ddot"].values[:, 0]
+_simulated = lru_cache(maxsize=8)(simulate)
 
 
 def vibration(time: np.ndarray, values: np.ndarray, above_hz: float = HIGH_PASS_HZ) -> np.ndarray:

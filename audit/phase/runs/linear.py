@@ -13,8 +13,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from crosscheck.analytic.derivation.terms import Terms
-from crosscheck.audit.phase.runs.plant import Plant
-from crosscheck.audit.phase.runs.rigid import rigid_motion
+from crosscheck.audit.phase.runs.plant import Plant, rigid_motion
 from crosscheck.models.experiment.drive import PD
 from crosscheck.models.loading import Case
 
@@ -82,7 +81,10 @@ def jacobian(plant: Plant, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray
     else:
         position += turned
     rate[where, where] -= plant.gears.d
-    _add_controller(plant, position, rate)
+    if plant.drive.code == PD:
+        sensed, drive_map = plant.terms.theta, plant.terms.drive_map
+        position[:, sensed] -= drive_map * plant.drive.gains[:, 1]
+        rate[:, sensed] -= drive_map * plant.drive.gains[:, 2]
     lower = np.linalg.solve(at.mass_matrix, np.hstack([position, rate]))
     return np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])
 
@@ -97,14 +99,6 @@ def _mesh_force_slopes(
     gap = q[gears.where] - gears.E * np.sin(phi)
     pressed = gap - np.sign(gap) * gears.b
     return stiffness, (gears.k_a * pressed - stiffness * gears.E) * np.cos(phi)
-
-
-def _add_controller(plant: Plant, position: np.ndarray, rate: np.ndarray) -> None:
-    drive, drive_map = plant.drive, plant.terms.drive_map
-    if drive.code == PD:
-        sensed = plant.terms.theta
-        position[:, sensed] -= drive_map * drive.gains[:, 1]
-        rate[:, sensed] -= drive_map * drive.gains[:, 2]
 
 
 def _inertia_by_q(terms: Terms, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from crosscheck.analytic.derivation.gears import Gears
 from crosscheck.analytic.derivation.terms import Terms
@@ -23,6 +24,7 @@ from crosscheck.analytic.paper.mesh_frequency import OMEGA_T
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.models.experiment.drive import DriveData
 from crosscheck.models.loading import Case
+from crosscheck.registry import build
 
 CHUNK = 2000  # records at a time, which stay in a processor's cache
 
@@ -90,6 +92,12 @@ def neglected_weights(model: AnalyticModel) -> np.ndarray:
     return weights
 
 
+def rigid_motion(case: Case, step_s: float, every: int) -> xr.Dataset:
+    """With all that the gears bring along rigidly (level `coupled`); ``every``: of its steps."""
+    scenario = case.scenario.model_copy(update={"step_s": step_s, "record_every": every})
+    return build("analytic:coupled", case.arm, scenario).simulate()
+
+
 def forces_along(plant: Plant, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> np.ndarray:
     """Elastic force per planet [N], (times, meshes), at states qs, vs (times, n)."""
     return np.array([plant.states.at(*of).mesh_forces for of in zip(time, qs, vs, strict=True)])
@@ -106,6 +114,11 @@ class RecordedMotion(NamedTuple):
     v: np.ndarray
     a: np.ndarray
     theta: np.ndarray
+
+    @property
+    def elapsed(self) -> np.ndarray:
+        """Time since its start, (times,) [s]."""
+        return self.time - self.time[0]
 
     @property
     def shoulder(self) -> np.ndarray:
