@@ -26,7 +26,6 @@ from crosscheck.analytic.paper.mesh_frequency import mesh_phase
 from crosscheck.analytic.paper.stiffness import stiffness
 from crosscheck.analytic.paper.tooth_error import whole_error
 from crosscheck.models.arm.arm import Planetary
-from crosscheck.models.jitted import njit
 from crosscheck.models.trajectory import recorded_times
 
 LEAST = 1e-300  # of a difference that passes through 0, so that its logarithm is finite
@@ -84,18 +83,6 @@ class _Course(NamedTuple):
     q: np.ndarray
     part: np.ndarray
     size: np.ndarray
-
-
-class _Now(NamedTuple):
-    """Of members' differences, (members, LAWS, stages): x (..., 2), delta and delta' over
-    exp(scale); rate, bend: of the last Runge-Kutta stage; slid, sped: the step's sums."""
-
-    x: np.ndarray
-    scale: np.ndarray
-    rate: np.ndarray
-    bend: np.ndarray
-    slid: np.ndarray
-    sped: np.ndarray
 
 
 def followed(models: Sequence[PhysicalModel], start_m: np.ndarray) -> list[FollowedPlanets | None]:
@@ -178,15 +165,44 @@ def coefficients(
 def _along(models: Sequence[PhysicalModel], of: Stages, start_m: np.ndarray) -> _Course:
     """Step the models, and their differences behind them."""
     scenario, batch = models[0].scenario, Batch(models)
-    now, course = _begun(start_m), _room(models, of)
+    stride, records = scenario.stride, scenario.steps // scenario.stride + 1
+    shape = (len(models), LAWS, of.mass.size)
+    kept = np.empty((records, len(models), len(models[0].layout)))
+    part, size = np.empty((2, records, *shape))
+    x = np.tile((1.0, 0.0), (*shape, 1))  # delta and delta' over exp(scale)
+    scale = np.repeat(np.log(start_m)[:, None], LAWS, axis=1)
     for begin in range(0, scenario.steps + 1, CHUNK):
-        passed = batch.staged(min(CHUNK, scenario.steps + 1 - begin))
-        q, v = _states(models, passed)
-        kept = np.arange(-begin % scenario.stride, len(q), scenario.stride)
-        course.q[(begin + kept) // scenario.stride] = q[kept, 0]
-        found = _coefficients(models[0], of, begin, q, v)
-        _follow(of, begin, scenario.step_s, scenario.stride, found, now, course.part, course.size)
-    return course
+        q, v = _states(models, batch.staged(min(CHUNK, scenario.steps + 1 - begin)))
+        transfers = _transfers(of, scenario.step_s, _coefficients(models[0], of, begin, q, v))
+        for step, transfer in enumerate(transfers, start=begin):
+            whole = np.hypot(x[..., 0], x[..., 1] / of.frequency)
+            if step % stride == 0:
+                kept[step // stride] = q[step - begin, 0]
+                part[step // stride] = scale + np.log(np.maximum(np.abs(x[..., 0]), LEAST))
+                size[step // stride] = scale + np.log(whole)
+            x = (transfer @ x[..., None])[..., 0]
+            whole = np.hypot(x[..., 0], x[..., 1] / of.frequency)
+            least = of.floor * np.exp(-scale)
+            beyond = ~((least <= whole) & (whole <= LARGEST))
+            x /= np.where(beyond, whole, 1.0)[..., None]
+            scale += np.where(beyond, np.log(np.maximum(whole, least)), 0.0)
+    return _Course(kept, part, size)
+
+
+def _transfers(of: Stages, h: float, found: np.ndarray) -> np.ndarray:
+    """By which a step h [s] of Runge and Kutta multiplies (delta, delta').
+
+    Shape (steps, members, LAWS, stages, 2, 2); found: of ``_coefficients``.
+    """
+    rates = np.zeros((*found.shape, 2))
+    rates[..., 0, 1] = 1.0
+    rates[..., 1, :] = -found / of.mass[:, None]
+    one, (first, second, third, fourth) = np.eye(2), np.moveaxis(rates, 1, 0)
+    k_2 = second @ (one + h / 2 * first)
+    k_3 = third @ (one + h / 2 * k_2)
+    k_4 = fourth @ (one + h * k_3)
+    transfers: np.ndarray = one + h / 6 * (first + 2 * k_2 + 2 * k_3 + k_4)
+    return transfers
 
 
 def _states(models: Sequence[PhysicalModel], passed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -202,7 +218,10 @@ def _states(models: Sequence[PhysicalModel], passed: np.ndarray) -> tuple[np.nda
 def _coefficients(
     model: PhysicalModel, of: Stages, begin: int, q: np.ndarray, v: np.ndarray
 ) -> np.ndarray:
-    """As ``coefficients``, (steps, 4, members, stages, 4), planets of a stage at their mean."""
+    """As ``coefficients``, planets of a stage at their mean.
+
+    Stiffness and damping, (steps, 4, members, LAWS, stages, 2), at the four stages of a step.
+    """
     together = q.copy()
     for ring, planets in zip(of.ring, of.planets, strict=True):
         places = slice(ring, ring + planets)
@@ -210,94 +229,5 @@ def _coefficients(
     parts = np.array([0.0, 0.5, 0.5, 1.0])
     t = model.scenario.step_s * (begin + np.arange(len(q))[:, None] + parts)[:, :, None]
     found = [np.stack(coefficients(model.gears, mesh, t, together, v), -1) for mesh in of.mesh]
-    return np.ascontiguousarray(np.stack(found, axis=3))
-
-
-def _begun(start_m: np.ndarray) -> _Now:
-    members, stages = start_m.shape
-    x = np.zeros((members, LAWS, stages, 2))
-    x[..., 0] = 1.0
-    scale = np.repeat(np.log(start_m)[:, None], LAWS, axis=1)
-    return _Now(x, scale, *(np.zeros_like(scale) for _ in range(4)))
-
-
-def _room(models: Sequence[PhysicalModel], of: Stages) -> _Course:
-    records = models[0].scenario.steps // models[0].scenario.stride + 1
-    q = np.empty((records, len(models), len(models[0].layout)))
-    logarithms = np.empty((2, records, len(models), LAWS, of.mass.size))
-    return _Course(q, *logarithms)
-
-
-@njit(cache=True)
-def _follow(
-    of: Stages,
-    begin: int,
-    h: float,
-    stride: int,
-    found: np.ndarray,
-    now: _Now,
-    part_kept: np.ndarray,
-    size_kept: np.ndarray,
-) -> None:
-    """The differences' steps beside those that passed, from step ``begin`` on, kept at records.
-
-    found: of ``_coefficients``; part_kept, size_kept: of the ``_Course``.
-    """
-    for step in range(found.shape[0]):
-        record, rest = divmod(begin + step, stride)
-        for m in range(now.scale.shape[0]):
-            if rest == 0:
-                _keep(of, now, m, record, part_kept, size_kept)
-            for k in range(4):
-                part = 0.0 if k == 0 else 1.0 if k == 3 else 0.5
-                weight = 1.0 if k == 0 or k == 3 else 2.0
-                for j in range(of.mass.size):
-                    _stage(of, now, m, j, part * h, weight, found[step, k, m, j])
-            _end(of, now, m, h)
-
-
-@njit(cache=True, inline="always")
-def _stage(
-    of: Stages,
-    now: _Now,
-    m: int,
-    j: int,
-    part: float,
-    weight: float,
-    found: np.ndarray,
-) -> None:
-    """A Runge-Kutta stage ``part`` [s] ahead of member m's differences in stage j."""
-    for law in range(LAWS):
-        spring, damper = (found[2], found[3]) if law else (found[0], found[1])
-        here = now.x[m, law, j, 0] + part * now.rate[m, law, j]
-        rate = now.x[m, law, j, 1] + part * now.bend[m, law, j]
-        bend = -(spring * here + damper * rate) / of.mass[j]
-        now.rate[m, law, j], now.bend[m, law, j] = rate, bend
-        now.slid[m, law, j] += weight * rate
-        now.sped[m, law, j] += weight * bend
-
-
-@njit(cache=True, inline="always")
-def _end(of: Stages, now: _Now, m: int, h: float) -> None:
-    """End the step of member m's differences; those beyond bounds are divided by themselves."""
-    for law in range(LAWS):
-        for j in range(of.mass.size):
-            slide = now.x[m, law, j, 0] + h / 6 * now.slid[m, law, j]
-            speed = now.x[m, law, j, 1] + h / 6 * now.sped[m, law, j]
-            now.slid[m, law, j], now.sped[m, law, j] = 0.0, 0.0
-            whole = np.hypot(slide, speed / of.frequency[j])
-            least = of.floor[j] * np.exp(-now.scale[m, law, j])
-            over = 1.0 if least <= whole <= LARGEST else whole
-            now.x[m, law, j, 0], now.x[m, law, j, 1] = slide / over, speed / over
-            if over != 1.0:
-                now.scale[m, law, j] += np.log(max(whole, least))
-
-
-@njit(cache=True, inline="always")
-def _keep(of: Stages, now: _Now, m: int, record: int, part: np.ndarray, size: np.ndarray) -> None:
-    """Logarithms of member m's differences into a record of part and size."""
-    for law in range(LAWS):
-        for j in range(of.mass.size):
-            slide, speed, scale = now.x[m, law, j, 0], now.x[m, law, j, 1], now.scale[m, law, j]
-            part[record, m, law, j] = scale + np.log(max(abs(slide), LEAST))
-            size[record, m, law, j] = scale + np.log(np.hypot(slide, speed / of.frequency[j]))
+    by_stage = np.stack(found, axis=3)
+    return by_stage.reshape(*by_stage.shape[:-1], LAWS, 2).swapaxes(3, 4)
