@@ -89,23 +89,16 @@ ZETAS = dict.fromkeys((8, 9, 11, 12, 13, 14, 16, 17, 18, 19, 20), LOW_ZETA)
 
 def _introduction(material: Material) -> str:
     """How to read the figures, and what other damping does to the third fluctuation."""
-    shares = {law: severe_shares(material, law) for law in LAWS}
-    starts = material.scale.most_starts
+    shares: dict[Law, dict[float, Share | None]] = {law: {} for law in LAWS}
+    for cell, known in material.settings:
+        if cell.arm == LABELLED:
+            shares[cell.law][cell.zeta] = Third.of(known[PD]).share
     return text(
         "figures/introduction",
         svg=html(severe_over_zeta(shares)),
         zeta=ZETA,
         low_zeta=LOW_ZETA,
         severe=SEVERE,
-        starts=starts,
+        starts=material.scale.most_starts,
         seed=material.scale.first_seed,
     )
-
-
-def severe_shares(material: Material, law: Law) -> dict[float, Share | None]:
-    """By zeta: how many starts have a severe third fluctuation; None where too few have any."""
-    return {
-        cell.zeta: Third.of(known[PD]).share
-        for cell, known in material.settings
-        if (cell.law, cell.arm) == (law, LABELLED)
-    }

@@ -143,26 +143,16 @@ def figure_14(shelf: Shelf) -> Plate:
                 arm.time[part], values, RIGID_STYLES[level], color="k", label=f"rigid, {level}"
             )
 
-    shoulder = {law: _shoulder(run) for law, run in runs.items()}
+    shoulder = {law: replace(run, theta_ddot=run.theta_ddot[:, :1]) for law, run in runs.items()}
+    thirds = {law: Third.of(known[PD]) for law, known in shelf.known(LOW_ZETA).items()}
+    severe: dict[str, JsonValue] = {  # of the starts that have a third fluctuation
+        LAW_NAMES[law]: [int(one.of_branch(severe=True).sum()), one.sizes.size]
+        for law, one in thirds.items()
+    }
     strips = [
         Strip("θ_1'' [rad/s²]", "theta_ddot", window, band=window == (0.0, SHORT_S))
         for window in ((0.0, SHORT_S), START_S, SIDE_S, THIRD_S)
     ]
     caption = conditions(runs[INTEGRAL], shelf.seed, "Grey: between all starts.")
     drawing = Drawing(law_figure(shoulder, strips, bands, overlay), caption)
-    return Plate(14, [drawing], LOW_ZETA, shelf.seed, _severe(shelf))
-
-
-def _severe(shelf: Shelf) -> dict[str, JsonValue]:
-    """In how many starts the third fluctuation is severe, of those that have one."""
-    thirds = {law: Third.of(known[PD]) for law, known in shelf.known(LOW_ZETA).items()}
-    found: dict[str, JsonValue] = {
-        LAW_NAMES[law]: [int(one.of_branch(severe=True).sum()), one.sizes.size]
-        for law, one in thirds.items()
-    }
-    return {"limit": SEVERE, "severe": found}
-
-
-def _shoulder(run: Course) -> Course:
-    """Its acceleration alone."""
-    return replace(run, theta_ddot=run.theta_ddot[:, :1])
+    return Plate(14, [drawing], LOW_ZETA, shelf.seed, {"limit": SEVERE, "severe": severe})

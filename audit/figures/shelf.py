@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
@@ -28,7 +28,6 @@ from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.figures.runs import FULL_RECORD, drawn
 from crosscheck.audit.measures.course import Course, course_of
 from crosscheck.audit.measures.reading import first_planets
-from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.page.material import Material
 
 BAND_BINS = 900  # over a whole run
@@ -92,26 +91,15 @@ class Shelf:
         found = self.courses(variants.values(), number)
         return {law: {size: found[variants[law, size]] for size in sizes} for law in LAWS}
 
-    def rigid(self, variant: Variant, number: int) -> Course:
-        """The rigid arm with the gears' inertia in a variant's experiment."""
-        beside = rigid_arm(replace(variant, duration_s=None))
-        return self.courses([beside], number)[beside]
-
     def known(self, zeta: float) -> dict[Law, Known]:
         """Every experiment at a damping from all starts, labelled reading, by law."""
         if zeta not in self.asked:
-            self.asked[zeta] = (self._of_the_page if self.whole else self._alone)(zeta)
+            if self.whole:
+                own = [(c, known) for c, known in self.material.settings if c.arm == LABELLED]
+                self.asked[zeta] = {cell.law: known for cell, known in own if cell.zeta == zeta}
+            else:
+                self.asked[zeta] = on_demand(self.material, zeta)
         return self.asked[zeta]
-
-    def _of_the_page(self, zeta: float) -> dict[Law, Known]:
-        return {
-            cell.law: known
-            for cell, known in self.material.settings
-            if (cell.zeta, cell.arm) == (zeta, LABELLED)
-        }
-
-    def _alone(self, zeta: float) -> dict[Law, Known]:
-        return on_demand(self.material, zeta)
 
     def bands(self, zeta: float, number: int) -> dict[Law, Between]:
         """Between which values the whole PD run's starts lie, under every law."""
@@ -120,11 +108,6 @@ class Shelf:
         questions = [Bands(variant, scale.seeds, BAND_BINS) for variant in variants]
         found = self.material.study.answers(questions, f"figure {number}, all starts")
         return dict(zip(LAWS, found, strict=True))
-
-
-def excess(run: Course, rigid: Course) -> np.ndarray:
-    """Joint accelerations less the rigid arm's [rad/s^2], (times, joints)."""
-    return np.asarray(run.theta_ddot - rigid.at(run.time).theta_ddot)
 
 
 def by_size(

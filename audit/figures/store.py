@@ -11,7 +11,7 @@ import xarray as xr
 
 from crosscheck import signals
 from crosscheck.audit.claims.settings import plan_of
-from crosscheck.audit.experiments.cells import INTEGRAL, LAWS, Cell, Law
+from crosscheck.audit.experiments.cells import INTEGRAL, LAWS, Cell
 from crosscheck.audit.experiments.experiments import BACK, BACKLASH, CONSTANT, ERROR, PD
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
@@ -35,29 +35,24 @@ WINDOWS_S: dict[str, Windows] = {
 def stored_runs(scale: Scale) -> dict[str, Variant]:
     """File name (without suffix) -> variant, from the scale's first start."""
     named: dict[str, Variant] = {}
+    plan, seed, own = plan_of(scale), scale.first_seed, Cell(INTEGRAL, ZETA)
     for law in LAWS:
-        named |= _of_law(law, scale)
+        name = law.id.replace("/", "-")
+        sources = {f"constant-torque-{name}": CONSTANT, f"pd-{name}": PD}
+        sources |= {f"pd-{name}-b-{b:g}um": BACKLASH(b) for b in plan.backlashes}
+        if not scale.quick:
+            sources |= {f"pd-{name}-E-{e:g}um": ERROR(e) for e in plan.errors}
+        named |= {run: drawn(one, Cell(law, LOW_ZETA), seed) for run, one in sources.items()}
     if scale.quick:
         return named
-    seed, own = scale.first_seed, Cell(INTEGRAL, ZETA)
     named |= {
         f"constant-torque-{level}": rigid_run("constant-torque", level) for level in RIGID_LEVELS
     }
     named |= {
-        f"back-and-forth-b-{b:g}um": drawn(BACK(b), own, seed, SMOOTH_RECORD)
-        for b in plan_of(scale).back
+        f"back-and-forth-b-{b:g}um": drawn(BACK(b), own, seed, SMOOTH_RECORD) for b in plan.back
     }
     named["back-and-forth-coupled"] = rigid_run("back-and-forth", COUPLED)
     return named
-
-
-def _of_law(law: Law, scale: Scale) -> dict[str, Variant]:
-    plan, cell, name = plan_of(scale), Cell(law, LOW_ZETA), law.id.replace("/", "-")
-    named = {f"constant-torque-{name}": CONSTANT, f"pd-{name}": PD}
-    named |= {f"pd-{name}-b-{b:g}um": BACKLASH(b) for b in plan.backlashes}
-    if not scale.quick:
-        named |= {f"pd-{name}-E-{e:g}um": ERROR(e) for e in plan.errors}
-    return {name: drawn(source, cell, scale.first_seed) for name, source in named.items()}
 
 
 def trajectories(study: Study, scale: Scale) -> dict[str, xr.Dataset]:

@@ -20,7 +20,7 @@ from crosscheck.audit.experiments.experiments import (
 )
 from crosscheck.audit.figures.plate import Drawing, Plate
 from crosscheck.audit.figures.runs import LOW_ZETA, drawn
-from crosscheck.audit.figures.shelf import Shelf, by_size, excess
+from crosscheck.audit.figures.shelf import Shelf, by_size
 from crosscheck.audit.figures.views import (
     KILO,
     LAW_COLOURS,
@@ -33,6 +33,7 @@ from crosscheck.audit.measures import events
 from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.reading import arm_of
+from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.words import LAW_NAMES
@@ -185,7 +186,9 @@ ERROR_AXES = (
 def spectra_over(shelf: Shelf, number: int, family: Family, axes: Sequence[Axis]) -> Plate:
     """Spectra of both joints' accelerations over the sizes of a family, with the same."""
     sweep = shelf.sweep(number, family, LOW_ZETA)
-    rigid = shelf.rigid(drawn(family(DEFAULTS[family]), Cell(INTEGRAL, LOW_ZETA), None), number)
+    plain = drawn(family(DEFAULTS[family]), Cell(INTEGRAL, LOW_ZETA), None)
+    beside = rigid_arm(replace(plain, duration_s=None))
+    rigid = shelf.courses([beside], number)[beside]
     lines = {
         law: {size: spectra(run, rigid) for size, run in row.items()} for law, row in sweep.items()
     }
@@ -200,7 +203,7 @@ def spectra(run: Course, rigid: Course) -> list[Spectrum]:
     third = events.third_after(run.time, run.F_sp, run.F_outer[:, 0])
     if not run.time[third].size:
         return [(np.empty(0), np.empty(0))] * 2
-    own = excess(run, rigid)
+    own = run.theta_ddot - rigid.at(run.time).theta_ddot
     near = events.third_peak(run.time, own[:, 0], third)
     return [signals.spectrum(run.time[near], own[near, joint]) for joint in (0, 1)]
 
