@@ -10,14 +10,14 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from crosscheck.audit.experiments.cells import LAWS, READINGS
-from crosscheck.audit.measures.third import APART_M, Third
+from crosscheck.audit.measures.third import APART_M
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.twosamples import SIGNIFICANT
 from crosscheck.audit.page.chapter import AuditChapter, said_of_third
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
-from crosscheck.audit.phase.engines import Engines, engines
+from crosscheck.audit.phase.engines import engines
 from crosscheck.audit.phase.page.tables import cell_columns, share_column, third_columns
 from crosscheck.audit.phase.page.views import law_name
 from crosscheck.audit.planets.features import Feature, features
@@ -70,7 +70,16 @@ def chapter(material: Material) -> AuditChapter:
     """Samples, the growth of differences, another engine, the figures' statements."""
     sampled, grown = freed(material), growth(material.study, material.scale)
     compared, seen = engines(material), features(material)
-    verdict = _verdict(sampled, grown, compared, seen)
+    effects = [one.effect for one in sampled]
+    verdict = H7(
+        verdict=h7_verdict(effects),
+        settings=len(effects),
+        weaker=effects.count(PlanetsEffect.WEAKER),
+        stronger=effects.count(PlanetsEffect.STRONGER),
+        foretold=grown.free.all_right,
+        engines_agree=compared.same,
+        claims_changed=sum(one.changed is True for one in seen),
+    )
     shown = [
         text("planets/introduction", verdict=verdict),
         _sizes(sampled, material),
@@ -89,21 +98,6 @@ def chapter(material: Material) -> AuditChapter:
     stated = [each for one in sampled for each in said_of_third(f"{ID}, free", one.cell, one.free)]
     outcome = text("planets/outcome", verdict=verdict)
     return AuditChapter(ID, TITLE, "\n".join(shown), records, outcome, stated)
-
-
-def _verdict(
-    sampled: Sequence[Freed], grown: Growth, compared: Engines, seen: Sequence[Feature]
-) -> H7:
-    effects = [one.effect for one in sampled]
-    return H7(
-        verdict=h7_verdict(effects),
-        settings=len(effects),
-        weaker=effects.count(PlanetsEffect.WEAKER),
-        stronger=effects.count(PlanetsEffect.STRONGER),
-        foretold=grown.free.all_right,
-        engines_agree=compared.same,
-        claims_changed=sum(one.changed is True for one in seen),
-    )
 
 
 def _sizes(sampled: Sequence[Freed], material: Material) -> str:
@@ -272,23 +266,13 @@ def _panel(axes: Axes, found: Sequence[Freed], least: float, most: float) -> Non
         pairs = zip(SHIFTS, (one.lumped, one.free), COLOURS, ("lumped", "free"), strict=False)
         for shift, third, colour, name in pairs:
             label = f"planets {name}" if place == 0 else None
-            _dots(axes, place + shift, third, (least, most), colour, label)
+            across = place + shift + np.linspace(-0.12, 0.12, third.sizes.size)
+            sizes = np.clip(third.sizes, least, most)
+            axes.plot(across, sizes, ".", color=colour, markersize=2.5, label=label)
     axes.axhline(SEVERE, color="black", lw=0.8, ls="--")
     axes.set_xticks(range(len(found)), [f"{one.cell.zeta:g}" for one in found], fontsize=6.5)
     axes.set_ylim(least, most)
     axes.set_yscale("log")
-
-
-def _dots(
-    axes: Axes,
-    at: float,
-    third: Third,
-    limits: tuple[float, float],
-    colour: str,
-    label: str | None,
-) -> None:
-    across = at + np.linspace(-0.12, 0.12, third.sizes.size)
-    axes.plot(across, np.clip(third.sizes, *limits), ".", color=colour, markersize=2.5, label=label)
 
 
 def parting(found: Sequence[Parted]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from crosscheck.audit.claims.catalogue import CLAIMS
@@ -51,18 +50,13 @@ class Feature:
 
 def features(material: Material) -> list[Feature]:
     """Every statement about these figures, at a small and at a larger damping under all laws."""
-    known = [_known(material, planets) for planets in ("lumped", "free")]
-    pairs = [pair for claim in CLAIMS if claim.figure in FIGURES for pair in _both(claim, *known)]
-    return [Feature(*pair, len(pairs)) for pair in pairs]
-
-
-def _both(
-    claim: Claim, lumped: Settings, free: Settings
-) -> Iterator[tuple[Claim, Place, Answer, Answer]]:
-    """A claim's answers, place by place; none where it is about other experiments."""
-    alike = {one.place: one for one in answers(claim, lumped)}
-    for one in answers(claim, free):
-        yield claim, one.place, alike[one.place], one
+    lumped, free = (_known(material, planets) for planets in ("lumped", "free"))
+    found = []
+    for claim in CLAIMS:
+        if claim.figure in FIGURES:  # none of its answers where it is about other experiments
+            alike = {one.place: one for one in answers(claim, lumped)}
+            found += [(claim, one.place, alike[one.place], one) for one in answers(claim, free)]
+    return [Feature(*each, len(found)) for each in found]
 
 
 def _known(material: Material, planets: str) -> Settings:

@@ -15,7 +15,7 @@ from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Quantiles, quantiles
 from crosscheck.audit.measures.undefined import defined, extreme
 from crosscheck.audit.phase.runs.experiments import pd_run
-from crosscheck.audit.planets.parting import FirstPartings, Parted, PartingCourse, partings
+from crosscheck.audit.planets.parting import FirstPartings, Parted, PartingCourse, Partings
 from crosscheck.audit.planets.verdict import parting_is_predicted
 
 JOINTS = ("shoulder", "elbow")
@@ -24,6 +24,7 @@ BREAKING_ZETAS = (0.003, 0.005, 0.01, 0.02, 0.05)
 STARTING_S = 0.3  # the teeth first change sides then: before, it is the starting vibration
 STARTS = 24
 RECORD_EVERY = 10
+TOGETHER = 8  # starts that are followed at a time
 BINS_FOR_A_RATE = 4  # of 5 ms: over which a growth rate is taken
 
 
@@ -107,7 +108,11 @@ class Growth:
 def growth(study: Study, scale: Scale) -> Growth:
     """At the bistable setting, from many starts."""
     one = replace(scale.cut(pd_run(CELL, THIRD_S[1])), record_every=RECORD_EVERY)
-    asked_of = partings(one, scale.seeds[: scale.starts(STARTS)])
+    starts = [replace(one, seed=seed) for seed in scale.seeds[: scale.starts(STARTS)]]
+    asked_of = [
+        Partings(tuple(starts[first : first + TOGETHER]))
+        for first in range(0, len(starts), TOGETHER)
+    ]
     answers = [each for some in study.answers(asked_of, "planets: parting") for each in some]
     found = [answer for answer in answers if answer is not None]
     asked = len(answers)
@@ -124,18 +129,14 @@ def breaking(study: Study, scale: Scale) -> list[Breaking]:
     """When planets part, over damping and laws."""
     cells = [Cell(law, zeta) for law in LAWS for zeta in BREAKING_ZETAS]
     asked = [FirstPartings(scale.cut(pd_run(cell, THIRD_S[1])), scale.seeds) for cell in cells]
-    found = study.answers(asked, "planets: symmetry breaking")
-    return [_broken(cell, times) for cell, times in zip(cells, found, strict=True)]
-
-
-def _broken(cell: Cell, times: Sequence[float | None]) -> Breaking:
-    known = np.array([np.nan if time is None else time for time in times])
-    return Breaking(
-        cell,
-        Share(int(np.isfinite(known).sum()), known.size),
-        Share(int((known < STARTING_S).sum()), known.size),
-        quantiles(known),
-    )
+    answers = study.answers(asked, "planets: symmetry breaking")
+    found = []
+    for cell, answer in zip(cells, answers, strict=True):
+        times = np.array(answer, dtype=float)
+        parted, early = (int(x.sum()) for x in (np.isfinite(times), times < STARTING_S))
+        shares = Share(parted, times.size), Share(early, times.size)
+        found.append(Breaking(cell, *shares, quantiles(times)))
+    return found
 
 
 def earliest(times: Sequence[float | None]) -> float | None:
@@ -218,4 +219,4 @@ def _rate(one: Parted, joint: int) -> float:
 
 def levels(course: PartingCourse, joint: int) -> np.ndarray:
     """log10 of the spread [m] in every bin, nan where undefined."""
-    return np.array([np.nan if v is None else v for v in course.spread[joint]])
+    return np.array(course.spread[joint], dtype=float)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,11 +14,10 @@ from crosscheck.audit.measures.third import APART_M
 from crosscheck.audit.measures.undefined import defined
 from crosscheck.audit.phase.runs.experiments import models_of
 from crosscheck.audit.phase.runs.plant import motion
-from crosscheck.audit.planets.hill import Differences, FollowedPlanets, followed
+from crosscheck.audit.planets.hill import Differences, FollowedPlanets, followed, stages_of
 from crosscheck.models.loading import Case
 
 BIN_S = 0.005
-TOGETHER = 8  # starts that are followed at a time
 FAINTEST_M = 1e-30  # for the logarithm of planets that are exactly alike
 
 Series = tuple[tuple[float | None, ...], ...]  # (stages, bins)
@@ -63,7 +61,10 @@ class FirstPartings(Perturbed[list[float | None]]):
         models = models_of(self.variant, self.seeds)
         run = motion(models)
         with np.errstate(invalid="ignore"):  # of runs that diverge
-            spreads = [np.ptp(run.q[:, rows], axis=1) for rows in _planets(models[0])]
+            stages = stages_of(models[0])
+            ends = stages.ring + stages.planets
+            rings = zip(stages.ring, ends, strict=True)
+            spreads = [np.ptp(run.q[:, begin:end], axis=1) for begin, end in rings]
             parted = np.max(spreads, axis=0) >= APART_M
         return [_when(run.time, each) for each in parted.T]
 
@@ -71,16 +72,6 @@ class FirstPartings(Perturbed[list[float | None]]):
 def _when(time: np.ndarray, happens: np.ndarray) -> float | None:
     """First, if ever."""
     return float(time[np.argmax(happens)]) if happens.any() else None
-
-
-def _planets(model: PhysicalModel) -> list[list[int]]:
-    """The coordinates x_pr of every stage's planets."""
-    layout = model.layout
-    counts = [model.arm.joints[joint].planet_count for joint in layout.meshing]
-    return [
-        [layout.at("x_pr", joint, planet) for planet in range(count)]
-        for joint, count in zip(layout.meshing, counts, strict=True)
-    ]
 
 
 @dataclass(frozen=True)
@@ -160,12 +151,3 @@ def _course(time: np.ndarray, found: Differences) -> PartingCourse:
 
 def _first(time: np.ndarray, spread: np.ndarray) -> float | None:
     return _when(time, spread >= np.log(APART_M))
-
-
-def partings(one: Variant, seeds: Sequence[int]) -> list[Partings]:
-    """Of these starts, some at a time."""
-    variants = [replace(one, seed=seed) for seed in seeds]
-    return [
-        Partings(tuple(variants[begin : begin + TOGETHER]))
-        for begin in range(0, len(variants), TOGETHER)
-    ]

@@ -41,21 +41,14 @@ def effect(lumped: Third, free: Third, p: TwoTests, family: int) -> PlanetsEffec
     """
     if p.by_share is None or p.by_size is None or lumped.share is None or free.share is None:
         return PlanetsEffect.UNKNOWN
-    if told_apart(p.by_share, family):
-        return (
-            PlanetsEffect.WEAKER
-            if free.share.value < lumped.share.value
-            else PlanetsEffect.STRONGER
-        )
     high = max(quantiles[-1] or 0.0 for quantiles in (lumped.quantiles, free.quantiles))
-    if high > EVIDENT and told_apart(p.by_size, family):
-        return PlanetsEffect.WEAKER if _mostly_smaller(free, lumped) else PlanetsEffect.STRONGER
-    return PlanetsEffect.NONE
-
-
-def _mostly_smaller(one: Third, other: Third) -> bool:
-    """Whether a start of the one is more often smaller than one of the other, than larger."""
-    return bool(np.sign(one.sizes[:, None] - other.sizes).sum() < 0)
+    if told_apart(p.by_share, family):
+        weaker = free.share.value < lumped.share.value
+    elif high > EVIDENT and told_apart(p.by_size, family):
+        weaker = bool(np.sign(free.sizes[:, None] - lumped.sizes).sum() < 0)
+    else:
+        return PlanetsEffect.NONE
+    return PlanetsEffect.WEAKER if weaker else PlanetsEffect.STRONGER
 
 
 def parting_is_predicted(predicted_s: float | None, measured_s: float | None) -> bool:
