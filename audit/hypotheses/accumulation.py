@@ -114,10 +114,7 @@ def _record(verdicts: dict[str, DriveVerdict]) -> JsonObject:
 
 
 def _span(name: str, factor: float = 1.0) -> Callable[[Shaken], tuple[float | None, ...]]:
-    def spanned(found: Shaken) -> tuple[float | None, ...]:
-        return tuple(None if x is None else factor * x for x in found.span(name))
-
-    return spanned
+    return lambda found: tuple(None if x is None else factor * x for x in found.span(name))
 
 
 def _yes(share: Share | None) -> int | None:

@@ -57,7 +57,12 @@ PLAIN = {"varying": True, "played_back": False, "planets": "free"}
 def chapter(material: Material) -> AuditChapter:
     """Thresholds and the growth check; full: also runs over zeta and what they live on."""
     limits = survey(material.scale.quick)
-    check = _growth(material)
+    smooth = material.scale.cut(smooth_variant())
+    try:
+        run = material.study.runs([smooth], "H6, growth without play")[smooth]
+        check = growth_check(growth_rate(run))
+    except Diverged:
+        check = growth_check({})
     found = Vibrating() if material.scale.quick else vibrating(material)
     verdict = FlutterVerdict.of(limits, check, found)
     page = text(
@@ -90,15 +95,6 @@ def chapter(material: Material) -> AuditChapter:
     ]
     outcome = text("hypotheses/controller_outcome", verdict=verdict)
     return AuditChapter(ID, TITLE, page, records, outcome)
-
-
-def _growth(material: Material) -> GrowthCheck:
-    variant = material.scale.cut(smooth_variant())
-    try:
-        run = material.study.runs([variant], "H6, growth without play")[variant]
-    except Diverged:
-        return growth_check({})
-    return growth_check(growth_rate(run))
 
 
 @dataclass(frozen=True)
@@ -247,16 +243,15 @@ def _in_words(parts: Collection[bool | None]) -> str:
     return word(None if None in parts else all(parts), "holds", "does not hold")
 
 
-def _resolved(found: Flutter) -> tuple[float | None, ...]:
-    """Its quantiles; None for what cannot be told from nothing."""
-    return tuple(size if size > RESOLVED else None for size in found.quantiles)
+def _resolved(sizes: Sequence[float]) -> tuple[float | None, ...]:
+    """None for what cannot be told from nothing."""
+    return tuple(size if size > RESOLVED else None for size in sizes)
 
 
 def _parts(sizes: Sequence[float]) -> tuple[float | None, ...]:
-    """Least, median and largest; None for what cannot be told from nothing."""
+    """Least, median and largest."""
     ordered = sorted(sizes)
-    chosen = (ordered[0], ordered[len(ordered) // 2], ordered[-1])
-    return tuple(size if size > RESOLVED else None for size in chosen)
+    return _resolved((ordered[0], ordered[len(ordered) // 2], ordered[-1]))
 
 
 def _growing(limit: Threshold) -> float | None:
@@ -297,7 +292,9 @@ CELLS: Columns[Flutter] = Columns(
             "vibrating", "starts that vibrate", lambda one: one.share.yes if one.share else None
         ),
         TableColumn("starts", "of", lambda one: len(one.sizes)),
-        TableColumn("quantiles_rad_per_s2", "vibration [rad/s²]", _resolved),
+        TableColumn(
+            "quantiles_rad_per_s2", "vibration [rad/s²]", lambda one: _resolved(one.quantiles)
+        ),
         TableColumn("frequency_Hz", "[Hz]", lambda one: one.frequency_Hz, ".0f"),
         TableColumn("state", None, lambda one: str(one.state)),
     ],

@@ -110,11 +110,18 @@ def chapter(material: Material) -> AuditChapter:
         scenarios=[_scenario(found.ladders, name) for name in SCENARIOS],
         shares=html(SHARES.html([one for one in found.whole if one.instant == "largest"])),
     )
+    # A whole ladder is also what its lowest level leaves.
+    unlike = {(one.where, one.quantity): one for one in (*found.whole, *found.levels)}
     records = [
         _verdict_record(found.verdict),
         *LEFT.json(found.left),
-        *SHARES.json(_unlike([*found.whole, *found.levels])),
-        *(record for ladder in found.ladders for record in _rungs(ladder)),
+        *SHARES.json(unlike.values()),
+        *(
+            record
+            for ladder in found.ladders
+            for instant in ("end", "largest")
+            for record in _rung_columns(ladder, f"/{instant}").json(_lines(ladder, instant))
+        ),
     ]
     outcome = text("hypotheses/ladder_outcome", verdict=found.verdict, inertia=INERTIA)
     numbers = [
@@ -128,11 +135,6 @@ def chapter(material: Material) -> AuditChapter:
 def _most(found: Sequence[RigidResidual], level: str) -> float:
     """Largest deviation of theta_2 [rad] that a level leaves."""
     return max(abs(one.found["theta_2"].total) for one in found if one.level == level)
-
-
-def _unlike(found: Sequence[Deviation]) -> list[Deviation]:
-    """A whole ladder is also what its lowest level leaves."""
-    return list({(one.where, one.quantity): one for one in found}.values())
 
 
 class ScenarioSection(NamedTuple):
@@ -155,14 +157,6 @@ def _scenario(ladders: Sequence[Ladder], name: str) -> ScenarioSection | None:
 def _lines(ladder: Ladder, instant: str) -> list[Line]:
     at = {one.quantity: one for one in deviations(ladder) if one.instant == instant}
     return [(name, at) for name in ladder.names]
-
-
-def _rungs(ladder: Ladder) -> list[JsonObject]:
-    return [
-        record
-        for instant in ("end", "largest")
-        for record in _rung_columns(ladder, f"/{instant}").json(_lines(ladder, instant))
-    ]
 
 
 def _rung_columns(ladder: Ladder, instant: str = "") -> Columns[Line]:
@@ -216,20 +210,17 @@ SHARES: Columns[Deviation] = Columns(
 )
 
 
-def _size(quantity: str) -> Callable[[RigidResidual], float]:
-    return lambda one: abs(one.found[quantity].total)
+def _left_of(name: str, unit: str) -> tuple[TableColumn[RigidResidual], ...]:
+    """A quantity's two columns."""
+    title = f"left of {SYMBOLS[name]} [{unit}]"
+    return (
+        TableColumn(f"{name}_{unit}", title, lambda one: abs(one.found[name].total)),
+        TableColumn(f"{name}_fits", "as in the paper", lambda one: one.fits[name]),
+    )
 
 
-def _fits(quantity: str) -> Callable[[RigidResidual], bool]:
-    return lambda one: one.fits[quantity]
-
-
-def _span(group: str) -> Callable[[RigidResidual], tuple[float, float]]:
-    def percent(one: RigidResidual) -> tuple[float, float]:
-        low, high = one.span(group)
-        return 100 * low, 100 * high
-
-    return percent
+def _span(group: str) -> Callable[[RigidResidual], tuple[float, ...]]:
+    return lambda one: tuple(100 * end for end in one.span(group))
 
 
 LEFT: Columns[RigidResidual] = Columns(
@@ -237,14 +228,7 @@ LEFT: Columns[RigidResidual] = Columns(
     [
         TableColumn("reading", "reading", lambda one: READINGS[one.arm]),
         TableColumn("level", "the baseline has", lambda one: LEVELS[one.level]),
-        *(
-            column
-            for name, unit in QUANTITIES.items()
-            for column in (
-                TableColumn(f"{name}_{unit}", f"left of {SYMBOLS[name]} [{unit}]", _size(name)),
-                TableColumn(f"{name}_fits", "as in the paper", _fits(name)),
-            )
-        ),
+        *(column for quantity in QUANTITIES.items() for column in _left_of(*quantity)),
         *(
             TableColumn(f"{g}_percent", f"{GROUPS[g]} [%]", _span(g))
             for g in (INERTIA, MESHES, SLIPPED)

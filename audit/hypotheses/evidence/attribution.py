@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -78,11 +78,10 @@ class Deviation:
 
 def deviations(ladder: Ladder) -> list[Deviation]:
     """Of every quantity at the end and at its largest."""
-    instants: tuple[Instant, ...] = ("end", "largest")
     return [
         _deviation(ladder, number, quantity, instant)
         for number, quantity in enumerate(QUANTITIES)
-        for instant in instants
+        for instant in get_args(Instant)
     ]
 
 

@@ -148,13 +148,12 @@ def survey(quick: bool) -> list[Threshold]:
               for s in (LINK, SUN)]  # fmt: skip
     points += [Point(arm, gains) for arm in arms for gains in GAINS]
     points += [Point(arm, stiffness=stiffness) for arm in arms for stiffness in STIFFNESSES]
-    return [_threshold(point) for point in dict.fromkeys(points)]
-
-
-def _threshold(point: Point) -> Threshold:
-    edge = threshold(point)
-    rate, frequency = growth(point, edge)
-    return Threshold(point, edge, frequency, growth(point, 0.0)[0], rate)
+    found = []
+    for point in dict.fromkeys(points):
+        edge = threshold(point)
+        rate, frequency = growth(point, edge)
+        found.append(Threshold(point, edge, frequency, growth(point, 0.0)[0], rate))
+    return found
 
 
 def cured_at_the_sun(found: Sequence[Threshold]) -> bool:

@@ -92,9 +92,8 @@ class Shaken:
     @property
     def own(self) -> Share | None:
         """Starts in which the error's growth is the rigid arm's own."""
-        return _share(
-            [is_own(f.growth_per_s, self.rigid_growth_per_s, f.misfit) for f in self.starts]
-        )
+        rigid = self.rigid_growth_per_s
+        return _share([is_own(one.growth_per_s, rigid, one.misfit) for one in self.starts])
 
     @property
     def linear(self) -> Share | None:
@@ -146,11 +145,7 @@ class Shaking(Question[Shaken]):
         time, rigid, sensitivity = self._rigid()
         plain = self._geared(0.0)
         with_play = {b: self._geared(b) for b in BACKLASHES_M}
-        whole = [
-            i
-            for i in range(len(self.seeds))
-            if i in plain and all(i in x for x in with_play.values())
-        ]
+        whole = [i for i in plain if all(i in x for x in with_play.values())]
         if not whole:
             raise Diverged(self.variant.model, 0.0)
         errors = [{b: x[i] - plain[i] for b, x in with_play.items()} for i in whole]
@@ -288,17 +283,9 @@ def is_own(
     error_growth: float | None, rigid_growth: float | None, misfit: float | None
 ) -> bool | None:
     """The rigid arm foretells the backlash error, and both grow at one rate [1/s]."""
-    return all_of((_same_rate(quotient(error_growth, rigid_growth)), _same_size(misfit)))
-
-
-@where_known
-def _same_rate(rates: float) -> bool:
-    return abs(rates - 1) <= SAME_RATE
-
-
-@where_known
-def _same_size(misfit: float) -> bool:
-    return misfit <= SAME_SIZE
+    same_rate = where_known(lambda rates: abs(rates - 1) <= SAME_RATE)
+    same_size = where_known(lambda size: size <= SAME_SIZE)
+    return all_of((same_rate(quotient(error_growth, rigid_growth)), same_size(misfit)))
 
 
 @where_known
