@@ -41,127 +41,123 @@ INSIDE_M = 1e-6  # so far into contact that a mesh's force is a straight line
 
 @dataclass(frozen=True)
 class Source:
-    """An experiment; of a family, the size [um] that makes this member. words: what it changes."""
+    """An experiment: what it changes in a setting's scenario, and how it is measured.
+
+    size_um: of a family, what makes this member; words: what it changes; asked: None where no run
+    is made; meshes: fields of all meshes, with their values; harmonics: of the square wave that is
+    the meshes' stiffness; preloaded: whether teeth carry the load from the start.
+    """
 
     kind: str
     size_um: float | None = None
     words: str = ""
+    asked: type[Perturbed[Measured]] | None = TransientPd
+    scenario: str = "pd"
+    duration_s: float | None = SHORT_S
+    every_s: float = RECORDED_S
+    meshes: tuple[tuple[str, float], ...] = ()
+    settings: tuple[str, ...] = ()
+    harmonics: int = 0
+    preloaded: bool = False
 
     def __str__(self) -> str:
         return self.kind if self.size_um is None else f"{self.kind} {self.size_um:g} um"
 
 
 class Family(NamedTuple):
-    """Experiments that differ in one size [um]. symbol: the paper's for it."""
+    """Experiments that differ in one size [um]. symbol: the paper's for it; field: the meshes'."""
 
     kind: str
     symbol: str
+    field: str
+    plain: Source = Source("")
 
     def __call__(self, size_um: float) -> Source:
         """Its member of this size."""
-        return Source(self.kind, float(size_um), f"at {self.symbol} = {size_um:g} µm")
+        size_um, words = float(size_um), f"at {self.symbol} = {size_um:g} µm"
+        meshes = ((self.field, size_um * 1e-6), *self.plain.meshes)
+        return replace(self.plain, kind=self.kind, size_um=size_um, words=words, meshes=meshes)
 
 
-PD, CONSTANT = Source("pd"), Source("constant torque")
-# One effect of the gears left out, under PD control and under constant torque.
-NO_BACKLASH = Source("no backlash", words="without backlash")
-NO_ERROR = Source("no error", words="without tooth error")
-CONSTANT_STIFFNESS = Source("constant stiffness", words="with constant stiffness")
-CONSTANT_NO_ERROR = Source("constant torque, no error", words="without tooth error")
-TWO_PLANETS = Source("two planets", words="with two planets, each mesh 1.5 times as stiff")
-TWO_SOFTER = Source("two planets as they are", words="with two planets, each mesh as it is")
-# Fig. 5's wave in place of Eq. 8, its fundamental.
-SQUARE = Source("square wave", words="with the square wave of Fig. 5")
-CONSTANT_SQUARE = Source("constant torque, square wave", words="with the square wave of Fig. 5")
-PRELOADED = Source("preloaded", words="from teeth that already carry the load")
-CONSTANT_PRELOADED = Source(
-    "constant torque, preloaded", words="from teeth that already carry the load"
+_BACKLASH, _ERROR, _AMPLITUDE = "backlash_m", "tooth_error_m", "stiffness.amplitude_N_per_m"
+PD = Source("pd", asked=WholePd, duration_s=None)
+CONSTANT = Source(
+    "constant torque",
+    scenario="constant-torque",
+    asked=ConstantTorque,
+    duration_s=None,
+    every_s=SLOW_RECORD_S,
 )
-WIDE = Source("whole run, b = 3000 um", words="at b = 3000 µm")  # Section 4.1's 6 mm
-TURNING = Source("turning back, b = 3000 um", words="at b = 3000 µm, links turning back")
-NEIGHBOURS = Source("neighbouring motions, b = 1000 um", words="at b = 1000 µm")
-STATIC = Source("static")  # follows from the arm's data alone
-PLANTED = Source("planted slips")  # likewise
-BACKLASH, ERROR = Family("backlash", "b"), Family("tooth error", "E")  # Figs. 16-20
-BACKLASH_NO_ERROR = Family("backlash, no error", "b")
-BACK = Family("back and forth, backlash", "b")  # Fig. 15, by sin(20 pi sqrt(t)) as printed
-BACK_EVEN = Family("back and forth evenly, backlash", "b")  # by sin(20 pi t)
+# One effect of the gears left out, under PD control and under constant torque.
+NO_BACKLASH = Source("no backlash", words="without backlash", meshes=((_BACKLASH, 0),))
+NO_ERROR = Source("no error", words="without tooth error", meshes=((_ERROR, 0),))
+CONSTANT_STIFFNESS = Source(
+    "constant stiffness", words="with constant stiffness", meshes=((_AMPLITUDE, 0),)
+)
+CONSTANT_NO_ERROR = replace(
+    CONSTANT, kind="constant torque, no error", words="without tooth error", meshes=((_ERROR, 0),)
+)
+TWO_PLANETS = Source(
+    "two planets",
+    words="with two planets, each mesh 1.5 times as stiff",
+    settings=(*_TWO, *_AS_STIFF),
+)
+TWO_SOFTER = Source(
+    "two planets as they are", words="with two planets, each mesh as it is", settings=_TWO
+)
+# Fig. 5's wave in place of Eq. 8, its fundamental.
+_WAVE = "with the square wave of Fig. 5"
+SQUARE = Source("square wave", words=_WAVE, harmonics=HARMONICS)
+CONSTANT_SQUARE = replace(
+    CONSTANT, kind="constant torque, square wave", words=_WAVE, harmonics=HARMONICS
+)
+_LOADED = "from teeth that already carry the load"
+PRELOADED = Source("preloaded", words=_LOADED, duration_s=START_ONLY_S, preloaded=True)
+CONSTANT_PRELOADED = replace(
+    CONSTANT, kind="constant torque, preloaded", words=_LOADED, preloaded=True
+)
+# Section 4.1's 6 mm.
+WIDE = replace(
+    PD, kind="whole run, b = 3000 um", words="at b = 3000 µm", meshes=((_BACKLASH, WIDE_M),)
+)
+TURNING = replace(
+    WIDE,
+    kind="turning back, b = 3000 um",
+    words="at b = 3000 µm, links turning back",
+    settings=(f"scenario.start.theta_dot_rad_per_s={TURNING_RAD_PER_S!r}",),
+)
+NEIGHBOURS = Source(
+    "neighbouring motions, b = 1000 um",
+    words="at b = 1000 µm",
+    asked=Lyapunov,
+    meshes=((_BACKLASH, 1e-6 * CHAOTIC_UM),),
+)
+STATIC = Source("static", asked=None)  # follows from the arm's data alone
+PLANTED = Source("planted slips", asked=None)  # likewise
+BACKLASH = Family("backlash", "b", _BACKLASH)  # Figs. 16-18
+ERROR = Family("tooth error", "E", _ERROR)  # Figs. 19-20
+BACKLASH_NO_ERROR = Family("backlash, no error", "b", _BACKLASH, NO_ERROR)
+_BACK = replace(CONSTANT, scenario="back-and-forth", asked=BackAndForth)
+_EVENLY = replace(_BACK, settings=("scenario.drive.argument=time",))
+# Fig. 15, by sin(20 pi sqrt(t)) as printed and by sin(20 pi t).
+BACK = Family("back and forth, backlash", "b", _BACKLASH, _BACK)
+BACK_EVEN = Family("back and forth evenly, backlash", "b", _BACKLASH, _EVENLY)
 
 
 def question(source: Source, cell: Cell, seeds: tuple[int, ...]) -> Perturbed[Measured]:
     """The experiment in a setting. Raises KeyError for one that no run is made for."""
-    short = replace(_recorded(cell.variant(), RECORDED_S), duration_s=SHORT_S)
-    if source == PD:
-        return WholePd(_recorded(cell.variant(), RECORDED_S), seeds)
-    if source in (WIDE, TURNING):
-        whole = _set(_recorded(cell.variant(), RECORDED_S), "backlash_m", WIDE_M)
-        return WholePd(_changed(whole, source), seeds)
-    if source == NEIGHBOURS:
-        return Lyapunov(_set(short, "backlash_m", 1e-6 * CHAOTIC_UM), seeds)
-    if source == PRELOADED:
-        return TransientPd(preloaded(replace(short, duration_s=START_ONLY_S)), seeds)
-    if source == CONSTANT_PRELOADED:
-        driven = _recorded(cell.variant("constant-torque"), SLOW_RECORD_S)
-        return ConstantTorque(preloaded(driven), seeds)
-    if source in (CONSTANT, CONSTANT_NO_ERROR, CONSTANT_SQUARE):
-        variant = _recorded(cell.variant("constant-torque"), SLOW_RECORD_S)
-        return ConstantTorque(_changed(variant, source), seeds)
-    if source.kind in (BACK.kind, BACK_EVEN.kind):
-        shaken = _recorded(cell.variant("back-and-forth"), SLOW_RECORD_S)
-        return BackAndForth(_changed(shaken, source), seeds)
-    return TransientPd(_changed(short, source), seeds)
-
-
-_SETTINGS = {
-    TWO_PLANETS.kind: (*_TWO, *_AS_STIFF),
-    TWO_SOFTER.kind: _TWO,
-    BACK_EVEN.kind: ("scenario.drive.argument=time",),
-    TURNING.kind: (f"scenario.start.theta_dot_rad_per_s={TURNING_RAD_PER_S!r}",),
-}
-
-
-def _changed(variant: Variant, source: Source) -> Variant:
-    """What the experiment changes."""
-    if source in (CONSTANT, WIDE):
-        return variant
-    if source in (SQUARE, CONSTANT_SQUARE):
-        return replace(variant, harmonics=HARMONICS)
-    if source.kind in _SETTINGS:
-        variant = replace(variant, settings=_SETTINGS[source.kind])
-    whole = (TWO_PLANETS, TWO_SOFTER, TURNING)
-    return variant if source in whole else _mesh_changed(variant, source)
-
-
-def _mesh_changed(variant: Variant, source: Source) -> Variant:
-    """One field of all meshes."""
-    if source.kind in (BACKLASH.kind, BACK.kind, BACK_EVEN.kind):
-        return _set(variant, "backlash_m", _metres(source))
-    if source.kind == BACKLASH_NO_ERROR.kind:
-        return _set(_set(variant, "backlash_m", _metres(source)), "tooth_error_m", 0)
-    if source.kind == ERROR.kind:
-        return _set(variant, "tooth_error_m", _metres(source))
-    return _set(variant, _LEFT_OUT[source], 0)
-
-
-_LEFT_OUT = {
-    NO_BACKLASH: "backlash_m",
-    NO_ERROR: "tooth_error_m",
-    CONSTANT_NO_ERROR: "tooth_error_m",
-    CONSTANT_STIFFNESS: "stiffness.amplitude_N_per_m",
-}
-
-
-def _metres(source: Source) -> float:
-    return (source.size_um or 0.0) * 1e-6
-
-
-def _set(variant: Variant, field: str, value: float) -> Variant:
-    return replace(variant, meshes=(*variant.meshes, f"arm.joints.*.*_mesh.{field}={value!r}"))
-
-
-def _recorded(variant: Variant, every_s: float) -> Variant:
-    step_s = variant.case().scenario.step_s
-    return replace(variant, record_every=round(every_s / step_s))
+    if source.asked is None:
+        raise KeyError(source)
+    plain = cell.variant(source.scenario)
+    variant = replace(
+        plain,
+        duration_s=source.duration_s,
+        record_every=round(source.every_s / plain.case().scenario.step_s),
+        meshes=tuple(f"arm.joints.*.*_mesh.{field}={value!r}" for field, value in source.meshes),
+        settings=source.settings,
+        harmonics=source.harmonics,
+    )
+    return source.asked(preloaded(variant) if source.preloaded else variant, seeds)
 
 
 def preloaded(variant: Variant) -> Variant:
