@@ -12,8 +12,6 @@ from crosscheck.audit.claims.rule import (
     MOST,
     PARTS,
     Answer,
-    Claim,
-    Counts,
     Verdict,
     VerdictKind,
     answers,
@@ -33,13 +31,13 @@ from crosscheck.audit.page.words import LAW_NAMES, number
 ID, TITLE = "claims", "The paper's statements, one by one"
 # What a reader looks for first: what is wrong, what hangs on chance, what on an unknown.
 ORDER = (
-    *(VerdictKind.FAILS, VerdictKind.BISTABLE, VerdictKind.DEPENDS),
-    *(
-        VerdictKind.UNDEFINED,
-        VerdictKind.NOT_SIMULATED,
-        VerdictKind.WHERE_DEFINED,
-        VerdictKind.HOLDS,
-    ),
+    VerdictKind.FAILS,
+    VerdictKind.BISTABLE,
+    VerdictKind.DEPENDS,
+    VerdictKind.UNDEFINED,
+    VerdictKind.NOT_SIMULATED,
+    VerdictKind.WHERE_DEFINED,
+    VerdictKind.HOLDS,
 )
 COLOURS = {
     VerdictKind.HOLDS: "agree",
@@ -82,17 +80,14 @@ def chapter(material: Material) -> AuditChapter:
 
 def rows(material: Material) -> list[ClaimRow]:
     """Of every claim, in the paper's order."""
-    return [
-        ClaimRow(one, tuple(varied(one, _of_variants(one.claim, material))))
-        for one in material.judged.values()
-    ]
-
-
-def _of_variants(claim: Claim, material: Material) -> dict[GearModel, Judged]:
-    return {
-        model: Judged(claim, tuple(answers(claim, settings)))
-        for model, settings in material.variations.items()
-    }
+    found = []
+    for one in material.judged.values():
+        variants = {
+            model: Judged(one.claim, tuple(answers(one.claim, settings)))
+            for model, settings in material.variations.items()
+        }
+        found.append(ClaimRow(one, tuple(varied(one, variants))))
+    return found
 
 
 def said(every: Iterable[Judged]) -> list[Said]:
@@ -155,16 +150,10 @@ def verdict_words(found: Verdict) -> str:
         words += f" on {', '.join(found.depends_on)}"
     mixed = found.kind in (VerdictKind.DEPENDS, VerdictKind.BISTABLE)
     if mixed or (found.counts.undefined and found.kind != VerdictKind.UNDEFINED):
-        words += f" ({counts_words(found.counts)})"
+        told = [f"{count} {name}" for name, count in found.counts._asdict().items()
+                if count or name in ("yes", "no")]  # fmt: skip
+        words += f" ({', '.join(told)})"
     return words
-
-
-def counts_words(counts: Counts) -> str:
-    """Of settings: those that say yes and no always, others where there are any."""
-    told = [f"{counts.yes} yes", f"{counts.no} no"]
-    told += [f"{counts.bistable} bistable"] if counts.bistable else []
-    told += [f"{counts.undefined} undefined"] if counts.undefined else []
-    return ", ".join(told)
 
 
 def model_words(model: GearModel) -> str:

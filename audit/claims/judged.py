@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby
@@ -110,14 +110,12 @@ class Judged:
             for at in candidates:
                 beyond_it = math.nextafter(at, towards)
                 low, high = (beyond_it, limits.high) if end == "low" else (limits.low, beyond_it)
-                if self._kind_at(replace(limits, low=low, high=high)) != self.verdict.kind:
+                moved = replace(limits, low=low, high=high)
+                if kind_of([state(a.share_at(moved)) for a in self.answers]) != self.verdict.kind:
                     return at
             return None
 
         return first(below, -math.inf), first(beyond, math.inf)
-
-    def _kind_at(self, limits: Limits) -> VerdictKind:
-        return kind_of([state(a.share_at(limits)) for a in self.answers])
 
 
 def _turning_places(answer: Answer, limits: Limits, end: Literal["low", "high"]) -> Iterator[float]:
@@ -176,7 +174,10 @@ def strips(judged: Judged, model: GearModel | None) -> list[ClaimStrip]:
     """Readings with the same states are told together, by the first one's numbers."""
     mine = [answer for answer in judged.answers if answer.place.model == model]
     by_states: dict[tuple[str, tuple[State, ...]], list[ClaimStrip]] = {}
-    for (choice, arm), answers in _grouped(mine, lambda a: (a.place.choice, a.place.arm)).items():
+    by_place: dict[tuple[str, str], list[Answer]] = {}
+    for answer in mine:
+        by_place.setdefault((answer.place.choice, answer.place.arm), []).append(answer)
+    for (choice, arm), answers in by_place.items():
         ordered = tuple(sorted(answers, key=lambda a: a.place.zeta or 0.0))
         strip = ClaimStrip(model, (READINGS[arm],), choice, ordered)
         by_states.setdefault((choice, strip.states), []).append(strip)
@@ -184,15 +185,6 @@ def strips(judged: Judged, model: GearModel | None) -> list[ClaimStrip]:
         ClaimStrip(model, tuple(s.readings[0] for s in alike), alike[0].choice, alike[0].answers)
         for alike in by_states.values()
     ]
-
-
-def _grouped(
-    answers: Sequence[Answer], key: Callable[[Answer], tuple[str, str]]
-) -> dict[tuple[str, str], list[Answer]]:
-    found: dict[tuple[str, str], list[Answer]] = {}
-    for answer in answers:
-        found.setdefault(key(answer), []).append(answer)
-    return found
 
 
 def models_of(judged: Judged) -> tuple[GearModel | None, ...]:

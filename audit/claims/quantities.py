@@ -91,18 +91,6 @@ def of(source: Source, name: str) -> Quantity:
     )
 
 
-def named(quantity: Quantity, words: str, unit: str | None = None) -> Quantity:
-    """The same in other words."""
-    return Quantity(
-        quantity.id,
-        words,
-        quantity.unit if unit is None else unit,
-        quantity.formula,
-        quantity.window,
-        quantity.static,
-    )
-
-
 def _made(
     symbol: str, words: str, unit: str, parts: Sequence[Quantity], formula: Formula
 ) -> Quantity:
@@ -149,13 +137,12 @@ def largest(*parts: Quantity) -> Quantity:
 
 def of_any_start(one: Quantity) -> Quantity:
     """The largest that any start has, for every start."""
-    words = f"the largest {one.words} of any start"
-    return _made("any start's", words, one.unit, (one,), lambda n: _largest_of_all(one(n)))
 
+    def formula(known: Known) -> np.ndarray:
+        values = one(known)
+        return np.full(values.shape, np.fmax.reduce(values))  # nan where nothing is defined
 
-def _largest_of_all(values: np.ndarray) -> np.ndarray:
-    """Of what is defined; nan for all where nothing is."""
-    return np.full(values.shape, np.fmax.reduce(values))
+    return _made("any start's", f"the largest {one.words} of any start", one.unit, (one,), formula)
 
 
 def diverged(source: Source) -> Quantity:
@@ -254,10 +241,11 @@ def rank_among(family: Family, name: str, condition: str, above: float) -> Quant
     def formula(known: Known) -> np.ndarray:
         sizes, values = along(family, name, known)
         chosen = np.isfinite(values) & (along(family, condition, known)[1] > above)
-        found = [
-            _rank_of(sizes[own], one[own]) for own, one in zip(chosen.T, values.T, strict=True)
-        ]
-        return np.array(found)
+        found = np.full(len(chosen.T), np.nan)
+        for start, own in enumerate(chosen.T):
+            if own.sum() >= FEWEST_MEMBERS:
+                (found[start],) = rank_correlation(sizes[own], values[own, start, None])
+        return found
 
     return Quantity(
         f"rank where above {above:g}({family.kind}: {condition}, {name})",
@@ -267,13 +255,6 @@ def rank_among(family: Family, name: str, condition: str, above: float) -> Quant
         formula,
         number.window,
     )
-
-
-def _rank_of(sizes: np.ndarray, values: np.ndarray) -> float:
-    """Of one start: both (members,)."""
-    if sizes.size < FEWEST_MEMBERS:
-        return np.nan
-    return float(rank_correlation(sizes, values[:, None])[0])
 
 
 def rank_correlation(sizes: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -208,7 +208,9 @@ def answers(claim: Claim, settings: Iterable[tuple[Cell, Known]]) -> list[Answer
     found: dict[Place, Answer] = {}
     for cell, known in settings:
         for choice, quantity in claim.choices.items():
-            place = _place(claim, cell, choice)
+            place = Place(cell.law, cell.arm, cell.zeta, choice, cell.planets)
+            if claim.static:
+                place = Place(None, cell.arm, None, choice)
             if place in found:
                 continue
             asked = ReadExperiments(known)
@@ -216,16 +218,9 @@ def answers(claim: Claim, settings: Iterable[tuple[Cell, Known]]) -> list[Answer
                 values = np.atleast_1d(quantity(asked))
             except NotSimulatedError:
                 continue
-            defined = np.sort(values[np.isfinite(values)])
-            own = tuple(map(float, defined))
+            own = tuple(map(float, np.sort(values[np.isfinite(values)])))
             found[place] = Answer(place, own, values.size, claim.limits, asked.not_run)
     return list(found.values())
-
-
-def _place(claim: Claim, cell: Cell, choice: str) -> Place:
-    if claim.static:
-        return Place(None, cell.arm, None, choice)
-    return Place(cell.law, cell.arm, cell.zeta, choice, cell.planets)
 
 
 class VerdictKind(StrEnum):
@@ -267,10 +262,11 @@ def verdict(given: Sequence[Answer], free: str = "") -> Verdict:
 
 def verdict_of(given: Sequence[Stated], free: str = "") -> Verdict:
     """Of settings that have said what they say."""
-    kind = kind_of([said for _, said in given])
+    said = [state for _, state in given]
+    kind = kind_of(said)
     clear = [one for one in given if one[1] in (State.YES, State.NO)]
     depends_on = _deciding(clear, free) if kind == VerdictKind.DEPENDS else ()
-    return Verdict(kind, counts_of([said for _, said in given]), depends_on)
+    return Verdict(kind, counts_of(said), depends_on)
 
 
 def counts_of(said: Sequence[State]) -> Counts:
@@ -321,12 +317,11 @@ def _deciding(given: Sequence[Stated], free: str) -> tuple[str, ...]:
     telling = sorted((name for name in axes if saved[name] >= FORETELLS), key=lambda n: -saved[n])
     if telling:
         return tuple(telling)
-    alone = {
-        name
-        for (one, said), (other, against) in combinations(given, 2)
-        if said != against
-        for name in _only_difference(axes, one, other)
-    }
+    alone = set[str]()
+    for (one, said), (other, against) in combinations(given, 2):
+        if said != against:
+            differing = [name for name, get in axes.items() if get(one) != get(other)]
+            alone.update(differing if len(differing) == 1 else ())
     return tuple(name for name in axes if name in (alone or axes))
 
 
@@ -336,11 +331,3 @@ def _wrong_guesses(given: Sequence[Stated], get: Callable[[Place], object]) -> i
     for place, said in given:
         by_value.setdefault(get(place), []).append(said)
     return sum(min(said.count(State.YES), said.count(State.NO)) for said in by_value.values())
-
-
-def _only_difference(
-    axes: dict[str, Callable[[Place], object]], one: Place, other: Place
-) -> list[str]:
-    """The axis along which two answers differ, if it is one."""
-    differing = [name for name, get in axes.items() if get(one) != get(other)]
-    return differing if len(differing) == 1 else []

@@ -140,8 +140,13 @@ def _of_cells(study: Study, scale: Scale, cells: Sequence[Cell], what: str) -> S
     plan = plan_of(scale)
     wanted = [(cell, source) for cell in cells for source in plan.sources(cell)]
     found = samples(study, scale, wanted, what)
-    static = _without_setting(study, plan)
-    made = {cell: Known(static[cell.arm]) for cell in cells}
+    asked = {STATIC: statics_of, PLANTED: planted_of} if plan.variants else {STATIC: statics_of}
+    static = {source: ask(study, plan.readings) for source, ask in asked.items()}
+    place = {arm: number for number, arm in enumerate(plan.readings)}
+    made = {
+        cell: Known({source: by_arm[place[cell.arm]] for source, by_arm in static.items()})
+        for cell in cells
+    }
     for (cell, source), sample in found.items():
         made[cell][source] = sample
     for known in made.values():  # the default run is a member of both sweeps
@@ -157,16 +162,6 @@ def variations(study: Study, scale: Scale) -> dict[GearModel, Settings]:
     return {
         model: [(cell, Known({source: found[cell, source] for source in VARIED})) for cell in cells]
         for model, cells in asked.items()
-    }
-
-
-def _without_setting(study: Study, plan: Plan) -> dict[str, dict[Source, Sample]]:
-    """By reading."""
-    asked = {STATIC: statics_of, PLANTED: planted_of} if plan.variants else {STATIC: statics_of}
-    found = {source: ask(study, plan.readings) for source, ask in asked.items()}
-    return {
-        arm: {source: by_arm[place] for source, by_arm in found.items()}
-        for place, arm in enumerate(plan.readings)
     }
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from crosscheck.audit.claims.quantities import (
     Quantity,
     difference,
     diverged,
     each,
     largest,
-    named,
     of,
     over,
     size,
@@ -50,7 +51,7 @@ TWICE = above(DOUBLED, "twice as much: no scatter of starts comes near it")
 
 def factor(one: Quantity, other: Quantity, words: str) -> Quantity:
     """The larger over the smaller of two."""
-    return named(largest(over(one, other), over(other, one)), words, "1")
+    return replace(largest(over(one, other), over(other, one)), words=words, unit="1")
 
 
 def changed_by(waves: Quantity, sine: Quantity) -> Quantity:
