@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Literal, get_args
 
 import sympy as sp
@@ -59,22 +60,16 @@ def differences(printed: Form, derived: Form) -> list[EntryDifference]:
     M and F are compared entry by entry; C is not unique, so the force C q' is compared by rows.
     M_ij and M_ji are one difference if they differ in the same way.
     """
-    found = [d for matrix in get_args(Matrix) for d in _in(matrix, printed, derived)]
+    found = []
+    for matrix in get_args(Matrix):
+        ours, theirs = getattr(printed, matrix), getattr(derived, matrix)
+        for row, column in product(range(ours.rows), range(ours.cols)):
+            sides = ours[row, column], theirs[row, column]
+            if not same(*sides):
+                left, right = (set(sp.Add.make_args(sp.expand(side))) for side in sides)
+                own = sp.Add(*(left - right)), sp.Add(*(right - left))
+                found.append(EntryDifference(matrix, ((row, column),), *own))
     return list(_mirrored_together(found))
-
-
-def _in(matrix: Matrix, printed: Form, derived: Form) -> Iterator[EntryDifference]:
-    ours, theirs = getattr(printed, matrix), getattr(derived, matrix)
-    for row in range(ours.rows):
-        for column in range(ours.cols):
-            one, other = ours[row, column], theirs[row, column]
-            if not same(one, other):
-                yield EntryDifference(matrix, ((row, column),), *_own_terms(one, other))
-
-
-def _own_terms(one: sp.Expr, other: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    left, right = (set(sp.Add.make_args(sp.expand(side))) for side in (one, other))
-    return sp.Add(*(left - right)), sp.Add(*(right - left))
 
 
 def _mirrored_together(found: list[EntryDifference]) -> Iterator[EntryDifference]:

@@ -10,7 +10,6 @@ import sympy as sp
 from crosscheck.analytic.derivation.bodies import Body, carried_bodies, link_bodies, spinning_bodies
 from crosscheck.analytic.derivation.forms import mass_matrix
 from crosscheck.analytic.derivation.lagrange import mass_terms
-from crosscheck.analytic.derivation.stage import Stage
 from crosscheck.analytic.derivation.symbols import (
     geared_variables,
     m_payload,
@@ -79,13 +78,14 @@ def true_energies() -> dict[str, dict[str, sp.Expr]]:
 def differences() -> Iterator[EnergyDifference]:
     """Every body whose share of an energy is not in the paper's expression for it.
 
-    A printed term belongs to the body whose inertia parameter it holds; what belongs to none is
-    reported as a body that does not exist.
+    A printed term belongs to the body whose inertia parameters it holds, and no other's; what
+    belongs to none is reported as a body that does not exist.
     """
     for where, printed in kinetic_energies().items():
         unclaimed = set(sp.Add.make_args(without_sine_squares(printed)))
         for body, derived in true_energies()[where].items():
-            own = {term for term in unclaimed if _belongs(term, derived)}
+            inertias = _parameters(derived)
+            own = {x for x in unclaimed if _parameters(x) and _parameters(x) <= inertias}
             unclaimed -= own
             stated = sp.Add(*own)
             if not same(stated, derived):
@@ -94,21 +94,12 @@ def differences() -> Iterator[EnergyDifference]:
             yield EnergyDifference(where, "no body", sp.Add(*unclaimed), sp.S.Zero)
 
 
-def _belongs(term: sp.Expr, energy: sp.Expr) -> bool:
-    """Whether a term holds inertia parameters, and only such as this energy holds."""
-    own = _parameters(term)
-    return bool(own) and own <= _parameters(energy)
-
-
 def _parameters(expression: sp.Expr) -> frozenset[sp.Symbol]:
-    inertial = {symbol for joint in (1, 2) for symbol in _inertial(stage_symbols(joint))}
-    return frozenset(expression.free_symbols & (inertial | {m_payload}))
-
-
-def _inertial(stage: Stage) -> set[sp.Symbol]:
-    """Masses and inertias of a stage and its link."""
-    equivalent, link = {stage.M_s, stage.M_p, stage.M_c}, {stage.m, stage.I_l}
-    return equivalent | link | {stage.m_s, stage.m_p, stage.m_c, stage.m_r, stage.J_r}
+    """Masses and inertias of stages, links and payload in an expression."""
+    inertial = {m_payload}
+    for of in map(stage_symbols, (1, 2)):
+        inertial |= {of.M_s, of.M_p, of.M_c, of.m, of.I_l, of.m_s, of.m_p, of.m_c, of.m_r, of.J_r}
+    return frozenset(expression.free_symbols & inertial)
 
 
 def _energies(bodies: list[Body]) -> dict[str, sp.Expr]:
