@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -44,7 +43,10 @@ class Bands(Perturbed[Between]):
         found = [self._of(run) for run in self._runs(self.seeds) if not isinstance(run, Diverged)]
         if not found:
             return Between([], {name: Band([], []) for name in SHOULDER}, 0)
-        bands = {name: _around([one[name] for one in found]) for name in SHOULDER}
+        bands = {}
+        for name in SHOULDER:
+            low, high = np.array([one[name] for one in found]).transpose(1, 0, 2)
+            bands[name] = Band(low.min(axis=0).tolist(), high.max(axis=0).tolist())
         return Between(found[0]["time"][0].tolist(), bands, len(found))
 
     def _of(self, run: Course) -> dict[str, np.ndarray]:
@@ -52,12 +54,6 @@ class Bands(Perturbed[Between]):
         binned = {n: envelope(run.time, shoulder(run, n), self.bins) for n in SHOULDER}
         times = {"time": np.array([binned["torque"][0]])}
         return times | {name: np.array(found[1:]) for name, found in binned.items()}
-
-
-def _around(found: Sequence[np.ndarray]) -> Band:
-    """Of all starts, each (2, bins)."""
-    low, high = np.array(found).transpose(1, 0, 2)
-    return Band(low.min(axis=0).tolist(), high.max(axis=0).tolist())
 
 
 def shoulder(run: Course, name: str) -> np.ndarray:

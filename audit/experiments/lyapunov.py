@@ -60,7 +60,9 @@ def _growth(
 
     nan without a block after ALIGNED.
     """
-    lengths = _lengths(PhysicalModel(*block))
+    model = PhysicalModel(*block)
+    radius_m = 2 * stage_geometry(geared_joint(model.arm)).r_cp
+    lengths = np.where(model.layout.angular, radius_m, 1.0)  # along the line of action, (n,)
     models = [Continued(block, *state) for state in [*zip(q, v, strict=True)] * 2]
     away = np.zeros((len(q), 2, q.shape[1]))
     away[:, 0] = NEAR_M / lengths / np.sqrt(q.shape[1])
@@ -80,12 +82,6 @@ def _growth(
         return [np.nan] * len(q)
     mean: np.ndarray = np.mean(folds[ALIGNED:], axis=0) / BLOCK_S
     return list(map(float, mean))
-
-
-def _lengths(model: PhysicalModel) -> np.ndarray:
-    """What turns each coordinate into a length along the line of action [m], (n,)."""
-    geometry = stage_geometry(geared_joint(model.arm))
-    return np.where(model.layout.angular, 2 * geometry.r_cp, 1.0)
 
 
 def _as_lengths(away: np.ndarray, lengths: np.ndarray) -> np.ndarray:

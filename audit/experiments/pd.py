@@ -65,6 +65,13 @@ class _Looked:
     def third(self) -> slice:
         return events.third_after(self.run.time, self.run.F_sp, self.run.F_outer[:, 0])
 
+    @cached_property
+    def near(self) -> slice:
+        """PEAK_S around the third fluctuation's peak; nothing without one."""
+        if self.third.stop <= self.third.start:
+            return slice(0, 0)
+        return events.third_peak(self.run.time, self.excess[:, 0], self.third)
+
     def within(self, begin_s: float, end_s: float) -> slice:
         """Counted from the contact after the side change; nothing without one."""
         if self.side is None:
@@ -121,6 +128,7 @@ def _second(looked: _Looked) -> Found:
     before = excess[signals.window(time, left_s - IMPACT_S / 2, left_s)]
     onset = signals.onset(time[change], excess[change])
     impact = looked.within(0.0, CONVERGED_S)
+    later = force[looked.within(0.0, THIRD_S[1] - side.met_s)]
     return {
         "side_change_s": side.met_s,
         "second": signals.amplitude(excess[change]),
@@ -131,14 +139,9 @@ def _second(looked: _Looked) -> Found:
         "second_delay_s": None if onset is None else onset - side.met_s,
         "second_force_N": signals.amplitude(force[looked.within(0.0, AT_ONCE_S)]),
         "bouncing_s": events.bouncing(time, force, side.met_s),
-        "opposite_share": _opposite_share(force[looked.within(0.0, THIRD_S[1] - side.met_s)]),
+        "opposite_share": signals.mean(later[later != 0] < 0),
         **_flight(run, side),
     }
-
-
-def _opposite_share(force: np.ndarray) -> float:
-    """Of the samples with a force, those on the opposite flanks."""
-    return signals.mean(force[force != 0] < 0)
 
 
 def _flight(run: Course, side: SideChange) -> Found:
@@ -188,10 +191,9 @@ _THIRD = ("third", "third_elbow", "third_growth", "third_onset_s", "third_gap_s"
 
 def _spectra(looked: _Looked) -> Found:
     """Of both joints' accelerations in the 0.1 s around the third fluctuation's peak."""
-    time = looked.run.time
-    if not time[looked.third].size:
+    time, near = looked.run.time, looked.near
+    if not time[near].size:
         return {f"{name}{joint}{unit}": None for joint in _JOINTS for name, unit in _SPECTRAL}
-    near = events.third_peak(time, looked.excess[:, 0], looked.third)
     numbers: Found = {}
     for joint, name in enumerate(_JOINTS):
         static = abs(looked.run.theta_ddot[near, joint].mean())
@@ -267,13 +269,10 @@ def _loads(looked: _Looked) -> Found:
 
 def _frequency(looked: _Looked, values: np.ndarray) -> float | None:
     """Dominant one of values (times,) in the 0.1 s around the third fluctuation's peak."""
-    time = looked.run.time
-    if not time[looked.third].size:
+    near = looked.near
+    if not values[near].size or signals.amplitude(looked.excess[near, 0]) < MINOR:
         return None
-    near = events.third_peak(time, looked.excess[:, 0], looked.third)
-    if signals.amplitude(looked.excess[near, 0]) < MINOR:
-        return None
-    return signals.dominant_frequency(time[near], values[near], LOWEST_HZ)
+    return signals.dominant_frequency(looked.run.time[near], values[near], LOWEST_HZ)
 
 
 def _share_of_largest(part: np.ndarray, whole: np.ndarray) -> float:

@@ -162,16 +162,6 @@ def _joined(one: Measured, other: Measured) -> Measured:
     return Measured(numbers, [*one.diverged_s, *other.diverged_s], one.ran + other.ran)
 
 
-class WholePd(Starts):
-    """All 3 s of the PD run, see ``whole``."""
-
-    def beside(self) -> tuple[Variant, ...]:
-        return (rigid_arm(self.variant, COUPLED),)
-
-    def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
-        return whole(run, *rigid)
-
-
 class TransientPd(Starts):
     """The PD run as long as its variant has it, see ``transient``."""
 
@@ -180,6 +170,13 @@ class TransientPd(Starts):
 
     def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
         return transient(run, *rigid)
+
+
+class WholePd(TransientPd):
+    """All 3 s of the PD run, see ``whole``."""
+
+    def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
+        return whole(run, *rigid)
 
 
 class ConstantTorque(Starts):

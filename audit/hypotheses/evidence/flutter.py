@@ -16,11 +16,10 @@ from crosscheck.audit.claims.rule import State, quantiles_of, state
 from crosscheck.audit.experiments.cells import INTEGRAL, Cell
 from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.starts import RECORDED_S, Starts
+from crosscheck.audit.experiments.starts import RECORDED_S, TransientPd
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers, Planets, Variant
 from crosscheck.audit.measures.course import Course
-from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.undefined import finite
 from crosscheck.audit.phase.runs.experiments import played_back
@@ -68,7 +67,7 @@ class FlutterSetting(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Vibrations(Starts):
+class Vibrations(TransientPd):
     """Of the shoulder in SETTLED_S, less the rigid arm: size [rad/s^2] and frequency [Hz]."""
 
     played_back: bool = False
@@ -76,9 +75,6 @@ class Vibrations(Starts):
     def case(self) -> Case:
         case = super().case()
         return played_back(case) if self.played_back else case
-
-    def beside(self) -> tuple[Variant, ...]:
-        return (rigid_arm(self.variant, COUPLED),)
 
     def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
         (beside,) = rigid
