@@ -253,6 +253,7 @@ def _loads(looked: _Looked) -> Found:
     run, part = looked.run, looked.third
     time, torque, speed, force = run.time, run.torque, run.theta_dot[:, 0], run.F_sp
     shaken = [fast(time, column) for column in torque.T]
+    changes = events.passages(force[part][force[part] != 0])
     return {
         "third_force_N": signals.amplitude(force[part]),
         "third_force_fast_N": signals.amplitude(fast(time, force)[part]),
@@ -263,7 +264,7 @@ def _loads(looked: _Looked) -> Found:
         "speed_fast": quotient(
             signals.amplitude(fast(time, speed)[part]), signals.mean(np.abs(speed[part]))
         ),
-        "side_changes": float(events.count_side_changes(force[part])) if force[part].size else None,
+        "side_changes": float(changes.size) if force[part].size else None,
     }
 
 

@@ -82,14 +82,21 @@ class Shelf:
 
     def sweep(self, number: int, family: Family, zeta: float) -> dict[Law, dict[float, Course]]:
         """The members of a family from the drawn start under every law, by size [um]."""
+        variants = self.members(family, zeta)
+        found = self.courses(variants.values(), number)
+        return {
+            law: {size: found[one] for (own, size), one in variants.items() if own == law}
+            for law in LAWS
+        }
+
+    def members(self, family: Family, zeta: float) -> dict[tuple[Law, float], Variant]:
+        """A family's variants from the drawn start, by law and size [um]."""
         sizes = [member.size_um or 0.0 for member in self.known(zeta)[LAWS[0]].members(family)]
-        variants = {
+        return {
             (law, size): drawn(family(size), Cell(law, zeta), self.seed)
             for law in LAWS
             for size in sizes
         }
-        found = self.courses(variants.values(), number)
-        return {law: {size: found[variants[law, size]] for size in sizes} for law in LAWS}
 
     def known(self, zeta: float) -> dict[Law, Known]:
         """Every experiment at a damping from all starts, labelled reading, by law."""

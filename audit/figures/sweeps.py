@@ -148,10 +148,7 @@ ENERGY = Columns[Energy](
 
 def _energies(shelf: Shelf) -> list[Energy]:
     """Of the drawn runs of Fig. 17."""
-    sizes = [member.size_um or 0.0 for member in shelf.known(LOW_ZETA)[INTEGRAL].members(BACKLASH)]
-    variants = {
-        (law, b): drawn(BACKLASH(b), Cell(law, LOW_ZETA), shelf.seed) for law in LAWS for b in sizes
-    }
+    variants = shelf.members(BACKLASH, LOW_ZETA)
     runs = shelf.runs(variants.values(), 17)
     return [Energy(law, b, *energy_peak(runs[v])) for (law, b), v in variants.items()]
 

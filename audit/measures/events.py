@@ -97,11 +97,6 @@ def passages(values: np.ndarray) -> np.ndarray:
     return np.flatnonzero(np.diff(np.signbit(values)))
 
 
-def count_side_changes(force: np.ndarray) -> int:
-    """How often a mesh force, where it is not zero, changes its sign."""
-    return passages(force[force != 0]).size
-
-
 def teeth_return(time: np.ndarray, force: np.ndarray) -> float | None:
     """The teeth return to the driving flanks: their first contact after the last on the other."""
     part = signals.window(time, *RETURN_S)

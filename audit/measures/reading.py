@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 
-import numpy as np
 import xarray as xr
 
 from crosscheck.models.arm.arm import Arm
@@ -25,11 +24,6 @@ def scenario_of(run: xr.Dataset) -> Scenario:
 def switches_of(run: xr.Dataset) -> Switches:
     """The switches that a run was made with."""
     return Switches.model_validate(json.loads(run.attrs["switches"]))
-
-
-def first_mesh(run: xr.Dataset, quantity: str) -> np.ndarray:
-    """A mesh variable of the shoulder's first planet, (times,)."""
-    return run[quantity].values[:, 0, 0]
 
 
 def first_planets(run: xr.Dataset) -> xr.Dataset:

@@ -15,10 +15,9 @@ import numpy as np
 from crosscheck import signals
 from crosscheck.audit.experiments.cells import INTEGRAL, ZETAS, Cell
 from crosscheck.audit.experiments.pool import Sample
-from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.third import Quantiles, Third, quantiles
 from crosscheck.audit.measures.thresholds import EVIDENT
@@ -82,30 +81,20 @@ class Ablated:
 
 
 @dataclass(frozen=True)
-class LaidToRest(Question[list[float | None]]):
+class LaidToRest(Perturbed[list[float | None]]):
     """The vibration [rad/s^2] with dampers in contact alone, begun without any.
 
-    The run is quiet until QUIET_S, dampers always at work; its states go on with dampers in contact
-    alone. None for a start that diverges.
+    The variant's run is quiet until its end, QUIET_S, dampers always at work; its states go on for
+    so long with dampers in contact alone. None for a start that diverges.
     """
 
     cost = 0.5
 
-    zeta: float
     duration_s: float
-    seeds: tuple[int, ...]
-
-    @property
-    def variant(self) -> Variant:
-        """As long as it is to be quiet."""
-        return pd_run(Cell(INTEGRAL, self.zeta), QUIET_S, NO_ERROR)
-
-    def records(self) -> Records:
-        return self.variant.case()
 
     def answer(self) -> list[float | None]:
         before = motion(models_of(self.variant, self.seeds))
-        whole = pd_run(Cell(INTEGRAL, self.zeta), THIRD_S[1], NO_ERROR)
+        whole = replace(self.variant, duration_s=THIRD_S[1])
         after = replace(whole, settings=(CONTACT,), duration_s=self.duration_s).case()
         states = zip(before.q[-1].T.copy(), before.v[-1].T.copy(), strict=True)
         run = motion([Continued(after, q, v) for q, v in states], QUIET_S)
@@ -160,6 +149,7 @@ def dampers(study: Study, scale: Scale) -> Dampers:
     own = [one for one in found if one.ablation == AS_IT_STANDS]
     at_quiet = [one for one in found if one.zeta == QUIET_ZETA]
     seconds = scale.seconds(THIRD_S[1] - QUIET_S)
-    (rest,) = study.answers([LaidToRest(QUIET_ZETA, seconds, scale.seeds)], "phase: laid to rest")
+    quiet = pd_run(Cell(INTEGRAL, QUIET_ZETA), QUIET_S, NO_ERROR)
+    (rest,) = study.answers([LaidToRest(quiet, scale.seeds, seconds)], "phase: laid to rest")
     fluttering = [one for one in found if one.ablation in FLUTTERING and one.zeta == FLUTTER_ZETA]
     return Dampers(own, at_quiet, quantiles(np.array(rest, dtype=float)), fluttering)

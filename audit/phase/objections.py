@@ -13,6 +13,7 @@ from crosscheck.audit.experiments.cells import Cell
 from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.events import THIRD_S
@@ -77,26 +78,11 @@ IN_FULL = Change(FULL, "phases from Eq. 11 in full, planets alike")
 
 
 @dataclass(frozen=True)
-class InFull(Question[list[float | None]]):
+class InFull(Perturbed[list[float | None]]):
     """The third fluctuation [rad/s^2] with Eq. 11 in full.
 
     Planets alike, for which alone Eq. 11 is written out there. None for a start that diverges.
     """
-
-    cell: Cell
-    with_error: bool
-    duration_s: float
-    seeds: tuple[int, ...]
-
-    @property
-    def variant(self) -> Variant:
-        """With the step that it needs."""
-        meshes = () if self.with_error else (NO_ERROR,)
-        one = pd_run(self.cell, self.duration_s, *meshes)
-        return replace(one, planets="lumped", settings=(FULL_STEP,))
-
-    def records(self) -> Records:
-        return self.variant.case()
 
     @property
     def cost(self) -> float:
@@ -208,8 +194,9 @@ def objections(study: Study, scale: Scale) -> Objections:
 def _in_full(study: Study, cells: Sequence[Cell], scale: Scale) -> dict[tuple[Cell, bool], Third]:
     seeds, seconds = scale.seeds[: scale.starts(FULL_STARTS)], scale.seconds(DURATION_S)
     wanted = [(cell, e) for cell in cells for e in (True, False)]
-    asked = [InFull(cell, e, seconds, seeds) for cell, e in wanted]
-    found = study.answers(asked, "phase: Eq. 11 in full")
+    runs = [pd_run(cell, seconds, *(() if e else (NO_ERROR,))) for cell, e in wanted]
+    alike = [replace(one, planets="lumped", settings=(FULL_STEP,)) for one in runs]
+    found = study.answers([InFull(one, seeds) for one in alike], "phase: Eq. 11 in full")
     sizes = [np.array(some, dtype=float) for some in found]
     nothing = np.full(len(seeds), np.nan)  # but sizes is known
     return {

@@ -16,10 +16,9 @@ from scipy.ndimage import maximum_filter1d
 from crosscheck import signals
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.cells import Cell
-from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.undefined import quotient
@@ -129,24 +128,12 @@ def _share(answers: Sequence[bool]) -> Share | None:
 
 
 @dataclass(frozen=True)
-class Linearisation(Question[Linearised]):
-    """The modes along a setting's motion, and its runs."""
+class Linearisation(Perturbed[Linearised]):
+    """The modes along the variant's motion, all planets alike, and its runs."""
 
     cost = 4.0
 
-    cell: Cell
-    duration_s: float
     every: int
-    seeds: tuple[int, ...]
-
-    @property
-    def variant(self) -> Variant:
-        """Planets free, at 50 kHz."""
-        one = pd_run(self.cell, self.duration_s)
-        return replace(one, record_every=RUNS_EVERY)
-
-    def records(self) -> Records:
-        return self.variant.case()
 
     def answer(self) -> Linearised:
         case = replace(self.variant, planets="lumped").case()
@@ -283,5 +270,6 @@ class Stability:
 def stability(study: Study, scale: Scale) -> Stability:
     """Growth rates against time under both laws; predicted and simulated onset."""
     every, seeds = (QUICK_EVERY if scale.quick else EVERY), scale.seeds[: scale.starts(STARTS)]
-    asked = [Linearisation(cell, scale.seconds(DURATION_S), every, seeds) for cell in CELLS]
+    runs = [replace(pd_run(c, scale.seconds(DURATION_S)), record_every=RUNS_EVERY) for c in CELLS]
+    asked = [Linearisation(one, seeds, every) for one in runs]
     return Stability(dict(zip(CELLS, study.answers(asked, "phase: stability"), strict=True)))

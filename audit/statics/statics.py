@@ -56,12 +56,18 @@ def statics(arm: Arm) -> Numbers:
 
 def of_data(arm: Arm, stage: PaperStage) -> Numbers:
     """Sizes that Table I and the text give, and what follows from them at once."""
+    joint, (inner, outer) = stage.joint, (link.length_m for link in arm.links)
+    sun_pitch_m = joint.module_m * joint.sun_teeth / 2
+    gyration_m = stage.geometry.r_s * math.sqrt(stage.sun_equivalent_mass_kg / joint.sun_mass_kg)
+    # What 0.02 rad at the shoulder and 0.01 rad at the elbow move the tip by [m].
+    forearms = {angle: outer * np.exp(1j * math.radians(float(angle))) for angle in BENDS}
+    shifts = {angle: 0.02 * (inner + x) + 0.01 * x for angle, x in forearms.items()}
     return {
-        "gyration_over_pitch": _gyration(stage),
+        "gyration_over_pitch": gyration_m / sun_pitch_m,
         "initial_values": float(len(transcript.INITIAL_VALUES)),
-        "tooth_thickness_share": EXTREME_M / (math.pi * stage.joint.module_m / 2),
+        "tooth_thickness_share": EXTREME_M / (math.pi * joint.module_m / 2),
         "error_over_backlash": stage.tooth_error_m / stage.backlash_m,
-        **{f"bent_{angle}_mm": _tip_shift(arm, math.radians(float(angle))) for angle in BENDS},
+        **{f"bent_{angle}_mm": float(1e3 * abs(shift)) for angle, shift in shifts.items()},
     }
 
 
@@ -104,17 +110,3 @@ def _mass_gap(one: Model, other: Model, states: States) -> float:
 def _largest_gap(one: list[np.ndarray], other: list[np.ndarray]) -> float:
     """Largest difference, over the largest entry of the second."""
     return float(np.abs(np.subtract(one, other)).max() / np.abs(other).max())
-
-
-def _gyration(stage: PaperStage) -> float:
-    """Sun's radius of gyration over its pitch radius, as the reading has mass and inertia."""
-    joint = stage.joint
-    share = stage.sun_equivalent_mass_kg / joint.sun_mass_kg
-    return stage.geometry.r_s * math.sqrt(share) / (joint.module_m * joint.sun_teeth / 2)
-
-
-def _tip_shift(arm: Arm, elbow: float) -> float:
-    """Tip displacement [mm] of 0.02 rad at the shoulder and 0.01 rad at the elbow."""
-    inner, outer = (link.length_m for link in arm.links)
-    forearm = outer * np.exp(1j * elbow)
-    return float(1e3 * abs(0.02 * (inner + forearm) + 0.01 * forearm))

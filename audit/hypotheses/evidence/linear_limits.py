@@ -22,7 +22,6 @@ from crosscheck import signals
 from crosscheck.analytic.model import AnalyticModel, PhysicalModel
 from crosscheck.audit.experiments.cells import READINGS
 from crosscheck.audit.experiments.variant import Numbers, Variant
-from crosscheck.audit.measures.reading import first_mesh
 from crosscheck.audit.measures.undefined import where_known
 
 ELBOWS_DEG = (0, 30, 60, 90, 120, 150, 180)
@@ -190,7 +189,7 @@ def growth_rate(run: xr.Dataset) -> Numbers:
 
     From the peaks of x_sp1 less its running mean over 5 ms. None in a run that ends before.
     """
-    time, x = run["time"].values, first_mesh(run, "x_sp")
+    time, x = run["time"].values, run["x_sp"].values[:, 0, 0]
     width = round(5e-3 / (time[1] - time[0]))
     part = signals.window(time, *GROWTH_S)
     blocks = time[part].size // width
