@@ -250,7 +250,7 @@ def _approximated(sigma: str) -> dict[str, Number]:
     return {
         f"tanh_error_{sigma}_m": Number(
             f"largest error of Eq. 6 against Eq. 5 at sigma {sigma} 1/m", "m"
-        ),
+        )
     }
 
 

@@ -165,10 +165,7 @@ def phase_of_a_varying_frequency(arm: Arm) -> Iterator[Erratum]:
             "equation",
             printed_tex=r"\sin(\omega_e t)",
             derived_tex=r"\sin\left(\int_0^t \omega_e \, dt\right)",
-            quoted={
-                "work": virtual_work(paper_stage(arm), TORQUE_N_M),
-                "torque": TORQUE_N_M,
-            },
+            quoted={"work": virtual_work(paper_stage(arm), TORQUE_N_M), "torque": TORQUE_N_M},
             trial=ErratumPair(
                 PhysicalSide(arm, switches(phase="omega_t", ring_rate="corrected")),
                 PhysicalSide(arm, switches(phase="angle", ring_rate="corrected")),

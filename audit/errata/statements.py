@@ -201,13 +201,7 @@ def unused_abbreviations() -> Iterator[Erratum]:
             waiting += transcript.MADE_OF.get(name, ())
     # The two spellings of what turns with a link are an erratum of their own.
     for name in sorted(set(transcript.MADE_OF) - used - {"I_cip"}):
-        yield Erratum(
-            f"unused-{name}",
-            "notation",
-            size=1.0,
-            unit="symbols",
-            quoted={"name": name},
-        )
+        yield Erratum(f"unused-{name}", "notation", size=1.0, unit="symbols", quoted={"name": name})
 
 
 def index_without_use() -> Iterator[Erratum]:

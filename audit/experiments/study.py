@@ -18,12 +18,7 @@ from pydantic import TypeAdapter
 
 from crosscheck.audit.experiments.packed import packed, unpacked
 from crosscheck.audit.experiments.question import Question, spelled_out
-from crosscheck.audit.experiments.variant import (
-    Company,
-    Variant,
-    company,
-    simulate_together,
-)
+from crosscheck.audit.experiments.variant import Company, Variant, company, simulate_together
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.provenance import version
 from crosscheck.registry import MODELS, entry_of

@@ -10,13 +10,7 @@ from crosscheck.audit.experiments.cells import INTEGRAL, Cell
 from crosscheck.audit.experiments.experiments import BACK, CONSTANT, DEFAULT_B_UM
 from crosscheck.audit.experiments.torque import RING_CYCLES
 from crosscheck.audit.figures.plate import Drawing, Plate
-from crosscheck.audit.figures.runs import (
-    LOW_ZETA,
-    SMOOTH_RECORD,
-    ZETA,
-    drawn,
-    rigid_run,
-)
+from crosscheck.audit.figures.runs import LOW_ZETA, SMOOTH_RECORD, ZETA, drawn, rigid_run
 from crosscheck.audit.figures.shelf import Shelf
 from crosscheck.audit.figures.views import MICRO, Strip, conditions, law_figure
 from crosscheck.audit.measures.course import Course

@@ -21,14 +21,7 @@ from crosscheck.audit.experiments.experiments import (
 from crosscheck.audit.figures.plate import Drawing, Plate
 from crosscheck.audit.figures.runs import LOW_ZETA, drawn
 from crosscheck.audit.figures.shelf import Shelf, by_size
-from crosscheck.audit.figures.views import (
-    KILO,
-    LAW_COLOURS,
-    conditions,
-    dots,
-    line,
-    same_scale,
-)
+from crosscheck.audit.figures.views import KILO, LAW_COLOURS, conditions, dots, line, same_scale
 from crosscheck.audit.measures import events
 from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.events import THIRD_S

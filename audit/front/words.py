@@ -35,10 +35,7 @@ TURN = 2 * np.pi
 def chapter(material: Material) -> AuditChapter:
     """Stage, terms and phase laws."""
     passed = teeth_passed(material)
-    most = {
-        "most_by_angle": float(passed.angle.max()),
-        "most_by_clock": float(passed.clock.max()),
-    }
+    most = {"most_by_angle": float(passed.angle.max()), "most_by_clock": float(passed.clock.max())}
     page = text(
         "front/terms",
         backwards=bool(((passed.clock_rate < 0) & (passed.rate > 0)).any()),

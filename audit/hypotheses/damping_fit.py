@@ -43,16 +43,7 @@ LAW_WORDS = dict(
 )
 
 # The numbers that Section 3 prints of meshes and fluctuations, and Section 4.1's frequency.
-NUMBERS = (
-    "3.1-09",
-    "3.1-14",
-    "3.2-16",
-    "3.2-20",
-    "3.2-27",
-    "3.2-28",
-    "3.2-29",
-    "4.1-19",
-)
+NUMBERS = ("3.1-09", "3.1-14", "3.2-16", "3.2-20", "3.2-27", "3.2-28", "3.2-29", "4.1-19")
 SOURCES = (PD, NO_ERROR, CONSTANT)  # the experiments that they are about
 PLANETS: tuple[Planets, ...] = ("free", "lumped")
 ALPHA = 0.05  # that one setting or more is left out although it explains as much as the best

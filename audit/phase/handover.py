@@ -19,12 +19,7 @@ from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Quantiles, quantiles
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.phase.clock import SignalEnvelope
-from crosscheck.audit.phase.runs.experiments import (
-    NO_ERROR,
-    models_of,
-    pd_run,
-    shoulder_excess,
-)
+from crosscheck.audit.phase.runs.experiments import NO_ERROR, models_of, pd_run, shoulder_excess
 from crosscheck.audit.phase.runs.plant import Continued, RecordedMotion, motion
 
 # At the smallest damping the controller itself flutters; with the paper's ring rate few starts are

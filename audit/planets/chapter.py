@@ -153,10 +153,7 @@ FREED: Columns[Freed] = Columns(
         *third_columns(lambda row: row.lumped, "alike_", "lumped: "),
         *third_columns(lambda row: row.free, "free_", "free: "),
         TableColumn(
-            "apart_um",
-            "free: planets differ by up to [µm]",
-            lambda row: row.free.apart_um,
-            ".2g",
+            "apart_um", "free: planets differ by up to [µm]", lambda row: row.free.apart_um, ".2g"
         ),
         TableColumn("p_of_shares", "p, shares", lambda row: row.tests.by_share, ".2g"),
         TableColumn("p_of_sizes", "p, sizes", lambda row: row.tests.by_size, ".2g"),

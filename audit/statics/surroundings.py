@@ -8,12 +8,7 @@ import numpy as np
 
 from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from crosscheck.audit.experiments.variant import Numbers
-from crosscheck.audit.hypotheses.evidence.flights import (
-    EVERY,
-    arm_mass,
-    on_fixed_base,
-    tip_error,
-)
+from crosscheck.audit.hypotheses.evidence.flights import EVERY, arm_mass, on_fixed_base, tip_error
 from crosscheck.audit.measures.stage import PaperStage
 from crosscheck.checks.first_principles.weights import joint_mass, link_mass
 from crosscheck.models.arm.arm import Arm

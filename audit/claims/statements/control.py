@@ -22,13 +22,7 @@ from crosscheck.audit.experiments.experiments import (
     PRELOADED,
 )
 from crosscheck.audit.measures.events import AT_ONCE_S
-from crosscheck.audit.measures.thresholds import (
-    DOUBLED,
-    EVIDENT,
-    HALVED,
-    SEVERE,
-    VISIBLE_SHARE,
-)
+from crosscheck.audit.measures.thresholds import DOUBLED, EVIDENT, HALVED, SEVERE, VISIBLE_SHARE
 
 POSITION_RAD = 1e-3  # Section 4.1's scale
 SUDDEN_S = 0.1  # two thirds of the time for which an impact's vibration is followed

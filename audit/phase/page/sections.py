@@ -19,15 +19,7 @@ from crosscheck.audit.measures.twosamples import SIGNIFICANT, shares_p
 from crosscheck.audit.measures.undefined import JsonObject, defined, extreme, quotient
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
-from crosscheck.audit.phase import (
-    clock,
-    dampers,
-    handover,
-    maps,
-    objections,
-    resonance,
-    stability,
-)
+from crosscheck.audit.phase import clock, dampers, handover, maps, objections, resonance, stability
 from crosscheck.audit.phase.engines import FEWEST, Engines
 from crosscheck.audit.phase.maps import PHASES, Mapped, Maps, RepairedSetting
 from crosscheck.audit.phase.objections import D_UNKNOWN, FLUTTER, FULL, PLANETS, Objected

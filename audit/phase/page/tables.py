@@ -149,9 +149,7 @@ REPAIR: Columns[RepairedSetting] = Columns(
         *third_columns(lambda row: row.plain.third, "angle_", "angle: "),
         *third_columns(lambda row: row.conservative.third, "work_", "with that work: "),
         share_column(
-            "made_visible",
-            VISIBLE_TITLE,
-            lambda row: row.conservative.made_visible.share,
+            "made_visible", VISIBLE_TITLE, lambda row: row.conservative.made_visible.share
         ),
     ],
 )

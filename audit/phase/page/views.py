@@ -13,13 +13,7 @@ from crosscheck.audit.figures.views import same_scale
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.phase.clock import RUN_WINDOW_S, Clocks, SignalEnvelope
 from crosscheck.audit.phase.handover import HEIRS, HandedOver
-from crosscheck.audit.phase.maps import (
-    BACKLASH_ZETAS,
-    BACKLASHES_UM,
-    FOUR,
-    Mapped,
-    Maps,
-)
+from crosscheck.audit.phase.maps import BACKLASH_ZETAS, BACKLASHES_UM, FOUR, Mapped, Maps
 from crosscheck.audit.phase.resonance import SPEEDS, Resonance
 from crosscheck.audit.phase.runs.experiments import DECISIVE, integrated
 from crosscheck.audit.phase.stability import Linearised, Stability
@@ -128,10 +122,7 @@ def backlash_map(found: Maps) -> str:
 
 
 def _heat(
-    axes: Axes,
-    values: Sequence[Sequence[float]],
-    columns: Sequence[float],
-    rows: Sequence[float],
+    axes: Axes, values: Sequence[Sequence[float]], columns: Sequence[float], rows: Sequence[float]
 ) -> None:
     """Per cent on colours."""
     numbers = np.array(values)
