@@ -47,7 +47,9 @@ def by_python(
 
     Of members that move, each its own way, out of contact and in it.
     """
-    blunt = ["arm.joints.*.*_mesh.tanh_sharpness_per_m=1e4"] if ("dead_zone", "tanh") in laws else []
+    blunt = (
+        ["arm.joints.*.*_mesh.tanh_sharpness_per_m=1e4"] if ("dead_zone", "tanh") in laws else []
+    )
     case = load_case(arm, "pd", dict(laws), ["scenario.record_every=1", *blunt])
     batch, draw = Batch([PhysicalModel(*case)] * lanes, lanes), np.random.default_rng(2)
     names = batch.structure.coordinates
