@@ -60,7 +60,7 @@ class Batch:
         first = models[0]
         self.models, self.step_s = models, first.scenario.step_s
         self.structure = first.equations.structure
-        self.program = steps_program(self.structure, lanes)
+        self.program = steps_program(self.structure, first.equations.recorded(), lanes)
         self.code = code_of(self.program)
         self.done = 0  # steps
         blocks = -(-len(models) // lanes)
@@ -89,7 +89,7 @@ class Batch:
         times, torques = contiguous_table(first.drive)
         looked_up = np.zeros(len(torques))
         rows = 3 * n + len(self.structure.meshes)
-        out = np.empty((records, blocks, rows * lanes))
+        out = np.empty((records, rows, blocks * lanes))
         self.code["advance"](
             self.work.ctypes.data,
             blocks,
@@ -104,11 +104,7 @@ class Batch:
             out.ctypes.data,
         )
         self.done += records * stride
-        by_lane = out.reshape(records, blocks, rows, lanes).transpose(0, 2, 1, 3)
-        members = by_lane.reshape(records, rows, -1)[:, :, : len(self.models)]
-        states = (members[:, k * n : (k + 1) * n] for k in range(3))
-        q, v, a = map(first.equations.from_kernel, states)
-        return Records(q, v, a, members[:, 3 * n :])
+        return Records(*np.split(out[:, :, : len(self.models)], (n, 2 * n, 3 * n), axis=1))
 
     def run(self, records: int, stride: int, most: int) -> Iterator[Records]:
         """So many records, at most ``most`` at a time, and by itself the one where they end."""

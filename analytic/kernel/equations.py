@@ -13,6 +13,7 @@ from crosscheck.analytic.derivation.terms import Terms, mass_matrices
 from crosscheck.analytic.kernel.energy import kinetic_energy
 from crosscheck.analytic.kernel.links import Links
 from crosscheck.analytic.kernel.numbers import TURN, Numbers, link_numbers, term_numbers
+from crosscheck.analytic.kernel.program import Recorded
 from crosscheck.analytic.kernel.structure import Structure
 from crosscheck.analytic.kernel.text.links import LinkStructure, link_structure
 from crosscheck.analytic.kernel.text.terms import TermStructure, term_structure
@@ -30,11 +31,11 @@ class KernelEquations(Protocol):
     @property
     def numbers(self) -> Numbers: ...
 
+    def recorded(self) -> Recorded:
+        """The layout's coordinates by the kernel's."""
+
     def to_kernel(self, x: np.ndarray) -> np.ndarray:
         """From the layout's coordinates."""
-
-    def from_kernel(self, x: np.ndarray) -> np.ndarray:
-        """Back, of x (records, n, members)."""
 
     def kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(records,) [J] at states q, v (records, n) of the layout."""
@@ -73,11 +74,11 @@ class TermEquations:
             found[f"told{place}_{joint}"] = self.sensor[place, joint]
         return found
 
-    def to_kernel(self, x: np.ndarray) -> np.ndarray:
-        """The same."""
-        return x
+    def recorded(self) -> Recorded:
+        """The kernel's own."""
+        return tuple((place,) for place in range(len(self.layout)))
 
-    def from_kernel(self, x: np.ndarray) -> np.ndarray:
+    def to_kernel(self, x: np.ndarray) -> np.ndarray:
         """The same."""
         return x
 
@@ -106,6 +107,18 @@ class LinkEquations:
         """Of links, gears and meshes."""
         return link_numbers(self.arm, self.structure, self.links, self.gears, self.drive)
 
+    def recorded(self) -> Recorded:
+        """Lumped, x_sp is the sun's advance less x_pr."""
+        if self.layout.free:
+            return tuple((place,) for place in range(len(self.layout)))
+        found: dict[int, tuple[int, ...]] = {}
+        for place, joint in enumerate(self.layout.meshing):
+            found[self.layout.at("x_sp", joint)] = (2 * place, 2 * place + 1)
+            found[self.layout.at("x_pr", joint)] = (2 * place + 1,)
+        angles = enumerate(self.layout.theta, 2 * len(self.layout.meshing))
+        found |= {int(at): (place,) for place, at in angles}
+        return tuple(found[place] for place in sorted(found))
+
     def to_kernel(self, x: np.ndarray) -> np.ndarray:
         """The sun's advance, planets, angles."""
         if self.layout.free:
@@ -115,19 +128,6 @@ class LinkEquations:
             x_sp, x_pr = (x[..., self.layout.at(mesh, joint)] for mesh in ("x_sp", "x_pr"))
             found += [x_sp + x_pr, x_pr]
         return np.stack([*found, *np.moveaxis(x[..., self.layout.theta], -1, 0)], axis=-1)
-
-    def from_kernel(self, x: np.ndarray) -> np.ndarray:
-        """Displacements of the meshes instead of the sun's advance."""
-        if self.layout.free:
-            return x
-        found = np.empty_like(x)
-        with np.errstate(invalid="ignore"):  # of members that diverge
-            for place, joint in enumerate(self.layout.meshing):
-                x_pr = x[:, 2 * place + 1]
-                found[:, self.layout.at("x_sp", joint)] = x[:, 2 * place] - x_pr
-                found[:, self.layout.at("x_pr", joint)] = x_pr
-        found[:, self.layout.theta] = x[:, 2 * len(self.layout.meshing) :]
-        return found
 
     def kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(records,) [J]."""

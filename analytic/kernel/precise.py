@@ -24,8 +24,10 @@ from crosscheck.analytic.kernel.program import (
     WHOLE,
     Constants,
     Program,
+    Recorded,
     Rows,
     code_of,
+    record_text,
     tabled,
 )
 from crosscheck.analytic.kernel.structure import Structure
@@ -175,12 +177,7 @@ def begin(w: array):
     for i in range(STATE):
         w[BEGIN + i] = w[i]
 
-
-def keep(w: array, out: array):
-    """A record: state, accelerations and forces."""
-    for i in range(RECORD):
-        out[i] = w[i]
-
+{record}
 
 def follow(
     w: array,
@@ -209,7 +206,7 @@ def follow(
     pattern = rated(w, t, times, torques, rows_of_table, table, RATES)
     begin(w)
     margins(w, low)
-    keep(w, out)
+    record(w, out, 1)
     for place in range(1, records):
         until = place * interval
         while t < until:
@@ -255,7 +252,7 @@ def follow(
                 w[RATES + i] = w[LAST + i]
             begin(w)
             margins(w, low)
-        keep(w, at(out, place * RECORD))
+        record(w, at(out, place * RECORD), 1)
 '''
 
 SHORTEST = 1000.0  # of a located change: a step that is not halved again
@@ -263,7 +260,7 @@ STAGES = 12
 
 
 @lru_cache(maxsize=16)
-def precise_program(structure: Structure) -> Program:
+def precise_program(structure: Structure, recorded: Recorded) -> Program:
     """The kernel of a structure that follows contacts.
 
     Rows: the state, accelerations, forces, gaps, edges of the play, where a step begins, rates of
@@ -285,6 +282,7 @@ def precise_program(structure: Structure) -> Program:
         "RATES": rates,
         "LAST": rates + STAGES * state,
         "RECORD": 3 * n + m,
+        "LANES": 1,
         "WATCHED": 0 if structure.tanh else m,
         "JOINTS": len(structure.stages),
         "SHORTEST": SHORTEST,
@@ -295,6 +293,7 @@ def precise_program(structure: Structure) -> Program:
         body=own.function(*_loads_and_stores(structure)),
         steps=indent("\n".join(_steps()), "    "),
         errors=indent("\n".join(_errors()), "        "),
+        record=record_text(recorded, (0, n, 2 * n), range(3 * n, 3 * n + m)),
     )
     table = (POINTER, POINTER, WHOLE, POINTER)
     numbers = (POINTER, WHOLE, NUMBER, NUMBER, POINTER, NUMBER)
@@ -371,7 +370,7 @@ def followed(model: KernelModel, rtol: float) -> Followed:
     """A model's run at a relative tolerance; NaN from where it diverged."""
     equations, scenario = model.equations, model.scenario
     structure = equations.structure
-    program = precise_program(structure)
+    program = precise_program(structure, equations.recorded())
     n, m = len(structure.coordinates), len(structure.meshes)
     state = [equations.to_kernel(x) for x in model.start()]
     edges = model.gears.b
@@ -397,6 +396,5 @@ def followed(model: KernelModel, rtol: float) -> Followed:
         times.size,
         *(each.ctypes.data for each in (looked_up, low, high, out, counts)),
     )
-    states = (out[:, k * n : (k + 1) * n, None] for k in range(3))
-    q, v, a = (equations.from_kernel(each)[:, :, 0] for each in states)
-    return Followed(Records(q, v, a, out[:, 3 * n :]), int(counts[0]), int(counts[1]))
+    kept = Records(*np.split(out, (n, 2 * n, 3 * n), axis=1))
+    return Followed(kept, int(counts[0]), int(counts[1]))

@@ -29,6 +29,8 @@ POINTER, WHOLE, NUMBER = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
 # takes a fifth of the time to compile.
 RUNS, STATES = 2, 0
 Constants = dict[str, int | float]
+# Of each coordinate of a layout, the kernel's own that it is, or the two whose difference it is.
+Recorded = tuple[tuple[int, ...], ...]
 STAGE_ARGUMENTS = (POINTER, NUMBER, NUMBER, POINTER, NUMBER, NUMBER)
 
 LOOK_UP = '''
@@ -53,6 +55,13 @@ def look_up(t, times: array, torques: array, rows: int, joints: int, table: arra
             table[j] = fma(slope, t - times[low], torques[row + low])
 '''
 
+_RECORD = '''
+def record(w: array, out: array, width: int):
+    """Keep state, accelerations and forces in the layout's coordinates, ``width`` apart."""
+    for lane in range(LANES):
+{lines}
+'''
+
 _STEPS = '''
 def first_stage(w: rows, t, root_t, table: array, h, part):
     """A step's first stage, at time t [s]; accelerations and forces are left in their rows."""
@@ -68,16 +77,7 @@ def last_stage(w: rows, t, root_t, table: array, h, part):
     """The fourth, and the step's end."""
 {last}
 
-
-def record(w: array, out: array):
-    """Keep the state at a step's start, and accelerations and forces of its first stage."""
-    for i in range(2 * SIZE):
-        out[i] = w[i]
-    for i in range(SIZE):
-        out[2 * SIZE + i] = w[A + i]
-    for i in range(FORCED):
-        out[3 * SIZE + i] = w[FORCES + i]
-
+{record}
 
 def advance(
     w: array,
@@ -92,7 +92,7 @@ def advance(
     table: array,
     out: array,
 ):
-    """From step ``first`` on: each row of ``out`` is a record, ``stride`` steps after the last.
+    """From step ``first`` on: a record into ``out``, then each ``stride`` steps after the last.
 
     After the last record as many steps follow, so that the next call goes on; stride 0: none.
     Blocks are independent, so a processor works on several at a time.
@@ -106,8 +106,8 @@ def advance(
                 first_stage(at(w, block * BLOCK), t, sqrt(t), table, h, 0.5)
             if k == 0:
                 for block in range(blocks):
-                    place_of = (place * blocks + block) * RECORD
-                    record(at(w, block * BLOCK), at(out, place_of))
+                    place_of = (place * RECORD * blocks + block) * LANES
+                    record(at(w, block * BLOCK), at(out, place_of), blocks * LANES)
             if stride == 0:
                 return
             t = step * h + h / 2.0
@@ -165,21 +165,19 @@ def code_of(program: Program) -> Code:
 
 
 @lru_cache(maxsize=64)
-def steps_program(structure: Structure, lanes: int) -> Program:
+def steps_program(structure: Structure, recorded: Recorded, lanes: int) -> Program:
     """Runge-Kutta steps of a structure for so many lanes.
 
-    Rows: those of STATE, the mesh forces, the numbers.
+    Rows: those of STATE, the mesh forces, the numbers. Records (3 n + meshes, members): coordinates
+    of the layout, their rates and accelerations, and the mesh forces.
     """
     n, meshes = len(structure.coordinates), len(structure.meshes)
     before = len(STATE) * n + meshes
     own = Rows(structure, list(structure.acceleration()), before)
     constants: Constants = {
-        "SIZE": n * lanes,
-        "A": STATE.index("a") * n * lanes,
-        "FORCES": len(STATE) * n * lanes,
-        "FORCED": meshes * lanes,
+        "LANES": lanes,
         "BLOCK": own.count * lanes,
-        "RECORD": (3 * n + meshes) * lanes,
+        "RECORD": 3 * n + meshes,
         "JOINTS": len(structure.stages),
     }
     stages = {
@@ -190,13 +188,30 @@ def steps_program(structure: Structure, lanes: int) -> Program:
             ("last", "stage_", _LAST),
         )
     }
-    text = LOOK_UP + _STEPS.format(at_t=tabled("t", structure), **stages)
+    begin = [STATE.index(name) * n for name in ("q", "v", "a")]
+    record = record_text(recorded, begin, range(len(STATE) * n, before))
+    text = LOOK_UP + _STEPS.format(at_t=tabled("t", structure), record=record, **stages)
     pointers = (POINTER, POINTER, WHOLE, POINTER, POINTER)
     functions = (
         ("advance", (POINTER, WHOLE, WHOLE, WHOLE, WHOLE, NUMBER, *pointers)),
         *((f"{name}_stage", STAGE_ARGUMENTS) for name in stages),
     )
     return own.program(text, constants, lanes, RUNS, functions)
+
+
+def record_text(recorded: Recorded, begin: Sequence[int], forces: Iterable[int]) -> str:
+    """The function that keeps a record; rows ``begin``: of coordinates, rates and accelerations."""
+    found = [f"w[{row} * LANES + lane]" for row in forces]
+    of_coordinates = [
+        " - ".join(f"w[{first + place} * LANES + lane]" for place in places)
+        for first in begin
+        for places in recorded
+    ]
+    lines = [
+        f"out[{row} * width + lane] = {value}"
+        for row, value in enumerate([*of_coordinates, *found])
+    ]
+    return _RECORD.format(lines=indent("\n".join(lines), " " * 8))
 
 
 @lru_cache(maxsize=64)

@@ -208,9 +208,12 @@ def _transfers(of: Stages, h: float, found: np.ndarray) -> np.ndarray:
 def _states(models: Sequence[PhysicalModel], passed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """q and v (steps, 4, members, n) in the layout's coordinates, of what ``staged`` returns."""
     steps, stages, _, rows, _ = passed.shape
+    recorded = models[0].equations.recorded()
     members = passed.transpose(0, 1, 3, 2, 4).reshape(steps * stages, rows, -1)[..., : len(models)]
-    halves = (members[:, : rows // 2], members[:, rows // 2 :])
-    q, v = (models[0].equations.from_kernel(half) for half in halves)
+    q, v = (
+        np.stack([half[:, one] - sum(half[:, k] for k in less) for one, *less in recorded], axis=1)
+        for half in (members[:, : rows // 2], members[:, rows // 2 :])
+    )
     shape = (steps, stages, rows // 2, len(models))
     return q.reshape(shape).swapaxes(2, 3), v.reshape(shape).swapaxes(2, 3)
 

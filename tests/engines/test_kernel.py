@@ -347,7 +347,7 @@ def steps_arguments(at: list[At], lanes: int, steps: int) -> tuple[Any, ...]:
     batch = Batch(at, lanes)
     blocks, n = len(batch.work), len(batch.structure.coordinates)
     times, torques = contiguous_table(at[0].model.drive)
-    out = np.zeros((steps // 2, blocks, (3 * n + len(batch.structure.meshes)) * lanes))
+    out = np.zeros((steps // 2, 3 * n + len(batch.structure.meshes), blocks * lanes))
     work = np.array(batch.work).reshape(-1)
     table = times, torques, times.size, np.zeros(len(torques))
     return work, blocks, STEPS[-1], len(out), 2, STEP_S, *table, out
@@ -357,7 +357,8 @@ def steps_arguments(at: list[At], lanes: int, steps: int) -> tuple[Any, ...]:
 @pytest.mark.parametrize("lanes", [1, WIDE])
 def test_steps_are_their_texts_bit_for_bit(model, lanes, kind):
     at = [kind(model, state.q, state.v) for state in states(model)][: 2 if lanes == 1 else None]
-    program = steps_program(at[0].equations.structure, lanes)
+    equations = at[0].equations
+    program = steps_program(equations.structure, equations.recorded(), lanes)
     ours, theirs = both(program, "advance", steps_arguments(at, lanes, 2 if lanes > 1 else 6))
     assert np.isfinite(ours[-1]).all()
     assert_same_bits(ours, theirs)
@@ -376,7 +377,8 @@ def test_states_are_their_texts_bit_for_bit(model):
 def precise_arguments(model: AnalyticModel, records: int, interval: float) -> tuple[Any, ...]:
     """Of ``follow``, from the model's start."""
     equations = model.equations
-    program, structure = precise_program(equations.structure), equations.structure
+    structure = equations.structure
+    program = precise_program(structure, equations.recorded())
     n, m = len(structure.coordinates), len(structure.meshes)
     state = [equations.to_kernel(x) for x in model.start()]
     rest, numbers = (
@@ -393,7 +395,7 @@ def precise_arguments(model: AnalyticModel, records: int, interval: float) -> tu
 @pytest.mark.parametrize("name", ["play", "table", "waves"])
 def test_precise_runs_are_their_texts_bit_for_bit(name):
     model = model_of(name)
-    program = precise_program(model.equations.structure)
+    program = precise_program(model.equations.structure, model.equations.recorded())
     ours, theirs = both(program, "follow", precise_arguments(model, 3, 5e-5))
     assert ours[-1][0] > 0
     assert_same_bits(ours, theirs)

@@ -58,7 +58,7 @@ def by_python(
     numbers = batch.work.reshape(-1, lanes)[batch.program.before :]
     numbers *= 1 + 1e-3 * np.arange(lanes)
     state[:] = np.where(angular, 1.0, 1e-4)[:, None] * draw.normal(size=state.shape)
-    program = steps_program(batch.structure, lanes)
+    program = steps_program(batch.structure, batch.models[0].equations.recorded(), lanes)
     times, torques = contiguous_table(batch.models[0].drive)
     given = (1, 700, 1, 1, 1e-5, times, torques, times.size, np.zeros(len(torques)))
     work = batch.work.copy().reshape(-1)

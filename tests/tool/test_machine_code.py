@@ -18,7 +18,6 @@ import pytest
 from crosscheck.analytic.kernel import machine as module
 from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.kernel.machine import Code, compiled, machine, machine_code
-from crosscheck.analytic.kernel.program import steps_program
 from crosscheck.analytic.kernel.translate import ir_of
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.models.loading import load_case
@@ -185,7 +184,7 @@ def test_a_run_needs_no_cache_folder(tmp_path):
 
 def kernel_steps(batch: Batch, target: llvm.TargetMachine, level: int) -> np.ndarray:
     """All rows after some steps, by machine code for a processor."""
-    program = steps_program(batch.structure, batch.program.lanes)
+    program = batch.program
     code = Code(
         compiled(ir_of(program.text, program.lanes), target, level), dict(program.functions)
     )
@@ -221,7 +220,7 @@ def test_objects_can_be_made_for_other_machines(triple, number):
     llvm.initialize_all_asmprinters()
     other = llvm.Target.from_triple(triple).create_target_machine(opt=2)
     case = load_case("paper-labelled", "pd", {"dead_zone": "tanh"})
-    program = steps_program(PhysicalModel(*case).equations.structure, 8)
+    program = Batch([PhysicalModel(*case)]).program
     data = compiled(ir_of(program.text, 8), other, 2)
     assert data[:4] == b"\x7fELF"
     assert int.from_bytes(data[18:20], "little") == number  # e_machine
