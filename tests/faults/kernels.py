@@ -1,7 +1,8 @@
-"""Which kernel of analytic:physical a fault is sought on; a harmed one is kept nowhere."""
+"""Which kernel of analytic:physical a fault is sought on; a harmed one is not kept on disk."""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Literal
 
 import pytest
@@ -46,9 +47,11 @@ def neighbour(member: AnalyticModel, place: int) -> AnalyticModel:
 
 
 def keep_nothing(patch: pytest.MonkeyPatch) -> None:
-    """Compile every kernel anew, whatever is planted in it; quickly, for no level changes a bit."""
+    """Keep no kernel on disk, whatever is planted in it."""
+    patch.setattr(machine, "machine_code", compiled_quickly)
 
-    def made(text: str, lanes: int, level: int) -> bytes:
-        return machine.compiled(machine.ir_of(text, lanes), machine.machine(0), 0)
 
-    patch.setattr(machine, "machine_code", made)
+@lru_cache(maxsize=64)
+def compiled_quickly(text: str, lanes: int, level: int) -> bytes:
+    """Machine code of a text; no level of optimisation changes a bit of what it does."""
+    return machine.compiled(machine.ir_of(text, lanes), machine.machine(0), 0)
