@@ -127,11 +127,11 @@ def _off(model: Model, found: np.ndarray, expected: np.ndarray) -> float:
     return max(float(off[kind].max() / size) for kind, size in zip(kinds, sizes, strict=True))
 
 
-def force_off(model: Model, count: int = 3) -> float:
+def force_off(model: Model, count: int = 3, t: float = 0.0) -> float:
     """The generalized force off what the laws say, of its size; without drive and weight."""
-    expected_of = (model.arm, model.switches, model.layout)
+    of = (model.arm, model.switches, model.layout)
     return max(
-        _off(model, model.generalized_force(0.0, q, v), expected_force(*expected_of, 0.0, q, v))
+        _off(model, model.generalized_force(t, q, v), expected_force(*of, t, q, v))
         for q, v in _states(model, count)
     )
 

@@ -96,6 +96,16 @@ class Contact:
         b = self.mesh.backlash_m
         return gap - b if gap.real > b else gap + b if gap.real < -b else 0 * gap
 
+    def rounded_reach(self, x: complex, phase: complex) -> complex:
+        """The same by Eq. 6, which has hyperbolic tangents for corners."""
+        gap, b, sharpness = (
+            x - self.error(phase),
+            self.mesh.backlash_m,
+            self.mesh.tanh_sharpness_per_m,
+        )
+        left, right = np.tanh(sharpness * (gap - b)), np.tanh(sharpness * (gap + b))
+        return gap + gap / 2 * (left - right) - b / 2 * (left + right)
+
     def error(self, phase: complex) -> complex:
         """e [m] at a phase."""
         turning = np.sin(phase + self.mesh.tooth_error_phase_rad)
@@ -179,6 +189,8 @@ def mesh_forces(
         reach = contact.reach(contact.row @ q, phase)
         acts = chosen.damping == "always" or reach != 0
         damping = acts * contact.damping * (contact.row @ v)
+        if chosen.dead_zone == "tanh":
+            reach = contact.rounded_reach(contact.row @ q, phase)
         elastic = stiffness_at(contact.mesh.stiffness, phase) * reach
         force -= contact.row * (elastic + damping)
     return force

@@ -1,19 +1,15 @@
-"""Both of Exudyn's tiers: every stiffness law's force, damping, modes and largest step."""
+"""Exudyn's tree: modes and the largest step by every stiffness law, friction and gains."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
 from crosscheck.models.exudyn.tree.tree import ExudynTree
 from tests.mixed_arms import (
     LAWS,
     PAYLOAD,
-    PLANET_M,
-    R_S,
     ROD_MASS,
-    SUN_J,
     Data,
     arm_of,
     direct,
@@ -23,49 +19,7 @@ from tests.mixed_arms import (
     stiffness,
 )
 
-Tier = type[ExudynTree] | type[ExudynBodies]
-both_tiers = pytest.mark.parametrize("tier", [ExudynTree, ExudynBodies], ids=lambda t: t.name)
 every_law = pytest.mark.parametrize("law", LAWS)
-
-
-def beyond(x: float, b: float) -> float:
-    """Eq. 5 [m]."""
-    return float(np.sign(x) * max(abs(x) - b, 0))
-
-
-@both_tiers
-@every_law
-def test_each_stiffness_law_makes_its_mesh_force(tier: Tier, law: str):
-    for sun, ring in ((law, "sine"), ("sine", law)):
-        model = tier(arm_of(geared(sun, ring), gravity=(0.0, 0.0)), scenario())
-        for x_sp, x_pr, theta in ((9e-5, -8e-5, 0.71), (-7e-5, 2e-4, -3.3), (1e-4, 9e-5, 0.0)):
-            q = np.array([x_sp, x_pr, theta])
-            at_sun, at_ring = 90 * theta + 0.9, 90 * theta - 0.4
-            expected = [
-                -4 * stiffness(sun, at_sun) * beyond(x_sp - 2e-5 * np.sin(at_sun), 4e-5),
-                -4 * stiffness(ring, at_ring) * beyond(x_pr - 1e-5 * np.sin(at_ring), 3e-5),
-                0.0,
-            ]
-            # Deflections of 1e-5 m out of places near 1 m, times 4e8 N/m; a phase of 300 rad.
-            np.testing.assert_allclose(
-                model.generalized_force(0.0, q, 0 * q), expected, rtol=1e-11, atol=1e-6
-            )
-
-
-@both_tiers
-@every_law
-def test_damping_follows_the_mean_stiffness(tier: Tier, law: str):
-    model = tier(arm_of(geared(law, law), gravity=(0.0, 0.0)), scenario())
-    mean, sun_mass = mean_stiffness(law), SUN_J / R_S**2
-    damping = np.array(
-        [2 * 0.06 * np.sqrt(4 * mean * sun_mass), 2 * 0.04 * np.sqrt(4 * mean * 4 * PLANET_M), 0.0]
-    )
-    q = np.zeros(3)  # in the play of every mesh
-    for v in np.diag([0.3, -0.2, 0.0]):
-        # Means, roots and a few products.
-        np.testing.assert_allclose(
-            model.generalized_force(0.0, q, v), -damping * v, rtol=1e-12, atol=1e-9
-        )
 
 
 @every_law

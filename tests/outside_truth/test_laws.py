@@ -1,0 +1,316 @@
+"""Laws of mechanics in every geared model and, of joints alone, in every rigid one."""
+
+from __future__ import annotations
+
+from math import cos, pi, sin
+
+import numpy as np
+import pytest
+
+from crosscheck.models.arm.arm import Arm, Link
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.interface import Model
+from crosscheck.models.loading import load_case
+from crosscheck.registry import build, names, of_level
+from tests.mixed_arms import (
+    GRAVITY,
+    MIXED,
+    PAYLOAD,
+    ROD_MASS,
+    arm_of,
+    direct,
+    geared,
+    random_states,
+    scenario,
+)
+from tests.planet_laws import force_off
+from tests.planet_meshes import contacts, stiffness_at
+
+EPS = float(np.finfo(float).eps)
+every_geared_model = pytest.mark.parametrize("name", names("geared"))
+every_model = pytest.mark.parametrize("name", [*names("geared"), *names("rigid")])
+LINKS_ALONE = of_level("links")
+PAPER = "paper-labelled", "constant-torque"
+PLAIN = (
+    "arm.joints.*.*_mesh.damping_ratio=0.0",
+    "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0",
+    "arm.joints.*.*_mesh.tooth_error_m=0.0",
+    "scenario.drive.torque_N_m=0.0",
+)
+
+
+def meshing(sun: str, ring: str, **given: float) -> dict[str, object]:
+    """Both meshes damped by their ratios, or by what is given."""
+    joint = geared(sun, ring, friction_N_m_s_per_rad=7.0)
+    for side, damping in given.items():
+        joint[side] = {**joint[side], "damping_ratio": None, "damping_N_s_per_m": damping}
+    return joint
+
+
+EVERY_LAW = arm_of(
+    meshing("table", "fourier"),
+    direct(friction_N_m_s_per_rad=11.0),
+    meshing("square", "sine", sun_mesh=300.0, ring_mesh=700.0),
+    gravity=(0.0, 0.0),
+)
+
+
+@every_geared_model
+@pytest.mark.parametrize(
+    "laws",
+    [
+        {},
+        {"mesh_work": "conservative"},
+        {"damping": "contact"},
+        {"dead_zone": "tanh"},
+        {"dead_zone": "tanh", "damping": "contact", "ring_rate": "eq13"},
+        {"phase": "omega_t"},
+        {"phase": "omega_t", "ring_rate": "eq13", "damping": "contact"},
+        {"phase": "omega_t", "dead_zone": "tanh"},
+    ],
+    ids=lambda laws: "-".join(laws.values()) or "usual",
+)
+def test_every_mesh_follows_its_own_law_and_the_switches(name, laws):
+    """Springs of every law, phases, dampers given or of the mean stiffness, friction."""
+    model = build(name, EVERY_LAW, scenario(), switches(**laws))
+    # Deflections of 1e-5 m out of places near 1 m, times 4e8 N/m; phases of 300 rad.
+    assert force_off(model, 5, t=0.4) < 1e-11
+
+
+def moving_bodies(
+    arm: Arm, model: Model, q: np.ndarray, v: np.ndarray
+) -> list[tuple[float, complex, float, float]]:
+    """(mass, velocity, inertia, spin) of every body in the plane, from Eqs. 2 and 3."""
+    bodies: list[tuple[float, complex, float, float]] = []
+    velocity, angle, spin = 0j, 0.0, 0.0
+    for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
+        at, before = model.layout.at("theta", number), spin
+        angle, spin = angle + q[at], spin + v[at]
+        along = np.exp(1j * angle)
+        if joint.kind == "direct":
+            bodies.append((joint.motor_mass_kg, velocity, 0.0, 0.0))
+            bodies.append((0.0, 0j, joint.rotor_inertia_kg_m2, spin))
+        else:
+            cosine = np.cos(np.radians(joint.pressure_angle_deg))
+            r_s, r_p = (
+                joint.module_m * z / 2 * cosine for z in (joint.sun_teeth, joint.planet_teeth)
+            )
+            x_sp_dot, x_pr_dot = (
+                v[model.layout.at(meaning, number)] for meaning in ("x_sp", "x_pr")
+            )
+            turning, r_cp = v[at], r_s + r_p
+            planet_spin = before - (x_pr_dot + r_cp * turning) / r_p
+            sun_spin = before + (x_sp_dot + x_pr_dot + 2 * r_cp * turning) / r_s
+            on_ground = 0.0 if number == 0 else joint.ring_mass_kg
+            ring = 0.0 if number == 0 else joint.ring_inertia_kg_m2
+            bodies.append((on_ground, velocity, ring, before))
+            bodies.append((joint.sun_mass_kg, velocity, joint.sun_inertia_kg_m2, sun_spin))
+            bodies.append((joint.carrier_mass_kg, velocity, joint.carrier_inertia_kg_m2, spin))
+            inertia = joint.planet_equivalent_mass_kg * r_p**2
+            for planet in range(joint.planet_count):
+                around = np.exp(2j * np.pi * planet / joint.planet_count)
+                moved = velocity + 1j * spin * r_cp / cosine * around * along
+                bodies.append((joint.planet_mass_kg, moved, inertia, planet_spin))
+        mass, own = _mass_and_inertia(link)
+        bodies.append((mass, velocity + 1j * spin * link.com_m * along, own, spin))
+        velocity = velocity + 1j * spin * link.length_m * along
+    return [*bodies, (arm.payload_mass_kg, velocity, 0.0, 0.0)]
+
+
+def _mass_and_inertia(link: Link) -> tuple[float, float]:
+    if link.mass_kg is not None:
+        return link.mass_kg, link.inertia_kg_m2
+    mass = link.length_m * link.cross_section_m2 * link.density_kg_per_m3
+    return mass, mass * link.length_m**2 / 12
+
+
+@every_geared_model
+@pytest.mark.parametrize("arm", MIXED)
+def test_mass_matrix_is_the_kinetic_energy_of_the_bodies(name, arm):
+    own = MIXED[arm]
+    model = build(name, own, scenario())
+    for q, v in random_states(model.layout, 5):
+        bodies = moving_bodies(own, model, q, v)
+        energy = sum(m * abs(u) ** 2 + inertia * spin**2 for m, u, inertia, spin in bodies) / 2
+        # Sums of some thirty positive terms on either side.
+        assert v @ model.mass_matrix(q) @ v / 2 == pytest.approx(energy, rel=1e3 * EPS)
+
+
+@every_model
+def test_direct_joints_make_the_two_link_arm_of_the_textbooks(name):
+    """Motors at the joints, rotors on the next links; without them at level ``links``."""
+    model = build(name, arm_of(direct(), direct(), gravity=(0.0, 0.0)), scenario([40.0, -15.0]))
+    motor, rotor = (0.0, 0.0) if name in LINKS_ALONE else (2.5, 0.07)
+    q, v = np.array([0.3, 0.9]), np.array([1.1, -2.0])
+    outer = rotor + 0.5 + 6.0 * 0.25**2 + PAYLOAD * 0.7**2
+    lever = (6.0 * 0.25 + PAYLOAD * 0.7) * 0.9
+    inner = rotor + ROD_MASS * (0.9**2 / 12 + 0.4**2) + (motor + 6.0 + PAYLOAD) * 0.9**2
+    c, s = np.cos(q[1]), np.sin(q[1])
+    mass = [[inner + outer + 2 * lever * c, outer + lever * c], [outer + lever * c, outer]]
+    bias = [-lever * s * (2 * v[0] + v[1]) * v[1], lever * s * v[0] ** 2]
+    # A few sums of numbers near 10.
+    np.testing.assert_allclose(model.mass_matrix(q), mass, rtol=1e-13)
+    np.testing.assert_allclose(model.bias(q, v), bias, rtol=1e-12)
+    np.testing.assert_allclose(model.generalized_force(0.0, q, v), [40.0, -15.0], rtol=1e-13)
+    acceleration = np.linalg.solve(mass, np.subtract([40.0, -15.0], bias))
+    np.testing.assert_allclose(model.acceleration(0.0, q, v), acceleration, rtol=1e-12)
+
+
+def potential(arm: Arm, theta: np.ndarray, drives: bool) -> float:
+    """V [J] of links and payload, and of what sits at the joints if ``drives``."""
+    weight, place, heading, energy = np.array(arm.gravity_m_per_s2), np.zeros(2), 0.0, 0.0
+    for joint, link, turn in zip(arm.joints, arm.links, theta, strict=True):
+        heading += turn
+        along = np.array([cos(heading), sin(heading)])
+        if joint.kind == "direct":
+            at_joint = joint.motor_mass_kg
+        else:
+            at_joint = joint.sun_mass_kg + joint.carrier_mass_kg + joint.ring_mass_kg
+            at_joint += joint.planet_count * joint.planet_mass_kg
+        energy -= drives * at_joint * weight @ place
+        energy -= _mass_and_inertia(link)[0] * weight @ (place + link.com_m * along)
+        place = place + link.length_m * along
+    return float(energy - arm.payload_mass_kg * weight @ place)
+
+
+@every_model
+@pytest.mark.parametrize("arm", MIXED)
+def test_weights_are_the_slope_of_their_potential(name, arm):
+    """V is a constant and a sine in every angle: (V(+pi/2) - V(-pi/2)) / 2 is its slope."""
+    heavy = MIXED[arm]
+    light = heavy.model_copy(update={"gravity_m_per_s2": (0.0, 0.0)})
+    falling, still = (build(name, own, scenario(3.0)) for own in (heavy, light))
+    drives, joints = name not in LINKS_ALONE, falling.layout.theta
+    for (q, v), size in zip(random_states(falling.layout, 4), (0.0, 0.0, 1.0, 1.0), strict=True):
+        at = np.where(falling.layout.angular, 1.0, size) * q
+        found = falling.generalized_force(0.1, at, v) - still.generalized_force(0.1, at, v)
+        expected = np.zeros(len(q))
+        expected[joints] = [
+            (
+                potential(heavy, at[joints] - turn, drives)
+                - potential(heavy, at[joints] + turn, drives)
+            )
+            / 2
+            for turn in pi / 2 * np.eye(len(joints))
+        ]
+        # Weights of 300 N on levers of 1 m, rounded; contact forces of 2e4 N, which cancel.
+        off = 1e-9 if size else 1e-11
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=off)
+        np.testing.assert_array_equal(falling.bias(at, v), still.bias(at, v))
+
+
+@every_model
+def test_friction_acts_on_joint_angles_alone(name):
+    rough = geared(friction_N_m_s_per_rad=7.0), direct(friction_N_m_s_per_rad=11.0)
+    dragged, smooth = (
+        build(name, arm_of(*own), scenario()) for own in (rough, (geared(), direct()))
+    )
+    theta, n = smooth.layout.theta, len(smooth.layout)
+    for q, v in ((np.zeros(n), np.linspace(1.0, 2.0, n)), *random_states(smooth.layout, 3)):
+        expected = np.zeros(n)
+        expected[theta] = -np.array([7.0, 11.0]) * v[theta]
+        found = dragged.generalized_force(0.0, q, v) - smooth.generalized_force(0.0, q, v)
+        # Contact forces up to 1e4 N on levers of 1 m stand beside the friction.
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
+
+
+@every_model
+def test_acceleration_solves_the_equation_of_motion_with_weights(name):
+    model = build(name, MIXED["geared-direct-geared"], scenario(3.0))
+    assert np.any(np.array(GRAVITY))
+    for q, v in random_states(model.layout, 4):
+        mass, force = model.mass_matrix(q), model.generalized_force(0.1, q, v)
+        left = mass @ model.acceleration(0.1, q, v) + model.bias(q, v)
+        # Rounding of forces, as the condition of M may magnify it, scaled to equal diagonals.
+        scale = np.sqrt(np.diag(mass))
+        condition = np.linalg.cond(mass / np.outer(scale, scale))
+        size = np.abs(force / scale).max() + np.abs(model.bias(q, v) / scale).max()
+        off = 100 * EPS * condition * size
+        np.testing.assert_allclose(left / scale, force / scale, rtol=0, atol=off)
+
+
+def test_energy_stays_while_a_mixed_arm_falls():
+    arm = arm_of(geared(), direct(), geared())
+    run = scenario(duration_s=0.5, step_s=5e-3, record_every=1, start={"theta_rad": 0.5})
+    motion = build("pinocchio:coupled", arm, run).simulate()
+    fallen = np.array([potential(arm, theta, True) for theta in motion.theta.values])
+    total = motion.kinetic_energy.values + fallen
+    assert motion.kinetic_energy.values[-1] > 10
+    # Recorded rates are interpolated to 3e-12 rad/s: times momenta of 100 kg m^2/s.
+    np.testing.assert_allclose(total, total[0], rtol=0, atol=1e-9)
+
+
+@every_geared_model
+def test_without_mesh_motion_it_is_the_rigid_arm_on_rolling_gears(name):
+    """M, bias and weights along x = 0 against mimic joints, with a direct joint between."""
+    arm = MIXED["geared-direct-geared"]
+    model, rigid = (build(each, arm, scenario()) for each in (name, "pinocchio:coupled"))
+    theta, theta_dot = np.array([0.3, -1.2, 0.9]), np.array([1.0, 2.0, -1.5])
+    along = np.zeros((len(model.layout), 3))
+    along[model.layout.theta, range(3)] = 1
+    q, v = along @ theta, along @ theta_dot
+    # Entries of up to 200 kg m^2, sums of some hundred products in another order.
+    close = {"rtol": 0, "atol": 200 * 100 * EPS}
+    mass, bias = along.T @ model.mass_matrix(q) @ along, along.T @ model.bias(q, v)
+    np.testing.assert_allclose(mass, rigid.mass_matrix(theta), **close)
+    close["atol"] *= 10  # rates
+    np.testing.assert_allclose(bias, rigid.bias(theta, theta_dot), **close)
+    force = rigid.generalized_force(0.0, theta, theta_dot)
+    np.testing.assert_allclose(along.T @ model.generalized_force(0.0, q, v), force, **close)
+
+
+@every_geared_model
+def test_power_of_the_forces_is_the_rate_of_the_kinetic_energy(name):
+    model, eps = build(name, *load_case(*PAPER)), 1e-6
+    for q, v in random_states(model.layout, 5):
+        a = model.acceleration(0.2, q, v)
+        later, earlier = (model.mass_matrix(q + h * v) for h in (eps, -eps))
+        change = v @ (later - earlier) @ v / (4 * eps)
+        rate = v @ model.mass_matrix(q) @ a + change
+        # Central differences leave eps^2 of 20 J/s and 1e-16 of 100 J over eps.
+        assert rate == pytest.approx(v @ model.generalized_force(0.2, q, v), abs=1e-7)
+        assert change == pytest.approx(v @ model.bias(q, v), abs=1e-7)
+
+
+@every_geared_model
+def test_only_ring_and_motor_on_the_ground_change_the_angular_momentum(name):
+    """H' = T_1 / n + r_r of what the shoulder's ring meshes push."""
+    case = load_case(*PAPER, settings=("scenario.drive.torque_N_m=[130.0, -70.0]",))
+    model, eps = build(name, *case), 1e-6
+    r_r = 0.1485 * cos(np.radians(24.6))
+    # All bodies turning about the shoulder as one: the shoulder's ring is left behind.
+    turn = np.array([0, -r_r, 1, 0, 0, 0])
+    rings = contacts(case.arm, model.switches, model.layout)[1:6:2]
+    for q, v in random_states(model.layout, 5):
+        a = model.acceleration(0.0, q, v)
+        later, earlier = (turn @ model.mass_matrix(q + h * v) @ (v + h * a) for h in (eps, -eps))
+        pushed = 0.0
+        for ring in rings:
+            phase = ring.phase_at(q[2])
+            spring = stiffness_at(ring.mesh.stiffness, phase) * ring.reach(q[1], phase)
+            pushed += spring + ring.damping * v[1]
+        # Momenta near 100 N m s rounded, over 2e-6 s.
+        expected = 130 / (99 / 27 + 1) + pushed * r_r
+        assert (later - earlier) / (2 * eps) == pytest.approx(expected, rel=1e-6, abs=1e-6)
+
+
+@every_geared_model
+def test_modes_of_a_stage_with_its_carrier_locked(name):
+    """1709.9 and 4466.6 Hz at the mean stiffness, found in two other ways."""
+    case = load_case(*PAPER, settings=(*PLAIN, "arm.joints.*.*_mesh.backlash_m=0.0"))
+    model, still = build(name, *case), np.zeros(6)
+    columns = 1e-6 * np.eye(6)[:2]
+    K = [-model.generalized_force(0.0, x, still)[:2] / 1e-6 for x in columns]
+    squares = np.linalg.eigvals(np.linalg.solve(model.mass_matrix(still)[:2, :2], K))
+    # The digits given.
+    found = np.sqrt(np.sort(squares.real)) / (2 * pi)
+    np.testing.assert_allclose(found, [1709.9, 4466.6], rtol=0, atol=0.05)
+
+
+@every_geared_model
+def test_motor_torque_reaches_the_coordinates_by_the_suns(name):
+    """T/n on the sun is T / (n r_s) on both displacements and T on the joint angle."""
+    found = build(name, *load_case(*PAPER)).generalized_force(0.0, np.zeros(6), np.zeros(6))
+    on_mesh = 100 / (99 / 27 + 1) / (0.0405 * cos(np.radians(24.6)))
+    # A dozen roundings.
+    np.testing.assert_allclose(found, [on_mesh, on_mesh, 100] * 2, rtol=20 * EPS)
