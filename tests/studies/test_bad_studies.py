@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -39,125 +40,9 @@ values = [1.0, 2.0]
 kind = "peak"
 signal = "theta_ddot"
 """
-PATH = 'path = "arm.joints.*.*_mesh.backlash_m"'
+TABLES = tomllib.loads(Path(__file__).with_name("bad_studies.toml").read_text(encoding="utf-8"))
 PAYLOAD = 'path = "arm.payload_mass_kg"'
-VALUES = "values = [1.0, 2.0]"
-UNIFORM = 'kind = "uniform"\nrelative_tolerance = 0.1'
 PEAK = 'kind = "peak"\nsignal = "theta_ddot"'
-GRID = 'kind = "grid"\nstart = 1e-5\nstop = 1e-4\ncount = '
-BAD = {
-    "path that is none": (PATH, 'path = "backlash"', "axes[0]", "'backlash'", "beginning with arm"),
-    "unknown key in a path": (
-        PATH,
-        'path = "arm.joint.*.backlash_m"',
-        "arm.joint",
-        "no such entry",
-    ),
-    "unknown last key": (
-        PAYLOAD,
-        'path = "arm.payload_kg"',
-        "arm.payload_kg",
-        "did you mean payload_mass_kg?",
-    ),
-    "joint that is not there": (PATH, PATH.replace("*", "7", 1), "index must be * or 0"),
-    "name that is not there": (PATH, PATH.replace("*_m", "*_t"), "*_tesh: no such entry"),
-    "empty axis": (VALUES, "values = []", "axes[1].values", "at least"),
-    "grid of no points": (UNIFORM, GRID + "0", "axes[0].count", "must be 1 to 1e7"),
-    "negative tolerance": (
-        "relative_tolerance = 0.1",
-        "relative_tolerance = -0.1",
-        "axes[0].relative_tolerance = -0.1",
-        "must be 0 to 1e15",
-    ),
-    "two tolerances": (
-        "relative_tolerance = 0.1",
-        "relative_tolerance = 0.1\ntolerance = 1e-6",
-        "axes[0].tolerance",
-        "either",
-    ),
-    "no samples": ("[samples]\ncount = 3", "", "samples", "is missing"),
-    "value out of its range": (
-        VALUES,
-        "values = [1.0, -2.0]",
-        "arm.payload_mass_kg",
-        "-2.0",
-        "1e-12 to 1e9 kg",
-    ),
-    "tolerance that leaves the range": (
-        "relative_tolerance = 0.1",
-        "tolerance = 1.0",
-        "arm.joints.*.*_mesh.backlash_m",
-        "0.1 m",
-    ),
-    "word for a number": (VALUES, 'values = ["heavy"]', "payload_mass_kg", "'heavy'", "number"),
-    "about a value that is not given": (
-        PATH,
-        'path = "arm.joints.*.friction"',
-        "arm.joints[0].friction",
-        "give the centre",
-    ),
-    "two axes for one entry": (
-        PAYLOAD,
-        'path = "arm.joints.0.*_mesh.backlash_m"\nname = "other"',
-        "arm.joints[0].sun_mesh.backlash_m",
-        "varied by backlash_m",
-    ),
-    "two axes of one name": (PAYLOAD, PAYLOAD + '\nname = "backlash_m"', "backlash_m", "taken"),
-    "unknown kind of axis": (UNIFORM, 'kind = "random"', "axes[0]", "random", "latin_hypercube"),
-    "kind of 6000 digits": (UNIFORM, f"kind = 0x{'f' * 6000}", "too many digits"),
-    "unknown quantity": (PEAK, 'kind = "wobble"', "quantities[0]", "wobble", "peak_to_peak"),
-    "unknown signal": ("theta_ddot", "theta_dddot", "quantities[0].signal", "theta_dddot"),
-    "joint of a quantity": (PEAK, PEAK + "\njoint = 3", "theta_ddot_peak_joint3", "arm has 2"),
-    "window after the end": (PEAK, PEAK + "\nwindow_s = [1.0, 2.0]", "window_s", "0.001 s"),
-    "window that ends first": (PEAK, PEAK + "\nwindow_s = [0.5, 0.1]", "window_s", "end after"),
-    "no target": (
-        'scenario = "pd"',
-        'scenario = "constant-torque"\n[[quantities]]\nkind = "final_error"\n',
-        "theta_final_error",
-        "PD drive",
-    ),
-    "two quantities of one name": (
-        PEAK,
-        f"{PEAK}\n[[quantities]]\n{PEAK}",
-        "theta_ddot_peak",
-        "name of its own",
-    ),
-    **{
-        f"quantity called {name}": (PEAK, f'{PEAK}\nname = "{name}"', name, "name of its own")
-        for name in (
-            *("start", "sample", "joint", "planet", "time", "checked", "checked_sample"),
-            *("backlash_m", "backlash_m_entry", "diverged_s", "diverged_s_checked"),
-        )
-    },
-    "quantity called as another's check": (
-        PEAK,
-        f'{PEAK}\nname = "a"\n[[quantities]]\n{PEAK}\nname = "a_difference"',
-        "a_difference",
-        "name of its own",
-    ),
-    "unknown setting": ('"scenario.duration_s"', '"duration_s"', "settings", "duration_s"),
-    "unknown arm": ("paper-labelled", "nobodys", "nobodys", "no such file"),
-    "unknown key": ('name = "bad"', 'name = "bad"\nspot_check = 1', "did you mean spot_checks?"),
-    "code": (
-        PEAK,
-        'kind = "user_function"\nfunction = "mine.py:f"\nreturns = { a = "m" }',
-        "mine.py:f",
-        "--run-code",
-    ),
-    "no name of a function": (
-        PEAK,
-        'kind = "user_function"\nfunction = 7\nreturns = { a = "m" }',
-        "quantities[0].function",
-        "string",
-    ),
-    "no units": (
-        PEAK,
-        'kind = "user_function"\nfunction = "mine.py:f"\nreturns = {}',
-        "quantities[0].returns",
-        "units by name",
-    ),
-    "another version": ("schema_version = 1", "schema_version = 2", "schema_version", "must be 1"),
-}
 
 
 def _file(folder: Path, old: str, new: str) -> Path:
@@ -167,15 +52,10 @@ def _file(folder: Path, old: str, new: str) -> Path:
     return file
 
 
-@pytest.mark.parametrize("case", BAD)
+@pytest.mark.parametrize("case", TABLES["studies"])
 def test_one_line_says_what_is_wrong(case, command, tmp_path):
-    old, new, *fragments = BAD[case]
-    if case == "no target":  # its quantity stands after the settings
-        old, new = 'scenario = "pd"', 'scenario = "constant-torque"'
+    old, new, *fragments = TABLES["studies"][case]
     file = _file(tmp_path, old, new)
-    if case == "no target":
-        with file.open("a", encoding="utf-8") as text:
-            text.write('[[quantities]]\nkind = "final_error"\n')
     code, out, err = command("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1)
     assert (code, out, err.count("\n")) == (2, "", 1), err
     for fragment in fragments:
@@ -227,43 +107,9 @@ def test_a_file_of_somebody_elses_is_left_alone(command, tmp_path):
     assert file.read_text() == STUDY
 
 
-FUNCTIONS = {
-    "raises": ("def f(run):\n    return {'a': 1 / 0}\n", "ZeroDivisionError"),
-    "other names": ("def f(run):\n    return {'b': 1.0}\n", "names a"),
-    "no number": ("def f(run):\n    return {'a': 'high'}\n", "numbers"),
-    "number beyond doubles": ("def f(run):\n    return {'a': 10**400}\n", "plain numbers"),
-    "list": ("def f(run):\n    return [1.0]\n", "names a"),
-    "more names": ("def f(run):\n    return {'a': 1.0, 'b': 2.0}\n", "names a"),
-    "unprintable": (
-        "class E(Exception):\n    def __str__(self):\n        raise self\n"
-        "def f(run):\n    raise E\n",
-        "raised E",
-    ),
-    "escapes": ("def f(run):\n    raise ValueError('a\\n\\x1b[31mb')\n", "ValueError"),
-    "exit": ("def f(run):\n    raise SystemExit(0)\n", "SystemExit"),
-    "exit while loading": ("raise SystemExit(0)\n", "SystemExit"),
-    "no numbers at all": (
-        "class N:\n    def __float__(self):\n        raise KeyError\n"
-        "def f(run):\n    return {'a': N()}\n",
-        "plain numbers",
-    ),
-    "no function": ("g = 1\n", "no function f"),
-    "no Python": ("def f(run:\n", "SyntaxError"),
-    "leaves": ("def f(run):\n    raise SystemExit(0)\n", "SystemExit: 0"),
-    "leaves at import": ("raise SystemExit(0)\n", "SystemExit: 0"),
-    "no Exception": ("def f(run):\n    raise type('Odd', (BaseException,), {})\n", "Odd"),
-}
-# What ends its process or never comes back, and what is said of it.
-LOST = {
-    "ends": ("import os\ndef f(run):\n    os._exit(0)\n", "exit code 0 in 3 attempts"),
-    "ends at import": ("import os\nos._exit(0)\n", "exit code 0 in 3 attempts"),
-    "hangs": ("import time\ndef f(run):\n    time.sleep(99)\n", "without any processor time"),
-}
-
-
-@pytest.mark.parametrize("case", FUNCTIONS)
+@pytest.mark.parametrize("case", TABLES["functions"])
 def test_a_function_that_cannot_be_used_is_named(case, command, tmp_path):
-    code, fragment = FUNCTIONS[case]
+    code, fragment = TABLES["functions"][case]
     (tmp_path / "mine.py").write_text(code, encoding="utf-8")
     quantity = 'kind = "user_function"\nfunction = "mine.py:f"\nreturns = { a = "m" }'
     file = _file(tmp_path, PEAK, quantity)
@@ -276,14 +122,14 @@ def test_a_function_that_cannot_be_used_is_named(case, command, tmp_path):
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-@pytest.mark.parametrize("case", LOST)
+@pytest.mark.parametrize("case", TABLES["lost"])
 def test_a_function_that_does_not_come_back_ends_the_study(
     case, jobs, command, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(patience, "IDLE_S", 2.0)
     monkeypatch.setattr(patience, "LEAST_S", 0.01)
     monkeypatch.setattr(patience, "LOOK_S", 0.1)
-    code, fragment = LOST[case]
+    code, fragment = TABLES["lost"][case]
     (tmp_path / "mine.py").write_text(code, encoding="utf-8")
     quantity = 'kind = "user_function"\nfunction = "mine.py:f"\nreturns = { a = "m" }'
     file = _file(tmp_path, PEAK, quantity)

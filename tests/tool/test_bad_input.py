@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -11,9 +12,8 @@ from crosscheck.models.files import HERE
 from crosscheck.planning.plan import OWN_NAMES
 from tests.tool.conftest import Answer
 
-ARM = (HERE / "arms" / "paper-labelled.toml").read_text(encoding="utf-8")
+BAD = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text(encoding="utf-8"))
 SCENARIO = (HERE / "scenarios" / "constant-torque.toml").read_text(encoding="utf-8")
-DRIVE = 'kind = "constant"\ntorque_N_m = 100.0'
 
 
 def assert_one_line(answer: Answer, *fragments: str) -> None:
@@ -26,248 +26,38 @@ def assert_one_line(answer: Answer, *fragments: str) -> None:
         assert fragment in answer.err
 
 
-BAD_ARMS = {
-    "unknown key": (
-        "backlash_m = 50e-6",
-        "backlash = 50e-6",
-        "joints[0].sun_mesh.backlash",
-        "5e-05",
-        "backlash_m",
-    ),
-    "unknown key at the top": ("payload_mass_kg", "payload", "payload", "10.0", "payload_mass_kg"),
-    "missing key": ("sun_teeth = 27", "", "joints[0].sun_teeth", "missing"),
-    "text for a number": (
-        "sun_mass_kg = 0.39",
-        'sun_mass_kg = "0.39"',
-        "joints[0].sun_mass_kg",
-        "'0.39'",
-        "number",
-    ),
-    "fraction for a count": (
-        "sun_teeth = 27",
-        "sun_teeth = 27.5",
-        "joints[0].sun_teeth",
-        "27.5",
-        "integer",
-    ),
-    "truth for a number": (
-        "sun_mass_kg = 0.39",
-        "sun_mass_kg = true",
-        "joints[0].sun_mass_kg",
-        "True",
-        "number",
-    ),
-    "negative mass": (
-        "sun_mass_kg = 0.39",
-        "sun_mass_kg = -1.5",
-        "joints[0].sun_mass_kg",
-        "-1.5",
-        "must be 0, or 1e-12 to 1e9 kg",
-    ),
-    "negative damping": (
-        "damping_ratio = 0.05",
-        "damping_ratio = -0.05",
-        "joints[0].sun_mesh.damping_ratio",
-        "-0.05",
-        "must be 0, or 1e-9 to 10",
-    ),
-    "zero stiffness": (
-        "mean_N_per_m = 1e8",
-        "mean_N_per_m = 0.0",
-        "joints[0].sun_mesh.stiffness.mean_N_per_m",
-        "0.0",
-        "must be 1 to 1e12 N/m",
-    ),
-    "not a number": ("backlash_m = 50e-6", "backlash_m = nan", "sun_mesh.backlash_m = nan"),
-    "infinite": (
-        "payload_mass_kg = 10.0",
-        "payload_mass_kg = inf",
-        "payload_mass_kg",
-        "inf",
-        "1e9 kg",
-    ),
-    "infinite phase": (
-        "phase_rad = 0.0",
-        "phase_rad = -inf",
-        "joints[0].ring_mesh.phase_rad",
-        "-inf",
-        "-1000 to 1000 rad",
-    ),
-    "stiffness that turns negative": (
-        "amplitude_N_per_m = 2e7",
-        "amplitude_N_per_m = 2e8",
-        "joints[0].sun_mesh.stiffness.amplitude_N_per_m",
-        "200000000.0",
-        "1e+08",
-    ),
-    "gears of unequal reach": (
-        "ring_teeth = 99",
-        "ring_teeth = 98",
-        "joints[0].ring_teeth",
-        "98",
-        "99",
-    ),
-    "planets that do not mesh": (
-        "planet_count = 3",
-        "planet_count = 4",
-        "joints[0].planet_count",
-        "4",
-        "126",
-    ),
-    "planets that collide": (
-        "planet_count = 3",
-        "planet_count = 6",
-        "joints[0].planet_count",
-        "6",
-        "collide",
-    ),
-    "two ways to damp": (
-        "damping_ratio = 0.05",
-        "damping_ratio = 0.05\ndamping_N_s_per_m = 1.0",
-        "damping_ratio",
-        "damping itself",
-    ),
-    "no way to damp": (
-        "damping_ratio = 0.05",
-        "",
-        "joints[0].sun_mesh.damping_ratio",
-        "damping itself",
-    ),
-    "centre of mass off the link": ("com_m = 0.5", "com_m = 1.5", "links[0].com_m", "1.5", "1"),
-    "a link too many": (
-        "[[links]]",
-        "[[links]]\nlength_m = 1.0\ncom_m = 0.5\ncross_section_m2 = 0.01\n"
-        "density_kg_per_m3 = 1.0\n[[links]]",
-        "links",
-        "2",
-    ),
-    "another schema": ("schema_version = 2", "schema_version = 1", "schema_version", "1", "be 2"),
-    "joint of no kind": ('kind = "planetary"\n', "", "joints[0]", "table with a kind"),
-    "not TOML": ("payload_mass_kg = 10.0", "payload_mass_kg 10.0", "not TOML"),
-    "same key twice": ("sun_teeth = 27", "sun_teeth = 27\nsun_teeth = 27", "not TOML"),
-    "list for a number": (
-        "payload_mass_kg = 10.0",
-        "payload_mass_kg = [10.0]",
-        "payload_mass_kg",
-        "[10.0]",
-        "number",
-    ),
-    "joints as one table": ("[[joints]] # shoulder", "[joints] # shoulder", "not TOML"),
-    "no name": ('name = "paper-labelled"', 'name = ""', "name", "''", "1 to 80 printable"),
-}
-
-
-@pytest.mark.parametrize("case", BAD_ARMS)
-def test_bad_arm_is_named_with_field_and_value(short, tmp_path, case):
-    old, new, *fragments = BAD_ARMS[case]
-    text = ARM.replace(old, new, 1)
-    assert text != ARM
-    file = tmp_path / "arm.toml"
-    file.write_text(text)
+@pytest.mark.parametrize(
+    ("arm", "case"), [(arm, case) for arm, cases in BAD["arms"].items() for case in cases]
+)
+def test_bad_arm_is_named_with_field_and_value(short, tmp_path, arm, case):
+    old, new, *fragments = BAD["arms"][arm][case]
+    file = changed(tmp_path / "arm.toml", (HERE / "arms" / f"{arm}.toml").read_text(), old, new)
     assert_one_line(short(arm=file), str(file), *fragments)
     assert list(tmp_path.iterdir()) == [file]
 
 
-TABLE = 'kind = "table"\ntime_s = [0.0, 0.1, 1.0]\ntorque_N_m = [[0.0, 1.0, 2.0], [0.0, 1.0, 2.0]]'
-PD = 'kind = "pd"\ntarget_rad = 0.5\nproportional_N_m_per_rad = 1.0\nderivative_N_m_s_per_rad = 1.0'
-BAD_SCENARIOS = {
-    "unknown drive": ('kind = "constant"', 'kind = "bang"', "drive", "bang", "constant"),
-    "unknown key of the drive": (
-        "torque_N_m = 100.0",
-        "torque = 100.0",
-        "drive.torque",
-        "100.0",
-        "torque_N_m",
-    ),
-    "no drive": ("[drive]\n" + DRIVE, "", "drive", "missing"),
-    "no torque": ("torque_N_m = 100.0", "", "drive.torque_N_m", "missing"),
-    "torque not a number": ("torque_N_m = 100.0", "torque_N_m = nan", "drive.torque_N_m", "nan"),
-    "torque as text": ("torque_N_m = 100.0", 'torque_N_m = "much"', "drive.torque_N_m", "'much'"),
-    "torques of three joints": (
-        "torque_N_m = 100.0",
-        "torque_N_m = [1.0, 2.0, 3.0]",
-        "drive.torque_N_m",
-        "2",
-        "3",
-    ),
-    "targets of three joints": (
-        DRIVE,
-        PD.replace("0.5", "[0.1, 0.2, 0.3]"),
-        "drive.target_rad",
-        "2",
-        "3",
-    ),
-    "start of three joints": (
-        'mesh = "contact"',
-        "theta_rad = [0.1, 0.2, 0.3]",
-        "start.theta_rad",
-        "2",
-        "3",
-    ),
-    "unknown start": (
-        'mesh = "contact"',
-        'mesh = "somewhere"',
-        "start.mesh",
-        "'somewhere'",
-        "'centre'",
-    ),
-    "table too short": (DRIVE, TABLE.replace("1.0]\n", "0.2]\n"), "drive.time_s", "0.5"),
-    "table that begins late": (
-        DRIVE,
-        TABLE.replace("[0.0, 0.1, 1.0]", "[0.05, 0.1, 1.0]"),
-        "drive.time_s",
-        "0.5",
-    ),
-    "table that goes back": (
-        DRIVE,
-        TABLE.replace("[0.0, 0.1, 1.0]", "[0.0, 1.0, 0.1]"),
-        "time_s",
-        "increase",
-    ),
-    "table with a short column": (
-        DRIVE,
-        TABLE.replace("[[0.0, 1.0, 2.0]", "[[0.0, 1.0]"),
-        "torque_N_m",
-        "3",
-    ),
-    "table of one joint": (
-        DRIVE,
-        TABLE.replace(", [0.0, 1.0, 2.0]]", "]"),
-        "drive.torque_N_m",
-        "2",
-        "1",
-    ),
-    "negative duration": (
-        "duration_s = 0.5",
-        "duration_s = -0.5",
-        "duration_s",
-        "-0.5",
-        "must be 1e-9 to 1e6 s",
-    ),
-    "step that does not divide": ("step_s = 1e-5", "step_s = 3e-5", "step_s", "3e-05", "0.5"),
-    "huge number of steps": ("step_s = 1e-5", "step_s = 1e-12", "step_s", "1e-12", "1e9"),
-    "step too large for the run": ("step_s = 1e-5", "step_s = 1.0", "step_s", "1.0", "0.5"),
-    "record never": ("record_every = 10", "record_every = 0", "record_every", "0", "1"),
-}
-
-
-@pytest.mark.parametrize("case", BAD_SCENARIOS)
-def test_bad_scenario_is_named_with_field_and_value(short, tmp_path, case):
-    old, new, *fragments = BAD_SCENARIOS[case]
-    text = SCENARIO.replace(old, new, 1)
-    assert text != SCENARIO
-    file = tmp_path / "scenario.toml"
-    file.write_text(text)
-    assert_one_line(short("--scenario", file), *fragments)
+@pytest.mark.parametrize("case", BAD["scenarios"])
+def test_bad_scenario_is_named_with_file_field_and_value(short, tmp_path, case):
+    old, new, *fragments = BAD["scenarios"][case]
+    file = changed(tmp_path / "scenario.toml", SCENARIO, old, new)
+    assert_one_line(short("--scenario", file), str(file), *fragments)
     assert list(tmp_path.iterdir()) == [file]
 
 
-@pytest.mark.parametrize("case", BAD_SCENARIOS)
-def test_bad_scenario_is_named_with_its_file(short, tmp_path, case):
-    old, new, *_ = BAD_SCENARIOS[case]
-    file = tmp_path / "scenario.toml"
-    file.write_text(SCENARIO.replace(old, new, 1))
-    assert_one_line(short("--scenario", file), str(file))
+def changed(file: Path, text: str, old: str, new: str) -> Path:
+    """The file, written with the first ``old`` of a text changed."""
+    assert old in text
+    file.write_text(text.replace(old, new, 1), encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize(
+    ("arm", "case"), [(arm, case) for arm, cases in BAD["options"].items() for case in cases]
+)
+def test_bad_option_is_named_with_its_value(short, tmp_path, arm, case):
+    arguments, *fragments = BAD["options"][arm][case]
+    assert_one_line(short(*arguments, arm=arm), *fragments)
+    assert list(tmp_path.iterdir()) == []
 
 
 THREE_TORQUES = SCENARIO.replace("torque_N_m = 100.0", "torque_N_m = [1.0, 2.0, 3.0]")
@@ -351,87 +141,6 @@ def test_unreadable_file_is_named(crosscheck, short, tmp_path, kind, command):
     }
     assert_one_line(commands[command](), str(file), reason)
     assert [path.name for path in tmp_path.iterdir()] in ([], ["input.toml"])
-
-
-OPTIONS = {
-    "unknown model": (("--model", "adams:arm"), "model", "adams:arm", "exudyn:tree"),
-    "model that cannot simulate": (
-        ("--model", "pinocchio:gears"),
-        "pinocchio:gears",
-        "cannot simulate",
-    ),
-    "unknown scenario": (("--scenario", "waltz"), "waltz", "constant-torque"),
-    "unknown phase": (("--phase", "beta"), "phase", "beta", "omega_t"),
-    "unknown ring rate": (("--ring-rate", "27"), "ring-rate", "27", "eq13"),
-    "negative duration": (("--t-end", "-0.1"), "duration_s", "-0.1", "1e-9 to 1e6 s"),
-    "no duration": (("--t-end", "0"), "duration_s", "0", "1e-9 to 1e6 s"),
-    "duration not a number": (("--t-end", "nan"), "duration_s", "nan"),
-    "infinite duration": (("--t-end", "inf"), "duration_s", "inf"),
-    "duration in words": (("--t-end", "long"), "duration_s", "long", "valid number"),
-    "duration that is no multiple": (("--t-end", "0.0100049"), "step_s", "0.0100049"),
-    "duration below a step": (("--t-end", "1e-6"), "step_s", "1e-05", "1e-06"),
-    "huge duration": (("--t-end", "1e7"), "duration_s", "1e6"),
-    "long duration": (("--t-end", "1e5"), "step_s", "1e9"),
-    "negative step": (("--step", "-1e-5"), "step_s", "-1e-05", "1e-12 to 1 s"),
-    "no step": (("--step", "0"), "step_s", "0", "1e-12 to 1 s"),
-    "tiny step": (("--step", "1e-300"), "step_s", "1e-300", "1e-12"),
-    "small step": (("--step", "1e-12"), "step_s", "1e-12", "1e9"),
-    "setting without a value": (("--set", "arm.name"), "--set", "arm.name", "path=value"),
-    "setting of nothing": (("--set", "=1"), "--set", "path=value"),
-    "setting of a section": (("--set", "arm=1"), "--set", "arm=1", "path=value"),
-    "setting elsewhere": (("--set", "robot.name=x"), "--set", "robot", "arm, scenario, switches"),
-    "setting of an unknown list": (
-        ("--set", "arm.axes.0.x=1"),
-        "--set",
-        "arm.axes",
-        "no such entry",
-    ),
-    "setting of an unknown key": (("--set", "arm.joints.0.slack=1"), "joints[0].slack", "1"),
-    "setting past the end": (("--set", "arm.joints.2.sun_teeth=27"), "arm.joints.2", "0 to 1"),
-    "setting of a negative index": (
-        ("--set", "arm.joints.-1.*_mesh.backlash_m=0.0"),
-        "arm.joints.-1",
-        "0 to 1",
-    ),
-    "setting below a number": (
-        ("--set", "arm.payload_mass_kg.x=1"),
-        "arm.payload_mass_kg",
-        "no such entry",
-    ),
-    "setting of a wrong type": (
-        ("--set", "arm.joints.*.*_mesh.backlash_m=wide"),
-        "joints[0].sun_mesh.backlash_m",
-        "'wide'",
-        "number",
-    ),
-    "setting out of range": (
-        ("--set", "arm.joints.1.*_mesh.backlash_m=-1e-6"),
-        "joints[1].sun_mesh.backlash_m",
-        "-1e-06",
-    ),
-    "setting of an unknown switch": (("--set", "switches.friction=on"), "friction", "on"),
-    "setting of an unknown law": (
-        ("--set", "switches.damping=never"),
-        "damping",
-        "'never'",
-        "contact",
-    ),
-    "step beyond stability": (
-        ("--step", "1e-4"),
-        "step_s",
-        "0.0001",
-        "largest stable step",
-        "--force",
-    ),
-    "unknown option": (("--fast",), "--fast", "--help"),
-}
-
-
-@pytest.mark.parametrize("case", OPTIONS)
-def test_bad_option_is_named_with_its_value(short, tmp_path, case):
-    arguments, *fragments = OPTIONS[case]
-    assert_one_line(short(*arguments), *fragments)
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("model", ["analytic:physical", "exudyn:tree"])
