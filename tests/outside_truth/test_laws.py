@@ -10,7 +10,7 @@ import pytest
 from crosscheck.models.arm.arm import Arm, Link
 from crosscheck.models.experiment.switches import switches
 from crosscheck.models.interface import Model
-from crosscheck.models.loading import load_case
+from crosscheck.models.loading import load_arm, load_case
 from crosscheck.registry import build, names, of_level
 from tests.mixed_arms import (
     GRAVITY,
@@ -104,9 +104,16 @@ def moving_bodies(
             on_ground = 0.0 if number == 0 else joint.ring_mass_kg
             ring = 0.0 if number == 0 else joint.ring_inertia_kg_m2
             bodies.append((on_ground, velocity, ring, before))
-            bodies.append((joint.sun_mass_kg, velocity, joint.sun_inertia_kg_m2, sun_spin))
-            bodies.append((joint.carrier_mass_kg, velocity, joint.carrier_inertia_kg_m2, spin))
-            inertia = joint.planet_equivalent_mass_kg * r_p**2
+            sun, carrier, inertia = (
+                _inertia(getattr(joint, f"{gear}_inertia_kg_m2"), mass, radius)
+                for gear, mass, radius in (
+                    ("sun", joint.sun_equivalent_mass_kg, r_s),
+                    ("carrier", joint.carrier_equivalent_mass_kg, r_cp),
+                    ("planet", joint.planet_equivalent_mass_kg, r_p),
+                )
+            )
+            bodies.append((joint.sun_mass_kg, velocity, sun, sun_spin))
+            bodies.append((joint.carrier_mass_kg, velocity, carrier, spin))
             for planet in range(joint.planet_count):
                 around = np.exp(2j * np.pi * planet / joint.planet_count)
                 moved = velocity + 1j * spin * r_cp / cosine * around * along
@@ -117,6 +124,10 @@ def moving_bodies(
     return [*bodies, (arm.payload_mass_kg, velocity, 0.0, 0.0)]
 
 
+def _inertia(given: float | None, equivalent_mass: float | None, radius: float) -> float:
+    return equivalent_mass * radius**2 if given is None else given
+
+
 def _mass_and_inertia(link: Link) -> tuple[float, float]:
     if link.mass_kg is not None:
         return link.mass_kg, link.inertia_kg_m2
@@ -125,9 +136,9 @@ def _mass_and_inertia(link: Link) -> tuple[float, float]:
 
 
 @every_geared_model
-@pytest.mark.parametrize("arm", MIXED)
+@pytest.mark.parametrize("arm", [*MIXED, "paper-labelled", "three-unlike"])
 def test_mass_matrix_is_the_kinetic_energy_of_the_bodies(name, arm):
-    own = MIXED[arm]
+    own = MIXED.get(arm) or load_arm(arm)
     model = build(name, own, scenario())
     for q, v in random_states(model.layout, 5):
         bodies = moving_bodies(own, model, q, v)
