@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck import kinds
 from crosscheck.audit.errata.sheet import ErrataSheet, markdown
@@ -23,6 +22,7 @@ from crosscheck.models.loading import load_arm
 from crosscheck.models.trajectory import netcdf
 from crosscheck.output import write_files, write_text
 from crosscheck.provenance import provenance
+from crosscheck.report import rendering
 from crosscheck.report.figures import sound_links
 from crosscheck.report.fragments import paragraph
 
@@ -101,11 +101,7 @@ def write_figures(
 
 def page(made: Sequence[AuditChapter], study: Study) -> str:
     """The self-contained page."""
-    environment = Environment(
-        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
-    )
-    template = environment.get_template("paper.html.j2")
-    return sound_links(template.render(chapters=made, provenance=_provenance(study)))
+    return sound_links(rendering.page("paper", chapters=made, provenance=_provenance(study)))
 
 
 def records_json(made: Sequence[AuditChapter], study: Study) -> str:

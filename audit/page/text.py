@@ -4,22 +4,17 @@ from __future__ import annotations
 
 from functools import cache
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment
 from markupsafe import Markup
 
 from crosscheck.audit.measures.undefined import percent, shown
 from crosscheck.report import fragments
+from crosscheck.report.rendering import templates
 
 
 @cache
 def _environment() -> Environment:
-    made = Environment(
-        loader=PackageLoader("crosscheck.audit"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    made = templates("crosscheck.audit", lean=True)
     made.filters |= {"shown": shown, "percent": percent}
     made.globals["figure"] = lambda svg, caption: html(fragments.figure(svg, caption))
     return made

@@ -283,12 +283,10 @@ def _finite(value: float) -> float | None:
 
 def cost_page(found: Cost) -> str:
     """HTML text, figure inlined."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from crosscheck.report.rendering import page
 
-    environment = Environment(
-        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
-    )
-    return environment.get_template("cost.html.j2").render(
+    return page(
+        "cost",
         found=found,
         answers=list(first_lines(found)),
         motion=motion_line(found),

@@ -159,12 +159,10 @@ def _estimate(each: Estimate) -> dict[str, object]:
 
 def comparison_page(found: RecordComparison) -> str:
     """HTML text, figures inlined."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from crosscheck.report.rendering import page
 
-    environment = Environment(
-        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
-    )
-    return environment.get_template("measured.html.j2").render(
+    return page(
+        "measured",
         found=found,
         answers=list(first_lines(found)),
         levels=LEVELS,

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from crosscheck.findings import Finding
 from crosscheck.planning.plan import (
     FULL_S,
@@ -24,8 +22,8 @@ from crosscheck.report.matrix import cells, groups
 from crosscheck.report.plots.charts import Pictures
 from crosscheck.report.plots.scheme import described, scheme
 from crosscheck.report.plots.signals import signals_json
+from crosscheck.report.rendering import page
 from crosscheck.report.vendor import vendored
-from crosscheck.report.words import counted, in_words
 from crosscheck.run import CrossCheck
 
 HEADLINE, HEADLINE_CASES = (f"at-{MIDWAY_S:g}-s", "same-step"), ("pd", "pd-motion")
@@ -33,13 +31,10 @@ HEADLINE, HEADLINE_CASES = (f"at-{MIDWAY_S:g}-s", "same-step"), ("pd", "pd-motio
 
 def report_page(result: CrossCheck, pictures: Pictures) -> str:
     """HTML text of the report, figures inlined."""
-    environment = Environment(
-        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
-    )
-    environment.filters |= {"number": number, "counted": counted, "in_words": in_words}
     agreement = result.agreement
     found = cells(agreement.findings)
-    page = environment.get_template("page.html.j2").render(
+    made = page(
+        "page",
         arm=result.arm,
         agreement=agreement,
         is_the_papers=is_the_papers(result.arm),
@@ -62,7 +57,7 @@ def report_page(result: CrossCheck, pictures: Pictures) -> str:
         second=second(),
         provenance=agreement.to_dict()["provenance"],
     )
-    return sound_links(page)
+    return sound_links(made)
 
 
 def preliminary(wanted: Wanted) -> str:
@@ -77,11 +72,6 @@ def preliminary(wanted: Wanted) -> str:
         f"With --quick {runs}, and models are compared at {QUICK_COUNT} random states where a full"
         f" cross-check takes {COUNT}. What happens later in the runs is not judged here."
     )
-
-
-def number(value: float | None) -> str:
-    """Three digits, for reading."""
-    return "" if value is None else f"{value:.3g}"
 
 
 def _is_headline(finding: Finding) -> bool:

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from crosscheck.report.figures import to_svg
-from crosscheck.report.html import number
 from crosscheck.report.plots.scheme import described
+from crosscheck.report.rendering import page
 from crosscheck.report.trial import summary, verdicts, why
-from crosscheck.report.words import in_words, tally
 from crosscheck.trial.diagnose.words import told
 from crosscheck.trial.input.naming import named
-from crosscheck.trial.judge.places import TermError
 from crosscheck.trial.trial import Trial
 
 LEAST, MOST = 1e-16, 1.0  # of a heat map's scale
@@ -36,12 +33,8 @@ class HeatMap:
 
 def trial_page(trial: Trial) -> str:
     """HTML text, figures inlined."""
-    environment = Environment(
-        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
-    )
-    environment.filters |= {"number": number, "tally": tally, "typeset": typeset, "words": _words}
-    environment.filters["in_words"] = in_words
-    return environment.get_template("trial.html.j2").render(
+    return page(
+        "trial",
         trial=trial,
         summary=list(summary(trial)),
         wrong=[
@@ -50,6 +43,8 @@ def trial_page(trial: Trial) -> str:
         verdicts=list(verdicts(trial)),
         maps=list(_maps(trial)),
         described=list(described(trial.bench.case.arm)),
+        typeset=typeset,
+        words=lambda errors: " and ".join(map(told, errors)),
         provenance=trial.agreement.to_dict()["provenance"],
     )
 
@@ -80,10 +75,6 @@ def _drawn(apart: np.ndarray, rows: tuple[str, ...], columns: tuple[str, ...]) -
     axes.set_yticks(range(len(rows)), rows)
     figure.colorbar(image, ax=axes, label="relative deviation")
     return to_svg(figure)
-
-
-def _words(errors: Sequence[TermError]) -> str:
-    return " and ".join(map(told, errors))
 
 
 def typeset(latex: str) -> str:

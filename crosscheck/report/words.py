@@ -43,6 +43,11 @@ def _numbers(finding: Finding) -> str:
     return f"the uncertainty itself, {allowed}, exceeds the acceptance limit ({measured})"
 
 
+def number(value: float | None) -> str:
+    """Three digits, for reading."""
+    return "" if value is None else f"{value:.3g}"
+
+
 def printable(text: str) -> str:
     """The text with whatever a terminal would not show written as an escape."""
     shown = (c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from crosscheck.kinds import VIEW
 from crosscheck.models.inputs import remember
 from crosscheck.output import require_file, write_files
+from crosscheck.report.rendering import page
 from crosscheck.report.vendor import vendored
 from crosscheck.report.words import printable
 from crosscheck.view.scene import scene
@@ -25,8 +24,4 @@ def view_command(file: Path, out: Path | None) -> None:
 
 def view_page(run: Run) -> str:
     """HTML text with the scene and all that draws it."""
-    environment = Environment(
-        loader=PackageLoader("crosscheck.report"), autoescape=True, undefined=StrictUndefined
-    )
-    page = environment.get_template("view.html.j2")
-    return page.render(scene=scene(run), three=vendored("three.module.min.js"))
+    return page("view", scene=scene(run), three=vendored("three.module.min.js"))

@@ -9,9 +9,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crosscheck.models.arm.arm import Arm
+from crosscheck.report.rendering import templates
 from crosscheck.trial.tables.asked import PARTS, AskedStates, TableTrial
 from crosscheck.trial.tables.columns import (
     LETTERS,
@@ -92,13 +92,7 @@ def mat_file(variables: Mapping[str, np.ndarray]) -> bytes:
 def _texts(
     trial: TableTrial, sheets: Sequence[AskedStates], told: str, probes: Sequence[str]
 ) -> dict[str, str | bytes]:
-    environment = Environment(
-        loader=PackageLoader("crosscheck.trial.tables"),
-        undefined=StrictUndefined,
-        keep_trailing_newline=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    texts = templates("crosscheck.trial.tables", lean=True)
     asked, n = sheets[0], len(sheets[0].frame.names)
     parts = [part for part in PARTS if any(sheet.needed[part].any() for sheet in sheets)]
     facts = {
@@ -113,7 +107,8 @@ def _texts(
         "probes": probes,
         "stem": f"{probes[0]}-states" if probes else "states",
     }
-    return {name: environment.get_template(f"{name}.j2").render(facts) for name in TEMPLATES}
+    made = {name: texts.get_template(f"{name}.j2").render(facts) for name in TEMPLATES}
+    return {name: text.rstrip("\n") + "\n" for name, text in made.items()}
 
 
 def arm_toml(arm: Arm) -> str:

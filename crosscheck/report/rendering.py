@@ -1,0 +1,31 @@
+"""Templates, filled in: the one place that says how, and which filters they have."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from crosscheck.report.words import counted, in_words, number, tally
+
+
+@cache
+def templates(package: str = "crosscheck.report", lean: bool = False) -> Environment:
+    """Those of a package; text in .html.j2 is escaped, and a name that is not given is an error.
+
+    lean: a line of nothing but a statement leaves no line behind.
+    """
+    made = Environment(
+        loader=PackageLoader(package),
+        autoescape=lambda name: name is not None and name.endswith(".html.j2"),
+        undefined=StrictUndefined,
+        trim_blocks=lean,
+        lstrip_blocks=lean,
+    )
+    made.filters |= {"number": number, "counted": counted, "in_words": in_words, "tally": tally}
+    return made
+
+
+def page(template: str, **given: object) -> str:
+    """A whole page: HTML text. Raises jinja2.UndefinedError for what it asks and is not given."""
+    return templates().get_template(f"{template}.html.j2").render(**given)
