@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,7 +10,8 @@ from crosscheck import __version__
 from crosscheck.cost.agreement import QUANTITIES
 from crosscheck.cost.cost import NEGLIGIBLE, SHORTCUTS, Cost, RotorShare
 from crosscheck.cost.meshes import GearedCost
-from crosscheck.models.robot.robot import LEVELS, Joint, Level
+from crosscheck.models.robot.robot import LEVELS, Level
+from crosscheck.report.records import document, plain
 
 SCHEMA_VERSION = 1
 MOST_PAIRS = 6
@@ -171,114 +171,54 @@ def _length(metres: float) -> str:
 
 def cost_json(found: Cost) -> str:
     """Everything but the time histories, with units in the names; what is infinite is null."""
-    data = {
-        "schema_version": SCHEMA_VERSION,
-        "robot": found.robot.name,
-        "program": f"geararm-crosscheck {__version__}",
-        "engines_agree": found.agrees,
-        "engines": [
-            {
-                "quantity": each.quantity,
-                "size": QUANTITIES[each.quantity],
-                "level": each.level,
-                "left": each.left,
-                "right": each.right,
-                "measured": _finite(each.measured),
-                "tolerance": each.tolerance,
-                "failure": each.failure,
-            }
-            for each in found.agreement
-        ],
-        "states": found.extent.states,
-        "seed": found.seed,
-        "motion": {
-            "from": str(found.motion),
-            "beyond_limits": list(found.beyond),
-            "instants": found.extent.instants,
-        },
-        "tip": found.robot.tip,
-        "joints": [
-            {
-                "joint": name,
-                "unit": unit,
-                "largest_torque": float(largest),
-                "coupling_by_rates_rms": float(by_rates),
-                "limits": _limits(found.robot.joints[number]),
-            }
-            for name, unit, largest, by_rates, number in zip(
-                found.names,
-                found.units,
-                found.largest,
-                found.by_rates,
-                found.robot.coordinates,
-                strict=True,
-            )
-        ],
-        "shortcuts": [
-            {
-                "level": each.level,
-                "joint": each.joint,
-                "largest_error": each.largest,
-                "rms_error": each.rms,
-                "share_of_largest_torque": each.share,
-            }
-            for each in found.by_joint
-        ],
-        "feed_forward": [
-            {"level": each.level, "distances_m": [_finite(x) for x in each.distances.tolist()]}
-            for each in found.tips
-        ],
-        "pairs": [
-            {"joint": each.at, "by": each.by, "rms": each.rms, "share": each.share}
-            for each in found.pairs
-        ],
-        "ratios": [
-            {
-                "rotor_of": each.joint,
-                "ratio": each.ratio,
-                "most_in": each.at,
-                "share": each.share,
-                "negligible_from": each.enough,
-            }
-            for each in found.ratios
-        ],
-        "geared": found.geared
-        and {
-            "meshes": [
-                {
-                    "joint": each.joint,
-                    "unit": each.unit,
-                    "backlash": each.backlash,
-                    "windup": each.windup,
-                    "slowest_Hz": each.slowest,
-                    "fastest_Hz": each.fastest,
-                }
-                for each in found.geared.meshes
+    robot = found.robot
+    names = zip(found.names, found.units, found.largest, found.by_rates, strict=True)
+    return document(
+        {
+            "schema_version": SCHEMA_VERSION,
+            "robot": robot.name,
+            "program": f"geararm-crosscheck {__version__}",
+            "engines_agree": found.agrees,
+            "engines": [
+                {**plain(each), "size": QUANTITIES[each.quantity]} for each in found.agreement
             ],
-            "steps": found.geared.steps,
-            "distances_m": None
-            if found.geared.distances is None
-            else [_finite(x) for x in found.geared.distances.tolist()],
-        },
-        "negligible_share": NEGLIGIBLE,
-        "negligible_with_ratios_times": found.factor,
-        "notes": [*direct_joints(found), *found.robot.told],
-    }
-    return json.dumps(data, indent=1, allow_nan=False) + "\n"
-
-
-def _limits(joint: Joint) -> dict[str, float | None]:
-    limits = joint.limits
-    return {
-        "lower": _finite(limits.lower),
-        "upper": _finite(limits.upper),
-        "velocity": _finite(limits.velocity),
-        "effort": _finite(limits.effort),
-    }
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None
+            "states": found.extent.states,
+            "seed": found.seed,
+            "motion": {
+                "from": str(found.motion),
+                "beyond_limits": found.beyond,
+                "instants": found.extent.instants,
+            },
+            "tip": robot.tip,
+            "joints": [
+                {
+                    "joint": name,
+                    "unit": unit,
+                    "largest_torque": largest,
+                    "coupling_by_rates_rms": by_rates,
+                    "limits": robot.joints[number].limits,
+                }
+                for number, (name, unit, largest, by_rates) in zip(
+                    robot.coordinates, names, strict=True
+                )
+            ],
+            "shortcuts": plain(
+                found.by_joint,
+                largest="largest_error",
+                rms="rms_error",
+                share="share_of_largest_torque",
+            ),
+            "feed_forward": plain(found.tips, distances="distances_m"),
+            "pairs": plain(found.pairs, at="joint"),
+            "ratios": plain(found.ratios, joint="rotor_of", at="most_in", enough="negligible_from"),
+            "geared": plain(
+                found.geared, slowest="slowest_Hz", fastest="fastest_Hz", distances="distances_m"
+            ),
+            "negligible_share": NEGLIGIBLE,
+            "negligible_with_ratios_times": found.factor,
+            "notes": [*direct_joints(found), *robot.told],
+        }
+    )
 
 
 def cost_page(found: Cost) -> str:

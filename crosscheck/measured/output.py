@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,6 +10,7 @@ from crosscheck import __version__
 from crosscheck.measured.compare import RecordComparison
 from crosscheck.measured.parameters import NORMAL, Estimate
 from crosscheck.registry import LEVELS
+from crosscheck.report.records import document, plain
 
 SCHEMA_VERSION = 1
 MOST_PARAMETERS = 6  # of those alone, in the terminal
@@ -89,59 +89,57 @@ def _ratio(value: float) -> str:
 
 def comparison_json(found: RecordComparison) -> str:
     """Everything, with units in the names."""
-    data = {
-        "schema_version": SCHEMA_VERSION,
-        "record": found.record.where,
-        "arm": found.arm.name,
-        "program": f"geararm-crosscheck {__version__}",
-        "torques_from": found.torques_from,
-        "rows": int(found.record.time.size),
-        "knot_spacing_s": found.spacing_s,
-        "angle_noise_rad": found.angle_noise.tolist(),
-        "torque_noise_N_m": found.torque_noise.tolist(),
-        "decided": found.decided,
-        "explained": found.explained,
-        "candidates": list(found.candidates),
-        "own_chi2": found.own_chi2,
-        "own_degrees_of_freedom": found.own_freedom,
-        "levels": [
-            {
-                "level": level.name,
-                "chi2": level.fit.chi2,
-                "degrees_of_freedom": level.fit.freedom,
-                "likelihood_ratio_of_the_best": level.ratio,
-                "residual_rms_N_m": level.fit.left.tolist(),
-                "of_noise_rms_N_m": level.fit.noise.tolist(),
-            }
-            for level in found.levels
-        ],
-        "engines": [
-            {"model": each.name, "relative_difference": each.apart, "rows": each.rows}
-            for each in found.engines
-        ],
-        "parameters_alone": [_estimate(each) for each in found.single],
-        "parameters_together": [_estimate(each) for each in found.base],
-        "condition_number": found.condition,
-        "explained_by": [
-            {"level": each.level, **_estimate(each.estimate)} for each in found.repairs
-        ],
-        "tolerances": dict(found.tolerances),
-        "windows": [
-            {
-                "from_s": float(window.time[0]),
-                "to_s": float(window.time[-1]),
-                "stays_s": window.stays_s,
-                "within_2_u_val": window.within,
-                "last_E_rad": window.error[-1].tolist(),
-                "last_u_num_rad": window.numerical[-1].tolist(),
-                "last_u_input_rad": window.inputs[-1].tolist(),
-                "last_u_D_rad": window.data[-1].tolist(),
-                "last_u_val_rad": window.validation[-1].tolist(),
-            }
-            for window in found.windows
-        ],
-    }
-    return json.dumps(data, indent=1) + "\n"
+    return document(
+        {
+            "schema_version": SCHEMA_VERSION,
+            "record": found.record.where,
+            "arm": found.arm.name,
+            "program": f"geararm-crosscheck {__version__}",
+            "torques_from": found.torques_from,
+            "rows": int(found.record.time.size),
+            "knot_spacing_s": found.spacing_s,
+            "angle_noise_rad": found.angle_noise,
+            "torque_noise_N_m": found.torque_noise,
+            "decided": found.decided,
+            "explained": found.explained,
+            "candidates": found.candidates,
+            "own_chi2": found.own_chi2,
+            "own_degrees_of_freedom": found.own_freedom,
+            "levels": [
+                {
+                    "level": level.name,
+                    "chi2": level.fit.chi2,
+                    "degrees_of_freedom": level.fit.freedom,
+                    "likelihood_ratio_of_the_best": level.ratio,
+                    "residual_rms_N_m": level.fit.left,
+                    "of_noise_rms_N_m": level.fit.noise,
+                }
+                for level in found.levels
+            ],
+            "engines": plain(found.engines, name="model", apart="relative_difference"),
+            "parameters_alone": [_estimate(each) for each in found.single],
+            "parameters_together": [_estimate(each) for each in found.base],
+            "condition_number": found.condition,
+            "explained_by": [
+                {"level": each.level, **_estimate(each.estimate)} for each in found.repairs
+            ],
+            "tolerances": found.tolerances,
+            "windows": [
+                {
+                    "from_s": window.time[0],
+                    "to_s": window.time[-1],
+                    "stays_s": window.stays_s,
+                    "within_2_u_val": window.within,
+                    "last_E_rad": window.error[-1],
+                    "last_u_num_rad": window.numerical[-1],
+                    "last_u_input_rad": window.inputs[-1],
+                    "last_u_D_rad": window.data[-1],
+                    "last_u_val_rad": window.validation[-1],
+                }
+                for window in found.windows
+            ],
+        }
+    )
 
 
 def _estimate(each: Estimate) -> dict[str, object]:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import io
-import json
 from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
-from dataclasses import asdict
 from typing import Any, NamedTuple
 
-import numpy as np
 from rich.console import Console
 from rich.text import Text
 
+from crosscheck.report.records import document, plain
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import counted, printable
 from crosscheck.trial.diagnose.summary import told_once
@@ -20,7 +18,7 @@ from crosscheck.trial.diagnose.words import guess
 from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.input.naming import listed, named
 from crosscheck.trial.judge.misread import DEGREES, Misread
-from crosscheck.trial.judge.places import Explanation, Wrong
+from crosscheck.trial.judge.places import Wrong
 from crosscheck.trial.trial import Trial
 
 SCHEMA_VERSION = 2
@@ -115,25 +113,24 @@ def wrong_line(trial: Trial, wrong: Wrong) -> str:
 def trial_json(trial: Trial) -> str:
     """Readable JSON as in crosscheck/schema/trial.schema.json, ending in a newline."""
     bench = trial.bench
-    content: dict[str, Any] = {
-        "schema_version": SCHEMA_VERSION,
-        "model": bench.name,
-        "arm": bench.case.arm.name,
-        "gearing": bench.gearing,
-        "coordinates": list(bench.frame.names),
-        "level": trial.level,
-        "ladder": [_rung(rung) for rung in trial.rungs],
-        "missing": list(trial.missing),
-        "misread": [_misread(each, bench.frame.names) for each in trial.misread],
-        "wrong": [_wrong(trial, wrong) for wrong in trial.wrong],
-        "tracebacks": trial.traces,
-        "agreement": trial.agreement.to_dict(),
-    }
-    return json.dumps(content, indent=1, allow_nan=False) + "\n"
-
-
-def _rung(rung: Any) -> dict[str, Any]:
-    return {"level": rung.level, "entries": rung.entries, "largest": _finite(rung.largest)}
+    return document(
+        {
+            "schema_version": SCHEMA_VERSION,
+            "model": bench.name,
+            "arm": bench.case.arm.name,
+            "gearing": bench.gearing,
+            "coordinates": bench.frame.names,
+            "level": trial.level,
+            "ladder": [
+                {"level": r.level, "entries": r.entries, "largest": r.largest} for r in trial.rungs
+            ],
+            "missing": trial.missing,
+            "misread": [_misread(each, bench.frame.names) for each in trial.misread],
+            "wrong": [_wrong(trial, wrong) for wrong in trial.wrong],
+            "tracebacks": trial.traces,
+            "agreement": trial.agreement.to_dict(),
+        }
+    )
 
 
 def _misread(found: Misread, names: Sequence[str]) -> dict[str, Any]:
@@ -146,34 +143,17 @@ def _misread(found: Misread, names: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None
-
-
 def _wrong(trial: Trial, wrong: Wrong) -> dict[str, Any]:
-    place = wrong.place
     return {
-        "part": place.part,
-        "row": place.row,
-        "column": place.column,
-        "rates": None if place.rates is None else list(place.rates),
-        "entry": named(place, trial.bench.frame.names),
-        "relative": _finite(wrong.relative),
+        **plain(wrong.place),
+        "entry": named(wrong.place, trial.bench.frame.names),
+        "relative": wrong.relative,
         "told": wrong_line(trial, wrong),
-        "difference": [asdict(term) for term in wrong.difference],
+        "difference": wrong.difference,
         "latex": wrong.latex,
         "shown_on": wrong.shown_on,
-        "notes": list(wrong.notes),
-        "explanation": None if wrong.explanation is None else _explanation(wrong.explanation),
-    }
-
-
-def _explanation(explanation: Explanation) -> dict[str, Any]:
-    return {
-        "slips": [asdict(error) for error in explanation.errors],
-        "left_over": _finite(explanation.left_over),
-        "others": [[asdict(error) for error in errors] for errors in explanation.others],
-        "seen_in": explanation.seen_in,
+        "notes": wrong.notes,
+        "explanation": plain(wrong.explanation, errors="slips"),
     }
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from functools import wraps
 from pathlib import Path
@@ -16,6 +15,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import LEVELS, Robot
 from crosscheck.output import require_files
+from crosscheck.report.records import document, plain
 from crosscheck.trial.input.loading import object_named, user_code
 from crosscheck.trial.robots.explain import PARTS, STATES, Explained, OwnEquations, explained
 
@@ -91,17 +91,18 @@ def lines(found: Explained) -> Iterator[str]:
 
 def explained_json(found: Explained, robot: Robot, text: str) -> str:
     """Everything."""
-    data = {
-        "schema_version": 1,
-        "robot": robot.name,
-        "program": f"geararm-crosscheck {__version__}",
-        "equations": text,
-        "parts": list(found.parts),
-        "agrees": found.agrees,
-        "level": found.level,
-        "largest_difference": found.share,
-        "entries": [{"entry": each.name, "difference": each.share} for each in found.entries],
-        "explanations": [{"with": words} for words in found.explanations],
-        "links": list(found.links),
-    }
-    return json.dumps(data, indent=1) + "\n"
+    return document(
+        {
+            "schema_version": 1,
+            "robot": robot.name,
+            "program": f"geararm-crosscheck {__version__}",
+            "equations": text,
+            "parts": found.parts,
+            "agrees": found.agrees,
+            "level": found.level,
+            "largest_difference": found.share,
+            "entries": plain(found.entries, name="entry", share="difference"),
+            "explanations": [{"with": words} for words in found.explanations],
+            "links": found.links,
+        }
+    )

@@ -1,0 +1,35 @@
+"""Records as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+
+def plain(value: Any, **named: str) -> Any:
+    """What JSON takes of a value: records as their fields, arrays as lists.
+
+    named: other names for fields of records, wherever these stand. What is not finite is None.
+    """
+    if is_dataclass(value):
+        return {
+            named.get(field.name, field.name): plain(getattr(value, field.name), **named)
+            for field in fields(value)
+        }
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {key: plain(each, **named) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(each, **named) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def document(content: Mapping[str, Any]) -> str:
+    """Readable JSON, ending in a newline."""
+    return json.dumps(plain(content), indent=1, allow_nan=False) + "\n"
