@@ -1,7 +1,7 @@
-"""Numbers that decide what a signal does: events, amplitudes, frequencies, settling.
+"""Numbers that decide what a signal does: events, amplitudes, frequencies, settling; its envelope.
 
-All functions take plain arrays, time [s] of shape (times,) equally spaced, and return plain floats:
-a time is None where the event does not happen, a size nan where there are no samples.
+All functions take plain arrays, time [s] of shape (times,) equally spaced. Numbers are plain
+floats: a time is None where the event does not happen, a size nan where there are no samples.
 """
 
 from __future__ import annotations
@@ -127,3 +127,16 @@ def settling_time(time: np.ndarray, values: np.ndarray, target: float, band: flo
         return float(time[0])
     last = int(np.flatnonzero(outside)[-1])
     return None if last + 1 >= time.size else float(time[last + 1])
+
+
+def envelope(
+    time: np.ndarray, values: np.ndarray, bins: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(bin centres, minima, maxima) of values (times,) in equal bins of consecutive samples.
+
+    So a fast signal is drawn honestly: the smallest and largest value in every bin.
+    """
+    edges = np.linspace(0, time.size, min(bins, time.size) + 1).astype(int)[:-1]
+    low, high = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)
+    ends = np.append(edges[1:], time.size) - 1
+    return (time[edges] + time[ends]) / 2, low, high

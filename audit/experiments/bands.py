@@ -9,8 +9,8 @@ import numpy as np
 
 from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.measures.course import Course
-from crosscheck.envelope import envelope
 from crosscheck.models.errors import Diverged
+from crosscheck.signals import envelope
 
 SHOULDER = ("theta_ddot", "torque", "x_sp", "F_sp")
 

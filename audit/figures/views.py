@@ -15,9 +15,9 @@ from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.page.words import LAW_NAMES
-from crosscheck.envelope import envelope
 from crosscheck.report.figures import BINS, legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
+from crosscheck.signals import envelope
 
 MICRO, KILO = 1e6, 1e-3
 SHADE = "#d9a400"  # of what is enlarged below

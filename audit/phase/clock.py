@@ -19,7 +19,7 @@ from crosscheck.audit.measures.undefined import defined
 from crosscheck.audit.phase.runs.experiments import models_of, pd_run, shoulder_excess
 from crosscheck.audit.phase.runs.linear import base_motion
 from crosscheck.audit.phase.runs.plant import forces_along, motion, plant_of
-from crosscheck.envelope import envelope
+from crosscheck.signals import envelope
 
 CLOCKS_S = (0.0, 1.0, 5.0, 20.0)
 MOTION_S, RUN_S = 1.2, 0.8

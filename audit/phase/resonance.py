@@ -18,10 +18,10 @@ from crosscheck.audit.measures.stage import with_steady_stiffness
 from crosscheck.audit.measures.undefined import defined
 from crosscheck.audit.phase.runs.experiments import RIGID_STEP_S
 from crosscheck.audit.phase.runs.plant import Plant, motion, plant_of, rigid_motion
-from crosscheck.envelope import envelope
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import ConstantDrive
 from crosscheck.models.loading import Case, load_case
+from crosscheck.signals import envelope
 from crosscheck.studies.members.starts import perturbed
 
 FASTEST_RAD_PER_S, RAMP_S = 330.0, 2.0  # the highest mode is met at some 290 rad/s

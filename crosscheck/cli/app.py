@@ -440,14 +440,12 @@ def init(
     ] = None,
 ) -> None:
     """Write a commented file of an arm, or of a robot, to begin with; never over another file."""
-    if urdf is None:
-        from crosscheck.cli.template import init_command
-
-        init_command(file, joints or 2)
-        return
-    from crosscheck.cli.robot_template import init_robot_command
+    from crosscheck.cli.template import init_command, init_robot_command
     from crosscheck.models.errors import InputError
 
+    if urdf is None:
+        init_command(file, joints or 2)
+        return
     if joints is not None:
         raise InputError("--joints", "", joints, "must be left out: --urdf has its own joints")
     init_robot_command(file, urdf)

@@ -1,12 +1,13 @@
-"""`crosscheck init`: an arm's file to begin with, every field in the words of the schema."""
+"""`crosscheck init`: a file to begin with, an arm's in the words of the schema, or a robot's."""
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import shlex
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 from crosscheck.models.arm.mesh import Mesh
@@ -17,12 +18,22 @@ from crosscheck.output import require_file, write_text
 from crosscheck.report.words import printable
 from crosscheck.schema import Described, described
 
+if TYPE_CHECKING:
+    from crosscheck.models.robot.robot import Robot
+
 COLUMN = 44  # where explanations begin
 PLACES = ("shoulder", "elbow", "wrist")
 HEAD = """\
 # An arm to begin with: every number is an example. {joints}, from the base to the tip.
 # SI units, at the ends of the names. The fields of later joints and links mean the same as those of
 # the first. docs/reference/arm-file.md lists all fields, their ranges and the other stiffness laws.
+"""
+ROBOT_HEAD = """\
+# Which rotor turns each joint of {urdf}, whose joints these are. A joint without gears stays
+# direct. Of one with gears the ratio, with its sign, and the rotor's inertia are needed:
+#     {{ kind = "geared", ratio = 100.0, rotor_inertia_kg_m2 = 1e-4 }}
+# The motor stands on the link before its joint, along the joint's axis, unless the file says
+# stator = "a link", rotor_axis = [1.0, 0.0, 0.0]. docs/reference/robot-file.md lists all fields.
 """
 GRAVITY = "# gravity_m_per_s2 = [0.0, -9.81]"
 CAD = "# A link may be a body instead of a rod, with numbers out of a CAD model:"
@@ -217,3 +228,36 @@ def _place(number: int, joints: int) -> str:
     if number and number == joints - 1 and joints > 2:
         return PLACES[-1]
     return PLACES[number] if number < 2 else f"joint {number + 1}"
+
+
+def init_robot_command(path: Path, urdf: Path) -> None:
+    """Write a file for the robot of a URDF. Raises InputError, also if the file exists."""
+    from crosscheck.models.robot.file import RobotFile, read_text, robot_of  # NumPy
+
+    require_new(path)
+    own = os.path.relpath(urdf, path.parent)
+    if not Printable(400).allows(own):
+        allowed = f"must have {Printable(400)} from the folder of {path}"
+        raise InputError("--urdf", "", own, allowed)
+    name = path.stem if Printable(80).allows(path.stem) else "my-robot"
+    file = RobotFile(schema_version=1, name=name, urdf=own)
+    robot = robot_of(file, read_text(urdf), str(path), str(urdf))
+    write_text(path, robot_template(robot, own))
+    moved = [robot.joints[number].name for number in robot.coordinates]
+    print(
+        f"wrote {printable(str(path))}: {len(moved)} joints, all direct; state their rotors, then"
+    )
+    print(f"  crosscheck cost {printable(shlex.quote(str(path)))}")
+
+
+def robot_template(robot: Robot, urdf: str) -> str:
+    """The file's text: TOML with every joint that mimics none."""
+    lines = [ROBOT_HEAD.format(urdf=urdf), "schema_version = 1", f"name = {_toml(robot.name)}"]
+    gravity = ", ".join(map(repr, robot.gravity.tolist()))
+    lines += [f"urdf = {_toml(urdf)}", f"gravity_m_per_s2 = [{gravity}]"]
+    lines += [f"tip = {_toml(robot.tip)}", "", "[joints]"]
+    for number in robot.coordinates:
+        name = robot.joints[number].name
+        key = name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _toml(name)
+        lines.append(f'{key} = {{ kind = "direct" }}')
+    return "\n".join(lines) + "\n"

@@ -16,8 +16,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
-from crosscheck.envelope import envelope
 from crosscheck.report.fragments import COLOURS
+from crosscheck.signals import envelope
 
 BINS = 600  # of half the page's width: more than two for every point of it
 LEGEND_LETTERS, KEY_LETTERS = 120, 9  # that fit beside each other; as wide as an entry's line

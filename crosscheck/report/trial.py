@@ -13,12 +13,11 @@ from rich.text import Text
 from crosscheck.report.records import document, plain
 from crosscheck.report.terminal import print_agreement
 from crosscheck.report.words import counted, printable
-from crosscheck.trial.diagnose.summary import told_once
+from crosscheck.trial.diagnose.explain import told_once
 from crosscheck.trial.diagnose.words import guess
 from crosscheck.trial.input.equations import SINGLE
-from crosscheck.trial.input.naming import listed, named
 from crosscheck.trial.judge.misread import DEGREES, Misread
-from crosscheck.trial.judge.places import Wrong
+from crosscheck.trial.judge.places import Wrong, listed, named
 from crosscheck.trial.trial import Trial
 
 SCHEMA_VERSION = 2

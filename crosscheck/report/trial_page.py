@@ -15,7 +15,7 @@ from crosscheck.report.plots.scheme import described
 from crosscheck.report.rendering import page
 from crosscheck.report.trial import summary, verdicts, why
 from crosscheck.trial.diagnose.words import told
-from crosscheck.trial.input.naming import named
+from crosscheck.trial.judge.places import named
 from crosscheck.trial.trial import Trial
 
 LEAST, MOST = 1e-16, 1.0  # of a heat map's scale

@@ -40,10 +40,9 @@ from crosscheck.trial.input.calls import handed
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.first_calls import first_calls, spared
 from crosscheck.trial.judge.bench import LEAST_STATES, MOST_BYTES, QUICK_STATES, STATES, Bench
-from crosscheck.trial.judge.entries import deviations
 from crosscheck.trial.judge.ladder import Rung, closest, ladder
 from crosscheck.trial.judge.misread import Misread, misread
-from crosscheck.trial.judge.places import Wrong
+from crosscheck.trial.judge.places import Wrong, deviations
 from crosscheck.trial.judge.questions import QUESTIONS, StateQuestion
 from crosscheck.trial.judge.runs import run_comparisons
 from crosscheck.trial.judge.suite import (

@@ -10,8 +10,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.diagnose.explain import explain
-from crosscheck.trial.diagnose.keys import Entry, Product, TermKey
-from crosscheck.trial.diagnose.polynomial import Monomial
+from crosscheck.trial.diagnose.polynomial import Entry, Monomial, Product, TermKey
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, entry_values, states_wanted

@@ -7,9 +7,8 @@ import pytest
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.diagnose.explain import explain
-from crosscheck.trial.diagnose.keys import TermKey
-from crosscheck.trial.diagnose.summary import bias_of, follows, told_once
+from crosscheck.trial.diagnose.explain import bias_of, explain, follows, told_once
+from crosscheck.trial.diagnose.polynomial import TermKey
 from crosscheck.trial.diagnose.waves import Observed
 from crosscheck.trial.diagnose.words import difference_of, guess, monomial_text, told
 from crosscheck.trial.judge.places import EntryPlace, Wrong

@@ -9,8 +9,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.diagnose.keys import Entry, Product, TermKey
-from crosscheck.trial.diagnose.polynomial import Monomial
+from crosscheck.trial.diagnose.polynomial import Entry, Monomial, Product, TermKey
 from crosscheck.trial.diagnose.values import KINDS, Alternative, Values, alternatives, named
 
 Kind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import sympy as sp
 
 from crosscheck.trial.diagnose.force_terms import rate_name
-from crosscheck.trial.diagnose.keys import Product
+from crosscheck.trial.diagnose.polynomial import Product
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
 from crosscheck.trial.diagnose.words import latex_name
 from crosscheck.trial.input.equations import Symbolic

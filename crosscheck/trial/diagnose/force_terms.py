@@ -21,8 +21,7 @@ from crosscheck.analytic.paper.tooth_error import whole_error
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.switches import Switches
-from crosscheck.trial.diagnose.keys import TermKey
-from crosscheck.trial.diagnose.polynomial import symbol
+from crosscheck.trial.diagnose.polynomial import TermKey, symbol
 from crosscheck.trial.diagnose.values import damper_name
 
 Columns = Mapping[str, np.ndarray]  # signals by name, (K,) each

@@ -14,20 +14,25 @@ from crosscheck.trial.coordinates.frame import Frame, frame_of
 from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.diagnose.alternates import ForceDifferences
 from crosscheck.trial.diagnose.difference import latex_of, symbolic_difference
-from crosscheck.trial.diagnose.explain import UNEXPLAINED, explain
+from crosscheck.trial.diagnose.explain import UNEXPLAINED, alike, bias_of, explain, follows
 from crosscheck.trial.diagnose.force_terms import ForceStates
-from crosscheck.trial.diagnose.keys import TermKey
-from crosscheck.trial.diagnose.polynomial import from_sympy
+from crosscheck.trial.diagnose.polynomial import TermKey, from_sympy
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
-from crosscheck.trial.diagnose.summary import alike, bias_of, follows
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, states_wanted
 from crosscheck.trial.diagnose.words import difference_of
 from crosscheck.trial.input.equations import Coordinates, Gearing
-from crosscheck.trial.input.naming import named
 from crosscheck.trial.judge.bench import Bench
-from crosscheck.trial.judge.entries import PARTS, deviations, wrong_entries
-from crosscheck.trial.judge.places import EntryPlace, Explanation, TermError, Wrong
+from crosscheck.trial.judge.places import (
+    PARTS,
+    EntryPlace,
+    Explanation,
+    TermError,
+    Wrong,
+    deviations,
+    named,
+    wrong_entries,
+)
 from crosscheck.trial.judge.quadratic import paired
 from crosscheck.trial.judge.sizes import NaturalSizes, sizes_of
 from crosscheck.trial.judge.suite import reference_of, sizes_in

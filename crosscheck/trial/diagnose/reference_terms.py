@@ -22,9 +22,12 @@ from crosscheck.models.arm.layout import Layout
 from crosscheck.models.experiment.switches import Switches
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.diagnose.force_terms import Forces, forces, rate_name
-from crosscheck.trial.diagnose.keys import Entry, Product, TermKey, Wave
 from crosscheck.trial.diagnose.polynomial import (
+    Entry,
     Polynomial,
+    Product,
+    TermKey,
+    Wave,
     constant,
     from_sympy,
     symbol,

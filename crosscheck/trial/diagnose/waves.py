@@ -9,7 +9,7 @@ from itertools import product as combinations
 
 import numpy as np
 
-from crosscheck.trial.diagnose.keys import Entry, TermKey, Wave
+from crosscheck.trial.diagnose.polynomial import Entry, TermKey, Wave
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
 
 EPS = float(np.finfo(float).eps)

@@ -10,8 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from crosscheck.trial.diagnose.candidates import Candidate
-from crosscheck.trial.diagnose.keys import Entry, Product, TermKey
-from crosscheck.trial.diagnose.polynomial import Monomial, Number, Powers
+from crosscheck.trial.diagnose.polynomial import Entry, Monomial, Number, Powers, Product, TermKey
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
 from crosscheck.trial.diagnose.values import ORDER, named
 from crosscheck.trial.judge.places import Term, TermError, Wrong

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.registry import RIGID_LEVELS
-from crosscheck.trial.judge.entries import deviations
+from crosscheck.trial.judge.places import deviations
 from crosscheck.trial.judge.sizes import NaturalSizes
 
 BRINGS = {

@@ -12,8 +12,7 @@ import numpy as np
 
 from crosscheck.trial.input.calls import MATRICES
 from crosscheck.trial.input.equations import AnswerTable
-from crosscheck.trial.judge.entries import PARTS, place_of
-from crosscheck.trial.judge.places import EntryPlace, Part
+from crosscheck.trial.judge.places import PARTS, EntryPlace, Part, place_of
 
 DEGREES = 180 / math.pi
 FACTORS = tuple(f**power for f in (1000.0, DEGREES) for power in (1, -1, 2, -2))

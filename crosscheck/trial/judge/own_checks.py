@@ -7,8 +7,7 @@ import numpy as np
 from crosscheck.checks.invariants import SYMMETRY
 from crosscheck.checks.states import scaled, usable
 from crosscheck.findings import About, Finding, checked, failed
-from crosscheck.trial.judge.entries import deviations, place_of
-from crosscheck.trial.judge.places import EntryPlace
+from crosscheck.trial.judge.places import EntryPlace, deviations, place_of
 from crosscheck.trial.judge.sizes import NaturalSizes
 
 

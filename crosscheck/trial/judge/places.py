@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
+from crosscheck.trial.judge.sizes import NaturalSizes
+
 Part = Literal["mass_matrix", "bias", "force", "acceleration"]
+SHOWN = 8  # of a list of places; the report has them all
+PARTS: dict[str, Part] = {
+    "mass_matrix": "mass_matrix",
+    "rate_terms": "bias",
+    "bias": "bias",
+    "force": "force",
+    "acceleration": "acceleration",
+}
 
 
 @dataclass(frozen=True)
@@ -80,3 +93,51 @@ class Wrong:
     latex: str = ""
     shown_on: str = ""
     notes: tuple[str, ...] = field(default=())
+
+
+def named(place: EntryPlace, names: Sequence[str]) -> str:
+    """Such as M[phi_1, phi_2], bias[phi_1] of phi_1' phi_2', force[phi_1]."""
+    row = names[place.row]
+    if place.part == "mass_matrix":
+        assert place.column is not None  # of a matrix
+        return f"M[{row}, {names[place.column]}]"
+    if place.rates is not None:
+        j, k = place.rates
+        rates = f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
+        return f"bias[{row}] of {rates}"
+    return f"{place.part}[{row}]"
+
+
+def listed(places: Sequence[EntryPlace], names: Sequence[str]) -> str:
+    """Several of them, the first few by name; '' for none."""
+    shown = ", ".join(named(place, names) for place in places[:SHOWN])
+    rest = len(places) - SHOWN
+    return f"wrong: {shown}{f' and {rest} more' if rest > 0 else ''}" if places else ""
+
+
+def deviations(one: np.ndarray, other: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Largest difference of every entry over the states, relative to its size: shape of size.
+
+    one, other (count, ...): the states along the first axis.
+    """
+    return np.abs(one - other).max(axis=0) / size
+
+
+def wrong_entries(
+    quantity: str, yours: np.ndarray, right: np.ndarray, sizes: NaturalSizes
+) -> Iterator[Wrong]:
+    """The entries of a part that differ by more than rounding, the largest difference first."""
+    found = deviations(yours, right, sizes.of(quantity))
+    beyond = np.argwhere(~(found <= sizes.tolerance(quantity)))
+    for index in sorted(map(tuple, beyond.tolist()), key=lambda at: -found[at]):
+        yield Wrong(place_of(quantity, index), float(found[index]))
+
+
+def place_of(quantity: str, index: tuple[int, ...]) -> EntryPlace:
+    """The place of an entry of a part's array."""
+    part, row = PARTS[quantity], index[0]
+    if quantity == "mass_matrix":
+        return EntryPlace(part, row, column=index[1])
+    if quantity == "rate_terms":
+        return EntryPlace(part, row, rates=(index[1], index[2]))
+    return EntryPlace(part, row)

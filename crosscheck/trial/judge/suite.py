@@ -11,11 +11,9 @@ from crosscheck.checks.states import LOOSEST
 from crosscheck.findings import About, Finding, Key, checked, measured_only
 from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.planning.state_suite import Spot, balances
-from crosscheck.trial.input.naming import listed
 from crosscheck.trial.judge import own_checks
 from crosscheck.trial.judge.bench import Bench
-from crosscheck.trial.judge.entries import deviations, wrong_entries
-from crosscheck.trial.judge.places import EntryPlace
+from crosscheck.trial.judge.places import EntryPlace, deviations, listed, wrong_entries
 from crosscheck.trial.judge.questions import AGAIN, StateQuestion
 from crosscheck.trial.judge.sizes import NaturalSizes, sizes_of
 

@@ -20,8 +20,7 @@ from crosscheck.trial.diagnose.reasons import compared, reasoned
 from crosscheck.trial.diagnose.words import told
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import made
-from crosscheck.trial.input.naming import named
-from crosscheck.trial.judge.places import Wrong
+from crosscheck.trial.judge.places import Wrong, named
 from crosscheck.trial.model import entry_for
 from crosscheck.trial.trial import Asked, bench_of, by_entry, localising, probes_of
 from tests.trial.mistakes.equations import RIGID, written

@@ -24,7 +24,7 @@ from crosscheck.trial.fmu.archive import DESCRIPTION, unpacked
 from crosscheck.trial.fmu.beside import beside
 from crosscheck.trial.fmu.equations import fmu_equations
 from crosscheck.trial.fmu.mapping import MappedUnit, mapped_unit
-from crosscheck.trial.input.naming import named
+from crosscheck.trial.judge.places import named
 from crosscheck.trial.trial import Asked, Trial, tried
 from tests.tool.conftest import crosscheck
 from tests.tool.test_bad_input import assert_one_line

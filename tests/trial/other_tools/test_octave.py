@@ -17,7 +17,7 @@ from crosscheck.report.trial import why
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.input.loading import handed_over
-from crosscheck.trial.input.naming import named
+from crosscheck.trial.judge.places import named
 from crosscheck.trial.tables.answers import answered, equations_of
 from crosscheck.trial.tables.asked import TableTrial, asked_states
 from crosscheck.trial.tables.folder import ask_files, mat_file
