@@ -17,7 +17,7 @@ from crosscheck.audit.hypotheses.evidence.shaking import DRIVES
 from crosscheck.audit.hypotheses.ladder import climbed, picture
 from crosscheck.audit.hypotheses.words import LEVELS
 from crosscheck.audit.measures.thresholds import SEVERE
-from crosscheck.audit.page.chapter import AuditChapter, StatedNumber, rendered
+from crosscheck.audit.page.chapter import AuditChapter, StatedNumber
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
 from crosscheck.audit.page.words import LAW_MEANINGS, LAW_NAMES
@@ -77,7 +77,7 @@ def chapter(material: Material) -> AuditChapter:
         models=MODELS,
         verdicts=verdicts,
     )
-    records = [printed.to_dict(), *rendered([*third.strips])]
+    records = [printed.to_dict(), *(strip.to_dict() for strip in third.strips)]
     numbers = [
         StatedNumber(TITLE, f"{name} left by {one.level}", one.arm, abs(deviation.total))
         for one in baselines.left

@@ -1,22 +1,29 @@
-"""A chapter of the paper's page: that of a report, and what it says that others may say too."""
+"""A chapter of the paper's page: text, figures, numbers, and what others may say too."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from crosscheck.audit.claims.rule import Limits, Place, State
 from crosscheck.audit.experiments.cells import MODELS, Cell
 from crosscheck.audit.measures.third import LARGE, QUANTITY, Third
-from crosscheck.report import chapter
-
-rendered = chapter.rendered
 
 
 @dataclass(frozen=True)
-class AuditChapter(chapter.Chapter):
-    """said, numbers: every answer and number that another chapter may give, too."""
+class AuditChapter:
+    """A chapter: a fragment of html, headings from <h3> down, figures inlined as <svg>.
 
+    records: numbers and verdicts as they go into the JSON file, deterministic, each with an ``id``;
+    outcome: what came out, in one sentence for the top of the page; said, numbers: every answer and
+    number that another chapter may give, too.
+    """
+
+    id: str
+    title: str
+    html: str
+    records: Sequence[Mapping[str, object]] = ()
+    outcome: str = ""
     said: Sequence[Said] = ()
     numbers: Sequence[StatedNumber] = ()
 

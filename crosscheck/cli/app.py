@@ -123,8 +123,7 @@ def validate(
     from crosscheck.runner.progress import starting
 
     with starting():
-        from crosscheck.cli.commands import wanted
-        from crosscheck.cli.validate import validate_command
+        from crosscheck.cli.commands import validate_command, wanted
 
         chosen = wanted(arm, scenario, settings, quick, seed)
     code = validate_command(chosen, jobs or os.cpu_count() or 1, json_file, junit)
@@ -146,7 +145,7 @@ def accept(
     ] = False,
 ) -> None:
     """Cross-check an arm and record the result, unless a check fails."""
-    from crosscheck.cli.validate import accept_command, recorded
+    from crosscheck.cli.commands import accept_command, recorded
 
     chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
     code = accept_command(
@@ -167,7 +166,7 @@ def check(
     model: Tried = None,
 ) -> None:
     """Repeat a recorded cross-check and show what changed; exit code 1 if anything did."""
-    from crosscheck.cli.validate import check_command, recorded, renewal
+    from crosscheck.cli.commands import check_command, recorded, renewal
 
     chosen, made = recorded(arm, scenario or [], settings or [], quick, model or "")
     renew = renewal(arm, folder, scenario or [], settings or [], quick, model or "")

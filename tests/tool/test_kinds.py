@@ -14,7 +14,7 @@ import pytest
 from crosscheck import kinds
 from crosscheck.audit.page import command as paper
 from crosscheck.audit.page.report import paper_files
-from crosscheck.cli import commands, simulation, trial, validate
+from crosscheck.cli import commands, simulation, trial
 from crosscheck.findings import Agreement
 from crosscheck.kinds import KINDS, is_of, kind_of
 from crosscheck.models.files import HERE
@@ -62,7 +62,6 @@ def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for module, work in (
         (simulation, "perform_all"),
         (commands, "cross_check"),
-        (validate, "checked_aloud"),
         (paper, "errata_records"),
         (trial, "tried"),
     ):
