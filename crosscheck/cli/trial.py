@@ -26,8 +26,8 @@ from crosscheck.runner.progress import shown_progress
 from crosscheck.trial.fmu.archive import unpacked
 from crosscheck.trial.fmu.beside import beside, require_comparable
 from crosscheck.trial.fmu.description import described, drafted
-from crosscheck.trial.fmu.equations import fmu_equations
 from crosscheck.trial.fmu.mapping import MappedUnit, mapped_unit
+from crosscheck.trial.fmu.unit import fmu_equations
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import handed_over
 from crosscheck.trial.model import switches_of

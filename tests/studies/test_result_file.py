@@ -17,8 +17,7 @@ from hypothesis import strategies as st
 from crosscheck.models.errors import InputError
 from crosscheck.output import draft
 from crosscheck.studies.batches.memory import enough_memory
-from crosscheck.studies.batches.result_file import ResultFile
-from crosscheck.studies.batches.skeleton import PAGE, _Sparse
+from crosscheck.studies.batches.result_file import PAGE, ResultFile, _Sparse
 from crosscheck.studies.measures.columns import columns
 from tests.processes import command_line, in_child
 from tests.studies.studies import study

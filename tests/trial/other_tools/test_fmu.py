@@ -22,8 +22,8 @@ from crosscheck.runner.underway import unsaid
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.fmu.archive import DESCRIPTION, unpacked
 from crosscheck.trial.fmu.beside import beside
-from crosscheck.trial.fmu.equations import fmu_equations
 from crosscheck.trial.fmu.mapping import MappedUnit, mapped_unit
+from crosscheck.trial.fmu.unit import fmu_equations
 from crosscheck.trial.judge.places import named
 from crosscheck.trial.trial import Asked, Trial, tried
 from tests.tool.conftest import crosscheck
