@@ -246,12 +246,12 @@ _BENDS = {
 }
 
 
-def _approximated(sigma: str) -> dict[str, Number]:
-    return {
-        f"tanh_error_{sigma}_m": Number(
-            f"largest error of Eq. 6 against Eq. 5 at sigma {sigma} 1/m", "m"
-        )
-    }
+_APPROXIMATED = {
+    f"tanh_error_{sigma}_m": Number(
+        f"largest error of Eq. 6 against Eq. 5 at sigma {sigma} 1/m", "m"
+    )
+    for sigma in SIGMAS
+}
 
 
 def _series(ratio: str) -> dict[str, Number]:
@@ -273,11 +273,10 @@ _BASES = {
 }
 
 _PARTS = (
-    *(_PD, _CONSTANT, _SWINGS, _STATIC, _CONVERSIONS, _BENDS, _BASES),
+    *(_PD, _CONSTANT, _SWINGS, _STATIC, _CONVERSIONS, _BENDS, _APPROXIMATED, _BASES),
     *(_spectral(*joint) for joint in (("", "shoulder"), ("_elbow", "elbow"))),
     *(_positions(*joint) for joint in (("1", "shoulder"), ("2", "elbow"))),
     *map(_of_level, RIGID_LEVELS),
-    *map(_approximated, SIGMAS),
     *map(_series, CONTACT_RATIOS),
 )
 MEASURED: dict[str, Number] = {name: number for part in _PARTS for name, number in part.items()}

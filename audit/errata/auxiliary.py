@@ -193,15 +193,12 @@ def one_phase_for_all(arm: Arm) -> Iterator[Erratum]:
 
 def _ring_behind(arm: Arm, cycles: float) -> Arm:
     """The arm whose ring meshes lag by so much."""
-    joints = [
-        _lagging(joint, cycles) if isinstance(joint, Planetary) else joint for joint in arm.joints
-    ]
+    joints = list(arm.joints)
+    for place, joint in enumerate(arm.joints):
+        if isinstance(joint, Planetary):
+            mesh = joint.ring_mesh.model_copy(update={"phase_rad": 2 * math.pi * cycles})
+            joints[place] = joint.model_copy(update={"ring_mesh": mesh})
     return arm.model_copy(update={"joints": tuple(joints)})
-
-
-def _lagging(joint: Planetary, cycles: float) -> Planetary:
-    mesh = joint.ring_mesh.model_copy(update={"phase_rad": 2 * math.pi * cycles})
-    return joint.model_copy(update={"ring_mesh": mesh})
 
 
 def force_without_clearance(arm: Arm) -> Iterator[Erratum]:

@@ -63,6 +63,7 @@ def _growth(
     model = PhysicalModel(*block)
     radius_m = 2 * stage_geometry(geared_joint(model.arm)).r_cp
     lengths = np.where(model.layout.angular, radius_m, 1.0)  # along the line of action, (n,)
+    scale = np.array([1.0, 1 / (tau * MESH_HZ)])[:, None] * lengths  # of coordinates and of rates
     models = [Continued(block, *state) for state in [*zip(q, v, strict=True)] * 2]
     away = np.zeros((len(q), 2, q.shape[1]))
     away[:, 0] = NEAR_M / lengths / np.sqrt(q.shape[1])
@@ -75,17 +76,11 @@ def _growth(
         found = motion(models, span_s[0] + number * BLOCK_S)
         (q, near_q), (v, near_v) = (np.split(last[-1].T, 2) for last in (found.q, found.v))
         away = np.stack([near_q - q, near_v - v], axis=1)
-        grown = np.linalg.norm(_as_lengths(away, lengths), axis=1) / NEAR_M
+        in_metres = (away * scale).reshape(len(away), -1)
+        grown = np.linalg.norm(in_metres, axis=1) / NEAR_M
         folds.append(np.log(grown))
         away /= grown[:, None, None]
     if blocks <= ALIGNED:
         return [np.nan] * len(q)
     mean: np.ndarray = np.mean(folds[ALIGNED:], axis=0) / BLOCK_S
     return list(map(float, mean))
-
-
-def _as_lengths(away: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Separations (members, 2, n) as lengths (members, 2 n)."""
-    scale = np.array([1.0, 1 / (tau * MESH_HZ)])[:, None] * lengths
-    scaled: np.ndarray = (away * scale).reshape(len(away), -1)
-    return scaled

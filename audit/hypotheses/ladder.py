@@ -112,8 +112,18 @@ def chapter(material: Material) -> AuditChapter:
     )
     # A whole ladder is also what its lowest level leaves.
     unlike = {(one.where, one.quantity): one for one in (*found.whole, *found.levels)}
-    records = [
-        _verdict_record(found.verdict),
+    verdict = found.verdict
+    records: list[JsonObject] = [
+        {
+            "id": "H2",
+            "verdict": word(verdict.holds, "holds", "does not hold"),
+            "fitting_levels": list(verdict.fitting),
+            "shares_of_what_these_leave": recorded(verdict.rest),
+            "from_links": word(verdict.holds_from_links, "holds", "does not hold"),
+            "shares_of_the_whole": recorded(verdict.whole),
+            "nearly_all_of_the_whole": list(verdict.causes),
+            "paper": word(verdict.papers, "holds", "does not hold"),
+        },
         *LEFT.json(found.left),
         *SHARES.json(unlike.values()),
         *(
@@ -235,19 +245,6 @@ LEFT: Columns[RigidResidual] = Columns(
         ),
     ],
 )
-
-
-def _verdict_record(verdict: LadderVerdict) -> JsonObject:
-    return {
-        "id": "H2",
-        "verdict": word(verdict.holds, "holds", "does not hold"),
-        "fitting_levels": list(verdict.fitting),
-        "shares_of_what_these_leave": recorded(verdict.rest),
-        "from_links": word(verdict.holds_from_links, "holds", "does not hold"),
-        "shares_of_the_whole": recorded(verdict.whole),
-        "nearly_all_of_the_whole": list(verdict.causes),
-        "paper": word(verdict.papers, "holds", "does not hold"),
-    }
 
 
 def baselines(found: Sequence[RigidResidual], limits: Mapping[str, Limits]) -> str:

@@ -87,12 +87,12 @@ def without_backlash(arm: Arm) -> Arm:
 
 def with_steady_stiffness(arm: Arm) -> Arm:
     """The arm with k_a = 0 in every mesh. Raises InputError for another law than Eq. 8."""
-    return with_meshes(arm, lambda mesh: _steady(arm, mesh))
 
+    def steady(mesh: Mesh) -> Mesh:
+        law = mesh.of_planet(0).stiffness
+        if not isinstance(law, SineStiffness):
+            raise InputError(arm.name, "stiffness", law.law, "must be sine, the paper's Eq. 8")
+        own = law.model_copy(update={"amplitude_N_per_m": 0.0})
+        return mesh.model_copy(update={"stiffness": own})
 
-def _steady(arm: Arm, mesh: Mesh) -> Mesh:
-    law = mesh.of_planet(0).stiffness
-    if not isinstance(law, SineStiffness):
-        raise InputError(arm.name, "stiffness", law.law, "must be sine, the paper's Eq. 8")
-    steady = law.model_copy(update={"amplitude_N_per_m": 0.0})
-    return mesh.model_copy(update={"stiffness": steady})
+    return with_meshes(arm, steady)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 
+from crosscheck.audit.experiments.cells import INTEGRAL, PRINTED, REPAIRED_RATE, Cell
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 from crosscheck.audit.measures.undefined import UNDEFINED, JsonObject
@@ -109,7 +110,12 @@ def _shares(simulated: Maps) -> dict[str, Share | None]:
     plain = {one.setting.cell: one.third for one in simulated.settings if one.setting.is_paper}
     alike = {one.setting.cell: one.third for one in simulated.lumped}
     found = plain | alike
-    cells = sections.printed_cells(ZETA)
+    cells = {
+        "printed": Cell(PRINTED, ZETA),
+        "repaired": Cell(REPAIRED_RATE, ZETA),
+        "integral": Cell(INTEGRAL, ZETA),
+        "alike": Cell(PRINTED, ZETA, planets="lumped"),
+    }
     return {name: found[c].share if c in found else None for name, c in cells.items()}
 
 

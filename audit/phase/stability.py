@@ -91,6 +91,11 @@ class Curve(NamedTuple):
     time_s: tuple[float, ...]
     values: tuple[float, ...]
 
+    @classmethod
+    def of(cls, time: np.ndarray, values: np.ndarray) -> Curve:
+        """Of values (times,)."""
+        return cls(tuple(map(float, time)), tuple(map(float, values)))
+
 
 @dataclass(frozen=True)
 class Linearised:
@@ -144,15 +149,15 @@ class Linearisation(Perturbed[Linearised]):
         run = motion(models_of(self.variant, self.seeds))
         followed = [_follow(base, modes, run.time, one) for one in run.shoulder.T]
         begun = tuple(one.begun for one in followed if one.begun is not None)
-        first = followed[0]
+        first, thin = followed[0], max(1, base.time.size // DRAWN)
         return Linearised(
             largest=_largest(base, modes),
             intervals=tuple(one for one in unstable if one.end > THIRD_S[0]),
             begun=begun,
             jacobian_error=jacobian_error(plant, base, SAMPLES),
-            growth=_drawn(base.time, modes.largest),
-            frequencies=tuple(_drawn(base.time, column) for column in modes.frequency.T),
-            unstable=tuple(_thinned(column > 0) for column in modes.growth.T),
+            growth=Curve.of(base.time[::thin], modes.largest[::thin]),
+            frequencies=tuple(Curve.of(base.time[::thin], x[::thin]) for x in modes.frequency.T),
+            unstable=tuple(tuple(map(bool, grows[::thin])) for grows in (modes.growth > 0).T),
             simulated=_highest(run.time, first.simulated),
             predicted=_highest(first.time, first.predicted),
             shoulder=SignalEnvelope.of(run.time, run.shoulder[:, 0]),
@@ -225,15 +230,6 @@ def _largest(base: Base, modes: Modes) -> LargestGrowth | None:
         float(base.time[part][peak]),
         float(modes.frequency[part][peak, mode]),
     )
-
-
-def _thinned(values: np.ndarray) -> tuple[bool, ...]:
-    return tuple(map(bool, values[:: max(1, values.size // DRAWN)]))
-
-
-def _drawn(time: np.ndarray, values: np.ndarray) -> Curve:
-    step = max(1, time.size // DRAWN)
-    return Curve(tuple(map(float, time[::step])), tuple(map(float, values[::step])))
 
 
 def _highest(time: np.ndarray, values: np.ndarray) -> Curve:

@@ -149,6 +149,7 @@ class Shaking(Question[Shaken]):
         if not whole:
             raise Diverged(self.variant.model, 0.0)
         errors = [{b: x[i] - plain[i] for b, x in with_play.items()} for i in whole]
+        predicted = rigid_prediction(time, errors[0][REFERENCE_M], sensitivity)
         elbow = sensitivity[:, 0, 1]
         return Shaken(
             self.drive,
@@ -158,7 +159,11 @@ class Shaking(Question[Shaken]):
             defined(abs(_at(time, elbow, SMALL_S[1]))),
             float(np.abs(elbow).max()),
             max(float(np.abs(plain[i] - rigid)[:, 0].max()) for i in whole),
-            _curves(time, errors[0], sensitivity),
+            Curves(
+                time[::DRAWN].tolist(),
+                [error[::DRAWN, 0].tolist() for error in errors[0].values()],
+                [defined(value) for value in predicted[::DRAWN, 0]],
+            ),
         )
 
     def _geared(self, backlash_m: float) -> dict[int, np.ndarray]:
@@ -205,15 +210,6 @@ def found(time: np.ndarray, errors: Errors, sensitivity: np.ndarray) -> StartSha
         ordered_after=defined(ordered(SMALL_S[1], float(time[-1]))),
         largest_rad=tuple(float(np.abs(e[:, 0]).max()) for e in errors.values()),
         end_rad=tuple(float(e[-1, 0]) for e in errors.values()),
-    )
-
-
-def _curves(time: np.ndarray, errors: Errors, sensitivity: np.ndarray) -> Curves:
-    predicted = rigid_prediction(time, errors[REFERENCE_M], sensitivity)[::DRAWN, 0]
-    return Curves(
-        time[::DRAWN].tolist(),
-        [error[::DRAWN, 0].tolist() for error in errors.values()],
-        [defined(value) for value in predicted],
     )
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.audit.claims.rule import State
-from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE, Cell
+from crosscheck.audit.experiments.cells import INTEGRAL, LABELLED, PRINTED, REPAIRED_RATE
 from crosscheck.audit.experiments.torque import RING_CYCLES
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.shares import Share
@@ -370,13 +370,3 @@ def _made(found: Sequence[Objected], objection: str, phase: str, visible: bool =
     made = [(one.made_visible if visible else one.made).share for one in chosen]
     told = ["undefined" if one is None else f"{one.yes} of {one.of}" for one in made]
     return ", ".join(told) + " starts"
-
-
-def printed_cells(zeta: float) -> dict[str, Cell]:
-    """The three laws at a damping ratio, and the paper's with lumped planets."""
-    return {
-        "printed": Cell(PRINTED, zeta),
-        "repaired": Cell(REPAIRED_RATE, zeta),
-        "integral": Cell(INTEGRAL, zeta),
-        "alike": Cell(PRINTED, zeta, planets="lumped"),
-    }

@@ -98,11 +98,6 @@ def rigid_motion(case: Case, step_s: float, every: int) -> xr.Dataset:
     return build("analytic:coupled", case.arm, scenario).simulate()
 
 
-def forces_along(plant: Plant, time: np.ndarray, qs: np.ndarray, vs: np.ndarray) -> np.ndarray:
-    """Elastic force per planet [N], (times, meshes), at states qs, vs (times, n)."""
-    return np.array([plant.states.at(*of).mesh_forces for of in zip(time, qs, vs, strict=True)])
-
-
 class RecordedMotion(NamedTuple):
     """Records of runs: time (times,) [s] by the law's own clock; q, v, a (times, n, members).
 
