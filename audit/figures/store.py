@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from contextlib import suppress
+from itertools import pairwise
 
 import numpy as np
 import xarray as xr
@@ -92,16 +93,9 @@ def _extreme_samples(run: xr.Dataset, bin_s: float) -> np.ndarray:
     bins = np.floor(time / bin_s + 1e-9).astype(int)
     edges = np.flatnonzero(np.diff(bins, prepend=-1))
     kept = np.zeros(time.size, dtype=bool)
-    for variable in run.data_vars.values():
-        for column in variable.values.reshape(time.size, -1).T:
-            for sign in (1, -1):
-                kept[_first_largest(sign * column, edges)] = True
+    columns = np.hstack([x.values.reshape(time.size, -1) for x in run.data_vars.values()])
+    for sign in (1, -1):
+        sizes = np.nan_to_num(sign * columns, nan=-np.inf)
+        for begin, end in pairwise((*edges, time.size)):
+            kept[begin + sizes[begin:end].argmax(axis=0)] = True
     return kept
-
-
-def _first_largest(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Index of the first largest value in each bin; NaN counts as smallest."""
-    filled = np.nan_to_num(values, nan=-np.inf)
-    largest = np.repeat(np.maximum.reduceat(filled, edges), np.diff(np.append(edges, filled.size)))
-    hits = np.flatnonzero(filled == largest)
-    return hits[np.searchsorted(hits, edges)]
