@@ -111,7 +111,7 @@ class Starts(Perturbed[Measured]):
                 diverged.append(run.time_s)
                 continue
             if beside is None:
-                beside = tuple(rigid.at(run.time) for rigid in map(_rigid, self.beside()))
+                beside = tuple(rigid.at(run.time) for rigid in map(rigid_course, self.beside()))
             found.append(self.numbers(run, beside))
             diverged.append(None)
         names = dict.fromkeys(name for numbers in found for name in numbers)
@@ -206,7 +206,7 @@ class BackAndForth(Starts):
 
 
 @lru_cache(maxsize=16)
-def _rigid(variant: Variant) -> Course:
+def rigid_course(variant: Variant) -> Course:
     """A rigid arm's run. Raises Diverged."""
     (run,) = _side_by_side([build(variant.model, *variant.case())])
     if isinstance(run, Diverged):

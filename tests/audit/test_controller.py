@@ -18,7 +18,6 @@ from crosscheck.audit.hypotheses.evidence import flutter, linear_limits
 from crosscheck.audit.hypotheses.evidence.flutter import VIBRATES, Flutter, FlutterSetting
 from crosscheck.audit.hypotheses.evidence.handed import DriveHandover, Handed
 from crosscheck.audit.hypotheses.evidence.linear_limits import SUN, Point, Threshold, growth_agrees
-from crosscheck.audit.phase.runs.experiments import TABLE_STEP_S, played_back
 from crosscheck.audit.phase.runs.plant import Continued
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.registry import build
@@ -124,7 +123,7 @@ def test_a_sensor_on_the_links_is_the_drives_own_feedback():
 
 def test_a_torque_that_is_played_back_is_the_rigid_arms():
     variant = FlutterSetting("contact", 0.01).variant()
-    case = played_back(variant.case())
+    case = flutter.played_back(variant.case(), variant)
     rigid = build("analytic:coupled", case.arm, variant.case().scenario).simulate()
     drive = drive_data(case.scenario, 2)
     time, torque = rigid["time"].values, rigid["torque"].values
@@ -132,7 +131,7 @@ def test_a_torque_that_is_played_back_is_the_rigid_arms():
     # A straight line over h misses T by T'' h^2 / 8; T'' by differences of the records, a tenth
     # more for their own error.
     curvature = np.abs(np.diff(torque, 2, axis=0)).max() / (time[1] - time[0]) ** 2
-    np.testing.assert_allclose(table, torque, atol=1.1 * curvature * TABLE_STEP_S**2 / 8)
+    np.testing.assert_allclose(table, torque, atol=1.1 * curvature * flutter.TABLE_S**2 / 8)
     assert np.abs(torque).max() > 100
 
 

@@ -16,17 +16,19 @@ from crosscheck.audit.claims.rule import State, quantiles_of, state
 from crosscheck.audit.experiments.cells import INTEGRAL, Cell
 from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.experiments.starts import RECORDED_S, TransientPd
+from crosscheck.audit.experiments.starts import RECORDED_S, TransientPd, rigid_course
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers, Planets, Variant
 from crosscheck.audit.measures.course import Course
+from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.undefined import finite
-from crosscheck.audit.phase.runs.experiments import played_back
+from crosscheck.audit.phase.runs.experiments import with_torque
 from crosscheck.models.loading import Case
 
 VIBRATES = 1.0  # rad/s^2: what is left of the impacts is below it by then
 SETTLED_S = (0.9, 1.2)  # well after the impacts of the side change
+TABLE_S = 1e-3  # rows of a torque that is played back
 Damping = Literal["always", "contact"]
 
 
@@ -74,7 +76,7 @@ class Vibrations(TransientPd):
 
     def case(self) -> Case:
         case = super().case()
-        return played_back(case) if self.played_back else case
+        return played_back(case, self.variant) if self.played_back else case
 
     def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
         (beside,) = rigid
@@ -136,3 +138,10 @@ def flutter_of(setting: FlutterSetting, sample: Sample) -> Flutter:
     known = np.sort(sizes[~np.isnan(sizes)])
     frequency = float(np.median(vibrating)) if vibrating.size else None
     return Flutter(setting, tuple(map(float, known)), frequency)
+
+
+def played_back(case: Case, variant: Variant) -> Case:
+    """The case with its drive replaced by the torque that the rigid arm needs in it."""
+    count = round(case.scenario.duration_s / TABLE_S) + 1
+    time = np.linspace(0.0, case.scenario.duration_s, count)
+    return with_torque(case, time, rigid_course(rigid_arm(variant)).at(time).torque)

@@ -18,7 +18,8 @@ from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.torque import fast
-from crosscheck.audit.phase.runs.experiments import models_of, played_back
+from crosscheck.audit.hypotheses.evidence.flutter import played_back
+from crosscheck.audit.phase.runs.experiments import models_of
 from crosscheck.audit.phase.runs.plant import Continued
 from crosscheck.models.experiment.drive import drive_data
 
@@ -43,7 +44,7 @@ class DriveHandover(Perturbed[Handed]):
 
     def answer(self) -> Handed:
         case, models = self.variant.case(), models_of(self.variant, self.seeds)
-        table = drive_data(played_back(case).scenario, len(case.arm.joints))
+        table = drive_data(played_back(case, self.variant).scenario, len(case.arm.joints))
         later = table._replace(table_time=table.table_time - HANDED_S)
         model, states = models[0], grown(models)
         parts = model.arm, model.layout, model.gears

@@ -76,10 +76,15 @@ def played_back(case: Case) -> Case:
     rigid = rigid_motion(case, RIGID_STEP_S, round(TABLE_STEP_S / RIGID_STEP_S))
     time = rigid["time"].values.copy()
     time[-1] = max(time[-1], case.scenario.duration_s)
+    return with_torque(case, time, rigid["torque"].values)
+
+
+def with_torque(case: Case, time: np.ndarray, torque: np.ndarray) -> Case:
+    """The case driven by torques (times, joints) [N m], by straight lines between times [s]."""
     drive = TableDrive(
         kind="table",
         time_s=tuple(map(float, time)),
-        torque_N_m=tuple(tuple(map(float, column)) for column in rigid["torque"].values.T),
+        torque_N_m=tuple(tuple(map(float, column)) for column in torque.T),
     )
     return case._replace(scenario=case.scenario.model_copy(update={"drive": drive}))
 
