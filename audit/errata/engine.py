@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from crosscheck.analytic.paper.printed import printed_form
 from crosscheck.audit.errata.erratum import FormSide, PhysicalSide, simulated
@@ -50,13 +50,7 @@ class BesideEngine:
 
     def to_dict(self) -> JsonObject:
         """For JSON."""
-        return {
-            "id": "finding/printed",
-            "mass_matrix": self.mass_matrix,
-            "acceleration": self.acceleration,
-            "states": self.states,
-            "runs": {name: vars(run) for name, run in self.runs.items()},
-        }
+        return {"id": "finding/printed", **asdict(self)}
 
 
 @dataclass(frozen=True)

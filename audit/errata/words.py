@@ -27,11 +27,6 @@ class Misprint:
     derived: str
     remark: str = ""
 
-    @property
-    def erratum(self) -> Erratum:
-        """For the sheet."""
-        return Erratum(self.id, self.kind, self.where, self.printed, self.derived, self.remark)
-
 
 @dataclass(frozen=True)
 class Contradiction:
@@ -89,7 +84,7 @@ def _words() -> dict[str, Words]:
 def in_words(computed: Sequence[SimulatedErratum]) -> tuple[SimulatedErratum, ...]:
     """With what the sheet says of each, and what is found by reading alone; by class."""
     found = [replace(one, erratum=told(one.erratum)) for one in computed]
-    found += [SimulatedErratum(misprint.erratum, {}) for misprint in notes().misprints]
+    found += [SimulatedErratum(Erratum(**vars(one)), {}) for one in notes().misprints]
     return tuple(sorted(found, key=lambda one: CLASSES.index(one.erratum.kind)))
 
 
@@ -102,10 +97,5 @@ def told(erratum: Erratum) -> Erratum:
         return erratum
     kind, _, _ = erratum.id.partition("-")
     said = _words().get(erratum.id) or _words()[kind]
-    return replace(
-        erratum,
-        where=said.where.format_map(erratum.quoted),
-        printed=said.printed.format_map(erratum.quoted),
-        derived=said.derived.format_map(erratum.quoted),
-        remark=said.remark.format_map(erratum.quoted),
-    )
+    texts = {name: words.format_map(erratum.quoted) for name, words in vars(said).items()}
+    return replace(erratum, **texts)

@@ -25,6 +25,7 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Planets, Variant
 from crosscheck.audit.measures.rigid import rigid_model
+from crosscheck.audit.measures.undefined import recorded
 from crosscheck.audit.page.chapter import AuditChapter, Said
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
@@ -34,13 +35,8 @@ from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
 
 ID, TITLE = "damping_fit", "The unknown damping"
-LAW_WORDS = dict(
-    zip(
-        (law.id for law in LAWS),
-        ("as printed", "printed, ring rate repaired", "integral"),
-        strict=True,
-    )
-)
+_LAW_WORDS = ("as printed", "printed, ring rate repaired", "integral")
+LAW_WORDS = {law.id: words for law, words in zip(LAWS, _LAW_WORDS, strict=True)}
 
 # The numbers that Section 3 prints of meshes and fluctuations, and Section 4.1's frequency.
 NUMBERS = ("3.1-09", "3.1-14", "3.2-16", "3.2-20", "3.2-27", "3.2-28", "3.2-29", "4.1-19")
@@ -80,18 +76,14 @@ def chapter(material: Material) -> AuditChapter:
     )
     verdict: dict[str, object] = {
         "id": "damping",
-        **_span_record(whole),
-        "without": [_span_record(one) for one in left_out],
+        **recorded(vars(whole)),
+        "without": [recorded(vars(one)) for one in left_out],
         "true_in_all": silent[State.YES],
         "false_in_all": silent[State.NO],
     }
     records: list[Mapping[str, object]] = [verdict, *REVERSALS.json(rigid), *table.json(found)]
     outcome = text("hypotheses/damping_fit_outcome", **given)
     return AuditChapter(ID, TITLE, page, records, outcome, said=said(found, claims))
-
-
-def _span_record(one: Span) -> dict[str, object]:
-    return {name: list(v) if isinstance(v, tuple) else v for name, v in vars(one).items()}
 
 
 def _most(found: Sequence[DampingFit], law: Law) -> float:
