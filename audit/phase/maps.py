@@ -21,7 +21,7 @@ from crosscheck.audit.experiments.experiments import (
 )
 from crosscheck.audit.experiments.pool import Wanted
 from crosscheck.audit.measures.third import Third
-from crosscheck.audit.measures.twosamples import RaisedByError, TwoTests, WithAndWithout, two_tests
+from crosscheck.audit.measures.twosamples import RaisedByError, WithAndWithout
 from crosscheck.audit.page.material import Material
 
 # The integral with Eq. 13's ring rate: the one combination that no claim is judged with.
@@ -136,11 +136,6 @@ class RepairedSetting:
 
     plain: Mapped
     conservative: Mapped
-
-    @property
-    def tests(self) -> TwoTests:
-        """Whether the third fluctuation differs."""
-        return two_tests(self.plain.third, self.conservative.third)
 
 
 def integral_of(setting: MapSetting) -> MapSetting:

@@ -68,14 +68,10 @@ class LargestGrowth(NamedTuple):
 
 
 class Begun(NamedTuple):
-    """One start: when its vibration begins, predicted and simulated [s], None: never.
-
-    floor_rad_per_s2: below which none falls.
-    """
+    """One start: when its vibration begins, predicted and simulated [s], None: never."""
 
     predicted_s: float | None
     simulated_s: float | None
-    floor_rad_per_s2: float
 
     @property
     def as_predicted(self) -> bool:
@@ -180,7 +176,7 @@ def _follow(base: Base, modes: Modes, time: np.ndarray, shoulder: np.ndarray) ->
     if not np.isfinite(first).all():
         return _Followed(None, simulated, base.time[part], np.full(base.time[part].shape, np.nan))
     predicted = predicted_amplitude(base.time[part], modes.growth[part], first, floor)
-    begun = Begun(_onset(base.time[part], predicted), _onset(time, simulated), float(np.min(floor)))
+    begun = Begun(_onset(base.time[part], predicted), _onset(time, simulated))
     return _Followed(begun, simulated, base.time[part], predicted)
 
 

@@ -55,9 +55,9 @@ class Foretold:
     """The first parting of a run, whichever joint's, along the lumped run or along the free one.
 
     asked: starts that were run; diverged: those left out because a run diverged; starts: those in
-    which planets part or should; courses_part: in which they should; earliest_s, latest_s: when
-    they part as measured; right: starts in which it is foretold within a tenth; strayed: in which
-    the planets' mean had by then left the lumped run by 1 um; right_unless_strayed: of the others.
+    which planets part or should; courses_part: in which they should; right: starts in which it is
+    foretold within a tenth; strayed: in which the planets' mean had by then left the lumped run by
+    1 um; right_unless_strayed: of the others.
     """
 
     along: str
@@ -65,8 +65,6 @@ class Foretold:
     diverged: int
     starts: int
     courses_part: int
-    earliest_s: float | None
-    latest_s: float | None
     right: int
     largest_error: float | None
     median_error: float | None
@@ -153,15 +151,12 @@ def _first_parting(
         if (pair := (earliest(course.parting_s), earliest(one.measured.parting_s))) != (None, None)
     ]
     errors = _errors([pair for pair, _ in told])
-    predicted, measured = ([pair[k] for pair, _ in told] for k in (0, 1))
     return Foretold(
         along=along,
         asked=asked,
         diverged=asked - len(found),
         starts=len(told),
-        courses_part=sum(time is not None for time in predicted),
-        earliest_s=earliest(measured),
-        latest_s=defined(extreme(measured, max)),
+        courses_part=sum(predicted is not None for (predicted, _), _ in told),
         right=sum(parting_is_predicted(*pair) for pair, _ in told),
         largest_error=defined(extreme(errors, max)),
         median_error=defined(float(np.median(errors))) if errors else None,

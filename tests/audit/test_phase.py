@@ -243,11 +243,11 @@ def test_second_engine_supports_if_it_shows_the_same_and_is_quiet_under_angle() 
 
 
 def test_onset_predicted() -> None:
-    assert Begun(None, None, 0.0).as_predicted
-    assert not Begun(None, 1.0, 0.0).as_predicted
-    assert not Begun(1.0, None, 0.0).as_predicted
-    assert Begun(1 + BELOW * ONSET_WITHIN, 1.0, 0.0).as_predicted
-    assert not Begun(1 + ABOVE * ONSET_WITHIN, 1.0, 0.0).as_predicted
+    assert Begun(None, None).as_predicted
+    assert not Begun(None, 1.0).as_predicted
+    assert not Begun(1.0, None).as_predicted
+    assert Begun(1 + BELOW * ONSET_WITHIN, 1.0).as_predicted
+    assert not Begun(1 + ABOVE * ONSET_WITHIN, 1.0).as_predicted
 
 
 def test_a_vibration_dies_below_a_tenth() -> None:

@@ -208,7 +208,6 @@ def test_the_first_parting_is_foretold_start_by_start() -> None:
     assert (worse.right, worse.starts, worse.all_right) == (2, 4, False)
     assert (worse.strayed, worse.right_unless_strayed) == (1, 2)
     assert (told.asked, told.diverged, told.courses_part) == (4, 1, 2)
-    assert (told.earliest_s, told.latest_s) == (0.1, 0.1)
     assert _foretold([]).all_right is None
     assert replace(told, diverged=2).all_right is True
     assert replace(told, diverged=3).all_right is None
