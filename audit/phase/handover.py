@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from crosscheck import signals
 from crosscheck.audit.experiments.cells import PRINTED, REPAIRED_RATE, Cell, Law
-from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.starts import Perturbed
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Quantiles, quantiles
@@ -83,23 +82,13 @@ class HandedOver:
 
 
 @dataclass(frozen=True)
-class Handover(Question[HandedOver]):
-    """What becomes of a setting's severe starts."""
+class Handover(Perturbed[HandedOver]):
+    """What becomes of a setting's severe starts; variant: up to the third fluctuation's end."""
 
     cost = 16.0
 
     cell: Cell
-    third_s: float
     after_s: float
-    seeds: tuple[int, ...]
-
-    @property
-    def variant(self) -> Variant:
-        """Up to the end of the third fluctuation."""
-        return pd_run(self.cell, self.third_s)
-
-    def records(self) -> Records:
-        return self.variant.case()
 
     def answer(self) -> HandedOver:
         run = motion(models_of(self.variant, self.seeds))
@@ -137,7 +126,7 @@ class Handover(Question[HandedOver]):
 
     def _excess(self, run: RecordedMotion) -> np.ndarray:
         """(times, members), against the rigid arm in the whole experiment."""
-        whole = pd_run(self.cell, THIRD_S[1] + AFTER_S)
+        whole = replace(self.variant, duration_s=THIRD_S[1] + AFTER_S)
         return shoulder_excess(whole, run.time, run.shoulder)
 
 
@@ -188,8 +177,8 @@ class Handovers:
 
 def handover(study: Study, scale: Scale) -> Handovers:
     """The states at the height of the vibration, continued under each law."""
-    lasting = scale.seconds(THIRD_S[1]), scale.seconds(AFTER_S)
-    asked = [Handover(cell, *lasting, scale.seeds) for cell in CELLS]
+    third_s, after_s = scale.seconds(THIRD_S[1]), scale.seconds(AFTER_S)
+    asked = [Handover(pd_run(cell, third_s), scale.seeds, cell, after_s) for cell in CELLS]
     found = dict(zip(CELLS, study.answers(asked, "phase: handover"), strict=True))
     fates = []
     for cell, one in found.items():
