@@ -4,42 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
+from typing import Literal
 
 import numpy as np
 import pytest
 
-from crosscheck.models.robot.robot import Joint, Robot, RobotBody, Rotor
+from crosscheck.models.robot.robot import Robot, Rotor
 from tests.faults.robots import engines_agree
 from tests.robots.chains import ENGINES
 
 Change = Callable[[Robot], Robot]
 
 
-def body(number: int, change: Callable[[RobotBody], RobotBody]) -> Change:
+def of(kind: Literal["bodies", "joints", "rotors"], number: int, change: Callable) -> Change:
+    """A robot, one of its parts changed."""
+
     def changed(own: Robot) -> Robot:
-        bodies = list(own.bodies)
-        bodies[number] = change(bodies[number])
-        return replace(own, bodies=tuple(bodies))
+        parts = list(getattr(own, kind))
+        parts[number] = change(parts[number])
+        return replace(own, **{kind: tuple(parts)})
 
     return changed
 
 
-def moved(number: int, change: Callable[[Joint], Joint]) -> Change:
-    def changed(own: Robot) -> Robot:
-        joints = list(own.joints)
-        joints[number] = change(joints[number])
-        return replace(own, joints=tuple(joints))
-
-    return changed
-
-
-def spun(number: int, change: Callable[[Rotor], Rotor]) -> Change:
-    def changed(own: Robot) -> Robot:
-        rotors = list(own.rotors)
-        rotors[number] = change(rotors[number])
-        return replace(own, rotors=tuple(rotors))
-
-    return changed
+body, moved, spun = partial(of, "bodies"), partial(of, "joints"), partial(of, "rotors")
 
 
 def meshed(field: str, factor: float) -> Change:

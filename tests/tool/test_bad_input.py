@@ -206,3 +206,15 @@ def test_bad_input_makes_no_folder(crosscheck, tmp_path):
 )
 def test_wrong_usage_is_one_line(crosscheck, arguments):
     assert_one_line(crosscheck(*arguments), "--help")
+
+
+def test_a_cross_check_refuses_lumped_planets_that_differ(crosscheck, tmp_path):
+    more = ("--quick", "--set", "switches.planets=lumped", "--json", tmp_path / "a.json")
+    answer = crosscheck("validate", "planets-apart", *more)
+    assert_one_line(answer, "planets-apart", "joints[0].sun_mesh.", "planets = free")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_papers_own_arm_may_have_free_planets(short):
+    assert short("--set", "switches.planets=free").code == 0
+    assert short("--set", "arm.joints.*.*_mesh.backlash_m=[5e-5, 4e-5, 5e-5]").code == 0
