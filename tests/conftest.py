@@ -54,6 +54,11 @@ def reading(request: pytest.FixtureRequest) -> Arm:
     return load_arm(request.param)
 
 
+def pytest_xdist_auto_num_workers() -> int:
+    """One more than cores: tests wait for processes and timers an eighth of their time."""
+    return (os.cpu_count() or 1) + 1
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     """``--first-cases``."""
     about = "of every test its first case, and none that is slow or a campaign"
