@@ -8,13 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.derivation.stage import equivalent_masses
+from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.analytic.paper.mesh_force import EXACT, TANH
 from crosscheck.analytic.paper.mesh_frequency import ANGLE, OMEGA_T, ring_mesh_rate, sun_mesh_rate
 from crosscheck.analytic.paper.mesh_phasing import mesh_phases
 from crosscheck.analytic.paper.stiffness import StiffnessData, mean_stiffness, stiffness_data
 from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.switches import Switches
@@ -134,12 +135,12 @@ def _amplitude(mesh: PlanetMesh) -> float:
     return law.amplitude_N_per_m if law.law == "sine" else 0.0
 
 
-def damping(joint: Planetary, planet: int = 0) -> tuple[float, float]:
+def damping(joint: PlanetaryStage, planet: int = 0) -> tuple[float, float]:
     """(d_sp, d_pr) [N s/m], of N planets like this one: the diagonal of D that the paper leaves.
 
     From the damping ratio of each mesh against its own equivalent mass, where not given directly.
     """
-    sun, own, _ = equivalent_masses(joint)
+    sun, own = gear_masses(joint)
     masses = sun, joint.planet_count * own
     meshes = joint.sun_mesh.of_planet(planet), joint.ring_mesh.of_planet(planet)
     d_sp, d_pr = (

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.models.arm.arm import Direct, Link, Planetary
+from crosscheck.models.arm.gears import PlanetaryGears
 
 
 class Stage(NamedTuple):
@@ -79,14 +80,18 @@ def _values(joint: Planetary | Direct, link: Link) -> tuple[float, ...]:
 
 def equivalent_masses(joint: Planetary) -> tuple[float, float, float]:
     """M_s, M_p, M_c [kg]: M = J / r^2 (Section 2), as given or from the inertias."""
-    geometry = stage_geometry(joint)
-    parts = (
-        (joint.sun_equivalent_mass_kg, joint.sun_inertia_kg_m2, geometry.r_s),
-        (joint.planet_equivalent_mass_kg, joint.planet_inertia_kg_m2, geometry.r_p),
-        (joint.carrier_equivalent_mass_kg, joint.carrier_inertia_kg_m2, geometry.r_cp),
+    radius = stage_geometry(joint).r_cp
+    carrier = _either(joint.carrier_equivalent_mass_kg, joint.carrier_inertia_kg_m2, radius)
+    return *gear_masses(joint), carrier
+
+
+def gear_masses(gears: PlanetaryGears) -> tuple[float, float]:
+    """M_s, M_p [kg], likewise."""
+    geometry = stage_geometry(gears)
+    return (
+        _either(gears.sun_equivalent_mass_kg, gears.sun_inertia_kg_m2, geometry.r_s),
+        _either(gears.planet_equivalent_mass_kg, gears.planet_inertia_kg_m2, geometry.r_p),
     )
-    M_s, M_p, M_c = (_either(mass, inertia, radius) for mass, inertia, radius in parts)
-    return M_s, M_p, M_c
 
 
 def _either(mass: float | None, inertia: float | None, radius: float) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.arm.gears import PlanetaryGears
 
 
 class StageGeometry(NamedTuple):
@@ -22,7 +22,7 @@ class StageGeometry(NamedTuple):
     n: float
 
 
-def stage_geometry(joint: Planetary) -> StageGeometry:
+def stage_geometry(joint: PlanetaryGears) -> StageGeometry:
     """Base radius = pitch radius x cos(alpha), pitch radius = m z / 2."""
     cos_alpha = math.cos(math.radians(joint.pressure_angle_deg))
     r_c = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2

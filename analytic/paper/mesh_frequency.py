@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from crosscheck.analytic.paper.kinematics import StageGeometry
-from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.arm.gears import PlanetaryGears
 
 ANGLE, OMEGA_T = 0, 1
 
@@ -23,12 +23,12 @@ def sun_mesh_frequency(
     return (rolling / geometry.r_s - theta_c_dot) * z_s
 
 
-def sun_mesh_rate(joint: Planetary, geometry: StageGeometry) -> float:
+def sun_mesh_rate(joint: PlanetaryGears, geometry: StageGeometry) -> float:
     """Eq. 12 over theta_c': mesh cycles, in radians, per radian of carrier rotation."""
     return joint.sun_teeth * (2 * geometry.r_cp / geometry.r_s - 1)
 
 
-def ring_mesh_rate(joint: Planetary, geometry: StageGeometry, ring_rate: str) -> float:
+def ring_mesh_rate(joint: PlanetaryGears, geometry: StageGeometry, ring_rate: str) -> float:
     """Eq. 13 over theta_c' as printed (``eq13``), or ``corrected``.
 
     Eq. 10 takes frequencies relative to the carrier, and theta_p counts positive against it, so the

@@ -8,22 +8,22 @@ from __future__ import annotations
 
 import math
 
-from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
 
 TURN = 2 * math.pi
 
 
-def sun_lag(joint: Planetary, planet: int) -> float:
+def sun_lag(joint: PlanetaryGears, planet: int) -> float:
     """gamma_sn = z_s psi_n / 2 pi [cycles]; planet counted from 0."""
     return joint.sun_teeth * planet / joint.planet_count
 
 
-def ring_lag(joint: Planetary, planet: int) -> float:
+def ring_lag(joint: PlanetaryGears, planet: int) -> float:
     """gamma_rn = -z_r psi_n / 2 pi [cycles], the same modulo 1: the planets can be assembled."""
     return -joint.ring_teeth * planet / joint.planet_count
 
 
-def ring_behind_sun(joint: Planetary) -> float:
+def ring_behind_sun(joint: PlanetaryGears) -> float:
     """gamma_rs [cycles] of a planet's two meshes, its teeth as thick as their gaps.
 
     Its flanks that carry at sun and ring are half its teeth and half a tooth apart.
@@ -31,7 +31,7 @@ def ring_behind_sun(joint: Planetary) -> float:
     return 0.0 if joint.planet_teeth % 2 else 0.5
 
 
-def mesh_phases(joint: Planetary, planet: int) -> tuple[float, float]:
+def mesh_phases(joint: PlanetaryStage, planet: int) -> tuple[float, float]:
     """Constants [rad] of the phases of a planet's meshes with sun and ring, planet from 0.
 
     Where the teeth say them, the ring mesh follows what is given of the first planet's sun mesh.

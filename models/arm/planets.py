@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.mesh import FROM_TEETH
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario
@@ -22,7 +23,7 @@ def unlike(arm: Arm) -> Iterator[tuple[str, object]]:
                 yield f"joints[{number}].{field}", value
 
 
-def unlike_fields(joint: Planetary) -> Iterator[tuple[str, object]]:
+def unlike_fields(joint: PlanetaryStage) -> Iterator[tuple[str, object]]:
     """The same of one joint."""
     for side, mesh in (("sun_mesh", joint.sun_mesh), ("ring_mesh", joint.ring_mesh)):
         for name, value in mesh:

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.switches import Switches
 from crosscheck.models.pinocchio.stiffness import MeshStiffness, curve_of, mesh_stiffness
@@ -23,7 +24,7 @@ class Contact(NamedTuple):
     ``planet`` is its body, ``place`` [rad] where that sits on the carrier, from the first planet's.
     """
 
-    joint: Planetary
+    joint: PlanetaryStage
     stage: TreeStage
     planet: int
     place: float
@@ -136,7 +137,7 @@ def _phase_from_teeth(contact: Contact) -> float:
     return (joint.ring_teeth * contact.place + _across_planet(joint) + given) % tau
 
 
-def _across_planet(joint: Planetary) -> float:
+def _across_planet(joint: PlanetaryGears) -> float:
     """Phase [rad] of a planet's ring mesh after its sun mesh.
 
     Sun and ring push the same way on either side of the planet, hence on opposite flanks: from one
@@ -145,12 +146,12 @@ def _across_planet(joint: Planetary) -> float:
     return pi * (joint.planet_teeth - 1)
 
 
-def _sun_mesh_rate(joint: Planetary) -> int:
+def _sun_mesh_rate(joint: PlanetaryGears) -> int:
     """Teeth of the sun that pass a planet per turn of the link: z_s (z_r / z_s + 1 - 1)."""
     return joint.ring_teeth
 
 
-def _ring_mesh_rate(joint: Planetary, chosen: Switches) -> int:
+def _ring_mesh_rate(joint: PlanetaryGears, chosen: Switches) -> int:
     """Teeth of the ring that pass a planet per turn of the link; or what Eq. 13 has in its place.
 
     Eq. 13: z_p (r_cp / r_p - 1), and r_cp / r_p = (z_s + z_p) / z_p.

@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.gears import PlanetaryGears
 from crosscheck.models.arm.layout import Layout
 
 
@@ -73,12 +74,12 @@ def map_to_tree(arm: Arm, stages: list[TreeStage], layout: Layout) -> np.ndarray
     return matrix
 
 
-def sun_turns(joint: Planetary) -> float:
+def sun_turns(joint: PlanetaryGears) -> float:
     """Turns of the sun in the ring's body per turn of the link, on rolling gears."""
     return 1 + joint.ring_teeth / joint.sun_teeth
 
 
-def base_radii(joint: Planetary) -> tuple[float, float, float]:
+def base_radii(joint: PlanetaryGears) -> tuple[float, float, float]:
     """Base radii [m] of sun, planet and ring."""
     half = joint.module_m / 2 * cos(radians(joint.pressure_angle_deg))
     return half * joint.sun_teeth, half * joint.planet_teeth, half * joint.ring_teeth
@@ -128,7 +129,7 @@ def _inertias(joint: Planetary) -> tuple[float, float, float]:
     )
 
 
-def equivalent_masses(joint: Planetary) -> tuple[float, float]:
+def equivalent_masses(joint: PlanetaryGears) -> tuple[float, float]:
     """M = J / r^2 [kg] of the sun and of one planet."""
     r_s, r_p, _ = base_radii(joint)
     return (

@@ -9,7 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.arm.arm import StageMasses
+from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.switches import Switches
 from crosscheck.models.exudyn.tree.mesh import GearStage, MeshLaw, StageCoordinates
@@ -19,12 +20,12 @@ Side = Literal["sun", "ring"]
 Gear = Literal["sun", "planet", "carrier"]
 
 
-def base_radius(joint: Planetary, teeth: int) -> float:
+def base_radius(joint: PlanetaryGears, teeth: int) -> float:
     """Radius [m] of the circle the involutes of a wheel with this many teeth unwind from."""
     return joint.module_m * teeth / 2 * float(np.cos(np.radians(joint.pressure_angle_deg)))
 
 
-def inertia(joint: Planetary, gear: Gear) -> float:
+def inertia(joint: PlanetaryGears, gear: Gear) -> float:
     """J [kg m^2] of a gear or the carrier, as given or M r^2."""
     mass, given, radius = _gear(joint, gear)
     if given is not None:
@@ -33,7 +34,7 @@ def inertia(joint: Planetary, gear: Gear) -> float:
     return mass * radius**2
 
 
-def equivalent_mass(joint: Planetary, gear: Gear) -> float:
+def equivalent_mass(joint: PlanetaryGears, gear: Gear) -> float:
     """M [kg] of a gear or the carrier, as given or J / r^2."""
     mass, given, radius = _gear(joint, gear)
     if mass is not None:
@@ -42,22 +43,22 @@ def equivalent_mass(joint: Planetary, gear: Gear) -> float:
     return given / radius**2
 
 
-def _gear(joint: Planetary, gear: Gear) -> tuple[float | None, float | None, float]:
+def _gear(joint: PlanetaryGears, gear: Gear) -> tuple[float | None, float | None, float]:
     """M or J, whichever is given, and r [m], of the carrier r_c cos(alpha)."""
-    mass, given, teeth = {
-        "sun": (joint.sun_equivalent_mass_kg, joint.sun_inertia_kg_m2, joint.sun_teeth),
-        "planet": (joint.planet_equivalent_mass_kg, joint.planet_inertia_kg_m2, joint.planet_teeth),
-        "carrier": (
-            joint.carrier_equivalent_mass_kg,
-            joint.carrier_inertia_kg_m2,
-            joint.sun_teeth + joint.planet_teeth,
-        ),
-    }[gear]
+    if gear == "sun":
+        own = joint.sun_equivalent_mass_kg, joint.sun_inertia_kg_m2, joint.sun_teeth
+    elif gear == "planet":
+        own = joint.planet_equivalent_mass_kg, joint.planet_inertia_kg_m2, joint.planet_teeth
+    else:
+        assert isinstance(joint, StageMasses)
+        teeth = joint.sun_teeth + joint.planet_teeth
+        own = joint.carrier_equivalent_mass_kg, joint.carrier_inertia_kg_m2, teeth
+    mass, given, teeth = own
     return mass, given, base_radius(joint, teeth)
 
 
 def gear_stage(
-    place: int, bodies: StageCoordinates, joint: Planetary, chosen: Switches
+    place: int, bodies: StageCoordinates, joint: PlanetaryStage, chosen: Switches
 ) -> GearStage:
     """What is known of a geared joint, the place-th from 0."""
     planets = range(joint.planet_count)
@@ -70,7 +71,7 @@ def gear_stage(
     )
 
 
-def mesh_law(joint: Planetary, chosen: Switches, side: Side, planet: int) -> MeshLaw:
+def mesh_law(joint: PlanetaryStage, chosen: Switches, side: Side, planet: int) -> MeshLaw:
     """The law of the mesh of a planet, counted from 0, with sun or ring."""
     sun = side == "sun"
     mesh = (joint.sun_mesh if sun else joint.ring_mesh).of_planet(planet)
@@ -113,7 +114,7 @@ def _linear(law: MeshLaw, stiffness: float) -> MeshLaw:
     )
 
 
-def _damping(joint: Planetary, side: Side, mesh: PlanetMesh, stiffness: float) -> float:
+def _damping(joint: PlanetaryStage, side: Side, mesh: PlanetMesh, stiffness: float) -> float:
     """Damping [N s/m] of one mesh: 1/N of 2 zeta sqrt(N k_m * mass), or of what is given."""
     planets = joint.planet_count
     if mesh.damping_N_s_per_m is not None:
@@ -124,7 +125,7 @@ def _damping(joint: Planetary, side: Side, mesh: PlanetMesh, stiffness: float) -
     return 2 * mesh.damping_ratio * float(np.sqrt(planets * stiffness * mass)) / planets
 
 
-def _phase_rate(joint: Planetary, chosen: Switches, side: Side) -> float:
+def _phase_rate(joint: PlanetaryGears, chosen: Switches, side: Side) -> float:
     """Teeth passing one planet per radian of the carrier: z_r on both sides, but for Eq. 13."""
     if side == "sun" or chosen.ring_rate == "corrected":
         return float(joint.ring_teeth)
@@ -133,7 +134,7 @@ def _phase_rate(joint: Planetary, chosen: Switches, side: Side) -> float:
     return joint.planet_teeth * (carrier / planet - 1)
 
 
-def _phase_offset(joint: Planetary, side: Side, planet: int, given: float | None) -> float:
+def _phase_offset(joint: PlanetaryStage, side: Side, planet: int, given: float | None) -> float:
     """Added to the mesh's phase [rad]: as given, or as the teeth say."""
     if given is not None:
         return given
@@ -143,7 +144,7 @@ def _phase_offset(joint: Planetary, side: Side, planet: int, given: float | None
     return float(turn % (2 * np.pi))
 
 
-def passed(joint: Planetary, side: Side, planet: int) -> float:
+def passed(joint: PlanetaryGears, side: Side, planet: int) -> float:
     """Part of a pitch, 0 to 1, by which a planet's mesh is ahead of the first planet's sun mesh.
 
     On its way round the ring a planet passes z_r teeth per turn forwards, and those of the sun,
