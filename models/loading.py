@@ -210,7 +210,7 @@ def _input_error(record: type[BaseModel], details: ErrorDetails, where: str) -> 
     if details["type"] == "extra_forbidden":
         *above, key = details["loc"]  # the user's own key, whatever it is called
         location = [*(part for part in above if part not in tags), key]
-        keys = _keys_at(record.model_json_schema(), location[:-1])
+        keys = _keys_at(record.model_json_schema(), above)
         return InputError(where, _dotted(location), value, _unknown_key(str(key), keys))
     if details["type"] == "missing":
         return InputError(where, _dotted(location), None, "is missing; a value is required")
@@ -238,16 +238,27 @@ def _unknown_key(key: str, keys: set[str]) -> str:
 
 
 def _keys_at(schema: dict[str, Any], location: list[Any]) -> set[str]:
-    """Every key that the records at this place of a JSON schema know, all variants together."""
+    """Every key that the records at this place of a JSON schema know, tags in the location.
+
+    Where no tag chooses between variants, the keys are those of all together.
+    """
     nodes = [schema]
     for part in location:
         below = [
-            node["items"] if isinstance(part, int) else node["properties"][part]
+            node.get("items")
+            if isinstance(part, int)
+            else node.get("properties", {}).get(part) or node.get("additionalProperties")
             for node in nodes
-            if isinstance(part, int) or part in node.get("properties", {})
         ]
-        nodes = [variant for node in below for variant in _variants(schema, node)]
+        inner = [variant for node in below if node for variant in _variants(schema, node)]
+        tagged = [node for node in nodes if part in _tags(node)]
+        nodes = inner or tagged or nodes
     return {key for node in nodes for key in node.get("properties", {})}
+
+
+def _tags(node: dict[str, Any]) -> list[Any]:
+    """By which a record of a schema is chosen among others."""
+    return [field.get("const") for field in node.get("properties", {}).values()]
 
 
 def _variants(schema: dict[str, Any], node: dict[str, Any]) -> list[dict[str, Any]]:

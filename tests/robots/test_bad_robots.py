@@ -156,7 +156,11 @@ BAD_FILES = {
         "joints.turn.mesh.stiffness_N_per_m",
         "1 to 1e12 N/m",
     ),
-    "mesh with more": (MINIMAL + GEARED + MESH.replace("stiff", "soft"), "joints.turn.mesh"),
+    "mesh with more": (
+        MINIMAL + GEARED + MESH.replace("stiff", "soft"),
+        "joints.turn.mesh.softness_N_per_m",
+        "did you mean stiffness_N_per_m?",
+    ),
     "direct with a ratio": (MINIMAL + GEARED.replace("geared", "direct"), "joints.turn"),
 }
 
