@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.quantities import Data, short
 from crosscheck.models.arm.stiffness import (
@@ -98,6 +99,7 @@ HEADINGS: dict[type[Data], str] = {
     RobotFile: "The robot",
     DirectTransmission: "Transmission: direct",
     Geared: "Transmission: geared",
+    PlanetaryStage: "Transmission: planetary",
     RotorMesh: "Mesh of a transmission",
 }
 

@@ -5,6 +5,8 @@ Of a body with centre of mass c, angular velocity w = W v and V its velocity per
 generalized inertia forces are m V' a_c + W' (I alpha + w x I w). Of a balanced rotor only its spin
 s = c' v about the axis z counts, c = N e + W' z of its stator: c J ds/dt + J s W' (w x z). Where it
 has a mesh, its rate against the stator is N q' + x' / r, and the mesh's force does work on x alone.
+Sun and planets of a stage are such rotors on the link that holds the ring (Eqs. 2, 3 of the paper).
+The force of a mesh whose stiffness and error vary with the joint's angle does work on that as well.
 """
 
 from __future__ import annotations
@@ -13,8 +15,24 @@ from typing import NamedTuple
 
 import numpy as np
 
+from crosscheck.analytic.derivation.gears import damping
+from crosscheck.analytic.derivation.stage import gear_masses
+from crosscheck.analytic.paper.backlash import dead_zone
+from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.analytic.paper.mesh_force import in_contact, phase_force
+from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
+from crosscheck.analytic.paper.mesh_phasing import mesh_phases
+from crosscheck.analytic.paper.stiffness import (
+    StiffnessData,
+    mean_stiffness,
+    stiffness,
+    stiffness_data,
+    stiffness_slope,
+)
+from crosscheck.analytic.paper.tooth_error import whole_error
+from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import BASE, WITH_ROTORS, Level, Robot, Rotor
+from crosscheck.models.robot.robot import BASE, WITH_ROTORS, JointStage, Level, Robot
 
 
 class FramePoses(NamedTuple):
@@ -41,6 +59,36 @@ class FrameRates(NamedTuple):
     acceleration: np.ndarray
 
 
+class Spun(NamedTuple):
+    """A balanced body that spins on another: a rotor, a sun, or the planets of a stage together.
+
+    body: the one under it, or BASE; axis (3,): in that one's frame; turns (n,): its rate against
+    that one, per rate of each coordinate.
+    """
+
+    body: int
+    axis: np.ndarray
+    inertia: float
+    turns: np.ndarray
+
+
+class Teeth(NamedTuple):
+    """Contacts of all planets with sun or ring: place of their x among the coordinates, and laws.
+
+    joint: whose angle their phase follows, by so much per radian, from an offset [rad] on; damping
+    [N s/m]: of them together.
+    """
+
+    place: int
+    joint: int
+    planets: int
+    mesh: PlanetMesh
+    law: StiffnessData
+    rate: float
+    offset: float
+    damping: float
+
+
 class AnalyticRobot(RobotModel):
     """The project's own derivation, in NumPy."""
 
@@ -50,7 +98,8 @@ class AnalyticRobot(RobotModel):
         super().__init__(robot, level)
         count, free = len(robot.joints), robot.coordinates
         meshes = robot.meshes if level == "geared" else ()
-        size = len(free) + len(meshes)
+        stages = robot.stages if level == "geared" else ()
+        size = len(free) + len(meshes) + 2 * len(stages)
         self._share, self._offset = np.zeros((count, size)), np.zeros(count)
         for number, joint in enumerate(robot.joints):
             if joint.mimic is None:
@@ -60,7 +109,8 @@ class AnalyticRobot(RobotModel):
                 self._offset[number] = joint.mimic.offset
         self._axes = [_crossing(joint.axis) for joint in robot.joints]
         self._meshes = [mesh for _, mesh in meshes]
-        self._turns: list[np.ndarray] = []  # of each rotor against its stator, per rate
+        self._spun: list[Spun] = []
+        self._teeth: list[Teeth] = []
         self._driven = np.eye(len(free), size)  # generalized forces, per torque of each motor
         place = len(free)
         for rotor in robot.rotors:
@@ -70,7 +120,38 @@ class AnalyticRobot(RobotModel):
                 place += 1
                 if rotor.joint in free:
                     self._driven[free.index(rotor.joint)] = turns / rotor.ratio
-            self._turns.append(turns)
+            frame = robot.frames[rotor.stator]
+            axis = frame.placement.rotation @ rotor.axis
+            self._spun.append(Spun(frame.body, axis, rotor.inertia, turns))
+        for stage in robot.stages:
+            self._add_stage(stage, place if stages else None)
+            place += 2
+
+    def _add_stage(self, stage: JointStage, place: int | None) -> None:
+        """place: of its x_sp, which x_pr follows; None where gears are rigid."""
+        gears, joint, share = stage.gears, self.robot.joints[stage.joint], self._share[stage.joint]
+        geometry, (M_s, M_p) = stage_geometry(gears), gear_masses(gears)
+        x_sp, x_pr = np.zeros((2, share.size))
+        if place is not None:
+            x_sp[place] = x_pr[place + 1] = 1.0
+        sun = (x_sp + x_pr + 2 * geometry.r_cp * share) / geometry.r_s
+        planet = -(x_pr + geometry.r_cp * share) / geometry.r_p
+        axis = joint.placement.rotation @ joint.axis
+        J_s, J_p = M_s * geometry.r_s**2, M_p * geometry.r_p**2
+        self._spun.append(Spun(joint.parent, axis, J_s, sun))
+        self._spun.append(Spun(joint.parent, axis, gears.planet_count * J_p, planet))
+        if place is None:
+            return
+        if joint.mimic is None:
+            self._driven[self.robot.coordinates.index(stage.joint)] = sun / geometry.n
+        rates = sun_mesh_rate(gears, geometry), ring_mesh_rate(gears, geometry, "corrected")
+        meshes = gears.sun_mesh.of_planet(0), gears.ring_mesh.of_planet(0)
+        for number, (mesh, rate, offset, d) in enumerate(
+            zip(meshes, rates, mesh_phases(gears, 0), damping(gears), strict=True)
+        ):
+            own = place + number, stage.joint, gears.planet_count, mesh
+            law = stiffness_data([mesh.stiffness])
+            self._teeth.append(Teeth(*own, law, rate, offset, d))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M (states, n, n), of rates and momenta."""
@@ -120,10 +201,9 @@ class AnalyticRobot(RobotModel):
             total[:, :3] += linear
             total[:, 3:] += np.cross(pose.position + pose.arm, linear)
             total[:, 3:] += _times(inertia, _times(pose.turning, v))
-        for rotor, turns in zip(self.robot.rotors, self._turns, strict=True):
-            if self.level in WITH_ROTORS:
-                axis, spin = self._spin(rotor, turns, poses)
-                total[:, 3:] += rotor.inertia * (spin * v).sum(axis=1, keepdims=True) * axis
+        for spun in self._spun if self.level in WITH_ROTORS else ():
+            axis, spin = self._spin(spun, poses)
+            total[:, 3:] += spun.inertia * (spin * v).sum(axis=1, keepdims=True) * axis
         return total
 
     def tip(self, q: np.ndarray) -> np.ndarray:
@@ -141,15 +221,15 @@ class AnalyticRobot(RobotModel):
             inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
             rates += [pose.carrying, pose.turning]
             momenta += [body.mass * pose.carrying, inertia @ pose.turning]
-        for rotor, turns in zip(self.robot.rotors, self._turns, strict=True):
+        for spun in self._spun:
             if self.level == "armature":
-                spin = np.broadcast_to(turns, (len(rates[0]), turns.size))
+                spin = np.broadcast_to(spun.turns, (len(rates[0]), spun.turns.size))
             elif self.level in WITH_ROTORS:
-                _, spin = self._spin(rotor, turns, poses)
+                _, spin = self._spin(spun, poses)
             else:
                 continue
             rates.append(spin[:, None])
-            momenta.append(rotor.inertia * spin[:, None])
+            momenta.append(spun.inertia * spin[:, None])
         left, right = np.concatenate(rates, axis=1), np.concatenate(momenta, axis=1)
         found: np.ndarray = left.transpose(0, 2, 1) @ right
         return found
@@ -172,26 +252,37 @@ class AnalyticRobot(RobotModel):
             moment += _cross(rate.angular, _times(inertia, rate.angular))
             total += _power(pose.carrying, force)
             total += _power(pose.turning, moment)
-        for rotor, turns in zip(self.robot.rotors, self._turns, strict=True):
-            stator = self.robot.frames[rotor.stator].body
-            if stator == BASE or self.level not in WITH_ROTORS:
+        for spun in self._spun:
+            if spun.body == BASE or self.level not in WITH_ROTORS:
                 continue
-            axis, spin = self._spin(rotor, turns, poses)
-            rate = rates[stator]
+            axis, spin = self._spin(spun, poses)
+            rate = rates[spun.body]
             speed = (spin * v).sum(axis=1, keepdims=True)
             growth = (axis * rate.angular_rate).sum(axis=1, keepdims=True)
-            turned = _power(poses[stator].turning, _cross(rate.angular, axis))
-            total += rotor.inertia * (growth * spin + speed * turned)
+            turned = _power(poses[spun.body].turning, _cross(rate.angular, axis))
+            total += spun.inertia * (growth * spin + speed * turned)
         return total
 
     def _pressed(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Forces of the meshes against their x (states, n)."""
-        total = np.zeros_like(q)
-        for place, mesh in enumerate(self._meshes, q.shape[1] - len(self._meshes)):
+        """What the meshes' springs and dampers take of the generalized forces (states, n)."""
+        total, first = np.zeros_like(q), len(self.robot.coordinates)
+        for place, mesh in enumerate(self._meshes, first):
             x, rate, play = q[:, place], v[:, place], mesh.backlash_m
             force = mesh.stiffness_N_per_m * (x - np.clip(x, -play, play))
             force += mesh.damping_N_s_per_m * rate
             total[:, place] = np.where(np.abs(x) > play, force, 0.0)
+        for place, joint, planets, own, law, per_angle, offset, d in self._teeth:
+            phase = per_angle * (q @ self._share[joint] + self._offset[joint]) + offset
+            k_m, wave = mean_stiffness(own.stiffness), own.stiffness
+            k_a = wave.amplitude_N_per_m if wave.law == "sine" else 0.0
+            size, lead, play = own.tooth_error_m, own.tooth_error_phase_rad, own.backlash_m
+            gap = q[:, place] - whole_error(phase, size, lead, own.static_error_m)
+            k, k_slope = stiffness(law, 0, phase, k_m, k_a), stiffness_slope(law, 0, phase, k_a)
+            total[:, place] = planets * k * dead_zone(gap, play)
+            total[:, place] += np.where(in_contact(gap, play), d * v[:, place], 0.0)
+            slopes = k_slope, size * np.cos(phase + lead)
+            turned = planets * per_angle * phase_force(gap, k, *slopes, play)
+            total -= turned[:, None] * self._share[joint]
         return total
 
     def _poses(self, q: np.ndarray) -> list[FramePoses]:
@@ -253,18 +344,14 @@ class AnalyticRobot(RobotModel):
             rates.append(rate)
         return rates
 
-    def _spin(
-        self, rotor: Rotor, turns: np.ndarray, poses: list[FramePoses]
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _spin(self, spun: Spun, poses: list[FramePoses]) -> tuple[np.ndarray, np.ndarray]:
         """Its axis in space (states, 3), and its spin per rate (states, n)."""
-        frame = self.robot.frames[rotor.stator]
-        own = frame.placement.rotation @ rotor.axis
         states = len(poses[0].position)
-        if frame.body == BASE:
-            return np.tile(own, (states, 1)), np.tile(turns, (states, 1))
-        pose = poses[frame.body]
-        turned = pose.rotation @ own
-        return turned, turns + _power(pose.turning, turned)
+        if spun.body == BASE:
+            return np.tile(spun.axis, (states, 1)), np.tile(spun.turns, (states, 1))
+        pose = poses[spun.body]
+        turned = pose.rotation @ spun.axis
+        return turned, spun.turns + _power(pose.turning, turned)
 
 
 def _carried(rate: FrameRates, arm: np.ndarray) -> np.ndarray:

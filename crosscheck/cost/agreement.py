@@ -11,6 +11,7 @@ import numpy as np
 
 from crosscheck.cost.engines import engines, model_of
 from crosscheck.cost.runs import mesh_rates, run
+from crosscheck.cost.springs import springs, with_rotors_alone
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 
@@ -118,11 +119,10 @@ def with_meshes(robot: Robot, states: DrawnStates) -> DrawnStates:
     """The states with x of each mesh: on either flank, or between them where there is play."""
     rng, shape = np.random.default_rng(0), (len(states.q), 1)
     columns = []
-    for rotor, mesh in robot.meshes:
-        radius, stiffness = mesh.pinion_base_radius_m, mesh.stiffness_N_per_m
-        deep = min(FORCE / abs(rotor.ratio) / radius / stiffness, DEEPEST * radius)
-        rate = np.sqrt(stiffness / rotor.inertia) * radius  # of swings while the joint stands
-        x = rng.choice((-1, 1), shape) * (mesh.backlash_m + deep * rng.uniform(-1, 1, shape))
+    for spring in springs(robot):
+        deep = min(FORCE / abs(spring.lever) / spring.stiffness, DEEPEST * spring.radius)
+        rate = np.sqrt(spring.stiffness / spring.mass)  # of swings while the joint stands
+        x = rng.choice((-1, 1), shape) * (spring.backlash + deep * rng.uniform(-1, 1, shape))
         v, a = (deep * rate**order * rng.uniform(-1, 1, shape) for order in (1, 2))
         columns.append((x, v, a))
     q, v, a = (
@@ -214,7 +214,7 @@ def _measured(
     mass = sum(body.mass for body in robot.bodies)
     weight = np.full(len(bias), np.linalg.norm(robot.gravity) * np.sqrt(mass))
     inertia = sum(float(np.trace(body.inertia)) for body in robot.bodies)
-    inertia += sum(rotor.inertia for rotor in robot.rotors)
+    inertia += sum(rotor.inertia for rotor in with_rotors_alone(robot).rotors)
     free = len(turning)
     held, given = bias + weight, np.linalg.norm(states.torques / diagonal[:, :free], axis=1)
     if diagonal.shape[1] > free:
@@ -252,12 +252,12 @@ def _measured(
 def _pushes(robot: Robot, states: DrawnStates) -> np.ndarray:
     """Bounds of what springs, dampers and motors do to x of each mesh (states, meshes) [N]."""
     found, free = [], robot.coordinates
-    for place, (rotor, mesh) in enumerate(robot.meshes, len(free)):
-        force = mesh.stiffness_N_per_m * np.abs(states.q[:, place])
-        force += mesh.damping_N_s_per_m * np.abs(states.v[:, place])
-        if rotor.joint in free:
-            torque = np.abs(states.torques[:, free.index(rotor.joint)])
-            force += torque / abs(rotor.ratio) / mesh.pinion_base_radius_m
+    for place, spring in enumerate(springs(robot), len(free)):
+        force = spring.stiffest * (np.abs(states.q[:, place]) + spring.error)
+        force += spring.damping * np.abs(states.v[:, place])
+        if spring.joint in free:
+            torque = np.abs(states.torques[:, free.index(spring.joint)])
+            force += torque / abs(spring.lever)
         found.append(force)
     return np.stack(found, axis=1)
 

@@ -12,8 +12,9 @@ from crosscheck.cost.engines import LEAD, model_of
 from crosscheck.cost.meshes import GearedCost, geared_cost
 from crosscheck.cost.motion import RobotMotion, beyond_limits, excitation
 from crosscheck.cost.runs import away, run
+from crosscheck.cost.springs import rotors_of
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.models.robot.robot import Level, Robot, Rotor
 
 SHORTCUTS: tuple[Level, ...] = ("links", "armature")
 NEGLIGIBLE = 0.01  # of a joint's largest torque
@@ -74,10 +75,10 @@ class CoupledPair:
 
 @dataclass(frozen=True)
 class RotorShare:
-    """A rotor alone: the largest share that its coupling has of any joint's largest torque.
+    """The largest share that a gear's coupling alone has of any joint's largest torque.
 
-    at: that joint; enough: least size of its ratio, its reflected inertia kept, from which on the
-    share is below NEGLIGIBLE.
+    Of a rotor, or of a stage's sun and planets. at: that joint; enough: least size of its ratio,
+    its reflected inertia kept, from which on the share is below NEGLIGIBLE.
     """
 
     joint: str
@@ -164,7 +165,7 @@ def cost_of(
     coupling = exact.mass_matrix(state[0]) - shortcuts["armature"].mass_matrix(state[0])
     by_rates = exact.bias(*state[:2]) - shortcuts["armature"].bias(*state[:2])
     geared = None
-    if robot.meshes:
+    if "geared" in robot.levels:
         own = model_of(LEAD, robot, "geared")
         sizes = extent.instants, extent.runs, extent.most_steps
         geared = geared_cost(exact, own, motion, *sizes)
@@ -223,15 +224,15 @@ def _pairs(
 def _ratios(
     robot: Robot, state: tuple[np.ndarray, ...], largest: np.ndarray, names: list[str]
 ) -> tuple[list[RotorShare], float]:
-    """What each rotor's coupling costs by itself, and by which factor all ratios would do.
+    """What each gear's coupling costs by itself, and by which factor all ratios would do.
 
     With ratio k N and inertia J / k^2 the diagonal term stays, and what is linear in the rotor's
     own spin goes with 1 / k, the rest with 1 / k^2: k = 1 and k = -1 give both.
     """
 
-    def coupling(rotor: int, sign: int) -> np.ndarray:
-        own = robot.rotors[rotor]
-        alone = replace(robot, rotors=(replace(own, ratio=sign * own.ratio),))
+    def coupling(own: tuple[Rotor, ...], sign: int) -> np.ndarray:
+        turned = tuple(replace(rotor, ratio=sign * rotor.ratio) for rotor in own)
+        alone = replace(robot, rotors=turned, stages=())
         exact, short = (
             model_of(LEAD, alone, level).inverse_dynamics(*state)
             for level in ("coupled", "armature")
@@ -239,8 +240,9 @@ def _ratios(
         return (exact - short) / np.maximum(largest, 1e-300)
 
     found, linear, square = [], np.zeros_like(state[0]), np.zeros_like(state[0])
-    for number, rotor in enumerate(robot.rotors):
-        up, down = coupling(number, 1), coupling(number, -1)
+    gears = [*((rotor,) for rotor in robot.rotors), *(rotors_of(robot, s) for s in robot.stages)]
+    for own in gears:
+        rotor, up, down = own[0], coupling(own, 1), coupling(own, -1)
         shares = np.abs(up).max(axis=0)
         shares[shares < TOLERANCE] = 0.0  # less than this no two engines agree on
         linear, square = linear + (up - down) / 2, square + (up + down) / 2

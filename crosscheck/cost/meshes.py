@@ -8,6 +8,7 @@ import numpy as np
 
 from crosscheck.cost.motion import RobotMotion
 from crosscheck.cost.runs import away, mesh_rates, run
+from crosscheck.cost.springs import springs
 from crosscheck.models.robot.interface import RobotModel
 
 RESOLVED = 0.4  # [rad] of the fastest swing in a step of a run
@@ -16,12 +17,14 @@ States = tuple[np.ndarray, np.ndarray, np.ndarray]  # coordinates, rates, accele
 
 @dataclass(frozen=True)
 class MeshCost:
-    """Of a rotor's mesh along a motion, in rad or m at its joint.
+    """Of teeth along a motion, in rad or m at their joint; name: as `sun mesh of elbow`.
 
-    backlash: of the joint while the rotor is held; windup: the largest deflection of the teeth
-    under the torques of coupled; slowest, fastest [Hz]: of its swings, other meshes in gear.
+    backlash: what they add to that of the joint while the motor is held; windup: their largest
+    deflection under the torques of coupled; slowest, fastest [Hz]: of swings on them, as if the
+    other meshes were apart.
     """
 
+    name: str
     joint: str
     unit: str
     backlash: float
@@ -56,17 +59,15 @@ def geared_cost(
     force = _forces(coupled, geared, state)
     masses = geared.mass_matrix(np.hstack([state[0], 0 * force]))
     rates, costs = mesh_rates(geared, masses), []
-    for own, swings, (rotor, mesh) in zip(
-        force.T, rates.swings.T, geared.robot.meshes, strict=True
-    ):
-        joint = geared.robot.joints[rotor.joint]
-        lever = abs(rotor.ratio) * mesh.pinion_base_radius_m
+    for own, swings, spring in zip(force.T, rates.swings.T, springs(geared.robot), strict=True):
+        joint, lever = geared.robot.joints[spring.joint], abs(spring.lever)
         costs.append(
             MeshCost(
+                spring.name,
                 joint.name,
                 "rad" if joint.kind == "revolute" else "m",
-                2 * mesh.backlash_m / lever,
-                float(np.abs(own).max()) / mesh.stiffness_N_per_m / lever,
+                2 * spring.backlash / lever,
+                float(np.abs(own).max()) / spring.stiffness / lever,
                 float(swings.min()) / (2 * np.pi),
                 float(swings.max()) / (2 * np.pi),
             )
@@ -85,8 +86,8 @@ def _distances(
     starts = motion.instants(runs, before_end=1.0)
     state = motion.at(starts)
     x = _forces(coupled, geared, state)
-    for column, (_, mesh) in zip(x.T, geared.robot.meshes, strict=True):
-        column[:] = np.sign(column) * mesh.backlash_m + column / mesh.stiffness_N_per_m
+    for column, spring in zip(x.T, springs(geared.robot), strict=True):
+        column[:] = np.sign(column) * spring.backlash + column / spring.stiffness
     ends = run(
         geared,
         np.hstack([state[0], x]),
@@ -101,10 +102,11 @@ def _distances(
 def _forces(coupled: RobotModel, geared: RobotModel, state: States) -> np.ndarray:
     """Of each mesh on its wheel (instants, meshes) [N], teeth rigid: the motor's less inertia's."""
     torques, free = coupled.inverse_dynamics(*state), geared.robot.coordinates
-    still = np.zeros((len(torques), len(geared.robot.meshes)))
-    forces = -geared.inverse_dynamics(*(np.hstack([each, still]) for each in state))[:, len(free) :]
-    for column, (rotor, mesh) in zip(forces.T, geared.robot.meshes, strict=True):
-        if rotor.joint in free:
-            torque = torques[:, free.index(rotor.joint)]
-            column += torque / rotor.ratio / mesh.pinion_base_radius_m
+    still = np.zeros((len(torques), len(springs(geared.robot))))
+    q, v, a = (np.hstack([each, still]) for each in state)
+    needed = (geared.mass_matrix(q) @ a[:, :, None])[:, :, 0] + geared.bias(q, v)
+    forces: np.ndarray = -needed[:, len(free) :]  # weights do no work on x
+    for column, spring in zip(forces.T, springs(geared.robot), strict=True):
+        if spring.joint in free:
+            column += torques[:, free.index(spring.joint)] / spring.lever
     return forces

@@ -10,6 +10,7 @@ from crosscheck import __version__
 from crosscheck.cost.agreement import QUANTITIES
 from crosscheck.cost.cost import NEGLIGIBLE, SHORTCUTS, Cost, RotorShare
 from crosscheck.cost.meshes import GearedCost
+from crosscheck.cost.springs import with_rotors_alone
 from crosscheck.models.robot.robot import LEVELS, Level
 from crosscheck.report.records import document, plain
 
@@ -21,7 +22,7 @@ MOST_DRAWN = 8  # joints of the picture, those that armature costs most
 def first_lines(found: Cost) -> Iterator[str]:
     """The answers: do the engines agree, what each shortcut costs, what carries it, which ratio."""
     yield from _agreement_lines(found)
-    if not found.robot.rotors:
+    if not found.ratios:
         yield "no joint is geared: there is no shortcut to take"
         return
     for level in reversed(SHORTCUTS):
@@ -46,7 +47,7 @@ def first_lines(found: Cost) -> Iterator[str]:
 def _mesh_lines(geared: GearedCost) -> Iterator[str]:
     for mesh in geared.meshes:
         yield (
-            f"mesh of {mesh.joint}, rigid at coupled: backlash of {mesh.backlash:.3g} {mesh.unit},"
+            f"{mesh.name}, rigid at coupled: backlash of {mesh.backlash:.3g} {mesh.unit},"
             f" wind-up of {mesh.windup:.3g} {mesh.unit} at most, swings at {mesh.slowest:.3g} Hz or"
             " more"
         )
@@ -114,7 +115,7 @@ def lines(found: Cost) -> Iterator[str]:
     yield ""
     yield motion_line(found)
     yield from found.beyond
-    for each in found.by_joint if found.robot.rotors else ():
+    for each in found.by_joint if found.ratios else ():
         unit = _unit(found, each.joint)
         yield (
             f"{each.level}, {each.joint}: {each.largest:.3g} {unit} at most, {each.rms:.3g} {unit}"
@@ -147,7 +148,7 @@ def motion_line(found: Cost) -> str:
 
 def direct_joints(found: Cost) -> Iterator[str]:
     """A line about joints without gears, if there are any."""
-    geared = {rotor.joint for rotor in found.robot.rotors}
+    geared = {rotor.joint for rotor in with_rotors_alone(found.robot).rotors}
     joints = found.robot.joints
     direct = [joint.name for number, joint in enumerate(joints) if number not in geared]
     if direct:
@@ -212,7 +213,11 @@ def cost_json(found: Cost) -> str:
             "pairs": plain(found.pairs, at="joint"),
             "ratios": plain(found.ratios, joint="rotor_of", at="most_in", enough="negligible_from"),
             "geared": plain(
-                found.geared, slowest="slowest_Hz", fastest="fastest_Hz", distances="distances_m"
+                found.geared,
+                name="mesh",
+                slowest="slowest_Hz",
+                fastest="fastest_Hz",
+                distances="distances_m",
             ),
             "negligible_share": NEGLIGIBLE,
             "negligible_with_ratios_times": found.factor,

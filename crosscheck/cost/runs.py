@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from crosscheck.cost.springs import springs
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.interface import RobotModel
 
@@ -59,33 +60,37 @@ def away(model: RobotModel, ends: np.ndarray, planned: np.ndarray) -> np.ndarray
 
 
 class MeshRates(NamedTuple):
-    """Of meshes, each (states, meshes) [rad/s] and [1/s]: of their swings, of their dying out."""
+    """Of the swings of each mesh, as if the others were apart (states, meshes) [rad/s].
+
+    fastest: of all swings and dying out [1/s] while all are in contact.
+    """
 
     swings: np.ndarray
-    decays: np.ndarray
-
-    @property
-    def fastest(self) -> float:
-        """Of both."""
-        return float(max(self.swings.max(), self.decays.max()))
+    fastest: float
 
 
 def mesh_rates(model: RobotModel, mass_matrices: np.ndarray) -> MeshRates:
-    """With M (states, n, n): of each mesh with the others in gear.
+    """With M (states, n, n).
 
     Raises InputError for a robot whose mass matrix cannot be inverted.
     """
     try:
-        inverse = np.linalg.inv(mass_matrices).diagonal(axis1=1, axis2=2)
+        inverse = np.linalg.inv(mass_matrices)
     except np.linalg.LinAlgError:
         raise _too_unlike(model) from None
-    softness = inverse[:, len(model.robot.coordinates) :]
+    free = len(model.robot.coordinates)
+    inverse = inverse[:, free:, free:]
+    softness = inverse.diagonal(axis1=1, axis2=2)
     if not (softness > 0).all():
         raise _too_unlike(model)
-    meshes = [mesh for _, mesh in model.robot.meshes]
-    stiffness = np.array([mesh.stiffness_N_per_m for mesh in meshes])
-    damping = np.array([mesh.damping_N_s_per_m for mesh in meshes])
-    return MeshRates(np.sqrt(stiffness * softness), damping * softness)
+    stiffness, stiffest, damping = np.transpose(
+        [(own.stiffness, own.stiffest, own.damping) for own in springs(model.robot)]
+    )
+    swing, decay = (
+        np.linalg.eigvalsh(inverse * np.sqrt(np.outer(each, each))).max()
+        for each in (stiffest, damping)
+    )
+    return MeshRates(np.sqrt(stiffness * softness), float(max(np.sqrt(swing), decay)))
 
 
 def _too_unlike(model: RobotModel) -> InputError:

@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 
 from crosscheck.cost.engines import RobotEngine
+from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import BASE, Level, Robot
 
@@ -40,6 +41,8 @@ class MujocoRobot(RobotModel):
                 self._offset[place] = joint.mimic.offset
         for rotor in robot.rotors if level == "armature" else ():
             self._model.dof_armature[places[rotor.joint]] += rotor.inertia * rotor.ratio**2
+        for stage in robot.stages if level == "armature" else ():
+            self._model.dof_armature[places[stage.joint]] += _reflected(stage.gears)
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """By composite rigid bodies (states, n, n)."""
@@ -144,6 +147,20 @@ def _compiled(robot: Robot) -> Any:
         mujoco.mju_mat2Quat(model.body_iquat[number], axes.ravel())
         model.body_sameframe[number] = 0  # as compiled, perhaps parallel to the link; not any more
     return model
+
+
+def _reflected(gears: PlanetaryStage) -> float:
+    """Inertia [kg m^2] that a joint feels of the spins of its sun and planets."""
+    pitch = gears.module_m / 2 * np.array([gears.sun_teeth, gears.planet_teeth])
+    base = pitch * np.cos(np.radians(gears.pressure_angle_deg))
+    given = gears.sun_inertia_kg_m2, gears.planet_inertia_kg_m2
+    masses = gears.sun_equivalent_mass_kg, gears.planet_equivalent_mass_kg
+    inertias = [
+        mass * radius**2 if inertia is None else inertia
+        for inertia, mass, radius in zip(given, masses, base, strict=True)
+    ]
+    sun, planet = pitch.sum() / pitch * (2, 1)  # turns, for one of the joint
+    return float(inertias[0] * sun**2 + gears.planet_count * inertias[1] * planet**2)
 
 
 def _turn(rpy: str) -> np.ndarray:

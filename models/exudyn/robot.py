@@ -2,6 +2,8 @@
 
 Exudyn's joints turn about or slide along z; so each link's frame is turned until z is its axis.
 A rotor that has a mesh turns against a shaft of its own, which turns as a rigid gear would turn it.
+So do the sun of a stage and its planets, which are one body on the carrier: what they turn beyond
+their shafts is what the teeth have come together.
 """
 
 from __future__ import annotations
@@ -11,7 +13,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from crosscheck.models.experiment.switches import switches
 from crosscheck.models.exudyn.engine import System, UserFunction, exudyn, items
+from crosscheck.models.exudyn.tree.laws import Side, base_radius, inertia, mesh_law
+from crosscheck.models.exudyn.tree.mesh import (
+    STEP,
+    MeshLaw,
+    damping_force,
+    elastic_force,
+    stretch,
+    turning_torque,
+    variation,
+)
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import (
     BASE,
@@ -32,6 +45,7 @@ SENSED = (
     exudyn.OutputVariableType.AngularVelocityLocal,
     exudyn.OutputVariableType.RotationMatrix,
 )
+SIDES: tuple[Side, Side] = ("sun", "ring")
 TURNING, SLIDING = exudyn.JointType.RevoluteZ, exudyn.JointType.PrismaticZ
 
 
@@ -54,6 +68,17 @@ class SprungRotor(NamedTuple):
     mesh: RotorMesh
 
 
+class SprungStage(NamedTuple):
+    """A stage whose meshes are springs: its joint, sun and planets among the parts."""
+
+    joint: int
+    sun: int
+    planet: int
+    planets: int
+    of_sun: MeshLaw
+    of_ring: MeshLaw
+
+
 class ExudynRobot(RobotModel):
     """Exudyn's ObjectKinematicTree in minimal coordinates."""
 
@@ -64,13 +89,14 @@ class ExudynRobot(RobotModel):
         self._turned = [_with_z_along(joint.axis) for joint in robot.joints]
         parts = [self._link(number) for number in range(len(robot.joints))]
         free, meshes = robot.coordinates, robot.meshes if level == "geared" else ()
+        springs = len(meshes) + (2 * len(robot.stages) if level == "geared" else 0)
         follows = np.zeros((len(parts), len(parts)))
         for number, joint in enumerate(robot.joints):
             if joint.mimic is None:
                 follows[number, number] = 1.0
             else:
                 follows[number, joint.mimic.joint] = joint.mimic.multiplier
-        rows = np.hstack([follows[:, free], np.zeros((len(parts), len(meshes)))])
+        rows = np.hstack([follows[:, free], np.zeros((len(parts), springs))])
         offsets = [0.0 if joint.mimic is None else joint.mimic.offset for joint in robot.joints]
         motors = [{joint: 1.0} for joint in free]  # of each torque, what it is in the tree
         added, sprung = np.zeros(len(parts)), list[SprungRotor]()
@@ -89,6 +115,30 @@ class ExudynRobot(RobotModel):
                 if rotor.joint in free:
                     own = {shaft: 1 / rotor.ratio, turned: 1 / rotor.ratio}
                     motors[free.index(rotor.joint)] = own
+        toothed: list[SprungStage] = []
+        for number, stage in enumerate(robot.stages):
+            gears, moved = stage.gears, stage.joint
+            teeth = gears.sun_teeth, gears.planet_teeth, gears.ring_teeth
+            r_s, r_p, r_r = (base_radius(gears, each) for each in teeth)
+            sun_turns, planet_turns = 1 + r_r / r_s, -r_r / r_p  # the planet's on the carrier
+            J_s, J_p = inertia(gears, "sun"), gears.planet_count * inertia(gears, "planet")
+            added[moved] += J_s * sun_turns**2 + J_p * (1 + planet_turns) ** 2
+            if level not in WITH_ROTORS:
+                continue
+            sprung_too, place = level == "geared", len(parts)
+            under = robot.joints[moved].parent
+            parts += self._spinning(under, parts[moved].rotation, J_s, parts, sprung_too)
+            parts += self._spinning(moved, np.eye(3), J_p, parts, sprung_too)
+            sun, planet = sun_turns * rows[moved], planet_turns * rows[moved]
+            if not sprung_too:
+                rows = np.vstack([rows, sun, planet])
+                continue
+            x_sp, x_pr = np.eye(rows.shape[1])[len(free) + len(meshes) + 2 * number :][:2]
+            rows = np.vstack([rows, sun, (x_sp + x_pr) / r_s, planet, -x_pr / r_p])
+            laws = (mesh_law(gears, switches(damping="contact"), side, 0) for side in SIDES)
+            toothed.append(SprungStage(moved, place + 1, place + 3, gears.planet_count, *laws))
+            if moved in free:
+                motors[free.index(moved)] = {place: 1 / sun_turns, place + 1: 1 / sun_turns}
         self._rows = rows
         self._motors = np.array([[own.get(n, 0.0) for n in range(len(parts))] for own in motors])
         self._offsets = np.array([*offsets, *[0.0] * (len(parts) - len(offsets))])
@@ -101,7 +151,7 @@ class ExudynRobot(RobotModel):
         )
         self._weightless = System(size, lambda node: _tree(node, parts, np.zeros(3), diagonal))
         self._sprung = System(
-            size, lambda node: _tree(node, parts, robot.gravity, diagonal, _teeth(sprung))
+            size, lambda node: _tree(node, parts, robot.gravity, diagonal, _teeth(sprung, toothed))
         )
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
@@ -218,19 +268,26 @@ class ExudynRobot(RobotModel):
     def _rotor(
         self, rotor: Rotor, parts: list[RobotPart], mesh: RotorMesh | None
     ) -> list[RobotPart]:
-        """A rotor as a link, after the shaft that a mesh asks for; its stator gets lighter."""
-        count = 2 if mesh else 1
         frame = self.robot.frames[rotor.stator]
-        rotation, _ = self._within(frame)
-        placed, mass, com = rotation @ _with_z_along(rotor.axis), 1.0, np.zeros(3)
-        if frame.body != BASE:
-            stator = parts[frame.body]
-            mass = ROTORS_SHARE * self.robot.bodies[frame.body].mass
+        placed = self._within(frame)[0] @ _with_z_along(rotor.axis)
+        return self._spinning(frame.body, placed, rotor.inertia, parts, mesh is not None)
+
+    def _spinning(
+        self, body: int, placed: np.ndarray, inertia: float, parts: list[RobotPart], sprung: bool
+    ) -> list[RobotPart]:
+        """A link that spins on a body, after the shaft that springs ask for.
+
+        placed (3, 3): its frame in the body's turned one. That body gets lighter.
+        """
+        count, mass, com = 2 if sprung else 1, 1.0, np.zeros(3)
+        if body != BASE:
+            stator = parts[body]
+            mass = ROTORS_SHARE * self.robot.bodies[body].mass
             com = stator.com
-            parts[frame.body] = stator._replace(mass=stator.mass - count * mass)
-        spinning, at = np.diag([0.0, 0.0, rotor.inertia]), np.zeros(3)
-        alone = RobotPart(TURNING, frame.body, placed, com, mass, at, spinning)
-        if not mesh:
+            parts[body] = stator._replace(mass=stator.mass - count * mass)
+        spinning, at = np.diag([0.0, 0.0, inertia]), np.zeros(3)
+        alone = RobotPart(TURNING, body, placed, com, mass, at, spinning)
+        if not sprung:
             return [alone]
         shaft = alone._replace(inertia=0 * spinning)
         return [shaft, alone._replace(parent=len(parts), rotation=np.eye(3), position=at)]
@@ -252,8 +309,11 @@ def _with_z_along(axis: np.ndarray) -> np.ndarray:
     return np.column_stack([x, np.cross(axis, x), axis])
 
 
-def _teeth(sprung: list[SprungRotor]) -> UserFunction:
-    """Torques of the meshes on their rotors, which turn against their shafts."""
+def _teeth(sprung: list[SprungRotor], toothed: list[SprungStage]) -> UserFunction:
+    """Torques of the meshes on rotors, suns and planets, which turn against their shafts.
+
+    And what the springs' potentials do to the joints whose angles they depend on.
+    """
 
     def torques(
         _system: object, _time: float, _item: int, angles: list[float], rates: list[float]
@@ -266,6 +326,20 @@ def _teeth(sprung: list[SprungRotor]) -> UserFunction:
             if pressed:
                 damped = mesh.damping_N_s_per_m * lever * rates[place]
                 found[place] = -lever * (mesh.stiffness_N_per_m * pressed + damped)
+        for joint, sun, planet, planets, of_sun, of_ring in toothed:
+            for own, wheel in ((of_sun, sun), (of_ring, None)):
+                law, theta = own.array, angles[joint]
+                x, rate = (
+                    stretch(law, 0.0 if wheel is None else turned[wheel], turned[planet], 0.0)
+                    for turned in (angles, rates)
+                )
+                stiffness, error = variation(law, 0.0, theta, 0.0)
+                pull = elastic_force(law, x, stiffness, error) + damping_force(law, x, rate, error)
+                if wheel is not None:
+                    found[wheel] -= planets * own.wheel_radius * pull
+                found[planet] -= planets * own.planet_radius * pull
+                varied = variation(law, 0.0, complex(theta, STEP), 0.0)
+                found[joint] += planets * turning_torque(law, x, *varied)
         return found
 
     return torques

@@ -2,7 +2,8 @@
 
 The tree's joints that are not free (those that mimic, and rotors) follow from the coordinates by a
 constant matrix G: M = G' M_tree G, and so for the torques. A mesh pushes bodies of the tree: rotor
-and stator, and the two that its joint connects.
+and stator, and the two that its joint connects. Every planet of a stage is a body on the carrier,
+which sun and ring push at the pitch points.
 """
 
 from __future__ import annotations
@@ -12,8 +13,18 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from crosscheck.models.experiment.switches import switches
+from crosscheck.models.pinocchio.meshes import Contact, meshes_of, stiffness_of
+from crosscheck.models.pinocchio.tree import TreeStage, base_radii, equivalent_masses, sun_turns
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot, Rotor, RotorMesh
+from crosscheck.models.robot.robot import (
+    WITH_ROTORS,
+    JointStage,
+    Level,
+    Robot,
+    Rotor,
+    RotorMesh,
+)
 
 
 class PushedJoints(NamedTuple):
@@ -44,8 +55,11 @@ class PinocchioRobot(RobotModel):
         rotors = [self._added(rotor, number) for number, rotor in enumerate(bodies)]
         places = [self._tree.joints[joint].idx_v for joint in moved]
         free, meshes = robot.coordinates, robot.meshes if level == "geared" else ()
+        geared = robot.stages if level in WITH_ROTORS else ()
+        stages = [self._with_gears(stage, moved[stage.joint]) for stage in geared]
+        springs = len(meshes) + (2 * len(stages) if level == "geared" else 0)
         self._offset = np.zeros(self._tree.nv)
-        self._given = np.zeros((self._tree.nv, len(free) + len(meshes)))  # G
+        self._given = np.zeros((self._tree.nv, len(free) + springs))  # G
         self._motors = np.zeros((len(free), self._tree.nv))  # efforts in the tree, per torque
         self._meshes: list[PushedJoints] = []
         for place, joint in zip(places, robot.joints, strict=True):
@@ -66,10 +80,44 @@ class PinocchioRobot(RobotModel):
                 if rotor.joint in free:
                     self._motors[free.index(rotor.joint)] = 0.0
                     self._motors[free.index(rotor.joint), place] = 1 / rotor.ratio
+        contacts: list[Contact] = []
+        self._columns: list[int] = []  # of x of each contact
+        for number, (stage, wheels) in enumerate(zip(geared, stages, strict=True)):
+            gears, link = stage.gears, self._given[places[stage.joint]]
+            r_s, r_p, _ = base_radii(gears)
+            x_sp, x_pr = np.zeros((2, len(free) + springs))
+            if level == "geared":
+                column = len(free) + len(meshes) + 2 * number
+                x_sp[column] = x_pr[column + 1] = 1.0
+            sun = self._tree.joints[wheels.driven].idx_v
+            self._given[sun] = sun_turns(gears) * link + (x_sp + x_pr) / r_s
+            for planet in wheels.planets:
+                turns = -gears.ring_teeth / gears.planet_teeth * link - x_pr / r_p
+                self._given[self._tree.joints[planet].idx_v] = turns
+            if level != "geared":
+                continue
+            if stage.joint in free:
+                self._motors[free.index(stage.joint)] = 0.0
+                self._motors[free.index(stage.joint), sun] = 1 / sun_turns(gears)
+            for turn, planet in enumerate(wheels.planets):
+                angle = 2 * np.pi * turn / gears.planet_count
+                for side, mesh in ((+1, gears.sun_mesh), (-1, gears.ring_mesh)):
+                    contacts.append(
+                        Contact(gears, wheels, planet, angle, side, mesh.of_planet(turn))
+                    )
+                    self._columns.append(column if side > 0 else column + 1)
+        self._contacts = meshes_of(contacts, switches())
+        self._stiffness = stiffness_of(contacts)
         if level == "armature":
             armature = np.zeros(self._tree.nv)
             for rotor in robot.rotors:
                 armature[places[rotor.joint]] += rotor.inertia * rotor.ratio**2
+            for stage in robot.stages:
+                sun_inertia, planet_inertia = _inertias(stage)
+                turns = 1 - stage.gears.ring_teeth / stage.gears.planet_teeth
+                reflected = sun_inertia * sun_turns(stage.gears) ** 2
+                reflected += stage.gears.planet_count * planet_inertia * turns**2
+                armature[places[stage.joint]] += reflected
             self._tree.armature = armature
         self._tree.gravity.linear = robot.gravity
         self._weightless = self._tree.copy()
@@ -78,14 +126,38 @@ class PinocchioRobot(RobotModel):
         self._home = pin.neutral(self._tree)
 
     def _added(self, rotor: Rotor, number: int) -> int:
-        """The joint of a rotor; its body has inertia about its axis alone."""
+        """The joint of a rotor."""
         frame = self._tree.frames[self._tree.getFrameId(rotor.stator, pin.BODY)]
-        spin = pin.JointModelRevoluteUnaligned(frame.placement.rotation @ rotor.axis)
-        joint: int = self._tree.addJoint(
-            frame.parentJoint, spin, pin.SE3.Identity(), f"rotor of {rotor.joint} ({number})"
-        )
         axis = frame.placement.rotation @ rotor.axis
-        body = pin.Inertia(0.0, np.zeros(3), rotor.inertia * np.outer(axis, axis))
+        name = f"rotor of {rotor.joint} ({number})"
+        return self._spinning(frame.parentJoint, pin.SE3.Identity(), axis, rotor.inertia, name)
+
+    def _with_gears(self, stage: JointStage, link: int) -> TreeStage:
+        """Add sun and planets of a joint of the tree."""
+        own = np.ravel(self._tree.createData().joints[link].S)[3:]
+        out = np.cross(own, np.eye(3)[np.argmin(np.abs(own))])
+        out /= np.linalg.norm(out)
+        parent, gears = self._tree.parents[link], stage.gears
+        sun_inertia, planet_inertia = _inertias(stage)
+        placement = self._tree.jointPlacements[link]
+        sun = self._spinning(parent, placement, own, sun_inertia, f"sun of {link}")
+        radius = gears.module_m * (gears.sun_teeth + gears.planet_teeth) / 2
+        planets = []
+        for turn in range(gears.planet_count):
+            angle = 2 * np.pi * turn / gears.planet_count
+            seat = radius * (np.cos(angle) * out + np.sin(angle) * np.cross(own, out))
+            name, at = f"planet {turn} of {link}", pin.SE3(np.eye(3), seat)
+            planets.append(self._spinning(link, at, own, planet_inertia, name))
+        return TreeStage(parent, link, tuple(planets), sun)
+
+    def _spinning(
+        self, parent: int, placement: pin.SE3, axis: np.ndarray, inertia: float, name: str
+    ) -> int:
+        """A joint whose body has inertia about its axis alone."""
+        joint: int = self._tree.addJoint(
+            parent, pin.JointModelRevoluteUnaligned(axis), placement, name
+        )
+        body = pin.Inertia(0.0, np.zeros(3), inertia * np.outer(axis, axis))
         self._tree.appendBodyToJoint(joint, body, pin.SE3.Identity())
         return joint
 
@@ -182,7 +254,7 @@ class PinocchioRobot(RobotModel):
 
     def _pushes(self, q: np.ndarray, v: np.ndarray) -> list[tuple[pin.StdVec_Force, ...]]:
         """Wrenches of the meshes on all bodies, for each state; empty where there is no mesh."""
-        if not self._meshes:
+        if not self._meshes and not self._columns:
             return [()] * len(q)
         found = []
         for at, own, rate in zip(self._placed(q), q, v, strict=True):
@@ -192,11 +264,52 @@ class PinocchioRobot(RobotModel):
             for column, turned, moved, ratio, mesh in self._meshes:
                 moment = _tooth_force(mesh, own[column], rate[column]) * mesh.pinion_base_radius_m
                 for joint, effort in ((turned, -moment), (moved, ratio * moment)):
-                    wrench = pin.Force(self._data.joints[joint].S * effort)
-                    wrenches[joint] += wrench
-                    wrenches[self._tree.parents[joint]] -= self._data.liMi[joint].act(wrench)
+                    self._turn(joint, effort, wrenches)
+            self._press(own, rate, wrenches)
             found.append((wrenches,))
         return found
+
+    def _turn(self, joint: int, effort: float, wrenches: pin.StdVec_Force) -> None:
+        """Turn a joint's body against the one before."""
+        wrench = pin.Force(self._data.joints[joint].S * effort)
+        wrenches[joint] += wrench
+        wrenches[self._tree.parents[joint]] -= self._data.liMi[joint].act(wrench)
+
+    def _press(self, q: np.ndarray, v: np.ndarray, wrenches: pin.StdVec_Force) -> None:
+        """Add the contacts of planets in a state, at the poses of the tree's data.
+
+        They push along the pitch circles: what they push outwards cancels between equal planets.
+        A spring that stiffens with the joint's angle, or whose teeth's error grows, turns that
+        joint back, or on.
+        """
+        teeth, poses = self._contacts, self._data.oMi
+        bodies = [column.tolist() for column in (teeth.link, teeth.planet, teeth.central)]
+        places = [self._tree.joints[link].idx_v for link in bodies[0]]
+        phase = teeth.rate * (self._given[places] @ q + self._offset[places]) + teeth.phase
+        gap = q[self._columns] - teeth.static_error
+        gap -= teeth.error * np.sin(phase + teeth.error_phase)
+        reach = gap - np.clip(gap, -teeth.backlash, teeth.backlash)
+        stiffness, stiffening = self._stiffness.at(phase), self._stiffness.slope(phase)
+        force = stiffness * reach + np.where(reach, teeth.damping * v[self._columns], 0.0)
+        growth = teeth.error * np.cos(phase + teeth.error_phase)
+        turned = teeth.rate * (stiffness * reach * growth - stiffening * reach**2 / 2)
+        for number, (link, planet, central) in enumerate(zip(*bodies, strict=True)):
+            centre = poses[link].translation
+            line = poses[planet].translation - centre
+            outward = line / np.linalg.norm(line)
+            axis = poses[link].rotation @ np.ravel(self._data.joints[link].S)[3:]
+            push = force[number] * teeth.cosine[number] * np.cross(axis, outward)
+            point = centre + teeth.pitch[number] * line
+            wrench = pin.Force(push, np.cross(point, push))
+            wrenches[planet] += poses[planet].actInv(wrench)
+            wrenches[central] -= poses[central].actInv(wrench)
+            self._turn(link, turned[number], wrenches)
+
+
+def _inertias(stage: JointStage) -> tuple[float, float]:
+    """Of the sun and of one planet about their axes [kg m^2]."""
+    (sun, planet), (r_s, r_p, _) = equivalent_masses(stage.gears), base_radii(stage.gears)
+    return sun * r_s**2, planet * r_p**2
 
 
 def _tooth_force(mesh: RotorMesh, x: float, rate: float) -> float:

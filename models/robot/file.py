@@ -9,6 +9,8 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from crosscheck.models.arm.gears import PlanetaryStage
+from crosscheck.models.arm.planets import unlike_fields
 from crosscheck.models.arm.quantities import (
     Acceleration,
     Data,
@@ -23,7 +25,15 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import HERE, LARGEST_FILE, URDF, builtin_robots, raw_robot
 from crosscheck.models.inputs import input_content
 from crosscheck.models.loading import validated
-from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot, Rotor, RotorMesh
+from crosscheck.models.robot.robot import (
+    BASE,
+    Joint,
+    JointStage,
+    LinkFrame,
+    Robot,
+    Rotor,
+    RotorMesh,
+)
 from crosscheck.models.robot.tree import tree_of
 from crosscheck.models.robot.urdf import Urdf, read_urdf
 
@@ -57,7 +67,7 @@ class Geared(Data):
     """Teeth that give way, for the level geared; rigid if left out."""
 
 
-Transmission = Annotated[DirectDrive | Geared, Field(discriminator="kind")]
+Transmission = Annotated[DirectDrive | Geared | PlanetaryStage, Field(discriminator="kind")]
 
 
 class RobotFile(Data):
@@ -107,6 +117,9 @@ def robot_of(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
         if name not in moving:
             allowed = f"must be a joint that moves: {', '.join(moving)}"
             raise InputError(where, "joints", name, allowed)
+    for name, given in file.joints.items():
+        if isinstance(given, PlanetaryStage):
+            _require_lumped(name, joints[moving[name]], given, where)
     rotors = [
         _rotor(moving[name], name, given, urdf, frames, where)
         for name, given in file.joints.items()
@@ -120,6 +133,11 @@ def robot_of(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
         joints=joints,
         bodies=bodies,
         rotors=tuple(rotors),
+        stages=tuple(
+            JointStage(moving[name], given)
+            for name, given in file.joints.items()
+            if isinstance(given, PlanetaryStage)
+        ),
         frames=frames,
         tip=file.tip or _last(joints, frames),
         told=doubtful + urdf.told,
@@ -147,6 +165,16 @@ def _rotor(
         raise InputError(where, f"joints.{name}.ratio", 0.0, "must not be 0 where there is a mesh")
     inertia = given.rotor_inertia_kg_m2
     return Rotor(number, given.ratio, inertia, stator, axis / length, given.mesh)
+
+
+def _require_lumped(name: str, joint: Joint, gears: PlanetaryStage, where: str) -> None:
+    """Raise InputError unless a stage turns the joint, and by planets that move alike."""
+    if joint.kind != "revolute":
+        allowed = "must be direct or geared: a planetary stage turns its joint, which slides"
+        raise InputError(where, f"joints.{name}.kind", gears.kind, allowed)
+    for field, value in unlike_fields(gears):
+        allowed = "must be alike for all planets, which mesh in phase"
+        raise InputError(where, f"joints.{name}.{field}", value, allowed)
 
 
 def _last(joints: Sequence[Joint], frames: Mapping[str, LinkFrame]) -> str:

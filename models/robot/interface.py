@@ -13,8 +13,9 @@ class RobotModel(ABC):
     """Equations of motion M q'' + bias + gravity + meshes = torques; there is no friction.
 
     q, v and a are (states, n): the robot's free coordinates in rad or m, then, at the level geared,
-    x [m] of each mesh. Torques of motors are (states, free) in N m or N at the joints: a rotor that
-    has a mesh gets them over its ratio, if its joint is free.
+    x [m] of each rotor's mesh and x_sp, x_pr [m] of each planetary stage. Torques of motors are
+    (states, free) in N m or N at the joints: a rotor that has a mesh, or a sun, gets them over its
+    ratio, if its joint is free.
     """
 
     name: str

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.quantities import Damping, Data, Length, Play, Stiffness
 
 BASE = -1  # in place of the number of a body: what stands on the ground
@@ -15,8 +16,8 @@ Level = Literal["links", "armature", "coupled", "geared"]
 LEVELS: dict[Level, str] = {
     "links": "links alone",
     "armature": "links, and every rotor's inertia times its ratio squared on the diagonal",
-    "coupled": "links, and rotors as bodies that turn with their stators and by their gears",
-    "geared": "the same, but each rotor that has a mesh moves its joint by the mesh's spring alone",
+    "coupled": "links, and rotors, suns and planets as bodies that turn by rigid gears",
+    "geared": "the same, but where a gear has meshes, their springs alone move the joint",
 }
 WITH_ROTORS: tuple[Level, ...] = ("coupled", "geared")  # as bodies
 RIGID: tuple[Level, ...] = ("links", "armature", "coupled")  # those of every robot
@@ -113,6 +114,20 @@ class Rotor:
 
 
 @dataclass(frozen=True)
+class JointStage:
+    """A planetary stage that turns a revolute joint, about its axis.
+
+    The ring is fixed to the link before the joint, the carrier to the link after it, and the motor
+    turns the sun against the link before. The planets are alike. What of sun and planets no link
+    contains is their inertia about their own axes: their masses and other inertias are the links',
+    those of planets, at their places, the link's after the joint.
+    """
+
+    joint: int
+    gears: PlanetaryStage
+
+
+@dataclass(frozen=True)
 class LinkFrame:
     """Where a link of the URDF is: its place in the frame of a body, or of BASE."""
 
@@ -136,6 +151,7 @@ class Robot:
     joints: tuple[Joint, ...]
     bodies: tuple[RobotBody, ...]
     rotors: tuple[Rotor, ...]
+    stages: tuple[JointStage, ...]
     frames: Mapping[str, LinkFrame]
     tip: str
     told: tuple[str, ...]
@@ -147,10 +163,13 @@ class Robot:
 
     @property
     def meshes(self) -> tuple[tuple[Rotor, RotorMesh], ...]:
-        """Rotors that have a mesh; each adds its x [m] to the coordinates of the level geared."""
+        """Rotors that have a mesh; each adds its x [m] to the coordinates of the level geared.
+
+        After these each stage adds x_sp and x_pr [m], alike for all its planets.
+        """
         return tuple((rotor, rotor.mesh) for rotor in self.rotors if rotor.mesh)
 
     @property
     def levels(self) -> tuple[Level, ...]:
-        """Those that differ: geared only if there is a mesh."""
-        return (*RIGID, "geared") if self.meshes else RIGID
+        """Those that differ: geared only if there are teeth that give way."""
+        return (*RIGID, "geared") if self.meshes or self.stages else RIGID

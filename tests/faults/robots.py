@@ -11,7 +11,17 @@ from crosscheck.cost import agreement
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 from tests.faults.planting import Seen
-from tests.robots.chains import LIMIT, Solid, geared, joint, link, robot, teeth, urdf
+from tests.robots.chains import (
+    LIMIT,
+    Solid,
+    geared,
+    joint,
+    link,
+    planetary,
+    robot,
+    teeth,
+    urdf,
+)
 
 TEETH = teeth(0.02, 1e6, 100.0, 2e-5)
 TURNED = Solid(1.7, (0.11, -0.04, 0.07), (0.03, 0.004, -0.006, 0.05, 0.002, 0.06), (0.3, -0.2, 0.5))
@@ -63,9 +73,29 @@ def all_sprung() -> Robot:
     return robot(text, {"one": geared(5.0, mesh=TEETH), "two": geared(-4.0, mesh=TEETH)})
 
 
+@lru_cache
+def staged() -> Robot:
+    """Two stages on joints that cross, a third on one that mimics, and a rotor on a mesh."""
+    text = urdf(
+        link("ground"),
+        *(link(name, TURNED) for name in "abcd"),
+        joint("one", "ground", "a", axis=(0.2, 0.3, 0.9), at=(0.1, 0.2, 0.3), rpy=(0.1, 0.2, 0.4)),
+        joint("two", "a", "b", "continuous", (1, 0.2, 0), (0.3, 0, 0.1), (0.5, -0.4, 0.7)),
+        joint(
+            *("three", "b", "c", "revolute", (0, 1, 0), (0.1, 0.2, 0.1), (0.4, 0.2, 0.9)),
+            more=LIMIT + '<mimic joint="two" multiplier="-0.5" offset="0.3"/>',
+        ),
+        joint("four", "c", "d", axis=(0.6, 0, 0.8), at=(0.3, 0.0, 0.1)),
+    )
+    slower = planetary(planet_teeth=30, ring_teeth=84, planet_count=4)
+    given = {"one": planetary(), "two": slower, "three": planetary()}
+    return robot(text, {**given, "four": geared(5.0, mesh=TEETH)})
+
+
 ROBOTS: dict[str, Callable[[], Robot]] = {
     "unlike": unlike,
     "all sprung": all_sprung,
+    "staged": staged,
     READ: lambda: robot(unlike().urdf, tip="tool"),
 }
 KEPT: dict[tuple[str, str, str], agreement.RobotAnswers] = {}

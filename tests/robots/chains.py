@@ -76,6 +76,36 @@ def geared(ratio: float, inertia: float = 1e-3, **more: Any) -> dict[str, Any]:
     return {"kind": "geared", "ratio": ratio, "rotor_inertia_kg_m2": inertia, **more}
 
 
+def planetary(**changes: Any) -> dict[str, Any]:
+    """A transmission by a planetary stage, whose ratio is 4."""
+    return {
+        "kind": "planetary",
+        "sun_teeth": 24,
+        "planet_teeth": 24,
+        "ring_teeth": 72,
+        "module_m": 0.002,
+        "pressure_angle_deg": 20.0,
+        "sun_inertia_kg_m2": 3e-4,
+        "planet_inertia_kg_m2": 1e-4,
+        "sun_mesh": contact(),
+        "ring_mesh": contact(backlash_m=2e-5, phase_rad=0.7),
+        **changes,
+    }
+
+
+def contact(**changes: Any) -> dict[str, Any]:
+    """A planet's mesh with sun or ring."""
+    return {
+        "stiffness": {"law": "sine", "mean_N_per_m": 1e7, "amplitude_N_per_m": 2e6},
+        "backlash_m": 1e-5,
+        "tooth_error_m": 3e-6,
+        "tooth_error_phase_rad": 0.4,
+        "static_error_m": 1e-6,
+        "damping_N_s_per_m": 300.0,
+        **changes,
+    }
+
+
 def teeth(
     radius: float = 0.01, stiffness: float = 1e6, damping: float = 0.0, play: float = 0.0
 ) -> dict[str, float]:

@@ -118,6 +118,21 @@ BAD_URDFS = {
 MINIMAL = 'schema_version = 1\nname = "mine"\nurdf = "mine.urdf"\n'
 GEARED = '[joints.turn]\nkind = "geared"\nratio = 5.0\nrotor_inertia_kg_m2 = 1e-4\n'
 MESH = "mesh = { pinion_base_radius_m = 0.01, stiffness_N_per_m = 1e6 }\n"
+TEETH = """\
+[joints.turn]
+kind = "planetary"
+sun_teeth = 27
+planet_teeth = 36
+ring_teeth = 99
+module_m = 0.003
+pressure_angle_deg = 24.6
+sun_inertia_kg_m2 = 1e-3
+planet_inertia_kg_m2 = 1e-3
+"""
+LAW = 'stiffness = { law = "sine", mean_N_per_m = 1e8, amplitude_N_per_m = 2e7 }\n'
+CONTACT = LAW + "backlash_m = 5e-5\ntooth_error_m = 5e-6\ndamping_ratio = 0.05\n"
+STAGE = f"{TEETH}[joints.turn.sun_mesh]\n{CONTACT}[joints.turn.ring_mesh]\n{CONTACT}"
+SLIDES = GOOD.replace('type="revolute"', 'type="prismatic"')
 BAD_FILES = {
     "no such URDF": (MINIMAL.replace("mine.urdf", "yours.urdf"), "yours.urdf", "No such file"),
     "no version": (MINIMAL.replace("schema_version = 1", ""), "schema_version", "missing"),
@@ -161,6 +176,60 @@ BAD_FILES = {
         "joints.turn.mesh.softness_N_per_m",
         "did you mean stiffness_N_per_m?",
     ),
+    "stage of other teeth": (
+        MINIMAL + STAGE.replace("ring_teeth = 99", "ring_teeth = 98"),
+        "joints.turn.ring_teeth = 98",
+        "sun_teeth + 2 planet_teeth = 99",
+    ),
+    "stage that cannot be assembled": (
+        MINIMAL + STAGE.replace("99", "99\nplanet_count = 4"),
+        "joints.turn.planet_count = 4",
+        "must divide sun_teeth + ring_teeth = 126",
+    ),
+    "stage whose planets collide": (
+        MINIMAL + STAGE.replace("99", "99\nplanet_count = 6"),
+        "joints.turn.planet_count = 6",
+        "collide",
+    ),
+    "stage of negative stiffness": (
+        MINIMAL + STAGE.replace("1e8", "-1e8", 1),
+        "joints.turn.sun_mesh.stiffness.mean_N_per_m",
+        "1 to 1e12 N/m",
+    ),
+    "stage of a wave above the mean": (
+        MINIMAL + STAGE.replace("2e7", "2e8", 1),
+        "joints.turn.sun_mesh.stiffness.amplitude_N_per_m",
+        "below the mean stiffness",
+    ),
+    "stage with a rotor": (
+        MINIMAL + STAGE.replace("module_m", "rotor_inertia_kg_m2 = 1e-4\nmodule_m"),
+        "joints.turn.rotor_inertia_kg_m2 = 0.0001",
+        "unknown key; did you mean sun_inertia_kg_m2?",
+    ),
+    "stage without an inertia": (
+        MINIMAL + STAGE.replace("sun_inertia_kg_m2 = 1e-3\n", ""),
+        "joints.turn.sun_equivalent_mass_kg",
+        "give either",
+    ),
+    "stage without a mesh": (
+        MINIMAL + STAGE.partition("[joints.turn.ring_mesh]")[0],
+        "joints.turn.ring_mesh",
+        "missing",
+    ),
+    "stage of unlike planets": (
+        MINIMAL + STAGE.replace("backlash_m = 5e-5", "backlash_m = [5e-5, 5e-5, 6e-5]", 1),
+        "joints.turn.sun_mesh.backlash_m",
+        "must be alike for all planets",
+    ),
+    "stage out of phase": (
+        MINIMAL
+        + STAGE.replace("= 27", "= 28")
+        .replace("= 36", "= 35")
+        .replace("= 99", "= 98")
+        .replace(LAW, LAW + 'phase_rad = "from-teeth"\n', 1),
+        "joints.turn.sun_mesh.phase_rad",
+        "mesh in phase",
+    ),
     "direct with a ratio": (MINIMAL + GEARED.replace("geared", "direct"), "joints.turn"),
 }
 
@@ -181,6 +250,13 @@ def test_a_bad_robot_file_is_told_in_one_line(crosscheck: Command, tmp_path: Pat
     (tmp_path / "mine.urdf").write_text(GOOD)
     (tmp_path / "mine.toml").write_text(text)
     assert_one_line(crosscheck("cost", tmp_path / "mine.toml"), *fragments)
+
+
+def test_a_stage_turns_what_it_drives(crosscheck: Command, tmp_path: Path):
+    (tmp_path / "mine.urdf").write_text(SLIDES)
+    (tmp_path / "mine.toml").write_text(MINIMAL + STAGE)
+    answer = crosscheck("cost", tmp_path / "mine.toml")
+    assert_one_line(answer, "joints.turn.kind = 'planetary'", "direct or geared", "slides")
 
 
 def test_bytes_that_are_no_text(crosscheck: Command, tmp_path: Path):

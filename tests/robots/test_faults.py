@@ -10,6 +10,8 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.robot.robot import Robot, Rotor
 from tests.faults.robots import engines_agree
 from tests.robots.chains import ENGINES
@@ -17,7 +19,7 @@ from tests.robots.chains import ENGINES
 Change = Callable[[Robot], Robot]
 
 
-def of(kind: Literal["bodies", "joints", "rotors"], number: int, change: Callable) -> Change:
+def of(kind: Literal["bodies", "joints", "rotors", "stages"], number: int, change: Callable) -> Change:
     """A robot, one of its parts changed."""
 
     def changed(own: Robot) -> Robot:
@@ -28,7 +30,8 @@ def of(kind: Literal["bodies", "joints", "rotors"], number: int, change: Callabl
     return changed
 
 
-body, moved, spun = partial(of, "bodies"), partial(of, "joints"), partial(of, "rotors")
+body, moved = partial(of, "bodies"), partial(of, "joints")
+spun, staged = partial(of, "rotors"), partial(of, "stages")
 
 
 def meshed(field: str, factor: float) -> Change:
@@ -40,6 +43,21 @@ def meshed(field: str, factor: float) -> Change:
         return replace(rotor, mesh=rotor.mesh.model_copy(update=update))
 
     return spun(2, changed)
+
+
+def gears(**update: object) -> Change:
+    """Of the second stage."""
+    return staged(1, lambda stage: replace(stage, gears=stage.gears.model_copy(update=update)))
+
+
+def toothed(side: str, **update: object) -> Change:
+    """Of a mesh of the second stage."""
+
+    def changed(own: Robot) -> Robot:
+        mesh: Mesh = getattr(own.stages[1].gears, side)
+        return gears(**{side: mesh.model_copy(update=update)})(own)
+
+    return changed
 
 
 SWAPPED = [0, 2, 1]
@@ -90,6 +108,30 @@ IN_ROTORS: dict[str, Change] = {
 }
 
 
+IN_STAGES: dict[str, Change] = {
+    "joint of a stage": lambda own: replace(
+        own, stages=(own.stages[0], replace(own.stages[1], joint=2), own.stages[2])
+    ),
+    "teeth of the sun": gears(sun_teeth=27),
+    "teeth of a planet": gears(planet_teeth=27),
+    "teeth of the ring": gears(ring_teeth=81),
+    "number of planets": gears(planet_count=3),
+    "module": gears(module_m=0.0020002),
+    "pressure angle": gears(pressure_angle_deg=20.01),
+    "inertia of the sun": gears(sun_inertia_kg_m2=3.0003e-4),
+    "inertia of a planet": gears(planet_inertia_kg_m2=1.0001e-4),
+    "stiffness of a sun mesh": toothed(
+        "sun_mesh", stiffness=SineStiffness(law="sine", mean_N_per_m=1e7, amplitude_N_per_m=1.9e6)
+    ),
+    "backlash of a ring mesh": toothed("ring_mesh", backlash_m=2.001e-5),
+    "tooth error of a sun mesh": toothed("sun_mesh", tooth_error_m=3.001e-6),
+    "its phase": toothed("ring_mesh", tooth_error_phase_rad=0.41),
+    "standing error": toothed("ring_mesh", static_error_m=-1e-6),
+    "phase of a ring mesh": toothed("ring_mesh", phase_rad=0.71),
+    "damping of a ring mesh": toothed("ring_mesh", damping_N_s_per_m=300.1),
+}
+
+
 @pytest.mark.parametrize("fault", IN_LINKS)
 @pytest.mark.parametrize("engine", ["analytic", "exudyn"])  # Pinocchio reads the URDF itself
 def test_wrong_links_are_seen(engine, fault):
@@ -102,6 +144,13 @@ def test_wrong_rotors_are_seen(engine, fault):
     assert engines_agree("unlike", engine, IN_ROTORS[fault]) == "differ"
 
 
+@pytest.mark.parametrize("fault", IN_STAGES)
 @pytest.mark.parametrize("engine", ENGINES)
-def test_without_a_fault_nothing_differs(engine):
-    assert engines_agree("unlike", engine) == "agree"
+def test_wrong_stages_are_seen(engine, fault):
+    assert engines_agree("staged", engine, IN_STAGES[fault]) == "differ"
+
+
+@pytest.mark.parametrize("name", ["unlike", "staged"])
+@pytest.mark.parametrize("engine", ENGINES)
+def test_without_a_fault_nothing_differs(engine, name):
+    assert engines_agree(name, engine) == "agree"

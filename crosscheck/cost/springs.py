@@ -1,0 +1,86 @@
+"""Gears of a robot as cost sees them: sizes of what gives way, and rotors that stand for stages."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from crosscheck.analytic.derivation.gears import damping
+from crosscheck.analytic.derivation.stage import gear_masses
+from crosscheck.analytic.paper.kinematics import stage_geometry
+from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
+from crosscheck.models.robot.robot import JointStage, Robot, Rotor
+
+
+@dataclass(frozen=True)
+class ToothSpring:
+    """Of x of a rotor's mesh, or of all planets of a stage with sun or ring together.
+
+    lever [m], or 1 of a joint that slides: x by the joint's coordinate while all other gears roll,
+    so the joint's torque T presses teeth by T / lever, with the ratio's sign; stiffness [N/m]: on
+    average; stiffest [N/m]; error [m]: bound of the teeth's; radius [m] of the smaller gear; mass
+    [kg]: J / r^2 of the lighter one, which swings on it.
+    """
+
+    name: str
+    joint: int
+    lever: float
+    stiffness: float
+    stiffest: float
+    damping: float
+    backlash: float
+    error: float
+    radius: float
+    mass: float
+
+
+def springs(robot: Robot) -> tuple[ToothSpring, ...]:
+    """In the order of their coordinates."""
+    found = []
+    for rotor, mesh in robot.meshes:
+        radius, k = mesh.pinion_base_radius_m, mesh.stiffness_N_per_m
+        name = f"mesh of {robot.joints[rotor.joint].name}"
+        own = k, k, mesh.damping_N_s_per_m, mesh.backlash_m, 0.0
+        swinging = radius, rotor.inertia / radius**2
+        found.append(ToothSpring(name, rotor.joint, rotor.ratio * radius, *own, *swinging))
+    for stage in robot.stages:
+        gears, planets = stage.gears, stage.gears.planet_count
+        geometry, (sun_mass, planet_mass) = stage_geometry(gears), gear_masses(gears)
+        for side, teeth, d, mass in zip(
+            ("sun", "ring"),
+            (gears.sun_mesh.of_planet(0), gears.ring_mesh.of_planet(0)),
+            damping(gears),
+            (min(sun_mass, planets * planet_mass), planets * planet_mass),
+            strict=True,
+        ):
+            wave = teeth.stiffness
+            law, mean = stiffness_data([wave]), mean_stiffness(wave)
+            amplitude = wave.amplitude_N_per_m if wave.law == "sine" else 0.0
+            peak = float(peak_stiffness(law, np.array([mean]), np.array([amplitude]))[0])
+            error = abs(teeth.static_error_m) + teeth.tooth_error_m
+            name = f"{side} mesh of {robot.joints[stage.joint].name}"
+            own = planets * mean, planets * peak, d, teeth.backlash_m, error
+            swinging = min(geometry.r_s, geometry.r_p), mass
+            lever = geometry.n * geometry.r_s
+            found.append(ToothSpring(name, stage.joint, lever, *own, *swinging))
+    return tuple(found)
+
+
+def with_rotors_alone(robot: Robot) -> Robot:
+    """The robot, each stage as two rotors on the link of its ring: locked gears are no more."""
+    rotors = [rotor for stage in robot.stages for rotor in rotors_of(robot, stage)]
+    return replace(robot, rotors=(*robot.rotors, *rotors), stages=())
+
+
+def rotors_of(robot: Robot, stage: JointStage) -> tuple[Rotor, Rotor]:
+    """The sun, and the planets together."""
+    gears, joint = stage.gears, robot.joints[stage.joint]
+    geometry, (sun_mass, planet_mass) = stage_geometry(gears), gear_masses(gears)
+    stator, frame = next(own for own in robot.frames.items() if own[1].body == joint.parent)
+    axis = frame.placement.rotation.T @ joint.placement.rotation @ joint.axis
+    inertia = gears.planet_count * planet_mass * geometry.r_p**2
+    return (
+        Rotor(stage.joint, geometry.n, sun_mass * geometry.r_s**2, stator, axis),
+        Rotor(stage.joint, -geometry.r_cp / geometry.r_p, inertia, stator, axis),
+    )
