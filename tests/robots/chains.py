@@ -119,12 +119,14 @@ def teeth(
 
 
 def random_chain(seed: int) -> Robot:
-    """1 to 7 joints of any kind and axis; fixed links, branches, mimics, rotors anywhere."""
-    draw, meshed = random.Random(seed), random.Random(-seed)
+    """1 to 7 joints of any kind and axis; fixed links, branches, mimics, rotors, stages."""
+    draw, meshed, staged = random.Random(seed), random.Random(-seed), random.Random(str(seed))
     parts, names, leading = [link("ground", Solid(com=(0.1, 0.2, 0.3)))], ["ground"], []
     transmissions: dict[str, Any] = {}
+    sliding: dict[str, bool] = {}
     for number in range(draw.randint(1, 7)):
         name, kind = f"j{number}", draw.choice(("revolute", "continuous", "prismatic"))
+        sliding[name] = kind == "prismatic"
         parent = names[-1] if draw.random() < 0.8 else draw.choice(names)
         more = '<limit lower="-1" upper="2" velocity="1" effort="1"/>'
         if leading and draw.random() < 0.15:
@@ -147,7 +149,7 @@ def random_chain(seed: int) -> Robot:
             transmissions[name] = geared(
                 draw.choice((-1, 1)) * 10 ** draw.uniform(0, 2.3), 10 ** draw.uniform(-6, -3)
             )
-    for own in transmissions.values():
+    for name, own in transmissions.items():
         if draw.random() < 0.5:
             own |= {"stator": draw.choice(names), "rotor_axis": _three(draw, 1)}
         if meshed.random() < 0.6:
@@ -158,8 +160,62 @@ def random_chain(seed: int) -> Robot:
                 meshed.choice((0.0, damping)),
                 meshed.choice((0.0, play)),
             )
+        if not sliding[name] and staged.random() < 0.3:
+            transmissions[name] = _random_stage(staged)
     gravity = _three(draw, 10)
     return robot(urdf(*parts), transmissions, gravity_m_per_s2=gravity)
+
+
+def _random_stage(draw: random.Random) -> dict[str, Any]:
+    """Gears of any size that can be assembled, with any law of stiffness."""
+    count, sun, planet = draw.choice(((2, 19, 37), (3, 20, 31), (3, 33, 15), (4, 40, 16)))
+    waves = [draw.uniform(-0.2, 0.2) for _ in range(4)]
+    meshes = {}
+    for side in ("sun_mesh", "ring_mesh"):
+        mean = 10 ** draw.uniform(5, 9)
+        laws: list[dict[str, Any]] = [
+            {"law": "sine", "mean_N_per_m": mean, "amplitude_N_per_m": 0.4 * mean},
+            {
+                "law": "fourier",
+                "mean_N_per_m": mean,
+                "cosine_N_per_m": [mean * wave for wave in waves[:2]],
+                "sine_N_per_m": [mean * wave for wave in waves[2:]],
+            },
+            {
+                "law": "square",
+                "contact_ratio": draw.uniform(1.2, 1.8),
+                "least_N_per_m": mean,
+                "largest_N_per_m": 1.4 * mean,
+                "harmonics": 4,
+            },
+            {
+                "law": "table",
+                "phase_cycles": [0.0, 0.2, 0.45, 0.7, 1.0],
+                "stiffness_N_per_m": [mean * k for k in (1.0, 1.2, 1.1, 0.8, 1.0)],
+            },
+        ]
+        damping = draw.choice(({"damping_ratio": 0.05}, {"damping_N_s_per_m": 100.0}))
+        meshes[side] = {
+            "stiffness": draw.choice(laws),
+            "backlash_m": draw.choice((0.0, 10 ** draw.uniform(-6, -4))),
+            "tooth_error_m": draw.choice((0.0, 10 ** draw.uniform(-7, -5))),
+            "tooth_error_phase_rad": draw.uniform(-3, 3),
+            "static_error_m": draw.uniform(-1e-6, 1e-6),
+            "phase_rad": "from-teeth" if sun % count == 0 else draw.uniform(-3, 3),
+            **damping,
+        }
+    return {
+        "kind": "planetary",
+        "sun_teeth": sun,
+        "planet_teeth": planet,
+        "ring_teeth": sun + 2 * planet,
+        "planet_count": count,
+        "module_m": 10 ** draw.uniform(-3.5, -2),
+        "pressure_angle_deg": draw.uniform(15, 25),
+        "sun_inertia_kg_m2": 10 ** draw.uniform(-6, -3),
+        "planet_equivalent_mass_kg": 10 ** draw.uniform(-2, 0),
+        **meshes,
+    }
 
 
 def _solid(draw: random.Random) -> Solid:
