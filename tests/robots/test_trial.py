@@ -14,7 +14,7 @@ from crosscheck import kinds
 from crosscheck.cost.agreement import model_of
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
-from crosscheck.models.robot.robot import RIGID, Level, Robot
+from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
 from crosscheck.trial.robots.candidates import (
     Confusion,
     confusions,
@@ -24,7 +24,16 @@ from crosscheck.trial.robots.candidates import (
 )
 from crosscheck.trial.robots.explain import OwnEquations, explained
 from tests.draws import DRAWS, SAMPLE, fresh_seed
-from tests.robots.chains import ENGINES, random_chain
+from tests.robots.chains import (
+    ENGINES,
+    Solid,
+    joint,
+    link,
+    planetary,
+    random_chain,
+    robot,
+    urdf,
+)
 from tests.tool.conftest import Command, crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
@@ -52,7 +61,7 @@ def sliding() -> Robot:
 @pytest.mark.parametrize("level", RIGID)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_right_equations_are_never_blamed(engine, level):
-    for own in (load_robot("six-joint"), random_chain(3), random_chain(11)):
+    for own in (load_robot("six-joint"), random_chain(3), random_chain(10)):
         found = explained(equations(own, level, engine), own, 0)
         assert found.agrees
         assert (found.entries, found.explanations, found.links) == ((), (), ())
@@ -163,6 +172,39 @@ def test_a_coupling_left_out_of_the_mass_matrix_is_named(sliding):
     found = explained(OwnEquations(mass_matrix=mass), sliding, 0)
     assert found.explanations == ("no coupling of swivel and slide in M by the rotor of slide",)
     assert [entry.name for entry in found.entries] == ["M[swivel, slide]"]
+
+
+STAGE_WRONG: dict[str, tuple[dict[str, float] | tuple[float, float], str]] = {
+    "inertia of the sun": ({"sun_inertia_kg_m2": 2e-4}, "inertia of sun = 0.0002 kg m^2"),
+    "no spin of planets": ({"planet_inertia_kg_m2": 0.0}, "inertia of planet = 0 kg m^2"),
+    "ratio": ((3.0, -2.0), "its ratio z_r / z_s, that of a carrier held"),
+    "sense of the sun": ((-4.0, -2.0), "its sun turning the other way"),
+    "sense of planets": ((4.0, 2.0), "its planets turning the other way"),
+    "planets on the carrier": ((4.0, -3.0), "its planets turning as on the carrier"),
+}
+
+
+@pytest.mark.parametrize("case", STAGE_WRONG)
+def test_what_is_wrong_of_a_stage_is_named(case):
+    """Numbers, and ratios of sun and planets that are easily mistaken."""
+    text = urdf(
+        *(link(name, Solid(com=(0.1, 0.2, 0.3))) for name in ("ground", "ring", "disc")),
+        joint("yaw", "ground", "ring"),
+        joint("roll", "ring", "disc", axis=(0.6, 0, 0.8)),
+    )
+    own = robot(text, {"roll": planetary()})
+    wrong, words = STAGE_WRONG[case]
+    if isinstance(wrong, dict):
+        gears = own.stages[0].gears.model_copy(update=wrong)
+        changed = replace(own, stages=(replace(own.stages[0], gears=gears),))
+    else:
+        axis = np.array([0.6, 0, 0.8])  # the sun is as heavy to turn as three planets
+        rotors = tuple(Rotor(1, ratio, 3e-4, "ring", axis) for ratio in wrong)
+        changed = replace(own, rotors=rotors, stages=())
+    found = explained(equations(changed), own, 0)
+    assert not found.agrees
+    assert any(each.startswith(f"stage of roll: {words}") for each in found.explanations)
+    assert explained(equations(own), own, 0).agrees
 
 
 def test_two_wrong_numbers_of_a_link_name_the_link(sliding):

@@ -8,7 +8,16 @@ from itertools import combinations
 
 import numpy as np
 
-from crosscheck.models.robot.robot import BASE, Joint, Placement, Robot, RobotBody, Rotor
+from crosscheck.cost.springs import rotors_of
+from crosscheck.models.robot.robot import (
+    BASE,
+    Joint,
+    JointStage,
+    Placement,
+    Robot,
+    RobotBody,
+    Rotor,
+)
 
 AXES = "xyz"
 MOMENTS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2)}
@@ -39,7 +48,7 @@ class Confusion:
 
 
 def numbers(robot: Robot) -> Iterator[RobotNumber]:
-    """Masses, centres, inertias, rotors and gravity."""
+    """Masses, centres, inertias, rotors, stages and gravity."""
     for number, body in enumerate(robot.bodies):
         yield from _of_body(robot, number, body)
     for number, rotor in enumerate(robot.rotors):
@@ -53,6 +62,8 @@ def numbers(robot: Robot) -> Iterator[RobotNumber]:
 
         yield RobotNumber(f"{name}: inertia", "kg m^2", rotor.inertia, rotor.inertia, inertia)
         yield RobotNumber(f"{name}: ratio", "", rotor.ratio, max(abs(rotor.ratio), 1.0), ratio)
+    for number, stage in enumerate(robot.stages):
+        yield from _of_stage(robot, number, stage)
     for axis in range(3):
 
         def gravity(value: float, at: int = axis) -> Robot:
@@ -60,6 +71,24 @@ def numbers(robot: Robot) -> Iterator[RobotNumber]:
 
         own = float(robot.gravity[axis])
         yield RobotNumber(f"gravity: {AXES[axis]}", "m/s^2", own, 10.0, gravity)
+
+
+def _of_stage(robot: Robot, number: int, stage: JointStage) -> Iterator[RobotNumber]:
+    """Inertias of sun and planets, in the form in which they are given."""
+    name = f"stage of {robot.joints[stage.joint].name}"
+    for part in ("sun", "planet"):
+        for what, unit in (("inertia", "kg m^2"), ("equivalent mass", "kg")):
+            field = f"{part}_{what}_{unit}".replace(" ", "_").replace("^", "")
+            own = getattr(stage.gears, field)
+
+            def put(value: float, field: str = field) -> Robot:
+                gears = stage.gears.model_copy(update={field: value})
+                changed = replace(stage, gears=gears)
+                before, after = robot.stages[:number], robot.stages[number + 1 :]
+                return replace(robot, stages=(*before, changed, *after))
+
+            if own is not None:
+                yield RobotNumber(f"{name}: {what} of {part}", unit, own, own, put)
 
 
 def _of_body(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotNumber]:
@@ -110,6 +139,19 @@ def confusions(robot: Robot) -> Iterator[Confusion]:
             rolled = replace(rotor, axis=np.roll(rotor.axis, roll))
             words = f"its axis in another order, {axis}"
             yield Confusion(f"{name}: {words}", with_rotor(robot, number, rolled))
+    for stage in robot.stages:
+        name = f"stage of {robot.joints[stage.joint].name}"
+        others = tuple(other for other in robot.stages if other is not stage)
+        sun, planets = rotors_of(robot, stage)
+        for words, pair in (
+            ("its ratio z_r / z_s, that of a carrier held", (sun.ratio - 1, planets.ratio)),
+            ("its sun turning the other way", (-sun.ratio, planets.ratio)),
+            ("its planets turning the other way", (sun.ratio, -planets.ratio)),
+            ("its planets turning as on the carrier", (sun.ratio, planets.ratio - 1)),
+        ):
+            turned = [replace(own, ratio=k) for own, k in zip((sun, planets), pair, strict=True)]
+            changed_robot = replace(robot, rotors=(*robot.rotors, *turned), stages=others)
+            yield Confusion(f"{name}: {words}", changed_robot)
 
 
 def _bodies(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:

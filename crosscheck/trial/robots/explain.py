@@ -177,7 +177,7 @@ def _is_all(left: np.ndarray, difference: np.ndarray) -> bool:
 
 def _explanations(question: _Question, difference: np.ndarray, level: Level) -> Iterator[str]:
     """Every single change at a level that leaves nothing of its difference."""
-    robot = question.robot if level != "links" else replace(question.robot, rotors=())
+    robot = question.robot if level != "links" else replace(question.robot, rotors=(), stages=())
     base = question.of_robot(robot, level)
     for number in numbers(robot):
         up, down = (
@@ -220,20 +220,22 @@ def _solved(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -> f
 
 
 def _missing_pairs(question: _Question, difference: np.ndarray) -> Iterator[str]:
-    """Where M lacks nothing but what a rotor's coupling puts at two joints."""
+    """Where M lacks nothing but what the coupling of a rotor, or of a stage, puts at two joints."""
     robot, q = question.robot, question.states.q
     missing = question.block(difference, "mass_matrix")
     names = [robot.joints[number].name for number in robot.coordinates]
-    for rotor in robot.rotors:
-        alone = replace(robot, rotors=(rotor,))
+    bare = replace(robot, rotors=(), stages=())
+    gears = [("rotor", own.joint, replace(bare, rotors=(own,))) for own in robot.rotors]
+    gears += [("stage", own.joint, replace(bare, stages=(own,))) for own in robot.stages]
+    for kind, joint, alone in gears:
         pair = AnalyticRobot(alone, "coupled").mass_matrix(q)
         pair = (pair - AnalyticRobot(alone, "links").mass_matrix(q)) / question.sizes["mass_matrix"]
         for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
             wanted = np.zeros_like(missing)
             wanted[:, i, j] = wanted[:, j, i] = -pair[:, i, j]
             if np.abs(wanted).max() > TOLERANCE and _is_all(missing - wanted, missing):
-                own = robot.joints[rotor.joint].name
-                yield f"no coupling of {names[i]} and {names[j]} in M by the rotor of {own}"
+                own = robot.joints[joint].name
+                yield f"no coupling of {names[i]} and {names[j]} in M by the {kind} of {own}"
 
 
 def _links(question: _Question, difference: np.ndarray, level: Level) -> Iterator[str]:
