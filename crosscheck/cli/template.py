@@ -34,6 +34,26 @@ ROBOT_HEAD = """\
 #     {{ kind = "geared", ratio = 100.0, rotor_inertia_kg_m2 = 1e-4 }}
 # The motor stands on the link before its joint, along the joint's axis, unless the file says
 # stator = "a link", rotor_axis = [1.0, 0.0, 0.0]. docs/reference/robot-file.md lists all fields.
+# A planetary stage stands in a table at the end of the file, instead of the joint's line:
+#     [joints.NAME]
+#     kind = "planetary"
+#     sun_teeth = 27
+#     planet_teeth = 36
+#     ring_teeth = 99 # sun_teeth + 2 planet_teeth
+#     module_m = 0.003
+#     pressure_angle_deg = 24.6
+#     sun_inertia_kg_m2 = 7e-4 # with the motor's rotor
+#     planet_inertia_kg_m2 = 1.6e-3 # of each about its own axis
+#     [joints.NAME.sun_mesh]
+#     stiffness = {{ law = "sine", mean_N_per_m = 1e8, amplitude_N_per_m = 2e7 }}
+#     backlash_m = 50e-6
+#     tooth_error_m = 5e-6
+#     damping_ratio = 0.05
+#     [joints.NAME.ring_mesh]
+#     stiffness = {{ law = "sine", mean_N_per_m = 1e8, amplitude_N_per_m = 2e7 }}
+#     backlash_m = 50e-6
+#     tooth_error_m = 5e-6
+#     damping_ratio = 0.05
 """
 GRAVITY = "# gravity_m_per_s2 = [0.0, -9.81]"
 CAD = "# A link may be a body instead of a rod, with numbers out of a CAD model:"

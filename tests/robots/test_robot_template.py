@@ -36,6 +36,10 @@ def test_init_writes_a_file_that_loads(crosscheck: Command, tmp_path: Path):
     assert f"#     {geared}" in text  # what its comment says is what the reader takes
     (tmp_path / "mine.toml").write_text(text.replace('{ kind = "direct" }', geared))
     assert [rotor.ratio for rotor in load_robot(str(tmp_path / "mine.toml")).rotors] == [100.0]
+    lines = [line.removeprefix("#     ") for line in text.splitlines() if line.startswith("#     ")]
+    stage = "\n".join(line for line in lines if line != geared).replace("NAME", '"the first"')
+    (tmp_path / "mine.toml").write_text(text.replace('"the first" = ', "# ") + stage)
+    assert [own.joint for own in load_robot(str(tmp_path / "mine.toml")).stages] == [0]
 
 
 def test_every_chain_is_read_back_as_it_was(crosscheck: Command, tmp_path: Path):
