@@ -20,8 +20,8 @@ class MeshCost:
     """Of teeth along a motion, in rad or m at their joint; name: as `sun mesh of elbow`.
 
     backlash: what they add to that of the joint while the motor is held; windup: their largest
-    deflection under the torques of coupled; slowest, fastest [Hz]: of swings on them, as if the
-    other meshes were apart.
+    deflection under the torques of coupled; slowest, fastest [Hz]: of swings on them, as if other
+    joints' meshes were apart; a stage has two, the faster one told of its sun mesh.
     """
 
     name: str

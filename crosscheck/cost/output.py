@@ -9,7 +9,7 @@ import numpy as np
 from crosscheck import __version__
 from crosscheck.cost.agreement import QUANTITIES
 from crosscheck.cost.cost import NEGLIGIBLE, SHORTCUTS, Cost, RotorShare
-from crosscheck.cost.meshes import GearedCost
+from crosscheck.cost.meshes import RESOLVED, GearedCost
 from crosscheck.cost.springs import with_rotors_alone
 from crosscheck.models.robot.robot import LEVELS, Level
 from crosscheck.report.records import document, plain
@@ -52,7 +52,7 @@ def _mesh_lines(geared: GearedCost) -> Iterator[str]:
             " more"
         )
     if geared.distances is None:
-        most = max(mesh.fastest for mesh in geared.meshes)
+        most = geared.steps * RESOLVED / (2 * np.pi)
         yield f"geared: not run, {most:.3g} Hz ask for {geared.steps} steps a second"
     else:
         yield f"geared: under torques of coupled the {_away_words(geared.distances)}"

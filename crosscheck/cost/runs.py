@@ -60,9 +60,10 @@ def away(model: RobotModel, ends: np.ndarray, planned: np.ndarray) -> np.ndarray
 
 
 class MeshRates(NamedTuple):
-    """Of the swings of each mesh, as if the others were apart (states, meshes) [rad/s].
+    """Of swings on meshes [rad/s] (states, meshes), as if those of other joints were apart.
 
-    fastest: of all swings and dying out [1/s] while all are in contact.
+    A stage has two, of which the faster one stands at its sun mesh. fastest: of all swings and
+    dying out [1/s] while all are in contact.
     """
 
     swings: np.ndarray
@@ -80,17 +81,24 @@ def mesh_rates(model: RobotModel, mass_matrices: np.ndarray) -> MeshRates:
         raise _too_unlike(model) from None
     free = len(model.robot.coordinates)
     inverse = inverse[:, free:, free:]
-    softness = inverse.diagonal(axis1=1, axis2=2)
-    if not (softness > 0).all():
+    if not (inverse.diagonal(axis1=1, axis2=2) > 0).all():
         raise _too_unlike(model)
-    stiffness, stiffest, damping = np.transpose(
-        [(own.stiffness, own.stiffest, own.damping) for own in springs(model.robot)]
+    joints, stiffness, stiffest, damping = np.transpose(
+        [(own.joint, own.stiffness, own.stiffest, own.damping) for own in springs(model.robot)]
     )
-    swing, decay = (
-        np.linalg.eigvalsh(inverse * np.sqrt(np.outer(each, each))).max()
-        for each in (stiffest, damping)
-    )
-    return MeshRates(np.sqrt(stiffness * softness), float(max(np.sqrt(swing), decay)))
+
+    def modes(own: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+        """Eigenvalues (states, own), the smallest first, of springs, or dampers, at places."""
+        root = np.sqrt(sizes[own])
+        block = inverse[:, own[:, None], own] * np.outer(root, root)
+        return np.maximum(np.linalg.eigvalsh(block), 0.0)
+
+    swings, every = np.zeros((len(inverse), joints.size)), np.arange(joints.size)
+    for joint in joints:
+        own = np.flatnonzero(joints == joint)
+        swings[:, own] = np.sqrt(modes(own, stiffness))[:, ::-1]
+    fastest = max(np.sqrt(modes(every, stiffest).max()), modes(every, damping).max())
+    return MeshRates(swings, float(fastest))
 
 
 def _too_unlike(model: RobotModel) -> InputError:

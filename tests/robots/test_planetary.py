@@ -242,6 +242,8 @@ def test_what_a_locked_stage_leaves_out_of_a_pendulum():
     modes = 3.6e4 * np.linalg.inv(model.mass_matrix(np.zeros((1, 3)))[0])[1:, 1:]
     fastest = sqrt(np.linalg.eigvals(modes).max())
     assert found.geared.steps == ceil(fastest / RESOLVED)
+    expected = np.sort(np.linalg.eigvals(modes / 1.2).real) ** 0.5 / (2 * pi)
+    assert [ring.slowest, sun.fastest] == pytest.approx(expected)
     assert found.geared.distances is not None
     (gear,) = found.ratios
     assert (gear.joint, gear.ratio, gear.share) == ("swing", pytest.approx(RATIO), 0.0)
