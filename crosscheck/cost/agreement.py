@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.cost.engines import engines, model_of
-from crosscheck.cost.runs import mesh_rates, run
+from crosscheck.cost.runs import mesh_rates, run, too_unlike
 from crosscheck.cost.springs import springs, with_rotors_alone
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
@@ -29,6 +29,7 @@ QUANTITIES = {
     "tip": "distance over the reach",
     "run": "coordinate after a short free motion in equal steps, of how far any has moved",
 }
+LARGEST_TOLERANCE = 1e-3  # beyond it agreement would say nothing
 SOLVED = ("forward dynamics", "run")  # which M's condition number may harm
 RUNS, RUN_S, STEPS = 3, 0.1, 5  # of the states the first, and a run's time and steps
 FORCE, DEEPEST = 10.0, 0.01  # of a drawn mesh: N m or N at its joint, parts of its pinion's radius
@@ -101,7 +102,10 @@ def motion_range(robot: Robot, number: int) -> tuple[float, float]:
 
 
 def compared(robot: Robot, states: DrawnStates) -> list[EngineDifference]:
-    """Every pair of engines at each level that they promise; who raises fails its comparisons."""
+    """Every pair of engines at each level that they promise; who raises fails its comparisons.
+
+    Raises InputError for a robot whose mass matrix has lost its digits.
+    """
     found: list[EngineDifference] = []
     for level in robot.levels:
         own = with_meshes(robot, states) if level == "geared" else states
@@ -179,6 +183,8 @@ def _comparisons(
         one, other = answers[left], answers[right]
         if isinstance(one, RobotAnswers) and isinstance(other, RobotAnswers):
             measured, condition = _measured(one, other, given[0], robot, states)
+            if ROUNDINGS * condition > LARGEST_TOLERANCE:
+                raise too_unlike(robot)
             for quantity, value in zip(QUANTITIES, measured, strict=True):
                 harmed = ROUNDINGS * condition if quantity in SOLVED else 0.0
                 tolerance = max(TOLERANCE, harmed)

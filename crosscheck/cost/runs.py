@@ -10,6 +10,7 @@ import numpy as np
 from crosscheck.cost.springs import springs
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.interface import RobotModel
+from crosscheck.models.robot.robot import Robot
 
 FASTEST = 1e4  # [rad/s] or [m/s]: beyond it a run has diverged
 Torques = Callable[[float], np.ndarray]  # of the time since the start, (runs, n)
@@ -29,7 +30,7 @@ def run(
         try:
             found[alive] = model.forward_dynamics(at[alive], rate[alive], given[alive])
         except np.linalg.LinAlgError:
-            raise _too_unlike(model) from None
+            raise too_unlike(model.robot) from None
         return found
 
     first = torques(0.0)
@@ -78,11 +79,11 @@ def mesh_rates(model: RobotModel, mass_matrices: np.ndarray) -> MeshRates:
     try:
         inverse = np.linalg.inv(mass_matrices)
     except np.linalg.LinAlgError:
-        raise _too_unlike(model) from None
+        raise too_unlike(model.robot) from None
     free = len(model.robot.coordinates)
     inverse = inverse[:, free:, free:]
     if not (inverse.diagonal(axis1=1, axis2=2) > 0).all():
-        raise _too_unlike(model)
+        raise too_unlike(model.robot)
     joints, stiffness, stiffest, damping = np.transpose(
         [(own.joint, own.stiffness, own.stiffest, own.damping) for own in springs(model.robot)]
     )
@@ -101,6 +102,7 @@ def mesh_rates(model: RobotModel, mass_matrices: np.ndarray) -> MeshRates:
     return MeshRates(swings, float(fastest))
 
 
-def _too_unlike(model: RobotModel) -> InputError:
+def too_unlike(robot: Robot) -> InputError:
+    """For a robot whose mass matrix cannot be inverted."""
     allowed = "masses and inertias are too unlike for 16 digits: M cannot be inverted"
-    return InputError(model.robot.name, "", None, allowed)
+    return InputError(robot.name, "", None, allowed)

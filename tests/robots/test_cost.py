@@ -17,9 +17,10 @@ from crosscheck.cost.motion import beyond_limits, excitation, given
 from crosscheck.cost.output import cost_json, cost_page, first_lines
 from crosscheck.kinds import is_of
 from crosscheck.measured.record import read_record
+from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
-from tests.robots.chains import Solid, geared, joint, link, random_chain, robot, urdf
+from tests.robots.chains import Solid, geared, joint, link, planetary, random_chain, robot, urdf
 from tests.tool.conftest import Command, crosscheck
 from tests.tool.test_bad_input import assert_one_line
 
@@ -217,6 +218,13 @@ def test_masses_too_unlike_for_the_digits_are_one_line(crosscheck: Command, tmp_
     answer = crosscheck("cost", tmp_path / "r.toml", "--quick")
     assert answer.code in (1, 2)
     assert "Traceback" not in answer.err
+
+
+def test_gears_too_unlike_for_the_digits_are_one_line():
+    """A tolerance that grows with M's condition number must not let any answers agree."""
+    text = parallel().urdf
+    with pytest.raises(InputError, match="too unlike for 16 digits"):
+        cost(robot(text, {"elbow": planetary(planet_inertia_kg_m2=1e15)}))
 
 
 def test_a_robot_without_gears_loses_nothing():
