@@ -19,7 +19,10 @@ from tests.robots.chains import ENGINES
 Change = Callable[[Robot], Robot]
 
 
-def of(kind: Literal["bodies", "joints", "rotors", "stages"], number: int, change: Callable) -> Change:
+Kind = Literal["bodies", "joints", "rotors", "stages"]
+
+
+def of(kind: Kind, number: int, change: Callable) -> Change:
     """A robot, one of its parts changed."""
 
     def changed(own: Robot) -> Robot:
