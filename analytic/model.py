@@ -27,8 +27,7 @@ from crosscheck.models.arm.layout import MESHES, Layout, Meaning, geared_layout,
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.drive import drive_data, torques_along
-from crosscheck.models.experiment.scenario import Scenario, per_joint, planet_offsets
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches, per_joint, planet_offsets
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
 from crosscheck.models.trajectory import recorded_times, trajectory
 

@@ -23,7 +23,7 @@ SIX_JOINTS = """
 from crosscheck.registry import build
 from crosscheck.cli.template import example_arm
 from crosscheck.models.loading import load_scenario
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 
 arm = example_arm("six", 6)
 joints = tuple(joint.model_copy(update={{"planet_count": 3}}) for joint in arm.joints)

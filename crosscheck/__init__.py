@@ -25,7 +25,7 @@ _HOME = {
     "Finding": "crosscheck.findings",
     "InputError": "crosscheck.models.errors",
     "sweep": "crosscheck.studies.api",
-    "switches": "crosscheck.models.experiment.switches",
+    "switches": "crosscheck.models.experiment.scenario",
 }
 
 

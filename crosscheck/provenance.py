@@ -18,8 +18,7 @@ from pydantic import Field
 from crosscheck import LARGEST_SEED
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.quantities import Data
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = (

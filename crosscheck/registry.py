@@ -18,8 +18,7 @@ from crosscheck.models.errors import Diverged, InputError
 if TYPE_CHECKING:  # the names of models are asked for without any schema
     from crosscheck.models.arm.arm import Arm
     from crosscheck.models.arm.layout import Layout
-    from crosscheck.models.experiment.scenario import Scenario
-    from crosscheck.models.experiment.switches import Switches
+    from crosscheck.models.experiment.scenario import Scenario, Switches
     from crosscheck.models.interface import Model
 
 ENTRY_POINTS = "geararm_crosscheck.models"  # the group by which installed packages offer models

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from crosscheck.models.arm.arm import Arm
-    from crosscheck.models.experiment.scenario import Scenario
-    from crosscheck.models.experiment.switches import Switches
+    from crosscheck.models.experiment.scenario import Scenario, Switches
     from crosscheck.trial.input.equations import Coordinates, Equations, Level
     from crosscheck.trial.input.symbolic import from_sympy
     from crosscheck.trial.trial import Trial

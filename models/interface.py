@@ -14,8 +14,7 @@ from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.planets import require_alike, usual_switches
 from crosscheck.models.errors import CannotDo, Diverged
 from crosscheck.models.experiment.drive import drive_data, torques_along
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import require_fit
 
 if TYPE_CHECKING:

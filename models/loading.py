@@ -14,8 +14,7 @@ from pydantic_core import ErrorDetails
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import require_alike, usual_switches
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import Scenario, first_misfit
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches, first_misfit
 from crosscheck.models.files import parsed, raw_arm, raw_scenario
 from crosscheck.models.paths import SECTIONS, assign, is_path, places
 

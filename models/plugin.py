@@ -24,8 +24,7 @@ from crosscheck.models.arm.stiffness import (
     StiffnessLaw,
     TableStiffness,
 )
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 
 
 class GearNumbers(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.interface import Model
 from crosscheck.registry import build
 from tests.mixed_arms import scenario

@@ -26,8 +26,7 @@ from crosscheck.models.arm.stiffness import (
     StiffnessLaw,
     TableStiffness,
 )
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from tests.any_arms import direct_joints, meshes, planetary_joints, rods
 
 STEP = 1e-40  # of complex steps: its square is nothing beside any energy

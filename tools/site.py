@@ -12,7 +12,7 @@ import typer
 
 from benchmarks.suite.report import markdown, read
 from crosscheck.cli.app import add_installed, app
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.trajectory import VARIABLES, meaning_of, unit_of
 from crosscheck.output import write_files
 from crosscheck.provenance import ROOT

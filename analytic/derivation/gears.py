@@ -18,7 +18,7 @@ from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import PlanetMesh
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Switches
 
 NOTHING = -1  # in place of a coordinate
 

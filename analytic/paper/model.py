@@ -14,8 +14,7 @@ from crosscheck.analytic.paper.printed import printed_form
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import lumped_layout
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 
 
 @lru_cache(maxsize=32)

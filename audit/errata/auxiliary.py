@@ -31,8 +31,7 @@ from crosscheck.audit.statics.teeth import (
     sun_contact_ratio,
 )
 from crosscheck.models.arm.arm import Arm, Planetary
-from crosscheck.models.experiment.scenario import SinusoidDrive
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import SinusoidDrive, switches
 from crosscheck.models.loading import load_scenario
 
 TORQUE_N_M = 100.0  # Section 3.1's

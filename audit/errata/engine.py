@@ -10,7 +10,7 @@ from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.checks.states import LOOSEST
 from crosscheck.checks.trajectories import largest_difference
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.comparison import Results, tasks_of
 from crosscheck.planning.state_suite import COUNT, geared

@@ -17,8 +17,7 @@ from crosscheck.analytic.paper.model import FormModel
 from crosscheck.audit.measures.undefined import defined
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import Model
 
 Side = Callable[[Scenario], Model]  # equal ones make equal models

@@ -14,7 +14,7 @@ READINGS = {LABELLED: "labelled", SWAPPED: "swapped"}
 class Law(NamedTuple):
     """How a mesh's phase follows the motion, at which rate the ring's; whether springs push theta.
 
-    See crosscheck.models.experiment.switches.
+    See crosscheck.models.experiment.scenario.
     """
 
     phase: Literal["omega_t", "angle"]

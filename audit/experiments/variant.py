@@ -13,7 +13,7 @@ import xarray as xr
 
 from crosscheck.models.arm.meshes import damped, squared
 from crosscheck.models.errors import Diverged
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import Case, load_case
 from crosscheck.registry import build

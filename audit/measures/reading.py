@@ -7,8 +7,7 @@ import json
 import xarray as xr
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 
 
 def arm_of(run: xr.Dataset) -> Arm:

@@ -16,7 +16,7 @@ from crosscheck.audit.measures.stage import PaperStage, paper_stage
 from crosscheck.audit.statics.surroundings import free_base, neglected_torques
 from crosscheck.audit.statics.teeth import clearance, gearing, stiffness_wave
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm, load_scenario
 

@@ -7,7 +7,7 @@ from benchmarks.suite.rows import Row
 from benchmarks.suite.timing import in_turn, per_unit, processor, progress, seconds_of
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.cli.template import example_arm
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_scenario
 
 TABLE = "joints and planets"

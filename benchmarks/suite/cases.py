@@ -6,7 +6,7 @@ from typing import Literal
 
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.cli.template import example_arm
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_arm, load_case, load_scenario
 
 Counted = Literal["lumped", "free"]

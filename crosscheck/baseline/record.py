@@ -12,8 +12,7 @@ from pydantic import Field, model_validator
 from crosscheck.checks.records import BY_PLANET
 from crosscheck.checks.trajectories import UNITS
 from crosscheck.models.arm.quantities import Data, Finite, NotNegative, UpToSeven
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.provenance import Provenance
 
 SCHEMA_VERSION = 3

@@ -21,8 +21,7 @@ from crosscheck.checks.states import Setting
 from crosscheck.findings import About, Finding, checked, measured_only
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout
-from crosscheck.models.experiment.scenario import ConstantDrive, per_joint
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import ConstantDrive, Switches, per_joint
 from crosscheck.models.loading import Case
 
 if TYPE_CHECKING:

@@ -26,9 +26,9 @@ from crosscheck.models.experiment.scenario import (
     PdDrive,
     Scenario,
     SinusoidDrive,
+    Switches,
     per_joint,
 )
-from crosscheck.models.experiment.switches import Switches
 from crosscheck.models.loading import Case
 
 

@@ -12,8 +12,7 @@ from crosscheck.checks import modes, poles, scales
 from crosscheck.checks.answers import FORCE_SLOPES, START_MASS
 from crosscheck.findings import About, Finding, Key
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Start
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Start, Switches
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, Results, Unavailable
 from crosscheck.planning.sizing import at_rest, unequal_gains

@@ -19,10 +19,11 @@ from crosscheck.models.experiment.scenario import (
     Scenario,
     SinusoidDrive,
     Start,
+    Switches,
     per_joint,
     planet_offsets,
+    switches,
 )
-from crosscheck.models.experiment.switches import Switches, switches
 from crosscheck.models.files import raw_arm
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning.sizing import Sizes, held_torques, made, pd_scenario, step_scenario

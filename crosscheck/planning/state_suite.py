@@ -17,7 +17,7 @@ from crosscheck.findings import About, Finding, Key, checked, failed
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.meshes import damped
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.experiment.switches import Switches, switches
+from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.models.files import raw_arm
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case, load_arm

@@ -13,8 +13,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import MESHES, Layout, Meaning
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.drive import drive_data
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
 from crosscheck.models.trajectory import recorded_times, trajectory
 from crosscheck.registry import Entry, build, lead, of_level

@@ -11,8 +11,7 @@ import numpy as np
 from crosscheck.findings import Agreement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError, Unfinished
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import (
     Comparison,

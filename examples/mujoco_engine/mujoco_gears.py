@@ -14,8 +14,7 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, geared_layout
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model
 from crosscheck.models.plugin import Motors, ToothContact, gear_numbers, link_mass, tooth_contacts
 from crosscheck.registry import STATES, Entry

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Switches
 
 Meaning = Literal["theta", "x_s", "x_sp", "x_pr"]
 MESHES: tuple[Meaning, Meaning] = ("x_sp", "x_pr")

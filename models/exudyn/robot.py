@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.exudyn.engine import System, UserFunction, exudyn, items
 from crosscheck.models.exudyn.tree.laws import Side, base_radius, inertia, mesh_law
 from crosscheck.models.exudyn.tree.mesh import (

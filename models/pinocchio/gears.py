@@ -15,8 +15,7 @@ import pinocchio as pin
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import geared_layout
 from crosscheck.models.experiment.drive import drive_data, joint_torque
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model
 from crosscheck.models.pinocchio.meshes import Meshes, contacts_of, meshes_of, stiffness_of
 from crosscheck.models.pinocchio.tree import (

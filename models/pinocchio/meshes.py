@@ -11,7 +11,7 @@ import pinocchio as pin
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
 from crosscheck.models.arm.mesh import PlanetMesh
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.pinocchio.stiffness import MeshStiffness, curve_of, mesh_stiffness
 from crosscheck.models.pinocchio.tree import TreeStage, base_radii, equivalent_masses
 

@@ -20,8 +20,7 @@ from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 from crosscheck.models.arm.layout import rigid_layout
 from crosscheck.models.errors import Diverged, InputError
 from crosscheck.models.experiment.drive import drive_data, joint_torque
-from crosscheck.models.experiment.scenario import Scenario, TableDrive, per_joint
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches, TableDrive, per_joint
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
 from crosscheck.models.trajectory import recorded_times, trajectory
 

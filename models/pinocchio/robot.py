@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.pinocchio.meshes import Contact, meshes_of, stiffness_of
 from crosscheck.models.pinocchio.tree import TreeStage, base_radii, equivalent_masses, sun_turns
 from crosscheck.models.robot.interface import RobotModel

@@ -16,7 +16,7 @@ from crosscheck.baseline.regression import compare
 from crosscheck.checks.trajectories import UNITS
 from crosscheck.findings import About, Agreement, Finding, Key, checked, measured_only
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of
 from crosscheck.planning.plan import Experiment, Wanted

@@ -16,7 +16,7 @@ from crosscheck.cost.cost import QUICK, cost_of
 from crosscheck.cost.output import cost_page
 from crosscheck.findings import Agreement
 from crosscheck.measured.output import comparison_page
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_scenario
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.trajectory import from_netcdf, netcdf

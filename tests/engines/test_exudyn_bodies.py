@@ -13,8 +13,7 @@ from crosscheck.analytic.model import PhysicalModel
 from crosscheck.checks.answers import random_states
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches, switches
+from crosscheck.models.experiment.scenario import Scenario, Switches, switches
 from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
 from crosscheck.models.exudyn.tree.tree import ExudynTree
 from crosscheck.models.interface import STATE_ABILITIES, Model

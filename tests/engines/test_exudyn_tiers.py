@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
 from crosscheck.models.exudyn.tree.tree import ExudynTree
 from tests.mixed_arms import MIXED, R_S, arm_of, geared, random_states, scenario, stiffness

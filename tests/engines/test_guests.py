@@ -9,7 +9,7 @@ from crosscheck.checks.answers import random_states
 from crosscheck.checks.first_principles.weights import link_mass as weighed
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.models.pinocchio.tree import base_radii, equivalent_masses
 from crosscheck.models.plugin import Motors, gear_numbers, link_mass, tooth_contacts

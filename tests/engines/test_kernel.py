@@ -27,8 +27,7 @@ from crosscheck.analytic.kernel.program import Program, code_of, states_program,
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches, switches
+from crosscheck.models.experiment.scenario import Scenario, Switches, switches
 from crosscheck.models.loading import Case, load_arm
 from crosscheck.registry import build
 from tests.any_arms import any_arms

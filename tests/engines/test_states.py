@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.switches import Switches, switches
+from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.plan import without_play

@@ -8,8 +8,7 @@ import xarray as xr
 
 from crosscheck.checks.trajectories import Pair, largest_difference
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches, switches
+from crosscheck.models.experiment.scenario import Scenario, Switches, switches
 from crosscheck.models.loading import Case, load_arm, load_case
 from crosscheck.planning.plan import nudged
 from crosscheck.registry import build

@@ -21,7 +21,7 @@ import xarray as xr
 from crosscheck.checks.answers import CHRISTOFFEL, FORCE_SLOPES, START_MASS
 from crosscheck.findings import Finding
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.switches import Switches, switches
+from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.planning import plan
 from crosscheck.planning.comparison import Comparison, ModelTask, Results, findings_of, tasks_of
 from crosscheck.planning.preparation import prepared

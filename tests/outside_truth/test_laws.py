@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from crosscheck.models.arm.arm import Arm, Link
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm, load_case
 from crosscheck.registry import build, names, of_level

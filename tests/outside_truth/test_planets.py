@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from crosscheck.models.arm.arm import Arm, Planetary
-from crosscheck.models.experiment.switches import Switches, switches
+from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, Toothed
 from crosscheck.models.exudyn.bodies.contact import CARRIER, PREVIOUS, look, mesh_forces
 from crosscheck.models.interface import Model

@@ -18,7 +18,7 @@ import pytest
 import crosscheck as package
 from crosscheck.findings import About, Agreement, Finding, Key, checked
 from crosscheck.models.errors import Diverged, Unfinished
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_scenario
 from crosscheck.planning import preparation
 from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from crosscheck.models.arm.arm import Planetary
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.models.trajectory import recorded
 from crosscheck.report.plots.scheme import scheme

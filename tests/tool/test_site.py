@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from crosscheck.cli.app import add_installed, app
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.trajectory import VARIABLES
 from crosscheck.registry import BUILT_IN
 from tools.site import write_pages

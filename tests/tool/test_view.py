@@ -15,7 +15,7 @@ from matplotlib.path import Path as Outline
 
 from crosscheck.analytic.paper.kinematics import mesh_displacements, stage_geometry
 from crosscheck.models.arm.arm import Planetary
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.models.trajectory import netcdf, recorded
 from crosscheck.output import write_files

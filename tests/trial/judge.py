@@ -6,8 +6,7 @@ import numpy as np
 
 from crosscheck.checks.answers import random_states
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import ConstantDrive, Scenario
-from crosscheck.models.experiment.switches import switches
+from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, switches
 from crosscheck.models.loading import load_scenario
 from crosscheck.registry import build
 from crosscheck.trial.input.calls import SuppliedEquations

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_scenario
 from crosscheck.registry import build

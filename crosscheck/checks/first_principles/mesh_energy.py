@@ -16,7 +16,7 @@ from crosscheck.models.arm.stiffness import (
     SquareStiffness,
     StiffnessLaw,
 )
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Switches
 
 
 class MeshSpring(NamedTuple):

@@ -12,8 +12,7 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.paths import Place, is_path, places, shown, value_at
 from crosscheck.schema import Described, described
 from crosscheck.studies.definition.definition import (

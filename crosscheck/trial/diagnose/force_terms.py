@@ -20,7 +20,7 @@ from crosscheck.analytic.paper.stiffness import stiffness, stiffness_slope
 from crosscheck.analytic.paper.tooth_error import whole_error
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.diagnose.polynomial import TermKey, symbol
 from crosscheck.trial.diagnose.values import damper_name
 

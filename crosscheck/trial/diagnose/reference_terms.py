@@ -19,7 +19,7 @@ from crosscheck.analytic.derivation.rigid import rigid_bodies
 from crosscheck.analytic.derivation.symbols import arm_chain
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.diagnose.force_terms import Forces, forces, rate_name
 from crosscheck.trial.diagnose.polynomial import (

@@ -16,8 +16,7 @@ from crosscheck.findings import About, Agreement, Finding, Key
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.drive import drive_data
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import recorded, recorded_times
 from crosscheck.planning.comparison import Comparison, Results, findings_of, tasks_of

@@ -9,8 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 
 Function = Callable[..., Any]
 Gearing = Literal["rigid", "lumped", "free"]

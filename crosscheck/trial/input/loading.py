@@ -19,8 +19,7 @@ from typing import Any, get_args
 import crosscheck
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.runner.interruption import was_stopped
 from crosscheck.runner.supervision import overseen
 from crosscheck.trial.input.calls import MEANT, TAKES, by_name

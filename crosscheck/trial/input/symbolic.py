@@ -13,8 +13,7 @@ import sympy as sp
 from crosscheck.analytic.derivation.symbols import parameter_values
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.trial.input.bindings import in_arm_symbols, plain_symbols
 from crosscheck.trial.input.equations import Coordinates, Equations, Level, Symbolic
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.planning.comparison import ModelTask
 from crosscheck.registry import register
 from crosscheck.trial.coordinates.frame import Frame, frame_of

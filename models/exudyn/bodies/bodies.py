@@ -17,8 +17,7 @@ from crosscheck.models.arm.arm import Arm, Joint, Planetary
 from crosscheck.models.arm.layout import geared_layout
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque
-from crosscheck.models.experiment.scenario import Scenario, per_joint, planet_offsets
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches, per_joint, planet_offsets
 from crosscheck.models.exudyn.bodies.contact import (
     ContactMesh,
     Side,

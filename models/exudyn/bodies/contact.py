@@ -22,7 +22,7 @@ from numba import types
 
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.arm.mesh import PlanetMesh
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.exudyn.bodies.poses import equivalent_mass, pitch_radius, planet_seats
 from crosscheck.models.exudyn.bodies.stiffness import Spring, slope_at, spring_of, stiffness_at
 from crosscheck.models.jitted import njit

@@ -12,7 +12,7 @@ import numpy as np
 from crosscheck.models.arm.arm import StageMasses
 from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
 from crosscheck.models.arm.mesh import PlanetMesh
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.exudyn.tree.mesh import GearStage, MeshLaw, StageCoordinates
 from crosscheck.models.exudyn.tree.stiffness import constant, curve_of
 

@@ -21,8 +21,7 @@ from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import geared_layout
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.drive import drive_data, joint_torque
-from crosscheck.models.experiment.scenario import Scenario, per_joint, planet_offsets
-from crosscheck.models.experiment.switches import Switches
+from crosscheck.models.experiment.scenario import Scenario, Switches, per_joint, planet_offsets
 from crosscheck.models.exudyn.engine import Engine
 from crosscheck.models.exudyn.tree.laws import gear_stage, mean_spring, stiffest
 from crosscheck.models.exudyn.tree.loads import joints_of, loads, packed
