@@ -256,7 +256,7 @@ def trial(
         bool, typer.Option("--run-code", help="Let an FMU run, whose binary is code.")
     ] = False,
 ) -> None:
-    """Check your own equations of motion: which entry is wrong, and in which term."""
+    """Check your own equations of an arm or a robot: which entry is wrong, and why."""
     from crosscheck.cli.trial import TrialOptions, trial_command
 
     options = TrialOptions(
