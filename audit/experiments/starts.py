@@ -172,8 +172,11 @@ class TransientPd(Starts):
         return transient(run, *rigid)
 
 
-class WholePd(TransientPd):
+class WholePd(Starts):
     """All 3 s of the PD run, see ``whole``."""
+
+    def beside(self) -> tuple[Variant, ...]:
+        return (rigid_arm(self.variant, COUPLED),)
 
     def numbers(self, run: Course, rigid: tuple[Course, ...]) -> Numbers:
         return whole(run, *rigid)
