@@ -13,6 +13,7 @@ from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     CONSTANT,
     CONSTANT_NO_ERROR,
+    CONSTANT_STIFFNESS,
     ERROR,
     NO_BACKLASH,
     NO_ERROR,
@@ -120,3 +121,20 @@ def test_a_start_that_diverged_has_no_numbers():
 def test_where_all_diverged_every_number_is_undefined():
     sample = Sample.of(Measured({}, [0.1, 0.2], 2))
     assert np.isnan(sample["third"]).all()
+
+
+@pytest.mark.parametrize(
+    ("left_out", "field"),
+    [
+        (NO_BACKLASH, "backlash_m"),
+        (NO_ERROR, "tooth_error_m"),
+        (CONSTANT_NO_ERROR, "tooth_error_m"),
+        (CONSTANT_STIFFNESS, "mesh_stiffness_amplitude_N_per_m"),
+    ],
+)
+def test_an_effect_is_left_out_by_its_own_field_of_every_mesh(left_out, field):
+    variant = question(left_out, CELL, ()).variant
+    cases = [one.case() for one in (variant, replace(variant, meshes=()))]
+    changed, own = (vars(case.arm.joints[0].sun_mesh.of_planet(0)) for case in cases)
+    names = {name for name in own if changed[name] != own[name]}
+    assert names == {"stiffness" if "stiffness" in field else field}
