@@ -161,13 +161,14 @@ def headline(rows: Sequence[ModelAnswer]) -> str:
     rest = [row for row in rows if row not in forms]
     wrong = [row for row in forms if row.verdict != "agree"]
     said = []
-    if wrong:
-        sizes = ", ".join(f"{wrong[-1].number(q)} in {WORDS[q]}" for q in wrong[-1].worst)
+    for row in wrong:
+        sizes = ", ".join(f"{row.number(q)} in {WORDS[q]}" for q in row.worst)
+        title = MODELS[row.model].title
         said.append(
-            "The paper's equations as printed do not agree with the engines. They differ by up to"
+            f"{title[0].upper()}{title[1:]}, do not agree with the engines: they differ by up to"
             f" {sizes}."
         )
-    elif forms:
+    if forms and not wrong:
         said.append("The paper's equations as printed agree with the engines.")
     red = [row.model for row in rest if row.verdict != "agree"]
     if red:
