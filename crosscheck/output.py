@@ -71,7 +71,10 @@ def write_text(path: Path, text: str) -> None:
 
 def write_files(contents: Mapping[Path, str | bytes]) -> None:
     """Write all of these files, or none of them; pipes last. Raises InputError."""
-    encoded = {path: _encoded(content) for path, content in contents.items()}
+    encoded = {  # what is no text (a name in no encoding) is shown as what it is
+        path: content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
+        for path, content in contents.items()
+    }
     streams = {}
     with ExitStack() as stack:
         ready = []
@@ -239,8 +242,3 @@ def _write_stream(path: Path, content: bytes) -> None:
     else:
         with path.open("wb") as stream:
             stream.write(content)
-
-
-def _encoded(content: str | bytes) -> bytes:
-    # What is no text (a name in no encoding) is shown as what it is.
-    return content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content

@@ -68,11 +68,8 @@ def _field(name: str, info: FieldInfo, hint: Any) -> Described:
 
 def _length(hint: Any) -> str:
     """How many entries a list of tables may have."""
-    return next(_count(part) for part in _parts(hint) if _is_bounded(part))
-
-
-def _is_bounded(part: Any) -> bool:
-    return isinstance(part, FieldInfo) and any(hasattr(e, "max_length") for e in part.metadata)
+    infos = [part for part in _parts(hint) if isinstance(part, FieldInfo)]
+    return next(_count(i) for i in infos if any(hasattr(e, "max_length") for e in i.metadata))
 
 
 def _parts(hint: Any) -> Iterator[Any]:

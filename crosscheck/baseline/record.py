@@ -166,18 +166,14 @@ class RecordedRun(Data):
         geared = {t.joints for quantity, t in self.tables.items() if quantity in BY_PLANET}
         for quantity, table in self.tables.items():
             where = f"{'sampled' if quantity in self.sampled else 'extremes'}.{quantity}"
-            _require_own_unit(where, quantity, table)
+            if table.unit != UNITS[quantity]:
+                raise Misfit(f"{where}.unit", table.unit, f"must be {UNITS[quantity]}")
             _require_within(where, table, self.scenario.duration_s)
             if quantity not in BY_PLANET and table.joints != tuple(every):
                 raise Misfit(f"{where}.joints", table.joints, f"must be {every}")
             if quantity in BY_PLANET and len(geared) > 1:
                 raise Misfit(f"{where}.joints", table.joints, "must be those of the other meshes")
         return self
-
-
-def _require_own_unit(where: str, quantity: str, table: RecordedTable) -> None:
-    if table.unit != UNITS[quantity]:
-        raise Misfit(f"{where}.unit", table.unit, f"must be {UNITS[quantity]}")
 
 
 def _require_within(where: str, table: SampledQuantity | Extremes, duration_s: float) -> None:

@@ -129,7 +129,7 @@ def _scale(
         conditioning = _play_conditioning(setting)
         reason = f"{conditioning:.0f} (arcs of the gears against the play between their teeth)"
     if quantity == "acceleration":
-        inverse = _inverse_conditioning(inertia)
+        inverse = float(np.linalg.cond(scaled(inertia)))
         conditioning *= inverse
         reason += f" x {inverse:.0f} (scaled mass matrix)"
     tolerance = min(LOOSEST, ROUNDINGS * EPS * conditioning)
@@ -160,10 +160,6 @@ def _play_conditioning(setting: Setting) -> float:
         return 1.0
     arcs = gear_arc(setting.arm) * np.abs(setting.states.q[:, angular]).max()
     return float(arcs / np.sqrt((setting.states.q[:, ~angular] ** 2).mean()))
-
-
-def _inverse_conditioning(inertia: np.ndarray) -> float:
-    return float(np.linalg.cond(scaled(inertia)))
 
 
 def scaled(inertia: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
 from crosscheck.output import require_file, write_text
 from crosscheck.report.words import printable
-from crosscheck.schema import Described, described
+from crosscheck.schema import described
 
 if TYPE_CHECKING:
     from crosscheck.models.robot.robot import Robot
@@ -113,7 +113,8 @@ def template(name: str, joints: int) -> str:
     for number, link in enumerate(arm.links):
         lines += ["", f"[[links]] # from the {_place(number, joints)} on"]
         lines += _fields(link, number == 0)
-    lines += ["", CAD, *_commented(["[[links]]", *_fields(_cad_link(), True)])]
+    from_cad = Link(length_m=0.6, com_m=0.27, mass_kg=11.0, inertia_kg_m2=0.4)
+    lines += ["", CAD, *_commented(["[[links]]", *_fields(from_cad, True)])]
     return "\n".join(lines) + "\n"
 
 
@@ -184,10 +185,6 @@ def _direct() -> Direct:
     )
 
 
-def _cad_link() -> Link:
-    return Link(length_m=0.6, com_m=0.27, mass_kg=11.0, inertia_kg_m2=0.4)
-
-
 def _joint_lines(joint: Planetary | Direct, explained: bool) -> list[str]:
     """A joint with its meshes; the fields of both meshes are the same, explained once."""
     lines = ["[[joints]]", *_fields(joint, explained)]
@@ -210,12 +207,9 @@ def _fields(record: Data, explained: bool) -> list[str]:
             continue
         is_gravity = field.name == "gravity_m_per_s2"
         line = GRAVITY if is_gravity else f"{field.name} = {_toml(value)}"
-        lines.append(f"{line:<{COLUMN}} # {_explanation(field)}" if explained else line)
+        meaning = f"[{field.unit}] {field.meaning}" if field.unit else field.meaning
+        lines.append(f"{line:<{COLUMN}} # {meaning}" if explained else line)
     return lines
-
-
-def _explanation(field: Described) -> str:
-    return f"[{field.unit}] {field.meaning}" if field.unit else field.meaning
 
 
 def _commented(lines: list[str]) -> list[str]:

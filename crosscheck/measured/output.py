@@ -22,7 +22,8 @@ def first_lines(found: RecordComparison) -> Iterator[str]:
     best, share = found.best, found.own_chi2 / found.own_freedom
     left = f"chi squared is {_number(share)} per degree of freedom"
     if found.decided:
-        nearest = _ratio(min(level.ratio for level in found.levels[1:]))
+        next_best = min(level.ratio for level in found.levels[1:])
+        nearest = f"{next_best:.2g} times" if next_best < 1e12 else "over 1e12 times"
         yield f"level: {best.name} leaves noise alone ({left}), {nearest} as likely as the next"
     elif found.explained:
         names = " and ".join(found.candidates)
@@ -81,10 +82,6 @@ def _told(each: Estimate) -> str:
 
 def _number(value: float) -> str:
     return f"{value:,.0f}" if 1e3 <= value < 1e7 else f"{value:.3g}"
-
-
-def _ratio(value: float) -> str:
-    return f"{value:.2g} times" if value < 1e12 else "over 1e12 times"
 
 
 def comparison_json(found: RecordComparison) -> str:

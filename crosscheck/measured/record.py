@@ -211,16 +211,13 @@ class Reading:
                 and not each.external
                 and not each.is_virtual
             }
-            wanted = {name: each for name, each in sets.items() if _is_wanted(OWN.get(name, name))}
+            begins = ("t_", "theta_", "torque_")
+            wanted = {n: each for n, each in sets.items() if OWN.get(n, n).startswith(begins)}
             _require_few(sum(each.size for each in wanted.values()))
             # MATLAB's arrays are stored column by column.
             turned = self.content[:6] == b"MATLAB"
             read = {name: np.asarray(each[()], dtype=float) for name, each in wanted.items()}
             return {name: values.T if turned else values for name, values in read.items()}
-
-
-def _is_wanted(name: str) -> bool:
-    return name.startswith(("t_", "theta_", "torque_"))
 
 
 def _require_few(count: int) -> None:

@@ -136,7 +136,8 @@ def prepared(wanted: Wanted, workers: Workers) -> Prepared:
     lost: list[Lost] = []
     sizes, said = None, list[str]()
     if wanted.needs_sizes:
-        (sizes,) = _answers([_sizes(wanted)], workers, lost)
+        asked = _Asked(Query(sizes_of, (wanted.arm,), 1.0), wanted.arm.name, "sizes", lead())
+        (sizes,) = _answers([asked], workers, lost)
         said = _of_sizes(sizes, lost)
     outline = outlined(wanted, sizes)
     limits = _answers([*_limits(wanted, outline)], workers, lost)
@@ -161,10 +162,6 @@ class _Asked(NamedTuple):
     case: str
     quantity: str
     model: str
-
-
-def _sizes(wanted: Wanted) -> _Asked:
-    return _Asked(Query(sizes_of, (wanted.arm,), 1.0), wanted.arm.name, "sizes", lead())
 
 
 def _limits(wanted: Wanted, outline: Sequence[Experiment]) -> Iterator[_Asked]:

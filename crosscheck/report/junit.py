@@ -35,11 +35,8 @@ def junit_xml(agreement: Agreement, suite: str = "crosscheck") -> str:
     only.append(_properties(agreement))
     only.extend(cases)
     ElementTree.indent(root)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + _text(root) + "\n"
-
-
-def _text(root: ElementTree.Element) -> str:
-    return ElementTree.tostring(root, encoding="unicode")
+    text = ElementTree.tostring(root, encoding="unicode")
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
 
 
 def _case(finding: Finding) -> ElementTree.Element:

@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from crosscheck.findings import Agreement, Finding
+from crosscheck.findings import Agreement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.report.answers import QUESTIONS, answers
 from crosscheck.report.matrix import cells, folded
@@ -37,7 +37,9 @@ def print_agreement(agreement: Agreement) -> None:
     console = Console()
     console.print(_matrix(agreement))
     for finding in agreement.disagreeing:
-        console.print(_line(finding), soft_wrap=True, highlight=False)
+        told = printable(f" {finding.id}: {outcome(finding)}")
+        line = Text.assemble((finding.verdict, COLOURS[finding.verdict]), told)  # never markup
+        console.print(line, soft_wrap=True, highlight=False)
     print(tally(agreement))
 
 
@@ -48,9 +50,3 @@ def _matrix(agreement: Agreement) -> Table:
         verdict = Text(cell.verdict, COLOURS[cell.verdict])
         table.add_row(Text(cell.left), Text(cell.right), verdict, str(cell.checks), digits)
     return table
-
-
-def _line(finding: Finding) -> Text:
-    """Names and notes are text, never markup, whatever brackets they hold."""
-    told = printable(f" {finding.id}: {outcome(finding)}")
-    return Text.assemble((finding.verdict, COLOURS[finding.verdict]), told)

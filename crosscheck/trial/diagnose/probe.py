@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.errors import InputError
 
@@ -41,7 +41,7 @@ def _arm(arm: Arm, generator: random.Random, number: int) -> dict[str, Any]:
     joints = [
         _planetary(joint, generator, number + place)
         if isinstance(joint, Planetary)
-        else _direct(joint, generator)
+        else _scaled(joint, generator, motor_mass_kg=2.0, rotor_inertia_kg_m2=0.3)
         for place, joint in enumerate(arm.joints)
     ]
     return {
@@ -50,7 +50,7 @@ def _arm(arm: Arm, generator: random.Random, number: int) -> dict[str, Any]:
         "payload_mass_kg": _near(arm.payload_mass_kg or 3.0, generator),
         "gravity_m_per_s2": [_near(value, generator) for value in arm.gravity_m_per_s2],
         "joints": joints,
-        "links": [_link(link, generator) for link in arm.links],
+        "links": [_scaled(link, generator, com_m=0.3 * link.length_m) for link in arm.links],
     }
 
 
@@ -65,14 +65,6 @@ def _scaled(record: Any, generator: random.Random, **instead_of_0: float) -> dic
         if isinstance(value, float):
             found[name] = _near(value or instead_of_0.get(name, 0.0), generator)
     return found
-
-
-def _direct(joint: Direct, generator: random.Random) -> dict[str, Any]:
-    return _scaled(joint, generator, motor_mass_kg=2.0, rotor_inertia_kg_m2=0.3)
-
-
-def _link(link: Link, generator: random.Random) -> dict[str, Any]:
-    return _scaled(link, generator, com_m=0.3 * link.length_m)
 
 
 def _planetary(joint: Planetary, generator: random.Random, place: int) -> dict[str, Any]:

@@ -80,13 +80,10 @@ def reference_terms_of(frame: Frame, arm: Arm, chosen: Switches, level: str = ""
     entries = _mass_entries(mass) | _bias_entries(mass, turns)
     force = forces(chain, bodies, arm, chosen)
     entries |= _force_entries(force, columns, frame)
-    angles = np.array([[_number(entry) for entry in row] for row in turns])
+    angles = np.array(  # of dtheta/dx, of which symbols are no part
+        [[float(sum(m.number for m in constant(e).monomials)) for e in row] for row in turns]
+    )
     return ReferenceTerms(frame.names, angles, entries)
-
-
-def _number(entry: Any) -> float:
-    """Of an entry of dtheta/dx, of which symbols are no part."""
-    return float(sum(monomial.number for monomial in constant(entry).monomials))
 
 
 def _force_entries(found: Forces, columns: np.ndarray, frame: Frame) -> dict[EntryPlace, Entry]:

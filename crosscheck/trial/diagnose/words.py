@@ -34,7 +34,7 @@ def term_of(products: Entry, terms: ReferenceTerms) -> Term:
     """Of terms that belong together, before one wave or (their angle then untold) several."""
     keys = list(dict.fromkeys(product.key for product in products))
     if len(keys) > 1:
-        text = " + ".join(_whole(p, terms) for p in products[:MOST_TERMS])
+        text = " + ".join(written(term_of((p,), terms)) for p in products[:MOST_TERMS])
         return Term(_cut(text, products), latex=_sum_latex(products, terms))
     key, shared = keys[0], _shared(products)
     text = coefficient_text(products, shared)
@@ -136,12 +136,6 @@ def _trig(key: TermKey, terms: ReferenceTerms) -> str:
     if not angle:
         return "1"
     return f"{'-' if key.function == 'sin' and sign < 0 else ''}{key.function}({angle})"
-
-
-def _whole(product: Product, terms: ReferenceTerms) -> str:
-    """A term with its wave and signal."""
-    term = term_of((product,), terms)
-    return written(term)
 
 
 def written(term: Term) -> str:
