@@ -85,8 +85,10 @@ def test_the_answers_do_not_contradict_the_tables_below(quick_report):
     metres = [float(size) * {"mm": 1e-3, "µm": 1e-6}[unit] for size, unit in told]
     assert len(metres) == 4
     assert metres == pytest.approx(ends, rel=1e-9)
-    (printed,) = re.findall(r"by up to ([\d.]+ %) in mass matrix", answers)
-    assert re.search(rf'analytic:printed<.*?<td class="n">{printed}</td>', below, flags=re.S)
+    forms = re.findall(r"(\w+) as printed, Eqs.*?by up to ([\d.]+ %) in mass matrix", answers)
+    assert [name for name, _ in forms] == ["energies", "motion"]
+    for model, (_, size) in zip(("analytic:energies", "analytic:printed"), forms, strict=True):
+        assert re.search(rf'{model}<.*?<td class="n">{size}</td>', below, flags=re.S)
     counts = r"of (\d+) checks agree. (\d+) compare two .*? formula; (\d+) compare .* (\d+) more"
     (found,) = re.findall(counts, answers)
     checks, two, one, measured = map(int, found)
