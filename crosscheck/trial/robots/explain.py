@@ -31,8 +31,9 @@ class OwnEquations:
 
 @dataclass(frozen=True)
 class WrongEntry:
-    """An entry that differs from the nearest level: its name, and by how much of its size."""
+    """An entry of a part that differs from the nearest level: by how much of its size."""
 
+    part: str
     name: str
     share: float
 
@@ -110,7 +111,7 @@ class _Question:
             for place in np.ndindex(largest.shape):
                 if part != "mass_matrix" or place[0] <= place[1]:
                     names = ", ".join(joints[n] for n in place)
-                    yield WrongEntry(f"{letter}[{names}]", float(largest[place]))
+                    yield WrongEntry(part, f"{letter}[{names}]", float(largest[place]))
 
     def block(self, row: np.ndarray, part: str) -> np.ndarray:
         """A part of a row, in the shape of its sizes."""

@@ -70,11 +70,13 @@ def _guarded(function: Callable[..., Any], text: str) -> Callable[..., Any]:
 
 def lines(found: Explained) -> Iterator[str]:
     """What they are, which entries differ, and what explains it."""
-    parts = ", ".join(found.parts)
     if found.agrees:
+        parts = ", ".join(found.parts)
         yield f"agrees with {found.level} ({LEVELS[found.level]}): {parts}, to {found.share:.1e}"
         return
-    yield f"wrong: {parts} differ from {found.level} by {found.share:.2g} of their size"
+    wrong = {entry.part for entry in found.entries}
+    parts = ", ".join(part for part in found.parts if part in wrong)
+    yield f"wrong: {parts} off from {found.level} by up to {found.share:.2g} of an entry's size"
     for entry in found.entries[:MOST_ENTRIES]:
         yield f"  {entry.name}: {entry.share:.2g} of its size"
     if len(found.entries) > MOST_ENTRIES:
