@@ -19,7 +19,7 @@ from crosscheck.audit.page.chapter import AuditChapter, StatedNumber
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
-from crosscheck.report.figures import to_svg
+from crosscheck.report.plots.figures import to_svg
 
 ID, TITLE = "errata", "Errata sheet"
 QUICK_S = 0.05

@@ -32,8 +32,8 @@ from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.words import LAW_NAMES
-from crosscheck.report.figures import new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import new_figure, to_svg
 
 TARGET_RAD = np.pi / 6
 BANDS = (0.02, 0.01)

@@ -14,8 +14,8 @@ from crosscheck.audit.figures.views import MICRO
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.models.loading import load_arm
-from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import legend, new_figure, to_svg
 
 ARM = "paper-labelled"
 SHARPNESS_PER_M = (2e4, 5e4, 2e5, 1e6)  # the paper gives no sigma

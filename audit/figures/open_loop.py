@@ -18,8 +18,8 @@ from crosscheck.audit.measures.rigid import COUPLED
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.models.experiment.scenario import ConstantDrive, per_joint
 from crosscheck.registry import RIGID_LEVELS
-from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import legend, new_figure, to_svg
 
 SMALLEST = 1e-9  # of what is drawn on a logarithmic scale
 FIRST_S, ALL_S = (0.0, 0.01), (0.0, 0.5)

@@ -30,8 +30,8 @@ from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.words import LAW_NAMES
-from crosscheck.report.figures import legend, log_y, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import legend, log_y, new_figure, not_reached, to_svg
 from crosscheck.signals import envelope
 
 IMPACT_WINDOW_S = (0.34, 0.46)

@@ -15,8 +15,8 @@ from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.page.words import LAW_NAMES
-from crosscheck.report.figures import BINS, legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import BINS, legend, new_figure, not_reached, to_svg
 from crosscheck.signals import envelope
 
 MICRO, KILO = 1e6, 1e-3

@@ -23,8 +23,8 @@ from crosscheck.audit.page.text import html, text
 from crosscheck.audit.page.words import LAW_MEANINGS, LAW_NAMES
 from crosscheck.audit.phase.clock import RUN_WINDOW_S, RUN_ZETA, Clocks, clocks
 from crosscheck.audit.phase.page.views import within
-from crosscheck.report.figures import legend, log_y, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import legend, log_y, new_figure, to_svg
 
 PAPER_THIRD = 300.0  # rad/s^2, Section 3.2
 FAINTEST = 0.1  # rad/s^2: smaller fluctuations are drawn there

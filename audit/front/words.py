@@ -22,8 +22,8 @@ from crosscheck.audit.page.text import html, text
 from crosscheck.audit.page.words import LAW_MEANINGS, LAW_NAMES
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.loading import load_arm
-from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import legend, new_figure, to_svg
 from crosscheck.view.mesh_geometry import MeshGeometry, Wheel, mesh_geometry, teeth
 
 MILLI = 1e3

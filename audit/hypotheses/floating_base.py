@@ -24,8 +24,8 @@ from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
 from crosscheck.models.loading import load_scenario
-from crosscheck.report.figures import legend, new_figure, to_svg
 from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import legend, new_figure, to_svg
 
 ID, TITLE = "floating_base", "A base that is free to fly (H5)"
 

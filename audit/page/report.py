@@ -23,8 +23,8 @@ from crosscheck.models.trajectory import netcdf
 from crosscheck.output import write_files, write_text
 from crosscheck.provenance import provenance
 from crosscheck.report import rendering
-from crosscheck.report.figures import sound_links
 from crosscheck.report.fragments import paragraph
+from crosscheck.report.plots.figures import sound_links
 
 SCHEMA_VERSION = 3
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"

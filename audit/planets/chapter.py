@@ -43,8 +43,8 @@ from crosscheck.audit.planets.verdict import (
     freed,
     h7_verdict,
 )
-from crosscheck.report.figures import legend, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import legend, new_figure, not_reached, to_svg
 
 MOSTLY = 0.5  # of the starts
 ID, TITLE = "planets", "Three planets counted as one (H7)"

@@ -381,7 +381,7 @@ def sweep(
     from crosscheck.studies.batches.memory import enough_memory
 
     with enough_memory():
-        from crosscheck.studies.command import sweep_command
+        from crosscheck.cli.studies import sweep_command
 
         sweep_command(study, out, jobs or os.cpu_count() or 1, scheduler, resume, run_code)
 
@@ -400,7 +400,7 @@ def plot(
     from crosscheck.studies.batches.memory import enough_memory
 
     with enough_memory():
-        from crosscheck.studies.plot import plot_command
+        from crosscheck.cli.studies import plot_command
 
         plot_command(file, quantity or [], out)
 
@@ -415,7 +415,7 @@ def view(
     ] = None,
 ) -> None:
     """Write a page that shows a run in three dimensions, gears and one mesh close up."""
-    from crosscheck.view.command import view_command
+    from crosscheck.cli.view import view_command
 
     view_command(file, out)
 

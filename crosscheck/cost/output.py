@@ -251,7 +251,7 @@ def _drawing(found: Cost) -> str:
     """Torques on the left, what armature misses of them on the right."""
     from matplotlib.figure import Figure
 
-    from crosscheck.report.figures import to_svg
+    from crosscheck.report.plots.figures import to_svg
 
     costs = np.abs(found.errors["armature"]).max(axis=0) / np.maximum(found.largest, 1e-300)
     chosen = sorted(np.argsort(-costs, kind="stable")[:MOST_DRAWN])

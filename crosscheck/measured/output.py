@@ -169,7 +169,7 @@ def comparison_page(found: RecordComparison) -> str:
 def _residual_drawing(found: RecordComparison) -> str:
     from matplotlib.figure import Figure
 
-    from crosscheck.report.figures import to_svg
+    from crosscheck.report.plots.figures import to_svg
 
     joints = found.shown.residual.shape[1]
     figure = Figure(figsize=(9, 2.2 * joints), layout="constrained")
@@ -190,7 +190,7 @@ def _residual_drawing(found: RecordComparison) -> str:
 def _runs_drawing(found: RecordComparison) -> str:
     from matplotlib.figure import Figure
 
-    from crosscheck.report.figures import to_svg
+    from crosscheck.report.plots.figures import to_svg
 
     joints = found.shown.residual.shape[1]
     figure = Figure(figsize=(9, 2.2 * joints), layout="constrained")

@@ -17,9 +17,9 @@ from crosscheck.planning.run_suite import MIDWAY_S
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import LEVELS, lead, second
 from crosscheck.report.answers import QUANTITIES, QUESTIONS, answers
-from crosscheck.report.figures import sound_links
 from crosscheck.report.matrix import cells, groups
 from crosscheck.report.plots.charts import Pictures
+from crosscheck.report.plots.figures import sound_links
 from crosscheck.report.plots.scheme import described, scheme
 from crosscheck.report.plots.signals import signals_json
 from crosscheck.report.rendering import page

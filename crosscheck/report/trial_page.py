@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from crosscheck.report.figures import to_svg
+from crosscheck.report.plots.figures import to_svg
 from crosscheck.report.plots.scheme import described
 from crosscheck.report.rendering import page
 from crosscheck.report.trial import summary, verdicts, why

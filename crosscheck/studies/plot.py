@@ -1,12 +1,10 @@
-"""`crosscheck plot`: a study's result drawn as its axes ask for: curves, maps, distributions."""
+"""A study's result drawn as its axes ask for: curves, maps, distributions."""
 
 from __future__ import annotations
 
 import io
 import math
 from collections.abc import Callable, Sequence
-from functools import partial
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -15,12 +13,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from crosscheck.kinds import PICTURE
 from crosscheck.models.errors import InputError
-from crosscheck.models.inputs import remember
-from crosscheck.output import require_file, write_files
-from crosscheck.report.words import printable
-from crosscheck.studies.batches.opened import Opened, used
+from crosscheck.studies.batches.opened import Opened
 from crosscheck.studies.batches.result_file import CHECKED
 from crosscheck.studies.definition.axes import SAMPLE, START
 from crosscheck.studies.measures.columns import DIVERGED
@@ -42,14 +36,6 @@ WIDTH, HEIGHT = 6.4, 3.6  # inches of a drawing
 DPI = 140
 
 
-def plot_command(file: Path, quantities: Sequence[str], out: Path | None) -> None:
-    """Draw quantities of a result into a PNG file. Raises InputError."""
-    remember(file)
-    target = require_file(out or file.with_suffix(".png"), PICTURE, "--out")
-    write_files({target: used(file, partial(_picture, list(quantities)))})
-    print(f"wrote {printable(str(target))}")
-
-
 def drawable(result: Opened) -> list[str]:
     """The quantities of a result that drawings are made of."""
     return [
@@ -59,7 +45,7 @@ def drawable(result: Opened) -> list[str]:
     ]
 
 
-def _picture(quantities: list[str], result: Opened) -> bytes:
+def picture(quantities: list[str], result: Opened) -> bytes:
     """PNG of these, or of all that can be drawn. Raises InputError."""
     known = drawable(result)
     for name in quantities:

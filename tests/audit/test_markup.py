@@ -8,7 +8,14 @@ from matplotlib.transforms import Bbox
 
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.report import fragments
-from crosscheck.report.figures import legend, level_figure, log_y, new_figure, sound_links, to_svg
+from crosscheck.report.plots.figures import (
+    legend,
+    level_figure,
+    log_y,
+    new_figure,
+    sound_links,
+    to_svg,
+)
 from tests.audit.markup import axis_problems, page_problems, uneven_tables
 
 SOUND = '<h2 id="a">A</h2><p>b <b>c</b></p><a href="#a">a</a>'
@@ -90,7 +97,7 @@ def test_a_legend_stands_beside_the_axes() -> None:
 
 def test_rigid_against_detailed_has_its_legend_outside(monkeypatch: pytest.MonkeyPatch) -> None:
     drawn = []
-    monkeypatch.setattr("crosscheck.report.figures.to_svg", drawn.append)
+    monkeypatch.setattr("crosscheck.report.plots.figures.to_svg", drawn.append)
     levels = {
         level: simulate(Variant("constant-torque", model=f"analytic:{level}", duration_s=0.002))
         for level in ("links", "coupled")

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from crosscheck.cli.view import view_page
 from crosscheck.cost.cost import QUICK, cost_of
 from crosscheck.cost.output import cost_page
 from crosscheck.findings import Agreement
@@ -31,7 +32,6 @@ from crosscheck.run import CrossCheck, cases_of, performed, runs_of
 from crosscheck.runner.tasks import RunKey
 from crosscheck.runner.underway import unsaid
 from crosscheck.runner.workers import Workers
-from crosscheck.view.command import view_page
 from crosscheck.view.trajectory_file import run_of
 from tests.arms import PAPER
 from tests.measured.records import compared, level, record_of

@@ -14,12 +14,12 @@ import pytest
 from matplotlib.path import Path as Outline
 
 from crosscheck.analytic.paper.kinematics import mesh_displacements, stage_geometry
+from crosscheck.cli.view import view_page
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.models.trajectory import netcdf, recorded
 from crosscheck.output import write_files
-from crosscheck.view.command import view_page
 from crosscheck.view.gears import BESIDE, assembly, close_up, gear_angles, outline
 from crosscheck.view.mesh_geometry import SIDES, Wheel, mesh_geometry
 from crosscheck.view.trajectory_file import Run

@@ -17,8 +17,8 @@ from crosscheck.audit.phase.maps import BACKLASH_ZETAS, BACKLASHES_UM, FOUR, Map
 from crosscheck.audit.phase.resonance import SPEEDS, Resonance
 from crosscheck.audit.phase.runs.experiments import DECISIVE, integrated
 from crosscheck.audit.phase.stability import Linearised, Stability
-from crosscheck.report.figures import KILO, legend, log_y, new_figure, not_reached, to_svg
 from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import KILO, legend, log_y, new_figure, not_reached, to_svg
 
 NAMES = {
     "omega_t/eq13": "ω t, ring rate of Eq. 13 (paper)",

@@ -57,7 +57,7 @@ class Charts:
         levels = {name: self.levels[name] for name in both if name in self.levels}
         if not both:
             return Pictures(levels)
-        from crosscheck.report.figures import run_figure
+        from crosscheck.report.plots.figures import run_figure
 
         models = (*self.pair, *names("form")[-1:], *self.rigid.values())
         shown = {name: self._of(name, *models) for name in both if levels.get(name)}
@@ -76,7 +76,7 @@ class Charts:
 
     def _draw_levels(self, experiment: str) -> None:
         """Unless they are drawn, or no rigid level was run."""
-        from crosscheck.report.figures import level_figure
+        from crosscheck.report.plots.figures import level_figure
 
         known = self._of(experiment, *self.rigid.values())
         if known and experiment not in self.levels:

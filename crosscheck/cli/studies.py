@@ -1,8 +1,10 @@
-"""`crosscheck sweep`: a study's file in, its result out, and what it says in brief."""
+"""`crosscheck sweep`, a study's file in and its result out, and `plot`, a picture of one."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +12,12 @@ import xarray as xr
 from rich.console import Console
 from rich.table import Table
 
+from crosscheck.kinds import PICTURE
+from crosscheck.models.inputs import remember
+from crosscheck.output import require_file, write_files
 from crosscheck.report.words import printable
 from crosscheck.runner.progress import members_bar
+from crosscheck.studies.batches.opened import used
 from crosscheck.studies.batches.result_file import CHECKED
 from crosscheck.studies.batches.run import How, run_study
 from crosscheck.studies.definition.files import read_study
@@ -31,6 +37,16 @@ def sweep_command(
     _print(study, out)
     rate = f", {ran:,} run in {taken:.1f} s, {ran / taken:.3g} a second" if ran else ""
     print(f"wrote {out}: {study.count:,} members{rate}" if ran else f"{out}: is complete")
+
+
+def plot_command(file: Path, quantities: Sequence[str], out: Path | None) -> None:
+    """Draw quantities of a result into a PNG file. Raises InputError."""
+    from crosscheck.studies.plot import picture  # Matplotlib, which a study needs not
+
+    remember(file)
+    target = require_file(out or file.with_suffix(".png"), PICTURE, "--out")
+    write_files({target: used(file, partial(picture, list(quantities)))})
+    print(f"wrote {printable(str(target))}")
 
 
 def _print(study: PreparedStudy, out: Path) -> None:
