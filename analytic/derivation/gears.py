@@ -90,7 +90,7 @@ def gears(arm: Arm, layout: Layout, switches: Switches) -> Gears:
         planets=each(entry.planets for entry in meshes),
         theta=places(layout.theta[entry.joint] for entry in meshes),
         k_m=each(mean_stiffness(entry.mesh.stiffness) for entry in meshes),
-        k_a=each(_amplitude(entry.mesh) for entry in meshes),
+        k_a=each(amplitude(entry.mesh) for entry in meshes),
         law=stiffness_data([entry.mesh.stiffness for entry in meshes]),
         E=each(entry.mesh.tooth_error_m for entry in meshes),
         lead=each(entry.mesh.tooth_error_phase_rad for entry in meshes),
@@ -130,7 +130,8 @@ def _meshes_of(joint: object, number: int, layout: Layout, switches: Switches) -
     return found
 
 
-def _amplitude(mesh: PlanetMesh) -> float:
+def amplitude(mesh: PlanetMesh) -> float:
+    """k_a [N/m] of Eq. 8; 0 of other laws."""
     law = mesh.stiffness
     return law.amplitude_N_per_m if law.law == "sine" else 0.0
 

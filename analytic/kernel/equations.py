@@ -109,15 +109,15 @@ class LinkEquations:
 
     def recorded(self) -> Recorded:
         """Lumped, x_sp is the sun's advance less x_pr."""
+        found: list[tuple[int, ...]] = [(place,) for place in range(len(self.layout))]
         if self.layout.free:
-            return tuple((place,) for place in range(len(self.layout)))
-        found: dict[int, tuple[int, ...]] = {}
+            return tuple(found)
         for place, joint in enumerate(self.layout.meshing):
             found[self.layout.at("x_sp", joint)] = (2 * place, 2 * place + 1)
             found[self.layout.at("x_pr", joint)] = (2 * place + 1,)
-        angles = enumerate(self.layout.theta, 2 * len(self.layout.meshing))
-        found |= {int(at): (place,) for place, at in angles}
-        return tuple(found[place] for place in sorted(found))
+        for place, at in enumerate(self.layout.theta, 2 * len(self.layout.meshing)):
+            found[at] = (place,)
+        return tuple(found)
 
     def to_kernel(self, x: np.ndarray) -> np.ndarray:
         """The sun's advance, planets, angles."""

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.derivation.gears import damping
+from crosscheck.analytic.derivation.gears import amplitude, damping
 from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper.backlash import dead_zone
 from crosscheck.analytic.paper.kinematics import stage_geometry
@@ -75,8 +75,8 @@ class Spun(NamedTuple):
 class Teeth(NamedTuple):
     """Contacts of all planets with sun or ring: place of their x among the coordinates, and laws.
 
-    joint: whose angle their phase follows, by so much per radian, from an offset [rad] on; damping
-    [N s/m]: of them together.
+    k_m, k_a [N/m]: of Eq. 8. joint: whose angle their phase follows, by so much per radian, from an
+    offset [rad] on; damping [N s/m]: of them together.
     """
 
     place: int
@@ -84,6 +84,8 @@ class Teeth(NamedTuple):
     planets: int
     mesh: PlanetMesh
     law: StiffnessData
+    k_m: float
+    k_a: float
     rate: float
     offset: float
     damping: float
@@ -151,7 +153,8 @@ class AnalyticRobot(RobotModel):
         ):
             own = place + number, stage.joint, gears.planet_count, mesh
             law = stiffness_data([mesh.stiffness])
-            self._teeth.append(Teeth(*own, law, rate, offset, d))
+            k = mean_stiffness(mesh.stiffness), amplitude(mesh)
+            self._teeth.append(Teeth(*own, law, *k, rate, offset, d))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M (states, n, n), of rates and momenta."""
@@ -271,10 +274,8 @@ class AnalyticRobot(RobotModel):
             force = mesh.stiffness_N_per_m * (x - np.clip(x, -play, play))
             force += mesh.damping_N_s_per_m * rate
             total[:, place] = np.where(np.abs(x) > play, force, 0.0)
-        for place, joint, planets, own, law, per_angle, offset, d in self._teeth:
+        for place, joint, planets, own, law, k_m, k_a, per_angle, offset, d in self._teeth:
             phase = per_angle * (q @ self._share[joint] + self._offset[joint]) + offset
-            k_m, wave = mean_stiffness(own.stiffness), own.stiffness
-            k_a = wave.amplitude_N_per_m if wave.law == "sine" else 0.0
             size, lead, play = own.tooth_error_m, own.tooth_error_phase_rad, own.backlash_m
             gap = q[:, place] - whole_error(phase, size, lead, own.static_error_m)
             k, k_slope = stiffness(law, 0, phase, k_m, k_a), stiffness_slope(law, 0, phase, k_a)
