@@ -216,7 +216,9 @@ def _input_error(record: type[BaseModel], details: ErrorDetails, where: str) -> 
     if details["type"] == "union_tag_invalid":
         chosen = details["ctx"]
         location.append(str(chosen["discriminator"]).strip("'"))
-        return InputError(where, _dotted(location), chosen["tag"], f"must be one of {chosen['expected_tags']}")
+        return InputError(
+            where, _dotted(location), chosen["tag"], f"must be one of {chosen['expected_tags']}"
+        )
     allowed = EXPECTED.get(details["type"], details["msg"])
     tag = str(details.get("ctx", {}).get("discriminator", "")).strip("'")
     return InputError(where, _dotted(location), value, allowed.replace("{tag}", tag))

@@ -54,6 +54,7 @@ def reading(request: pytest.FixtureRequest) -> Arm:
     return load_arm(request.param)
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
     """One more than cores: tests wait for processes and timers an eighth of their time."""
     return (os.cpu_count() or 1) + 1

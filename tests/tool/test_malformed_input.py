@@ -94,7 +94,7 @@ SETTINGS = {
     "arm.name=": "name = ''",
     "scenario.drive={}": "drive = {}: must be a table with a kind",
     "scenario.drive=5": "drive = 5: must be a table",
-    "arm.joints.1.kind=planetry": "joints[1].kind = 'planetry': must be one of 'planetary', 'direct'",
+    "arm.joints.1.kind=planetry": "joints[1].kind = 'planetry': must be one of 'planetary'",
     "switches.phase=[1]": "phase = [1]",
     f"arm.{'k' * 1000}=1": "unknown key",
     "arm.a\x1b[31m=1": "a\\x1b[31m = 1: unknown key",
