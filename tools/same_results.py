@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-LEFT_OUT = {"provenance", "content_sha256", "seconds"}
+LEFT_OUT = {"provenance", "seconds"}
 NOTHING = object()
 
 

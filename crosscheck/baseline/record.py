@@ -15,7 +15,7 @@ from crosscheck.models.arm.quantities import Data, Finite, NotNegative, UpToSeve
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.provenance import Provenance
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 SampledName = Literal["theta", "theta_dot", "x_sp", "x_pr"]
 ExtremesName = Literal["theta_ddot", "F_sp", "F_pr"]
 CheckVerdict = Literal["agree", "unresolved", "differ", "failed"]
@@ -198,7 +198,7 @@ class KnownFailure(Data):
 class Baseline(Data):
     """A cross-check of an arm on record; checks and measurements by id, runs by key."""
 
-    schema_version: Literal[3] = 3
+    schema_version: Literal[4] = 4
     project_version: str
     checks: dict[str, CheckVerdict]
     known: dict[str, KnownFailure]

@@ -15,7 +15,6 @@ from crosscheck.baseline.file import (
     baseline_path,
     read_baseline,
     require_replaceable,
-    sealed,
     write_baseline,
 )
 from crosscheck.baseline.reduction import baseline_of
@@ -129,11 +128,11 @@ REFUSED: dict[str, tuple[Change, str]] = {
     "another digest of the arm": (_set("x", "provenance", "arm_sha256"), "arm_sha256 = 'x': "),
     "an older format": (
         _set(1, "schema_version"),
-        "schema_version = 1: only format 3 is read, this is an older one",
+        "schema_version = 1: only format 4 is read, this is an older one",
     ),
-    "a newer format": (_set(4, "schema_version"), "schema_version = 4: only format 3 is read; "),
+    "a newer format": (_set(5, "schema_version"), "schema_version = 5: only format 4 is read; "),
     "a bool for a version": (_set(True, "schema_version"), "schema_version = True: "),
-    "a fraction for a version": (_set(3.0, "schema_version"), "schema_version = 3.0: "),
+    "a fraction for a version": (_set(4.0, "schema_version"), "schema_version = 4.0: "),
     "another major version": (
         _set("7.1.0", "project_version"),
         "project_version = '7.1.0': major version 0",
@@ -238,27 +237,6 @@ def _refusal(path: Path, arm: Arm) -> str:
     assert said.endswith(RENEW)
     assert len(said) - len(str(path)) < 400
     return said
-
-
-TOUCHED: dict[str, Change] = {
-    "the plan": _set(False, "provenance", "quick"),
-    "a tolerance": _set(2e-10, *SAMPLED, "tolerance"),
-    "a reason": _set("because", *SAMPLED, "basis"),
-    "a number": _set(0.125, *SAMPLED, "rows", 3, 1),
-    "an integer for a float": _set(0, *SAMPLED, "rows", 0, 0),
-    "a version": _set("1.0", "provenance", "versions", "exudyn"),
-    "the digest": _set(64 * "0", "content_sha256"),
-    "the digest's type": _set(7, "content_sha256"),
-    "no digest": lambda data: data.pop("content_sha256"),
-}
-
-
-@pytest.mark.parametrize("what", TOUCHED)
-def test_a_change_by_hand_is_noticed(recorded: Path, labelled: Arm, what: str) -> None:
-    data = json.loads(recorded.read_text(encoding="utf-8"))
-    TOUCHED[what](data)
-    recorded.write_text(json.dumps(data), encoding="utf-8")
-    assert "content_sha256" in _refusal(recorded, labelled)
 
 
 def test_layout_is_not_content(recorded: Path, result: CrossCheck) -> None:
@@ -374,9 +352,3 @@ def test_an_interrupted_write_leaves_the_old_record(
         write_baseline(recorded, baseline_of(result).model_copy(update={"checks": {}}))
     assert recorded.read_bytes() == before
     assert list(recorded.parent.iterdir()) == [recorded]
-
-
-def test_a_seal_is_of_everything_else(recorded: Path) -> None:
-    data = json.loads(recorded.read_text(encoding="utf-8"))
-    assert sealed(data) == data
-    assert sealed({**data, "project_version": "0.2"})["content_sha256"] != data["content_sha256"]
