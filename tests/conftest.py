@@ -6,6 +6,7 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as on the command line
 
+import ctypes
 import gc
 from collections.abc import Iterator
 from importlib import import_module
@@ -46,6 +47,15 @@ def few_states() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trial, "QUICK_STATES", 20)
         yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def freed_memory() -> Iterator[None]:
+    """What a module has freed goes back to the system: a fork copies the table of every page."""
+    yield
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # of glibc alone
+    if trim is not None:
+        trim(0)
 
 
 @pytest.fixture(params=["paper-labelled", "paper-swapped"], scope="session")

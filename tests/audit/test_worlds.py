@@ -63,6 +63,14 @@ def _members(generator: np.random.Generator, sample: Sample, count: int) -> np.n
     return chosen
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _forgotten() -> Iterator[None]:
+    """The worlds, 150 MB, with the last test that asks for them."""
+    yield
+    worlds.cache_clear()
+    world_of.cache_clear()
+
+
 @cache
 def worlds() -> Known:
     """Every experiment of a setting; start i of all of them is the i-th world."""
