@@ -43,6 +43,8 @@ _WHOLE = {
     ast.NotEq: "ne",
 }
 EXPONENT_BIAS, FRACTION_DIGITS = 1023, 52  # of a double
+# The stack begins at a line of the cache: what of a row is kept there never spans two.
+ATTRIBUTES = "attributes #0 = { nounwind alignstack=64 }"
 
 
 class Value(NamedTuple):
@@ -76,7 +78,7 @@ def ir_of(text: str, lanes: int) -> str:
         found += _Function(
             fused(function) if straight else function, lanes, constants, signatures
         ).lines()
-    return "\n".join([*found, "attributes #0 = { nounwind }", ""])
+    return "\n".join([*found, ATTRIBUTES, ""])
 
 
 def _declarations(lanes: int) -> list[str]:
