@@ -18,7 +18,7 @@ from crosscheck.analytic.kernel.structure import Structure
 from crosscheck.analytic.kernel.text.links import LinkStructure, link_structure
 from crosscheck.analytic.kernel.text.terms import TermStructure, term_structure
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import Layout
+from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.drive import DriveData
 
 
@@ -123,11 +123,9 @@ class LinkEquations:
         """The sun's advance, planets, angles."""
         if self.layout.free:
             return x
-        found = []
-        for joint in self.layout.meshing:
-            x_sp, x_pr = (x[..., self.layout.at(mesh, joint)] for mesh in ("x_sp", "x_pr"))
-            found += [x_sp + x_pr, x_pr]
-        return np.stack([*found, *np.moveaxis(x[..., self.layout.theta], -1, 0)], axis=-1)
+        x_sp, x_pr = (x[..., self.layout.of(mesh)] for mesh in MESHES)
+        gears = np.stack([x_sp + x_pr, x_pr], axis=-1).reshape(*x.shape[:-1], 2 * x_sp.shape[-1])
+        return np.concatenate([gears, x[..., self.layout.theta]], axis=-1)
 
     def kinetic_energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(records,) [J]."""

@@ -67,6 +67,10 @@ class Layout:
         return self.of("theta")
 
     @cached_property
+    def _places(self) -> dict[Coordinate, int]:
+        return {coordinate: place for place, coordinate in enumerate(self.coordinates)}
+
+    @cached_property
     def meshing(self) -> list[int]:
         """The joints, counted from 0, that have mesh displacements."""
         found = (c.joint - 1 for c in self.coordinates if c.meaning == "x_pr")
@@ -87,8 +91,10 @@ class Layout:
 
         Raises ValueError if there is none.
         """
-        number = 0 if planet is None else planet + 1
-        return self.coordinates.index(Coordinate(meaning, joint + 1, number))
+        wanted = Coordinate(meaning, joint + 1, 0 if planet is None else planet + 1)
+        if wanted not in self._places:
+            raise ValueError(f"no {wanted.name}")
+        return self._places[wanted]
 
     def displacement(self, mesh: Meaning, joint: int, planet: int) -> np.ndarray:
         """Row (n,) that gives x_sp or x_pr of a planet; joint and planet counted from 0.
