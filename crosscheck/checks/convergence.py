@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.findings import About, Finding, checked, measured_only
 
@@ -43,9 +45,10 @@ def order_through_impacts(about: About, runs: Sequence[xr.Dataset], quantity: st
     return measured_only(about, measured=observed_order(runs, quantity), note=note)
 
 
-def stable_step(about: About, step_s: float, limit_s: float) -> Finding:
-    """The largest step that a plan takes with a model against the model's own limit."""
+def stable_step(about: About, limit: np.ndarray, step_s: float) -> Finding:
+    """The largest step that a plan takes with a model against the model's own limit [s], ()."""
+    limit_s = float(limit)
     known = math.isfinite(limit_s)
-    limit = f"at most {limit_s:.3g} s are stable" if known else "and steps of any length are stable"
-    basis = f"steps of {step_s:.3g} s, {limit}"
+    said = f"at most {limit_s:.3g} s are stable" if known else "and steps of any length are stable"
+    basis = f"steps of {step_s:.3g} s, {said}"
     return checked(about, measured=step_s / limit_s, tolerance=1.0, basis=basis)

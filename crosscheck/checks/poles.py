@@ -58,12 +58,12 @@ def poles_follow(about: About, poles: np.ndarray, mass: np.ndarray, slopes: np.n
     )
 
 
-def step_follows(about: About, limit_s: float, mass: np.ndarray, slopes: np.ndarray) -> Finding:
-    """A model's largest stable step [s] against that of Runge and Kutta's method at its poles.
+def step_follows(about: About, limit: np.ndarray, mass: np.ndarray, slopes: np.ndarray) -> Finding:
+    """A model's largest stable step [s], (), against that of Runge and Kutta's method at its poles.
 
     mass, slopes: of one pose with the teeth at their largest stiffness, as in poles_follow.
     """
-    expected = _runge_kutta_step(_poles(mass, slopes[0]))
+    limit_s, expected = float(limit), _runge_kutta_step(_poles(mass, slopes[0]))
     measured = max(limit_s / expected, expected / limit_s)
     return checked(
         about,

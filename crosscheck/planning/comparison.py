@@ -85,6 +85,15 @@ class Comparison:
             return failed(self.about, str(failure(error)))
 
 
+def answered(about: About, tasks: Sequence[ModelTask], judge: Callable[..., Finding]) -> Comparison:
+    """A comparison whose judge is handed ``about`` and the tasks' results, in their order."""
+
+    def judged(about: About, results: Results) -> Finding:
+        return judge(about, *map(results.need, tasks))
+
+    return Comparison(about, tuple(tasks), judged)
+
+
 def tasks_of(comparisons: Sequence[Comparison]) -> list[ModelTask]:
     """Every task that any of them needs, once."""
     return list(dict.fromkeys(task for each in comparisons for task in each.needs))

@@ -15,7 +15,7 @@ from crosscheck.models.arm.meshes import damped
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario, Start
 from crosscheck.models.loading import Case
-from crosscheck.planning.comparison import Comparison, Results
+from crosscheck.planning.comparison import Comparison, answered
 from crosscheck.planning.plan import SHORT_RESOLVED, Experiment, resolved_step, without_play
 from crosscheck.planning.sizing import held_torques, made
 from crosscheck.registry import covering, lead, promising, same_integrator
@@ -42,12 +42,17 @@ def energy_comparisons(arm: Arm, first: Experiment, limit_s: float) -> Iterator[
     free, lossless = usual_switches(arm, planets="free"), without_losses(arm)
     springs = free.model_copy(update={"mesh_work": "conservative"})
     smooth = Experiment("energy", Case(without_play(lossless), scenario, springs))
-    fine = Experiment("energy-fine", smooth.case._replace(scenario=_finer(scenario)))
+    # For integrators of second order: half as long, at a quarter of the step.
+    half = {"duration_s": scenario.duration_s / 2, "step_s": scenario.step_s / 4}
+    finer = smooth.case._replace(scenario=scenario.model_copy(update=half))
+    fine = Experiment("energy-fine", finer)
     for model in promising("simulate", covering("geared", lossless, springs)):
         own = smooth if model in same_integrator() else fine
         yield _balance(own, own.run(model), energy.stays)
     impacts = Experiment("energy-impacts", Case(lossless, scenario, springs))
-    yield _balance(impacts, _reference(impacts), energy.stays, _finer_reference(impacts))
+    yield _balance(
+        impacts, _reference(impacts), energy.stays, _reference(impacts, "-finer", FINER_RTOL)
+    )
     papers = Experiment("energy-paper", impacts.case._replace(switches=free))
     yield _balance(papers, _reference(papers), energy.strays)
 
@@ -76,19 +81,8 @@ def _scenario(arm: Arm, first: Experiment, limit_s: float) -> Scenario:
     )
 
 
-def _finer(scenario: Scenario) -> Scenario:
-    """For integrators of second order: half as long, at a quarter of the step."""
-    update = {"duration_s": scenario.duration_s / 2, "step_s": scenario.step_s / 4}
-    return scenario.model_copy(update=update)
-
-
-def _reference(experiment: Experiment) -> Simulation:
-    return Simulation(RunKey(experiment.name, lead(), "reference"), experiment.case, RTOL)
-
-
-def _finer_reference(experiment: Experiment) -> Simulation:
-    key = RunKey(experiment.name, lead(), "reference-finer")
-    return Simulation(key, experiment.case, FINER_RTOL)
+def _reference(experiment: Experiment, variant: str = "", rtol: float = RTOL) -> Simulation:
+    return Simulation(RunKey(experiment.name, lead(), f"reference{variant}"), experiment.case, rtol)
 
 
 def _balance(
@@ -98,8 +92,8 @@ def _balance(
     key = Key("invariants", experiment.name, "energy", run.model)
     about = About(key, "J", METRIC, "first principles")
 
-    def judged(about: About, results: Results) -> Finding:
-        found = [judge(about, results.need(each), experiment.case) for each in (run, *again)]
+    def judged(about: About, *runs: xr.Dataset) -> Finding:
+        found = [judge(about, each, experiment.case) for each in runs]
         return min(found, key=lambda finding: finding.relative or 0.0)
 
-    return Comparison(about, (run, *again), judged)
+    return answered(about, (run, *again), judged)

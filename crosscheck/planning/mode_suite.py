@@ -14,7 +14,7 @@ from crosscheck.findings import About, Finding, Key
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Start, Switches
 from crosscheck.models.loading import Case
-from crosscheck.planning.comparison import Comparison, Results, Unavailable
+from crosscheck.planning.comparison import Comparison, Unavailable, answered
 from crosscheck.planning.sizing import at_rest, unequal_gains
 from crosscheck.registry import MODELS, about, covering, promising, same_integrator
 from crosscheck.runner.tasks import Evaluation
@@ -38,16 +38,15 @@ def _stable_steps(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison
     able = *about(same_integrator(), arm, chosen), *covering("form", arm, chosen)
     for name in able if scales.geared(arm) else ():
         limit = Evaluation(name, case, "largest_stable_step")
-        system = Evaluation(name, stiff, START_MASS), Evaluation(name, stiff, FORCE_SLOPES)
         key = Key("modes", where, "stable-step", name)
-        tasks = (limit, *system)
         metric = "largest stable step over that of its poles, or the other way round"
-        yield Comparison(About(key, "1", metric, "its poles"), tasks, partial(_same_step, tasks))
+        told = About(key, "1", metric, "its poles")
+        yield answered(told, (limit, *_system(name, stiff)), poles.step_follows)
 
 
-def _same_step(tasks: Sequence[Evaluation], about: About, results: Results) -> Finding:
-    limit, mass, slopes = (results.need(task) for task in tasks)
-    return poles.step_follows(about, float(limit), mass, slopes)
+def _system(name: str, case: Case) -> tuple[Evaluation, Evaluation]:
+    """A model's inertia and slopes of its force at the start, of which poles are made."""
+    return Evaluation(name, case, START_MASS), Evaluation(name, case, FORCE_SLOPES)
 
 
 def mode_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
@@ -55,9 +54,9 @@ def mode_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Compari
     case = Case(arm, at_rest(), chosen)
     able = promising("mesh_modes", _geared(case)) if scales.geared(arm) else ()
     for left, right in combinations(able, 2):
-        tasks = tuple(Evaluation(name, case, "mesh_modes") for name in (left, right))
+        tasks = [Evaluation(name, case, "mesh_modes") for name in (left, right)]
         key = Key("modes", where, "mesh-mode", left, right)
-        yield Comparison(About(key, "1", MODE_METRIC), tasks, partial(_same_modes, tasks))
+        yield answered(About(key, "1", MODE_METRIC), tasks, partial(_same_modes, tasks, []))
 
 
 def pole_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
@@ -68,49 +67,39 @@ def pole_comparisons(where: str, arm: Arm, chosen: Switches) -> Iterator[Compari
     linear = case._replace(arm=poles.linear_teeth(arm))
     for left in promising("contact_poles", _geared(linear)):
         for right in (name for name in _geared(linear) if name != left):
-            own = Evaluation(left, case, "contact_poles")
-            system = Evaluation(right, linear, START_MASS), Evaluation(right, linear, FORCE_SLOPES)
+            tasks = Evaluation(left, case, "contact_poles"), *_system(right, linear)
             key = Key("modes", where, "contact-poles", left, right)
-            yield Comparison(
-                About(key, "1", POLE_METRIC), (own, *system), partial(_same_poles, (own, *system))
-            )
+            yield answered(About(key, "1", POLE_METRIC), tasks, poles.poles_follow)
 
 
-def _same_poles(tasks: Sequence[Evaluation], about: About, results: Results) -> Finding:
-    return poles.poles_follow(about, *(results.need(task) for task in tasks))
+def _same_modes(
+    tasks: Sequence[Evaluation], closed: Sequence[np.ndarray], about: About, *found: np.ndarray
+) -> Finding:
+    """Of two models, or of one and what first principles say of it.
 
-
-def _same_modes(tasks: Sequence[Evaluation], about: About, results: Results) -> Finding:
-    given = [_all_modes(task, results) for task in tasks]
-    few, many = sorted(given, key=len)
+    Raises Unavailable if a model has lost some.
+    """
+    for task, own in zip(tasks, found, strict=True):
+        single = MODELS[task.model].free_planets or task.case.switches.planets == "free"
+        planets = [joint.planet_count for joint in task.case.arm.joints if joint.planet_count]
+        expected = sum(1 + (count if single else 1) for count in planets)
+        if len(own) != expected:
+            raise Unavailable(f"{task.model}: {len(own)} mesh modes, there must be {expected}")
+    few, many = sorted((*closed, *found), key=len)
     return modes.modes_among(about, few, many)
-
-
-def _all_modes(task: Evaluation, results: Results) -> np.ndarray:
-    """A model's modes. Raises Unavailable if it has lost some."""
-    found, joints = results.need(task), task.case.arm.joints
-    single = MODELS[task.model].free_planets or task.case.switches.planets == "free"
-    planets = [joint.planet_count for joint in joints if joint.planet_count]
-    expected = sum(1 + (count if single else 1) for count in planets)
-    if len(found) != expected:
-        raise Unavailable(f"{task.model}: {len(found)} mesh modes, there must be {expected}")
-    return found
 
 
 def _locked_stages(where: str, arm: Arm, chosen: Switches) -> Iterator[Comparison]:
     """The modes of each geared stage, carrier locked, against first principles."""
     for number, joint in scales.geared(arm):
         case = Case(locked_stage(arm, number), at_rest(), chosen)
+        lumped = chosen.planets == "lumped"
         for name in promising("mesh_modes", _geared(case)):
-            task = Evaluation(name, case, "mesh_modes")
+            tasks = [Evaluation(name, case, "mesh_modes")]
             key = Key("modes", where, "locked-stage", name, joint=number + 1)
-            lumped = chosen.planets == "lumped"
             closed = modes.closed_form_modes(joint) if lumped else modes.free_modes(joint)
-            yield Comparison(
-                About(key, "1", MODE_METRIC, "closed form"),
-                (task,),
-                partial(_as_closed_form, task, closed),
-            )
+            told = About(key, "1", MODE_METRIC, "closed form")
+            yield answered(told, tasks, partial(_same_modes, tasks, [closed]))
 
 
 def locked_stage(arm: Arm, number: int) -> Arm:
@@ -124,12 +113,6 @@ def locked_stage(arm: Arm, number: int) -> Arm:
     }
     locked = {"joints": (free,), "links": (link.model_copy(update=heavier),)}
     return arm.model_copy(update={**locked, "gravity_m_per_s2": (0.0, 0.0)})
-
-
-def _as_closed_form(
-    task: Evaluation, closed: np.ndarray, about: About, results: Results
-) -> Finding:
-    return modes.modes_among(about, closed, _all_modes(task, results))
 
 
 def _geared(case: Case) -> tuple[str, ...]:

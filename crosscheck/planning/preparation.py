@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from crosscheck.checks.scales import meaningful
 from crosscheck.checks.trajectories import size, uncertainty
 from crosscheck.findings import About, Key, failed
 from crosscheck.models.errors import Diverged, Unfinished
-from crosscheck.planning.comparison import Comparison
+from crosscheck.planning.comparison import Comparison, answered
 from crosscheck.planning.plan import (
     Experiment,
     Wanted,
@@ -52,7 +53,7 @@ class Lost:
         key = Key("preparation", self.case, self.quantity, self.model)
         what = About(key, "1", "whether it could be found out", "the plan")
         note = f"{self.model}: {self.why}"
-        return Comparison(what, (), lambda about, results: failed(about, note))
+        return answered(what, (), partial(failed, note=note))
 
 
 @dataclass(frozen=True)

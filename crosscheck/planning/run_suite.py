@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -15,7 +15,7 @@ from crosscheck.findings import About, Finding, Key, checked, measured_only
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import lumped_layout
 from crosscheck.models.loading import Case
-from crosscheck.planning.comparison import Comparison, Results
+from crosscheck.planning.comparison import Comparison, Results, answered
 from crosscheck.planning.plan import Experiment, OrderCase, mechanism
 from crosscheck.registry import (
     MODELS,
@@ -54,7 +54,7 @@ def short_comparisons(experiment: Experiment) -> list[Comparison]:
     first = lead()
     pair = experiment.run(first), experiment.run(first, "nudged")
     found = [
-        _of_runs(_about(ONE_ROUNDING, experiment, quantity, (first, first)), pair, sensitivity)
+        answered(_about(ONE_ROUNDING, experiment, quantity, (first, first)), pair, sensitivity)
         for quantity in _of(experiment, SENSITIVE)
     ]
     for tier in _about_it(constrained(), experiment.case):
@@ -77,12 +77,12 @@ def _order(case: OrderCase, model: str) -> Comparison:
     against = f"order of convergence {formal}"
     if case.smooth:
         metric = f"distance of the observed order in {quantity} from the formal one"
-        return _of_runs(
+        return answered(
             About(key, "1", metric, against),
             runs,
             lambda about, *given: convergence.formal_order(about, given, formal, quantity),
         )
-    return _of_runs(
+    return answered(
         About(key, "1", f"observed order in {quantity} from steps h, h/2, h/4", against),
         runs,
         lambda about, *given: convergence.order_through_impacts(about, given, quantity),
@@ -108,10 +108,10 @@ def _fixed_steps(experiment: Experiment) -> Iterator[Comparison]:
         runs = [experiment.run(first), experiment.run(other), *_repeated(experiment, other)]
         for quantity in _of(experiment, SAME_STEP):
             about = _about("same-step", experiment, quantity, (first, other))
-            yield _of_runs(about, runs, partial(_same_step, experiment))
+            yield answered(about, runs, partial(_same_step, experiment))
         for quantity in _of(experiment, SAME_STEP) if duration > MIDWAY_S else ():
             about = _about(f"at-{MIDWAY_S:g}-s", experiment, quantity, (first, other))
-            yield _of_runs(about, runs, partial(_same_step, experiment, time_s=MIDWAY_S))
+            yield answered(about, runs, partial(_same_step, experiment, time_s=MIDWAY_S))
 
 
 def _repeated(experiment: Experiment, model: str) -> tuple[Simulation, Simulation]:
@@ -131,9 +131,9 @@ def _planets(experiment: Experiment) -> Iterator[Comparison]:
     for quantity in MESH:
         about = _about("lumped-free", experiment, quantity, (first, first))
         runs = (lumped, pair[0], *pair)
-        yield _of_runs(about, runs, partial(_same_step, experiment))
+        yield answered(about, runs, partial(_same_step, experiment))
     about = _about(f"{ONE_ROUNDING}-per-planet", experiment, "x_pr", (first, first))
-    yield _of_runs(about, pair, sensitivity)
+    yield answered(about, pair, sensitivity)
 
 
 def _same_step(
@@ -167,7 +167,7 @@ def _under_mechanism(experiment: Experiment) -> Iterator[Comparison]:
     pair = experiment.run(first), experiment.run(first, "nudged")
     for quantity in _of(experiment, SENSITIVE):
         about = _about(ONE_ROUNDING, experiment, quantity, (first, first))
-        yield _of_runs(about, pair, sensitivity)
+        yield answered(about, pair, sensitivity)
     yield from _planets(experiment)
     yield from _forms(experiment)
     for level in RIGID_LEVELS:
@@ -192,7 +192,7 @@ def _against_reference(experiment: Experiment) -> Iterator[Comparison]:
     key = Key("invariants", experiment.name, "energy", first)
     metric = "largest difference of energy gained and work done over the run"
     about = About(key, "J", metric, "first principles")
-    yield _of_runs(about, (reference,), invariants.energy_over_run)
+    yield answered(about, (reference,), invariants.energy_over_run)
 
 
 def _refinement(experiment: Experiment, model: str) -> tuple[Simulation, ...]:
@@ -219,7 +219,7 @@ def _forms(experiment: Experiment) -> Iterator[Comparison]:
         runs = (experiment.run(form), experiment.run(other))
         for quantity in FORM_QUANTITIES:
             about = _about("form", experiment, quantity, (form, other))
-            yield _of_runs(about, runs, trajectories.deviation)
+            yield answered(about, runs, trajectories.deviation)
 
 
 def _about_it(models: Sequence[str], case: Case) -> tuple[str, ...]:
@@ -236,11 +236,11 @@ def _rigid(experiment: Experiment, level: str) -> Iterator[Comparison]:
     first, engine = lead(), engines[0]
     pair, names = (engine, experiment.run(first)), (engine.model, first)
     tip = partial(trajectories.tip_deviation, arm=experiment.case.arm)
-    yield _of_runs(_about("deviation", experiment, "tip", names), pair, tip)
+    yield answered(_about("deviation", experiment, "tip", names), pair, tip)
     for joint in range(1, len(experiment.case.arm.joints) + 1):
         for quantity in ("theta", "theta_dot"):
             about = _about("deviation", experiment, quantity, names, joint)
-            yield _of_runs(about, pair, trajectories.deviation)
+            yield answered(about, pair, trajectories.deviation)
 
 
 def engines_first(level: str) -> list[str]:
@@ -262,7 +262,7 @@ def _refined(
         left, right = runs[: len(sides[0])], runs[len(sides[0]) :]
         return trajectories.refined(about, left, right, _widest(experiment, about, left[0]))
 
-    return _of_runs(about, (*sides[0], *sides[1]), judged)
+    return answered(about, (*sides[0], *sides[1]), judged)
 
 
 def _about(
@@ -281,11 +281,8 @@ def _unstable(experiment: Experiment) -> Comparison:
     assert growth is not None  # as the caller has seen
     key = Key("stability", experiment.name, "growth-rate", lead())
     about = About(key, "1/s", "fastest-growing vibration with every tooth in contact", "stability")
-    return Comparison(
-        about,
-        (),
-        lambda about, results: measured_only(about, measured=growth.rate_per_s, note=str(growth)),
-    )
+    judged = partial(measured_only, measured=growth.rate_per_s, note=str(growth))
+    return answered(about, (), judged)
 
 
 def _forgiving(experiment: Experiment, comparison: Comparison) -> Comparison:
@@ -305,15 +302,6 @@ def _forgiving(experiment: Experiment, comparison: Comparison) -> Comparison:
     return replace(comparison, judge=judged)
 
 
-def _of_runs(about: About, runs: Sequence[Simulation], judge: Callable[..., Finding]) -> Comparison:
-    """A comparison that is handed the runs, in their order."""
-
-    def judged(about: About, results: Results) -> Finding:
-        return judge(about, *(results.need(run) for run in runs))
-
-    return Comparison(about, tuple(runs), judged)
-
-
 def _with_records(comparisons: Sequence[Comparison]) -> list[Comparison]:
     """And that each run that they need is whole, and made with stable steps."""
     needs = dict.fromkeys(task for each in comparisons for task in each.needs)
@@ -327,11 +315,10 @@ def _record(run: Simulation) -> Comparison:
     key = Key("record", run.key.experiment, run.key.variant or "run", run.model)
     about = About(key, "1", "times, joints, planets, variables missing", "complete output")
 
-    def judged(about: About, results: Results) -> Finding:
-        results.need(run)  # only a whole run is handed on; see checks.records
+    def judged(about: About, whole: Any) -> Finding:  # no other is handed on; see checks.records
         return checked(about, measured=0.0, tolerance=0.0, basis="a run is whole or it is none")
 
-    return Comparison(about, (run,), judged)
+    return answered(about, (run,), judged)
 
 
 def _stable_step(run: Simulation) -> Comparison:
@@ -339,9 +326,6 @@ def _stable_step(run: Simulation) -> Comparison:
     task = Evaluation(run.model, run.case, "largest_stable_step")
     key = Key("stable-step", run.key.experiment, "step", run.model)
 
-    def judged(about: About, results: Results) -> Finding:
-        limit = float(results.need(task))
-        return convergence.stable_step(about, run.case.scenario.step_s, limit)
-
     about = About(key, "1", "largest step over its limit", "stability limit")
-    return Comparison(about, (task,), judged)
+    judged = partial(convergence.stable_step, step_s=run.case.scenario.step_s)
+    return answered(about, (task,), judged)

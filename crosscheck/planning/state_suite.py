@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 from itertools import combinations, product
+from typing import Any, NamedTuple
 
 from crosscheck.checks import energy, invariants, scales, states, told
-from crosscheck.checks.answers import (
-    ABILITIES,
-    CHRISTOFFEL,
-    random_states,
-)
+from crosscheck.checks.answers import ABILITIES, CHRISTOFFEL, random_states
 from crosscheck.checks.first_principles.composite import Content
 from crosscheck.findings import About, Finding, Key, checked, failed
 from crosscheck.models.arm.arm import Arm
@@ -21,25 +17,17 @@ from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.models.files import raw_arm
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case, load_arm
-from crosscheck.planning.comparison import Comparison, ModelTask, Results
+from crosscheck.planning.comparison import Comparison, Results, answered
 from crosscheck.planning.mode_suite import linearised
 from crosscheck.planning.sizing import unequal_gains
 from crosscheck.planning.stated import FORMS, Stated
-from crosscheck.registry import (
-    MODELS,
-    RIGID_LEVELS,
-    about,
-    covering,
-    lead,
-    of_level,
-)
+from crosscheck.registry import MODELS, RIGID_LEVELS, about, covering, lead, of_level
 from crosscheck.runner.tasks import Evaluation
 
 COUNT, QUICK_COUNT = 200, 20
 # Per switch setting; M and bias know no switch, so they are compared under one setting alone.
 SWITCH_COUNT, SWITCHED = 20, ("generalized_force", "acceleration")
-FORM_QUANTITIES = STATE_ABILITIES
-MASS, FORCE = "mass_matrix", "generalized_force"
+DIFFERENCE, FIRST_PRINCIPLES = "largest relative difference", "first principles"
 
 
 def state_comparisons(
@@ -134,24 +122,34 @@ def _of_states(spots: Sequence[Spot], content: Content) -> Iterator[Comparison]:
         yield from balances(spot)
 
 
-class Spot:
+class Spot(NamedTuple):
     """A model at random states: the evaluations that comparisons of it ask for."""
 
-    def __init__(self, where: str, model: str, case: Case, count: int, seed: int) -> None:
-        self.where, self.model, self.case = where, model, case
-        self.count, self.seed = count, seed
+    where: str
+    model: str
+    case: Case
+    number: int
+    seed: int
 
     def of(self, quantity: str) -> Evaluation:
         """The evaluation of a quantity."""
-        return Evaluation(self.model, self.case, quantity, self.count, self.seed)
+        return Evaluation(self.model, self.case, quantity, self.number, self.seed)
 
     @property
     def setting(self) -> states.Setting:
         """The states themselves."""
         arm = self.case.arm
         layout = MODELS[self.model].layout(arm, self.case.switches)
-        drawn = random_states(layout, arm, self.count, self.seed)
+        drawn = random_states(layout, arm, self.number, self.seed)
         return states.Setting(arm, layout, drawn)
+
+    def over(self, size: str) -> str:
+        """A metric of a size at these states."""
+        return f"{size} over {self.number} random states"
+
+    def own(self, quantity: str, metric: str, against: str, unit: str = "1") -> About:
+        """What a check of this model alone is about."""
+        return About(Key("invariants", self.where, quantity, self.model), unit, metric, against)
 
 
 def pairs(spots: Sequence[Spot], quantities: Sequence[str]) -> Iterator[Comparison]:
@@ -165,10 +163,9 @@ def _forms(spots: Sequence[Spot]) -> Iterator[Comparison]:
     """How far each of the paper's own forms is from each engine."""
     for other in spots:
         for form in covering("form", other.case.arm, other.case.switches):
-            case = _case(other.case.arm, switches())
-            left = Spot(other.where, form, case, other.count, other.seed)
-            right = Spot(other.where, other.model, case, other.count, other.seed)
-            for quantity in FORM_QUANTITIES:
+            right = other._replace(case=_case(other.case.arm, switches()))
+            for quantity in STATE_ABILITIES:
+                left = right._replace(model=form)
                 yield _pair("form-states", quantity, left, right, states.measure_values)
 
 
@@ -179,30 +176,20 @@ def _of_form(spot: Spot, content: Content) -> Iterator[Comparison]:
     """
     yield from _own(spot)
     yield from balances(spot)
-    yield from (c for c in _as_told(spot, content) if c.about.key.quantity == FORCE)
+    yield _force_as_told(spot, content)
+
+    def as_stated(about: About, own: Any, stated: Any, mass: Any) -> Finding:
+        return states.compare_values(about, stated, own, mass[0], spot.setting)
+
     for quantity in ("mass_matrix", "bias") if spot.model in FORMS else ():
-        task, symbols = (
-            spot.of(quantity),
-            Stated(spot.model, quantity, spot.case, spot.count, spot.seed),
-        )
+        symbols = Stated(spot.model, quantity, spot.case, spot.number, spot.seed)
         key = Key("form-symbols", spot.where, quantity, spot.model)
-        metric = f"largest relative difference over {spot.count} random states"
-        about = About(key, "1", metric, "its equations in symbols")
-        needs: dict[ModelTask, None] = dict.fromkeys((task, spot.of("mass_matrix"), symbols))
-        yield Comparison(about, tuple(needs), partial(_as_stated, spot, task, symbols))
-
-
-def _as_stated(
-    spot: Spot, task: Evaluation, symbols: Stated, about: About, results: Results
-) -> Finding:
-    own, stated = results.need(task), results.need(symbols)
-    mass = results.need(spot.of("mass_matrix"))
-    return states.compare_values(about, stated, own, mass[0], spot.setting)
+        about = About(key, "1", spot.over(DIFFERENCE), "its equations in symbols")
+        yield answered(about, (spot.of(quantity), symbols, spot.of("mass_matrix")), as_stated)
 
 
 def _pair(family: str, quantity: str, left: Spot, right: Spot, judge: states.Judge) -> Comparison:
     key = Key(family, left.where, quantity, left.model, right.model)
-    metric = f"largest relative difference over {left.count} random states"
     needs = [spot.of(name) for name in ("mass_matrix", quantity) for spot in (left, right)]
 
     def judged(about: About, results: Results) -> Finding:
@@ -211,80 +198,60 @@ def _pair(family: str, quantity: str, left: Spot, right: Spot, judge: states.Jud
         sizes = (m[0] for m in masses if m is not None and states.usable(m[0]))
         return judge(about, one, other, next(sizes, None), left.setting)
 
-    return Comparison(About(key, "1", metric), tuple(dict.fromkeys(needs)), judged)
+    return Comparison(About(key, "1", left.over(DIFFERENCE)), tuple(needs), judged)
 
 
 def _own(spot: Spot) -> Iterator[Comparison]:
     """What one model owes to itself."""
     mass, bias, symbols = (spot.of(name) for name in ("mass_matrix", "bias", CHRISTOFFEL))
-    over = f"{spot.count} random states"
+    metric = f"{spot.over('largest relative asymmetry')}; positive definite"
+    about = spot.own("inertia", metric, FIRST_PRINCIPLES)
+    yield answered(about, (mass,), invariants.is_inertia)
 
-    def key(quantity: str) -> Key:
-        return Key("invariants", spot.where, quantity, spot.model)
+    def follows(about: About, bias: Any, symbols: Any, mass: Any) -> Finding:
+        return invariants.bias_follows(about, bias, symbols, mass, spot.setting)
 
-    yield Comparison(
-        About(
-            key("inertia"),
-            "1",
-            f"largest relative asymmetry over {over}; positive definite",
-            "first principles",
-        ),
-        (mass,),
-        lambda about, results: invariants.is_inertia(about, results.need(mass)),
-    )
-    yield Comparison(
-        About(
-            key("bias-from-inertia"),
-            "1",
-            f"largest relative difference over {over}",
-            "Christoffel symbols of its own mass matrix",
-        ),
-        (mass, bias, symbols),
-        lambda about, results: invariants.bias_follows(
-            about, results.need(bias), results.need(symbols), results.need(mass), spot.setting
-        ),
-    )
+    against = "Christoffel symbols of its own mass matrix"
+    about = spot.own("bias-from-inertia", spot.over(DIFFERENCE), against)
+    yield answered(about, (bias, symbols, mass), follows)
     yield _promises(spot)
 
 
 def _as_told(spot: Spot, content: Content) -> Iterator[Comparison]:
     """What a model says of inertia and forces, against the data of arm and experiment alone."""
-    mass, force, level = (
-        spot.of("mass_matrix"),
-        spot.of("generalized_force"),
-        MODELS[spot.model].level,
-    )
 
-    def inertia(about: About, results: Results) -> Finding:
-        return told.inertia_as_told(about, results.need(mass), spot.setting, content, level)
+    def inertia(about: About, mass: Any) -> Finding:
+        level = MODELS[spot.model].level
+        return told.inertia_as_told(about, mass, spot.setting, content, level)
 
-    def forces(about: About, results: Results) -> Finding:
-        given = results.need(force), results.need(mass)
-        return told.force_as_told(about, *given, spot.setting, spot.case, content, level)
+    key = Key("as-told", spot.where, "mass_matrix", spot.model)
+    about = About(key, "1", spot.over(DIFFERENCE), "the arm's data")
+    yield answered(about, (spot.of("mass_matrix"),), inertia)
+    yield _force_as_told(spot, content)
 
-    for quantity, needs, judge in (
-        (MASS, (mass,), inertia),
-        (FORCE, (force, mass), forces),
-    ):
-        key = Key("as-told", spot.where, quantity, spot.model)
-        metric = f"largest relative difference over {spot.count} random states"
-        yield Comparison(About(key, "1", metric, "the arm's data"), needs, judge)
+
+def _force_as_told(spot: Spot, content: Content) -> Comparison:
+    def forces(about: About, force: Any, mass: Any) -> Finding:
+        level = MODELS[spot.model].level
+        return told.force_as_told(about, force, mass, spot.setting, spot.case, content, level)
+
+    key = Key("as-told", spot.where, "generalized_force", spot.model)
+    about = About(key, "1", spot.over(DIFFERENCE), "the arm's data")
+    return answered(about, (spot.of("generalized_force"), spot.of("mass_matrix")), forces)
 
 
 def _promises(spot: Spot) -> Comparison:
     """A model must say of itself all that the registry says of it: users ask the model."""
     task, promised = Evaluation(spot.model, spot.case, ABILITIES), MODELS[spot.model].promises
 
-    def judged(about: About, results: Results) -> Finding:
-        lacking = sorted(promised - set(results.need(task).tolist()))
+    def judged(about: About, claimed: Any) -> Finding:
+        lacking = sorted(promised - set(claimed.tolist()))
         if lacking:
             return failed(about, f"the model does not claim to have {', '.join(lacking)}")
         return checked(about, measured=0.0, tolerance=0.0, basis="every promised ability is there")
 
-    key = Key("invariants", spot.where, "abilities", spot.model)
-    return Comparison(
-        About(key, "1", "abilities missing", "declared capabilities"), (task,), judged
-    )
+    about = spot.own("abilities", "abilities missing", "declared capabilities")
+    return answered(about, (task,), judged)
 
 
 def balances(spot: Spot) -> Iterator[Comparison]:
@@ -295,31 +262,20 @@ def balances(spot: Spot) -> Iterator[Comparison]:
 
 def balance(spot: Spot, name: str, unit: str, law: invariants.Balance) -> Comparison:
     """One balance of a model."""
-    key = Key("invariants", spot.where, name, spot.model)
-    metric = f"largest residual over {spot.count} random states"
-    needs = tuple(spot.of(quantity) for quantity in STATE_ABILITIES)
-    about = About(key, unit, metric, "first principles")
-    return Comparison(about, needs, partial(_balanced, spot, law))
 
+    def judged(about: About, *answers: Any) -> Finding:
+        return law(about, invariants.Answered(*answers), spot.setting, spot.case)
 
-def _balanced(spot: Spot, law: invariants.Balance, about: About, results: Results) -> Finding:
-    given = invariants.Answered(*(results.need(spot.of(name)) for name in STATE_ABILITIES))
-    return law(about, given, spot.setting, spot.case)
+    about = spot.own(name, spot.over("largest residual"), FIRST_PRINCIPLES, unit)
+    return answered(about, [spot.of(quantity) for quantity in STATE_ABILITIES], judged)
 
 
 def _closed_joints(spots: Sequence[Spot]) -> Iterator[Comparison]:
     for spot in spots:
         if "constraint_residual" in MODELS[spot.model].promises:
-            task = spot.of("constraint_residual")
-            key = Key("invariants", spot.where, "constraints", spot.model)
-            metric = f"largest gap, rate, acceleration or error of one, {spot.count} random states"
-            yield Comparison(
-                About(key, "1", metric, "closure of its joints"), (task,), partial(_closed, task)
-            )
-
-
-def _closed(task: Evaluation, about: About, results: Results) -> Finding:
-    return invariants.constraints(about, results.need(task))
+            metric = f"largest gap, rate, acceleration or error of one, {spot.number} random states"
+            about = spot.own("constraints", metric, "closure of its joints")
+            yield answered(about, (spot.of("constraint_residual"),), invariants.constraints)
 
 
 def all_switches() -> list[Switches]:
