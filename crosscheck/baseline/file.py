@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-import reprlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,26 +12,27 @@ from typing import Any
 from pydantic import ValidationError
 
 from crosscheck import __version__
-from crosscheck.baseline.record import (
-    SCHEMA_VERSION,
-    Baseline,
-    Misfit,
-    Provenance,
-    differences,
-)
+from crosscheck.baseline.record import SCHEMA_VERSION, Baseline, Provenance, differences
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import content_of
 from crosscheck.output import write_text
 from crosscheck.planning.plan import Wanted
 from crosscheck.provenance import arm_digest
-from crosscheck.report.words import printable
 
 WIDTH = 100
 # A number of more digits than this comes out of a computation and is written with all 17.
 SHORT = 10
 # Ten times the record of a full cross-check of seven joints.
 LARGEST_BYTES = 20_000_000
+
+
+class Misfit(ValueError):
+    """What a record must not hold: dotted field, value, allowed."""
+
+    def __init__(self, field: str, value: object, allowed: str) -> None:
+        self.field, self.value, self.allowed = field, value, allowed
+        super().__init__(allowed)
 
 
 def baseline_path(folder: Path, wanted: Wanted) -> Path:
@@ -60,7 +60,7 @@ def _plain(name: str) -> str:
 
 def write_baseline(path: Path, baseline: Baseline) -> None:
     """Write the file; it appears whole or not at all. Raises InputError."""
-    write_text(path, _text(baseline.model_dump(mode="json")))
+    write_text(path, "\n".join(_lines(baseline.model_dump(mode="json"))) + "\n")
 
 
 def read_baseline(path: Path, wanted: Wanted, renew: str) -> Baseline:
@@ -76,9 +76,8 @@ def read_baseline(path: Path, wanted: Wanted, renew: str) -> Baseline:
     except FileNotFoundError:
         raise InputError(str(path), "", None, f"no such file; make it: {renew}") from None
     except Misfit as error:
-        value = None if error.value is None else _Shown(error.value)
-        allowed = f"{_brief(error.allowed)}; renew it: {renew}"
-        raise InputError(str(path), _brief(error.field), value, allowed) from None
+        allowed = f"{error.allowed}; renew it: {renew}"
+        raise InputError(str(path), error.field, error.value, allowed) from None
     return baseline
 
 
@@ -152,11 +151,8 @@ def _validated(data: dict[str, Any]) -> Baseline:
     except ValidationError as error:
         details = error.errors()[0]
     location = [str(part) for part in details["loc"]]
-    misfit = details.get("ctx", {}).get("error")
-    if isinstance(misfit, Misfit):
-        raise Misfit(".".join([*location, misfit.field]), misfit.value, misfit.allowed)
-    if details["type"] == "value_error":  # of the arm or the scenario within: field|allowed
-        field, _, allowed = str(misfit).partition("|")
+    if details["type"] == "value_error":  # of what belongs together: field|allowed
+        field, _, allowed = str(details["ctx"]["error"]).rpartition("|")
         raise Misfit(".".join([*location, field]), None, allowed)
     if details["type"] == "missing":
         raise Misfit(".".join(location), None, "is missing; a value is required")
@@ -187,28 +183,6 @@ def _require_same_plan(provenance: Provenance, wanted: Wanted) -> None:
         provenance.arm_sha256[:12],
         f"another arm than {arm.name}, which has {arm_digest(arm)[:12]}{what}",
     )
-
-
-class _Shown:
-    """A value of a file whose repr is short, however long or deep the value is."""
-
-    def __init__(self, value: object) -> None:
-        self.value = value
-
-    def __repr__(self) -> str:
-        brief = reprlib.Repr()
-        brief.maxlevel, brief.maxstring, brief.maxother = 2, 60, 60
-        return brief.repr(self.value)
-
-
-def _brief(text: str, limit: int = 120) -> str:
-    """Text of a file, fit for one line."""
-    text = printable(" ".join(text.split()))
-    return text if len(text) <= limit else text[: limit - 3] + "..."
-
-
-def _text(data: dict[str, Any]) -> str:
-    return "\n".join(_lines(data)) + "\n"
 
 
 def _lines(value: Any, indent: int = 0, head: str = "", tail: str = "") -> Iterator[str]:

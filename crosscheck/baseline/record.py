@@ -22,17 +22,8 @@ CheckVerdict = Literal["agree", "unresolved", "differ", "failed"]
 BEST_FIRST = ("agree", "unresolved", "unfinished", "differ", "failed")
 JointNumber = Annotated[int, Field(ge=1, le=7)]
 Row = Annotated[tuple[Finite, ...], Field(min_length=2, strict=False)]
-Rows = Annotated[tuple[Row, ...], Field(min_length=1, strict=False)]
 # Times are recorded to 0.1 ns.
 SAME_TIME_S = 1e-9
-
-
-class Misfit(ValueError):
-    """A value that its neighbours in the record do not allow: dotted field, value, allowed."""
-
-    def __init__(self, field: str, value: object, allowed: str) -> None:
-        self.field, self.value, self.allowed = field, value, allowed
-        super().__init__(allowed)
 
 
 class Bounded(Data):
@@ -52,7 +43,7 @@ class Bounded(Data):
     def _tolerance_means_something(self) -> Self:
         most = math.inf if self.widest is None else self.widest
         if self.tolerance is not None and self.tolerance > most:
-            raise Misfit("tolerance", self.tolerance, f"at most {most:g} {self.unit}")
+            raise ValueError(f"tolerance|at most {most:g} {self.unit}")
         return self
 
 
@@ -69,16 +60,7 @@ class RecordedTable(Bounded):
     """
 
     joints: Annotated[tuple[JointNumber, ...], UpToSeven]
-    rows: Rows
-
-    @model_validator(mode="after")
-    def _is_rectangular(self) -> Self:
-        for number, row in enumerate(self.rows):
-            if len(row) != len(self.rows[0]):
-                raise Misfit(f"rows.{number}", row, f"{len(self.rows[0])} numbers, as the first")
-        if any(later <= earlier for earlier, later in pairwise(self.joints)):
-            raise Misfit("joints", self.joints, "numbers of joints in their order")
-        return self
+    rows: Annotated[tuple[Row, ...], Field(min_length=1, strict=False)]
 
 
 class SampledQuantity(RecordedTable):
@@ -89,27 +71,18 @@ class SampledQuantity(RecordedTable):
         """The columns that are compared."""
         return list(range(1, len(self.joints) + 1))
 
-    @property
-    def times_s(self) -> list[float]:
-        """Every time that it names."""
-        return [row[0] for row in self.rows]
-
     def place(self, row: int, column: int) -> str:
         """Where a value lies, for a reader."""
         return f"joint {self.joints[column - 1]} at {self.rows[row][0]:g} s"
 
-    @model_validator(mode="after")
-    def _has_a_column_per_joint(self) -> Self:
-        if len(self.rows[0]) - 1 != len(self.joints):
-            raise Misfit("rows.0", self.rows[0], f"a time and {len(self.joints)} numbers")
-        return self
-
-    @model_validator(mode="after")
-    def _time_goes_on(self) -> Self:
-        for number, (earlier, later) in enumerate(pairwise(self.times_s), start=1):
-            if later <= earlier:
-                raise Misfit(f"rows.{number}.0", later, f"a time after {earlier:g} s")
-        return self
+    def needed(self, duration_s: float) -> str:
+        """What its rows are not, and must be in a run of so many seconds; empty if nothing."""
+        if any(len(row) != len(self.joints) + 1 for row in self.rows):
+            return f"a time and {len(self.joints)} numbers in every row"
+        times = [row[0] for row in self.rows]
+        ends = times[0] == 0 and abs(times[-1] - duration_s) <= SAME_TIME_S
+        rise = all(earlier < later for earlier, later in pairwise(times))
+        return "" if ends and rise else f"times that rise from 0 to {duration_s:g} s"
 
 
 class Extremes(RecordedTable):
@@ -123,27 +96,19 @@ class Extremes(RecordedTable):
         """The columns that are compared."""
         return [1, 3]
 
-    @property
-    def times_s(self) -> list[float]:
-        """Every time that it names."""
-        return [row[column] for row in self.rows for column in (2, 4)]
-
     def place(self, row: int, column: int) -> str:
         """Where a value lies, for a reader."""
         return f"{'minimum' if column == 1 else 'maximum'} of joint {self.joints[row]}"
 
-    @model_validator(mode="after")
-    def _are_extremes_of_every_joint(self) -> Self:
-        if len(self.rows) != len(self.joints):
-            raise Misfit("rows", len(self.rows), f"must cover {len(self.joints)} joints")
-        for number, row in enumerate(self.rows):
-            if len(row) != 5:
-                raise Misfit(f"rows.{number}", row, "joint, minimum, its time, maximum, its time")
-            if row[0] != self.joints[number]:
-                raise Misfit(f"rows.{number}.0", row[0], f"joint {self.joints[number]}")
-            if row[1] > row[3]:
-                raise Misfit(f"rows.{number}.1", row[1], f"at most the maximum, {row[3]:g}")
-        return self
+    def needed(self, duration_s: float) -> str:
+        """What its rows are not, and must be in a run of so many seconds; empty if nothing."""
+        if any(len(row) != 5 or row[1] > row[3] for row in self.rows):
+            return "joint, minimum, its time, maximum, its time in every row"
+        if tuple(row[0] for row in self.rows) != self.joints:
+            return f"a row for each of the joints {self.joints}"
+        times = [time for row in self.rows for time in (row[2], row[4])]
+        within = all(0 <= time <= duration_s + SAME_TIME_S for time in times)
+        return "" if within else f"times from 0 to {duration_s:g} s"
 
 
 class RecordedRun(Data):
@@ -162,30 +127,18 @@ class RecordedRun(Data):
 
     @model_validator(mode="after")
     def _tables_are_of_this_run(self) -> Self:
-        every = sorted({joint for table in self.tables.values() for joint in table.joints})
-        geared = {t.joints for quantity, t in self.tables.items() if quantity in BY_PLANET}
+        every = tuple(sorted({joint for table in self.tables.values() for joint in table.joints}))
+        geared = [table.joints for name, table in self.tables.items() if name in BY_PLANET]
         for quantity, table in self.tables.items():
             where = f"{'sampled' if quantity in self.sampled else 'extremes'}.{quantity}"
+            joints = geared[0] if quantity in BY_PLANET else every
             if table.unit != UNITS[quantity]:
-                raise Misfit(f"{where}.unit", table.unit, f"must be {UNITS[quantity]}")
-            _require_within(where, table, self.scenario.duration_s)
-            if quantity not in BY_PLANET and table.joints != tuple(every):
-                raise Misfit(f"{where}.joints", table.joints, f"must be {every}")
-            if quantity in BY_PLANET and len(geared) > 1:
-                raise Misfit(f"{where}.joints", table.joints, "must be those of the other meshes")
+                raise ValueError(f"{where}.unit|must be {UNITS[quantity]}")
+            if table.joints != joints or list(joints) != sorted(set(joints)):
+                raise ValueError(f"{where}.joints|must be those of the other quantities, in order")
+            if needed := table.needed(self.scenario.duration_s):
+                raise ValueError(f"{where}.rows|must be {needed}")
         return self
-
-
-def _require_within(where: str, table: SampledQuantity | Extremes, duration_s: float) -> None:
-    times = table.times_s
-    for time in times:
-        if not 0 <= time <= duration_s + SAME_TIME_S:
-            raise Misfit(f"{where}.rows", time, f"times from 0 to {duration_s:g} s")
-    if isinstance(table, SampledQuantity) and (
-        times[0] > 0 or duration_s - times[-1] > SAME_TIME_S
-    ):
-        ends = [times[0], times[-1]]
-        raise Misfit(f"{where}.rows", ends, f"must reach from 0 to {duration_s:g} s")
 
 
 class KnownFailure(Data):
@@ -212,9 +165,9 @@ class Baseline(Data):
             verdict, known = self.checks.get(name), self.known.get(name)
             if (verdict in (None, "agree")) != (known is None):
                 allowed = "a check is agree, or red and in known: one of the two"
-                raise Misfit(f"checks.{name}", verdict, allowed)
+                raise ValueError(f"checks.{name}|{allowed}")
             if known is not None and (known.number is None) != (verdict == "failed"):
-                raise Misfit(f"known.{name}.number", None, f"a number, unless failed ({verdict})")
+                raise ValueError(f"known.{name}.number|a number, unless failed ({verdict})")
         return self
 
 

@@ -26,7 +26,6 @@ from crosscheck.baseline.record import (
     ExtremesName,
     KnownFailure,
     Measurement,
-    Misfit,
     RecordedRun,
     SampledName,
 )
@@ -148,9 +147,7 @@ def unrecorded(result: CrossCheck) -> Iterator[str]:
 def _reason(error: Exception) -> str:
     if isinstance(error, ValidationError):
         first = error.errors()[0]
-        misfit = first.get("ctx", {}).get("error")
-        where = [*map(str, first["loc"]), *([misfit.field] if isinstance(misfit, Misfit) else [])]
-        return f"{'.'.join(where)} = {first['input']!r:.60}: {first['msg']}"
+        return f"{'.'.join(map(str, first['loc']))} = {first['input']!r:.60}: {first['msg']}"
     return f"{type(error).__name__}: {' '.join(str(error).split()):.200}"
 
 

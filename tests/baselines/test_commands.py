@@ -203,7 +203,7 @@ def test_a_run_that_cannot_be_recorded_is_not_accepted(
     assert command(*ACCEPT, result=with_run(result, ANALYTIC, half)) == 1
     out = capsys.readouterr().out
     assert f"{ANALYTIC} cannot be recorded: " in out
-    assert "must reach from 0 to 0.02 s" in out
+    assert "must be times that rise from 0 to 0.02 s" in out
     assert "0 differing checks, 1 lost run: nothing recorded" in out
 
 
