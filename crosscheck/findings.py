@@ -144,6 +144,18 @@ def checked(
     )
 
 
+def within_share(
+    about: About, measured: float, share: float, size: float, of: str, reason: str = ""
+) -> Finding:
+    """A check of what may be a share of a size, both in the unit of ``about``.
+
+    of: what the size is of; reason: why so large a share.
+    """
+    basis = f"{share:g} of {of}, {size:.3g} {about.unit}{reason}"
+    relative = measured / size if size else None
+    return checked(about, measured=measured, tolerance=share * size, basis=basis, relative=relative)
+
+
 def measured_only(
     about: About, *, measured: float, basis: str = "", relative: float | None = None, note: str = ""
 ) -> Finding:

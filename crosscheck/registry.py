@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, MutableMapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Literal
 
 from crosscheck.analytic.paper.covered import papers_kind
@@ -26,7 +26,6 @@ Role = Literal["geared", "form", "rigid", "handed"]
 STATES = frozenset(STATE_ABILITIES)
 RUNS = STATES | {"simulate"}
 BOTH_WAYS = RUNS | {"reference"}
-RIGID_LEVELS = ("links", "carriers", "armature", "coupled")
 ABREAST = 32  # runs in the lanes of the analytic models' kernel
 EVERY_MODELS_PACKAGES = ("numpy", "scipy", "xarray")
 ANALYTIC_PACKAGES = ("sympy", "llvmlite")
@@ -85,48 +84,11 @@ LEVELS = {
     "armature": "the same with the gears' inertia on the diagonal",
     "coupled": "the same with the gears' spin coupled to the links: rigid gears, exactly",
 }
-
-
-def _analytic(attribute: str, level: str) -> Entry:
-    module = "crosscheck.analytic.model"
-    return Entry(
-        module,
-        attribute,
-        "rigid",
-        RUNS,
-        ANALYTIC_PACKAGES,
-        order=4,
-        level=level,
-        abreast=ABREAST,
-        title=LEVELS[level],
-    )
-
-
-def _paper(attribute: str, title: str) -> Entry:
-    module = "crosscheck.analytic.paper.model"
-    packages = ANALYTIC_PACKAGES
-    return Entry(
-        module,
-        attribute,
-        "form",
-        RUNS,
-        packages,
-        order=4,
-        title=title,
-        covers=_is_papers,
-    )
+RIGID_LEVELS = tuple(LEVELS)
 
 
 def _is_papers(arm: Arm, chosen: Switches) -> bool:
     return papers_kind(arm) and chosen.planets == "lumped"
-
-
-def _pinocchio(attribute: str, level: str) -> Entry:
-    module = "crosscheck.models.pinocchio.rigid"
-    title = LEVELS[level]
-    return Entry(
-        module, attribute, "rigid", BOTH_WAYS, ("pin",), call_s=3e-6, level=level, title=title
-    )
 
 
 BUILT_IN = {
@@ -140,18 +102,49 @@ BUILT_IN = {
         abreast=ABREAST,
         title="the project's derivation by Lagrange's equations, every gear a body",
     ),
-    "analytic:energies": _paper("EnergiesModel", "the paper's energies as printed, Eqs. 16-19"),
-    "analytic:printed": _paper(
-        "PrintedModel", "the paper's equations of motion as printed, Eqs. 21-22"
-    ),
-    "analytic:links": _analytic("RigidLinks", "links"),
-    "analytic:carriers": _analytic("RigidCarriers", "carriers"),
-    "analytic:armature": _analytic("RigidArmature", "armature"),
-    "analytic:coupled": _analytic("RigidCoupled", "coupled"),
-    "pinocchio:links": _pinocchio("PinocchioLinks", "links"),
-    "pinocchio:carriers": _pinocchio("PinocchioCarriers", "carriers"),
-    "pinocchio:armature": _pinocchio("PinocchioArmature", "armature"),
-    "pinocchio:coupled": _pinocchio("PinocchioCoupled", "coupled"),
+    **{
+        f"analytic:{name}": Entry(
+            "crosscheck.analytic.paper.model",
+            attribute,
+            "form",
+            RUNS,
+            ANALYTIC_PACKAGES,
+            order=4,
+            title=title,
+            covers=_is_papers,
+        )
+        for name, attribute, title in (
+            ("energies", "EnergiesModel", "the paper's energies as printed, Eqs. 16-19"),
+            ("printed", "PrintedModel", "the paper's equations of motion as printed, Eqs. 21-22"),
+        )
+    },
+    **{
+        f"analytic:{level}": Entry(
+            "crosscheck.analytic.model",
+            f"Rigid{level.capitalize()}",
+            "rigid",
+            RUNS,
+            ANALYTIC_PACKAGES,
+            order=4,
+            level=level,
+            abreast=ABREAST,
+            title=title,
+        )
+        for level, title in LEVELS.items()
+    },
+    **{
+        f"pinocchio:{level}": Entry(
+            "crosscheck.models.pinocchio.rigid",
+            f"Pinocchio{level.capitalize()}",
+            "rigid",
+            BOTH_WAYS,
+            ("pin",),
+            call_s=3e-6,
+            level=level,
+            title=title,
+        )
+        for level, title in LEVELS.items()
+    },
     "pinocchio:gears": Entry(
         "crosscheck.models.pinocchio.gears",
         "PinocchioGears",
@@ -226,17 +219,12 @@ def with_installed(known: dict[str, Entry]) -> dict[str, Entry]:
     for offer in sorted(offers, key=lambda each: (each.name, each.value)):
         if offer.name in found:
             raise unusable(offer, "a model of this name exists already")
-        found[offer.name] = _offered(offer)
+        entry = loaded(offer)
+        if not isinstance(entry, Entry):
+            raise unusable(offer, f"must be a crosscheck.registry.Entry, is {type(entry).__name__}")
+        own = (offer.dist.name,) if offer.dist else ()  # whose version counts for its results
+        found[offer.name] = replace(entry, packages=(*entry.packages, *own))
     return found
-
-
-def _offered(offer: EntryPoint) -> Entry:
-    """The Entry; the version of its distribution counts for its results."""
-    entry = loaded(offer)
-    if not isinstance(entry, Entry):
-        raise unusable(offer, f"must be a crosscheck.registry.Entry, is {type(entry).__name__}")
-    own = (offer.dist.name,) if offer.dist else ()
-    return replace(entry, packages=(*entry.packages, *own))
 
 
 @contextmanager

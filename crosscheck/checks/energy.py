@@ -18,7 +18,7 @@ from crosscheck.checks.invariants import (
 )
 from crosscheck.checks.scales import geared, meshes
 from crosscheck.checks.states import Setting
-from crosscheck.findings import About, Finding, checked, measured_only
+from crosscheck.findings import About, Finding, measured_only, within_share
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.scenario import ConstantDrive, Switches, per_joint
@@ -89,13 +89,7 @@ def springs_at(arm: Arm, chosen: Switches, layout: Layout, q: np.ndarray) -> Ite
 def stays(about: About, run: xr.Dataset, case: Case) -> Finding:
     """Over a run without losses, under constant torques, the whole energy stays what it was."""
     strayed, turned = _balance(run, case)
-    return checked(
-        about,
-        measured=strayed,
-        tolerance=CLOSES * turned,
-        basis=f"{CLOSES:g} of the work turned over, {turned:.3g} J",
-        relative=strayed / turned if turned else None,
-    )
+    return within_share(about, strayed, CLOSES, turned, "the work turned over")
 
 
 def strays(about: About, run: xr.Dataset, case: Case) -> Finding:

@@ -20,7 +20,7 @@ from crosscheck.checks.states import (
     scaled,
     usable,
 )
-from crosscheck.findings import About, Finding, checked, failed
+from crosscheck.findings import About, Finding, checked, failed, within_share
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Coordinate, Layout
 from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque
@@ -84,15 +84,8 @@ def angular_momentum(about: About, given: Answered, setting: Setting, case: Case
 def balanced(about: About, pairs: list[tuple[float, float]]) -> Finding:
     """Finding of residuals and the sizes of their terms, state by state."""
     gaps, sizes = np.array(pairs).T
-    size = float(np.sqrt((sizes**2).mean()))
-    measured = float(np.abs(gaps).max())
-    return checked(
-        about,
-        measured=measured,
-        tolerance=TOLERANCE * size,
-        basis=f"{TOLERANCE:g} of the terms' size, {size:.3g} {about.unit}: {BASIS}",
-        relative=measured / size if size else None,
-    )
+    size, measured = float(np.sqrt((sizes**2).mean())), float(np.abs(gaps).max())
+    return within_share(about, measured, TOLERANCE, size, "the terms' size", f": {BASIS}")
 
 
 def motions(given: Answered, setting: Setting, scenario: Scenario) -> Iterator[ForcedState]:
@@ -236,10 +229,4 @@ def energy_over_run(about: About, run: xr.Dataset) -> Finding:
     work = run["work"].values
     size = float(run["work_turned_over"].values[-1])
     measured = float(np.abs(gained - work).max())
-    return checked(
-        about,
-        measured=measured,
-        tolerance=WORK_TOLERANCE * size,
-        basis=f"{WORK_TOLERANCE:g} of the work turned over, {size:.3g} J",
-        relative=measured / size if size else None,
-    )
+    return within_share(about, measured, WORK_TOLERANCE, size, "the work turned over")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -26,8 +25,14 @@ from crosscheck.models.experiment.scenario import (
 )
 from crosscheck.models.files import raw_arm
 from crosscheck.models.loading import Case, load_arm, load_scenario
-from crosscheck.planning.sizing import Sizes, held_torques, made, pd_scenario, step_scenario
-from crosscheck.planning.stability import GrowingMode
+from crosscheck.planning.sizing import (
+    GrowingMode,
+    Sizes,
+    held_torques,
+    made,
+    pd_scenario,
+    step_scenario,
+)
 from crosscheck.registry import MODELS
 from crosscheck.runner.tasks import RunKey, Simulation
 
@@ -91,7 +96,9 @@ class Experiment:
             return Simulation(key, self.case, RIGID_COARSE_RTOL if variant == "coarse" else None)
         case = with_step(self.case, self._step(model))
         if variant in FEWER:
-            case = with_fewer_steps(case, FEWER[variant])
+            scenario = case.scenario
+            steps = max(1, round(FEWER[variant] * scenario.stride))
+            case = with_step(case, scenario.step_s * scenario.stride / steps)
         if variant in ("free", "free-nudged"):
             laws = self.case.switches.model_copy(update={"planets": "free"})
             case = case._replace(switches=laws)
@@ -126,7 +133,12 @@ class Wanted:
     told: str = ""
 
     def __post_init__(self) -> None:
-        _require_names(self.scenarios)
+        taken = [*OWN_NAMES]
+        for scenario in self.scenarios:
+            if scenario.name in taken:
+                allowed = "a name that no other experiment of the cross-check has"
+                raise InputError("scenario", "name", scenario.name, allowed)
+            taken.append(scenario.name)
 
     @property
     def needs_sizes(self) -> bool:
@@ -139,22 +151,16 @@ class Wanted:
         return not self.scenarios and is_the_papers(self.arm)
 
 
-def mechanism(arm: Arm) -> Switches:
-    """The laws that an arm follows where nothing else is said: phases by the angle."""
-    return usual_switches(arm)
-
-
 def outlined(wanted: Wanted, sizes: Sizes | None) -> list[Experiment]:
     """The experiments at the steps of their scenarios: what must be known before the plan."""
-    laws = wanted.chosen or mechanism(wanted.arm)
+    laws = wanted.chosen or usual_switches(wanted.arm)
     if wanted.scenarios:
         return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in wanted.scenarios]
     if sizes is not None:
         scenarios = (step_scenario(sizes), pd_scenario(sizes))
         return [Experiment(s.name, Case(wanted.arm, s, laws)) for s in scenarios]
-    durations = QUICK_S if wanted.quick else FULL_S
     found = []
-    for law, duration in durations.items():
+    for law, duration in (QUICK_S if wanted.quick else FULL_S).items():
         scenario = load_scenario(law).model_copy(update={"duration_s": duration})
         found.append(Experiment(law, Case(wanted.arm, scenario, laws)))
     if wanted.chosen is None:
@@ -163,23 +169,20 @@ def outlined(wanted: Wanted, sizes: Sizes | None) -> list[Experiment]:
     return found
 
 
-def _require_names(scenarios: Sequence[Scenario]) -> None:
-    """Raise InputError unless each has a name that no other experiment has."""
-    taken = [*OWN_NAMES]
-    for scenario in scenarios:
-        if scenario.name in taken:
-            allowed = "a name that no other experiment of the cross-check has"
-            raise InputError("scenario", "name", scenario.name, allowed)
-        taken.append(scenario.name)
+def resolved(experiment: Experiment, limit_s: float) -> Experiment:
+    """The experiment with its step halved until it is well within the limit of stability.
 
-
-def resolved(wanted: Wanted, outline: Sequence[Experiment], limit_s: float) -> list[Experiment]:
-    """The outlined experiments at steps that are well within the limit of stability.
-
-    limit_s: largest stable step [s] of the arm's models. Raises InputError for an arm whose
-    teeth would need a forbidding number of steps.
+    And until twice the step meets every recorded time. limit_s: largest stable step [s] of the
+    arm's models. Raises InputError for an arm whose teeth need a forbidding number of steps.
     """
-    return [replace(each, case=_resolved(each.case, RESOLVED, limit_s)) for each in outline]
+    scenario = experiment.case.scenario
+    step, duration, halvings = scenario.step_s, scenario.duration_s, 0
+    while RESOLVED * step > limit_s or (scenario.stride << halvings) % 2:
+        step, halvings = step / 2, halvings + 1
+        if duration / step > MOST_STEPS:
+            allowed = f"the teeth need steps below {limit_s:.2g} s, too many in {duration:g} s"
+            raise InputError(experiment.case.arm.name, "joints", None, allowed)
+    return replace(experiment, case=with_step(experiment.case, step)) if halvings else experiment
 
 
 def shortened(wanted: Wanted, experiment: Experiment) -> Experiment:
@@ -195,8 +198,8 @@ def shortened(wanted: Wanted, experiment: Experiment) -> Experiment:
     if intervals * scenario.stride == scenario.steps:
         return experiment
     duration = intervals * scenario.stride * scenario.step_s
-    case = _with(experiment.case, scenario.model_copy(update={"duration_s": duration}))
-    return replace(experiment, case=case)
+    shorter = scenario.model_copy(update={"duration_s": duration})
+    return replace(experiment, case=experiment.case._replace(scenario=shorter))
 
 
 def finer(experiment: Experiment) -> Experiment:
@@ -216,26 +219,6 @@ def probe_experiment() -> Experiment:
     update = {"name": "probe", "duration_s": PROBE_S, "drive": drive}
     case = Case(load_arm("probe"), scenario.model_copy(update=update), PAPER_PHASE)
     return Experiment("probe", case)
-
-
-def _with(case: Case, scenario: Scenario) -> Case:
-    return case._replace(scenario=scenario)
-
-
-def _resolved(case: Case, times: int, limit_s: float) -> Case:
-    """The case with its step halved until so many of them are within the limit [s].
-
-    And until twice the step meets every recorded time. Raises InputError for an arm whose teeth
-    would need a forbidding number of steps.
-    """
-    step, duration = case.scenario.step_s, case.scenario.duration_s
-    halvings = 0
-    while times * step > limit_s or (case.scenario.stride << halvings) % 2:
-        step, halvings = step / 2, halvings + 1
-        if duration / step > MOST_STEPS:
-            allowed = f"the teeth need steps below {limit_s:.2g} s, too many in {duration:g} s"
-            raise InputError(case.arm.name, "joints", None, allowed)
-    return case if step == case.scenario.step_s else with_step(case, step)
 
 
 def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Experiment]:
@@ -260,7 +243,7 @@ def short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Exper
             start=bent,
             drive=held_torques(sign * torques * (1 - 0.1 * numbers)),
         )
-        found.append(Experiment(name, Case(arm, scenario, mechanism(arm))))
+        found.append(Experiment(name, Case(arm, scenario, usual_switches(arm))))
     return found
 
 
@@ -321,8 +304,8 @@ def order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
         drive=held_torques(largest_torques(arm, first.case.scenario)),
     )
     return [
-        OrderCase("order-smooth", Case(without_play(arm), scenario, mechanism(arm)), True),
-        OrderCase("order-impact", Case(arm, scenario, mechanism(arm)), False),
+        OrderCase("order-smooth", Case(without_play(arm), scenario, usual_switches(arm)), True),
+        OrderCase("order-impact", Case(arm, scenario, usual_switches(arm)), False),
     ]
 
 
@@ -341,14 +324,7 @@ def with_step(case: Case, step_s: float) -> Case:
     if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
         raise ValueError(f"steps of {step_s:g} s miss the recorded times of {scenario.name}")
     update = {"step_s": step_s, "record_every": round(ratio)}
-    return _with(case, scenario.model_copy(update=update))
-
-
-def with_fewer_steps(case: Case, share: float) -> Case:
-    """The case with about so many of its steps, recorded at the very same times."""
-    scenario = case.scenario
-    steps = max(1, round(share * scenario.stride))
-    return with_step(case, scenario.step_s * scenario.stride / steps)
+    return case._replace(scenario=scenario.model_copy(update=update))
 
 
 def nudged(case: Case) -> Case:
@@ -367,8 +343,8 @@ def nudged(case: Case) -> Case:
     }
     if case.switches.planets == "free":
         update["planet_offset_m"] = _apart(case.arm, start)
-    moved = start.model_copy(update=update)
-    return _with(case, case.scenario.model_copy(update={"start": moved}))
+    moved = {"start": start.model_copy(update=update)}
+    return case._replace(scenario=case.scenario.model_copy(update=moved))
 
 
 def _apart(arm: Arm, start: Start) -> tuple[tuple[float, ...], ...]:

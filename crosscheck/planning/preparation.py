@@ -10,20 +10,19 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 from crosscheck.checks.scales import meaningful
 from crosscheck.checks.trajectories import size, uncertainty
 from crosscheck.findings import About, Key, failed
+from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import Diverged, Unfinished
 from crosscheck.planning.comparison import Comparison, answered
 from crosscheck.planning.plan import (
     Experiment,
     Wanted,
     finer,
-    mechanism,
     outlined,
     probe_experiment,
     resolved,
     shortened,
 )
-from crosscheck.planning.sizing import Sizes, sizes_of
-from crosscheck.planning.stability import growth_of
+from crosscheck.planning.sizing import Sizes, growth_of, sizes_of
 from crosscheck.registry import about, build, lead, same_integrator
 from crosscheck.runner.outcomes import DIED, Failure, failure
 from crosscheck.runner.tasks import Evaluation, Simulation
@@ -143,9 +142,13 @@ def prepared(wanted: Wanted, workers: Workers) -> Prepared:
     outline = outlined(wanted, sizes)
     limits = _answers([*_limits(wanted, outline)], workers, lost)
     limit = min((float(known) for known in limits if known is not None), default=float("inf"))
-    started = resolved(wanted, outline, limit)
-    growths = [_growth(each) for each in outline]
-    steps = [] if wanted.keeps_steps else [_step(wanted, each) for each in started]
+    started = [resolved(each, limit) for each in outline]
+    growths, steps = [], list[_Asked]()
+    for each in outline:
+        task = Query(growth_of, (each.case.arm, each.case.scenario), 0.5)
+        growths.append(_Asked(task, each.name, "growth-rate", lead()))
+    for each in [] if wanted.keeps_steps else started:
+        steps.append(_Asked(Query(settled, (wanted, each), 5.0), each.name, "step", lead()))
     answers = _answers([*growths, *steps], workers, lost)
     fine = answers[len(growths) :] or [None] * len(started)
     found = [
@@ -166,20 +169,11 @@ class _Asked(NamedTuple):
 
 
 def _limits(wanted: Wanted, outline: Sequence[Experiment]) -> Iterator[_Asked]:
-    laws, what = mechanism(wanted.arm), "largest_stable_step"
+    laws, what = usual_switches(wanted.arm), "largest_stable_step"
     for model in about(same_integrator(), wanted.arm, laws):
         for each in outline:
             task = Evaluation(model, each.case._replace(switches=laws), what)
             yield _Asked(task, each.name, what, model)
-
-
-def _growth(each: Experiment) -> _Asked:
-    task = Query(growth_of, (each.case.arm, each.case.scenario), 0.5)
-    return _Asked(task, each.name, "growth-rate", lead())
-
-
-def _step(wanted: Wanted, each: Experiment) -> _Asked:
-    return _Asked(Query(settled, (wanted, each), 5.0), each.name, "step", lead())
 
 
 def _answers(asked: Sequence[_Asked], workers: Workers, lost: list[Lost]) -> list[Any]:

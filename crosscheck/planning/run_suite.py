@@ -7,16 +7,17 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from crosscheck.checks import convergence, invariants, trajectories
+from crosscheck.checks import invariants, trajectories
 from crosscheck.checks.records import BY_PLANET
 from crosscheck.checks.scales import ReasonedLimit, meaningful
 from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair, sensitivity
 from crosscheck.findings import About, Finding, Key, checked, measured_only
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import lumped_layout
+from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, Results, answered
-from crosscheck.planning.plan import Experiment, OrderCase, mechanism
+from crosscheck.planning.plan import Experiment, OrderCase
 from crosscheck.registry import (
     MODELS,
     RIGID_LEVELS,
@@ -42,7 +43,7 @@ MIDWAY_S = 2.0  # of longer experiments one instant stands on the page for itsel
 
 def experiment_comparisons(experiment: Experiment) -> list[Comparison]:
     """Every comparison of this experiment's runs, and each run's own completeness."""
-    found = [*_fixed_steps(experiment), *_under_mechanism(experiment)]
+    found = [*_fixed_steps(experiment), *_under_usual_switches(experiment)]
     if experiment.growth is not None:
         found = [_forgiving(experiment, comparison) for comparison in found]
         found.append(_unstable(experiment))
@@ -80,12 +81,12 @@ def _order(case: OrderCase, model: str) -> Comparison:
         return answered(
             About(key, "1", metric, against),
             runs,
-            lambda about, *given: convergence.formal_order(about, given, formal, quantity),
+            lambda about, *given: trajectories.formal_order(about, given, formal, quantity),
         )
     return answered(
         About(key, "1", f"observed order in {quantity} from steps h, h/2, h/4", against),
         runs,
-        lambda about, *given: convergence.order_through_impacts(about, given, quantity),
+        lambda about, *given: trajectories.order_through_impacts(about, given, quantity),
     )
 
 
@@ -157,10 +158,10 @@ def _widest(experiment: Experiment, about: About, run: Any) -> ReasonedLimit:
     return meaningful(quantity, arm, scenario, trajectories.size(run, quantity))
 
 
-def _under_mechanism(experiment: Experiment) -> Iterator[Comparison]:
-    """What is asked under the default switches alone."""
+def _under_usual_switches(experiment: Experiment) -> Iterator[Comparison]:
+    """What is asked under the usual switches alone."""
     arm, _, laws = experiment.case
-    if laws not in (mechanism(arm), mechanism(arm).model_copy(update={"planets": "free"})):
+    if laws not in (usual_switches(arm), usual_switches(arm, planets="free")):
         return
     yield from _against_reference(experiment)
     first = lead()
@@ -327,5 +328,5 @@ def _stable_step(run: Simulation) -> Comparison:
     key = Key("stable-step", run.key.experiment, "step", run.model)
 
     about = About(key, "1", "largest step over its limit", "stability limit")
-    judged = partial(convergence.stable_step, step_s=run.case.scenario.step_s)
+    judged = partial(trajectories.stable_step, step_s=run.case.scenario.step_s)
     return answered(about, (task,), judged)

@@ -19,10 +19,17 @@ from crosscheck.checks.first_principles.weights import weight_moments
 from crosscheck.checks.modes import free_modes
 from crosscheck.checks.scales import geared, largest_weights
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.arm.quantities import Duration, Gain, RateGain, Torque, Within
-from crosscheck.models.experiment.scenario import ConstantDrive, Drive, PdDrive, Scenario, Start
+from crosscheck.models.experiment.scenario import (
+    ConstantDrive,
+    Drive,
+    PdDrive,
+    Scenario,
+    Start,
+    per_joint,
+)
 from crosscheck.models.loading import load_scenario, validated
-from crosscheck.planning.stability import growth_of
 from crosscheck.registry import build, lead, of_level
 
 # The controller's rate over that of the lowest mesh mode, and its rate [rad/s] without gears.
@@ -36,6 +43,9 @@ COARSEST_STEPS, RECORDS = 4000, 1000
 DIGITS = 6  # of gains and torques
 # By which gains and targets of a check differ from joint to joint, so that none stands for another.
 LESS_STIFF, LESS_DAMPED, FURTHER = 0.11, 0.075, 0.1
+
+ROUNDING = 1e-9  # of the fastest pole: what is left of zero
+TOLERATED = 0.1  # growth over a whole run, as the exponent of e: it changes no verdict
 
 
 @dataclass(frozen=True)
@@ -64,7 +74,8 @@ class Sizes:
 def sizes_of(arm: Arm) -> Sizes:
     """The sizes of an arm; where no controller keeps its teeth stable, of the gentlest."""
     still = ConstantDrive(kind="constant", torque_N_m=0.0)
-    mode = _lowest_mode(arm, still)
+    modes = build(lead(), arm, scenario_of("sizing", still, 1.0, 1.0)).mesh_modes()
+    mode = float(modes[0]) if modes.size else None
     rate = WITHOUT_GEARS if mode is None else 2 * np.pi * mode / SLOWER
     rigid = build(of_level("coupled")[0], arm, scenario_of("sizing", still, rate, 1.0))
     inertia = np.diag(rigid.mass_matrix(np.zeros(len(arm.joints))))
@@ -73,11 +84,6 @@ def sizes_of(arm: Arm) -> Sizes:
         if growth_of(arm, pd_scenario(sizes)) is None:
             break
     return sizes
-
-
-def _lowest_mode(arm: Arm, still: Drive) -> float | None:
-    modes = build(lead(), arm, scenario_of("sizing", still, 1.0, 1.0)).mesh_modes()
-    return float(modes[0]) if modes.size else None
 
 
 def _controlled(
@@ -165,3 +171,44 @@ def made(name: str, **fields: Any) -> Scenario:
 def held_torques(torques: Iterable[float]) -> ConstantDrive:
     """These torques [N m], as large as a scenario's may be at most."""
     return ConstantDrive(kind="constant", torque_N_m=_allowed(Torque, torques, digits=17))
+
+
+@dataclass(frozen=True)
+class GrowingMode:
+    """A mode of the closed loop that grows with the teeth in contact: its rate and frequency."""
+
+    rate_per_s: float
+    frequency_Hz: float
+
+    def __str__(self) -> str:
+        grows = f"{self.rate_per_s:+.3g} 1/s at {self.frequency_Hz:.4g} Hz"
+        return f"the loop is unstable while teeth touch: {grows}"
+
+
+def growth_of(arm: Arm, scenario: Scenario) -> GrowingMode | None:
+    """The fastest-growing vibration of a scenario's loop, at its start and its target.
+
+    None if none grows to speak of within its duration. A fall is no vibration.
+    """
+    found = [_growth(arm, posed) for posed in _poses(arm, scenario)]
+    worst = max(found, key=lambda growth: growth.rate_per_s)
+    return worst if worst.rate_per_s * scenario.duration_s > TOLERATED else None
+
+
+def _growth(arm: Arm, scenario: Scenario) -> GrowingMode:
+    poles = build(lead(), arm, scenario, usual_switches(arm)).contact_poles()
+    vibrations = poles[poles.imag > ROUNDING * np.abs(poles).max()]
+    if not vibrations.size:
+        return GrowingMode(0.0, 0.0)
+    worst = vibrations[np.argmax(vibrations.real)]
+    rate = float(worst.real) if worst.real > ROUNDING * np.abs(poles).max() else 0.0
+    return GrowingMode(rate, float(worst.imag) / (2 * np.pi))
+
+
+def _poses(arm: Arm, scenario: Scenario) -> list[Scenario]:
+    poses = [scenario]
+    if isinstance(scenario.drive, PdDrive):
+        there = per_joint(scenario.drive.target_rad, len(arm.joints))
+        start = scenario.start.model_copy(update={"theta_rad": there})
+        poses.append(scenario.model_copy(update={"start": start}))
+    return poses

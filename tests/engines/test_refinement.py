@@ -21,7 +21,7 @@ def pd_motion(arm: Arm) -> Experiment:
     wanted = Wanted(arm, quick=True)
     outline = outlined(wanted, sizes_of(arm))
     limit = build(lead(), *outline[0].case).largest_stable_step()
-    return settled(wanted, resolved(wanted, outline, limit)[1])
+    return settled(wanted, resolved(outline[1], limit))
 
 
 @pytest.mark.parametrize(

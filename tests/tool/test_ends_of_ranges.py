@@ -101,7 +101,7 @@ def plan(data: dict[str, Any]) -> bool:
         sizes = sizes_of(arm)
         outline = outlined(wanted, sizes)
         limit = _limit(arm, outline[0].case.scenario)
-        chosen = Prepared(resolved(wanted, outline, limit), limit, ())
+        chosen = Prepared([resolved(each, limit) for each in outline], limit, ())
         assert all(Scenario.model_validate(e.case.scenario.model_dump()) for e in outline)
         planned(wanted, chosen)
     except InputError:

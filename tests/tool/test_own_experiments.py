@@ -11,8 +11,7 @@ from crosscheck.api import check
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.plan import Wanted
 from crosscheck.planning.preparation import prepared
-from crosscheck.planning.sizing import pd_scenario, sizes_of, step_scenario
-from crosscheck.planning.stability import growth_of
+from crosscheck.planning.sizing import growth_of, pd_scenario, sizes_of, step_scenario
 from crosscheck.registry import build, lead
 from crosscheck.runner.workers import Workers
 
