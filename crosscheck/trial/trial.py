@@ -30,7 +30,7 @@ from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.supervision import overseen
 from crosscheck.runner.underway import Told, unsaid
 from crosscheck.runner.workers import Workers
-from crosscheck.trial.coordinates.frame import Frame, frame_of
+from crosscheck.trial.coordinates.frame import frame_of
 from crosscheck.trial.diagnose.probe import probe_arms
 from crosscheck.trial.diagnose.reasons import compared, reasoned
 from crosscheck.trial.diagnose.reference_terms import reference_terms_of
@@ -39,22 +39,26 @@ from crosscheck.trial.input.calls import handed
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.first_calls import first_calls, spared
 from crosscheck.trial.judge.bench import LEAST_STATES, MOST_BYTES, QUICK_STATES, STATES, Bench
-from crosscheck.trial.judge.ladder import Rung, closest, ladder
 from crosscheck.trial.judge.misread import Misread, misread
 from crosscheck.trial.judge.places import Wrong, deviations
 from crosscheck.trial.judge.questions import QUESTIONS, StateQuestion
-from crosscheck.trial.judge.runs import run_comparisons
 from crosscheck.trial.judge.suite import (
     COMPARED,
     engine_comparisons,
     own_balances,
     own_comparisons,
-    reference_of,
+    run_comparisons,
     sizes_in,
     sizing,
 )
 from crosscheck.trial.model import entry_for, switches_of
 
+BRINGS = {
+    "links": "links and payload",
+    "carriers": "masses at the joints: rings, carriers, planets, suns, motors",
+    "armature": "the gears' reflected inertia, on the diagonal",
+    "coupled": "the gears' spin, coupled to the turning of their base",
+}
 # Where each part is looked at entry by entry.
 BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"}
 PROBES = 2
@@ -76,6 +80,21 @@ class Asked:
     chosen: Switches | None = None
     quick: bool = False
     seed: int = 0
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A rigid level beside a model: how many entries of M differ, the largest and the mean."""
+
+    level: str
+    entries: int
+    largest: float
+    mean: float
+
+    @property
+    def brings(self) -> str:
+        """What it has beyond the level below."""
+        return BRINGS[self.level]
 
 
 @dataclass(frozen=True)
@@ -138,9 +157,12 @@ def tried(asked: Asked, *, jobs: int = 1, told: Told = unsaid) -> Trial:
 
 def tasks_in(bench: Bench, probes: Sequence[Bench], asked: Asked) -> list[ModelTask]:
     """All that a trial asks of the equations and of the models that they are compared with."""
-    found = [*tasks_of([*_planned(bench, asked)])]
-    found += [question for each in (bench, *probes) for question in localising(each)]
-    return list(dict.fromkeys(found))
+    planned = list(own_comparisons(bench))
+    for level in bench.levels:
+        planned += _engines_and_runs(bench, asked, level, binding=True)
+    planned += own_balances(bench)
+    by_entry = (question for each in (bench, *probes) for question in localising(each))
+    return list(dict.fromkeys([*tasks_of(planned), *by_entry]))
 
 
 def bench_of(asked: Asked) -> Bench:
@@ -157,32 +179,19 @@ def bench_of(asked: Asked) -> Bench:
         raise InputError("--scenario", "", asked.scenarios[0].name, reason)
     bench = Bench(asked.name, own, has, case, count, asked.seed)
     if bench.frame.matrix is not None:
-        level = bench.levels[-1] if bench.levels else ""
-        terms = reference_terms_of(bench.frame, asked.arm, laws, level)
+        terms = reference_terms_of(bench.frame, asked.arm, laws, bench.levels[-1])
         count = max(count, states_wanted(terms))
-    bench = replace(bench, count=min(count, affordable(bench.frame)))
+    affordable = MOST_BYTES // (8 * len(bench.frame.names) ** 3)
+    bench = replace(bench, count=min(count, max(affordable, LEAST_STATES)))
     _ = bench.states  # made now, so that what is wrong with the coordinates is said first
     return bench
 
 
-def affordable(frame: Frame) -> int:
-    """So many states that the terms of a bias at all of them find room."""
-    return max(MOST_BYTES // (8 * len(frame.names) ** 3), LEAST_STATES)
-
-
-def _planned(bench: Bench, asked: Asked) -> Iterator[Comparison]:
-    """Everything that may be compared, whichever level it turns out to be."""
-    yield from own_comparisons(bench)
-    for level in bench.levels or ("",):
-        yield from _engines_and_runs(bench, asked, level, binding=True)
-    yield from own_balances(bench)
-
-
 def localising(bench: Bench) -> Iterator[StateQuestion]:
     """What is looked at entry by entry: yours and that of the reference, of every level."""
-    for level in bench.levels or ("",):
+    for level in bench.levels:
         yield from sizing(bench, level)
-        yield from (bench.ask(reference_of(bench, level), part) for part in by_entry(bench))
+        yield from (bench.ask(bench.reference(level), part) for part in by_entry(bench))
     yield from map(bench.yours, by_entry(bench))
 
 
@@ -213,14 +222,19 @@ def probes_of(bench: Bench) -> list[Bench]:
 def _judged(bench: Bench, probes: Sequence[Bench], asked: Asked, results: Results) -> Trial:
     level, rungs = _level(bench, results)
     comparisons = list(own_comparisons(bench))
-    for each in bench.levels or ("",):
+    for each in bench.levels:
         found = _engines_and_runs(bench, asked, each, binding=each == level)
         comparisons += (one for one in found if each == level or _answered(one, bench, results))
     comparisons += own_balances(bench)
+    wanted, cases = wanted_of(asked), cases_of(comparisons)
+    settings = wanted.arm, wanted.seed, wanted.quick, wanted.scenarios, wanted.chosen
+    record = provenance(*settings, packages=packages(), model=wanted.model)
+    agreement = Agreement(list(findings_of(comparisons, results)), record)
+    runs = {key: run for key, run in runs_of(results).items() if key in cases}
     here, *there = (compared(each, level, by_entry(each), results) for each in (bench, *probes))
     return Trial(
         bench=bench,
-        cross_check=_as_cross_check(asked, comparisons, results),
+        cross_check=CrossCheck(wanted, agreement, cases, runs),
         level=level,
         rungs=tuple(rungs),
         apart=here.apart,
@@ -238,18 +252,6 @@ def wanted_of(asked: Asked) -> Wanted:
     return Wanted(asked.arm, asked.quick, asked.seed, asked.scenarios, laws, asked.name)
 
 
-def _as_cross_check(
-    asked: Asked, comparisons: Sequence[Comparison], results: Results
-) -> CrossCheck:
-    """What was found, with the runs that it was drawn from."""
-    wanted, cases = wanted_of(asked), cases_of(comparisons)
-    settings = wanted.arm, wanted.seed, wanted.quick, wanted.scenarios, wanted.chosen
-    record = provenance(*settings, packages=packages(), model=wanted.model)
-    agreement = Agreement(list(findings_of(comparisons, results)), record)
-    runs = {key: run for key, run in runs_of(results).items() if key in cases}
-    return CrossCheck(wanted, agreement, cases, runs)
-
-
 def _answered(comparison: Comparison, bench: Bench, results: Results) -> bool:
     """Whether the equations have what it needs: a part that failed fails at its own level once."""
     own = (task for task in comparison.needs if task.model == bench.name)
@@ -257,28 +259,33 @@ def _answered(comparison: Comparison, bench: Bench, results: Results) -> bool:
 
 
 def _level(bench: Bench, results: Results) -> tuple[str, list[Rung]]:
-    """The rigid level that a mass matrix is closest to, of those that it may be; and all of them.
+    """The rigid level whose M fewest entries differ from, and all levels beside the model.
 
-    Without a usable mass matrix the one that the other parts are least apart from.
+    Of several the one that is least apart; without a usable mass matrix the one that the other
+    parts are least apart from.
     """
-    if not bench.levels:
+    if bench.gearing != "rigid":
         return "", []
     yours = results.found(bench.yours("mass_matrix")) if "mass_matrix" in bench.has else None
-    asked = {lvl: bench.ask(reference_of(bench, lvl), "mass_matrix") for lvl in bench.levels}
-    masses = {level: results.need(question) for level, question in asked.items()}
+    asked = [bench.ask(bench.reference(level), "mass_matrix") for level in bench.levels]
+    masses = [results.need(question) for question in asked]
     if yours is None:
         return min(bench.levels, key=partial(_farthest, bench, results)), []
-    rungs = ladder(yours, masses, sizes_in(bench, results, bench.levels[-1]))
-    return closest(rungs).level, rungs
+    sizes, rungs = sizes_in(bench, results, bench.levels[-1]), []
+    for level, mass in zip(bench.levels, masses, strict=True):
+        found = deviations(yours, mass, sizes.mass)
+        count = int((~(found <= sizes.tolerance("mass_matrix"))).sum())
+        rungs.append(Rung(level, count, float(found.max()), float(found.mean())))
+    return min(rungs, key=lambda rung: (rung.entries, rung.mean)).level, rungs
 
 
 def _farthest(bench: Bench, results: Results, level: str) -> float:
     """How far the parts that answer are from a level's, relative to their sizes, at most."""
-    sizes, reference, found = sizes_in(bench, results, level), reference_of(bench, level), [0.0]
+    sizes, found = sizes_in(bench, results, level), [0.0]
     for part in COMPARED:
         own = results.found(bench.yours(part)) if part in bench.has else None
         if own is not None:
-            right = results.need(bench.ask(reference, part))
+            right = results.need(bench.ask(bench.reference(level), part))
             found.append(float(deviations(own, right, sizes.of(part)).max()))
     return max(found)
 

@@ -13,9 +13,9 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.diagnose.difference import symbolic_difference
 from crosscheck.trial.diagnose.reference_terms import reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
+from crosscheck.trial.diagnose.words import symbolic_difference
 from crosscheck.trial.input.calls import SuppliedEquations, handed
 from crosscheck.trial.input.equations import Coordinates, Equations, Symbolic
 from crosscheck.trial.input.symbolic import from_sympy, of_arm

@@ -14,10 +14,10 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
 from crosscheck.trial.coordinates.frame import Frame, frame_of
-from crosscheck.trial.coordinates.moved import Moved
 from crosscheck.trial.diagnose.probe import probe_arms
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import made
+from crosscheck.trial.judge.questions import Moved
 from crosscheck.trial.trial import Asked, Trial, tried
 from tests.arms import random_arm
 

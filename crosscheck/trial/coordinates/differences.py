@@ -52,3 +52,97 @@ def _derivative(
         if (uncertain < ENOUGH).all():
             break
     return best, uncertain
+
+
+Mass = Callable[[np.ndarray], np.ndarray]
+# Central differences of eighth order; at steps that turn joints by this angle [rad] a mass matrix
+# whose angles come at most twofold is differentiated to 1e-12 of its size.
+WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
+TURN_RAD, SHIFT_M = 0.03, 1e-4
+
+
+def rate_terms(
+    bias: Callable[[np.ndarray], np.ndarray], n: int, steps: np.ndarray | None = None
+) -> np.ndarray:
+    """B (n, n, n): bias_i = sum over j <= k of B[i, j, k] u_j u_k; zeros below the diagonal.
+
+    Exactly, from the bias at unit rates: what a pair of them adds to what each has alone. Rates
+    are in proportion to steps (n,), if given, for in unlike units one pair's share would drown.
+    """
+    rates = np.ones(n) if steps is None else 2.0 ** np.round(np.log2(steps / TURN_RAD))
+    units = np.diag(rates)
+    alone = [bias(unit) for unit in units]
+    found = np.zeros((n, n, n))
+    for j in range(n):
+        found[:, j, j] = alone[j]
+        for k in range(j + 1, n):
+            found[:, j, k] = bias(units[j] + units[k]) - alone[j] - alone[k]
+    return found / np.outer(rates, rates)
+
+
+def christoffel_terms(
+    mass_matrix: Mass, x: np.ndarray, steps: np.ndarray, *, curved: bool = False
+) -> np.ndarray:
+    """B (n, n, n), as in rate_terms, that follows from M: dM_ij/dx_k - 1/2 dM_jk/dx_i, paired.
+
+    steps (n,): by which each coordinate is moved to differentiate. curved: whether M bends by more
+    than the joints' angles, so that smaller steps may be better.
+    """
+    find = _certain_slope if curved else _slope
+    slopes = np.array([find(mass_matrix, x, k, step) for k, step in enumerate(steps)])
+    terms = np.einsum("kij->ijk", slopes) - np.einsum("ijk->ijk", slopes) / 2
+    return paired(terms)
+
+
+def paired(terms: np.ndarray) -> np.ndarray:
+    """A quadratic form's coefficients (n, n, n) gathered on j <= k."""
+    both = terms + terms.swapaxes(1, 2)
+    diagonal = np.einsum("ijj->ij", terms)
+    upper = np.triu(both, 1)
+    upper[:, range(len(terms)), range(len(terms))] = diagonal
+    return upper
+
+
+def difference_steps(jacobian: np.ndarray, angular: np.ndarray) -> np.ndarray:
+    """Steps (n,) of the coordinates x that turn all joints together no further than TURN_RAD.
+
+    jacobian (n, n): dq/dx; angular (n,): which of q are angles. A coordinate that turns none moves
+    a displacement by SHIFT_M.
+    """
+    turned = turns(jacobian, angular)
+    shifted = np.abs(jacobian[~angular]).max(axis=0, initial=0.0)
+    with np.errstate(divide="ignore"):
+        return np.where(turned > 0, TURN_RAD / turned, SHIFT_M / shifted)
+
+
+def turns(jacobian: np.ndarray, angular: np.ndarray) -> np.ndarray:
+    """How far each of x (n,) turns the joints, added up."""
+    found: np.ndarray = np.abs(jacobian[angular]).sum(axis=0)
+    return found
+
+
+def _certain_slope(mass_matrix: Mass, x: np.ndarray, k: int, step: float) -> np.ndarray:
+    """dM/dx_k, shape (n, n), by the best of several steps, none of them wider.
+
+    A step may leave the map's range, where M need not answer; NaN where all do.
+    """
+    along = step / 2 * np.eye(x.size)[k]
+
+    def answer(s: float) -> np.ndarray:
+        try:
+            return mass_matrix(x + s * along).ravel()
+        except (ArithmeticError, ValueError):
+            return np.full(x.size**2, np.nan)
+
+    found, uncertain = slope(answer)
+    found[~np.isfinite(uncertain)] = np.nan
+    return found.reshape(x.size, x.size) / (step / 2)
+
+
+def _slope(mass_matrix: Mass, x: np.ndarray, k: int, step: float) -> np.ndarray:
+    """dM/dx_k, shape (n, n)."""
+    along = step * np.eye(x.size)[k]
+    total = np.zeros((x.size, x.size))
+    for far, weight in enumerate(WEIGHTS, start=1):
+        total += weight * (mass_matrix(x + far * along) - mass_matrix(x - far * along))
+    return total / step

@@ -10,17 +10,17 @@ import numpy as np
 import sympy as sp
 
 from crosscheck.planning.comparison import Results
+from crosscheck.trial.coordinates.differences import paired
 from crosscheck.trial.coordinates.frame import Frame, frame_of
 from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.diagnose.alternates import ForceDifferences
-from crosscheck.trial.diagnose.difference import latex_of, symbolic_difference
 from crosscheck.trial.diagnose.explain import UNEXPLAINED, alike, bias_of, explain, follows
 from crosscheck.trial.diagnose.force_terms import ForceStates
 from crosscheck.trial.diagnose.polynomial import TermKey, from_sympy
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, reference_terms_of
 from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, states_wanted
-from crosscheck.trial.diagnose.words import difference_of
+from crosscheck.trial.diagnose.words import difference_of, latex_of, symbolic_difference
 from crosscheck.trial.input.equations import Coordinates, Gearing
 from crosscheck.trial.judge.bench import Bench
 from crosscheck.trial.judge.places import (
@@ -33,9 +33,8 @@ from crosscheck.trial.judge.places import (
     named,
     wrong_entries,
 )
-from crosscheck.trial.judge.quadratic import paired
 from crosscheck.trial.judge.sizes import NaturalSizes, sizes_of
-from crosscheck.trial.judge.suite import reference_of, sizes_in
+from crosscheck.trial.judge.suite import sizes_in, trusted
 
 SAME = 1e-12  # of a row of a map: what two readings of it may differ by
 ROUNDING = 1e-10  # of a row of dy/dx: what is below it is 0
@@ -96,10 +95,8 @@ class Compared:
         """Natural sizes of entries."""
         if self.seen is None:
             return sizes_in(self.bench, self.results, self.level)
-        S, model = self._columns_of(self.frame), reference_of(self.bench, self.level)
-        mass = self.results.need(self.bench.ask(model, "mass_matrix"))
-        others = (self.results.settled(self.bench.ask(model, p)) for p in ("force", "acceleration"))
-        force, acceleration = others
+        S = self._columns_of(self.frame)
+        mass, force, acceleration = trusted(self.bench, self.results, self.level)
         return sizes_of(
             self.frame,
             self.states,
@@ -205,7 +202,7 @@ def _carried(quantity: str, values: np.ndarray, S: np.ndarray) -> np.ndarray:
 
 def compared(bench: Bench, level: str, quantities: Sequence[str], results: Results) -> Compared:
     """Of every part that both answer. Raises Unavailable without a reference's inertia."""
-    reference = reference_of(bench, level)
+    reference = bench.reference(level)
     yours: dict[str, np.ndarray] = {}
     right: dict[str, np.ndarray] = {}
     for quantity in quantities:

@@ -30,7 +30,7 @@ from crosscheck.runner.tasks import RunKey
 from crosscheck.runner.underway import Told
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.fmu.mapping import MappedUnit
+from crosscheck.trial.fmu.archive import MappedUnit
 from crosscheck.trial.fmu.unit import SteppedUnit
 from crosscheck.trial.input.traces import told_failure
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.trial.coordinates.frame import frame_of
-from crosscheck.trial.fmu.mapping import MappedUnit
+from crosscheck.trial.fmu.archive import MappedUnit
 from crosscheck.trial.input.equations import Equations
 
 MOST_EVENTS = 100

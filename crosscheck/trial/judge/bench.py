@@ -51,20 +51,20 @@ class Bench:
 
     @property
     def levels(self) -> tuple[str, ...]:
-        """The rigid levels that the model may be; none of a geared one."""
+        """The rigid levels that the model may be, the richest last; '' of a geared one."""
         if self.gearing != "rigid":
-            return ()
+            return ("",)
         return (self.equations.level,) if self.equations.level else RIGID_LEVELS
 
     def engines(self, level: str = "") -> tuple[str, ...]:
         """The models that it is held against: geared, or of a rigid level, the lead first."""
         if level:
             return tuple(sorted(of_level(level), key=lambda name: MODELS[name].order is None))
-        first = lead()
-        return (
-            first,
-            *(name for name in promising("mass_matrix", names("geared")) if name != first),
-        )
+        return tuple(dict.fromkeys((lead(), *promising("mass_matrix", names("geared")))))
+
+    def reference(self, level: str) -> str:
+        """The model that entries are held against one by one."""
+        return self.engines(level)[0]
 
     def on(self, arm: Arm) -> Bench:
         """The same equations with the numbers of another arm. Raises InputError."""

@@ -2,102 +2,191 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from crosscheck.checks.states import LOOSEST
-from crosscheck.findings import About, Finding, Key, checked, measured_only
+import numpy as np
+
+from crosscheck.checks.invariants import SYMMETRY
+from crosscheck.checks.scales import meaningful
+from crosscheck.checks.states import LOOSEST, scaled, usable
+from crosscheck.checks.trajectories import UNITS, Pair, same_step, size
+from crosscheck.findings import About, Finding, Key, checked, failed, measured_only
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.planning.comparison import Comparison, Results
+from crosscheck.planning.plan import nudged
 from crosscheck.planning.state_suite import Spot, balances
-from crosscheck.trial.judge import own_checks
+from crosscheck.registry import MODELS, same_integrator
+from crosscheck.runner.tasks import RunKey, Simulation
 from crosscheck.trial.judge.bench import Bench
-from crosscheck.trial.judge.places import EntryPlace, deviations, listed, wrong_entries
+from crosscheck.trial.judge.places import EntryPlace, deviations, listed, place_of, wrong_entries
 from crosscheck.trial.judge.questions import AGAIN, StateQuestion
 from crosscheck.trial.judge.sizes import NaturalSizes, sizes_of
 
-OWN, AGAINST = "trial-own", "trial-states"
 MEANINGFUL = 1e-4  # engines further apart, at the end of what numbers can do, judge nobody
 COMPARED = ("mass_matrix", "bias", "force", "acceleration")
+RUN = "trial-run"
+RIGID = ("theta", "theta_dot", "kinetic_energy")
+MESH = ("x_sp", "x_pr")
+NO_DIAGONAL = "the diagonal is not positive at every state"
 Judged = tuple[Finding, list[EntryPlace]]
-Judge = Callable[[About, Results], Finding]
+Check = Callable[..., Judged]  # of About, sizes, and the answers to what is asked
 
 
-def reference_of(bench: Bench, level: str) -> str:
-    """The model that entries are held against one by one."""
-    return bench.engines(level)[0]
+def sizing(bench: Bench, level: str) -> tuple[StateQuestion, StateQuestion, StateQuestion]:
+    """What sizes are taken from: M, force and acceleration of the reference."""
+    ask = partial(bench.ask, bench.reference(level))
+    return ask("mass_matrix"), ask("force"), ask("acceleration")
+
+
+def trusted(
+    bench: Bench, results: Results, level: str
+) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None]:
+    """The reference's M, force and acceleration, state by state. Raises Unavailable without M."""
+    mass, force, acceleration = sizing(bench, level)
+    return results.need(mass), results.settled(force), results.settled(acceleration)
 
 
 def sizes_in(bench: Bench, results: Results, level: str) -> NaturalSizes:
     """Natural sizes by the reference's answers. Raises Unavailable."""
-    model = reference_of(bench, level)
-    mass = results.need(bench.ask(model, "mass_matrix"))
-    force, acceleration = (results.settled(bench.ask(model, p)) for p in ("force", "acceleration"))
-    table = bench.equations.table
-    precision = table.precision if table else 0.0
-    return sizes_of(bench.frame, bench.states, mass, force, acceleration, precision)
-
-
-def sizing(bench: Bench, level: str) -> tuple[StateQuestion, ...]:
-    """What sizes are taken from."""
-    model = reference_of(bench, level)
-    return tuple(bench.ask(model, part) for part in ("mass_matrix", "force", "acceleration"))
+    precision = bench.equations.table.precision if bench.equations.table else 0.0
+    found = trusted(bench, results, level)
+    return sizes_of(bench.frame, bench.states, *found, precision)
 
 
 def own_comparisons(bench: Bench) -> Iterator[Comparison]:
     """Engine-free checks of the parts that are there; the reference lends its sizes alone."""
-    level = bench.levels[-1] if bench.levels else ""
+    has, equations = bench.has, bench.equations
     for part in COMPARED:
-        if part in bench.has and (part != "acceleration" or bench.equations.acceleration):
-            asked = (part, f"{part}{AGAIN}")
-            check = partial(_repeatable, part)
-            yield _own(bench, f"repeatable-{part}", asked, level, check)
-    if "mass_matrix" in bench.has:
-        yield _own(bench, "symmetric", ("mass_matrix",), level, own_checks.symmetric)
-        yield _own(bench, "positive-definite", ("mass_matrix",), level, _positive)
-    if "bias" in bench.has:
-        yield _own(bench, "bias-quadratic", ("bias", "other_speeds"), level, own_checks.quadratic)
-    if {"mass_matrix", "bias"} <= bench.has:
-        pair = "rate_terms", "christoffel"
-        yield _own(bench, "bias-from-inertia", pair, level, own_checks.from_inertia)
-    if bench.equations.inverse_dynamics is not None:
-        whole = ("inverse_dynamics",)
-        yield _own(bench, "inverse-dynamics", whole, level, own_checks.inverse_dynamics)
-    if "force" in bench.has:
-        yield _own(bench, "linear-in-torques", ("by_torques",), level, own_checks.linear_in_torques)
-    if bench.equations.acceleration is not None and bench.has >= {*COMPARED}:
-        yield _own(bench, "second-law", COMPARED, level, _second_law)
+        if part in has and (part != "acceleration" or equations.acceleration):
+            again = _entries(part, partial(_apart, part))
+            yield _own(bench, f"repeatable-{part}", again, part, f"{part}{AGAIN}")
+    if "mass_matrix" in has:
+        yield _own(bench, "symmetric", _symmetric, "mass_matrix")
+        yield _own(bench, "positive-definite", _positive, "mass_matrix")
+    if "bias" in has:
+        yield _own(bench, "bias-quadratic", _entries("bias", _quadratic), "bias", "other_speeds")
+    if {"mass_matrix", "bias"} <= has:
+        demanded = _entries("rate_terms", partial(_apart, "rate_terms"))
+        yield _own(bench, "bias-from-inertia", demanded, "rate_terms", "christoffel")
+    if equations.inverse_dynamics is not None:
+        whole = _entries("bias", _inverse_dynamics)
+        yield _own(bench, "inverse-dynamics", whole, "inverse_dynamics")
+    if "force" in has:
+        yield _own(bench, "linear-in-torques", _entries("force", _by_torques), "by_torques")
+    if equations.acceleration is not None and has >= {*COMPARED}:
+        yield _own(bench, "second-law", _entries("force", _second_law), *COMPARED)
 
 
-def _repeatable(part: str, about: About, one: Any, again: Any, sizes: NaturalSizes) -> Judged:
-    return own_checks.repeatable(about, part, one, again, sizes)
-
-
-def _positive(about: About, mass: Any, sizes: NaturalSizes) -> Judged:
-    return own_checks.positive(about, mass), []
-
-
-def _second_law(
-    about: About, mass: Any, bias: Any, force: Any, acceleration: Any, sizes: NaturalSizes
-) -> Judged:
-    return own_checks.second_law(about, (mass, bias, force), acceleration, sizes)
-
-
-def _own(
-    bench: Bench, quantity: str, parts: Sequence[str], level: str, check: Callable[..., Judged]
-) -> Comparison:
-    questions = tuple(bench.yours(part) for part in parts)
-    key = Key(OWN, bench.case.arm.name, quantity, bench.name)
+def _own(bench: Bench, quantity: str, check: Check, *parts: str) -> Comparison:
+    questions, level = tuple(map(bench.yours, parts)), bench.levels[-1]
+    key = Key("trial-own", bench.case.arm.name, quantity, bench.name)
     metric = f"largest relative deviation of an entry over {bench.count} random states"
 
     def judged(about: About, results: Results) -> Finding:
         answers = [results.need(question) for question in questions]
-        finding, places = check(about, *answers, sizes_in(bench, results, level))
+        finding, places = check(about, sizes_in(bench, results, level), *answers)
         return replace(finding, note=finding.note or listed(places, bench.frame.names))
 
     about = About(key, "1", metric, "first principles")
     return Comparison(about, (*questions, *sizing(bench, level)), judged)
+
+
+def _entries(quantity: str, apart_of: Callable[..., np.ndarray]) -> Check:
+    """A check of every entry; apart_of: how far it is off, by sizes and answers, over its size."""
+
+    def check(about: About, sizes: NaturalSizes, *answers: np.ndarray) -> Judged:
+        apart, tolerance = apart_of(sizes, *answers), sizes.tolerance(quantity)
+        beyond = np.argwhere(~(apart <= tolerance))
+        wrong = [place_of(quantity, tuple(index)) for index in beyond.tolist()]
+        basis = sizes.basis(quantity)
+        return checked(about, measured=float(apart.max()), tolerance=tolerance, basis=basis), wrong
+
+    return check
+
+
+def _apart(quantity: str, sizes: NaturalSizes, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The same question has the same answer; a bias's terms are those that its own M demands."""
+    return deviations(one, other, sizes.of(quantity))
+
+
+def _symmetric(about: About, sizes: NaturalSizes, mass: np.ndarray) -> Judged:
+    """M (count, n, n) equals its transpose at every state."""
+    if not all(map(usable, mass)):
+        lowest = np.einsum("kii->ki", mass).min(axis=0)
+        bad = np.flatnonzero(~(lowest > 0)).tolist()
+        return failed(about, NO_DIAGONAL), [EntryPlace("mass_matrix", i, i) for i in bad]
+    size = np.sqrt(np.einsum("kii,kjj->kij", mass, mass)).max(axis=0)
+    apart = deviations(mass, mass.swapaxes(1, 2), size)
+    tolerance = SYMMETRY + sizes.written("mass_matrix")
+    wrong = [EntryPlace("mass_matrix", i, j) for i, j in np.argwhere(apart > tolerance) if i < j]
+    basis = "rounding of the entries' natural sizes"
+    return checked(about, measured=float(apart.max()), tolerance=tolerance, basis=basis), wrong
+
+
+def _positive(about: About, sizes: NaturalSizes, mass: np.ndarray) -> Judged:
+    """The least eigenvalue of M (count, n, n), ones on its diagonal, is positive at every state."""
+    if not all(map(usable, mass)):
+        return failed(about, NO_DIAGONAL), []
+    symmetric_part = (mass + mass.swapaxes(1, 2)) / 2
+    lowest = [float(np.linalg.eigvalsh(scaled(matrix)).min()) for matrix in symmetric_part]
+    state = int(np.argmin(lowest))
+    if lowest[state] <= 0:
+        note = f"not positive definite at state {state + 1} of {len(mass)}: {lowest[state]:.3g}"
+        return failed(about, note), []
+    return checked(about, measured=0.0, tolerance=0.0, basis="every eigenvalue is positive"), []
+
+
+def _quadratic(sizes: NaturalSizes, bias: np.ndarray, at_speeds: np.ndarray) -> np.ndarray:
+    """h(x, s u) = s^2 h(x, u) for s = -1 and 2, and h(x, 0) = 0.
+
+    bias (count, n); at_speeds (count, speeds + 1, n): h(x, s u) / s^2, then h(x, 0).
+    """
+    expected = np.repeat(bias[:, None], at_speeds.shape[1], axis=1)
+    expected[:, -1] = 0.0
+    apart: np.ndarray = (np.abs(at_speeds - expected) / sizes.bias).max(axis=(0, 1))
+    return apart
+
+
+def _by_torques(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
+    """What torques do to the force is proportional to each, and adds up.
+
+    answers (count, 2 m + 2, n): at no torque, each alone, twice each alone, all together.
+    """
+    joints = (answers.shape[1] - 2) // 2
+    none, each = answers[:, :1], answers[:, 1 : 1 + joints]
+    twice, together = answers[:, 1 + joints : -1], answers[:, -1:]
+    doubled = twice - none - 2 * (each - none)
+    summed = together - none - (each - none).sum(axis=1, keepdims=True)
+    apart: np.ndarray = np.abs(np.concatenate([doubled, summed], axis=1)).max(axis=(0, 1))
+    return apart / sizes.force
+
+
+def _second_law(
+    sizes: NaturalSizes,
+    mass: np.ndarray,
+    bias: np.ndarray,
+    force: np.ndarray,
+    acceleration: np.ndarray,
+) -> np.ndarray:
+    """M a + h = f of the acceleration that was handed over beside them.
+
+    M (count, n, n); bias, force and acceleration (count, n).
+    """
+    left = np.einsum("kij,kj->ki", mass, acceleration) + bias
+    return deviations(left, force, sizes.force)
+
+
+def _inverse_dynamics(sizes: NaturalSizes, answers: np.ndarray) -> np.ndarray:
+    """Inverse dynamics is M a + h, for any a and u together.
+
+    answers (count, 3, n): as handed over; M a + h; a.
+    """
+    one, other, a = answers.swapaxes(0, 1)
+    size = sizes.bias + sizes.mass @ np.abs(a).max(axis=0)
+    return deviations(one, other, size)
 
 
 def own_balances(bench: Bench) -> Iterator[Comparison]:
@@ -105,17 +194,18 @@ def own_balances(bench: Bench) -> Iterator[Comparison]:
 
     Not through a function's map, which need not reach every pose that these draw.
     """
-    if bench.levels or bench.frame.matrix is None or not bench.has >= {*COMPARED}:
+    rigid = bench.gearing == "rigid"
+    if rigid or bench.frame.matrix is None or not bench.has >= {*COMPARED}:
         return
     spot = Spot(bench.case.arm.name, bench.name, bench.case, bench.count, bench.seed)
     for found in balances(spot):
-        judged = partial(_carried, bench, found.judge)
+        judged = partial(_carried, bench, found)
         yield Comparison(found.about, (*found.needs, *sizing(bench, "")), judged)
 
 
-def _carried(bench: Bench, judge: Judge, about: About, results: Results) -> Finding:
+def _carried(bench: Bench, balance: Comparison, about: About, results: Results) -> Finding:
     """A balance of accelerations that came through the map, and hold its rounding."""
-    found, sizes = judge(about, results), sizes_in(bench, results, "")
+    found, sizes = balance.judge(about, results), sizes_in(bench, results, "")
     if found.measured is None or found.tolerance is None:
         return found
     looser = sizes.tolerance("acceleration") / LOOSEST
@@ -140,8 +230,8 @@ def engine_comparisons(bench: Bench, level: str, *, binding: bool) -> Iterator[C
 
 def _against(bench: Bench, engine: str, part: str, level: str, binding: bool) -> Comparison:
     yours, theirs = bench.yours(part), bench.ask(engine, part)
-    reference = bench.ask(reference_of(bench, level), part)
-    key = Key(AGAINST, bench.case.arm.name, part, bench.name, engine)
+    reference = bench.ask(bench.reference(level), part)
+    key = Key("trial-states", bench.case.arm.name, part, bench.name, engine)
     metric = f"largest relative difference of an entry over {bench.count} random states"
 
     def judged(about: About, results: Results) -> Finding:
@@ -152,11 +242,10 @@ def _against(bench: Bench, engine: str, part: str, level: str, binding: bool) ->
             return measured_only(about, measured=measured)
         wrong = [each.place for each in wrong_entries(part, one, other, sizes)]
         among = float(deviations(results.need(reference), other, sizes.of(part)).max())
-        tolerance = sizes.tolerance(part) + among
         return checked(
             about,
             measured=measured,
-            tolerance=tolerance,
+            tolerance=sizes.tolerance(part) + among,
             basis=f"{sizes.basis(part)}; engines among themselves {among:.2g}",
             resolved=among <= MEANINGFUL,
             relative=measured,
@@ -165,3 +254,31 @@ def _against(bench: Bench, engine: str, part: str, level: str, binding: bool) ->
 
     needs = dict.fromkeys((yours, theirs, reference, *sizing(bench, level)))
     return Comparison(About(key, "1", metric), tuple(needs), judged)
+
+
+def run_comparisons(bench: Bench, scenario: Scenario, level: str) -> Iterator[Comparison]:
+    """A scenario by the equations and by each engine that takes the same steps."""
+    engines = same_integrator()
+    if level:
+        engines = tuple(name for name in bench.engines(level) if MODELS[name].order == 4)
+    meshes = () if level or not bench.frame.layout.meshing else MESH
+    for engine in engines:
+        for quantity in (*RIGID, *meshes):
+            yield _same_steps(bench, scenario, engine, quantity)
+
+
+def _same_steps(bench: Bench, scenario: Scenario, engine: str, quantity: str) -> Comparison:
+    case, name = bench.case._replace(scenario=scenario), scenario.name
+    yours = Simulation(RunKey(name, bench.name), case)
+    theirs = Simulation(RunKey(name, engine), case)
+    repeated = Simulation(RunKey(name, engine, "nudged"), nudged(case))
+
+    def judged(about: About, results: Results) -> Finding:
+        one: Any = results.need(yours)
+        other, moved = results.need(theirs), results.need(repeated)
+        widest = meaningful(quantity, case.arm, scenario, size(other, quantity))
+        return same_step(about, one, other, Pair(other, moved), widest)
+
+    key = Key(RUN, name, quantity, bench.name, engine)
+    about = About(key, UNITS[quantity], "largest absolute difference")
+    return Comparison(about, (yours, theirs, repeated), judged)

@@ -19,8 +19,7 @@ from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.workers import perform_all
 from crosscheck.trial.input.calls import MATRICES
 from crosscheck.trial.input.equations import SINGLE
-from crosscheck.trial.tables.asked import ARGUMENTS
-from crosscheck.trial.tables.columns import LETTERS, NEEDED, ROW, SHORT, answer_columns
+from crosscheck.trial.tables.asked import ARGUMENTS, LETTERS, NEEDED, ROW, SHORT, answer_columns
 
 LARGEST_FILE = 500_000_000  # bytes
 MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself

@@ -17,14 +17,15 @@ from crosscheck.trial.tables.answer_files import AnswerFile, read_answers
 from crosscheck.trial.tables.asked import (
     ARGUMENTS,
     PARTS,
+    SHORT,
     AskedStates,
     Call,
     TableTrial,
+    argument_columns,
     asked_apart,
     asked_on_probes,
     asked_states,
 )
-from crosscheck.trial.tables.columns import SHORT, argument_columns
 
 SAME_STATE = 1e-4  # of a column's largest number: what single precision leaves of it
 

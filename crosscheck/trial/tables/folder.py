@@ -12,12 +12,14 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.report.rendering import templates
-from crosscheck.trial.tables.asked import PARTS, AskedStates, TableTrial
-from crosscheck.trial.tables.columns import (
+from crosscheck.trial.tables.asked import (
     LETTERS,
     NEEDED,
+    PARTS,
     ROW,
     SHORT,
+    AskedStates,
+    TableTrial,
     answer_columns,
     argument_columns,
 )

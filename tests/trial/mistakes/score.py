@@ -56,7 +56,7 @@ def diagnosed(asked: Asked) -> list[Wrong]:
     with register(bench.name, entry_for(bench.name, bench.equations, bench.has)):
         tasks = dict.fromkeys(q for each in (bench, *probes) for q in localising(each))
         results = Results({task.key: task.perform() for task in tasks})
-        level = bench.levels[-1] if bench.levels else ""
+        level = bench.levels[-1]
         here, *there = (compared(b, level, by_entry(b), results) for b in (bench, *probes))
         return list(reasoned(here, there))
 

@@ -17,11 +17,11 @@ from crosscheck.trial.tables.asked import (
     PARTS,
     AskedStates,
     TableTrial,
+    answer_columns,
     asked_apart,
     asked_on_probes,
     asked_states,
 )
-from crosscheck.trial.tables.columns import answer_columns
 
 STANDS_FOR = {"coriolis": "bias"}  # what is answered where C was supplied
 
