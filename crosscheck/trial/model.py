@@ -55,27 +55,28 @@ class HandedModel(Model):
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """J^-T h_x - M J' u."""
-        x = self.frame.place(q)
-        jacobian = self.frame.jacobian(x)
-        u = np.linalg.solve(jacobian, v)
+        x, u, jacobian = self._moving(q, v)
         curved = self.frame.drift(x, u)
-        force = _raised(jacobian) @ self.handed.bias(x, u)
+        force = np.linalg.inv(jacobian).T @ self.handed.bias(x, u)
         return force - self.mass_matrix(q) @ curved if curved.any() else force
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """J^-T f_x."""
-        x = self.frame.place(q)
-        jacobian = self.frame.jacobian(x)
-        u = np.linalg.solve(jacobian, v)
-        return _raised(jacobian) @ self.handed.force(t, x, u, self.torques(t, q, v))
+        x, u, jacobian = self._moving(q, v)
+        own = self.handed.force(t, x, u, self.torques(t, q, v))
+        return np.linalg.inv(jacobian).T @ own
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """J x'' + J' u."""
-        x = self.frame.place(q)
-        jacobian = self.frame.jacobian(x)
-        u = np.linalg.solve(jacobian, v)
+        x, u, jacobian = self._moving(q, v)
         own = self.handed.acceleration(t, x, u, self.torques(t, q, v))
         return jacobian @ own + self.frame.drift(x, u)
+
+    def _moving(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """x (n,) and u (n,) in the user's coordinates, and J there (n, n)."""
+        x = self.frame.place(q)
+        jacobian = self.frame.jacobian(x)
+        return x, np.linalg.solve(jacobian, v), jacobian
 
     def torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Output torques [N m] of the scenario's drive, shape (joints,)."""
@@ -118,20 +119,17 @@ class HandedModel(Model):
         """The trajectory through states (times, n)."""
         theta = self.layout.theta
         moments = list(zip(time, qs, vs, strict=True))
-        accelerations = np.array([self.acceleration(t, q, v)[theta] for t, q, v in moments])
-        energy = np.array([v @ self.mass_matrix(q) @ v / 2 for _, q, v in moments])
         variables = {
             "theta": qs[:, theta],
             "theta_dot": vs[:, theta],
-            "theta_ddot": accelerations,
+            "theta_ddot": np.array([self.acceleration(*moment)[theta] for moment in moments]),
             "torque": np.array([self.torques(*moment) for moment in moments]),
-            "kinetic_energy": energy,
+            "kinetic_energy": np.array([v @ self.mass_matrix(q) @ v / 2 for _, q, v in moments]),
         }
         for mesh in MESHES if self.layout.meshing else ():
             rows = self._by_planet(mesh)
-            variables[mesh], variables[f"{mesh}_dot"] = rows @ qs.T, rows @ vs.T
-            for name in (mesh, f"{mesh}_dot"):
-                variables[name] = np.moveaxis(variables[name], -1, 0)
+            for name, values in ((mesh, qs), (f"{mesh}_dot", vs)):
+                variables[name] = np.moveaxis(rows @ values.T, -1, 0)
         return trajectory(self, time, **variables)
 
     def _by_planet(self, mesh: Meaning) -> np.ndarray:
@@ -142,12 +140,6 @@ class HandedModel(Model):
             for planet in range(planets[number]):
                 rows[number, planet] = self.layout.displacement(mesh, number, planet)
         return rows
-
-
-def _raised(jacobian: np.ndarray) -> np.ndarray:
-    """J^-T; of J, whose columns' units choose no pivots."""
-    found: np.ndarray = np.linalg.inv(jacobian).T
-    return found
 
 
 def _reference_of(handed: HandedModel) -> Model:
@@ -171,19 +163,15 @@ def switches_of(equations: Equations, arm: Arm, chosen: Switches | None) -> Swit
 
 def entry_for(name: str, equations: Equations, has: frozenset[str]) -> Entry:
     """What the registry holds of equations while they are on trial."""
-    attributes = {"name": name, "equations": equations, "abilities": _abilities(has)}
-    made = type("SuppliedEquations", (HandedModel,), attributes)
+    found = {ABILITIES[part] for part in has if part in ABILITIES}
+    abilities = frozenset(found | ({"simulate"} if found >= {*STATE_ABILITIES} else set()))
+    attributes = {"name": name, "equations": equations, "abilities": abilities}
     return Entry(
         module=__name__,
         attribute="HandedModel",
         role="rigid" if equations.coordinates.gearing == "rigid" else "handed",
-        promises=_abilities(has),
+        promises=abilities,
         order=4,
         call_s=CALL_S,
-        made=made,
+        made=type("SuppliedEquations", (HandedModel,), attributes),
     )
-
-
-def _abilities(has: frozenset[str]) -> frozenset[str]:
-    found = {ABILITIES[part] for part in has if part in ABILITIES}
-    return frozenset(found | ({"simulate"} if found >= {*STATE_ABILITIES} else set()))

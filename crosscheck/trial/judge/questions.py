@@ -6,10 +6,9 @@ costs that part alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
 
 import numpy as np
 
@@ -25,92 +24,68 @@ from crosscheck.trial.input.calls import SuppliedEquations
 from crosscheck.trial.input.traces import told_failure
 from crosscheck.trial.model import HandedModel
 
-
-class FrameEquations(Protocol):
-    """Equations of motion in the coordinates of a frame, whoever's they are.
-
-    x, u (n,): coordinates and rates.
-    """
-
-    @property
-    def frame(self) -> Frame: ...
-
-    def mass_matrix(self, x: np.ndarray) -> np.ndarray:
-        """M_x, shape (n, n)."""
-        ...
-
-    def bias(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """h_x, shape (n,)."""
-        ...
-
-    def force(self, state: UserState) -> np.ndarray:
-        """f_x, shape (n,)."""
-        ...
-
-    def acceleration(self, state: UserState) -> np.ndarray:
-        """x'', shape (n,)."""
-        ...
+# A tooth force or a bias takes a user's Python this long [s] at most.
+CALL_S = 2e-4
+SPEEDS = (-1.0, 2.0)
+AGAIN = "_again"
 
 
 @dataclass(frozen=True)
 class Own:
-    """What was handed over; it is in these coordinates already."""
+    """What was handed over, answering in its own coordinates x (n,) at rates u (n,)."""
 
     handed: SuppliedEquations
     frame: Frame
 
     def mass_matrix(self, x: np.ndarray) -> np.ndarray:
-        """See FrameEquations."""
+        """M_x, shape (n, n)."""
         return self.handed.mass_matrix(x)
 
     def bias(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """See FrameEquations."""
+        """h_x, shape (n,)."""
         return self.handed.bias(x, u)
 
     def force(self, state: UserState) -> np.ndarray:
-        """See FrameEquations."""
+        """f_x, shape (n,)."""
         return self.handed.force(state.t, state.x, state.u, state.torque)
 
     def acceleration(self, state: UserState) -> np.ndarray:
-        """See FrameEquations."""
+        """x'', shape (n,)."""
         return self.handed.acceleration(state.t, state.x, state.u, state.torque)
 
 
 @dataclass(frozen=True)
 class Moved:
-    """A model of the arm, answering in the coordinates of a frame."""
+    """A model of the arm, its answers carried from the project's coordinates q into a user's x.
+
+    With q = phi(x), J = dphi/dx and q' = J u (Siciliano et al., Robotics, ch. 7: the equations of
+    motion are covariant).
+    """
 
     model: Model
     frame: Frame
 
     def mass_matrix(self, x: np.ndarray) -> np.ndarray:
-        """See FrameEquations."""
+        """M_x = J^T M J, shape (n, n)."""
         jacobian = self.frame.jacobian(x)
         return jacobian.T @ self.model.mass_matrix(self.frame.position(x)) @ jacobian
 
     def bias(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """See FrameEquations."""
+        """h_x = J^T (h + M J' u), shape (n,)."""
         q, jacobian = self.frame.position(x), self.frame.jacobian(x)
         inertial = self.model.mass_matrix(q) @ self.frame.drift(x, u)
         return jacobian.T @ (self.model.bias(q, jacobian @ u) + inertial)
 
     def force(self, state: UserState) -> np.ndarray:
-        """See FrameEquations."""
+        """f_x = J^T f, shape (n,)."""
         force = self.model.generalized_force(state.t, state.q, state.v)
         return self.frame.jacobian(state.x).T @ force
 
     def acceleration(self, state: UserState) -> np.ndarray:
-        """See FrameEquations."""
+        """x'' of q'' = J x'' + J' u, shape (n,)."""
         moving = self.model.acceleration(state.t, state.q, state.v)
         drift = self.frame.drift(state.x, state.u)
         return np.linalg.solve(self.frame.jacobian(state.x), moving - drift)
-
-
-# A tooth force or a bias takes a user's Python this long [s] at most.
-CALL_S = 2e-4
-SPEEDS = (-1.0, 2.0)
-AGAIN = "_again"
-Answers = Callable[[FrameEquations, Sequence[UserState]], list[np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -146,96 +121,66 @@ class StateQuestion:
             return told_failure(error)
 
     def _answers(self) -> np.ndarray:
+        """Of what is asked again the last state comes first."""
         asker = built(self.asker, self.case)
         assert isinstance(asker, HandedModel)  # as it was registered
         case, frame = self.case, asker.frame
         states = states_of(frame, case.arm, case.scenario, self.count, self.seed)
         model = built(self.model, self.case)
-        source: FrameEquations = Moved(model, frame)
+        source: Source = Moved(model, frame)
+        again = self.quantity.endswith(AGAIN)
         if isinstance(model, HandedModel):
-            repeated = self.quantity.endswith(AGAIN)
-            source = Own(model.asked_again if repeated else model.handed, frame)
-        return np.array(QUESTIONS[self.quantity](source, states))
+            source = Own(model.asked_again if again else model.handed, frame)
+        order, ask = -1 if again else 1, QUESTIONS[self.quantity]
+        pairs = list(zip(states, [*states[1:], states[0]], strict=True))[::order]
+        return np.array([ask(source, state, other.u) for state, other in pairs][::order])
 
 
-def _masses(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
-    return [source.mass_matrix(state.x) for state in states]
+Source = Own | Moved
+# At a state, and with an acceleration (n,) where one is needed: the rates of another state.
+Answer = Callable[[Source, UserState, np.ndarray], np.ndarray]
 
 
-def _biases(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
-    return [source.bias(state.x, state.u) for state in states]
+def _rate_terms(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+    steps = difference_steps(source.frame.jacobian(state.x), source.frame.layout.angular)
+    return rate_terms(partial(source.bias, state.x), state.x.size, steps)
 
 
-def _rate_terms(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
-    found = []
-    for state in states:
-        steps = difference_steps(source.frame.jacobian(state.x), source.frame.layout.angular)
-        found.append(rate_terms(partial(source.bias, state.x), state.x.size, steps))
-    return found
+def _christoffel(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+    frame = source.frame
+    steps = difference_steps(frame.jacobian(state.x), frame.layout.angular)
+    return christoffel_terms(source.mass_matrix, state.x, steps, curved=frame.matrix is None)
 
 
-def _christoffel(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
-    found, curved = [], source.frame.matrix is None
-    for state in states:
-        steps = difference_steps(source.frame.jacobian(state.x), source.frame.layout.angular)
-        found.append(christoffel_terms(source.mass_matrix, state.x, steps, curved=curved))
-    return found
+def _at_other_speeds(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+    """h(x, s u) / s^2 and h(x, 0): shape (speeds + 1, n)."""
+    moving = [source.bias(state.x, speed * state.u) / speed**2 for speed in SPEEDS]
+    return np.array([*moving, source.bias(state.x, 0 * state.u)])
 
 
-def _at_other_speeds(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
-    """h(x, s u) / s^2 and h(x, 0): shape (count, speeds + 1, n)."""
-    return [
-        np.array(
-            [source.bias(state.x, speed * state.u) / speed**2 for speed in SPEEDS]
-            + [source.bias(state.x, 0 * state.u)]
-        )
-        for state in states
-    ]
+def _by_torques(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+    """f at no torque, each alone, twice each alone, all together: shape (2 m + 2, n)."""
+    alone = np.diag(state.torque)
+    torques = [0 * state.torque, *alone, *(2 * alone), state.torque]
+    return np.array([source.force(state._replace(torque=each)) for each in torques])
 
 
-def _forces(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
-    return [source.force(state) for state in states]
-
-
-def _accelerations(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
-    return [source.acceleration(state) for state in states]
-
-
-def _by_torques(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
-    """f at no torque, each alone, twice each alone, all together: (2 m + 2, n) at each state."""
-    found = []
-    for state in states:
-        alone = np.diag(state.torque)
-        torques = [0 * state.torque, *alone, *(2 * alone), state.torque]
-        found.append(np.array([source.force(state._replace(torque=each)) for each in torques]))
-    return found
-
-
-def _inverse_dynamics(source: FrameEquations, states: Sequence[UserState]) -> list[np.ndarray]:
-    """As handed over, M a + h, and the a of both, at other states' rates: (3, n) at each state."""
+def _inverse_dynamics(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+    """As handed over, M a + h, and the a of both: shape (3, n)."""
     assert isinstance(source, Own)  # nobody else is asked
-    found = []
-    for state, other in zip(states, [*states[1:], states[0]], strict=True):
-        own = source.handed.inverse_dynamics(state.x, state.u, other.u)
-        whole = source.mass_matrix(state.x) @ other.u + source.bias(state.x, state.u)
-        found.append(np.array([own, whole, other.u]))
-    return found
+    own = source.handed.inverse_dynamics(state.x, state.u, a)
+    return np.array([own, source.mass_matrix(state.x) @ a + source.bias(state.x, state.u), a])
 
 
-def _again(ask: Answers) -> Answers:
-    """The same once more, the last state first."""
-    return lambda source, states: ask(source, states[::-1])[::-1]
-
-
-REPEATED: dict[str, Answers] = {
-    "mass_matrix": _masses,
-    "bias": _biases,
-    "force": _forces,
-    "acceleration": _accelerations,
+REPEATED: dict[str, Answer] = {
+    "mass_matrix": lambda source, state, a: source.mass_matrix(state.x),
+    "bias": lambda source, state, a: source.bias(state.x, state.u),
+    "force": lambda source, state, a: source.force(state),
+    "acceleration": lambda source, state, a: source.acceleration(state),
 }
-QUESTIONS: dict[str, Answers] = {
+QUESTIONS: dict[str, Answer] = {
     **REPEATED,
-    **{f"{part}{AGAIN}": _again(ask) for part, ask in REPEATED.items()},
+    **{f"{part}{AGAIN}": ask for part, ask in REPEATED.items()},
     "rate_terms": _rate_terms,
     "christoffel": _christoffel,
     "other_speeds": _at_other_speeds,
