@@ -24,12 +24,11 @@ from crosscheck.report.words import counted, printable
 from crosscheck.run import CrossCheck
 from crosscheck.runner.progress import shown_progress
 from crosscheck.trial.fmu.archive import MappedUnit, described, drafted, mapped_unit, unpacked
-from crosscheck.trial.fmu.beside import beside, require_comparable
-from crosscheck.trial.fmu.unit import fmu_equations
+from crosscheck.trial.fmu.unit import beside, fmu_equations, require_comparable
 from crosscheck.trial.input.equations import Coordinates, Equations, coordinates_of
 from crosscheck.trial.input.loading import handed_over
 from crosscheck.trial.model import switches_of
-from crosscheck.trial.robots.trial import try_robot
+from crosscheck.trial.robots.explain import try_robot
 from crosscheck.trial.tables.answers import answered, equations_of, following
 from crosscheck.trial.tables.asked import TableTrial, asked_apart, asked_on_probes, asked_states
 from crosscheck.trial.tables.folder import ask_files, probe_files

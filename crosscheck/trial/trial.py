@@ -38,10 +38,17 @@ from crosscheck.trial.diagnose.waves import states_wanted
 from crosscheck.trial.input.calls import handed
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.first_calls import first_calls, spared
-from crosscheck.trial.judge.bench import LEAST_STATES, MOST_BYTES, QUICK_STATES, STATES, Bench
 from crosscheck.trial.judge.misread import Misread, misread
 from crosscheck.trial.judge.places import Wrong, deviations
-from crosscheck.trial.judge.questions import QUESTIONS, StateQuestion
+from crosscheck.trial.judge.questions import (
+    LEAST_STATES,
+    MOST_BYTES,
+    QUESTIONS,
+    QUICK_STATES,
+    STATES,
+    Bench,
+    StateQuestion,
+)
 from crosscheck.trial.judge.suite import (
     COMPARED,
     engine_comparisons,

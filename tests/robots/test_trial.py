@@ -19,8 +19,7 @@ from crosscheck.trial.robots.candidates import (
     Confusion,
     confusions,
     numbers,
-    with_body,
-    with_rotor,
+    with_part,
 )
 from crosscheck.trial.robots.explain import OwnEquations, explained
 from tests.draws import DRAWS, SAMPLE, fresh_seed
@@ -71,13 +70,13 @@ def body(number: int, **changed: Callable[[np.ndarray], object]) -> Change:
     def change(own: Robot) -> Robot:
         was = own.bodies[number]
         new = {name: function(getattr(was, name)) for name, function in changed.items()}
-        return with_body(own, number, replace(was, **new))
+        return with_part(own, "bodies", number, replace(was, **new))
 
     return change
 
 
 def rotor(number: int, **changed: object) -> Change:
-    return lambda own: with_rotor(own, number, replace(own.rotors[number], **changed))
+    return lambda own: with_part(own, "rotors", number, replace(own.rotors[number], **changed))
 
 
 WRONG: dict[str, tuple[Change, str]] = {

@@ -1,4 +1,7 @@
-"""Derivatives by central differences of high order, each with its own uncertainty."""
+"""Derivatives by central differences of high order, and what a mass matrix demands of a bias.
+
+A bias is a quadratic form of rates.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +21,11 @@ SECOND = (
     np.array([0, 1 / 90, -3 / 20, 3 / 2, -49 / 18, 3 / 2, -3 / 20, 1 / 90, 0]),
 )
 ENOUGH = 1e-13  # of the size of what is differenced
+Mass = Callable[[np.ndarray], np.ndarray]
+# Central differences of eighth order; at steps that turn joints by this angle [rad] a mass matrix
+# whose angles come at most twofold is differentiated to 1e-12 of its size.
+WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
+TURN_RAD, SHIFT_M = 0.03, 1e-4
 
 
 def slope(curve: Curve) -> tuple[np.ndarray, np.ndarray]:
@@ -52,13 +60,6 @@ def _derivative(
         if (uncertain < ENOUGH).all():
             break
     return best, uncertain
-
-
-Mass = Callable[[np.ndarray], np.ndarray]
-# Central differences of eighth order; at steps that turn joints by this angle [rad] a mass matrix
-# whose angles come at most twofold is differentiated to 1e-12 of its size.
-WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
-TURN_RAD, SHIFT_M = 0.03, 1e-4
 
 
 def rate_terms(

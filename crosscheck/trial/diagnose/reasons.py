@@ -22,18 +22,19 @@ from crosscheck.trial.diagnose.values import values_of
 from crosscheck.trial.diagnose.waves import Fitting, Observed, states_wanted
 from crosscheck.trial.diagnose.words import difference_of, latex_of, symbolic_difference
 from crosscheck.trial.input.equations import Coordinates, Gearing
-from crosscheck.trial.judge.bench import Bench
 from crosscheck.trial.judge.places import (
     PARTS,
     EntryPlace,
     Explanation,
+    NaturalSizes,
     TermError,
     Wrong,
     deviations,
     named,
+    sizes_of,
     wrong_entries,
 )
-from crosscheck.trial.judge.sizes import NaturalSizes, sizes_of
+from crosscheck.trial.judge.questions import Bench
 from crosscheck.trial.judge.suite import sizes_in, trusted
 
 SAME = 1e-12  # of a row of a map: what two readings of it may differ by

@@ -21,6 +21,7 @@ from crosscheck.trial.judge.places import EntryPlace, Term, TermError, Wrong
 
 MOST_TERMS = 4  # of a sum that is written out
 GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
+ROUNDING = 1e-12  # of a coefficient's parts, beside which their sum is nothing
 
 
 def error_of(candidate: Candidate, terms: ReferenceTerms) -> TermError:
@@ -253,9 +254,6 @@ def guess(wrong: Wrong) -> str:
         return f"{said}no error in few of its terms makes this difference"
     each = ("; and ".join(map(told, errors)) for errors in (found.errors, *found.others[:1]))
     return "; or ".join(each) + (f", in {found.seen_in}?" if found.seen_in else "?")
-
-
-ROUNDING = 1e-12  # of a coefficient's parts, beside which their sum is nothing
 
 
 def symbolic_difference(

@@ -1,4 +1,7 @@
-"""The file of an FMU, a ZIP archive: looked at as a whole before anything of it is unpacked."""
+"""An FMU as files, none of its code run: the archive, its description, the mapping to an arm.
+
+The archive is looked at as a whole before anything of it is unpacked.
+"""
 
 from __future__ import annotations
 
@@ -34,6 +37,9 @@ BINARIES = {
     ("Linux", "aarch64"): ("aarch64-linux",),
     ("Darwin", "arm64"): ("aarch64-darwin", "darwin64"),
 }
+EXTRA = "needs FMPy: pip install 'geararm-crosscheck[fmu]'"
+LONGEST = 200  # characters of a name that is looked at
+Variables = Annotated[tuple[str, ...], Field(min_length=1, max_length=MOST)]
 
 
 def unpacked(path: Path, folder: Path) -> None:
@@ -111,10 +117,6 @@ def _wanted(where: str, entries: list[zipfile.ZipInfo]) -> Iterator[tuple[zipfil
     for name, entry in found.items():
         if name == DESCRIPTION or name.startswith(("resources/", *folders)):
             yield entry, name
-
-
-EXTRA = "needs FMPy: pip install 'geararm-crosscheck[fmu]'"
-LONGEST = 200  # characters of a name that is looked at
 
 
 @dataclass(frozen=True)
@@ -231,9 +233,6 @@ def drafted(name: str, found: FmuDescription) -> str:
 def _list(names: tuple[str, ...] | list[str]) -> str:
     quoted = ('"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"' for name in names)
     return f"[{', '.join(quoted)}]"
-
-
-Variables = Annotated[tuple[str, ...], Field(min_length=1, max_length=MOST)]
 
 
 class MappingFile(CoordinatesFile):

@@ -1,18 +1,22 @@
-"""A user's functions behind fixed signatures: arguments by name, answers checked."""
+"""A user's functions behind fixed signatures: arguments by name, answers checked, tracebacks."""
 
 from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
+from traceback import StackSummary, TracebackException
 from typing import Any
 
 import numpy as np
 
+import crosscheck
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import CannotDo, InputError, one_line
+from crosscheck.runner.outcomes import Failure, failure
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.input.arrays import NotNumbers, numbers_of, shown
 from crosscheck.trial.input.equations import Equations
@@ -38,6 +42,8 @@ TAKES: dict[str, tuple[str, ...]] = {
 }
 MATRICES = ("mass_matrix", "coriolis")
 LAMBDIFIED = "<lambdifygenerated"  # what sympy calls the file of a function that it writes
+# Numpy's frames count where we call it; a user's own frame comes before those of a user's call.
+OURS = tuple(Path(str(own.__file__)).parent for own in (crosscheck, np))
 
 
 @dataclass(frozen=True)
@@ -222,3 +228,40 @@ def _casadi_arguments(own: Any, part: str) -> Sequence[str]:
     for name in names:
         _require_meaning(name, part)
     return [MEANT[name] for name in names]
+
+
+def told_failure(error: BaseException) -> Failure:
+    """An exception with the state at which it was raised and, if it is the user's, its traceback.
+
+    The message is one line of at most 400 characters.
+    """
+    known, notes = failure(error), "; ".join(getattr(error, "__notes__", ()))
+    message = one_line(f"{known.message} ({notes})" if notes else known.message)
+    return Failure(known.kind, message, own_trace(error))
+
+
+def own_trace(error: BaseException) -> str:
+    """The traceback without the frames by which the user's code was reached; '' if there is none.
+
+    Of exceptions that led to each other all are told, without notes.
+    """
+    told = TracebackException.from_exception(error, compact=True)
+    chain = list(_chained(told))
+    for each in chain:
+        each.stack = StackSummary.from_list(_from_users(each.stack))
+        each.__notes__ = []
+    return "".join(told.format()) if any(each.stack for each in chain) else ""
+
+
+def _chained(told: TracebackException | None) -> Iterator[TracebackException]:
+    while told is not None:
+        yield told
+        told = told.__cause__ or told.__context__
+
+
+def _from_users(stack: StackSummary) -> list:
+    """The frames from the first on that is none of ours."""
+    frames = list(stack)
+    while frames and any(own in Path(frames[0].filename).parents for own in OURS):
+        frames.pop(0)
+    return frames

@@ -19,6 +19,9 @@ Function = Callable[..., Any]
 Gearing = Literal["rigid", "lumped", "free"]
 SINGLE = 2.0**-24  # relative rounding of single precision
 Level = Literal["", "links", "carriers", "armature", "coupled"]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+MOST = 100  # coordinates of an arm, and more
 
 
 @dataclass(frozen=True)
@@ -131,11 +134,6 @@ class Equations:
     def on(self, arm: Arm, scenario: Scenario | None = None) -> Equations:
         """These equations with the numbers of an arm. Raises InputError."""
         return self if self.rebuild is None else self.rebuild(arm, scenario)
-
-
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-MOST = 100  # coordinates of an arm, and more
 
 
 class CoordinatesFile(BaseModel):

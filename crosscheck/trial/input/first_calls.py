@@ -21,8 +21,7 @@ from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.frame import counted
 from crosscheck.trial.coordinates.states import UserState, states_of
 from crosscheck.trial.input.calls import SuppliedEquations, handed
-from crosscheck.trial.judge.bench import Bench
-from crosscheck.trial.judge.questions import AGAIN, StateQuestion
+from crosscheck.trial.judge.questions import AGAIN, Bench, StateQuestion
 from crosscheck.trial.model import HandedModel
 
 

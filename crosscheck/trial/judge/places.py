@@ -1,15 +1,24 @@
-"""Where in equations of motion something stands, and what is wrong there."""
+"""Entries of equations of motion: their natural sizes, what is wrong there, and by how much."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
-from crosscheck.trial.judge.sizes import NaturalSizes
+from crosscheck.checks.states import EPS, LOOSEST, ROUNDINGS, component_sizes
+from crosscheck.models.errors import InputError
+from crosscheck.trial.coordinates.differences import TURN_RAD, turns
+from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.coordinates.states import UserState
 
+NUDGE = 1e-7  # of coordinates, to see how a map bends
+WRITTEN = 10  # roundings of states and answers that were written with fewer digits
+SLOPES = 2 / TURN_RAD  # of those in M, in differences of M
+SOLVED = 10  # roundings of a solution by elimination, times the conditioning of the matrix
 Part = Literal["mass_matrix", "bias", "force", "acceleration"]
 SHOWN = 8  # of a list of places; the report has them all
 PARTS: dict[str, Part] = {
@@ -19,6 +28,139 @@ PARTS: dict[str, Part] = {
     "force": "force",
     "acceleration": "acceleration",
 }
+
+
+@dataclass(frozen=True)
+class NaturalSizes:
+    """Natural sizes in a user's coordinates: mass (n, n); rate_terms (n, n, n); rows of each part.
+
+    roundings: of the map, how many a difference may hold; solving: what solving by M makes of one;
+    precision: relative rounding of answers from a file, 0 for that of double precision.
+    """
+
+    mass: np.ndarray
+    rate_terms: np.ndarray
+    bias: np.ndarray
+    force: np.ndarray
+    acceleration: np.ndarray
+    roundings: float
+    solving: float
+    precision: float = 0.0
+
+    def tolerance(self, quantity: str) -> float:
+        """Relative to the sizes of a part."""
+        solved = SOLVED * EPS * self.solving if quantity == "acceleration" else 0.0
+        return LOOSEST + ROUNDINGS * EPS * self.roundings + solved + self.written(quantity)
+
+    def written(self, quantity: str) -> float:
+        """What the answers' own rounding, and that of the states they are for, may make of one."""
+        larger = {"rate_terms": SLOPES, "acceleration": self.solving}.get(quantity, 1.0)
+        return WRITTEN * self.precision * self.roundings * larger
+
+    def basis(self, quantity: str) -> str:
+        """In words."""
+        solved = f" + {SOLVED} eps x {self.solving:.3g}, that of M" * (quantity == "acceleration")
+        rounding = self.written(quantity)
+        written = f" + {rounding:.3g}, by the digits of the answers' file" if rounding else ""
+        return (
+            f"{LOOSEST:g} + {ROUNDINGS} eps x {self.roundings:.3g}, the conditioning of the"
+            f" coordinates' map{solved}{written}, of each entry's natural size"
+        )
+
+    def of(self, quantity: str) -> np.ndarray:
+        """Of a part."""
+        found = {"mass_matrix": self.mass, "rate_terms": self.rate_terms, "force": self.force}
+        return {**found, "bias": self.bias, "acceleration": self.acceleration}[quantity]
+
+
+def sizes_of(
+    frame: Frame,
+    states: Sequence[UserState],
+    mass: np.ndarray,
+    force: np.ndarray | None,
+    acceleration: np.ndarray | None,
+    precision: float = 0.0,
+) -> NaturalSizes:
+    """From a trusted M (count, n, n), force and acceleration (count, n) at states.
+
+    M_ij is of size sqrt(M_ii M_jj); a bias of sqrt(M_ii) times the root of u M u and the joints'
+    rate; a term of it in u_j u_k of that over the rates' own sizes. Where x hides how large M is
+    (its rows nearly depend on each other), a term is of the size of what it is the small sum of:
+    sqrt(M_ii M_jj) by how far x_k turns the joints, i, j and k in any order. A force or
+    acceleration that vanishes has what its inertia makes of the others.
+    """
+    rates = np.array([state.u for state in states])
+    turning = np.array([state.v[frame.layout.angular] for state in states])
+    diagonal = np.sqrt(np.einsum("kii->ki", mass).max(axis=0))
+    lively = np.sqrt(np.einsum("ki,kij,kj->k", rates, mass, rates).mean() * (turning**2).mean())
+    of_rates = np.sqrt((rates**2).mean(axis=0))
+    jacobians = np.array([frame.jacobian(state.x) for state in states])
+    inverses = np.linalg.inv(jacobians)
+    moved = inverses.swapaxes(1, 2) @ mass @ inverses  # M of q
+    summed = _summands(
+        diagonal, np.max([turns(J, frame.layout.angular) for J in jacobians], axis=0)
+    )
+    moving = np.einsum("ijk,j,k->i", summed, of_rates, of_rates)
+    return NaturalSizes(
+        mass=np.outer(diagonal, diagonal),
+        rate_terms=np.maximum(
+            (diagonal * lively)[:, None, None] / np.outer(of_rates, of_rates), summed
+        ),
+        bias=np.maximum(diagonal * lively, moving),
+        force=_rows(force, diagonal),
+        acceleration=_rows(acceleration, 1 / diagonal),
+        roundings=max(
+            _skeel(mass, moved, jacobians, inverses),
+            _cancelled(moved, jacobians, diagonal),
+            *(_bent(frame, state.x) for state in states if frame.matrix is None),
+        ),
+        solving=float(np.linalg.cond(mass / np.sqrt(np.einsum("kii,kjj->kij", mass, mass))).max()),
+        precision=precision,
+    )
+
+
+def _summands(diagonal: np.ndarray, turned: np.ndarray) -> np.ndarray:
+    """Largest of what Christoffel's symbols add up, (n, n, n), by x_k's turning of the joints."""
+    one = np.einsum("i,j,k->ijk", diagonal, diagonal, turned)
+    return np.max([one, one.transpose(0, 2, 1), one.transpose(2, 1, 0)], axis=0)
+
+
+def _rows(values: np.ndarray | None, weight: np.ndarray) -> np.ndarray:
+    if values is None:
+        return weight
+    shared = float(np.sqrt(((values / weight) ** 2).mean()))
+    return component_sizes(values, weight * (shared or 1.0))
+
+
+def _cancelled(moved: np.ndarray, jacobians: np.ndarray, diagonal: np.ndarray) -> float:
+    """How much larger than M_x the terms are whose sum J^T M J is; moved: M (count, n, n)."""
+    sizes = np.abs(jacobians)
+    terms = sizes.swapaxes(1, 2) @ np.abs(moved) @ sizes
+    return float((terms / np.outer(diagonal, diagonal)).max())
+
+
+def _bent(frame: Frame, x: np.ndarray) -> float:
+    """By how much of itself J changes, over that of x; 1 where the map ends too near for that."""
+    here, found = frame.jacobian(x), 1.0
+    for sign in (-1, 1):
+        with suppress(InputError):
+            apart = np.abs(frame.jacobian(x * (1 + sign * NUDGE)) - here).max(axis=0)
+            found = max(found, float((apart / np.abs(here).max(axis=0)).max()) / NUDGE)
+    return found
+
+
+def _skeel(
+    mass: np.ndarray, moved: np.ndarray, jacobians: np.ndarray, inverses: np.ndarray
+) -> float:
+    """Skeel's condition number of J, its rows and columns in units of the inertia at either side.
+
+    So it is that of the map, whatever the units of x are. All (count, n, n); mass, moved: M of x
+    and of q.
+    """
+    own, others = (np.sqrt(np.abs(np.einsum("kii->ki", each))) for each in (mass, moved))
+    scaled_by = others[:, :, None] / own[:, None, :]
+    terms = np.abs(inverses / scaled_by.swapaxes(1, 2)) @ np.abs(jacobians * scaled_by)
+    return float(terms.sum(axis=2).max())
 
 
 @dataclass(frozen=True)

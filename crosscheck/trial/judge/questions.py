@@ -1,4 +1,4 @@
-"""What a trial asks a model: one part of its equations at random states, in a user's coordinates.
+"""What is on trial, and what is asked of it: a part at random states, in the user's coordinates.
 
 Each question is a task of its own, so that a part that raises, hangs or takes its process down
 costs that part alone.
@@ -7,27 +7,34 @@ costs that part alone.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
-from crosscheck.registry import MODELS
+from crosscheck.planning.sizing import unequal_gains
+from crosscheck.registry import MODELS, RIGID_LEVELS, lead, names, of_level, promising
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import built
 from crosscheck.trial.coordinates.differences import christoffel_terms, difference_steps, rate_terms
-from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.coordinates.frame import Frame, frame_of
 from crosscheck.trial.coordinates.states import UserState, states_of
-from crosscheck.trial.input.calls import SuppliedEquations
-from crosscheck.trial.input.traces import told_failure
+from crosscheck.trial.input.calls import SuppliedEquations, told_failure
+from crosscheck.trial.input.equations import Equations, Gearing
 from crosscheck.trial.model import HandedModel
 
 # A tooth force or a bias takes a user's Python this long [s] at most.
 CALL_S = 2e-4
 SPEEDS = (-1.0, 2.0)
 AGAIN = "_again"
+BY_RATES = ("rate_terms", "christoffel")
+# Enough to tell all the waves and signals apart that an entry may hold.
+STATES, QUICK_STATES = 300, 150
+LEAST_STATES = 20
+MOST_BYTES = 300_000_000  # of the terms of a bias at all states, of which a trial holds several
 
 
 @dataclass(frozen=True)
@@ -187,4 +194,63 @@ QUESTIONS: dict[str, Answer] = {
     "by_torques": _by_torques,
     "inverse_dynamics": _inverse_dynamics,
 }
-BY_RATES = ("rate_terms", "christoffel")
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Equations under a name, and the case and states at which they are asked.
+
+    has: the parts that they have, or that follow from those.
+    """
+
+    name: str
+    equations: Equations
+    has: frozenset[str]
+    case: Case
+    count: int = STATES
+    seed: int = 0
+
+    @property
+    def gearing(self) -> Gearing:
+        """Of the coordinates."""
+        return self.equations.coordinates.gearing
+
+    @cached_property
+    def frame(self) -> Frame:
+        """Of the arm on trial. Raises InputError."""
+        return frame_of(self.equations.coordinates, self.case.arm)
+
+    @cached_property
+    def states(self) -> tuple[UserState, ...]:
+        """At which everything is asked."""
+        return states_of(self.frame, self.case.arm, self.case.scenario, self.count, self.seed)
+
+    @property
+    def levels(self) -> tuple[str, ...]:
+        """The rigid levels that the model may be, the richest last; '' of a geared one."""
+        if self.gearing != "rigid":
+            return ("",)
+        return (self.equations.level,) if self.equations.level else RIGID_LEVELS
+
+    def engines(self, level: str = "") -> tuple[str, ...]:
+        """The models that it is held against: geared, or of a rigid level, the lead first."""
+        if level:
+            return tuple(sorted(of_level(level), key=lambda name: MODELS[name].order is None))
+        return tuple(dict.fromkeys((lead(), *promising("mass_matrix", names("geared")))))
+
+    def reference(self, level: str) -> str:
+        """The model that entries are held against one by one."""
+        return self.engines(level)[0]
+
+    def on(self, arm: Arm) -> Bench:
+        """The same equations with the numbers of another arm. Raises InputError."""
+        case = Case(arm, unequal_gains(arm), self.case.switches)
+        return replace(self, equations=self.equations.on(arm, case.scenario), case=case)
+
+    def yours(self, quantity: str) -> StateQuestion:
+        """The question of a part of it."""
+        return self.ask(self.name, quantity)
+
+    def ask(self, model: str, quantity: str) -> StateQuestion:
+        """The same question to another model, in these coordinates."""
+        return StateQuestion(self.name, model, self.case, quantity, self.count, self.seed)

@@ -20,10 +20,16 @@ from crosscheck.planning.plan import nudged
 from crosscheck.planning.state_suite import Spot, balances
 from crosscheck.registry import MODELS, same_integrator
 from crosscheck.runner.tasks import RunKey, Simulation
-from crosscheck.trial.judge.bench import Bench
-from crosscheck.trial.judge.places import EntryPlace, deviations, listed, place_of, wrong_entries
-from crosscheck.trial.judge.questions import AGAIN, StateQuestion
-from crosscheck.trial.judge.sizes import NaturalSizes, sizes_of
+from crosscheck.trial.judge.places import (
+    EntryPlace,
+    NaturalSizes,
+    deviations,
+    listed,
+    place_of,
+    sizes_of,
+    wrong_entries,
+)
+from crosscheck.trial.judge.questions import AGAIN, Bench, StateQuestion
 
 MEANINGFUL = 1e-4  # engines further apart, at the end of what numbers can do, judge nobody
 COMPARED = ("mass_matrix", "bias", "force", "acceleration")

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
+from typing import Any, Literal
 
 import numpy as np
 
@@ -23,6 +25,7 @@ AXES = "xyz"
 MOMENTS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2)}
 PRODUCTS = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 INERTIA = MOMENTS | PRODUCTS
+Kind = Literal["bodies", "joints", "rotors", "stages"]
 
 
 @dataclass(frozen=True)
@@ -53,24 +56,17 @@ def numbers(robot: Robot) -> Iterator[RobotNumber]:
         yield from _of_body(robot, number, body)
     for number, rotor in enumerate(robot.rotors):
         name = f"rotor of {robot.joints[rotor.joint].name}"
-
-        def inertia(value: float, at: int = number) -> Robot:
-            return with_rotor(robot, at, replace(robot.rotors[at], inertia=value))
-
-        def ratio(value: float, at: int = number) -> Robot:
-            return with_rotor(robot, at, replace(robot.rotors[at], ratio=value))
-
-        yield RobotNumber(f"{name}: inertia", "kg m^2", rotor.inertia, rotor.inertia, inertia)
-        yield RobotNumber(f"{name}: ratio", "", rotor.ratio, max(abs(rotor.ratio), 1.0), ratio)
+        put = partial(_put, robot, "rotors", number)
+        yield RobotNumber(
+            f"{name}: inertia", "kg m^2", rotor.inertia, rotor.inertia, partial(put, "inertia")
+        )
+        size = max(abs(rotor.ratio), 1.0)
+        yield RobotNumber(f"{name}: ratio", "", rotor.ratio, size, partial(put, "ratio"))
     for number, stage in enumerate(robot.stages):
         yield from _of_stage(robot, number, stage)
-    for axis in range(3):
-
-        def gravity(value: float, at: int = axis) -> Robot:
-            return replace(robot, gravity=_with(robot.gravity, at, value))
-
-        own = float(robot.gravity[axis])
-        yield RobotNumber(f"gravity: {AXES[axis]}", "m/s^2", own, 10.0, gravity)
+    for axis, own in enumerate(robot.gravity.tolist()):
+        pulled = partial(_pulled, robot, axis)
+        yield RobotNumber(f"gravity: {AXES[axis]}", "m/s^2", own, 10.0, pulled)
 
 
 def _of_stage(robot: Robot, number: int, stage: JointStage) -> Iterator[RobotNumber]:
@@ -83,37 +79,26 @@ def _of_stage(robot: Robot, number: int, stage: JointStage) -> Iterator[RobotNum
 
             def put(value: float, field: str = field) -> Robot:
                 gears = stage.gears.model_copy(update={field: value})
-                changed = replace(stage, gears=gears)
-                before, after = robot.stages[:number], robot.stages[number + 1 :]
-                return replace(robot, stages=(*before, changed, *after))
+                return _put(robot, "stages", number, "gears", gears)
 
             if own is not None:
                 yield RobotNumber(f"{name}: {what} of {part}", unit, own, own, put)
 
 
 def _of_body(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotNumber]:
-    link = link_of(robot, number)
-
-    def mass(value: float) -> Robot:
-        return with_body(robot, number, replace(body, mass=value))
-
-    yield RobotNumber(f"{link}: mass", "kg", body.mass, body.mass, mass)
+    link, put = link_of(robot, number), partial(_put, robot, "bodies", number)
+    yield RobotNumber(f"{link}: mass", "kg", body.mass, body.mass, partial(put, "mass"))
     reach = max(float(np.abs(body.com).max()), 0.01)
-    for axis in range(3):
-
-        def com(value: float, at: int = axis) -> Robot:
-            return with_body(robot, number, replace(body, com=_with(body.com, at, value)))
-
-        name = f"{link}: centre of mass, {AXES[axis]}"
-        yield RobotNumber(name, "m", float(body.com[axis]), reach, com)
+    for axis, own in enumerate(body.com.tolist()):
+        entry = partial(_put_entry, robot, number, "com", (axis,))
+        yield RobotNumber(f"{link}: centre of mass, {AXES[axis]}", "m", own, reach, entry)
     size = float(np.trace(body.inertia))
     for key, place in INERTIA.items():
-
-        def inertia(value: float, at: tuple[int, int] = place) -> Robot:
-            changed = _symmetric(body.inertia, at, value)
-            return with_body(robot, number, replace(body, inertia=changed))
-
-        yield RobotNumber(f"{link}: I{key}", "kg m^2", float(body.inertia[place]), size, inertia)
+        own, entry = (
+            float(body.inertia[place]),
+            partial(_put_entry, robot, number, "inertia", place),
+        )
+        yield RobotNumber(f"{link}: I{key}", "kg m^2", own, size, entry)
 
 
 def confusions(robot: Robot) -> Iterator[Confusion]:
@@ -121,24 +106,24 @@ def confusions(robot: Robot) -> Iterator[Confusion]:
     for number, (body, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True)):
         link = link_of(robot, number)
         for words, changed in _bodies(body, joint):
-            yield Confusion(f"{link}: {words}", with_body(robot, number, changed))
-        turn = joint.placement.rotation
+            yield Confusion(f"{link}: {words}", with_part(robot, "bodies", number, changed))
+        turn, position = joint.placement.rotation, joint.placement.position
+        other_way, straight = Placement(turn.T, position), Placement(np.eye(3), position)
         for words, other in (
             ("its axis the other way", replace(joint, axis=-joint.axis)),
-            ("its frame turned the other way", _placed(joint, turn.T, joint.placement.position)),
-            ("its frame not turned", _placed(joint, np.eye(3), joint.placement.position)),
+            ("its frame turned the other way", replace(joint, placement=other_way)),
+            ("its frame not turned", replace(joint, placement=straight)),
         ):
-            joints = (*robot.joints[:number], other, *robot.joints[number + 1 :])
-            yield Confusion(f"joint {joint.name}: {words}", replace(robot, joints=joints))
+            turned_joint = with_part(robot, "joints", number, other)
+            yield Confusion(f"joint {joint.name}: {words}", turned_joint)
     for number, rotor in enumerate(robot.rotors):
         name = f"rotor of {robot.joints[rotor.joint].name}"
         for stator, words in _stators(robot, rotor):
-            changed_rotor = replace(rotor, stator=stator)
-            yield Confusion(f"{name}: its stator {words}", with_rotor(robot, number, changed_rotor))
+            moved = _put(robot, "rotors", number, "stator", stator)
+            yield Confusion(f"{name}: its stator {words}", moved)
         for roll, axis in ((1, "y, z, x"), (2, "z, x, y")):
-            rolled = replace(rotor, axis=np.roll(rotor.axis, roll))
-            words = f"its axis in another order, {axis}"
-            yield Confusion(f"{name}: {words}", with_rotor(robot, number, rolled))
+            rolled = _put(robot, "rotors", number, "axis", np.roll(rotor.axis, roll))
+            yield Confusion(f"{name}: its axis in another order, {axis}", rolled)
     for stage in robot.stages:
         name = f"stage of {robot.joints[stage.joint].name}"
         others = tuple(other for other in robot.stages if other is not stage)
@@ -154,9 +139,15 @@ def confusions(robot: Robot) -> Iterator[Confusion]:
             yield Confusion(f"{name}: {words}", changed_robot)
 
 
+def steiner(mass: float, com: np.ndarray) -> np.ndarray:
+    """Inertia (3, 3) that a point mass [kg] at com [m] has about the origin."""
+    found: np.ndarray = mass * (com @ com * np.eye(3) - np.outer(com, com))
+    return found
+
+
 def _bodies(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
     """What a body's numbers may be taken for."""
-    about = body.mass * (body.com @ body.com * np.eye(3) - np.outer(body.com, body.com))
+    about = steiner(body.mass, body.com)
     diagonal = np.diag(np.diag(body.inertia))
     yield (
         "its inertia about the joint, taken for that about the centre of mass",
@@ -171,7 +162,7 @@ def _bodies(body: RobotBody, joint: Joint) -> Iterator[tuple[str, RobotBody]]:
         for one, other in combinations(keys, 2):
             inertia = body.inertia
             for key, source in ((one, other), (other, one)):
-                inertia = _symmetric(inertia, INERTIA[key], float(body.inertia[INERTIA[source]]))
+                inertia = _with(inertia, INERTIA[key], float(body.inertia[INERTIA[source]]))
             yield f"I{one} and I{other} exchanged", replace(body, inertia=inertia)
     for words, turn in (
         ("the frame of the link before it", joint.placement.rotation),
@@ -200,27 +191,33 @@ def link_of(robot: Robot, number: int) -> str:
     return next(name for name, frame in robot.frames.items() if frame.body == number)
 
 
-def with_body(robot: Robot, number: int, body: RobotBody) -> Robot:
-    """The robot with another body in a place."""
-    return replace(robot, bodies=(*robot.bodies[:number], body, *robot.bodies[number + 1 :]))
+def with_part(robot: Robot, kind: Kind, number: int, part: object) -> Robot:
+    """The robot with another body, joint, rotor or stage in a place."""
+    parts: list[object] = list(getattr(robot, kind))
+    parts[number] = part
+    changed: dict[str, Any] = {kind: tuple(parts)}
+    return replace(robot, **changed)
 
 
-def with_rotor(robot: Robot, number: int, rotor: Rotor) -> Robot:
-    """The robot with another rotor in a place."""
-    return replace(robot, rotors=(*robot.rotors[:number], rotor, *robot.rotors[number + 1 :]))
+def _put(robot: Robot, kind: Kind, number: int, field: str, value: object) -> Robot:
+    """The robot with another value in a field of one of its parts."""
+    return with_part(robot, kind, number, replace(getattr(robot, kind)[number], **{field: value}))
 
 
-def _placed(joint: Joint, rotation: np.ndarray, position: np.ndarray) -> Joint:
-    return replace(joint, placement=Placement(rotation, position))
+def _put_entry(
+    robot: Robot, number: int, field: str, place: tuple[int, ...], value: float
+) -> Robot:
+    """The robot with another entry in a vector or symmetric matrix of one of its bodies."""
+    changed = _with(getattr(robot.bodies[number], field), place, value)
+    return _put(robot, "bodies", number, field, changed)
 
 
-def _with(values: np.ndarray, place: int, value: float) -> np.ndarray:
+def _pulled(robot: Robot, axis: int, value: float) -> Robot:
+    return replace(robot, gravity=_with(robot.gravity, (axis,), value))
+
+
+def _with(values: np.ndarray, place: tuple[int, ...], value: float) -> np.ndarray:
+    """Another value at a place of a vector; of a symmetric matrix at its mirror image too."""
     changed = values.copy()
-    changed[place] = value
-    return changed
-
-
-def _symmetric(matrix: np.ndarray, place: tuple[int, int], value: float) -> np.ndarray:
-    changed = matrix.copy()
     changed[place] = changed[place[::-1]] = value
     return changed

@@ -1,23 +1,34 @@
-"""Equations of a robot compared with its levels, and the smallest explanation of a difference."""
+"""`crosscheck trial` of a robot: its levels, and the smallest explanation of a difference."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import wraps
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from crosscheck import __version__
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.cost.agreement import TOLERANCE, DrawnStates, drawn
+from crosscheck.cli.answer import answer
+from crosscheck.cost.agreement import TOLERANCE, DrawnStates, compared, drawn
+from crosscheck.kinds import EXPLAINED
 from crosscheck.models.errors import InputError
-from crosscheck.models.robot.robot import RIGID, Level, Robot, RobotBody
-from crosscheck.trial.robots.candidates import confusions, link_of, numbers, with_body
+from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import LEVELS, RIGID, Level, Robot, RobotBody
+from crosscheck.output import require_files
+from crosscheck.report.records import document, plain
+from crosscheck.trial.input.loading import object_named, user_code
+from crosscheck.trial.robots.candidates import confusions, link_of, numbers, steiner, with_part
 
 STATES = 12
 # What an explanation may leave, of the largest difference; and of a quantity's size, by rounding.
 LEFT, ROUNDING = 1e-5, 1e-12
 LARGEST = 1e50  # of a number that can be compared
 PARTS = ("mass_matrix", "bias", "gravity")
+MOST_ENTRIES, MOST_EXPLANATIONS = 5, 8
 
 
 @dataclass(frozen=True)
@@ -87,11 +98,11 @@ class _Question:
         for part in self.parts:
             function, shape = getattr(own, part), self.sizes[part].shape[1:]
             rows = zip(self.states.q, self.states.v, strict=True)
-            answers = [function(q, v) if part == "bias" else function(q) for q, v in rows]
             values = []
-            for answer in answers:
+            for q, v in rows:
+                own_answer = function(q, v) if part == "bias" else function(q)
                 try:
-                    given = np.asarray(answer)
+                    given = np.asarray(own_answer)
                     value = np.array(np.nan) if given.dtype.kind == "c" else given.astype(float)
                 except (TypeError, ValueError):
                     value = np.array(np.nan)
@@ -244,7 +255,7 @@ def _links(question: _Question, difference: np.ndarray, level: Level) -> Iterato
     robot = question.robot
     base = question.of_robot(robot, level)
     for number, body in enumerate(robot.bodies):
-        changed = [with_body(robot, number, other) for other in _ten(body)]
+        changed = [with_part(robot, "bodies", number, other) for other in _ten(body)]
         columns = np.stack([question.of_robot(each, level) - base for each in changed], axis=1)
         fit = np.linalg.lstsq(columns, difference, rcond=1e-10)[0]
         if _is_all(difference - columns @ fit, difference):
@@ -254,7 +265,7 @@ def _links(question: _Question, difference: np.ndarray, level: Level) -> Iterato
 def _ten(body: RobotBody) -> Iterator[RobotBody]:
     """The body with more of each parameter on which equations depend linearly."""
     moments = body.mass * body.com
-    about = body.inertia + _steiner(body.mass, body.com)
+    about = body.inertia + steiner(body.mass, body.com)
     size, inertia = 0.1 * body.mass, 0.1 * float(np.trace(about))
     for number in range(10):
         mass, first, second = body.mass, moments.copy(), about.copy()
@@ -267,9 +278,92 @@ def _ten(body: RobotBody) -> Iterator[RobotBody]:
             second[i, j] += inertia
             second[j, i] = second[i, j]
         com = first / mass
-        yield RobotBody(mass, com, second - _steiner(mass, com))
+        yield RobotBody(mass, com, second - steiner(mass, com))
 
 
-def _steiner(mass: float, com: np.ndarray) -> np.ndarray:
-    found: np.ndarray = mass * (com @ com * np.eye(3) - np.outer(com, com))
-    return found
+def try_robot(text: str, name: str, seed: int, json_file: Path | None) -> int:
+    """The exit code: 0 if the equations agree with a level, and the engines do, else 1.
+
+    text: of the user's equations, whose code is run; name: of the robot. Raises InputError.
+    """
+    robot = load_robot(name)
+    require_files((json_file, EXPLAINED))
+    found = explained(own_equations(text, robot), robot, seed, text)
+    apart = [each for each in compared(robot, drawn(robot, STATES, seed)) if not each.agrees]
+    told = ["the engines differ on this robot: `crosscheck cost` tells where"] if apart else []
+    answer([*lines(found), *told], (json_file, lambda: explained_json(found, robot, text)))
+    return 0 if found.agrees and not apart else 1
+
+
+def own_equations(text: str, robot: Robot) -> OwnEquations:
+    """Of an object with functions called like PARTS, or of a function of the robot that gives one.
+
+    Raises InputError.
+    """
+    with user_code(text):
+        found = object_named(text)
+        if callable(found) and not any(hasattr(found, part) for part in PARTS):
+            found = found(robot)
+        functions = {part: getattr(found, part, None) for part in PARTS}
+    for part, function in functions.items():
+        if function is not None and not callable(function):
+            kind = type(function).__name__
+            raise InputError(text, part, None, f"is a {kind}; must be a function")
+    return OwnEquations(
+        **{
+            part: _guarded(function, text)
+            for part, function in functions.items()
+            if function is not None
+        }
+    )
+
+
+def _guarded(function: Callable[..., Any], text: str) -> Callable[..., Any]:
+    @wraps(function)
+    def called(*arguments: Any) -> Any:
+        with user_code(text):
+            return function(*(each.copy() for each in arguments))
+
+    return called
+
+
+def lines(found: Explained) -> Iterator[str]:
+    """What they are, which entries differ, and what explains it."""
+    if found.agrees:
+        parts = ", ".join(found.parts)
+        yield f"agrees with {found.level} ({LEVELS[found.level]}): {parts}, to {found.share:.1e}"
+        return
+    wrong = {entry.part for entry in found.entries}
+    parts = ", ".join(part for part in found.parts if part in wrong)
+    yield f"wrong: {parts} off from {found.level} by up to {found.share:.2g} of an entry's size"
+    for entry in found.entries[:MOST_ENTRIES]:
+        yield f"  {entry.name}: {entry.share:.2g} of its size"
+    if len(found.entries) > MOST_ENTRIES:
+        yield f"  and {len(found.entries) - MOST_ENTRIES} more"
+    for words in found.explanations[:MOST_EXPLANATIONS]:
+        yield f"yours are the equations of {found.level} with {words}"
+    if len(found.explanations) > 1:
+        yield "each of these alone makes the same equations"
+    for link in found.links:
+        yield f"all of it is in {link}: its mass, centre of mass and inertia together explain it"
+    if not found.explanations and not found.links:
+        yield "no single number, frame or place explains it"
+
+
+def explained_json(found: Explained, robot: Robot, text: str) -> str:
+    """Everything."""
+    return document(
+        {
+            "schema_version": 1,
+            "robot": robot.name,
+            "program": f"geararm-crosscheck {__version__}",
+            "equations": text,
+            "parts": found.parts,
+            "agrees": found.agrees,
+            "level": found.level,
+            "largest_difference": found.share,
+            "entries": plain(found.entries, name="entry", share="difference"),
+            "explanations": [{"with": words} for words in found.explanations],
+            "links": found.links,
+        }
+    )

@@ -1,7 +1,7 @@
 """The states at which a trial asks equations, found by asking ones that take notes.
 
 Nothing that a trial asks depends on an answer, so the notes are what any equations are asked, and
-the number of a row stands for its state.
+the number of a row stands for its state. Columns of answers are called the same in every file.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from crosscheck.trial.input.equations import (
     Function,
     Level,
 )
-from crosscheck.trial.judge.bench import Bench
+from crosscheck.trial.judge.questions import Bench
 from crosscheck.trial.model import entry_for
 from crosscheck.trial.trial import PROBES, Asked, bench_of, localising, tasks_in
 
@@ -37,6 +37,14 @@ MOST_APART = 12  # coordinates: beyond that inverse dynamics takes a million row
 ALIKE = (PARTS[:3], PARTS[:4])
 USUAL = Coordinates()
 ARGUMENTS = ("t", "x", "v", "torque", "a")
+ROW = "row"
+# What a part is called in files.
+SHORT = {part: part for part in PARTS} | {"mass_matrix": "M"}
+# 1 in a row where a trial looks the part up, 0 where it may be left out.
+NEEDED = tuple(f"for_{short}" for short in SHORT.values())
+# What an argument is called in files, and the rest of its unit.
+LETTERS = {"x": "q", "v": "v", "a": "a"}
+PER_TIME = {"x": "", "v": "_per_s", "a": "_per_s2"}
 
 
 class Call(NamedTuple):
@@ -232,16 +240,6 @@ def _places_of_states(bench: Bench, part: str, row_of: Mapping[Call, int]) -> np
 def call_of(part: str, again: bool, *arguments: Any) -> Call:
     """Of arguments in the order of TAKES."""
     return Call(part, again, tuple(np.hstack(arguments).tolist()))
-
-
-ROW = "row"
-# What a part is called in files.
-SHORT = {part: part for part in PARTS} | {"mass_matrix": "M"}
-# 1 in a row where a trial looks the part up, 0 where it may be left out.
-NEEDED = tuple(f"for_{short}" for short in SHORT.values())
-# What an argument is called in files, and the rest of its unit.
-LETTERS = {"x": "q", "v": "v", "a": "a"}
-PER_TIME = {"x": "", "v": "_per_s", "a": "_per_s2"}
 
 
 def argument_columns(frame: Frame, coordinates: Coordinates, arm: Arm) -> dict[str, list[str]]:

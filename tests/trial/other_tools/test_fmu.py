@@ -21,8 +21,7 @@ from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.runner.underway import unsaid
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.fmu.archive import DESCRIPTION, MappedUnit, mapped_unit, unpacked
-from crosscheck.trial.fmu.beside import beside
-from crosscheck.trial.fmu.unit import fmu_equations
+from crosscheck.trial.fmu.unit import beside, fmu_equations
 from crosscheck.trial.judge.places import named
 from crosscheck.trial.trial import Asked, Trial, tried
 from tests.tool.conftest import crosscheck
