@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple, TypeVar
@@ -22,6 +23,7 @@ from crosscheck.audit.experiments.variant import Numbers, Variant
 from crosscheck.audit.measures.course import Course, course_of, courses
 from crosscheck.audit.measures.rigid import COUPLED, rigid_arm, without_gears
 from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.registry import RIGID_LEVELS, build, entry_of
@@ -77,13 +79,24 @@ class Perturbed(Question[Kept]):
     def models(self, seeds: Sequence[int]) -> Sequence[Model]:
         """From these of its starts."""
         case = self.case()
-        return [build(self.variant.model, *perturbed(case, seed)) for seed in seeds]
+        cases = [perturbed(case, seed) for seed in seeds]
+        model = build(self.variant.model, *case)
+        if isinstance(model, AnalyticModel):
+            return [_restarted(model, each.scenario) for each in cases]
+        return [build(self.variant.model, *each) for each in cases]
 
     def _runs(self, seeds: Sequence[int]) -> Iterator[Course | Diverged]:
         """The models', a few at a time."""
         models = self.models(seeds)
         for first in range(0, len(models), AT_ONCE):
             yield from _side_by_side(models[first : first + AT_ONCE])
+
+
+def _restarted(model: AnalyticModel, scenario: Scenario) -> AnalyticModel:
+    """The model from the start of a scenario that is otherwise its own: it shares all else."""
+    other = copy(model)
+    other.scenario, other.equations = scenario, model.equations
+    return other
 
 
 class Starts(Perturbed[Measured]):

@@ -93,20 +93,19 @@ def _of_group(group: Group) -> list[Course | Diverged]:
         signals = signals or [_room(part, time.size) for part in parts]
         for whole, part in zip(signals, parts, strict=True):
             # Turned over in the processor's cache, then written: half the time of one assignment.
-            turned = np.ascontiguousarray(part.reshape(-1, part.shape[-1]).T)
-            whole[:, first : first + len(part)] = turned.reshape(-1, *part.shape[:-1])
+            whole[..., first : first + len(part)] = np.ascontiguousarray(np.moveaxis(part, 0, -1))
         first += len(chunk.time)
         if geared:
             apart = np.fmax(apart, _apart(chunk.x_pr))
     return [
-        _of_member(model, time, [signal[place] for signal in signals], apart[place], at)
+        _of_member(model, time, [signal[..., place, :].T for signal in signals], apart[place], at)
         for place, (model, at) in enumerate(zip(group.models, group.diverged_s, strict=True))
     ]
 
 
 def _room(part: np.ndarray, times: int) -> np.ndarray:
-    """For a signal (records, ..., members) of a chunk, of the whole run: (members, times, ...)."""
-    return np.empty((part.shape[-1], times, *part.shape[1:-1]))
+    """For a signal (records, ..., members) of a chunk, of the whole run: (..., members, times)."""
+    return np.empty((*part.shape[1:], times))
 
 
 def _signals(chunk: Chunk, geared: bool) -> list[np.ndarray]:
@@ -116,8 +115,18 @@ def _signals(chunk: Chunk, geared: bool) -> list[np.ndarray]:
     joints = [chunk.theta, chunk.theta_dot, chunk.theta_ddot]
     if not geared:
         return joints
-    outer = np.concatenate([getattr(chunk, name)[:, 1:, 0] for name in FORCES], axis=1)
-    return [*joints, *(getattr(chunk, name)[:, 0, 0] for name in MESH_SIGNALS), outer]
+    forces = chunk.F_sp, chunk.F_pr
+    outer = np.concatenate([force[:, 1:, 0] for force in forces], axis=1)
+    first = [_first_sun_mesh(chunk), *(each[:, 0, 0] for each in (chunk.x_pr, *forces))]
+    return [*joints, *first, outer]
+
+
+def _first_sun_mesh(chunk: Chunk) -> np.ndarray:
+    """Displacement of the shoulder's first sun mesh (records, members) [m], no other worked out."""
+    layout = chunk.models[0].layout
+    if not layout.free:
+        return chunk.x_sp[:, 0, 0]
+    return chunk.records.q[:, layout.at("x_s", 0)] - chunk.x_pr[:, 0, 0]
 
 
 def _of_member(
@@ -139,5 +148,5 @@ def _apart(x: np.ndarray) -> np.ndarray:
     """Largest difference between planets of a stage, x (times, joints, planets, ...) -> (...)."""
     planets = np.moveaxis(x, 2, 0)  # pair by pair: a reduction along so short an axis takes longer
     apart = reduce(np.maximum, planets) - reduce(np.minimum, planets)
-    found: np.ndarray = apart.max(axis=(0, 1))
+    found: np.ndarray = reduce(np.maximum, np.moveaxis(apart, 1, 0)).max(axis=0)
     return found
