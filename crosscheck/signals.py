@@ -6,11 +6,13 @@ floats: a time is None where the event does not happen, a size nan where there a
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 SPECTRUM_SAMPLES = 4  # fewer leave nothing of a Hann window but its middle
+VIBRATION_HZ = 100.0  # faster than any motion of an arm
 
 
 def window(time: np.ndarray, begin: float, end: float) -> slice:
@@ -65,9 +67,17 @@ def spectrum(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarr
     if values.size < SPECTRUM_SAMPLES:
         return np.empty(0), np.empty(0)
     centred = values - values.mean()
-    weights = np.hanning(values.size)
+    weights = _hann(values.size)
     amplitudes = 2 * np.abs(np.fft.rfft(centred * weights)) / weights.sum()
     return np.fft.rfftfreq(values.size, time[1] - time[0]), amplitudes
+
+
+@lru_cache(maxsize=8)
+def _hann(samples: int) -> np.ndarray:
+    """A Hann window (samples,), not to be written to."""
+    weights = np.hanning(samples)
+    weights.flags.writeable = False
+    return weights
 
 
 class SpectralLine(NamedTuple):
@@ -80,11 +90,17 @@ class SpectralLine(NamedTuple):
 def largest_line(
     time: np.ndarray, values: np.ndarray, above_hz: float, below_hz: float = np.inf
 ) -> SpectralLine:
+    """Of the values' spectrum, see ``largest_of``."""
+    return largest_of(*spectrum(time, values), above_hz, below_hz)
+
+
+def largest_of(
+    frequency: np.ndarray, amplitudes: np.ndarray, above_hz: float, below_hz: float = np.inf
+) -> SpectralLine:
     """The largest line from ``above_hz`` on, below ``below_hz``, refined by a parabola through it.
 
     nan if there is none.
     """
-    frequency, amplitudes = spectrum(time, values)
     band = window(frequency, above_hz, below_hz)
     if amplitudes[band].max(initial=0.0) == 0:
         return SpectralLine(np.nan, np.nan)
@@ -97,7 +113,9 @@ def largest_line(
     return SpectralLine(float(frequency[peak] + shift * frequency[1]), size)
 
 
-def dominant_frequency(time: np.ndarray, values: np.ndarray, above_hz: float = 100.0) -> float:
+def dominant_frequency(
+    time: np.ndarray, values: np.ndarray, above_hz: float = VIBRATION_HZ
+) -> float:
     """Frequency [Hz] of the largest line above ``above_hz``; nan if there is none."""
     return largest_line(time, values, above_hz).frequency_Hz
 
@@ -111,7 +129,7 @@ def band_rms(time: np.ndarray, values: np.ndarray, above_hz: float, below_hz: fl
     frequency, amplitudes = spectrum(time, values)
     if not frequency.size:
         return np.nan
-    weights = np.hanning(values.size)
+    weights = _hann(values.size)
     lines = amplitudes[window(frequency, above_hz, below_hz)]
     # A line's power is spread over as many as the window is wide, in bins.
     wide = values.size * np.square(weights).sum() / weights.sum() ** 2

@@ -93,7 +93,7 @@ def transient(run: Course, rigid: Course) -> Numbers:
             **_contacts(looked, rigid),
             **_mesh_rates(run),
             "deviation_rad": signals.amplitude(gap),
-            "theta_fast_rad": signals.amplitude(fast(run.time, gap[:, 0])[looked.third]),
+            "theta_fast_rad": signals.amplitude(fast(run.time, gap[:, 0], part=looked.third)),
             "planets_apart_m": run.planets_apart_m,
         }
     )
@@ -216,7 +216,7 @@ _SPECTRAL = (
 def _lines(time: np.ndarray, values: np.ndarray, static: float) -> Found:
     """What a spectrum tells; where values are less than MINOR only how little that is."""
     frequency, lines = signals.spectrum(time, values)
-    peak = signals.dominant_frequency(time, values)
+    peak = signals.largest_of(frequency, lines, signals.VIBRATION_HZ).frequency_Hz
     line = _line(frequency, lines, peak)
     sizes: Found = {"line": line, "static_over_line": quotient(static, line)}
     if signals.amplitude(values) < MINOR:
@@ -252,28 +252,29 @@ def _loads(looked: _Looked) -> Found:
     """Mesh force, torque and speed in the third fluctuation."""
     run, part = looked.run, looked.third
     time, torque, speed, force = run.time, run.torque, run.theta_dot[:, 0], run.F_sp
-    shaken = [fast(time, column) for column in torque.T]
+    shaken = [fast(time, column, part=part) for column in torque.T]
     changes = events.passages(force[part][force[part] != 0])
     return {
         "third_force_N": signals.amplitude(force[part]),
-        "third_force_fast_N": signals.amplitude(fast(time, force)[part]),
-        "torque_fast_1": _share_of_largest(shaken[0][part], torque[:, 0]),
-        "torque_fast_2": _share_of_largest(shaken[1][part], torque[:, 1]),
-        "torque_follows": _envelopes_correlate(time, shaken[0][part], looked.excess[part, 0]),
+        "third_force_fast_N": signals.amplitude(fast(time, force, part=part)),
+        "torque_fast_1": _share_of_largest(shaken[0], torque[:, 0]),
+        "torque_fast_2": _share_of_largest(shaken[1], torque[:, 1]),
+        "torque_follows": _envelopes_correlate(time, shaken[0], looked.excess[part, 0]),
         "torque_frequency_Hz": _frequency(looked, shaken[0]),
         "speed_fast": quotient(
-            signals.amplitude(fast(time, speed)[part]), signals.mean(np.abs(speed[part]))
+            signals.amplitude(fast(time, speed, part=part)), signals.mean(np.abs(speed[part]))
         ),
         "side_changes": float(changes.size) if force[part].size else None,
     }
 
 
 def _frequency(looked: _Looked, values: np.ndarray) -> float | None:
-    """Dominant one of values (times,) in the 0.1 s around the third fluctuation's peak."""
-    near = looked.near
-    if not values[near].size or signals.amplitude(looked.excess[near, 0]) < MINOR:
+    """Dominant one of the third fluctuation's values in the 0.1 s around its peak."""
+    near, begin = looked.near, looked.third.start
+    if near.stop <= near.start or signals.amplitude(looked.excess[near, 0]) < MINOR:
         return None
-    return signals.dominant_frequency(looked.run.time[near], values[near], LOWEST_HZ)
+    inside = values[near.start - begin : near.stop - begin]
+    return signals.dominant_frequency(looked.run.time[near], inside, LOWEST_HZ)
 
 
 def _share_of_largest(part: np.ndarray, whole: np.ndarray) -> float:
@@ -327,13 +328,15 @@ def _mesh_rates(run: Course) -> Found:
     """
     time, theta, speed = (run.time, run.theta, run.theta_dot)
     x_sp, x_pr, later = run.x_sp, run.x_pr, signals.window(time, FIRST_S[1], np.inf)
-    sp_rate, pr_rate = (np.gradient(x, time)[later] for x in (x_sp, x_pr))
+    sp_rate, pr_rate = (np.gradient(x, time[1] - time[0])[later] for x in (x_sp, x_pr))
     r_cp = stage_geometry(geared_joint(run.case.arm)).r_cp
     top = np.abs(speed[:, 0]).max()
+    fastest = max(map(signals.amplitude, (sp_rate, pr_rate)))
+    furthest = max(map(signals.amplitude, (x_sp, x_pr)))
     return {
-        "mesh_rate_over_speed": quotient(signals.amplitude(np.array([sp_rate, pr_rate])), top),
+        "mesh_rate_over_speed": quotient(fastest, top),
         "neglected_in_eq11": quotient(signals.amplitude(sp_rate + pr_rate), 2 * r_cp * top),
-        "mesh_over_gross": quotient(np.abs([x_sp, x_pr]).max(), 2 * r_cp * np.ptp(theta[:, 0])),
+        "mesh_over_gross": quotient(furthest, 2 * r_cp * np.ptp(theta[:, 0])),
         "phase_gap_rad": RING_CYCLES * np.abs(speed[:, 0] * time - theta[:, 0]).max(),
     }
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 from scipy.signal import find_peaks
 
 from crosscheck import signals
@@ -53,7 +52,7 @@ def constant_torque(run: Course, *rigid: Course) -> Numbers:
             "vibration_decay_s": _ringing_s(time, force),
             "x_ripple_over_2E": quotient(signals.peak_to_peak(x[late]), 2 * error),
             "force_at_start_N": abs(force[0]),
-            "ringing_N": signals.amplitude(fast(time, force, RINGING_S)[start]),
+            "ringing_N": signals.amplitude(fast(time, force, RINGING_S, start)),
             "force_decay": _calming(force, start, late),
             "others_decay": np.min([_calming(pair, start, late) for pair in _others(run)]),
             "others_decay_s": np.max([_ringing_s(time, pair) for pair in _others(run)]),
@@ -138,7 +137,8 @@ def _turns_gained(time: np.ndarray, values: np.ndarray) -> float:
 
 def _turns(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> int:
     """Turning points of the slow course of values [m] in [begin, end), E's ripple, not ringing."""
-    slow = (values - fast(time, values))[signals.window(time, begin, end)]
+    part = signals.window(time, begin, end)
+    slow = values[part] - fast(time, values, part=part)
     return sum(len(find_peaks(sign * slow, prominence=TURN_M)[0]) for sign in (1, -1))
 
 
@@ -174,16 +174,36 @@ def mesh_phase(run: Course) -> np.ndarray:
     return RING_CYCLES * run.theta[:, 0]
 
 
-def fast(time: np.ndarray, values: np.ndarray, over_s: float = SMOOTHING_S) -> np.ndarray:
+def fast(
+    time: np.ndarray,
+    values: np.ndarray,
+    over_s: float = SMOOTHING_S,
+    part: slice = slice(None),
+) -> np.ndarray:
     """Values (times,) less their moving average over ``over_s``, taken twice; 0 at the very ends.
 
-    The average is not defined within ``over_s`` of the last sample; the start is reflected.
+    The average is not defined within ``over_s`` of the last sample; the start is reflected. Of the
+    samples in ``part`` alone.
     """
-    samples = 2 * int(over_s / (time[1] - time[0]) / 2) + 1
-    slow = uniform_filter1d(uniform_filter1d(values, samples), samples)
-    quick = values - slow
-    quick[-samples:] = 0.0
+    half = int(over_s / (time[1] - time[0]) / 2)
+    begin, end, _ = part.indices(values.size)
+    quick = np.zeros(max(end - begin, 0))
+    known = min(end, values.size - (2 * half + 1))
+    if known > begin:
+        first = begin - 2 * half
+        around = values[max(first, 0) : known + 2 * half]
+        if first < 0:
+            around = np.concatenate([values[:-first][::-1], around])
+        slow = _moving_average(_moving_average(around, 2 * half + 1), 2 * half + 1)
+        quick[: known - begin] = values[begin:known] - slow
     return quick
+
+
+def _moving_average(values: np.ndarray, samples: int) -> np.ndarray:
+    """Means of so many consecutive values each, (times - samples + 1,)."""
+    sums = np.cumsum(values)
+    sums[samples:] -= sums[:-samples]
+    return sums[samples - 1 :] / samples
 
 
 def decay(time: np.ndarray, values: np.ndarray) -> float:
@@ -208,8 +228,9 @@ def _flat(values: np.ndarray) -> np.ndarray:
     """Less their straight trend; nothing is left of too few to have one."""
     if values.size < FEWEST:
         return np.empty(0)
-    step = np.arange(values.size)
-    return values - np.polyval(np.polyfit(step, values, 1), step)
+    step = np.arange(values.size) - (values.size - 1) / 2
+    slope = step @ values / (step @ step)
+    return values - values.mean() - slope * step
 
 
 def correlation(one: np.ndarray, other: np.ndarray) -> float:

@@ -24,7 +24,7 @@ BREAKING_ZETAS = (0.003, 0.005, 0.01, 0.02, 0.05)
 STARTING_S = 0.3  # the teeth first change sides then: before, it is the starting vibration
 STARTS = 24
 RECORD_EVERY = 10
-TOGETHER = 8  # starts that are followed at a time
+TOGETHER = 12  # starts that are followed at a time
 BINS_FOR_A_RATE = 4  # of 5 ms: over which a growth rate is taken
 
 
