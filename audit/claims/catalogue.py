@@ -2,26 +2,50 @@
 
 from __future__ import annotations
 
-from crosscheck.audit.claims.rule import Claim
-from crosscheck.audit.claims.statements import (
-    ablations,
-    abstract,
-    control,
-    section2,
-    section3,
-    section4,
-    section5,
-)
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
 
-CLAIMS: tuple[Claim, ...] = (
-    *abstract.CLAIMS,
-    *section2.CLAIMS,
-    *section3.CLAIMS,
-    *control.CLAIMS,
-    *ablations.CLAIMS,
-    *section4.CLAIMS,
-    *section5.CLAIMS,
+from pydantic import TypeAdapter
+
+from crosscheck.audit.claims.rule import Claim, Decided
+from crosscheck.audit.claims.statements import control, section2, section3, section4, section5
+
+STATEMENTS = Path(__file__).with_name("statements") / "statements.toml"
+
+
+class Statement(NamedTuple):
+    """What the paper says, and of which figure."""
+
+    statement: str
+    figure: int | None = None
+
+
+class Statements(NamedTuple):
+    """All by id; fields as in ``Claim``; retired: why an id is not used any more."""
+
+    said: Mapping[str, Statement]
+    free: Mapping[str, str]
+    reading: Mapping[str, str]
+    retired: Mapping[str, str]
+
+
+_TEXTS = TypeAdapter(Statements).validate_python(
+    tomllib.loads(STATEMENTS.read_text(encoding="utf-8"))
 )
-# Ids that no statement has any more, nor ever gets again, with the reason.
-RETIRED: tuple[tuple[str, str], ...] = (*ablations.RETIRED, *section4.RETIRED)
+SECTIONS = (section2, section3, control, section4, section5)
+_DECIDED: Decided = {name: how for part in SECTIONS for name, how in part.DECIDED.items()}
+CLAIMS = tuple(
+    Claim(
+        name,
+        said.figure,
+        said.statement,
+        *_DECIDED[name],
+        free=_TEXTS.free.get(name, ""),
+        reading=_TEXTS.reading.get(name, ""),
+    )
+    for name, said in _TEXTS.said.items()
+)
+RETIRED = tuple(_TEXTS.retired)
 BY_ID = {claim.id: claim for claim in CLAIMS}

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
@@ -115,6 +115,9 @@ class Claim:
     def static(self) -> bool:
         """Whether it follows from the arm's data alone: then there are no starts, laws, damping."""
         return all(quantity.static for quantity in self.choices.values())
+
+
+Decided = Mapping[str, tuple[Quantity | Choices, Limits]]  # by the ids of claims
 
 
 class State(StrEnum):

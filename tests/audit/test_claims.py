@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS, RETIRED
+from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS, RETIRED, SECTIONS
 from crosscheck.audit.claims.measured import MEASURED
 from crosscheck.audit.claims.quantities import Known, NotSimulatedError
 from crosscheck.audit.claims.rule import Claim, State, answers
@@ -87,9 +87,8 @@ def test_threshold_has_two_sides(claim):
 
 
 def test_ids_are_sections_with_a_number_and_never_used_twice():
-    retired = [name for name, _ in RETIRED]
-    assert len({*IDS, *retired}) == len(IDS) + len(retired)
-    for name in (*IDS, *retired):
+    assert len({*IDS, *RETIRED}) == len(IDS) + len(RETIRED)
+    for name in (*IDS, *RETIRED):
         assert re.fullmatch(r"(Abstract|\d(\.\d)?)-\d\d", name)
     assert dict(zip(IDS, CLAIMS, strict=True)) == BY_ID
 
@@ -113,6 +112,11 @@ def test_what_one_quantity_is_called_is_its_own():
             except NotSimulatedError:
                 continue
             assert np.array_equal(first.setdefault(quantity.id, values), values, equal_nan=True)
+
+
+def test_every_statement_is_decided_once_and_nothing_else_is():
+    decided = [name for part in SECTIONS for name in part.DECIDED]
+    assert sorted(decided) == sorted(IDS)
 
 
 def test_figures_are_the_papers():

@@ -1,4 +1,4 @@
-"""The statements of the paper's Sections 4.2 and 5: the size of the tooth error; the conclusion."""
+"""What decides the statements of Sections 4.2 and 5 and of the abstract: the tooth error's size."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from crosscheck.audit.claims.quantities import (
     where,
     where_below,
 )
-from crosscheck.audit.claims.rule import READ_OFF, Claim, Limits, about, above, below
+from crosscheck.audit.claims.rule import READ_OFF, Decided, Limits, about, above, below
 from crosscheck.audit.claims.statements.control import (
     ANY_WITHOUT_ERROR,
     EXISTS,
@@ -37,9 +37,12 @@ from crosscheck.audit.claims.statements.control import (
 from crosscheck.audit.claims.statements.section4 import (
     AT_SMALL,
     CLEAR_RANK,
+    ON_AND_ON,
     RISES,
     SMALL,
+    accumulation,
     larger_of,
+    swings,
 )
 from crosscheck.audit.experiments.experiments import (
     BACKLASH,
@@ -50,7 +53,14 @@ from crosscheck.audit.experiments.experiments import (
     PD,
     STATIC,
 )
-from crosscheck.audit.measures.thresholds import DOUBLED, EVIDENT, HALVED, MINOR, SEVERE
+from crosscheck.audit.measures.thresholds import (
+    DOUBLED,
+    EVIDENT,
+    HALVED,
+    MINOR,
+    SEVERE,
+    VISIBLE_SHARE,
+)
 
 _FAST = "third_force_fast_N"
 _BELOW_5 = (ERROR(1.6), ERROR(3.2))  # um, the sizes that the paper simulates
@@ -107,153 +117,69 @@ WITH_BACKLASH = Quantity(
     ),
 )
 
-TOOTH_ERROR = (
-    Claim(
-        "4.2-01",
-        19,
-        "The size of the tooth error hardly affects the positioning error.",
+DECIDED: Decided = {
+    # the size of the tooth error
+    "4.2-01": (
         of(ERROR(6.3), "deviation_rad"),
         below(1e-3, "the scale that Section 4.1 calls negligible"),
     ),
-    Claim(
-        "4.2-02",
-        19,
-        "The angular error is mostly unchanged when the tooth error grows.",
+    "4.2-02": (
         over(of(ERROR(6.3), "deviation_rad"), of(ERROR(1.6), "deviation_rad")),
         about(1.0, 0.1, "a tenth, while the error grows fourfold"),
     ),
-    Claim(
-        "4.2-03",
-        None,
-        "The tooth error is smaller than the backlash by one order of magnitude.",
-        of(STATIC, "error_over_backlash"),
-        Limits(0.05, 0.2, "a tenth, to a factor of two"),
-    ),
-    Claim(
-        "4.2-04",
-        14,
-        "Meshing and starting impacts converge rapidly while the backlash exceeds the error.",
-        WIDER,
-        QUICKLY,
-    ),
-    Claim(
-        "4.2-17",
-        14,
-        "Where the backlash does not exceed the error they converge more slowly.",
+    "4.2-03": (of(STATIC, "error_over_backlash"), Limits(0.05, 0.2, "a tenth, to a factor of two")),
+    "4.2-04": (WIDER, QUICKLY),
+    "4.2-17": (
         AS_WIDE,
         above(1.5, "half as long again: less is the moment at which a ringing passes its tenth"),
-        reading="b = E = 5 µm over b = 50 µm, where that converges while it is followed",
     ),
-    Claim(
-        "4.2-05",
-        19,
-        "The size of the error has a remarkable influence on the fluctuation.",
+    "4.2-05": (
         _at_largest(over(_AT_LARGEST, _AT_SMALLEST)),
         above(DOUBLED, "a change that no scatter explains"),
-        reading="6.3 µm over 1.6 µm",
     ),
-    Claim(
-        "4.2-06",
-        19,
-        "Below 1 µm there is no fluctuation.",
-        of(ERROR(0.8), "third"),
-        below(MINOR, "nothing that a plot of 300 would show"),
-    ),
-    Claim("4.2-07", 19, "Minor fluctuations appear at 1.6 µm.", _AT_SMALLEST, _MINOR),
-    Claim(
-        "4.2-08",
-        19,
-        "The contact force grows with the error.",
-        _at_largest(rank(ERROR, _FAST)),
-        _GROWS,
-    ),
-    Claim(
-        "4.2-09",
-        20,
-        "Below 5 µm the shoulder's 0 Hz line dominates.",
-        smallest(*(of(source, "static_over_line") for source in _BELOW_5)),
-        LARGER,
-    ),
-    Claim(
-        "4.2-10",
-        20,
-        "Below 5 µm the shoulder's fast components are a minor fluctuation.",
-        largest(*(of(source, "third") for source in _BELOW_5)),
-        _MINOR,
-    ),
-    Claim(
-        "4.2-11",
-        20,
-        "The elbow's fast components exceed its 0 Hz line.",
-        largest(*(of(source, "static_over_line_elbow") for source in _BELOW_5)),
-        SMALLER,
-    ),
-    Claim(
-        "4.2-12", 20, "Above 5 µm the self-excited fluctuation stands out.", _AT_LARGEST, SEVERELY
-    ),
-    Claim(
-        "4.2-13",
-        20,
-        "Its components are those of Fig. 18.",
+    "4.2-06": (of(ERROR(0.8), "third"), below(MINOR, "nothing that a plot of 300 would show")),
+    "4.2-07": (_AT_SMALLEST, _MINOR),
+    "4.2-08": (_at_largest(rank(ERROR, _FAST)), _GROWS),
+    "4.2-09": (smallest(*(of(source, "static_over_line") for source in _BELOW_5)), LARGER),
+    "4.2-10": (largest(*(of(source, "third") for source in _BELOW_5)), _MINOR),
+    "4.2-11": (largest(*(of(source, "static_over_line_elbow") for source in _BELOW_5)), SMALLER),
+    "4.2-12": (_AT_LARGEST, SEVERELY),
+    "4.2-13": (
         in_third(over(of(ERROR(6.3), "frequency_Hz"), of(PD, "frequency_Hz"))),
         about(1.0, READ_OFF, "basically the same: as well as a plot tells"),
     ),
-    Claim(
-        "4.2-14",
-        20,
-        "From 5 to 6.3 µm the magnitude grows dramatically.",
-        _at_largest(over(_AT_LARGEST, THIRD)),
-        _DRAMATIC,
-    ),
-    Claim(
-        "4.2-15",
-        19,
-        "Tooth error is the reason for the self-excited impacts.",
-        where(THIRD, EVIDENT, over(of(NO_ERROR, _FAST), of(PD, _FAST))),
-        GONE,
-    ),
-    Claim(
-        "4.2-16",
-        19,
-        "Tiny errors result in tremendous fluctuations.",
-        greatest(ERROR, "third"),
-        SEVERELY,
-    ),
-)
-
-CONCLUSION = (
-    Claim(
-        "5-01",
-        14,
-        "Gear meshing results in fluctuation.",
-        of(PD, "after_start"),
-        EXISTS,
-        reading="during the motion: the first value is what any suddenly loaded spring does",
-    ),
-    Claim(
-        "5-02",
-        14,
-        "Backlash is the cause of the excitation.",
+    "4.2-14": (_at_largest(over(_AT_LARGEST, THIRD)), _DRAMATIC),
+    "4.2-15": (where(THIRD, EVIDENT, over(of(NO_ERROR, _FAST), of(PD, _FAST))), GONE),
+    "4.2-16": (greatest(ERROR, "third"), SEVERELY),
+    # the conclusion
+    "5-01": (of(PD, "after_start"), EXISTS),
+    "5-02": (
         over(of(NO_BACKLASH, "second"), SECOND),
         below(HALVED, "most of it is gone without backlash"),
-        reading="of the meshing impact: the start's is the load's, the third the tooth error's",
     ),
-    Claim("5-03", 16, "The fluctuation grows more severe with the backlash.", WITH_BACKLASH, RISES),
-    Claim("5-04", 19, "Tooth error results in a self-excited fluctuation.", OWED, EXISTS),
-    Claim(
-        "5-05",
-        17,
-        "A small backlash intensifies it.",
-        in_third(difference(AT_SMALL, THIRD)),
-        EXISTS,
+    "5-03": (WITH_BACKLASH, RISES),
+    "5-04": (OWED, EXISTS),
+    "5-05": (in_third(difference(AT_SMALL, THIRD)), EXISTS),
+    "5-06": (_at_largest(rank(ERROR, "third")), _GROWS),
+    # the abstract
+    "Abstract-01": (
+        swings(lambda family, s: accumulation(family, s, "what b adds to the error", 0.0)),
+        ON_AND_ON,
     ),
-    Claim(
-        "5-06",
-        19,
-        "Tooth error must be kept as small as possible.",
-        _at_largest(rank(ERROR, "third")),
-        _GROWS,
+    "Abstract-02": (
+        OWED,
+        above(SEVERE, "what no start has without the tooth error is itself severe"),
     ),
-)
-
-CLAIMS = (*TOOTH_ERROR, *CONCLUSION)
+    "Abstract-03": (
+        where(
+            of(PD, "third"),
+            EVIDENT,
+            over(of(NO_ERROR, "third_force_fast_N"), of(PD, "third_force_fast_N")),
+        ),
+        below(HALVED, "without the main cause less than half is left"),
+    ),
+    "Abstract-04": (
+        largest(of(PD, "torque_fast_1"), of(PD, "torque_fast_2")),
+        above(VISIBLE_SHARE, "a line's width in a plot of the torque"),
+    ),
+}
