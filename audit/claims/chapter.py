@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from crosscheck.audit.claims.judged import Judged, Varied, models_of, strips, varied
@@ -22,7 +22,7 @@ from crosscheck.audit.experiments.cells import AS_GEARS, AS_MODELLED, BETWEEN, G
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import ALIKE, FIRST
 from crosscheck.audit.measures.undefined import JsonObject, defined, shown
-from crosscheck.audit.page.chapter import AuditChapter, Said
+from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import text
@@ -74,7 +74,6 @@ def chapter(material: Material) -> AuditChapter:
         page(found, plan_of(material.scale), material.scale),
         [record(row.judged, row.variants) for row in found],
         f"of {len(found)} statements: {outcome}.",
-        said=said(row.judged for row in found),
     )
 
 
@@ -88,16 +87,6 @@ def rows(material: Material) -> list[ClaimRow]:
         }
         found.append(ClaimRow(one, tuple(varied(one, variants))))
     return found
-
-
-def said(every: Iterable[Judged]) -> list[Said]:
-    """What the claims say of their quantities."""
-    return [
-        Said(f"claim {one.claim.id}", choices[a.place.choice].id, a.limits, a.place, a.state)
-        for one in every
-        for choices in (one.claim.choices,)
-        for a in one.answers
-    ]
 
 
 def page(found: Sequence[ClaimRow], plan: Plan, scale: Scale) -> str:

@@ -15,7 +15,7 @@ from crosscheck.audit.errata.erratum import CLASSES, Class, Effect, SimulatedErr
 from crosscheck.audit.errata.finder import EFFECT_S, Errata
 from crosscheck.audit.errata.words import Contradiction, Gap, in_words, notes
 from crosscheck.audit.experiments.cells import LABELLED, READINGS
-from crosscheck.audit.page.chapter import AuditChapter, StatedNumber
+from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
@@ -62,7 +62,7 @@ def chapter(material: Material) -> ErrataSheet:
         *GAPS.json(noted.gaps),
     ]
     outcome = text("errata/outcome", counts=counted(own))
-    return ErrataSheet(ID, TITLE, page, records, outcome, numbers=_numbers(rows), found=own)
+    return ErrataSheet(ID, TITLE, page, records, outcome, own)
 
 
 @dataclass(frozen=True)
@@ -85,16 +85,6 @@ def counted(found: Sequence[SimulatedErratum]) -> SheetCounts:
         len(noted.contradictions),
         len(noted.gaps),
     )
-
-
-def _numbers(rows: Sequence[ArmErratum]) -> list[StatedNumber]:
-    """What other chapters may state, too."""
-    return [
-        StatedNumber(TITLE, f"{row.found.erratum.id}, {name}", row.arm, value)
-        for row in rows
-        for name, value in (("size", row.found.erratum.size), *row.found.erratum.quoted.items())
-        if isinstance(value, float)
-    ]
 
 
 def _rows(found: Sequence[SimulatedErratum], kind: Class) -> list[ArmErratum]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from crosscheck.audit.experiments.cells import LABELLED, LAWS, Law
 from crosscheck.audit.experiments.experiments import BACKLASH, ERROR, PD
 from crosscheck.audit.figures import control, laws, open_loop, sweeps
-from crosscheck.audit.figures.plate import Plate, Row, rows, said
+from crosscheck.audit.figures.plate import Plate, Row, rows
 from crosscheck.audit.figures.runs import LOW_ZETA, ZETA
 from crosscheck.audit.figures.shelf import Shelf
 from crosscheck.audit.figures.views import MICRO, severe_over_zeta
@@ -58,7 +58,6 @@ def chapter(material: Material) -> AuditChapter:
         "\n".join([_introduction(material), *drawn]),
         [plate.to_dict(found) for plate, found in made],
         text("figures/outcome", count=len(made), claims=sum(len(found) for _, found in made)),
-        [one for plate, found in made for one in said(plate.number, found)],
     )
 
 

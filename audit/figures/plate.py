@@ -16,7 +16,6 @@ from crosscheck.audit.claims.rule import Answer, Claim, State, Verdict, answers
 from crosscheck.audit.experiments.cells import LABELLED, LAWS, Cell, Law
 from crosscheck.audit.figures.shelf import Shelf
 from crosscheck.audit.measures.undefined import JsonObject
-from crosscheck.audit.page.chapter import Said
 from crosscheck.audit.page.text import html, text
 from crosscheck.audit.page.words import LAW_NAMES
 
@@ -109,18 +108,3 @@ def _row(shelf: Shelf, claim: Claim, given: Sequence[Answer]) -> Row:
     }
     verdict = shelf.material.judged[claim.id].verdict if shelf.whole else None
     return Row(claim, default, found, verdict)
-
-
-def said(number: int, found: Sequence[Row]) -> list[Said]:
-    """What the table states."""
-    return [
-        Said(
-            f"figure {number}",
-            row.claim.choices[row.choice].id,
-            row.claim.limits,
-            answer.place,
-            answer.state,
-        )
-        for row in found
-        for answer in row.found.values()
-    ]

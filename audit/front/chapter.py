@@ -17,7 +17,7 @@ from crosscheck.audit.hypotheses.evidence.shaking import DRIVES
 from crosscheck.audit.hypotheses.ladder import climbed, picture
 from crosscheck.audit.hypotheses.words import LEVELS
 from crosscheck.audit.measures.thresholds import SEVERE
-from crosscheck.audit.page.chapter import AuditChapter, StatedNumber
+from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
 from crosscheck.audit.page.words import LAW_MEANINGS, LAW_NAMES
@@ -78,13 +78,8 @@ def chapter(material: Material) -> AuditChapter:
         verdicts=verdicts,
     )
     records = [printed.to_dict(), *(strip.to_dict() for strip in third.strips)]
-    numbers = [
-        StatedNumber(TITLE, f"{name} left by {one.level}", one.arm, abs(deviation.total))
-        for one in baselines.left
-        for name, deviation in one.found.items()
-    ]
     outcome = text("front/outcome", **said)
-    return AuditChapter(ID, TITLE, page, records, outcome, third.said(), numbers)
+    return AuditChapter(ID, TITLE, page, records, outcome)
 
 
 def clock_svg(found: Clocks) -> str:

@@ -16,7 +16,6 @@ from crosscheck.audit.hypotheses.ladder import Climbed
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.undefined import JsonObject, defined
-from crosscheck.audit.page.chapter import Said, said_of_third
 from crosscheck.audit.page.material import Material
 
 MODELS: tuple[Planets, ...] = ("lumped", "free")  # the paper's own first
@@ -71,14 +70,6 @@ class Thirds:
         """Whether some starts are severe with the clock, and in no setting without it."""
         severe = (State.YES, State.BISTABLE)
         return {s.cell.law.phase for s in self.strips if s.third.state in severe} == {"omega_t"}
-
-    def said(self) -> list[Said]:
-        """What the claims ask, too."""
-        return [
-            one
-            for strip in self.strips
-            for one in said_of_third("findings", strip.cell, strip.third)
-        ]
 
 
 def third_finding(material: Material, zeta: float = LOW_ZETA) -> Thirds:

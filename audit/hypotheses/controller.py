@@ -13,14 +13,17 @@ from matplotlib.ticker import NullFormatter
 from crosscheck.audit.claims.rule import State
 from crosscheck.audit.experiments.cells import READINGS
 from crosscheck.audit.hypotheses.evidence.flutter import (
+    AFTER_S,
+    HANDED_S,
     SETTLED_S,
     VIBRATES,
     Damping,
+    DriveHandover,
     Flutter,
     FlutterSetting,
+    Handed,
     flutters,
 )
-from crosscheck.audit.hypotheses.evidence.handed import AFTER_S, HANDED_S, DriveHandover, Handed
 from crosscheck.audit.hypotheses.evidence.linear_limits import (
     PAPER_GAINS,
     SUN,

@@ -19,14 +19,14 @@ from crosscheck.audit.claims.catalogue import BY_ID
 from crosscheck.audit.claims.quantities import Known
 from crosscheck.audit.claims.rule import Answer, Claim, State, answers
 from crosscheck.audit.claims.settings import plan_of
-from crosscheck.audit.experiments.cells import LAWS, MODELS, READINGS, Cell, Law
+from crosscheck.audit.experiments.cells import LAWS, READINGS, Cell, Law
 from crosscheck.audit.experiments.experiments import CONSTANT, NO_ERROR, PD
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Planets, Variant
 from crosscheck.audit.measures.rigid import rigid_model
 from crosscheck.audit.measures.undefined import recorded
-from crosscheck.audit.page.chapter import AuditChapter, Said
+from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
@@ -83,7 +83,7 @@ def chapter(material: Material) -> AuditChapter:
     }
     records: list[Mapping[str, object]] = [verdict, *REVERSALS.json(rigid), *table.json(found)]
     outcome = text("hypotheses/damping_fit_outcome", **given)
-    return AuditChapter(ID, TITLE, page, records, outcome, said=said(found, claims))
+    return AuditChapter(ID, TITLE, page, records, outcome)
 
 
 def _most(found: Sequence[DampingFit], law: Law) -> float:
@@ -284,17 +284,6 @@ def tells_nothing(found: Sequence[DampingFit]) -> dict[State, list[str]]:
         if len(states) == 1 and (state := states.pop()) in silent:
             silent[state].append(claim)
     return silent
-
-
-def said(found: Iterable[DampingFit], claims: Sequence[Claim]) -> list[Said]:
-    """What the fit says of the claims' quantities, in settings of theirs."""
-    quantities = {claim.id: quantity.id for claim in claims for quantity in claim.choices.values()}
-    return [
-        Said("damping fit", quantities[name], answer.limits, answer.place, answer.state)
-        for fit in found
-        if fit.cell.model in MODELS
-        for name, answer in fit.answers.items()
-    ]
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,6 @@ from crosscheck.audit.hypotheses.evidence.attribution import (
     deviations,
     ladder_verdict,
     left,
-    said,
 )
 from crosscheck.audit.hypotheses.evidence.rungs import (
     INERTIA,
@@ -36,7 +35,7 @@ from crosscheck.audit.hypotheses.evidence.rungs import (
 )
 from crosscheck.audit.hypotheses.words import GROUPS, LEVELS, RUNGS, SCENARIOS, SYMBOLS
 from crosscheck.audit.measures.undefined import JsonObject, recorded, word
-from crosscheck.audit.page.chapter import AuditChapter, StatedNumber
+from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
@@ -134,12 +133,7 @@ def chapter(material: Material) -> AuditChapter:
         ),
     ]
     outcome = text("hypotheses/ladder_outcome", verdict=found.verdict, inertia=INERTIA)
-    numbers = [
-        StatedNumber(TITLE, f"{name} left by {one.level}", one.arm, abs(deviation.total))
-        for one in found.left
-        for name, deviation in one.found.items()
-    ]
-    return AuditChapter(ID, TITLE, page, records, outcome, said(found.left, claims()), numbers)
+    return AuditChapter(ID, TITLE, page, records, outcome)
 
 
 def _most(found: Sequence[RigidResidual], level: str) -> float:

@@ -12,14 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.audit.claims.quantities import of
 from crosscheck.audit.claims.rule import PARTS, Answer, Place, State, above, quantiles_of, state
-from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 
-QUANTITY = of(PD, "third")
 LARGE = above(SEVERE, "four times the rigid arm's own largest acceleration, a third of the 300")
 VISIBLE = above(EVIDENT, "the smallest that Section 3.2 calls a fluctuation")
 APART_M = 1e-6  # planets have parted: a fifth of the tooth error

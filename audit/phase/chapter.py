@@ -9,11 +9,11 @@ from crosscheck.audit.experiments.cells import INTEGRAL, PRINTED, REPAIRED_RATE,
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
 from crosscheck.audit.measures.undefined import UNDEFINED, JsonObject
-from crosscheck.audit.page.chapter import AuditChapter, said_of_third
+from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import text
 from crosscheck.audit.phase.clock import clocks
-from crosscheck.audit.phase.dampers import dampers
+from crosscheck.audit.phase.dampers import dampers, runaways
 from crosscheck.audit.phase.engines import engines
 from crosscheck.audit.phase.handover import handover
 from crosscheck.audit.phase.maps import Maps, Presence, maps
@@ -21,7 +21,6 @@ from crosscheck.audit.phase.objections import objections
 from crosscheck.audit.phase.page import sections
 from crosscheck.audit.phase.page.sections import Section
 from crosscheck.audit.phase.resonance import resonance
-from crosscheck.audit.phase.runaway import runaways
 from crosscheck.audit.phase.stability import stability
 
 ZETA = 0.005  # of Figs. 11-14 and 16-20: where the start decides
@@ -96,12 +95,6 @@ def _made(simulated: Maps, found: dict[str, Section], material: Material) -> Aud
         "\n".join([introduction, *(section.html for section in ordered)]),
         [own, *(record for section in ordered for record in section.records)],
         text("phase/outcome", verdict=verdict, evident=EVIDENT, severe=SEVERE, **shares),
-        [
-            each
-            for one in simulated.settings
-            if one.setting.is_paper
-            for each in said_of_third(f"{ID}, simulation", one.setting.cell, one.third)
-        ],
     )
 
 

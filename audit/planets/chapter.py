@@ -13,7 +13,7 @@ from crosscheck.audit.experiments.cells import LAWS, READINGS
 from crosscheck.audit.measures.third import APART_M
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.twosamples import SIGNIFICANT
-from crosscheck.audit.page.chapter import AuditChapter, said_of_third
+from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
@@ -95,9 +95,8 @@ def chapter(material: Material) -> AuditChapter:
         *PREDICTIONS.json(grown.joints),
         *FEATURE.json(seen),
     ]
-    stated = [each for one in sampled for each in said_of_third(f"{ID}, free", one.cell, one.free)]
     outcome = text("planets/outcome", verdict=verdict)
-    return AuditChapter(ID, TITLE, "\n".join(shown), records, outcome, stated)
+    return AuditChapter(ID, TITLE, "\n".join(shown), records, outcome)
 
 
 def _sizes(sampled: Sequence[Freed], material: Material) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from itertools import combinations, permutations
 
 from crosscheck.audit.claims.rule import Limits, State
-from crosscheck.audit.page.chapter import Said, StatedNumber
+from tests.audit.stated import Said, StatedNumber
 
 
 def contradictions(said: Iterable[Said]) -> list[str]:

@@ -16,7 +16,6 @@ from crosscheck.audit.hypotheses.evidence.attribution import (
     deviations,
     ladder_verdict,
     left,
-    said,
 )
 from crosscheck.audit.hypotheses.evidence.rungs import (
     GROUPS,
@@ -26,6 +25,7 @@ from crosscheck.audit.hypotheses.evidence.rungs import (
     rungs,
     variant,
 )
+from tests.audit.stated import of_ladder
 
 
 def test_both_orders_climb_the_same_rungs():
@@ -127,6 +127,6 @@ def test_nothing_is_decided_where_no_level_fits():
 
 def test_what_is_said_is_what_fits():
     found = left(by_level([_ladder({"diagonal": 0.01})]), _claims())
-    stated = {(one.place.choice, one.quantity): one.state for one in said(found, _claims())}
+    stated = {(one.place.choice, one.quantity): one.state for one in of_ladder(found, _claims())}
     assert stated["carriers", "constant torque: deviation_2_carriers_rad"] == State.YES
     assert stated["coupled", "constant torque: deviation_2_coupled_rad"] == State.NO

@@ -8,8 +8,8 @@ import pytest
 
 from crosscheck.audit.claims.rule import Limits, Place, State
 from crosscheck.audit.experiments.cells import LABELLED, LAWS
-from crosscheck.audit.page.chapter import Said, StatedNumber
 from tests.audit.contradictions import contradictions, two_values
+from tests.audit.stated import Said, StatedNumber
 
 ONE = Said("here", "pd: third", Limits(low=10.0), Place(LAWS[0], LABELLED, 0.005, ""), State.YES)
 

@@ -15,8 +15,13 @@ from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.hypotheses import controller
 from crosscheck.audit.hypotheses.controller import Vibrating
 from crosscheck.audit.hypotheses.evidence import flutter, linear_limits
-from crosscheck.audit.hypotheses.evidence.flutter import VIBRATES, Flutter, FlutterSetting
-from crosscheck.audit.hypotheses.evidence.handed import DriveHandover, Handed
+from crosscheck.audit.hypotheses.evidence.flutter import (
+    VIBRATES,
+    DriveHandover,
+    Flutter,
+    FlutterSetting,
+    Handed,
+)
 from crosscheck.audit.hypotheses.evidence.linear_limits import SUN, Point, Threshold, growth_agrees
 from crosscheck.audit.phase.runs.plant import Continued
 from crosscheck.models.experiment.drive import drive_data

@@ -25,12 +25,12 @@ from crosscheck.audit.hypotheses.damping_fit import (
     equally_good,
     fit_of,
     fits,
-    said,
     span,
     tells_nothing,
     torque_reversals,
 )
 from crosscheck.audit.page.material import Material
+from tests.audit.stated import of_fit
 
 CLAIMS = [BY_ID[name] for name in NUMBERS]
 
@@ -99,7 +99,7 @@ def test_what_is_said_has_the_claims_own_limits_and_quantities():
         {PD: Sample(sample, np.zeros(STARTS, bool)), CONSTANT: Sample({}, np.zeros(1, bool))}
     )
     fit = fit_of(cell, known, [claim])
-    (one,) = said([fit], [claim])
+    (one,) = of_fit([fit], [claim])
     assert (one.quantity, one.limits) == ("pd: first", claim.limits)
     assert one.place == Place(INTEGRAL, "paper-labelled", 0.02, "")
     assert one.state == State.YES

@@ -32,6 +32,7 @@ from crosscheck.audit.phase.dampers import (
     ABLATIONS,
     ALWAYS,
     AS_IT_STANDS,
+    FAST_RAD_PER_S,
     PLAYED_BACK,
     STEADY,
     STILL,
@@ -60,7 +61,6 @@ from crosscheck.audit.phase.resonance import (
     StageModes,
     tongues,
 )
-from crosscheck.audit.phase.runaway import FAST_RAD_PER_S
 from crosscheck.audit.phase.runs.experiments import Changed, models_of, pd_run, vibration
 from crosscheck.audit.phase.runs.linear import (
     Modes,

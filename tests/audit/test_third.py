@@ -23,7 +23,7 @@ from crosscheck.audit.measures.twosamples import (
     told_apart,
     two_tests,
 )
-from crosscheck.audit.page.chapter import said_of_third
+from tests.audit.stated import of_third
 
 ABOVE, BELOW = 1.01, 0.99
 LOUD, QUIET = ABOVE * SEVERE, BELOW * SEVERE
@@ -86,12 +86,12 @@ def test_what_few_starts_do_is_made_only_if_it_is_no_chance() -> None:
 
 
 def test_what_the_claims_ask_is_said_and_nothing_else() -> None:
-    (stated,) = said_of_third("here", Cell(PRINTED, 0.01), third(*[LOUD] * 10))
+    (stated,) = of_third("here", [(Cell(PRINTED, 0.01), third(*[LOUD] * 10))])
     assert (stated.quantity, stated.state) == ("pd: third", State.YES)
-    (lumped,) = said_of_third("here", Cell(PRINTED, 0.01, planets="lumped"), third(LOUD))
+    (lumped,) = of_third("here", [(Cell(PRINTED, 0.01, planets="lumped"), third(LOUD))])
     assert lumped.place.model == AS_MODELLED
-    assert not said_of_third("here", Cell(INTEGRAL, 0.01, planets="lumped"), third(LOUD))
-    assert not said_of_third("here", Cell(CONSERVATIVE, 0.01), third(LOUD))
+    assert not of_third("here", [(Cell(INTEGRAL, 0.01, planets="lumped"), third(LOUD))])
+    assert not of_third("here", [(Cell(CONSERVATIVE, 0.01), third(LOUD))])
 
 
 def test_two_samples_are_told_apart_or_not() -> None:

@@ -30,8 +30,8 @@ PAPER = "crosscheck.audit"
 CUTS: dict[tuple[str, str], Any] = {
     (f"{PAPER}.measures.events", "THIRD_S"): (0.0, 2e-3),
     (f"{PAPER}.hypotheses.evidence.flights", "RATIOS"): (10.0,),
-    (f"{PAPER}.hypotheses.evidence.handed", "HANDED_S"): 1e-3,
-    (f"{PAPER}.hypotheses.evidence.handed", "AFTER_S"): 1e-3,
+    (f"{PAPER}.hypotheses.evidence.flutter", "HANDED_S"): 1e-3,
+    (f"{PAPER}.hypotheses.evidence.flutter", "AFTER_S"): 1e-3,
     (f"{PAPER}.phase.resonance", "RAMP_S"): 0.01,
     (f"{PAPER}.phase.runs.linear", "BASE_STEP_S"): 0.01,
     (f"{PAPER}.phase.objections", "THIRD_EVERY"): 10,
@@ -121,7 +121,7 @@ def vibrations() -> Result:
 
 
 def handed_over() -> Result:
-    return question("hypotheses.evidence.handed.DriveHandover", variant(), (1,))()
+    return question("hypotheses.evidence.flutter.DriveHandover", variant(), (1,))()
 
 
 def bands() -> Result:
@@ -141,7 +141,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "floating base": question("hypotheses.evidence.flights.Flights", "pd", 2.0, 1e-3),
     "errata": question("errata.finder.Errata", "paper-labelled", 1e-4),
     "statics": question("statics.statics.Statics", "paper-labelled"),
-    "planet spin": question("hypotheses.evidence.spin.SpinCost", "paper-labelled", "pd", 1e-3),
+    "planet spin": question("hypotheses.planet_spin.SpinCost", "paper-labelled", "pd", 1e-3),
     "back and forth": question("hypotheses.evidence.shaking.Shaking", "time", 0.05, (1,), 1e-3),
     "vibrations": vibrations,
     "handed over": handed_over,

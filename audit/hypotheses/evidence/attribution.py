@@ -8,19 +8,16 @@ from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
-from crosscheck.audit.claims.rule import Claim, Limits, Place, State
-from crosscheck.audit.experiments.cells import PRINTED
+from crosscheck.audit.claims.rule import Claim, Limits
 from crosscheck.audit.hypotheses.evidence.rungs import (
     GROUPS,
     INERTIA,
     MESHES,
     QUANTITIES,
     SLIPPED,
-    ZETA,
     Ladder,
 )
 from crosscheck.audit.measures.undefined import UNDEFINED, extreme, known, where_known
-from crosscheck.audit.page.chapter import Said
 from crosscheck.registry import RIGID_LEVELS
 
 # What Section 3.1 says of Fig. 6, each by the claim that judges it.
@@ -221,19 +218,4 @@ def left(levels: Iterable[Deviation], claims: Mapping[str, Claim]) -> list[Rigid
             *place, found, {name: one.fits(claims[name].limits) for name, one in found.items()}
         )
         for place, found in by_place.items()
-    ]
-
-
-def said(found: Iterable[RigidResidual], claims: Mapping[str, Claim]) -> list[Said]:
-    """What the ladder says of the claims' quantities. claims: by quantity."""
-    return [
-        Said(
-            f"H2, baseline {one.level}",
-            claims[name].choices[one.level].id,
-            claims[name].limits,
-            Place(PRINTED, one.arm, ZETA, one.level),
-            State.YES if fits else State.NO,
-        )
-        for one in found
-        for name, fits in one.fits.items()
     ]

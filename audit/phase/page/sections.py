@@ -20,11 +20,11 @@ from crosscheck.audit.measures.undefined import JsonObject, defined, extreme, qu
 from crosscheck.audit.page.material import Material
 from crosscheck.audit.page.text import html, text
 from crosscheck.audit.phase import clock, dampers, handover, maps, objections, resonance, stability
+from crosscheck.audit.phase.dampers import Runaway
 from crosscheck.audit.phase.engines import FEWEST, Engines
 from crosscheck.audit.phase.maps import PHASES, Mapped, Maps, RepairedSetting
 from crosscheck.audit.phase.objections import D_UNKNOWN, FLUTTER, FULL, PLANETS, Objected
 from crosscheck.audit.phase.page import tables, views
-from crosscheck.audit.phase.runaway import Runaway
 from crosscheck.audit.phase.runs.experiments import HIGH_PASS_HZ
 from crosscheck.models.loading import load_arm
 

@@ -14,13 +14,12 @@ from crosscheck.audit.measures.thresholds import EVIDENT
 from crosscheck.audit.measures.twosamples import WithAndWithout
 from crosscheck.audit.page.columns import Columns, TableColumn
 from crosscheck.audit.phase.clock import Delayed
-from crosscheck.audit.phase.dampers import Ablated
+from crosscheck.audit.phase.dampers import Ablated, Runaway
 from crosscheck.audit.phase.engines import Apart, TwoModels
 from crosscheck.audit.phase.handover import Fate
 from crosscheck.audit.phase.maps import Mapped, RepairedSetting
 from crosscheck.audit.phase.objections import Objected, Rates
 from crosscheck.audit.phase.resonance import FloquetRates, Peak
-from crosscheck.audit.phase.runaway import Runaway
 from crosscheck.audit.phase.runs.linear import Interval
 from crosscheck.audit.phase.stability import Linearised
 

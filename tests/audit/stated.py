@@ -1,0 +1,116 @@
+"""What the page's chapters state of one quantity, each for itself: answers and numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from crosscheck.audit.claims.judged import Judged
+from crosscheck.audit.claims.quantities import of
+from crosscheck.audit.claims.rule import Claim, Limits, Place, State
+from crosscheck.audit.errata.sheet import ArmErratum
+from crosscheck.audit.experiments.cells import MODELS, PRINTED, Cell
+from crosscheck.audit.experiments.experiments import PD
+from crosscheck.audit.figures.plate import Row
+from crosscheck.audit.hypotheses.damping_fit import DampingFit
+from crosscheck.audit.hypotheses.evidence.attribution import RigidResidual
+from crosscheck.audit.hypotheses.evidence.rungs import ZETA
+from crosscheck.audit.measures.third import LARGE, Third
+
+
+@dataclass(frozen=True)
+class Said:
+    """where: the chapter and what in it; quantity: its id."""
+
+    where: str
+    quantity: str
+    limits: Limits
+    place: Place
+    state: State
+
+
+@dataclass(frozen=True)
+class StatedNumber:
+    """A number that a sentence states: one quantity in one setting has one value everywhere.
+
+    where: the chapter; quantity and setting: named in words that all chapters use alike.
+    """
+
+    where: str
+    quantity: str
+    setting: str
+    value: float | None
+
+
+def of_third(where: str, found: Iterable[tuple[Cell, Third]]) -> list[Said]:
+    """What a chapter states of the third fluctuation, where the claims ask the same."""
+    answers = [
+        third.answer(Place(cell.law, cell.arm, cell.zeta, "", cell.planets))
+        for cell, third in found
+        if cell.model in MODELS
+    ]
+    return [Said(where, of(PD, "third").id, LARGE, one.place, one.state) for one in answers]
+
+
+def of_claims(every: Iterable[Judged]) -> list[Said]:
+    """What the claims say of their quantities."""
+    return [
+        Said(f"claim {one.claim.id}", choices[a.place.choice].id, a.limits, a.place, a.state)
+        for one in every
+        for choices in (one.claim.choices,)
+        for a in one.answers
+    ]
+
+
+def of_figure(number: int, found: Sequence[Row]) -> list[Said]:
+    """What a figure's table states."""
+    return [
+        Said(
+            f"figure {number}", row.claim.choices[row.choice].id, row.claim.limits, a.place, a.state
+        )
+        for row in found
+        for a in row.found.values()
+    ]
+
+
+def of_fit(found: Iterable[DampingFit], claims: Sequence[Claim]) -> list[Said]:
+    """What the damping fit says of the claims' quantities, in settings of theirs."""
+    quantities = {claim.id: quantity.id for claim in claims for quantity in claim.choices.values()}
+    return [
+        Said("damping fit", quantities[name], answer.limits, answer.place, answer.state)
+        for fit in found
+        if fit.cell.model in MODELS
+        for name, answer in fit.answers.items()
+    ]
+
+
+def of_ladder(found: Iterable[RigidResidual], claims: Mapping[str, Claim]) -> list[Said]:
+    """What the ladder says of the claims' quantities. claims: by quantity."""
+    return [
+        Said(
+            f"H2, baseline {one.level}",
+            claims[name].choices[one.level].id,
+            claims[name].limits,
+            Place(PRINTED, one.arm, ZETA, one.level),
+            State.YES if fits else State.NO,
+        )
+        for one in found
+        for name, fits in one.fits.items()
+    ]
+
+
+def left_by_baselines(where: str, found: Iterable[RigidResidual]) -> Iterator[StatedNumber]:
+    """Deviations from every rigid level."""
+    for one in found:
+        for name, deviation in one.found.items():
+            quantity = f"{name} left by {one.level}"
+            yield StatedNumber(where, quantity, one.arm, abs(deviation.total))
+
+
+def of_sheet(rows: Iterable[ArmErratum]) -> Iterator[StatedNumber]:
+    """Sizes of errata, and what their words quote."""
+    for row in rows:
+        erratum = row.found.erratum
+        for name, value in (("size", erratum.size), *erratum.quoted.items()):
+            if isinstance(value, float):
+                yield StatedNumber("errata", f"{erratum.id}, {name}", row.arm, value)
