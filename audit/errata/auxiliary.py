@@ -57,9 +57,7 @@ def sense_of_the_planets(stage: PaperStage) -> Iterator[Erratum]:
     """Eqs. 2, 3 hold for one way to count theta_p, which the paper does not name."""
     errors = [conversion_error(stage.joint, stage.geometry, how) for how in COUNTED]
     if max(errors) > min(errors):
-        yield Erratum(
-            "eq2-sense", "notation", size=max(errors), unit="sun radii per radian of a planet"
-        )
+        yield Erratum("eq2-sense", size=max(errors))
 
 
 def corners_called_jumps(stage: PaperStage) -> Iterator[Erratum]:
@@ -68,7 +66,7 @@ def corners_called_jumps(stage: PaperStage) -> Iterator[Erratum]:
     beside = b * np.array([1 - 1e-9, 1 + 1e-9])
     jump, slope = np.ptp(dead_zone(beside, b)) / b, np.ptp(dead_zone(beside, b)) / np.ptp(beside)
     if jump < 1e-6 < slope:
-        yield Erratum("discontinuous-points", "statement", size=0.0, unit="m between both sides")
+        yield Erratum("discontinuous-points", size=0.0)
 
 
 def clearance_attracts(arm: Arm) -> Iterator[Erratum]:
@@ -80,9 +78,7 @@ def clearance_attracts(arm: Arm) -> Iterator[Erratum]:
     if pull > 0:
         yield Erratum(
             "eq6-attracts",
-            "equation",
             size=pull * stage.mesh_stiffness_N_per_m,
-            unit="N",
             quoted={"pull": pull * sigma, "sigma": sigma},
             trial=ErratumPair(
                 PhysicalSide(arm, switches(dead_zone="tanh")), PhysicalSide(arm, switches())
@@ -97,9 +93,7 @@ def fundamental_without_phase(stage: PaperStage) -> Iterator[Erratum]:
         joint = stage.joint
         yield Erratum(
             "eq8-no-phase",
-            "statement",
             size=error,
-            unit="of the fundamental, rms",
             quoted={"sun": sun_contact_ratio(joint), "ring": ring_contact_ratio(joint)},
         )
 
@@ -117,9 +111,7 @@ def sense_of_the_gears(stage: PaperStage) -> Iterator[Erratum]:
     if np.ptp(rates) > 1e-9 * max(rates):
         yield Erratum(
             "eq10-sense",
-            "notation",
             size=float(np.ptp(rates)),
-            unit="cycles per carrier turn",
             quoted=dict(zip(("sun", "planet", "ring"), rates, strict=True)),
         )
 
@@ -141,11 +133,9 @@ def ring_mesh_frequency(arm: Arm) -> Iterator[Erratum]:
     if not np.isclose(stated, sun) and np.isclose(true, sun):
         yield Erratum(
             "eq13-rate",
-            "equation",
             printed_tex=tex(printed),
             derived_tex=tex(derived),
             size=rates["corrected"] - rates["eq13"],
-            unit="cycles per carrier turn",
             trial=ErratumPair(
                 PhysicalSide(arm, switches(phase="omega_t", ring_rate="eq13")),
                 PhysicalSide(arm, switches(phase="omega_t", ring_rate="corrected")),
@@ -161,7 +151,6 @@ def phase_of_a_varying_frequency(arm: Arm) -> Iterator[Erratum]:
     if excess != 0:
         yield Erratum(
             "eq8-eq14-phase",
-            "equation",
             printed_tex=r"\sin(\omega_e t)",
             derived_tex=r"\sin\left(\int_0^t \omega_e \, dt\right)",
             quoted={"work": virtual_work(paper_stage(arm), TORQUE_N_M), "torque": TORQUE_N_M},
@@ -180,9 +169,7 @@ def one_phase_for_all(arm: Arm) -> Iterator[Erratum]:
     if between_planets or behind:
         yield Erratum(
             "eq8-eq14-one-phase",
-            "equation",
             size=behind,
-            unit="cycles between sun and ring mesh",
             quoted={"between_planets": between_planets},
             trial=ErratumPair(
                 PhysicalSide(arm, switches()), PhysicalSide(_ring_behind(arm, behind), switches())
@@ -207,11 +194,9 @@ def force_without_clearance(arm: Arm) -> Iterator[Erratum]:
     if force_at_edge > 0:
         yield Erratum(
             "eq15-clearance",
-            "equation",
             printed_tex=r"F = k \, (x - e)",
             derived_tex=r"F = k \, f_k(x - e, b)",
             size=force_at_edge,
-            unit="N",
             trial=ErratumPair(
                 PhysicalSide(without_backlash(arm), switches()), PhysicalSide(arm, switches())
             ),
@@ -222,7 +207,7 @@ def force_of_time(stage: PaperStage) -> Iterator[Erratum]:
     """Eq. 21's F(q, q') at one q and q': how far its mesh force swings with time, by e alone."""
     swing = 2 * stage.mesh_stiffness_N_per_m * stage.tooth_error_m
     if swing > 0:
-        yield Erratum("eq21-time", "notation", size=swing, unit="N at one q and q'")
+        yield Erratum("eq21-time", size=swing)
 
 
 def slope_of_the_root() -> Iterator[Erratum]:
@@ -237,9 +222,5 @@ def slope_of_the_root() -> Iterator[Erratum]:
         turn = float(np.max(drive.rate_rad_per_s)) * math.sqrt(scenario.step_s)
         first = float(np.max(drive.amplitude_N_m)) * math.sin(turn)
         yield Erratum(
-            "drive-root",
-            "statement",
-            size=missed,
-            unit="of the first step's impulse",
-            quoted={"torque": first, "step_us": 1e6 * scenario.step_s},
+            "drive-root", size=missed, quoted={"torque": first, "step_us": 1e6 * scenario.step_s}
         )

@@ -51,15 +51,15 @@ class Effect:
 class Erratum:
     """Where, and how far what is printed is from what should stand there.
 
-    id: names it for good; printed, derived: formulas, or words, which ``words.told`` gives to those
-    that are found without; remark: what these do not say; size [unit]: for this arm, derived minus
-    printed where both are numbers; relative: over the size of the quantity; trial: what to simulate
-    to see the effect, which every erratum of an equation has; quoted: what its words name;
-    printed_tex, derived_tex: the formulas as TeX, if any.
+    id: names it for good; printed, derived: formulas, or words; remark: what these do not say; size
+    [unit]: for this arm, derived minus printed where both are numbers; relative: over the size of
+    the quantity; trial: what to simulate to see the effect, which every erratum of an equation has;
+    quoted: what its words name; printed_tex, derived_tex: the formulas as TeX, if any. Kind, unit
+    and words of those that are found without words are given by ``words.told``.
     """
 
     id: str
-    kind: Class
+    kind: Class = "equation"
     where: str = ""
     printed: str = ""
     derived: str = ""

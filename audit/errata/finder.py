@@ -18,7 +18,6 @@ from crosscheck.analytic.paper.printed import printed_form
 from crosscheck.audit.errata import compare, energy
 from crosscheck.audit.errata.auxiliary import equation_errata
 from crosscheck.audit.errata.erratum import (
-    CLASSES,
     Erratum,
     ErratumPair,
     FormSide,
@@ -83,7 +82,6 @@ def entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
         yield Erratum(
             id=_slug(difference.where),
             where=difference.where,
-            kind="equation",
             printed=f"... {difference.printed}",
             derived=f"... {difference.derived}",
             printed_tex=tex(difference.printed),
@@ -134,7 +132,6 @@ def energy_errata(arm: Arm) -> Iterator[Erratum]:
         yield Erratum(
             id=_slug(where),
             where=where,
-            kind="equation",
             printed=str(energy.as_printed(difference.printed)),
             derived=str(energy.as_printed(difference.derived)),
             remark="" if stated == values else THIN_RING,
@@ -182,7 +179,7 @@ def _with_energy(missing: sp.Expr) -> Form:
 def errata_records(
     arm: Arm, told: Callable[[str], None], duration_s: float = EFFECT_S
 ) -> list[SimulatedErratum]:
-    """The same by class, those of equations with their simulated effects, the largest first.
+    """The same with the simulated effects of those of equations, the largest first.
 
     ``told`` hears of each trial.
     """
@@ -195,7 +192,7 @@ def errata_records(
             if erratum.trial is not None
         }
         found.append(tried(erratum, effects))
-    return sorted(found, key=lambda one: (CLASSES.index(one.erratum.kind), -one.largest_theta_rad))
+    return sorted(found, key=lambda one: -one.largest_theta_rad)
 
 
 def effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:

@@ -55,9 +55,7 @@ def initial_values() -> Iterator[Erratum]:
     if printed != derived:
         yield Erratum(
             "initial-values",
-            "statement",
             size=float(derived - printed),
-            unit="values",
             quoted={"printed": printed, "derived": derived},
         )
 
@@ -80,13 +78,13 @@ def masses_and_inertias(stage: PaperStage) -> Iterator[Erratum]:
         if gyration > pitch:
             numbers = {"M": equivalent, "m": mass, "gyration": 1e3 * gyration, "pitch": 1e3 * pitch}
             size = float(gyration - pitch)
-            yield Erratum(f"table-{name}", "statement", size=size, unit="m", quoted=numbers)
+            yield Erratum(f"table-{name}", size=size, quoted=numbers)
 
 
 def ring_mass() -> Iterator[Erratum]:
     """Table I gives the ring under M, m_j asks for it under m."""
     if "m_r2" in transcript.MADE_OF["m_j"]:
-        yield Erratum("table-ring", "statement", size=1.0, unit="values missing")
+        yield Erratum("table-ring", size=1.0)
 
 
 def rod_or_bar(arm: Arm) -> Iterator[Erratum]:
@@ -95,7 +93,7 @@ def rod_or_bar(arm: Arm) -> Iterator[Erratum]:
     if link.cross_section_m2:
         share = link.cross_section_m2 / link.length_m**2
         numbers = {"percent": 100 * share}
-        yield Erratum("rod-or-bar", "statement", size=share, unit="of I_1", quoted=numbers)
+        yield Erratum("rod-or-bar", size=share, quoted=numbers)
 
 
 def tooth_thickness(stage: PaperStage) -> Iterator[Erratum]:
@@ -103,13 +101,7 @@ def tooth_thickness(stage: PaperStage) -> Iterator[Erratum]:
     share = EXTREME_M / (math.pi * stage.joint.module_m / 2)
     if not math.isclose(share, transcript.THICKNESS_SHARE, rel_tol=0.1):
         size = share - transcript.THICKNESS_SHARE
-        yield Erratum(
-            "six-millimetres",
-            "statement",
-            size=size,
-            unit="tooth thicknesses",
-            quoted={"share": share},
-        )
+        yield Erratum("six-millimetres", size=size, quoted={"share": share})
 
 
 def overshoot(arm: Arm) -> Iterator[Erratum]:
@@ -120,7 +112,7 @@ def overshoot(arm: Arm) -> Iterator[Erratum]:
     beyond = float(run["theta"].values[:, 0].max() / np.max(drive.target_rad) - 1)
     if beyond > CONSIDERABLE:
         numbers = {"percent": 100 * beyond}
-        yield Erratum("overshoot", "statement", size=beyond, unit="of the step", quoted=numbers)
+        yield Erratum("overshoot", size=beyond, quoted=numbers)
 
 
 def speeding_up(arm: Arm) -> Iterator[Erratum]:
@@ -129,7 +121,7 @@ def speeding_up(arm: Arm) -> Iterator[Erratum]:
     share = float((np.diff(speed) > 0).mean())
     if share < NEARLY_ALWAYS:
         numbers = {"percent": 100 * share}
-        yield Erratum("speeding-up", "statement", size=share, unit="of the run", quoted=numbers)
+        yield Erratum("speeding-up", size=share, quoted=numbers)
 
 
 def _rigid(arm: Arm, scenario: str) -> xr.Dataset:
@@ -147,9 +139,7 @@ def two_errors_at_the_tip(arm: Arm) -> Iterator[Erratum]:
     if not math.isclose(straight, transcript.TIP_M, rel_tol=0.1):
         yield Erratum(
             "thirty-millimetres",
-            "statement",
             size=straight - transcript.TIP_M,
-            unit="m",
             quoted={"straight": 1e3 * straight, "bent": 1e3 * bent},
         )
 
@@ -160,7 +150,7 @@ def damping_and_convergence(stage: PaperStage) -> Iterator[Erratum]:
     if slow > quick:
         numbers = {"slow": 1e3 * slow, "quick": 1e3 * quick}
         for name in ("damping-converges", "clearance-converges"):
-            yield Erratum(name, "statement", size=slow - quick, unit="s", quoted=numbers)
+            yield Erratum(name, size=slow - quick, quoted=numbers)
 
 
 def decay_s(stage: PaperStage, zeta: float) -> float:
@@ -182,13 +172,11 @@ def where_nothing_was_run() -> Iterator[Erratum]:
     sizes = transcript.BACKLASHES_UM
     widest = max(larger / smaller for smaller, larger in pairwise(sizes))
     if widest > 2:
-        yield Erratum(
-            "between-50-and-500", "statement", size=widest, unit="times from one run to the next"
-        )
+        yield Erratum("between-50-and-500", size=widest)
     least = min(transcript.TOOTH_ERRORS_UM)
     if least > transcript.QUIET_UM:
         size = least - transcript.QUIET_UM
-        yield Erratum("below-1-um", "statement", size=size, unit="um", quoted={"least": least})
+        yield Erratum("below-1-um", size=size, quoted={"least": least})
 
 
 def unused_abbreviations() -> Iterator[Erratum]:
@@ -201,13 +189,13 @@ def unused_abbreviations() -> Iterator[Erratum]:
             waiting += transcript.MADE_OF.get(name, ())
     # The two spellings of what turns with a link are an erratum of their own.
     for name in sorted(set(transcript.MADE_OF) - used - {"I_cip"}):
-        yield Erratum(f"unused-{name}", "notation", size=1.0, unit="symbols", quoted={"name": name})
+        yield Erratum(f"unused-{name}", size=1.0, quoted={"name": name})
 
 
 def index_without_use() -> Iterator[Erratum]:
     """r_cip carries the joint's index, what it is made of does not."""
     if transcript.MADE_OF["r_cip"] == ("r_c",):
-        yield Erratum("index-r_cip", "notation", size=1.0, unit="index")
+        yield Erratum("index-r_cip", size=1.0)
 
 
 def symbols_used_twice() -> Iterator[Erratum]:
@@ -217,9 +205,7 @@ def symbols_used_twice() -> Iterator[Erratum]:
         if len(quantities) > 1:
             yield Erratum(
                 f"symbol-{symbol}",
-                "notation",
                 size=float(len(quantities)),
-                unit="quantities",
                 quoted=_named(definitions, symbol, "; ".join(quantities)),
             )
 
@@ -231,9 +217,7 @@ def quantities_with_two_symbols() -> Iterator[Erratum]:
         if len(symbols) > 1:
             yield Erratum(
                 f"symbols-{'-'.join(symbols)}",
-                "notation",
                 size=float(len(symbols)),
-                unit="symbols",
                 quoted=_named(definitions, quantity, ", ".join(symbols)),
             )
 

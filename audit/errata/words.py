@@ -68,10 +68,12 @@ def notes() -> Notes:
 class Words:
     """Texts of a computed erratum, as in ``Erratum``, with places for its numbers."""
 
+    kind: Class
     where: str
     printed: str
     derived: str
     remark: str = ""
+    unit: str = ""
 
 
 @cache

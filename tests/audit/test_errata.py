@@ -194,7 +194,7 @@ def test_all_words_are_of_errata_that_can_be_found(found):
 def test_errors_of_equations_have_effects_and_nothing_else_has(found):
     """Only these are quoted as a number of errors."""
     for erratum in found:
-        assert (erratum.kind == "equation") == (erratum.trial is not None), erratum.id
+        assert (told(erratum).kind == "equation") == (erratum.trial is not None), erratum.id
     read = notes().misprints
     assert "equation" not in {one.kind for one in read}
     assert not {one.id for one in read} & {one.id for one in found}
