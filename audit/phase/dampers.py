@@ -195,17 +195,13 @@ def runaways(study: Study, scale: Scale) -> list[Runaway]:
     seeds = range(scale.first_seed, scale.first_seed + count)
     parts = [tuple(seeds[k : k + AT_ONCE]) for k in range(0, count, AT_ONCE)]
     wanted = [(law, part) for law in RUNAWAY_LAWS for part in parts]
-    asked = [_asked(law, part, scale) for law, part in wanted]
+    plain = {law: question(PD, Cell(law, RUNAWAY_ZETA), ()).variant for law in RUNAWAY_LAWS}
+    asked = [TopSpeed(scale.cut(plain[law]), part) for law, part in wanted]
     found = study.answers(asked, "phase: runaways")
     samples = [(law, Sample.of(one)) for (law, _), one in zip(wanted, found, strict=True)]
     return [
         _runaway(law, [sample for own, sample in samples if own == law]) for law in RUNAWAY_LAWS
     ]
-
-
-def _asked(law: Law, seeds: tuple[int, ...], scale: Scale) -> TopSpeed:
-    variant = question(PD, Cell(law, RUNAWAY_ZETA), ()).variant
-    return TopSpeed(scale.cut(variant), seeds)
 
 
 def _runaway(law: Law, samples: list[Sample]) -> Runaway:

@@ -166,16 +166,17 @@ def ladder_verdict(
     levels: Sequence[Deviation], climbed: Sequence[Deviation], theta_2: Limits
 ) -> LadderVerdict:
     """levels: what every baseline leaves; climbed: of whole ladders; theta_2: the paper's."""
-    fitting = tuple(level for level in RIGID_LEVELS if _fits(levels, level, theta_2))
+    angles = {
+        level: largest(levels, scenario=TORQUE, level=level, quantity="theta_2")
+        for level in RIGID_LEVELS
+    }
+    fitting = tuple(
+        level for level, own in angles.items() if own and all(one.fits(theta_2) for one in own)
+    )
     rest = [one for one in largest(levels, scenario=TORQUE) if one.level in fitting]
     whole = [one for one in climbed if one.instant == "largest"]
     causes = tuple(dict.fromkeys(one.dominant for one in whole))
     return LadderVerdict(fitting, _spans(rest), _spans(whole), causes)
-
-
-def _fits(levels: Sequence[Deviation], level: str, theta_2: Limits) -> bool:
-    found = largest(levels, scenario=TORQUE, level=level, quantity="theta_2")
-    return bool(found) and all(one.fits(theta_2) for one in found)
 
 
 def _spans(found: Sequence[Deviation]) -> dict[str, Span]:
