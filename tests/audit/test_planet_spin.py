@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from crosscheck.audit.hypotheses.planet_spin import CONSIDERABLE_M, SpinCost, matters
+from crosscheck.audit.hypotheses.evidence.spin import CONSIDERABLE_M, SpinCost, matters
 from crosscheck.models.loading import load_arm
 
 

@@ -25,7 +25,6 @@ from crosscheck.audit.page import report
 from crosscheck.models.trajectory import read_netcdf
 from crosscheck.provenance import ROOT
 from crosscheck.runner import sources
-from tests.audit.contradictions import two_values
 from tests.audit.markup import SVG, axis_problems, page_problems, uneven_tables
 from tests.audit.published import BRIEF, Name, Noting, Published, few_settings
 from tests.audit.views import is_view
@@ -50,12 +49,6 @@ def test_every_chapter_says_something(published: Published) -> None:
         assert chapter.outcome.endswith(".")
         ids = [record["id"] for record in chapter.records]
         assert len(set(ids)) == len(ids) > 0
-
-
-def test_no_number_of_page_and_sheet_has_two_values(published: Published) -> None:
-    numbers = [one for chapter in published.chapters.values() for one in chapter.numbers]
-    assert {one.where for one in numbers} >= {"What came out", "Errata sheet"}
-    assert two_values(numbers) == []
 
 
 def test_the_page_is_well_formed(published: Published) -> None:

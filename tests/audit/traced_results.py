@@ -141,7 +141,7 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "floating base": question("hypotheses.evidence.flights.Flights", "pd", 2.0, 1e-3),
     "errata": question("errata.finder.Errata", "paper-labelled", 1e-4),
     "statics": question("statics.statics.Statics", "paper-labelled"),
-    "planet spin": question("hypotheses.planet_spin.SpinCost", "paper-labelled", "pd", 1e-3),
+    "planet spin": question("hypotheses.evidence.spin.SpinCost", "paper-labelled", "pd", 1e-3),
     "back and forth": question("hypotheses.evidence.shaking.Shaking", "time", 0.05, (1,), 1e-3),
     "vibrations": vibrations,
     "handed over": handed_over,
