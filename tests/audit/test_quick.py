@@ -22,9 +22,9 @@ from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.figures import chapter as figures
 from crosscheck.audit.figures.shelf import Shelf
 from crosscheck.audit.front.findings import baseline_finding, third_finding
+from crosscheck.audit.hypotheses.evidence.spin import SpinCost
 from crosscheck.audit.hypotheses.ladder import claims as ladder_claims
 from crosscheck.audit.hypotheses.ladder import climbed
-from crosscheck.audit.hypotheses.evidence.spin import SpinCost
 from crosscheck.audit.hypotheses.planet_spin import DURATIONS_S as SPUN_S
 from crosscheck.audit.page import report
 from crosscheck.audit.page.chapter import AuditChapter
