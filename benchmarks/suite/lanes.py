@@ -25,7 +25,7 @@ STEPS, VECTORS = {2: 100_000, 6: 20_000}, (1, 2, 4)
 MEMBERS = max(LANES * max(VECTORS), ABREAST * (os.cpu_count() or 1))  # a group for every core
 ALONE, ONE, ALL = "one alone", "side by side, one core", "side by side, all cores"
 SLIMMEST = 1 / 6  # of a trajectory's time alone
-OF_C = 1.25
+OF_C = 1.0
 
 
 def measure(repeats: int) -> list[Row]:

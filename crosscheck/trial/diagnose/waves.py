@@ -135,7 +135,9 @@ class Fitting:
 
         Where a value or its square is beyond what floats hold, nothing explains anything.
         """
-        if not np.isfinite(values @ values):
+        with np.errstate(over="ignore"):
+            squared = values @ values
+        if not np.isfinite(squared):
             return Observed(arm, {}, {}, float("inf"))
         solved = self._inverse @ values
         solved = solved + self._inverse @ (values - self.table @ solved)
