@@ -50,7 +50,7 @@ def _sources() -> tuple[Source, ...]:
     return (*FULL.sources(cell), BACKLASH(50), ERROR(5), STATIC, PLANTED)
 
 
-@settings(max_examples=4, deadline=None, print_blob=True, phases=(Phase.reuse, Phase.generate))
+@settings(max_examples=4, print_blob=True, phases=(Phase.reuse, Phase.generate))
 @given(seed=st.integers(0, 2**63))
 def test_every_claim_gets_a_verdict_whatever_is_missing(seed: int) -> None:
     generator = np.random.default_rng(seed)

@@ -135,7 +135,7 @@ def test_lumped_planets_are_a_parameter():
 states = st.lists(st.sampled_from(list(State)), min_size=6, max_size=6)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(said=states, at=st.integers(0, 5))
 def test_between_clear_and_bistable_a_verdict_moves_only_to_or_from_bistable(said, at):
     """What other seeds can do to one setting moves no verdict between two clear ones."""

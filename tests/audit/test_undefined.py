@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from crosscheck.audit.hypotheses import controller
@@ -20,9 +20,6 @@ from crosscheck.audit.hypotheses.evidence.rungs import GROUPS, INERTIA
 from crosscheck.audit.measures.undefined import UNDEFINED, all_of, recorded, shown
 from crosscheck.audit.phase.chapter import h1_verdict
 from crosscheck.audit.phase.maps import Presence
-
-UNHURRIED = settings(deadline=None)
-
 
 NUMBER = st.one_of(st.none(), st.floats())
 NUMBERS = st.lists(NUMBER, min_size=4, max_size=4)
@@ -38,7 +35,6 @@ SCALARS: list[tuple[Callable[..., Any], int]] = [
 @pytest.mark.parametrize(
     ("decide", "count"), SCALARS, ids=lambda value: getattr(value, "__qualname__", None)
 )
-@UNHURRIED
 @given(data=st.data())
 def test_a_decision_about_numbers_is_open_where_one_is_undefined(
     decide: Callable[..., Any], count: int, data: st.DataObject
@@ -50,7 +46,6 @@ def test_a_decision_about_numbers_is_open_where_one_is_undefined(
     assert (found is None) == (not all(known))
 
 
-@UNHURRIED
 @given(one=YES, other=YES, third=YES)
 def test_open_decisions_in_words(one: bool | None, other: bool | None, third: bool | None) -> None:
     answer = h1_verdict(Presence.PRINTED, {"a": one, "b": other, "c": third})
@@ -64,7 +59,6 @@ def test_open_decisions_in_words(one: bool | None, other: bool | None, third: bo
     )
 
 
-@UNHURRIED
 @given(data=st.data())
 def test_nothing_else_falls_over_what_is_missing(data: st.DataObject) -> None:
     values = [math.nan if value is None else value for value in data.draw(NUMBERS)]
@@ -78,7 +72,6 @@ def test_nothing_else_falls_over_what_is_missing(data: st.DataObject) -> None:
     assert needed is None or np.isfinite(errors).any()
 
 
-@UNHURRIED
 @given(value=NUMBER | NUMBERS | st.dictionaries(st.sampled_from("ab"), NUMBERS))
 def test_records_are_json_and_texts_words(value: Any) -> None:
     json.dumps(recorded(value), allow_nan=False)

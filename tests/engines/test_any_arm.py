@@ -18,7 +18,7 @@ JOINTS = range(1, 8)
 # exudyn:bodies solves for joint forces: with as many it would take as long as all the others.
 STATES, STATES_OF_BODIES, SEED = 12, 6, 5
 # An arm takes a second: no time to look for simpler ones.
-DRAWN = {"deadline": None, "database": None, "phases": [Phase.generate]}
+DRAWN = {"database": None, "phases": [Phase.generate]}
 
 
 def disagreements(arm: Arm) -> list[str]:
@@ -52,7 +52,7 @@ def disagreeing(comparisons: Iterable[Comparison]) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("joints", JOINTS)
-@settings(max_examples=2, derandomize=True, **DRAWN)
+@settings(max_examples=2, **DRAWN)
 @given(data=st.data())
 def test_models_agree_on_the_same_arms_every_time(joints, data):
     assert disagreements(data.draw(any_arms(joints, unlike=True))) == []
@@ -73,7 +73,7 @@ def test_models_agree_on_arms_whose_planets_count_as_one(joints, data):
 
 
 @pytest.mark.parametrize("joints", JOINTS)
-@settings(max_examples=1, derandomize=True, **DRAWN)
+@settings(max_examples=1, **DRAWN)
 @given(data=st.data())
 def test_models_agree_on_springs_that_are_a_potential(joints, data):
     arm = data.draw(any_arms(joints, unlike=True))

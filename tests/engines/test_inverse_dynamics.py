@@ -19,7 +19,7 @@ ROUNDED = 1e-12
 
 
 @pytest.mark.parametrize("level", RIGID_LEVELS)
-@settings(max_examples=5, deadline=None, derandomize=True, suppress_health_check=[*HealthCheck])
+@settings(max_examples=5, suppress_health_check=[*HealthCheck])
 @given(arm=st.integers(1, 7).flatmap(any_arms), seed=st.integers(0, 2**32 - 1))
 def test_every_model_asks_for_the_same_torques(level, arm, seed):
     draw = np.random.default_rng(seed)

@@ -240,7 +240,7 @@ def test_every_switch_on_arms_of_every_size(place):
         assert state_misses(model) == []
 
 
-@settings(max_examples=6, derandomize=True, deadline=None, database=None)
+@settings(max_examples=6, database=None)
 @given(data=st.data())
 def test_arms_that_nobody_chose(data):
     arm = data.draw(any_arms(data.draw(st.integers(1, 7)), unlike=True))

@@ -68,7 +68,7 @@ def _state(model: PhysicalModel, seed: int) -> tuple[np.ndarray, np.ndarray]:
     return q, v
 
 
-@settings(max_examples=20, deadline=None)  # each new number of joints derives its equations once
+@settings(max_examples=20)  # each new number of joints derives its equations once
 @given(arms, seeds)
 def test_mass_matrix_is_symmetric_and_positive_definite(arm, seed):
     model = PhysicalModel(arm, load_scenario("pd"))
@@ -77,7 +77,7 @@ def test_mass_matrix_is_symmetric_and_positive_definite(arm, seed):
     assert np.linalg.eigvalsh(mass).min() > 0
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(arms, seeds)
 def test_inertial_forces_do_no_work_of_their_own(arm, seed):
     """d(v'Mv/2)/dt = v'(M a + bias): the bias is that of the mass matrix."""
@@ -100,7 +100,7 @@ def _springs(joint: Planetary) -> Planetary:
     return joint.model_copy(update={"friction_N_m_s_per_rad": 0.0, **meshes})
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(geared_arms, seeds)
 def test_mesh_forces_are_the_slope_of_a_potential(arm, seed):
     """Constant stiffness, no tooth error, no damping: F = -dV/dq with V = N k f_k^2 / 2."""

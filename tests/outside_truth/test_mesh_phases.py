@@ -75,7 +75,7 @@ def delays(stage: Stage) -> tuple[np.ndarray, np.ndarray]:
     return cycles * np.array(stage.sun_passages()), cycles * np.array(stage.ring_passages())
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(stages)
 def test_drawn_flanks_touch_on_the_line_of_action(stage):
     """Every planet as drawn fits sun and ring, and its contacts move as involutes' must."""
@@ -100,7 +100,7 @@ def test_planets_that_do_not_assemble_are_seen_to_overlap():
     assert np.abs(cycles) == pytest.approx([0.5, 0.0, 0.5], abs=0.1)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(stages)
 def test_phases_of_drawn_gears(stage):
     sun, ring = delays(stage)
@@ -239,7 +239,7 @@ def seen_phases(model: Model, loaded: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", names("geared"))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(arms_by_teeth())
 def test_models_meshes_are_in_phase_as_drawn(name, arm):
     joint, model = arm.joints[0], free_model(name, arm)

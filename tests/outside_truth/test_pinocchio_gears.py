@@ -77,7 +77,7 @@ def gears(arm: Arm) -> PinocchioGears:
     return PinocchioGears(arm, load_case("paper-labelled", "pd").scenario)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(arms_in_motion())
 def test_the_map_of_coordinates_has_an_inverse(moving):
     arm, q, _ = moving
@@ -106,7 +106,7 @@ def test_planets_of_a_stage_must_move_alike():
         model.from_tree(tree)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(arms_in_motion())
 def test_without_mesh_motion_it_is_the_rigid_arm_on_rolling_gears(moving):
     """M and bias along x = 0 against mimic joints; unequal stages, 1 to 4 joints."""
@@ -123,7 +123,7 @@ def test_without_mesh_motion_it_is_the_rigid_arm_on_rolling_gears(moving):
     np.testing.assert_allclose(along.T @ geared.bias(q, along @ theta_dot), bias, **close)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(arms_in_motion())
 def test_mass_matrix_is_positive_definite_and_its_change_is_the_bias(moving):
     """v . bias = v M' v / 2: velocities do no work but through M(q)."""
@@ -140,7 +140,7 @@ def test_mass_matrix_is_positive_definite_and_its_change_is_the_bias(moving):
     assert v @ model.bias(q, v) == pytest.approx(change, abs=1e-7 * size)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(arms_in_motion())
 def test_forward_dynamics_solve_the_equation_of_motion(moving):
     """The articulated body algorithm on all bodies against M a + bias = f."""
@@ -155,7 +155,7 @@ def test_forward_dynamics_solve_the_equation_of_motion(moving):
     np.testing.assert_allclose(found, expected, rtol=0, atol=1000 * EPS * size / lightest)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(arms_in_motion())
 def test_contact_forces_obey_newtons_third_law(moving):
     """Over all bodies, base included, they sum to no force and, about the shoulder, no moment."""

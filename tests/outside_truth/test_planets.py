@@ -97,7 +97,7 @@ def every_law() -> st.SearchStrategy[Switches]:
 
 
 @every_engine
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(arm=unlike_arms(), chosen=every_law(), seed=seeds)
 def test_every_planets_mesh_does_its_own_virtual_work(name, arm, chosen, seed):
     """Unlike laws, clearances, errors, phases and dampers, in every switch's sense."""
@@ -110,7 +110,7 @@ def test_every_planets_mesh_does_its_own_virtual_work(name, arm, chosen, seed):
 
 
 @every_engine
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(arm=unlike_arms() | alike_arms(), corrected=st.booleans(), seed=seeds)
 def test_conservative_forces_are_the_slope_of_the_springs_energy(name, arm, corrected, seed):
     """At rest, in every coordinate at once; V takes complex coordinates, so its slope is exact."""
@@ -124,7 +124,7 @@ def test_conservative_forces_are_the_slope_of_the_springs_energy(name, arm, corr
 
 
 @every_engine
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(arm=unlike_arms(), seed=seeds)
 def test_forward_dynamics_of_unlike_planets_solve_the_equation_of_motion(name, arm, seed):
     model = build(name, arm, undriven(), switches(planets="free", **CONSERVATIVE))
@@ -161,7 +161,7 @@ def test_lumped_planets_are_free_ones_in_step(name, arm, laws):
 
 
 @every_engine
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 @given(arm=alike_arms(), work=st.sampled_from(["paper", "conservative"]), seed=seeds)
 def test_lumped_planets_of_any_arm_are_free_ones_in_step(name, arm, work, seed):
     one_by_one = free(name, arm, mesh_work=work)
@@ -217,7 +217,7 @@ def test_phases_from_the_teeth(name, sun, planet, at_sun, at_ring, given_sun):
 
 
 @every_engine
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 @given(arm=alike_arms(), seed=seeds)
 def test_phases_from_the_teeth_are_those_that_one_may_list(name, arm, seed):
     """To whole turns: the arm checks a list against the teeth by itself."""
@@ -429,7 +429,7 @@ def gear_tree(arm: Arm, **laws: str) -> PinocchioGears:
     return PinocchioGears(arm, undriven(), switches(planets="free", **laws))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(unlike_arms(), seeds)
 def test_pinocchios_contact_forces_obey_newtons_third_law(arm, seed):
     """And work on the phase changes none of them: it is a torque between two links."""
@@ -445,7 +445,7 @@ def test_pinocchios_contact_forces_obey_newtons_third_law(arm, seed):
     np.testing.assert_array_equal(working.contact_wrenches(0.2, q, v), wrenches)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(unlike_arms(), seeds)
 def test_pinocchios_map_of_free_coordinates_has_an_inverse(arm, seed):
     model = gear_tree(arm)

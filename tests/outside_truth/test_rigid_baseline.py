@@ -158,7 +158,7 @@ def test_kinetic_energy_is_the_work_of_the_drive(scenario, level):
     assert energy[-1] - energy[0] == pytest.approx(work, abs=1e-9)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(arms_in_motion(), st.sampled_from(LEVELS))
 def test_mass_matrix_is_symmetric_and_positive_definite(moving, level):
     arm, q, _ = moving
@@ -167,7 +167,7 @@ def test_mass_matrix_is_symmetric_and_positive_definite(moving, level):
     assert np.linalg.eigvalsh(mass)[0] > 0
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(arms_in_motion(), st.sampled_from(LEVELS))
 def test_power_of_the_drive_raises_the_kinetic_energy(moving, level):
     """dT/dt = v M a + v M' v / 2 = v f: the bias does only what M' asks of it."""
@@ -186,7 +186,7 @@ def test_power_of_the_drive_raises_the_kinetic_energy(moving, level):
     assert v @ mass @ acceleration + change == pytest.approx(power, abs=1e-7 * size)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(arms_in_motion(), st.sampled_from(LEVELS))
 def test_acceleration_solves_the_equation_of_motion(moving, level):
     arm, q, v = moving

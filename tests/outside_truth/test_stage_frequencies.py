@@ -215,7 +215,7 @@ every_geared_model = pytest.mark.parametrize("name", names("geared"))
 
 
 @every_geared_model
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(one_stage_arms(unlike=False))
 def test_frequencies_of_planets_alike(name, arm):
     model = free_model(name, arm)
@@ -226,7 +226,7 @@ def test_frequencies_of_planets_alike(name, arm):
 
 
 @every_geared_model
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(one_stage_arms(unlike=True))
 def test_matrices_of_planets_unlike(name, arm):
     model, moved = free_model(name, arm), of_gears(arm.joints[0])

@@ -22,7 +22,7 @@ from tests.trial.states import sample
 UNLIKE, PAPER = load_arm("three-unlike"), load_arm("paper-labelled")
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 5))
 def test_waves_come_back(seed: int, count: int):
     known, generator = terms(PAPER, ABSOLUTE), np.random.default_rng(seed)
