@@ -91,6 +91,7 @@ def interpreted(program: Program) -> dict[str, Callable[..., Any]]:
     names: dict[str, Any] = {
         "fma": fma,
         "sqrt": math.sqrt,
+        "rint": lambda x: float(np.rint(x)),
         "divided": _divided,
         "power_of_two": power_of_two,
         "pick": lambda rows, first, place: rows[first + int(place)],

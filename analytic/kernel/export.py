@@ -18,7 +18,7 @@ from crosscheck.models.experiment.drive import TABLE
 
 OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 COMPARED = {ast.Gt: ">", ast.Lt: "<", ast.GtE: ">=", ast.LtE: "<="}
-CALLS = {"abs": "fabs", "fma": "fma", "power_of_two": "power_of_two"}
+CALLS = {"abs": "fabs", "rint": "rint", "fma": "fma", "power_of_two": "power_of_two"}
 POWER_OF_TWO = """\
 /* 2 to a whole number, which comes with 1.5 * 2^52 added. */
 static double power_of_two(double shifted) {

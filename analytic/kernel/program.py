@@ -302,7 +302,7 @@ def tabled(time: str, structure: Structure) -> str:
 def free_names(lines: Iterable[str], structure: Structure, known: Iterable[str]) -> tuple[str, ...]:
     """The names that lines use and do not set, in the order of their use: the numbers."""
     own = {f"{block}_{name}" for block in ("q", "v") for name in structure.coordinates}
-    words = {"t", "root_t", "w", "abs", "pick", "power_of_two", "if", "else"}
+    words = {"t", "root_t", "w", "abs", "rint", "pick", "power_of_two", "if", "else"}
     set_before = own | words | set(known)
     found: dict[str, None] = {}
     for line in lines:

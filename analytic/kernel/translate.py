@@ -86,7 +86,7 @@ def _declarations(lanes: int) -> list[str]:
     return [
         f"declare {kind} @llvm.{name}.{suffix}({', '.join([kind] * count)})"
         for suffix, kind in kinds
-        for name, count in (("fabs", 1), ("sqrt", 1), ("fma", 3))
+        for name, count in (("fabs", 1), ("rint", 1), ("sqrt", 1), ("fma", 3))
     ]
 
 
@@ -388,7 +388,7 @@ class _Function:
         assert isinstance(node.func, ast.Name)
         name, values = node.func.id, [self._expression(argument) for argument in node.args]
         match name:
-            case "abs" | "sqrt" | "fma":
+            case "abs" | "rint" | "sqrt" | "fma":
                 return self._intrinsic({"abs": "fabs"}.get(name, name), values)
             case "min" | "max":
                 a, b = self._common(*values)

@@ -34,7 +34,7 @@ EXPONENTIAL = tuple(1 / math.factorial(n) for n in range(14))
 
 def reduced(name: str, turns: str) -> list[str]:
     """Lines that set ``name``: the turns less their nearest whole number."""
-    return [f"{name} = {turns}", f"{name} -= {name} + {ROUNDING!r} - {ROUNDING!r}"]
+    return [f"{name} = {turns}", f"{name} -= rint({name})"]
 
 
 def cosine(name: str, turns: str) -> list[str]:

@@ -131,17 +131,15 @@ def _stage(s: LinkStructure, j: int, stage: StageShape) -> Lines:
         yield f"v_{sun} = v_x_s{j} - v_x_pr{planet}"
         yield f"v_{ring} = v_x_pr{planet}"
     yield from mesh_forces(s, j, stage)
-    yield f"f_s{j} = 0.0"
-    yield f"f_p{j} = 0.0"
-    for sun, ring, planet in planets:
+    for n, (sun, ring, planet) in enumerate(planets):
         yield f"f_{sun} = F_{sun} + D_{sun}"
         yield f"f_p{planet} = f_{sun} - (F_{ring} + D_{ring})"
-        yield f"f_s{j} = f_s{j} - f_{sun}"
-        yield f"f_p{j} = f_p{j} + f_p{planet}"
-    yield f"tau{j} = -(kappa_s{j} * f_s{j} + kappa_p{j} * f_p{j})" + (
+        yield f"f_sp{j} = " + (f"f_sp{j} + " if n else "") + f"f_{sun}"
+        yield f"f_p{j} = " + (f"f_p{j} + " if n else "") + f"f_p{planet}"
+    yield f"tau{j} = kappa_s{j} * f_sp{j} - kappa_p{j} * f_p{j}" + (
         f" + on_theta{j}" if s.conservative else ""
     )
-    yield f"base{j} = -(u_s{j} * f_s{j} + u_p{j} * f_p{j} + reaction{j} * T{j})"
+    yield f"base{j} = u_s{j} * f_sp{j} - u_p{j} * f_p{j} - reaction{j} * T{j}"
 
 
 def _solve(s: LinkStructure) -> Lines:
@@ -167,7 +165,7 @@ def _gears(s: LinkStructure) -> Lines:
     for j, stage in s.geared:
         before = f"u_{{0}}{j} * A{j - 1} + " if j > 1 else ""
         carried = f" - ({before}kappa_{{0}}{j} * a_theta{j})"
-        yield f"f_s{j} = f_s{j} + advance{j} * T{j}"
+        yield f"f_s{j} = advance{j} * T{j} - f_sp{j}"
         yield f"a_x_s{j} = inv_s{j} * f_s{j}" + carried.format("s")
         for n in range(1, stage.planets + 1):
             yield f"a_x_pr{j}_{n} = inv_p{j} * f_p{j}_{n}" + carried.format("p")
