@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.stats import rankdata
 
 from crosscheck.audit.claims.measured import MEASURED
-from crosscheck.audit.experiments.experiments import PLANTED, STATIC, Family, Source
+from crosscheck.audit.experiments.experiments import CONSTANT, PD, PLANTED, STATIC, Family, Source
 from crosscheck.audit.experiments.pool import Sample
 
 FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
@@ -89,6 +90,10 @@ def of(source: Source, name: str) -> Quantity:
         number.window,
         static,
     )
+
+
+# Of the experiments that most statements are about, a number by its name.
+pd, torque, static = (partial(of, source) for source in (PD, CONSTANT, STATIC))
 
 
 def _made(

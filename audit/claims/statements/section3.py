@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-from crosscheck.audit.claims.quantities import each, of, over
+from crosscheck.audit.claims import quantities as q
 from crosscheck.audit.claims.rule import Decided, Limits, about, above, below, read_off
-from crosscheck.audit.experiments.experiments import (
-    CONSTANT,
-    CONSTANT_NO_ERROR,
-    CONSTANT_PRELOADED,
-    PLANTED,
-    STATIC,
-)
+from crosscheck.audit.experiments import experiments as run
 from crosscheck.audit.measures.thresholds import DOUBLED, HALVED
 from crosscheck.audit.statics.statics import BENDS
 from crosscheck.registry import RIGID_LEVELS
@@ -24,73 +18,73 @@ CALMED = above(DOUBLED, "at least twice as much at the start as later")
 DECIDED: Decided = {
     # data and start
     "3-01": (
-        of(CONSTANT, "torque_gain"),
+        q.torque("torque_gain"),
         about(99 / 27 + 1, 0.02, "the gears' own inertia takes a little of it"),
     ),
     "3-02": (
-        of(CONSTANT, "force_at_start_N"),
+        q.torque("force_at_start_N"),
         below(1e-3, "k_m times the 1e-12 m by which starts differ is 1e-4 N"),
     ),
     "3-03": (
-        of(STATIC, "initial_values"),
+        q.static("initial_values"),
         Limits(11.5, 12.5, "twelve: six coordinates and their rates"),
     ),
     "3-04": (
-        of(STATIC, "gyration_over_pitch"),
+        q.static("gyration_over_pitch"),
         below(1.0, "no gear's mass lies, on average, beyond its pitch circle"),
     ),
     # deviations from the rigid arm
     "3.1-01": (
-        each(RIGID_LEVELS, lambda level: of(CONSTANT, f"deviation_1_{level}_rad")),
+        q.each(RIGID_LEVELS, lambda level: q.torque(f"deviation_1_{level}_rad")),
         Limits(0.015, 0.025, PRINTED_DIGIT),
     ),
     "3.1-02": (
-        each(RIGID_LEVELS, lambda level: of(CONSTANT, f"deviation_2_{level}_rad")),
+        q.each(RIGID_LEVELS, lambda level: q.torque(f"deviation_2_{level}_rad")),
         Limits(0.005, 0.015, PRINTED_DIGIT),
     ),
-    "3.1-03": (each(BENDS, lambda angle: of(STATIC, f"bent_{angle}_mm")), THIRTY),
-    "3.1-04": (each(RIGID_LEVELS, lambda level: of(CONSTANT, f"tip_{level}_mm")), THIRTY),
-    "3.1-05": (each(RIGID_LEVELS, lambda level: of(CONSTANT, f"stroke_share_{level}")), TWENTIETH),
+    "3.1-03": (q.each(BENDS, lambda angle: q.static(f"bent_{angle}_mm")), THIRTY),
+    "3.1-04": (q.each(RIGID_LEVELS, lambda level: q.torque(f"tip_{level}_mm")), THIRTY),
+    "3.1-05": (q.each(RIGID_LEVELS, lambda level: q.torque(f"stroke_share_{level}")), TWENTIETH),
     "3.1-06": (
-        each(RIGID_LEVELS, lambda level: of(CONSTANT, f"growth_{level}")),
+        q.each(RIGID_LEVELS, lambda level: q.torque(f"growth_{level}")),
         above(DOUBLED, "more than in proportion to the time"),
     ),
     "3.1-07": (
-        over(of(CONSTANT, "deviation_1_coupled_rad"), of(CONSTANT, "deviation_1_links_rad")),
+        q.over(q.torque("deviation_1_coupled_rad"), q.torque("deviation_1_links_rad")),
         above(HALVED, "half of it is left when the rigid model has the gears' inertia"),
     ),
-    "3.1-08": (each(RIGID_LEVELS, lambda level: of(CONSTANT, f"relative_{level}")), TWENTIETH),
+    "3.1-08": (q.each(RIGID_LEVELS, lambda level: q.torque(f"relative_{level}")), TWENTIETH),
     "3.1-18": (
-        of(PLANTED, "planted_shown"),
+        q.of(run.PLANTED, "planted_shown"),
         above(0.9, "a validation shows nine of ten gross errors"),
     ),
     "3.1-19": (
-        {"the shoulder": of(CONSTANT, "stroke_1"), "the elbow": of(CONSTANT, "stroke_2")},
+        {"the shoulder": q.torque("stroke_1"), "the elbow": q.torque("stroke_2")},
         about(1.0, 0.5, "half a circle is the nearest of quarter, half and whole"),
     ),
-    "3.1-20": (each(RIGID_LEVELS, lambda level: of(CONSTANT, f"own_share_{level}")), TWENTIETH),
+    "3.1-20": (q.each(RIGID_LEVELS, lambda level: q.torque(f"own_share_{level}")), TWENTIETH),
     # the meshes
     "3.1-09": (
-        of(CONSTANT, "x_middle_um"),
+        q.torque("x_middle_um"),
         about(52, 0.02, "1 µm to either side: " + PRINTED_DIGIT),
     ),
-    "3.1-10": (of(CONSTANT, "vibration_decay_s"), RAPID),
-    "3.1-11": (of(CONSTANT, "force_decay"), CALMED),
+    "3.1-10": (q.torque("vibration_decay_s"), RAPID),
+    "3.1-11": (q.torque("force_decay"), CALMED),
     "3.1-12": (
-        over(of(CONSTANT_PRELOADED, "ringing_N"), of(CONSTANT, "ringing_N")),
+        q.over(q.of(run.CONSTANT_PRELOADED, "ringing_N"), q.torque("ringing_N")),
         below(HALVED, "most of it is gone without the impact"),
     ),
     "3.1-13": (
-        over(of(CONSTANT_NO_ERROR, "x_ripple_um"), of(CONSTANT, "x_ripple_um")),
+        q.over(q.of(run.CONSTANT_NO_ERROR, "x_ripple_um"), q.torque("x_ripple_um")),
         below(HALVED, "without the cause less than half is left"),
     ),
-    "3.1-14": (of(CONSTANT, "x_ripple_um"), read_off(10)),
-    "3.1-15": (of(CONSTANT, "x_ripple_over_2E"), read_off(1)),
+    "3.1-14": (q.torque("x_ripple_um"), read_off(10)),
+    "3.1-15": (q.torque("x_ripple_over_2E"), read_off(1)),
     "3.1-16": (
-        of(CONSTANT, "turns_gained"),
+        q.torque("turns_gained"),
         above(0.5, "one turning point more in the second half"),
     ),
-    "3.1-17": (of(CONSTANT, "speeding_up"), above(0.95, "it speeds up nearly always")),
-    "3.1-21": (of(CONSTANT, "others_decay"), CALMED),
-    "3.1-22": (of(CONSTANT, "others_decay_s"), RAPID),
+    "3.1-17": (q.torque("speeding_up"), above(0.95, "it speeds up nearly always")),
+    "3.1-21": (q.torque("others_decay"), CALMED),
+    "3.1-22": (q.torque("others_decay_s"), RAPID),
 }
