@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from crosscheck.audit.experiments.cells import INTEGRAL, Cell
+from crosscheck.audit.experiments.cells import Cell
 from crosscheck.audit.experiments.experiments import (
     BACKLASH,
     DEFAULT_B_UM,
@@ -19,10 +19,6 @@ from crosscheck.audit.measures.rigid import rigid_model
 
 # The paper gives no damping. At the smaller value its third fluctuation shows under its own law.
 ZETA, LOW_ZETA = 0.02, 0.005
-PROPORTIONAL = (500.0, 1000.0, 2000.0)  # Fig. 10, with D = 400; only 1000 is the paper's
-DERIVATIVE = (200.0, 400.0, 800.0)  # with P = 1000; only 400 is the paper's
-GAINS = (1000.0, 400.0)  # Section 3.2
-GAIN_STEP_S = 5e-5  # enough for angles that are drawn
 SMOOTH_RECORD = 20  # 0.2 ms: for angles and speeds, which have nothing at mesh frequencies
 FULL_RECORD = 2  # 20 µs: eleven records of a period of the fastest mesh mode
 
@@ -37,13 +33,3 @@ def drawn(source: Source, cell: Cell, seed: int | None, record_every: int = FULL
 def rigid_run(scenario: str, level: str) -> Variant:
     """The rigid arm at a level, recorded on the grid of the smooth runs."""
     return Variant(scenario, model=rigid_model(level), record_every=SMOOTH_RECORD)
-
-
-def gain_run(proportional: float, derivative: float, seed: int) -> Variant:
-    """PD control with other gains, for angles alone."""
-    settings = (
-        f"scenario.step_s={GAIN_STEP_S!r}",
-        f"scenario.drive.proportional_N_m_per_rad={float(proportional)!r}",
-        f"scenario.drive.derivative_N_m_s_per_rad={float(derivative)!r}",
-    )
-    return replace(drawn(PD, Cell(INTEGRAL, ZETA), seed, SMOOTH_RECORD), settings=settings)

@@ -34,9 +34,7 @@ from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import legend, log_y, new_figure, not_reached, to_svg
 from crosscheck.signals import envelope
 
-IMPACT_WINDOW_S = (0.34, 0.46)
 SMALL_BINS = 350
-DEFAULTS = {BACKLASH: DEFAULT_B_UM, ERROR: DEFAULT_E_UM}
 HIGHEST_HZ = 6000.0
 FAINTEST = 1e-6  # rad/s^2: what is drawn of a spectrum
 DRAWN = 300  # points of a spectrum: the largest line of every 20 Hz
@@ -52,36 +50,78 @@ class Axis(NamedTuple):
     log: bool = False
 
 
-IMPACT_AXES = (
+class Sweep(NamedTuple):
+    """Experiments of a family, the paper's own of this size [um], with numbers of all starts.
+
+    Of F_sp1 in a window [s]; without one the spectra of both joints' accelerations are drawn.
+    """
+
+    family: Family
+    default_um: float
+    numbers: tuple[Axis, ...]
+    window: tuple[float, float] | None = None
+
+
+_THIRD = (
+    Axis("third_force_fast_N", "fast part of F_sp1 [kN]", KILO, log=True),
+    Axis("third", "third fluctuation [rad/s²]", log=True),
+)
+_IMPACT = (
     Axis("side_change_s", "first contact [s]"),
     Axis("second_force_N", "impact [kN]", KILO, log=True),
     Axis("second_decay_s", "falls to a tenth in [s]"),
 )
-THIRD_AXES = (
-    Axis("third_force_fast_N", "fast part of F_sp1 [kN]", KILO, log=True),
-    Axis("third", "third fluctuation [rad/s²]", log=True),
+_LINES = (
+    Axis("frequency_Hz", "shoulder's frequency [Hz]"),
+    Axis("line_share", "share of energy in one line [1]"),
+    Axis("low_share", "share of energy below 500 Hz [1]"),
 )
+_JOINTS = (
+    Axis("third", "shoulder [rad/s²]", log=True),
+    Axis("third_elbow", "elbow [rad/s²]", log=True),
+)
+FIGURES = {
+    16: Sweep(BACKLASH, DEFAULT_B_UM, _IMPACT, (0.34, 0.46)),
+    17: Sweep(BACKLASH, DEFAULT_B_UM, _THIRD, THIRD_S),
+    18: Sweep(BACKLASH, DEFAULT_B_UM, _LINES),
+    19: Sweep(ERROR, DEFAULT_E_UM, _THIRD, THIRD_S),
+    20: Sweep(ERROR, DEFAULT_E_UM, _JOINTS),
+}
 
 
 def figure_17(shelf: Shelf) -> Plate:
-    """F_sp1 over b in the third fluctuation."""
-    plate = forces_over(shelf, 17, BACKLASH, THIRD_S, THIRD_AXES)
-    fed = [one for one in _energies(shelf) if one.peak_J > one.work_J]
+    """F_sp1 over b in the third fluctuation, with runs that have more energy than was put in."""
+    plate = over_sizes(shelf, 17)
+    runs = shelf.runs(shelf.members(BACKLASH, LOW_ZETA), 17)
+    energies = (Energy(law, b, *energy_peak(run)) for (law, b), run in runs.items())
+    fed = [one for one in energies if one.peak_J > one.work_J]
     return replace(plate, tables={"energy": ENERGY.html(fed)} if fed else {})
 
 
-def forces_over(
-    shelf: Shelf, number: int, family: Family, window: tuple[float, float], axes: Sequence[Axis]
-) -> Plate:
-    """F_sp1 in a window [s] over the sizes of a family, with numbers of all starts."""
+def over_sizes(shelf: Shelf, number: int) -> Plate:
+    """One of FIGURES: numbers of all starts, then what one start gives."""
+    family, default_um, shown, window = FIGURES[number]
     sweep = shelf.sweep(number, family, LOW_ZETA)
-    own = sweep[INTEGRAL][DEFAULTS[family]]
-    more = f"{family.symbol} as at the panels."
-    one = Drawing(small_multiples(sweep, family.symbol, window), conditions(own, shelf.seed, more))
-    return Plate(number, [over_sizes(shelf, family, axes), one], LOW_ZETA, shelf.seed)
+    own = sweep[INTEGRAL][default_um]
+    if window is None:
+        where = "in the legend"
+        plain = drawn(family(default_um), Cell(INTEGRAL, LOW_ZETA), None)
+        beside = {"rigid": rigid_arm(replace(plain, duration_s=None))}
+        rigid = shelf.courses(beside, number)["rigid"]
+        lines = {
+            law: {size: spectra(run, rigid) for size, run in row.items()}
+            for law, row in sweep.items()
+        }
+        svg = _spectra_svg(lines, family.symbol)
+    else:
+        where = "at the panels"
+        svg = _force_svg(sweep, family.symbol, window)
+    caption = conditions(own, shelf.seed, f"{family.symbol} as {where}.")
+    drawings = [_numbers_of_all(shelf, family, shown), Drawing(svg, caption)]
+    return Plate(number, drawings, LOW_ZETA, shelf.seed)
 
 
-def over_sizes(shelf: Shelf, family: Family, shown: Sequence[Axis]) -> Drawing:
+def _numbers_of_all(shelf: Shelf, family: Family, shown: Sequence[Axis]) -> Drawing:
     """Numbers of all starts against the size, a dot for every start."""
     figure, grid = new_figure(1, len(shown), 2.9)
     for axes, one in zip(grid[0], shown, strict=True):
@@ -98,7 +138,7 @@ def over_sizes(shelf: Shelf, family: Family, shown: Sequence[Axis]) -> Drawing:
     return Drawing(to_svg(figure), caption)
 
 
-def small_multiples(
+def _force_svg(
     sweep: Mapping[Law, Mapping[float, Course]], symbol: str, window: tuple[float, float]
 ) -> str:
     """F_sp1 [kN] in a window [s] from one start: a row per size, the laws side by side."""
@@ -133,17 +173,10 @@ ENERGY = Columns[Energy](
     (
         TableColumn("law", "phase law", lambda row: LAW_NAMES[row.law]),
         TableColumn("b_um", "b [µm]", lambda row: row.size_um, "g"),
-        TableColumn("peak_J", "largest kinetic energy [J]", lambda row: row.peak_J, ".4g"),
-        TableColumn("work_J", "work of the drive until then [J]", lambda row: row.work_J, ".4g"),
+        TableColumn("peak_J", "largest kinetic energy [J]", form=".4g"),
+        TableColumn("work_J", "work of the drive until then [J]", form=".4g"),
     ),
 )
-
-
-def _energies(shelf: Shelf) -> list[Energy]:
-    """Of the drawn runs of Fig. 17."""
-    variants = shelf.members(BACKLASH, LOW_ZETA)
-    runs = shelf.runs(variants.values(), 17)
-    return [Energy(law, b, *energy_peak(runs[v])) for (law, b), v in variants.items()]
 
 
 def energy_peak(run: xr.Dataset) -> tuple[float, float]:
@@ -160,32 +193,6 @@ def energy_peak(run: xr.Dataset) -> tuple[float, float]:
     torque = run["torque"].values
     work = (torque[1:] + torque[:-1]) / 2 * np.diff(turned, axis=0)
     return float(energy[last]), float(work[:last].sum())
-
-
-BACKLASH_AXES = (
-    Axis("frequency_Hz", "shoulder's frequency [Hz]"),
-    Axis("line_share", "share of energy in one line [1]"),
-    Axis("low_share", "share of energy below 500 Hz [1]"),
-)
-ERROR_AXES = (
-    Axis("third", "shoulder [rad/s²]", log=True),
-    Axis("third_elbow", "elbow [rad/s²]", log=True),
-)
-
-
-def spectra_over(shelf: Shelf, number: int, family: Family, axes: Sequence[Axis]) -> Plate:
-    """Spectra of both joints' accelerations over the sizes of a family, with the same."""
-    sweep = shelf.sweep(number, family, LOW_ZETA)
-    plain = drawn(family(DEFAULTS[family]), Cell(INTEGRAL, LOW_ZETA), None)
-    beside = rigid_arm(replace(plain, duration_s=None))
-    rigid = shelf.courses([beside], number)[beside]
-    lines = {
-        law: {size: spectra(run, rigid) for size, run in row.items()} for law, row in sweep.items()
-    }
-    own = sweep[INTEGRAL][DEFAULTS[family]]
-    caption = conditions(own, shelf.seed, f"{family.symbol} as in the legend.")
-    one = Drawing(_spectra_svg(lines, family.symbol), caption)
-    return Plate(number, [over_sizes(shelf, family, axes), one], LOW_ZETA, shelf.seed)
 
 
 def spectra(run: Course, rigid: Course) -> list[Spectrum]:

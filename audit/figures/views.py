@@ -26,10 +26,40 @@ LAW_COLOURS = dict(zip(LAWS, (COLOURS[4], COLOURS[1], COLOURS[0]), strict=True))
 Overlay = Callable[[Axes, tuple[float, float]], None]
 
 
+class Curve(NamedTuple):
+    """A line of a panel, x and y (points,); without a label none in the legend; width [pt]."""
+
+    x: np.ndarray | Sequence[float]
+    y: np.ndarray
+    colour: str
+    label: str | None = None
+    style: str = "-"
+    width: float | None = None
+
+
+class Panel(NamedTuple):
+    """Curves in one pair of axes, with what Matplotlib's ``Axes.set`` is to be told."""
+
+    curves: Sequence[Curve]
+    settings: Mapping[str, object]
+
+
+def panels(height: float, *shown: Panel) -> str:
+    """Panels side by side, of this height [in], above one legend."""
+    figure, grid = new_figure(1, len(shown), height)
+    for axes, (curves, settings) in zip(grid[0], shown, strict=True):
+        for x, y, colour, label, style, width in curves:
+            axes.plot(x, y, style, color=colour, label=label, linewidth=width)
+        axes.set(**settings)
+    legend(figure, *grid[0])
+    return to_svg(figure)
+
+
 class Strip(NamedTuple):
     """One row of a figure over the laws: a quantity of a Course in a window [s].
 
-    scale: its unit in SI units, inverse; band: whether all starts are drawn behind.
+    scale: its unit in SI units, inverse; band: whether all starts are drawn behind; elbow: whether
+    the outer joint is drawn, too.
     """
 
     label: str
@@ -37,6 +67,7 @@ class Strip(NamedTuple):
     window: tuple[float, float]
     scale: float = 1.0
     band: bool = False
+    elbow: bool = True
 
 
 def law_figure(
@@ -51,7 +82,12 @@ def law_figure(
         grid[0, column].set_title(LAW_NAMES[law])
         for axes, strip in zip(grid[:, column], strips, strict=True):
             if bands is not None and strip.band:
-                draw_band(axes, bands[law], strip)
+                between = bands[law]
+                low, high = (strip.scale * np.array(x) for x in between.bands[strip.quantity])
+                name = f"between all {between.starts} starts"
+                axes.fill_between(
+                    between.time, low, high, color=ALL_STARTS, linewidth=0.4, label=name
+                )
             draw_strip(axes, run, strip)
             axes.locator_params(axis="x", nbins=5)
             if overlay is not None:
@@ -65,18 +101,11 @@ def law_figure(
     return to_svg(figure)
 
 
-def draw_band(axes: Axes, between: Between, strip: Strip) -> None:
-    """From the lowest to the highest of all starts."""
-    band = between.bands[strip.quantity]
-    low, high = (strip.scale * np.array(values) for values in band)
-    label = f"between all {between.starts} starts"
-    axes.fill_between(between.time, low, high, color=ALL_STARTS, linewidth=0.4, label=label)
-
-
 def draw_strip(axes: Axes, run: Course, strip: Strip) -> None:
     """Every column of the strip's quantity, (times,) or (times, joints)."""
     part = signals.window(run.time, *strip.window)
     columns = strip.scale * np.atleast_2d(getattr(run, strip.quantity).T)
+    columns = columns if strip.elbow else columns[:1]
     for joint, (column, colour) in enumerate(zip(columns, COLOURS, strict=False), start=1):
         name = f"joint {joint}, one start" if len(columns) > 1 else "shoulder, one start"
         line(axes, run.time[part], column[part], name, colour)
