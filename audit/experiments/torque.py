@@ -129,17 +129,18 @@ def _tip(theta: np.ndarray, arm: Arm) -> np.ndarray:
 
 
 def _turns_gained(time: np.ndarray, values: np.ndarray) -> float:
-    """Turning points after HALFWAY_S less those before; nan if the run ends there."""
+    """Turning points after HALFWAY_S less those before; nan if the run ends there.
+
+    Of the slow course of values [m]: E's ripple, not ringing.
+    """
     if time[-1] <= HALFWAY_S:
         return np.nan
-    return _turns(time, values, HALFWAY_S, np.inf) - _turns(time, values, 0, HALFWAY_S)
-
-
-def _turns(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> int:
-    """Turning points of the slow course of values [m] in [begin, end), E's ripple, not ringing."""
-    part = signals.window(time, begin, end)
-    slow = values[part] - fast(time, values, part=part)
-    return sum(len(find_peaks(sign * slow, prominence=TURN_M)[0]) for sign in (1, -1))
+    counts = []
+    for part in (signals.window(time, HALFWAY_S, np.inf), signals.window(time, 0, HALFWAY_S)):
+        slow = values[part] - fast(time, values, part=part)
+        turns = [find_peaks(sign * slow, prominence=TURN_M)[0] for sign in (1, -1)]
+        counts.append(sum(map(len, turns)))
+    return counts[0] - counts[1]
 
 
 def _stiffness_follows(run: Course, part: slice) -> float:
