@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from crosscheck.audit.claims.judged import Judged, Varied, models_of, strips, varied
+from crosscheck.audit.claims.judged import Judged, Varied, models_of, strips
 from crosscheck.audit.claims.rule import (
     FEW,
     MOST,
@@ -18,7 +18,7 @@ from crosscheck.audit.claims.rule import (
     ends,
 )
 from crosscheck.audit.claims.settings import Plan, plan_of
-from crosscheck.audit.experiments.cells import AS_GEARS, AS_MODELLED, BETWEEN, GearModel
+from crosscheck.audit.experiments.cells import AS_GEARS, AS_MODELLED, BETWEEN, VARIANTS, GearModel
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.starts import ALIKE, FIRST
 from crosscheck.audit.measures.undefined import JsonObject, defined, shown
@@ -78,14 +78,16 @@ def chapter(material: Material) -> AuditChapter:
 
 
 def rows(material: Material) -> list[ClaimRow]:
-    """Of every claim, in the paper's order."""
+    """Of every claim, in the paper's order, with what VARIANTS say that have its experiments."""
     found = []
     for one in material.judged.values():
-        variants = {
-            model: Judged(one.claim, tuple(answers(one.claim, settings)))
-            for model, settings in material.variations.items()
-        }
-        found.append(ClaimRow(one, tuple(varied(one, variants))))
+        variants = []
+        for model, settings in material.variations.items():
+            other = Judged(one.claim, tuple(answers(one.claim, settings)))
+            if other.answers and not one.claim.static:
+                own = one.by_model[VARIANTS[model]].kind
+                variants.append(Varied(model, other.verdict.kind, own))
+        found.append(ClaimRow(one, tuple(variants)))
     return found
 
 
@@ -153,10 +155,9 @@ def model_words(model: GearModel) -> str:
 
 def value_words(answer: Answer) -> str:
     """Median and the outer quantiles, once where they are equal as printed."""
-    found = answer.quantiles
-    if found is None:
+    if answer.quantiles is None:
         return "undefined"
-    low, middle, high = map(number, found)
+    low, middle, high = map(number, answer.quantiles)
     return middle if low == high else f"{middle} ({low} … {high})"
 
 
@@ -184,17 +185,15 @@ def turning_words(judged: Judged) -> str:
     return "; ".join(shown(at) for at in sorted(places)) or "at none"
 
 
+def _answer_id(answer: Answer) -> str:
+    place = answer.place
+    zeta = "" if place.zeta is None else f"{place.zeta:g}"
+    parts = (place.model.id if place.model else "", place.arm, zeta, place.choice)
+    return "/".join(part for part in parts if part)
+
+
 ANSWERS = Columns[Answer](
-    lambda answer: "/".join(
-        part
-        for part in (
-            answer.place.model.id if answer.place.model else "",
-            answer.place.arm,
-            "" if answer.place.zeta is None else f"{answer.place.zeta:g}",
-            answer.place.choice,
-        )
-        if part
-    ),
+    _answer_id,
     (
         TableColumn("law", "law", lambda a: a.place.law.id if a.place.law else None),
         TableColumn("planets", "planets", lambda a: a.place.planets if a.place.law else None),
@@ -205,10 +204,10 @@ ANSWERS = Columns[Answer](
         TableColumn("yes", "yes", lambda a: a.share.yes if a.share else None),
         TableColumn("share", "share", lambda a: a.share.value if a.share else None),
         TableColumn("share_95", "95 % interval", lambda a: a.share.interval if a.share else None),
-        TableColumn("quantiles", "quantiles", lambda a: a.quantiles),
-        TableColumn("starts", "starts", lambda a: a.starts),
+        TableColumn("quantiles", "quantiles"),
+        TableColumn("starts", "starts"),
         TableColumn("run", "starts that were run", lambda a: a.starts - a.not_run),
-        TableColumn("undefined", "undefined", lambda a: a.undefined),
+        TableColumn("undefined", "undefined"),
     ),
 )
 
@@ -236,8 +235,7 @@ def record(judged: Judged, variants: Sequence[Varied]) -> dict[str, object]:
         **_verdict(judged.verdict),
         "models": {
             name: _verdict(judged.by_model[model])
-            for name, model in NAMED.items()
-            if model in judged.by_model
+            for name, model in ({} if claim.static else NAMED).items()
         },
         "turns_at": {"low": list(judged.turning.low), "high": list(judged.turning.high)},
         "hangs_on_one_start": judged.hangs_on_a_start,

@@ -158,25 +158,23 @@ def diverged(source: Source) -> Quantity:
 
 def where(condition: Quantity, above: float, quantity: Quantity) -> Quantity:
     """The quantity where another is larger than so much; undefined elsewhere."""
-    words = f"{quantity.words}, where {condition.words} exceeds {above:g} {condition.unit}"
-    return _made(
-        f"where above {above:g}",
-        words,
-        quantity.unit,
-        (condition, quantity),
-        lambda n: np.where(condition(n) > above, quantity(n), np.nan),
-    )
+    return _conditioned(quantity, condition, "above", "exceeds", above, np.greater)
 
 
 def where_below(condition: Quantity, below: float, quantity: Quantity) -> Quantity:
     """The quantity where another is smaller than so much; undefined elsewhere."""
-    words = f"{quantity.words}, where {condition.words} is below {below:g} {condition.unit}"
+    return _conditioned(quantity, condition, "below", "is below", below, np.less)
+
+
+def _conditioned(
+    quantity: Quantity, condition: Quantity, side: str, verb: str, limit: float, holds: np.ufunc
+) -> Quantity:
     return _made(
-        f"where below {below:g}",
-        words,
+        f"where {side} {limit:g}",
+        f"{quantity.words}, where {condition.words} {verb} {limit:g} {condition.unit}",
         quantity.unit,
         (condition, quantity),
-        lambda n: np.where(condition(n) < below, quantity(n), np.nan),
+        lambda n: np.where(holds(condition(n), limit), quantity(n), np.nan),
     )
 
 

@@ -22,14 +22,8 @@ from crosscheck.analytic.paper.mesh_frequency import (
 from crosscheck.analytic.paper.mesh_phasing import ring_behind_sun, sun_lag
 from crosscheck.audit.errata.erratum import Erratum, ErratumPair, PhysicalSide, tex
 from crosscheck.audit.measures.stage import PaperStage, paper_stage, without_backlash
+from crosscheck.audit.statics import teeth
 from crosscheck.audit.statics.surroundings import virtual_work
-from crosscheck.audit.statics.teeth import (
-    COUNTED,
-    conversion_error,
-    ring_contact_ratio,
-    stiffness_wave,
-    sun_contact_ratio,
-)
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.experiment.scenario import SinusoidDrive, switches
 from crosscheck.models.loading import load_scenario
@@ -52,7 +46,7 @@ def equation_errata(arm: Arm) -> Iterator[Erratum]:
 def displacements(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
     """Eqs. 2 to 8: what presses the teeth, their clearance and their stiffness."""
     # Eqs. 2, 3 hold for one way to count theta_p, which the paper does not name.
-    errors = [conversion_error(stage.joint, stage.geometry, how) for how in COUNTED]
+    errors = [teeth.conversion_error(stage.joint, stage.geometry, how) for how in teeth.COUNTED]
     if max(errors) > min(errors):
         yield Erratum("eq2-sense", size=max(errors))
     # Eq. 5 at its two edges: its value on both sides, and its slope.
@@ -72,9 +66,12 @@ def displacements(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
             trial=ErratumPair(PhysicalSide(arm, switches(dead_zone="tanh")), PhysicalSide(arm)),
         )
     # Eq. 8 against the fundamental of Eq. 7 at the contact ratio of the ring mesh.
-    error = stiffness_wave(stage)["eq8_error_of the ring mesh"]
+    error = teeth.stiffness_wave(stage)["eq8_error_of the ring mesh"]
     if error:
-        ratios = {"sun": sun_contact_ratio(stage.joint), "ring": ring_contact_ratio(stage.joint)}
+        ratios = {
+            "sun": teeth.sun_contact_ratio(stage.joint),
+            "ring": teeth.ring_contact_ratio(stage.joint),
+        }
         yield Erratum("eq8-no-phase", size=error, quoted=ratios)
 
 

@@ -136,6 +136,7 @@ STATIC = Source("static", asked=None)  # follows from the arm's data alone
 PLANTED = Source("planted slips", asked=None)  # likewise
 BACKLASH = Family("backlash", "b", _BACKLASH)  # Figs. 16-18
 ERROR = Family("tooth error", "E", _ERROR)  # Figs. 19-20
+DEFAULTS = (BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM))  # the PD run as a member of both sweeps
 BACKLASH_NO_ERROR = Family("backlash, no error", "b", _BACKLASH, NO_ERROR)
 _BACK = replace(CONSTANT, scenario="back-and-forth", asked=BackAndForth)
 _EVENLY = replace(_BACK, settings=("scenario.drive.argument=time",))

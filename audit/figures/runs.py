@@ -5,15 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from crosscheck.audit.experiments.cells import Cell
-from crosscheck.audit.experiments.experiments import (
-    BACKLASH,
-    DEFAULT_B_UM,
-    DEFAULT_E_UM,
-    ERROR,
-    PD,
-    Source,
-    question,
-)
+from crosscheck.audit.experiments.experiments import DEFAULTS, PD, Source, question
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.rigid import rigid_model
 
@@ -25,8 +17,7 @@ FULL_RECORD = 2  # 20 µs: eleven records of a period of the fastest mesh mode
 
 def drawn(source: Source, cell: Cell, seed: int | None, record_every: int = FULL_RECORD) -> Variant:
     """An experiment in a setting as the claims' samples have it, from one of their starts."""
-    same = PD if source in (BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM)) else source
-    variant = question(same, cell, ()).variant
+    variant = question(PD if source in DEFAULTS else source, cell, ()).variant
     return replace(variant, seed=seed, record_every=record_every)
 
 

@@ -13,17 +13,7 @@ from crosscheck.audit.claims.quantities import Known, NotSimulatedError
 from crosscheck.audit.claims.settings import Plan, plan_of, planted_of, statics_of
 from crosscheck.audit.experiments.bands import Bands, Between
 from crosscheck.audit.experiments.cells import LABELLED, LAWS, Cell, Law
-from crosscheck.audit.experiments.experiments import (
-    BACKLASH,
-    DEFAULT_B_UM,
-    DEFAULT_E_UM,
-    ERROR,
-    PD,
-    PLANTED,
-    STATIC,
-    Family,
-    Source,
-)
+from crosscheck.audit.experiments.experiments import DEFAULTS, PD, PLANTED, STATIC, Family, Source
 from crosscheck.audit.experiments.pool import Sample
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.figures.runs import drawn
@@ -32,7 +22,6 @@ from crosscheck.audit.measures.reading import first_planets
 from crosscheck.audit.page.material import Material
 
 BAND_BINS = 900  # over a whole run
-DEFAULTS = (BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM))  # other names of the default run
 WITHOUT_SETTING = {STATIC: statics_of, PLANTED: planted_of}
 Name = TypeVar("Name", bound=Hashable)
 
