@@ -11,8 +11,7 @@ import numpy as np
 from crosscheck.audit.experiments.cells import INTEGRAL, Cell
 from crosscheck.audit.experiments.experiments import BACK, CONSTANT, DEFAULT_B_UM, PD
 from crosscheck.audit.figures.plate import Drawing, Plate
-from crosscheck.audit.figures.runs import SMOOTH_RECORD, ZETA, drawn, rigid_run
-from crosscheck.audit.figures.shelf import Shelf
+from crosscheck.audit.figures.shelf import SMOOTH_RECORD, ZETA, Shelf, drawn, rigid_run
 from crosscheck.audit.figures.views import Curve, Panel, conditions, panels
 from crosscheck.audit.measures import events
 from crosscheck.audit.measures.course import Course

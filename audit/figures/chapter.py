@@ -9,8 +9,7 @@ from crosscheck.audit.experiments.cells import LABELLED, LAWS, Law
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.figures import angles, laws, over_laws, sweeps
 from crosscheck.audit.figures.plate import Plate, Row, rows
-from crosscheck.audit.figures.runs import LOW_ZETA, ZETA
-from crosscheck.audit.figures.shelf import Shelf
+from crosscheck.audit.figures.shelf import LOW_ZETA, ZETA, Shelf
 from crosscheck.audit.figures.views import severe_over_zeta
 from crosscheck.audit.measures.shares import Share
 from crosscheck.audit.measures.third import Third

@@ -11,13 +11,13 @@ from matplotlib.axes import Axes
 from pydantic import JsonValue
 
 from crosscheck import signals
-from crosscheck.audit.experiments.cells import INTEGRAL, Cell
+from crosscheck.audit.experiments.bands import Between
+from crosscheck.audit.experiments.cells import INTEGRAL, Cell, Law
 from crosscheck.audit.experiments.experiments import CONSTANT, PD, SHORT_S, Source
 from crosscheck.audit.experiments.torque import RING_CYCLES
 from crosscheck.audit.figures.plate import Drawing, Plate
-from crosscheck.audit.figures.runs import LOW_ZETA, drawn
-from crosscheck.audit.figures.shelf import Shelf
-from crosscheck.audit.figures.views import MICRO, Overlay, Strip, conditions, law_figure
+from crosscheck.audit.figures.shelf import LOW_ZETA, Shelf, drawn
+from crosscheck.audit.figures.views import MICRO, conditions, line, same_scale
 from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
 from crosscheck.audit.measures.stage import paper_stage
@@ -25,6 +25,8 @@ from crosscheck.audit.measures.third import Third
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.page.words import LAW_NAMES
 from crosscheck.models.experiment.scenario import ConstantDrive, per_joint
+from crosscheck.report.fragments import COLOURS
+from crosscheck.report.plots.figures import legend, new_figure, not_reached, to_svg
 
 # Windows [s]; of the side change and the third fluctuation a few periods of what happens there.
 TORQUE_S = ((0.0, 0.5), (0.0, 0.01))
@@ -32,6 +34,9 @@ SIDE_S, THIRD_S = (0.345, 0.385), (1.10, 1.11)
 WHOLE_S = ((0.0, 3.0), SIDE_S, THIRD_S)
 TRANSIENT_S = ((0.0, SHORT_S), (0.0, 0.02), SIDE_S, THIRD_S)
 RIGID_STYLES = {COUPLED: "--", "links": ":"}
+SHADE = "#d9a400"  # of what is enlarged below
+ALL_STARTS = "#b8c4d0"
+Overlay = Callable[[Axes, tuple[float, float]], None]
 Numbers = Mapping[str, JsonValue]
 
 
@@ -90,15 +95,50 @@ def over_laws(shelf: Shelf, number: int, overlay: Overlay | None = None) -> Plat
     """One of FIGURES."""
     shown = FIGURES[number]
     runs = shelf.laws(number, shown.source, LOW_ZETA)
-    bands = shelf.bands(LOW_ZETA, number) if shown.bands else None
-    strips = [
-        Strip(shown.label, shown.quantity, window, shown.scale, place == 0, shown.elbow)
-        for place, window in enumerate(shown.windows)
-    ]
+    bands = shelf.bands(LOW_ZETA, number) if shown.bands else {}
     own = runs[INTEGRAL]
     caption = conditions(own, shelf.seed, shown.more)
-    drawing = Drawing(law_figure(runs, strips, bands, overlay), caption)
+    drawing = Drawing(_svg(shown, runs, bands, overlay), caption)
     return Plate(number, [drawing], LOW_ZETA, shelf.seed, shown.numbers(own))
+
+
+def _svg(
+    shown: LawFigure,
+    runs: Mapping[Law, Course],
+    bands: Mapping[Law, Between],
+    overlay: Overlay | None,
+) -> str:
+    """Windows below each other, laws side by side, one scale per row; enlarged parts are shaded."""
+    figure, grid = new_figure(len(shown.windows), len(runs), 1.9)
+    for column, (law, run) in enumerate(runs.items()):
+        grid[0, column].set_title(LAW_NAMES[law])
+        grid[-1, column].set_xlabel("time [s]")
+        if law in bands:
+            time, found, starts = bands[law]
+            low, high = (shown.scale * np.array(values) for values in found[shown.quantity])
+            name = f"between all {starts} starts"
+            grid[0, column].fill_between(
+                time, low, high, color=ALL_STARTS, linewidth=0.4, label=name
+            )
+        values = shown.scale * np.atleast_2d(getattr(run, shown.quantity).T)
+        joints = values if shown.elbow else values[:1]
+        for axes, window in zip(grid[:, column], shown.windows, strict=True):
+            part = signals.window(run.time, *window)
+            for joint, (own, colour) in enumerate(zip(joints, COLOURS, strict=False), start=1):
+                name = f"joint {joint}, one start" if len(joints) > 1 else "shoulder, one start"
+                line(axes, run.time[part], own[part], name, colour)
+            axes.set(ylabel=shown.label, xlim=window)
+            if not run.time[part].size:
+                not_reached(axes)
+            axes.locator_params(axis="x", nbins=5)
+            if overlay is not None:
+                overlay(axes, window)
+        for zoom in shown.windows[1:]:
+            grid[0, column].axvspan(*zoom, color=SHADE, alpha=0.35, linewidth=0)
+    same_scale(grid)
+    if len(grid[0, 0].get_legend_handles_labels()[1]) > 1:
+        legend(figure, grid[0, 0])
+    return to_svg(figure)
 
 
 def figure_14(shelf: Shelf) -> Plate:

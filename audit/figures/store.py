@@ -17,7 +17,7 @@ from crosscheck.audit.experiments.experiments import BACK, BACKLASH, CONSTANT, E
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant
-from crosscheck.audit.figures.runs import LOW_ZETA, SMOOTH_RECORD, ZETA, drawn, rigid_run
+from crosscheck.audit.figures.shelf import LOW_ZETA, SMOOTH_RECORD, ZETA, drawn, rigid_run
 from crosscheck.audit.measures.reading import first_planets
 from crosscheck.audit.measures.rigid import COUPLED
 from crosscheck.models.errors import Diverged

@@ -19,9 +19,8 @@ from crosscheck.audit.experiments.experiments import (
     Family,
 )
 from crosscheck.audit.figures.plate import Drawing, Plate
-from crosscheck.audit.figures.runs import LOW_ZETA, drawn
-from crosscheck.audit.figures.shelf import Shelf, by_size
-from crosscheck.audit.figures.views import KILO, LAW_COLOURS, conditions, dots, line, same_scale
+from crosscheck.audit.figures.shelf import LOW_ZETA, Shelf, drawn
+from crosscheck.audit.figures.views import KILO, LAW_COLOURS, conditions, line, same_scale
 from crosscheck.audit.measures import events
 from crosscheck.audit.measures.course import Course
 from crosscheck.audit.measures.events import THIRD_S
@@ -122,10 +121,20 @@ def over_sizes(shelf: Shelf, number: int) -> Plate:
 
 
 def _numbers_of_all(shelf: Shelf, family: Family, shown: Sequence[Axis]) -> Drawing:
-    """Numbers of all starts against the size, a dot for every start."""
+    """Numbers of all starts, a dot each, laws beside each other; the size's axis by rank."""
     figure, grid = new_figure(1, len(shown), 2.9)
+    known = shelf.known(LOW_ZETA)
     for axes, one in zip(grid[0], shown, strict=True):
-        dots(axes, by_size(shelf.known(LOW_ZETA), family, one.name), one.scale)
+        for place, law in enumerate(known):
+            members = known[law].members(family)
+            for at, member in enumerate(members):
+                values = known[law][member][one.name]
+                values = one.scale * np.sort(values[np.isfinite(values)])
+                x = at + 0.27 * (place - 1) + np.linspace(-0.1, 0.1, values.size)
+                label = None if at else LAW_NAMES[law]
+                axes.plot(x, values, ".", ms=3.5, color=LAW_COLOURS[law], label=label)
+        ticks = [f"{member.size_um:g}" for member in members]
+        axes.set_xticks(range(len(members)), ticks, fontsize=7)
         axes.set(xlabel=f"{family.symbol} [µm]", ylabel=one.label)
         if one.log:
             log_y(axes)

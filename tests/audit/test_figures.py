@@ -30,8 +30,7 @@ from crosscheck.audit.figures import chapter as figures
 from crosscheck.audit.figures.laws import figure_4, figure_5, limits, ratio_row, sharpness
 from crosscheck.audit.figures.over_laws import figure_14, statics
 from crosscheck.audit.figures.plate import rows
-from crosscheck.audit.figures.runs import LOW_ZETA, drawn
-from crosscheck.audit.figures.shelf import Shelf
+from crosscheck.audit.figures.shelf import LOW_ZETA, Shelf, drawn
 from crosscheck.audit.figures.store import reduced, stored_runs
 from crosscheck.audit.figures.sweeps import energy_peak
 from crosscheck.audit.measures.course import course_of
