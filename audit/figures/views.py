@@ -74,7 +74,10 @@ def same_scale(grid: np.ndarray) -> None:
 def conditions(run: Course, seed: int, more: str = "") -> str:
     """The parameter values of a geared run, for the line under a figure."""
     stage = paper_stage(run.case.arm)
-    drive = run.case.scenario.drive.model_dump()
+    driven = [
+        f"{key} {value:.6g}" if isinstance(value, float) else f"{key} {value}"
+        for key, value in run.case.scenario.drive.model_dump().items()
+    ]
     parts = [
         f"Arm {run.case.arm.name}",
         f"b {MICRO * stage.backlash_m:g} µm, E {MICRO * stage.tooth_error_m:g} µm",
@@ -82,13 +85,9 @@ def conditions(run: Course, seed: int, more: str = "") -> str:
         f", k_a {stage.mesh_stiffness_amplitude_N_per_m:g} N/m",
         f"zeta {stage.damping_ratio:g}, planets {run.case.switches.planets}",
         f"start {seed}",
-        f"drive: {', '.join(f'{key} {_short(value)}' for key, value in drive.items())}",
+        f"drive: {', '.join(driven)}",
     ]
     return f"{'; '.join(parts)}.{' ' + more if more else ''}"
-
-
-def _short(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def severe_over_zeta(found: Mapping[Law, Mapping[float, Share | None]]) -> str:
