@@ -178,11 +178,6 @@ def _conditioned(
     )
 
 
-def each(choices: Sequence[str], quantity: Callable[[str], Quantity]) -> dict[str, Quantity]:
-    """One quantity for every choice of a parameter that the paper does not give."""
-    return {choice: quantity(choice) for choice in choices}
-
-
 def along(family: Family, name: str, known: Known) -> tuple[np.ndarray, np.ndarray]:
     """(size [um] (members,), number (members, starts)) of a family's experiments, ascending."""
     members = known.members(family)

@@ -176,10 +176,7 @@ def mesh_phase(run: Course) -> np.ndarray:
 
 
 def fast(
-    time: np.ndarray,
-    values: np.ndarray,
-    over_s: float = SMOOTHING_S,
-    part: slice = slice(None),
+    time: np.ndarray, values: np.ndarray, over_s: float = SMOOTHING_S, part: slice = slice(None)
 ) -> np.ndarray:
     """Values (times,) less their moving average over ``over_s``, taken twice; 0 at the very ends.
 

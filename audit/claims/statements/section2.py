@@ -38,7 +38,7 @@ def changed_by(waves: q.Quantity, sine: q.Quantity) -> q.Quantity:
 DECIDED: Decided = {
     # the base, the ratio, the orbit
     "2-01": (
-        q.each(BASE_MASSES, lambda mass: q.static(f"base_tip_{mass}_mm")),
+        {mass: q.static(f"base_tip_{mass}_mm") for mass in BASE_MASSES},
         below(1e3 * LIMIT_M, "what Section 3.1 calls a considerable error of the tip"),
     ),
     "2-02": (q.static("ratio_error"), ROUNDING),
@@ -86,8 +86,8 @@ DECIDED: Decided = {
     "2.1-07": (q.static("eq5_work"), above(1.2, "a fifth more work")),
     "2.1-08": (q.diverged(run.PD), above(HALVED, "1 for a run that diverges, 0 for another")),
     "2.1-09": (q.static(f"tanh_error_{SIGMAS[0]}_m"), TANH_M),
-    "2.1-10": (q.each(SIGMAS, lambda sigma: q.static(f"tanh_error_{sigma}_m")), TANH_M),
-    "2.1-11": (q.each(list(COUNTED), lambda how: q.static(f"conversion_{how}")), ROUNDING),
+    "2.1-10": ({sigma: q.static(f"tanh_error_{sigma}_m") for sigma in SIGMAS}, TANH_M),
+    "2.1-11": ({how: q.static(f"conversion_{how}") for how in COUNTED}, ROUNDING),
     # stiffness
     "2.2-01": (
         q.of(run.CONSTANT_NO_ERROR, "stiffness_follows"),
@@ -98,14 +98,14 @@ DECIDED: Decided = {
         above(MINOR, "the least that a plot of the fluctuations shows"),
     ),
     "2.2-03": (
-        q.each(CONTACT_RATIOS, lambda ratio: q.static(f"series_error_{ratio}")),
+        {ratio: q.static(f"series_error_{ratio}") for ratio in CONTACT_RATIOS},
         below(0.03, "400 harmonics leave 1 / (π √400) of it; less than twice that"),
     ),
     "2.2-04": (
         changed_by(q.of(run.CONSTANT_SQUARE, "x_ripple_um"), q.torque("x_ripple_um")),
         below(READ_OFF, "as well as the paper reads the ripple off a plot"),
     ),
-    "2.2-05": (q.each(CONTACT_RATIOS, lambda ratio: q.static(f"eq8_error_{ratio}")), SMALL),
+    "2.2-05": ({ratio: q.static(f"eq8_error_{ratio}") for ratio in CONTACT_RATIOS}, SMALL),
     "2.2-06": (q.static("gear_rates_spread"), ROUNDING),
     "2.2-07": (q.pd("mesh_rate_over_speed"), below(1e-3, "three orders of magnitude")),
     "2.2-08": (q.pd("neglected_in_eq11"), SMALL),

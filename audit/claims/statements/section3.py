@@ -35,25 +35,25 @@ DECIDED: Decided = {
     ),
     # deviations from the rigid arm
     "3.1-01": (
-        q.each(RIGID_LEVELS, lambda level: q.torque(f"deviation_1_{level}_rad")),
+        {level: q.torque(f"deviation_1_{level}_rad") for level in RIGID_LEVELS},
         Limits(0.015, 0.025, PRINTED_DIGIT),
     ),
     "3.1-02": (
-        q.each(RIGID_LEVELS, lambda level: q.torque(f"deviation_2_{level}_rad")),
+        {level: q.torque(f"deviation_2_{level}_rad") for level in RIGID_LEVELS},
         Limits(0.005, 0.015, PRINTED_DIGIT),
     ),
-    "3.1-03": (q.each(BENDS, lambda angle: q.static(f"bent_{angle}_mm")), THIRTY),
-    "3.1-04": (q.each(RIGID_LEVELS, lambda level: q.torque(f"tip_{level}_mm")), THIRTY),
-    "3.1-05": (q.each(RIGID_LEVELS, lambda level: q.torque(f"stroke_share_{level}")), TWENTIETH),
+    "3.1-03": ({angle: q.static(f"bent_{angle}_mm") for angle in BENDS}, THIRTY),
+    "3.1-04": ({level: q.torque(f"tip_{level}_mm") for level in RIGID_LEVELS}, THIRTY),
+    "3.1-05": ({level: q.torque(f"stroke_share_{level}") for level in RIGID_LEVELS}, TWENTIETH),
     "3.1-06": (
-        q.each(RIGID_LEVELS, lambda level: q.torque(f"growth_{level}")),
+        {level: q.torque(f"growth_{level}") for level in RIGID_LEVELS},
         above(DOUBLED, "more than in proportion to the time"),
     ),
     "3.1-07": (
         q.over(q.torque("deviation_1_coupled_rad"), q.torque("deviation_1_links_rad")),
         above(HALVED, "half of it is left when the rigid model has the gears' inertia"),
     ),
-    "3.1-08": (q.each(RIGID_LEVELS, lambda level: q.torque(f"relative_{level}")), TWENTIETH),
+    "3.1-08": ({level: q.torque(f"relative_{level}") for level in RIGID_LEVELS}, TWENTIETH),
     "3.1-18": (
         q.of(run.PLANTED, "planted_shown"),
         above(0.9, "a validation shows nine of ten gross errors"),
@@ -62,12 +62,9 @@ DECIDED: Decided = {
         {"the shoulder": q.torque("stroke_1"), "the elbow": q.torque("stroke_2")},
         about(1.0, 0.5, "half a circle is the nearest of quarter, half and whole"),
     ),
-    "3.1-20": (q.each(RIGID_LEVELS, lambda level: q.torque(f"own_share_{level}")), TWENTIETH),
+    "3.1-20": ({level: q.torque(f"own_share_{level}") for level in RIGID_LEVELS}, TWENTIETH),
     # the meshes
-    "3.1-09": (
-        q.torque("x_middle_um"),
-        about(52, 0.02, "1 µm to either side: " + PRINTED_DIGIT),
-    ),
+    "3.1-09": (q.torque("x_middle_um"), about(52, 0.02, "1 µm to either side: " + PRINTED_DIGIT)),
     "3.1-10": (q.torque("vibration_decay_s"), RAPID),
     "3.1-11": (q.torque("force_decay"), CALMED),
     "3.1-12": (
@@ -80,10 +77,7 @@ DECIDED: Decided = {
     ),
     "3.1-14": (q.torque("x_ripple_um"), read_off(10)),
     "3.1-15": (q.torque("x_ripple_over_2E"), read_off(1)),
-    "3.1-16": (
-        q.torque("turns_gained"),
-        above(0.5, "one turning point more in the second half"),
-    ),
+    "3.1-16": (q.torque("turns_gained"), above(0.5, "one turning point more in the second half")),
     "3.1-17": (q.torque("speeding_up"), above(0.95, "it speeds up nearly always")),
     "3.1-21": (q.torque("others_decay"), CALMED),
     "3.1-22": (q.torque("others_decay_s"), RAPID),
